@@ -1,0 +1,1 @@
+"""Reads trained avatars, writes bundles."""

@@ -1,0 +1,1 @@
+"""Plays a bundle: the one model, the stages, the player. NumPy only."""

@@ -1,0 +1,84 @@
+"""A pose by names, and the arrays that the stages take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import F32, F64, Avatar
+from avatar_runtime.errors import AvatarError, unknown_name
+from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+
+IDENTITY = np.eye(4)
+
+
+@dataclass(frozen=True)
+class Pose:
+    """What to play: unnamed weights are 0, unnamed joints rest.
+
+    `joints` maps a joint to a 4x4 `delta` on the right of its rest transform:
+    parent_from_joint = rest_local @ delta. A FLAME or SMPL rotation is such a delta as it stands.
+    `world_from_avatar` moves the posed avatar as a whole; it is not the root joint.
+    """
+
+    expressions: Mapping[str, float] = field(default_factory=dict)
+    joints: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)  # [4, 4] each
+    eyelids: Mapping[str, float] = field(default_factory=dict)  # late morphs, by name
+    world_from_avatar: npt.NDArray[Any] = field(default_factory=lambda: IDENTITY)  # [4, 4] rigid
+
+
+@dataclass(frozen=True)
+class PoseArrays:
+    """A pose with its names resolved against one avatar."""
+
+    expression_weights: F32  # [K]
+    late_weights: F32  # [L]
+    joint_delta: F64  # [J, 4, 4]
+    world_from_avatar: F64  # [4, 4]
+
+
+def joint_rotation(rotvec: Iterable[float]) -> F64:
+    """The delta of a joint that turns by a rotation vector (radians), in the joint's rest frame."""
+    result: F64 = homogeneous(matrix_from_rotvec(np.array(list(rotvec), np.float64)))
+    return result
+
+
+def resolve(pose: Pose, avatar: Avatar) -> PoseArrays:
+    """Arrays for `avatar`. Raises AvatarError for a name that is not its own, with near matches."""
+    aliases = {alias: e.name for e in avatar.expressions for alias in e.aliases}
+    named = {aliases.get(name, name): weight for name, weight in pose.expressions.items()}
+    joint_names = avatar.rig.joint_names if avatar.rig else ()
+    delta = np.tile(IDENTITY, (len(joint_names), 1, 1))
+    for joint, matrix in pose.joints.items():
+        if joint not in joint_names:
+            raise unknown_name("joint", joint, joint_names)
+        delta[joint_names.index(joint)] = _matrix(matrix, f"joint {joint}")
+    return PoseArrays(
+        _weights("expression", named, avatar.expression_names),
+        _weights("eyelid", pose.eyelids, avatar.late_morph_names),
+        delta,
+        _matrix(pose.world_from_avatar, "world_from_avatar"),
+    )
+
+
+def _weights(what: str, given: Mapping[str, float], names: tuple[str, ...]) -> F32:
+    index = {name: i for i, name in enumerate(names)}
+    weights = np.zeros(len(names), np.float32)
+    for name, weight in given.items():
+        if name not in index:
+            raise unknown_name(what, name, names)
+        if not np.isfinite(weight):
+            raise AvatarError(f"weight {weight} is not a finite number", field=f"{what} {name}")
+        weights[index[name]] = weight
+    return weights
+
+
+def _matrix(matrix: npt.NDArray[Any], what: str) -> F64:
+    m = np.asarray(matrix, np.float64)
+    if m.shape != (4, 4) or not np.isfinite(m).all():
+        raise AvatarError("expected a finite 4x4 matrix", field=what)
+    return m

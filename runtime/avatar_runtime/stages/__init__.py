@@ -1,0 +1,5 @@
+"""The nine stages, one pure function a file, under the name that shaders, profiles and cases use."""
+
+from __future__ import annotations
+
+STAGES = ("joints", "morph", "skin", "blend", "bind", "activate", "project", "sort", "raster")

@@ -1,0 +1,42 @@
+"""Stage `activate`: out of training space, once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from avatar_runtime.avatar import F32
+from avatar_runtime.stages.bind import Bound
+
+
+@dataclass(frozen=True)
+class Splats:
+    """Gaussians as the rasteriser takes them, world space."""
+
+    mean: F32  # [N, 3]
+    scale: F32  # [N, 3] standard deviations
+    quat_wxyz: F32  # [N, 4] used as it is
+    opacity: F32  # [N] 0..1
+    sh: F32  # [N, K, 3]
+    sh_rotation: F32 | None = None  # [N, 3, 3]; colour is seen along sh_rotation^T d; None: along d
+
+
+def activate(bound: Bound) -> Splats:
+    """exp of the scale, sigmoid of the opacity, unit quaternion."""
+    g = bound.gaussians
+    length = np.sqrt(np.sum(g.quat_wxyz * g.quat_wxyz, axis=-1, keepdims=True))
+    return Splats(
+        g.mean,
+        np.exp(g.log_scale),
+        g.quat_wxyz / np.maximum(length, np.float32(1e-12)),
+        sigmoid(g.opacity_logit),
+        g.sh,
+        bound.rotation,
+    )
+
+
+def sigmoid(x: F32) -> F32:
+    """1 / (1 + e^-x), without overflow."""
+    e = np.exp(-np.abs(x))
+    return np.where(x >= 0, 1, e) / (1 + e)
