@@ -193,7 +193,7 @@ class RasterSettings:
 
     near: float = 0.2  # bundle units
     low_pass: float = 0.3  # pixels squared
-    background: tuple[float, float, float] | None = (0.0, 0.0, 0.0)  # display-referred; None: random or per view
+    background: tuple[float, float, float] | str = (0.0, 0.0, 0.0)  # display-referred rgb, "random" or "per_view"
 
 
 @dataclass(frozen=True)

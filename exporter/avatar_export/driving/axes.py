@@ -1,0 +1,70 @@
+"""What the nine rotation channels of Live Link Face mean, as rotations in mesh axes.
+
+Mesh axes: right-handed, +X the subject's left, +Y up, face +Z. The app documents neither axes nor signs;
+they were worked out on two recordings (`python -m tests.exporter.driving.axes_evidence` prints the numbers):
+
+- Radians. An eye channel is 0.609 rad (35 degrees) times the difference of its eyeLook weights.
+- Sides. `rightEyeYaw` = 0.609 (eyeLookInLeft - eyeLookOutLeft) with offset 0.000 and residual 0.0002 rad,
+  while against the *Right* weights the offset is 0.065 and the residual 0.0029, twelve times as much: the
+  channels named rightEye measure the eye that the weights call Left, and the reverse. The weights are the
+  authority (Apple: "left" is the subject's, eyeLookInLeft goes with a rightward gaze).
+- Eyes, yaw: positive is a gaze to the subject's right. Pitch: positive is down (slope +0.611 on
+  eyeLookDown - eyeLookUp). So each eye's mean gaze converges, by 0.066 rad: a point 0.96 m away.
+- Eyes, roll and order: eyes obey Listing's law (no torsion), which makes roll a function of yaw and pitch for
+  each order and sign. Yaw, then pitch, then roll (R = Ry Rx Rz), roll of the same sign as yaw: <= 4.1e-6 rad
+  off on all 180 packets; roll of the other sign: 0.049 rad off.
+- Head: every sign the other way round. The eyes turn against the head, for the subject keeps looking at one
+  point: with yaw and pitch as here, the gaze in space sweeps 0.050 rad (standard deviation of its yaw), with
+  the eyes' signs 0.273 rad. A head on a neck that looks at a slowly drifting point explains the eyes with an
+  error of 0.023 rad; the seven other choices of signs give 0.029 (roll reversed) to 0.042. Yaw and pitch are
+  therefore certain, roll is well supported, and the order is taken from the eyes.
+
+A recorder that mirrors the picture mirrors weights and angles alike, which no recording can tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from avatar_export.driving.frames import DrivingFrame, Euler
+from avatar_runtime.avatar import F64
+from avatar_runtime.rotation import matrix_from_rotvec
+
+# Signs of (yaw, pitch, roll) as right-handed rotations about mesh +Y, +X, +Z.
+HEAD_SIGNS = (1.0, -1.0, 1.0)
+EYE_SIGNS = (-1.0, 1.0, -1.0)
+
+# Eye rotation of one unit of an eyeLook weight, radians.
+RADIANS_PER_EYE_WEIGHT = 0.609
+
+
+def head_rotation(frame: DrivingFrame) -> F64:
+    """The head's rotation [3, 3] in mesh axes."""
+    return _rotation(frame.head, HEAD_SIGNS)
+
+
+def eye_rotation(frame: DrivingFrame, side: str) -> F64 | None:
+    """The rotation [3, 3] in mesh axes of the subject's "Left" or "Right" eye; None where it was not measured.
+
+    An eye that was measured is never exactly (0, 0, 0): those are the zeros of a file without eye channels.
+    """
+    measured = {"Left": frame.right_eye, "Right": frame.left_eye}[side]
+    return _rotation(measured, EYE_SIGNS) if any(measured) else None
+
+
+def eye_rotation_from_weights(weights: Mapping[str, float], side: str) -> F64:
+    """The same [3, 3] from the eyeLook weights of that side, for recordings without eye channels."""
+    look = {way: weights.get(f"eyeLook{way}{side}", 0.0) for way in ("In", "Out", "Up", "Down")}
+    to_the_right = look["In"] - look["Out"] if side == "Left" else look["Out"] - look["In"]
+    angles = np.array([to_the_right, look["Down"] - look["Up"]]) * RADIANS_PER_EYE_WEIGHT
+    return _rotation((float(angles[0]), float(angles[1]), 0.0), EYE_SIGNS)
+
+
+def _rotation(euler: Euler, signs: Euler) -> F64:
+    """Ry Rx Rz of signed (yaw, pitch, roll)."""
+    yaw, pitch, roll = np.multiply(euler, signs)
+    about = matrix_from_rotvec(np.array([[0, yaw, 0], [pitch, 0, 0], [0, 0, roll]]))
+    result: F64 = about[0] @ about[1] @ about[2]
+    return result

@@ -1,0 +1,56 @@
+"""READERS: one row for every system that can be read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from avatar_export.readers import gaussian_blendshapes
+from avatar_export.readers.options import ReadOptions
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.errors import AvatarError
+
+
+@dataclass(frozen=True)
+class Reader:
+    """How one system is recognised and read."""
+
+    system: str
+    about: str
+    files: tuple[str, ...]
+    detect: Callable[[Path], bool]  # by content, cheap; never raises on junk
+    read: Callable[[Path, ReadOptions], Avatar]
+
+
+READERS = tuple(
+    Reader(module.SYSTEM, (module.__doc__ or "").splitlines()[0], module.FILES, module.detect, module.read)
+    for module in (gaussian_blendshapes,)
+)
+
+
+def read(path: Path, options: ReadOptions | None = None, system: str | None = None) -> Avatar:
+    """The avatar at `path`, of the system that its content shows or that `system` forces; checked.
+
+    Raises AvatarError where nothing is recognised, or by the reader.
+    """
+    if not path.exists():
+        raise AvatarError("no such file or folder", file=path)
+    reader = find(path, system)
+    return reader.read(path, options or ReadOptions()).check()
+
+
+def find(path: Path, system: str | None = None) -> Reader:
+    """The reader for `path`. Raises AvatarError naming what can be read."""
+    known = ", ".join(reader.system for reader in READERS)
+    if system is not None:
+        for reader in READERS:
+            if reader.system == system:
+                return reader
+        raise AvatarError(f"{system!r} is no system; there are {known}", field="--system")
+    for reader in READERS:
+        if reader.detect(path):
+            return reader
+    raise AvatarError(
+        f"looks like none of {known}; `avatar-export systems` lists the files each has, --system forces one", file=path
+    )

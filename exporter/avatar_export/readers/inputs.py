@@ -1,0 +1,65 @@
+"""The files beside a checkpoint: given by option, or found in a data-set folder by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from avatar_export.readers.options import ReadOptions
+from avatar_runtime.errors import AvatarError
+
+# What each input is called where people keep it; the first pattern that matches wins.
+PATTERNS: dict[str, tuple[str, ...]] = {
+    "body_model": (
+        "body_model.npz",
+        "generic_model.pkl",
+        "flame*.pkl",
+        "FLAME*.pkl",
+        "smpl*.pkl",
+        "SMPL*.pkl",
+    ),
+    "shape": ("shape.npy", "*.frame"),
+    "eyelids": ("l_eyelid.npy",),
+    "anchor_faces": ("back_of_head.txt",),
+}
+DEPTH = 3
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Paths, None where nothing was given or found."""
+
+    body_model: Path | None
+    shape: Path | None
+    eyelids: Path | None  # folder
+    anchor_faces: Path | None
+
+    def names(self) -> dict[str, str | None]:
+        """File names without folders, for the manifest."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {name: path.name if path else None for name, path in values.items()}
+
+
+def find_inputs(model_folder: Path, options: ReadOptions, owner: str) -> Inputs:
+    """Each input from its option, else from `--dataset`, else from the model folder itself."""
+    if options.dataset is not None and not options.dataset.is_dir():
+        raise AvatarError("no such folder", file=options.dataset, field="--dataset", owner=owner)
+    roots = [root for root in (options.dataset, model_folder) if root is not None]
+    found: dict[str, Path | None] = {}
+    for name, patterns in PATTERNS.items():
+        given: Path | None = getattr(options, name)
+        if given is not None and str(given) != "zero" and not given.exists():
+            raise AvatarError("no such file", file=given, field=f"--{name.replace('_', '-')}", owner=owner)
+        found[name] = given or next(filter(None, (_first(root, patterns) for root in roots)), None)
+        if name == "eyelids" and found[name] is not None and given is None:
+            found[name] = found[name].parent  # type: ignore[union-attr]
+    return Inputs(**found)
+
+
+def _first(root: Path, patterns: tuple[str, ...]) -> Path | None:
+    for pattern in patterns:
+        for depth in range(DEPTH + 1):
+            matches = sorted(p for p in root.glob("*/" * depth + pattern) if p.is_file())
+            if matches:
+                return matches[0]
+    return None

@@ -1,0 +1,96 @@
+"""Dense arrays to SparseRows, at once or streamed by blocks of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import SparseRows
+
+Array = npt.NDArray[Any]
+MAX_COLUMNS = 65536  # columns are u16
+
+
+def sparse_rows(values: Mapping[str, Array], thresholds: Mapping[str, float]) -> SparseRows:
+    """The SparseRows of dense `values`, attribute -> [R, C, ...].
+
+    An entry is kept if any value of any attribute exceeds that attribute's threshold in size, or is no number
+    (so that a check later sees it). Values are kept whole, as float32.
+    """
+    rows, columns = next(iter(values.values())).shape[:2]
+    builder = SparseRowsBuilder(rows, columns, {name: v.shape[2:] for name, v in values.items()}, thresholds)
+    builder.append(values)
+    return builder.finish()
+
+
+class SparseRowsBuilder:
+    """Builds SparseRows from blocks of rows, in order; `rows` is the most that may come.
+
+    Room for every entry is reserved at once: pages that no entry touches cost nothing, and nothing is copied
+    twice. `finish` returns views of that room.
+    """
+
+    def __init__(
+        self,
+        rows: int,
+        columns: int,
+        shapes: Mapping[str, tuple[int, ...]],
+        thresholds: Mapping[str, float],
+    ):
+        if columns > MAX_COLUMNS:
+            raise ValueError(f"{columns} columns, at most {MAX_COLUMNS} can be numbered")
+        if set(shapes) != set(thresholds):
+            raise ValueError(f"thresholds for {sorted(thresholds)}, attributes {sorted(shapes)}")
+        self.columns, self.thresholds, self.shapes = columns, dict(thresholds), dict(shapes)
+        self._row_ptr = np.zeros(rows + 1, np.uint32)
+        self._column = np.empty(rows * columns, np.uint16)
+        self._values = {
+            name: np.empty((rows * columns, *shape), np.float32) for name, shape in shapes.items()
+        }
+        self._row = 0
+        self._entry = 0
+
+    def append(self, values: Mapping[str, Array]) -> None:
+        """Add the next rows, attribute -> [B, C, ...]; columns beyond C are empty.
+
+        Raises ValueError for other shapes, more columns or more rows than announced.
+        """
+        rows, columns = next(iter(values.values())).shape[:2]
+        for name, shape in self.shapes.items():
+            if values[name].shape != (rows, columns, *shape) or columns > self.columns:
+                raise ValueError(f"{name} is {values[name].shape}, announced {(rows, self.columns, *shape)}")
+        if self._row + rows >= len(self._row_ptr):
+            raise ValueError(f"{self._row + rows} rows, announced were {len(self._row_ptr) - 1}")
+        keep = np.zeros((rows, columns), bool)
+        for name, threshold in self.thresholds.items():
+            keep |= exceeds(values[name], threshold)
+        first, last = self._entry, self._entry + int(np.count_nonzero(keep))
+        self._row_ptr[self._row + 1 : self._row + rows + 1] = first + np.cumsum(
+            np.count_nonzero(keep, axis=1)
+        )
+        row, column = np.nonzero(keep)
+        self._column[first:last] = column
+        for name, target in self._values.items():
+            target[first:last] = values[name][row, column]
+        self._row, self._entry = self._row + rows, last
+
+    def append_empty(self, rows: int) -> None:
+        """Add rows without entries."""
+        self.append({name: np.empty((rows, 0, *shape), np.float32) for name, shape in self.shapes.items()})
+
+    def finish(self) -> SparseRows:
+        """The rows that were appended."""
+        kept = {name: array[: self._entry] for name, array in self._values.items()}
+        return SparseRows(self._row_ptr[: self._row + 1], self._column[: self._entry], kept, self.columns)
+
+
+def exceeds(values: Array, threshold: float) -> npt.NDArray[np.bool_]:
+    """[R, C]: whether any value of [R, C, ...] is larger than `threshold` in size, or no number."""
+    largest = np.abs(values)
+    if values.ndim > 2:  # the largest of some numbers is NaN if one of them is
+        largest = np.max(largest, axis=tuple(range(2, values.ndim)), initial=0)
+    result: npt.NDArray[np.bool_] = ~(largest <= threshold)
+    return result

@@ -1,0 +1,160 @@
+"""Writes a bundle: every file under a temporary name, the manifest last, then one rename."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import zipfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from avatar_export import GENERATOR
+from avatar_export.ops.bounds import bounds
+from avatar_export.writers import WRITERS, Piece
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.bundle import MANIFEST
+from avatar_runtime.codec import manifest as codec
+from avatar_runtime.errors import AvatarError
+from avatar_schema.validate import manifest_problems
+
+ZIP_DATE = (1980, 1, 1, 0, 0, 0)  # the earliest a zip can say: same input, same bytes
+Sink = Callable[[str, Iterable[Piece]], None]
+
+
+def write_bundle(
+    avatar: Avatar,
+    out: Path,
+    *,
+    preview: bool = True,
+    force: bool = False,
+    progress: Callable[[str], None] = lambda _: None,
+) -> dict[str, Any]:
+    """Write `avatar` to the folder `out`, or to a stored zip if it ends in `.zip`; returns the manifest.
+
+    Same avatar, same bytes. Raises AvatarError if the avatar is not sound, or `out` exists (with `force`, an
+    older bundle is replaced, anything else still refused). After a crash `out` is as it was before.
+    """
+    avatar.check()
+    _may_replace(out, force)
+    partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        if out.suffix == ".zip":
+            with zipfile.ZipFile(partial, "x", zipfile.ZIP_STORED) as archive:
+                document = _write(avatar, _zip_sink(archive), preview, progress)
+        else:
+            partial.mkdir()
+            document = _write(avatar, _folder_sink(partial), preview, progress)
+        _move(partial, out)
+    except OSError as error:
+        raise AvatarError(f"cannot be written ({error.strerror or error})", file=out) from None
+    finally:
+        _remove(partial)
+    return document
+
+
+def _write(avatar: Avatar, sink: Sink, preview: bool, progress: Callable[[str], None]) -> dict[str, Any]:
+    files = []
+    for writer in WRITERS:
+        if writer.path == "preview.png" and not preview:
+            continue
+        progress(writer.path)
+        pieces = writer.pieces(avatar)
+        if pieces is None:
+            continue
+        meter = _Meter(pieces)
+        sink(writer.path, meter)
+        files.append(
+            {"path": writer.path, "bytes": meter.size, "sha256": meter.digest(), "derived": writer.derived}
+        )
+    progress(MANIFEST)
+    document = codec.encode(avatar, files, bounds(avatar), GENERATOR)
+    problems = manifest_problems(document)
+    if problems:
+        raise AvatarError(problems[0].message, file=MANIFEST, field=problems[0].path)
+    sink(MANIFEST, [manifest_bytes(document)])
+    return document
+
+
+def manifest_bytes(document: dict[str, Any]) -> bytes:
+    """avatar.json as it is written."""
+    return (json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False, default=_plain) + "\n").encode()
+
+
+class _Meter:
+    """Passes pieces on; knows their size and hash afterwards."""
+
+    def __init__(self, pieces: Iterable[Piece]) -> None:
+        self._pieces, self._hash, self.size = pieces, hashlib.sha256(), 0
+
+    def __iter__(self) -> Any:
+        for piece in self._pieces:
+            self._hash.update(piece)
+            self.size += len(piece)
+            yield piece
+
+    def digest(self) -> str:
+        return self._hash.hexdigest()
+
+
+def _folder_sink(folder: Path) -> Sink:
+    def write(name: str, pieces: Iterable[Piece]) -> None:
+        with (folder / name).open("xb") as file:
+            _pour(pieces, file)
+
+    return write
+
+
+def _zip_sink(archive: zipfile.ZipFile) -> Sink:
+    def write(name: str, pieces: Iterable[Piece]) -> None:
+        with archive.open(zipfile.ZipInfo(name, ZIP_DATE), "w", force_zip64=True) as file:
+            _pour(pieces, file)  # type: ignore[arg-type]
+
+    return write
+
+
+def _pour(pieces: Iterable[Piece], file: BinaryIO) -> None:
+    for piece in pieces:
+        file.write(piece)
+
+
+def _may_replace(out: Path, force: bool) -> None:
+    if not out.exists():
+        return
+    if not force:
+        raise AvatarError("exists; pass --force to replace it", file=out)
+    ours = (out / MANIFEST).is_file() if out.is_dir() else out.suffix == ".zip" and zipfile.is_zipfile(out)
+    if not ours and not (out.is_dir() and not any(out.iterdir())):
+        raise AvatarError("exists and is no bundle; it is left alone", file=out)
+
+
+def _move(partial: Path, out: Path) -> None:
+    if not out.is_dir():
+        partial.replace(out)
+        return
+    old = out.with_name(f".{out.name}.{os.getpid()}.old")
+    out.rename(old)
+    try:
+        partial.rename(out)
+    except OSError:
+        old.rename(out)
+        raise
+    shutil.rmtree(old)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _plain(value: object) -> Any:
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"{type(value).__name__} cannot stand in a manifest")

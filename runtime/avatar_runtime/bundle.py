@@ -1,0 +1,167 @@
+"""Loads a bundle: manifest, version, schema, sizes and hashes are checked before an array is used."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import stat
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from avatar_runtime.avatar import Avatar, Gaussians, Rig
+from avatar_runtime.codec import manifest as codec
+from avatar_runtime.codec import ply, safetensors
+from avatar_runtime.codec.tensors import read_gaussian_tensors, read_rig_tensors
+from avatar_runtime.errors import AvatarError
+from avatar_schema.validate import Problem, manifest_problems
+
+MANIFEST = "avatar.json"
+MANIFEST_LIMIT = 64 << 20
+Open = Callable[[str, int], bytes]  # (name, most bytes) -> contents
+
+
+def load(path: str | Path) -> Avatar:
+    """The avatar in a bundle folder or `.avatar.zip`. Derived files are not opened.
+
+    Raises AvatarError for anything missing, altered, out of range or of a newer version. Bundles are data:
+    nothing in them is executed.
+    """
+    read = opener(Path(path))
+    document = read_manifest(read)
+    errors = [p for p in manifest_problems(document) if not p.warning]
+    if errors:
+        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+        raise AvatarError(f"{errors[0].message}{more}", file=MANIFEST, field=errors[0].path)
+    listed = {entry["path"]: entry for entry in document["files"]}
+
+    def checked(name: str) -> bytes:
+        if name not in listed:
+            raise AvatarError(f"does not list {name}", file=MANIFEST, field="$.files")
+        return checked_bytes(read, listed[name])
+
+    return _avatar(document, checked)
+
+
+def opener(path: Path) -> Open:
+    """A function that reads a named file of a bundle folder or stored zip, up to a size."""
+    if path.is_dir():
+        return lambda name, limit: _read_file(path / name, limit, name)
+    if not path.exists():
+        raise AvatarError("no such file or folder", file=path)
+    if not zipfile.is_zipfile(path):
+        raise AvatarError("is neither a bundle folder nor a zip", file=path)
+
+    def read(name: str, limit: int) -> bytes:
+        try:
+            with zipfile.ZipFile(path) as archive:
+                info = archive.getinfo(name)
+                if info.compress_type != zipfile.ZIP_STORED or info.flag_bits & 1:
+                    raise AvatarError("must be stored, neither compressed nor encrypted", file=name)
+                if info.file_size > limit:
+                    raise AvatarError(f"is {info.file_size} bytes, expected at most {limit}", file=name)
+                return archive.read(info)
+        except KeyError:
+            raise AvatarError(f"is missing from {path.name}", file=name) from None
+        except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError, EOFError) as error:
+            raise AvatarError(f"cannot be read from {path.name} ({error})", file=name) from None
+
+    return read
+
+
+def read_manifest(read: Open) -> dict[str, Any]:
+    """avatar.json, parsed; not yet checked beyond being a JSON object."""
+    text = read(MANIFEST, MANIFEST_LIMIT)
+    try:
+        document = json.loads(text, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise AvatarError(f"is not JSON ({error})", file=MANIFEST) from None
+    if not isinstance(document, dict):
+        raise AvatarError("is not a JSON object", file=MANIFEST)
+    return document
+
+
+def checked_bytes(read: Open, entry: dict[str, Any]) -> bytes:
+    """The bytes of a listed file, after its size and sha256 were compared with the manifest's."""
+    name, size = entry["path"], entry["bytes"]
+    data = read(name, size)
+    if len(data) != size:
+        raise AvatarError(f"is {len(data)} bytes, the manifest says {size}: copy the bundle again", file=name)
+    digest = hashlib.sha256(data).hexdigest()
+    if digest != entry["sha256"]:
+        raise AvatarError(f"sha256 {digest[:12]}... is not the manifest's {entry['sha256'][:12]}...", file=name)
+    return data
+
+
+def warnings(path: str | Path) -> list[Problem]:
+    """What `load` passes over, e.g. a newer minor version."""
+    return [p for p in manifest_problems(read_manifest(opener(Path(path)))) if p.warning]
+
+
+def _avatar(document: dict[str, Any], checked: Callable[[str], bytes]) -> Avatar:
+    expressions = codec.decode_expressions(document)
+    late = tuple(document["late_morphs"])
+    gaussians = _gaussians(checked("gaussians.ply"), document["gaussians"])
+    rig = _rig(document, checked, len(expressions), len(late))
+    features = 9 * rig.corrective_joints.size if rig else 0
+    tensors = safetensors.decode(checked("blendshapes.safetensors"), "blendshapes.safetensors")
+    blendshapes, skin = read_gaussian_tensors(
+        tensors, len(expressions), features, len(late), rig.joint_count if rig else 0, "blendshapes.safetensors"
+    )
+    return Avatar(
+        name=document["name"],
+        gaussians=gaussians,
+        groups=codec.decode_groups(document),
+        rules=codec.decode_rules(document),
+        expressions=expressions,
+        late_morph_names=late,
+        blendshapes=blendshapes,
+        skin=skin,
+        rig=rig,
+        sh_degree=document["gaussians"]["sh_degree"],
+        driving=codec.decode_driving(document),
+        raster=codec.decode_raster(document),
+        head_pose_in=document["head_pose_in"],
+        training_per_bundle=document["units"]["training_per_bundle"],
+        delta_threshold=document["blendshapes"]["threshold"],
+        provenance=document["provenance"],
+        extras=codec.unknown_keys(document),
+    ).check()
+
+
+def _rig(document: dict[str, Any], checked: Callable[[str], bytes], expressions: int, late: int) -> Rig | None:
+    if document["joints"] is None:
+        return None
+    name = "rig.safetensors"
+    tensors = safetensors.decode(checked(name), name)
+    return read_rig_tensors(tensors, tuple(document["joints"]), expressions, late, name)
+
+
+def _gaussians(data: bytes, said: dict[str, Any]) -> Gaussians:
+    name = "gaussians.ply"
+    gaussians = ply.gaussians(ply.decode(data, name), name)
+    if gaussians.count != said["count"] or gaussians.sh_degree != said["sh_degree_stored"]:
+        raise AvatarError(
+            f"holds {gaussians.count} Gaussians of SH degree {gaussians.sh_degree}, the manifest says "
+            f"{said['count']} of {said['sh_degree_stored']}",
+            file=name,
+        )
+    return gaussians
+
+
+def _read_file(path: Path, limit: int, name: str) -> bytes:
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise AvatarError("is not a regular file", file=name)
+        with path.open("rb") as file:
+            size = path.stat().st_size
+            if size > limit:
+                raise AvatarError(f"is {size} bytes, expected at most {limit}", file=name)
+            return file.read(size)
+    except OSError as error:
+        raise AvatarError(f"cannot be read ({error.strerror})", file=name) from None
+
+
+def _refuse_constant(text: str) -> None:
+    raise ValueError(f"{text} is not JSON")

@@ -1,0 +1,154 @@
+"""avatar.json, both directions: everything of an Avatar that is not an array."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from avatar_runtime.avatar import (
+    Avatar,
+    Driving,
+    Expression,
+    Group,
+    RasterSettings,
+    Rules,
+)
+from avatar_schema import LATEST, schema
+
+FRAME = {
+    "handedness": "right",
+    "up": "+Y",
+    "face": "+Z",
+    "length_unit": "metre",
+    "quaternion_order": "wxyz",
+}
+
+
+def encode(
+    avatar: Avatar, files: list[dict[str, Any]], bounds: Mapping[str, Any], generator: str
+) -> dict[str, Any]:
+    """The manifest of a bundle that holds `files` ({path, bytes, sha256, derived})."""
+    b = avatar.blendshapes
+    background = avatar.raster.background
+    known: dict[str, Any] = {
+        "format": "avatar-export",
+        "asset": {"version": LATEST, "minVersion": LATEST, "generator": generator},
+        "extensionsUsed": [],
+        "extensionsRequired": [],
+        "name": avatar.name,
+        "frame": FRAME,
+        "units": {"training_per_bundle": avatar.training_per_bundle},
+        "gaussians": {
+            "count": avatar.gaussians.count,
+            "sh_degree": avatar.sh_degree,
+            "sh_degree_stored": avatar.gaussians.sh_degree,
+        },
+        "groups": [_group(group) for group in avatar.groups],
+        "rules": asdict(avatar.rules) | {"scale": "none", "late_morphs": "after_skin"},
+        "expressions": [
+            {"name": e.name, "aliases": list(e.aliases), "range": list(e.range)} for e in avatar.expressions
+        ],
+        "late_morphs": list(avatar.late_morph_names),
+        "joints": None if avatar.rig is None else list(avatar.rig.joint_names),
+        "head_pose_in": avatar.head_pose_in,
+        "driving": _driving(avatar.driving),
+        "raster": {
+            "profile": "trainer",
+            "antialiased": False,
+            "low_pass": avatar.raster.low_pass,
+            "near": avatar.raster.near,
+            "depth_key": "view_z",
+        },
+        "color_space": "srgb_rec709_display",
+        "background": background if isinstance(background, str) else list(background),
+        "blendshapes": {
+            "entries": {
+                "geometry": b.geometry.entries,
+                "appearance": b.appearance.entries,
+                "correctives": b.correctives.entries,
+                "late_morphs": b.late_morphs.entries,
+            },
+            "threshold": dict(avatar.delta_threshold),
+        },
+        "bounds": dict(bounds),
+        "files": files,
+        "provenance": dict(avatar.provenance),
+    }
+    return known | dict(avatar.extras)
+
+
+def unknown_keys(manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """Top-level keys that this version does not define, and `extras`: kept through load and save."""
+    defined = set(schema("avatar")["properties"]) - {"extras"}
+    return {key: value for key, value in manifest.items() if key not in defined}
+
+
+def decode_groups(manifest: Mapping[str, Any]) -> tuple[Group, ...]:
+    """Groups of a manifest that the schema accepts; likewise the functions below."""
+    return tuple(
+        Group(g["name"], g["first"], g["count"], g["binding"], dict(g.get("joint_mix", {})))
+        for g in manifest["groups"]
+    )
+
+
+def decode_rules(manifest: Mapping[str, Any]) -> Rules:
+    rules = manifest["rules"]
+    return Rules(rules["rotation"], rules.get("rotation_joint"), rules["sh_direction"], rules["anchor"])
+
+
+def decode_expressions(manifest: Mapping[str, Any]) -> tuple[Expression, ...]:
+    return tuple(
+        Expression(e["name"], tuple(e.get("aliases", ())), (float(e["range"][0]), float(e["range"][1])))
+        for e in manifest["expressions"]
+    )
+
+
+def decode_driving(manifest: Mapping[str, Any]) -> Driving:
+    d = manifest["driving"]
+    matrix = d.get("matrix")
+    shape = (len(d.get("outputs", ())), len(d.get("inputs", ())))
+    pivot = d.get("head_pivot", (0.0, 0.0, 0.0))
+    return Driving(
+        d["mode"],
+        tuple(d.get("inputs", ())),
+        tuple(d.get("outputs", ())),
+        None if matrix is None else _matrix(matrix, shape),
+        d.get("head_joint"),
+        (float(pivot[0]), float(pivot[1]), float(pivot[2])),
+        d.get("left_eye_joint"),
+        d.get("right_eye_joint"),
+    )
+
+
+def decode_raster(manifest: Mapping[str, Any]) -> RasterSettings:
+    background = manifest["background"]
+    colour = background if isinstance(background, str) else tuple(map(float, background))
+    return RasterSettings(manifest["raster"]["near"], manifest["raster"]["low_pass"], colour)
+
+
+def _group(group: Group) -> dict[str, Any]:
+    entry = {"name": group.name, "first": group.first, "count": group.count, "binding": group.binding}
+    return entry | ({"joint_mix": dict(group.joint_mix)} if group.joint_mix else {})
+
+
+def _driving(d: Driving) -> dict[str, Any]:
+    return {
+        "mode": d.mode,
+        "inputs": list(d.inputs),
+        "outputs": list(d.outputs),
+        "matrix": None if d.matrix is None else [[float(v) for v in row] for row in d.matrix],
+        "head_joint": d.head_joint,
+        "head_pivot": list(d.head_pivot),
+        "left_eye_joint": d.left_eye_joint,
+        "right_eye_joint": d.right_eye_joint,
+        "rotation_unit": "radian",
+    }
+
+
+def _matrix(rows: list[list[float]], shape: tuple[int, int]) -> np.ndarray[Any, np.dtype[np.float32]]:
+    if any(len(row) != shape[1] for row in rows):
+        return np.zeros((len(rows), 0), np.float32)  # a wrong shape, which Avatar.check() names
+    return np.array(rows, np.float32).reshape(len(rows), shape[1])

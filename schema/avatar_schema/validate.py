@@ -1,0 +1,78 @@
+"""Manifest against schema and version rules: problems with paths, as data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from jsonschema import Draft202012Validator
+
+from avatar_schema import LATEST, schema
+
+EXTENSIONS: tuple[str, ...] = ()  # the ones this version understands
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with a manifest; a `warning` does not stop a reader."""
+
+    path: str  # JSON path, e.g. "$.groups[1].binding"
+    message: str
+    warning: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.message}"
+
+
+def manifest_problems(manifest: Any) -> list[Problem]:
+    """Everything wrong with a parsed avatar.json. Versions first: a newer major hides all else."""
+    if not isinstance(manifest, dict):
+        return [Problem("$", "is not a JSON object")]
+    problems = version_problems(manifest)
+    if any(not p.warning for p in problems):
+        return problems
+    errors = Draft202012Validator(schema("avatar")).iter_errors(manifest)
+    for error in sorted(errors, key=lambda e: (e.json_path, e.message)):
+        problems.append(Problem(error.json_path, _message(error)))
+    return problems
+
+
+def version_problems(manifest: dict[str, Any]) -> list[Problem]:
+    """Refuse a newer major, an unmet minVersion and an unknown required extension; warn on a newer minor."""
+    asset = manifest.get("asset")
+    version = parse_version(asset.get("version") if isinstance(asset, dict) else None)
+    minimum = parse_version(asset.get("minVersion") if isinstance(asset, dict) else None)
+    if version is None or minimum is None:
+        return [Problem("$.asset", 'needs version and minVersion, each "MAJOR.MINOR"')]
+    ours = parse_version(LATEST) or (1, 0)
+    if version[0] != ours[0] or minimum > ours:
+        need = f"{version[0]}.{version[1]} (needs a reader of {minimum[0]}.{minimum[1]})"
+        return [Problem("$.asset.version", f"is {need}; this reader knows {LATEST}: update avatar-export")]
+    problems = []
+    if version > ours:
+        problems.append(
+            Problem("$.asset.version", f"{version[0]}.{version[1]} is newer than {LATEST}; reading what is known", True)
+        )
+    required = manifest.get("extensionsRequired", [])
+    for name in required if isinstance(required, list) else []:
+        if name not in EXTENSIONS:
+            problems.append(Problem("$.extensionsRequired", f"{name!r} is not known to this reader"))
+    return problems
+
+
+def parse_version(text: Any) -> tuple[int, int] | None:
+    """(major, minor), or None for anything but "MAJOR.MINOR"."""
+    if not isinstance(text, str):
+        return None
+    parts = text.split(".")
+    if len(parts) != 2 or not all(p.isascii() and p.isdigit() and len(p) <= 9 for p in parts):
+        return None
+    return int(parts[0]), int(parts[1])
+
+
+def _message(error: Any) -> str:
+    if error.validator == "enum":
+        known = ", ".join(map(str, error.validator_value))
+        return f"{error.instance!r} is unknown to this reader (it knows {known})"
+    message = str(error.message)
+    return message if len(message) <= 200 else message[:200] + "..."

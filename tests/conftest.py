@@ -1,0 +1,15 @@
+"""Fixtures that more than one folder of tests uses."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.golden import UNPACK, BlendshapesGolden
+
+
+@pytest.fixture(scope="session", params=list(UNPACK))
+def blendshapes_golden(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> BlendshapesGolden:
+    """The Gaussian Blendshapes vectors: as committed, and in full where the optional data is present."""
+    return UNPACK[request.param](tmp_path_factory.mktemp(f"gaussian_blendshapes_{request.param}"))

@@ -1,0 +1,212 @@
+"""The golden vectors under tests/data/golden: what released code computed, packed small enough to commit.
+
+`pack.py` beside them makes the files; README.md there says where the numbers come from. Two containers: a
+`.planes.xz` (this file's own, arrays only) and a `.tar.xz` (files that must keep every byte).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import lzma
+import tarfile
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tests.shared_data import shared
+
+GOLDEN = Path(__file__).parent / "data" / "golden"
+FRAMES = (0, 1, 2, 3)
+
+Array = npt.NDArray[Any]
+# Literal context bits are off: in a byte plane the neighbour before says nothing about the next byte.
+PLANES_FILTER = [{"id": lzma.FILTER_LZMA2, "preset": 9 | lzma.PRESET_EXTREME, "lc": 0, "lp": 0, "pb": 0}]
+
+
+def dumps(arrays: Mapping[str, Array]) -> bytes:
+    """Arrays as an xz of byte planes: a line of JSON ([name, dtype, shape, distinct words]), then the data.
+
+    An array of few distinct 4-byte words is stored as the sorted words and an index of 1 or 2 bytes; the
+    index and all other arrays are stored plane by plane (all first bytes, all second bytes ...).
+    """
+    index, parts = [], []
+    for name, array in arrays.items():
+        data = np.ascontiguousarray(array).reshape(-1)
+        distinct = 0
+        if data.dtype.itemsize == 4 and data.size > 1024:
+            words, inverse = np.unique(data.view(np.uint32), return_inverse=True)
+            if len(words) <= min(1 << 16, data.size // 2):
+                distinct = len(words)
+                parts.append(_planes(words))
+                data = inverse.reshape(-1).astype(_index_type(distinct))
+        parts.append(_planes(data))
+        index.append([name, array.dtype.str, array.shape, distinct])
+    head = json.dumps(index, separators=(",", ":")).encode() + b"\n"
+    return lzma.compress(head + b"".join(parts), format=lzma.FORMAT_XZ, filters=PLANES_FILTER)
+
+
+def loads(data: bytes) -> dict[str, Array]:
+    """The arrays that `dumps` packed, bit for bit."""
+    raw = lzma.decompress(data)
+    at = raw.index(b"\n") + 1
+    arrays: dict[str, Array] = {}
+
+    def take(dtype: str | np.dtype[Any], count: int) -> Array:
+        nonlocal at
+        dtype = np.dtype(dtype)
+        planes = np.frombuffer(raw, np.uint8, count * dtype.itemsize, at).reshape(dtype.itemsize, count)
+        at += planes.size
+        return np.ascontiguousarray(planes.T).reshape(-1).view(dtype)
+
+    for name, dtype, shape, distinct in json.loads(raw[: at - 1]):
+        count = int(np.prod(shape))
+        if distinct:
+            words = take("<u4", distinct)
+            values = words[take(_index_type(distinct), count)].view(dtype)
+        else:
+            values = take(dtype, count)
+        arrays[name] = values.reshape(shape)
+    return arrays
+
+
+def _planes(data: Array) -> bytes:
+    return np.ascontiguousarray(data.view(np.uint8).reshape(data.size, data.dtype.itemsize).T).tobytes()
+
+
+def _index_type(distinct: int) -> np.dtype[Any]:
+    return np.dtype("<u1" if distinct <= 256 else "<u2")
+
+
+def digest(array: Array) -> str:
+    """sha256 of an array's little-endian bytes, row-major; -0 counts as 0, as it does for `==`."""
+    canonical = np.ascontiguousarray(array + array.dtype.type(0)).astype(array.dtype.newbyteorder("<"))
+    return hashlib.sha256(canonical.tobytes()).hexdigest()
+
+
+@dataclass(frozen=True)
+class RasteriserCase:
+    """One case of the reference rasteriser: `arrays` whole, `digests` of arrays too big to commit."""
+
+    name: str
+    arrays: dict[str, Array]
+    digests: dict[str, str]
+
+
+def rasteriser_names() -> tuple[str, ...]:
+    return tuple(_rasteriser_index())
+
+
+def rasteriser_case(name: str) -> RasteriserCase:
+    """The committed form of a case."""
+    arrays = loads((GOLDEN / "rasteriser" / f"{name}.planes.xz").read_bytes())
+    return RasteriserCase(name, arrays, _rasteriser_index()[name]["digests"])
+
+
+def full_rasteriser_case(name: str) -> RasteriserCase:
+    """A case with every array, from the optional test data; skips the test where it is absent."""
+    with np.load(shared(f"golden/rasteriser/{name}.npz"), allow_pickle=False) as file:
+        return RasteriserCase(name, {key: file[key] for key in file.files}, {})
+
+
+def _rasteriser_index() -> dict[str, Any]:
+    cases: dict[str, Any] = json.loads((GOLDEN / "rasteriser" / "cases.json").read_text())
+    return cases
+
+
+@dataclass(frozen=True)
+class BlendshapesGolden:
+    """The Gaussian Blendshapes vectors, unpacked to a folder in the system's own files.
+
+    `raw/` the training output, whole; `viewer/` the folders of the dump; `dataset/` tracked frames;
+    `body/` body model, eyelids, anchor faces; `golden/` the numbers to compare with. In the committed form
+    the viewer's face arrays and the golden `face_*` hold only `face_rows`, the frames' meshes only
+    `vertex_rows`.
+    """
+
+    folder: Path
+    face_rows: Array  # [N] rows of the 1500 that the dump keeps
+    vertex_rows: Array  # [M] rows of the body model's vertices
+
+    @property
+    def raw(self) -> Path:
+        return self.folder / "raw"
+
+    @property
+    def viewer(self) -> Path:
+        return self.folder / "viewer"
+
+    @property
+    def body(self) -> Path:
+        return self.folder / "body"
+
+    def frame_file(self, index: int) -> Path:
+        """The tracked frame as the tracker writes it."""
+        return self.folder / "dataset" / "checkpoint" / f"{index:05d}.frame"
+
+    def static(self) -> dict[str, Array]:
+        """`raw_row_of_kept` (of all 1500), neutral joints, matrices and mesh; all rows."""
+        return _read_npz(self.folder / "golden" / "static.npz")
+
+    def frame(self, index: int) -> dict[str, Array]:
+        """Inputs and every step of one frame; `face_*` at `face_rows`, meshes at `vertex_rows`."""
+        return _read_npz(self.folder / "golden" / f"frame_{index:05d}.npz")
+
+    def body_model(self) -> dict[str, Array]:
+        return _read_npz(self.body / "body_model.npz")
+
+
+def unpack_gaussian_blendshapes(target: Path) -> BlendshapesGolden:
+    """The committed vectors, written to the empty folder `target`."""
+    source = GOLDEN / "gaussian_blendshapes"
+    with tarfile.open(source / "files.tar.xz") as archive:
+        archive.extractall(target, filter="data")
+    viewer = loads((source / "viewer.planes.xz").read_bytes())
+    for name, array in viewer.items():
+        path = target / "viewer" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.save(path, array)
+    np.savez(target / "body" / "body_model.npz", **loads((source / "body_model.planes.xz").read_bytes()))
+    (target / "golden").mkdir()
+    rows: dict[str, Array] = {}
+    files: dict[str, dict[str, Array]] = {}
+    for name, array in loads((source / "golden.planes.xz").read_bytes()).items():
+        file, _, key = name.rpartition("/")
+        (files.setdefault(file, {}) if file else rows)[key] = array
+    for file, arrays in files.items():
+        np.savez(target / "golden" / f"{file}.npz", **arrays)
+    return BlendshapesGolden(target, rows["face_rows"], rows["vertex_rows"])
+
+
+def unpack_full_gaussian_blendshapes(target: Path) -> BlendshapesGolden:
+    """The vectors with all their rows, from the optional test data; skips the test where it is absent."""
+    source = shared("golden/gaussian_blendshapes")
+    for archive, folder in (("model_raw.zip", "raw"), ("model_viewer.zip", "viewer")):
+        with zipfile.ZipFile(source / archive) as file:
+            for info in file.infolist():
+                if not info.is_dir():
+                    path = target / folder / Path(info.filename).relative_to("model")
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    path.write_bytes(file.read(info))
+    for folder in ("dataset", "body", "golden"):
+        (target / folder).symlink_to(source / folder, target_is_directory=True)
+    vertices = len(_read_npz(target / "golden" / "static.npz")["vertices_neutral"])
+    kept = len(_read_npz(target / "golden" / "static.npz")["raw_row_of_kept"])
+    return BlendshapesGolden(target, np.arange(kept), np.arange(vertices))
+
+
+UNPACK: dict[str, Callable[[Path], BlendshapesGolden]] = {
+    "committed": unpack_gaussian_blendshapes,
+    "full": unpack_full_gaussian_blendshapes,
+}
+
+
+def _read_npz(path: Path) -> dict[str, Array]:
+    with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+        return {key: file[key] for key in file.files}
