@@ -5,8 +5,9 @@
 Kept: skin, mouth and eye sockets, teeth, gums, tongue, eyeballs, 51 expression shapes, 8 identity shapes.
 Dropped: iris balls (the painted cornea replaces them), lashes, lacrimal fluid, unused vertices, UVs,
 offsets shorter than a hundredth of a millimetre. Left and right sums follow ARKit: one `browInnerUp`, one `cheekPuff`.
-Repaired: the cornea's bulge is flattened and lid vertices inside an eyeball are lifted onto it, at rest and in
-every shape, because the registered lids do not clear the eyes when they close.
+Repaired: the left eye is the mirrored right one, because its registered upper lid is folded into the eyeball;
+the cornea's bulge is flattened and lid vertices inside an eyeball are lifted onto it, at rest and in
+every shape, because the lids do not clear the eyes when they close.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ PARTS = (
     "right_eye",
 )
 SHORTEST_CM = 0.001
+EYE_REGION_CM = (2.2, 3.4)  # within the first the left eye is the mirrored right one, beyond the second itself
 BALL_CM, LID_CM = 1.47, 1.53  # radii of the eyeball's surface and of the nearest that lids may come
 IDENTITY_MODES = 8
 # First vertex of each region of the ICT-FaceKit topology.
@@ -94,6 +96,29 @@ def part_of_triangle(vertices: np.ndarray, triangles: np.ndarray, jaw_open: np.n
     return part
 
 
+def mirrored(generic: np.ndarray) -> np.ndarray:
+    """The vertex on the other side of each vertex, from the symmetric generic face."""
+    other = np.empty(len(generic), np.int64)
+    for first, end in ((0, GUMS), (GUMS, LEFT_EYE), (LEFT_EYE, len(generic))):
+        goal = generic[first:end] * (-1, 1, 1)
+        for row in range(first, end):
+            other[row] = first + np.argmin(np.sum((goal - generic[row]) ** 2, axis=1))
+    return other
+
+
+def mirror_right_eye(source: np.lib.npyio.NpzFile) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (f64, cm) and colours (f64, 0..255) with the right eye's lids and ball also on the left."""
+    vertices, colors = source["vertices"].astype(np.float64), source["vertex_colors"].astype(np.float64)
+    other = mirrored(source["generic_vertices"].astype(np.float64))
+    centre = vertices[RIGHT_EYE:RIGHT_IRIS].mean(axis=0) * (-1, 1, 1)
+    distance = np.linalg.norm(vertices - centre, axis=1, keepdims=True)
+    share = np.clip((EYE_REGION_CM[1] - distance) / (EYE_REGION_CM[1] - EYE_REGION_CM[0]), 0, 1)
+    share = share * share * (3 - 2 * share)
+    vertices += share * (vertices[other] * (-1, 1, 1) - vertices)
+    colors += share * (colors[other] - colors)
+    return vertices, colors
+
+
 def lift(points: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """The points, those in front of an eyeball and inside LID_CM of its centre moved out to it."""
     arm = points - centre
@@ -123,7 +148,7 @@ def main(source: Path) -> None:
     head = np.load(source / "ict_lps_head.npz", allow_pickle=False)
     identity = np.load(source / "ict_identity20.npz", allow_pickle=False)["identity"][:IDENTITY_MODES]
     shapes = expressions(head)
-    vertices = head["vertices"].astype(np.float64)
+    vertices, colors = mirror_right_eye(head)
     clear_eyes(vertices, shapes)
     triangles = head["triangles"].astype(np.int64)
     part = part_of_triangle(vertices, triangles, shapes["jawOpen"])
@@ -138,7 +163,7 @@ def main(source: Path) -> None:
     np.savez_compressed(
         Path(__file__).parent / "data" / "head.npz",
         vertices=vertices[used].astype(np.float32),
-        colors=head["vertex_colors"][used],
+        colors=np.round(colors[used]).astype(np.uint8),
         triangles=flat.reshape(-1, 3).astype(np.uint16),
         part=part.astype(np.uint8),
         part_names=np.array(PARTS),

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import quat_from_matrix, quat_multiply
-from samples.body_model import FEATURES, GAUSSIAN_SHAPES, BodyModel
+from samples.body_model import FEATURES, GAUSSIAN_SHAPES, JAW_SHAPES, BodyModel
 from samples.containers import Chunks, Parameter, save_npy, save_npy_dict, save_torch
 from samples.head import Head, smoothstep, unit
 from samples.surface import Samples, deformation, sample_head
@@ -29,6 +29,7 @@ MOUTH_SHARE = 0.1  # Gaussians in each set of teeth, as a share of the face's, a
 # Deviation and thickness of a splat, in sample spacings: wide enough that no hole shows, flat along the normal.
 WIDTH, THICKNESS = 0.62, 0.07
 OPACITY_LOGIT = 6.0
+STRETCH = (-0.6, 0.75)
 SHEEN = 0.09  # how much brighter skin looks face on than edge on
 
 # The trainer's mask thresholds, metres (train.py: 0.1 * 0.000237277025008 and 0.005703532602638).
@@ -73,6 +74,7 @@ class Model:
     body: BodyModel
     samples: Samples
     face: Fields  # RAW_STATIC, pose [36, P, 3], eye [P, 3, 2], W [P, 5]; float32
+    jaw_motion: dict[int, Array]  # column of a jaw shape -> its whole offsets [V, 3], joint and morph together
     mouth: tuple[Fields, Fields]  # RAW_STATIC of the upper and lower teeth
     noise_seed: int | None  # random learned values in every field, for conformance; None: what the mesh says
 
@@ -163,14 +165,16 @@ def build_model(head: Head, body: BodyModel, gaussians: int, seed: int = 1) -> M
         inside = sample_head(head, regions, np.ones(1), max(1, round(gaussians * MOUTH_SHARE)), seed + 1 + k)
         mouth.append(static_fields(head, inside))
     face = static_fields(head, samples) | rigged_fields(body, samples)
-    return Model(body, samples, face, (mouth[0], mouth[1]), None)
+    columns = body.expression_names[:GAUSSIAN_SHAPES]
+    jaw_motion = {columns.index(n): head.expression(n) for n in JAW_SHAPES if n in columns}
+    return Model(body, samples, face, jaw_motion, (mouth[0], mouth[1]), None)
 
 
 def moved_rows(model: Model, rows: slice) -> Fields:
     """The fields with one column for each expression, of some Gaussians; float32.
 
     Init terms are how the triangle carries the Gaussian. The mask follows how far the triangle moves. The
-    learned scale is how the triangle stretches; other learned values are zero.
+    learned scale is how the triangle stretches, for jaw shapes with the joint's turn; other learned values are zero.
     """
     face = model.samples.face[rows]
     corner = model.body.faces[face]
@@ -189,11 +193,21 @@ def moved_rows(model: Model, rows: slice) -> Fields:
     shift, turn, gradient = deformation(before[row], after, position[row])
     out["init_xyz"][row, :, shape] = shift
     out["init_rot"][row, :, shape] = quat_multiply(turn - (1, 0, 0, 0), rotation[row])
-    stretch = np.log(np.maximum(np.linalg.norm(gradient @ frame[row][:, :, :2], axis=1), 1e-3))
+    stretch = log_stretch(gradient, frame[row])
+    for j, full in model.jaw_motion.items():
+        jaw = shape == j
+        _, _, gradient = deformation(before[row[jaw]], before[row[jaw]] + full[corner[row[jaw]]], position[row[jaw]])
+        stretch[jaw] = log_stretch(gradient, frame[row[jaw]])
     mask = out["mask"][row, shape][:, None].astype(np.float64)
-    learned = np.clip(stretch, -0.7, 0.9) / np.where(mask > 0, mask, np.inf)
-    out["scaling_b"][row, :2, shape] = learned
+    out["scaling_b"][row, :2, shape] = stretch / np.where(mask > 0, mask, np.inf)
     return out
+
+
+def log_stretch(gradient: Array, frame: Array) -> Array:
+    """How much longer the two tangents of a splat grow [N, 2], natural logarithm, kept within STRETCH."""
+    length = np.linalg.norm(gradient @ frame[:, :, :2], axis=1)
+    result: Array = np.clip(np.log(np.maximum(length, 1e-3)), *STRETCH)
+    return result
 
 
 def fold(raw: Fields) -> Fields:

@@ -16,7 +16,7 @@ Array = npt.NDArray[Any]
 DATA = Path(__file__).parent / "data"
 
 # ICT's lips cover the teeth however far the jaw drops; these shares of other shapes part them in jawOpen.
-LIPS_OF_JAW_OPEN = {"mouthLowerDown": 0.55, "mouthUpperUp": 0.4}
+LIPS_OF_JAW_OPEN = {"mouthLowerDown": 0.85, "mouthUpperUp": 0.4}
 
 # How far a full eyeLook weight turns an eyeball, radians about (x, y): x down, y towards the subject's left.
 EYE_TURN: dict[str, tuple[float, float]] = {

@@ -68,9 +68,8 @@ class SparseRowsBuilder:
         for name, threshold in self.thresholds.items():
             keep |= exceeds(values[name], threshold)
         first, last = self._entry, self._entry + int(np.count_nonzero(keep))
-        self._row_ptr[self._row + 1 : self._row + rows + 1] = first + np.cumsum(
-            np.count_nonzero(keep, axis=1)
-        )
+        ends = first + np.cumsum(np.count_nonzero(keep, axis=1))
+        self._row_ptr[self._row + 1 : self._row + rows + 1] = ends
         row, column = np.nonzero(keep)
         self._column[first:last] = column
         for name, target in self._values.items():

@@ -1,139 +1,150 @@
-"""Each stage alone, fed with what the released code computed just before it and held against what it computed next."""
+"""Each stage alone: fed with what the released code had before it, held against what it computed next."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import pytest
 
-from avatar_runtime.avatar import Avatar, Blendshapes, Expression, Gaussians, Group, Rig, SparseRows
-from avatar_runtime.avatar import Rules
 from avatar_runtime.camera import Camera
-from avatar_runtime.pose import PoseArrays
-from avatar_runtime.rotation import homogeneous, polar, quat_from_matrix, translation_matrix
-from avatar_runtime.stages.activate import Splats, activate
-from avatar_runtime.stages.bind import Bound, anchor_transform, bind, joint_mix
+from avatar_runtime.rotation import homogeneous, polar, quat_from_matrix, quat_multiply
+from avatar_runtime.stages.activate import activate
+from avatar_runtime.stages.bind import Bound, anchor_transform, bind, joint_mix, rows_of
 from avatar_runtime.stages.blend import blend
-from avatar_runtime.stages.joints import Joints, joints
+from avatar_runtime.stages.joints import joints
 from avatar_runtime.stages.morph import morph
 from avatar_runtime.stages.skin import skin, transform
 from avatar_runtime.stages.sparse import combine, gather
 from tests.golden import FRAMES, Array, BlendshapesGolden
-from tests.runtime.builders import sparse
+from tests.runtime.golden_model import GoldenModel, golden_joints
 
 METRES = 1e-6
 UNIT = 2e-6  # rotations, SH, opacity; scale relative
-JOINTS = ("root", "neck", "jaw", "leftEye", "rightEye")
-LOWER_MIX = {"root": 0.0130787707, "neck": 0.0426467828, "jaw": 0.944269622}
-EXPRESSIONS = 57  # what the body model moves; the Gaussians have deltas for the first 50
-EYELIDS = ("left", "right")
+GROUPS = ("face", "upper", "lower")
 
 
-@dataclass(frozen=True)
-class Golden:
-    """The vectors, and the model parts that the stages take, built from the arrays without any reader."""
+@pytest.fixture(scope="module")
+def model(blendshapes_golden: BlendshapesGolden) -> GoldenModel:
+    return GoldenModel(blendshapes_golden)
 
-    source: BlendshapesGolden
 
-    @cached_property
-    def body(self) -> dict[str, Array]:
-        return self.source.body_model()
+@pytest.fixture(params=FRAMES)
+def frame(request: pytest.FixtureRequest, model: GoldenModel) -> dict[str, Array]:
+    return model.frames[request.param]
 
-    @cached_property
-    def static(self) -> dict[str, Array]:
-        return self.source.static()
 
-    @cached_property
-    def frames(self) -> list[dict[str, Array]]:
-        return [self.source.frame(index) for index in FRAMES]
+def near(got: Array, want: Array, tolerance: float) -> None:
+    np.testing.assert_allclose(got, want, rtol=0, atol=tolerance)
 
-    @cached_property
-    def anchors(self) -> Array:
-        return self.body["faces"][self.body["back_of_head_faces"]].reshape(-1)
 
-    def posed_anchors(self, frame: dict[str, Array]) -> Array:
-        return frame["mesh_vertices"][np.searchsorted(self.source.vertex_rows, self.anchors)]
+def test_joints(model: GoldenModel, frame: dict[str, Array]) -> None:
+    got = joints(model.rig, model.pose(frame))
+    near(got.skin_matrix, frame["A"], METRES)
+    near(got.pose_feature, frame["pose_feature"], UNIT)
+    near(got.rest_position, frame["joints_rest"], METRES)
+    near(got.position, frame["joints_posed"], METRES)
 
-    @cached_property
-    def rig(self) -> Rig:
-        """J(expression) = regressor (template + identity + expression), as the body model defines it."""
-        body = {key: value.astype(np.float64) for key, value in self.body.items() if value.dtype == np.float32}
-        identity = self.frames[0]["shape"][:20].astype(np.float64)
-        vertices = body["v_template"] + body["shapedirs_identity"] @ identity
-        rest = body["J_regressor"] @ vertices
-        parents = self.body["parents"]
-        offset = rest - np.where(parents[:, None] >= 0, rest[parents], 0)
-        expression = np.moveaxis(body["shapedirs_expression"], 2, 1)  # [V, K, 3]
-        eyelids = np.stack([body["l_eyelid"], body["r_eyelid"]], axis=1)
-        return Rig(
-            vertices=vertices.astype(np.float32),
-            triangles=self.body["faces"].astype(np.uint32),
-            morphs=sparse({"position": expression}),
-            correctives=sparse({"position": np.moveaxis(body["posedirs"], 2, 1)}),
-            late_morphs=sparse({"position": eyelids}),
-            skin=sparse({"weight": body["lbs_weights"]}),
-            joint_names=JOINTS,
-            parents=parents,
-            rest_local=translation_matrix(offset.astype(np.float32)),
-            inverse_bind_matrix=translation_matrix(-rest.astype(np.float32)),
-            joint_basis=np.einsum("jv,vkc->kjc", body["J_regressor"], expression).astype(np.float32),
-            corrective_joints=np.arange(1, 5, dtype=np.int32),
-            anchor_vertices=self.anchors.astype(np.uint32),
+
+def test_the_neutral_mesh_has_the_subjects_identity(model: GoldenModel) -> None:
+    near(model.rig.vertices, model.static["vertices_neutral"], METRES)
+    near(model.rig.rest_local[:, :3, 3].cumsum(axis=0)[:2], model.static["joints_neutral"][:2], METRES)
+
+
+def test_morph_and_skin(model: GoldenModel, frame: dict[str, Array]) -> None:
+    pose, rows = model.pose(frame), model.source.vertex_rows
+    morphed = morph(model.rig, pose.expression_weights, frame["pose_feature"])
+    without_eyelids = skin(model.rig, morphed, frame["A"], np.zeros(2, np.float32))
+    near(without_eyelids[rows], frame["mesh_vertices_before_eyelids"], METRES)
+    near(skin(model.rig, morphed, frame["A"], pose.late_weights)[rows], frame["mesh_vertices"], METRES)
+
+
+def test_blend(model: GoldenModel, frame: dict[str, Array]) -> None:
+    avatar, n = model.avatar, len(model.source.face_rows)
+    got = blend(avatar.gaussians, avatar.blendshapes, model.pose(frame).expression_weights)
+    near(got.mean[:n], frame["face_1_blended_xyz"], METRES)
+    near(got.quat_wxyz[:n], frame["face_1_blended_rotation_raw"], UNIT)
+    near(got.sh[:n], frame["face_1_blended_sh"], UNIT)
+    near(got.log_scale[:n], frame["face_1_blended_scale_log"], UNIT)
+    near(got.opacity_logit[:n, None], frame["face_1_blended_opacity_logit"], UNIT)
+    for name in ("mean", "quat_wxyz", "sh", "log_scale", "opacity_logit"):
+        np.testing.assert_array_equal(
+            getattr(got, name)[n:], getattr(avatar.gaussians, name)[n:], err_msg=name
         )
 
-    @cached_property
-    def avatar(self) -> Avatar:
-        """The dumped folders as an avatar: face, upper and lower teeth."""
-        face, upper, lower = (self._folder(name) for name in ("fix", "mouth0", "mouth1"))
-        n, mouth = len(face["pos"]), len(upper["pos"]) + len(lower["pos"])
 
-        def all_groups(key: str) -> Array:
-            return np.concatenate([part[key] for part in (face, upper, lower)])
+def test_pose_correctives(model: GoldenModel, frame: dict[str, Array]) -> None:
+    n = len(model.source.face_rows)
+    offset = combine(model.avatar.blendshapes.correctives, frame["pose_feature"])["mean"]
+    near(offset[:n], frame["face_2_pose_offset"], METRES)
 
-        def columns(key: str, axis: int = -1) -> Array:
-            """[N, K, ...] of a face array whose column axis is `axis`; no entries in the mouth's rows."""
-            dense = np.moveaxis(face[key], axis, 1) if axis == -1 else np.moveaxis(face[key], axis, 0).swapaxes(0, 1)
-            return np.concatenate([dense, np.zeros((mouth, *dense.shape[1:]), np.float32)])
 
-        def expressions(key: str) -> Array:
-            dense = columns(key)
-            return np.concatenate([dense, np.zeros((n + mouth, EXPRESSIONS - 50, *dense.shape[2:]))], axis=1)
+def test_skinning_of_gaussians(model: GoldenModel, frame: dict[str, Array]) -> None:
+    n = len(model.source.face_rows)
+    matrix = gather(rows_of(model.avatar.skin, 0, n), frame["A"])
+    near(matrix, frame["face_3_skin_matrix"], UNIT)
+    near(matrix, frame["face_3_skin_matrix_diff"], UNIT)
+    moved = transform(frame["face_3_skin_matrix"][:, :3], frame["face_2_posed_xyz"])
+    near(moved, frame["face_3_skinned_xyz"], METRES)
 
-        groups = (
-            Group("face", 0, n, "skin"),
-            Group("upper", n, len(upper["pos"]), "anchor"),
-            Group("lower", n + len(upper["pos"]), len(lower["pos"]), "joint_mix", LOWER_MIX),
-        )
-        appearance = {"log_scale": "scale_t", "opacity_logit": "opacity_t", "sh": "shs_t"}
-        appearance_dense = {name: expressions(key) for name, key in appearance.items()}
-        appearance_dense["opacity_logit"] = appearance_dense["opacity_logit"][..., 0]
-        avatar = Avatar(
-            name="golden",
-            gaussians=Gaussians(
-                all_groups("pos"),
-                all_groups("scale"),
-                all_groups("rot"),
-                all_groups("opacity")[:, 0],
-                all_groups("shs"),
-            ),
-            groups=groups,
-            rules=Rules(),
-            expressions=tuple(Expression(name) for name in self.body["expression_names"].tolist()),
-            late_morph_names=EYELIDS,
-            blendshapes=Blendshapes(
-                sparse({"mean": expressions("xyz_t"), "quat_wxyz": expressions("rot_t")}),
-                sparse(appearance_dense),
-                sparse({"mean": columns("pos_t", axis=0)}),
-                sparse({"mean": columns("eyelid")}),
-            ),
-            skin=sparse({"weight": columns("W")}),
-            rig=self.rig,
-            sh_degree=3,
-        )
-        return avatar.check()
 
-    def _folder(self, prefix: str) -> dict[str, Array]:
-        (folder,) = (path for path in self.source.viewer.iterdir() if path.name.startswith(prefix))
-        return {path.stem: np.load(path) for path in folder.glob("*.npy")}
+def test_eyelids_of_gaussians(model: GoldenModel, frame: dict[str, Array]) -> None:
+    n = len(model.source.face_rows)
+    late = combine(model.avatar.blendshapes.late_morphs, frame["eyelids"])["mean"]
+    near(frame["face_3_skinned_xyz"] + late[:n], frame["face_4_eyelid_xyz"], METRES)
+
+
+def test_polar_and_quaternion(frame: dict[str, Array]) -> None:
+    near(polar(frame["face_3_skin_matrix"][:, :3, :3]), frame["face_5_lbs_rotation"], UNIT)
+    near(quat_from_matrix(frame["face_5_lbs_rotation"]), frame["face_5_lbs_quaternion"], UNIT)
+    near(polar(frame["lower_M"][:3, :3]), frame["lower_R"], UNIT)
+    turned = quat_multiply(frame["face_5_lbs_quaternion"], frame["face_5_rotation_unit"])
+    near(turned, frame["face_rotation"], UNIT)
+
+
+@pytest.mark.parametrize(("rule", "suffix"), [("repeats", ""), ("unique", "_unique")])
+def test_anchor_transform(model: GoldenModel, frame: dict[str, Array], rule: str, suffix: str) -> None:
+    neutral = model.static["vertices_neutral"][model.anchors]
+    got = anchor_transform(neutral, model.posed_anchors(frame), rule)
+    near(got[:3, :3], frame[f"upper_R{suffix}"], UNIT)
+    near(got[:3, 3], frame[f"upper_t{suffix}"], METRES)
+
+
+def test_joint_mix(model: GoldenModel, frame: dict[str, Array]) -> None:
+    near(joint_mix(model.avatar, model.avatar.groups[2], golden_joints(frame)), frame["lower_M"], METRES)
+
+
+def test_bind_and_activate(model: GoldenModel, frame: dict[str, Array]) -> None:
+    got = activate(bound(model, frame))
+    for group, name in zip(model.avatar.groups, GROUPS, strict=True):
+        rows = slice(group.first, group.first + group.count)
+        near(got.mean[rows], frame[f"{name}_xyz"], METRES)
+        near(got.quat_wxyz[rows], frame[f"{name}_rotation"], UNIT)
+        np.testing.assert_allclose(got.scale[rows], frame[f"{name}_scale"], rtol=UNIT)
+        near(got.opacity[rows, None], frame[f"{name}_opacity"], UNIT)
+
+
+def test_world_from_avatar_moves_the_bound_gaussians(model: GoldenModel) -> None:
+    """Placed by a rotation of the camera's inverse, every Gaussian lies where the camera saw it."""
+    frame = model.frames[3]
+    world = homogeneous(frame["camera_R"].astype(np.float64), frame["camera_t"].astype(np.float64))
+    here, there = bound(model, frame), bound(model, frame, world)
+    mean = here.gaussians.mean @ frame["camera_R"].T + frame["camera_t"]
+    near(there.gaussians.mean, mean, METRES)
+    near(there.rotation, frame["camera_R"] @ here.rotation, UNIT)
+
+
+def bound(model: GoldenModel, frame: dict[str, Array], world: Array | None = None) -> Bound:
+    """Stage `bind` after the released code's joints and anchor vertices."""
+    pose = model.pose(frame)
+    blended = blend(model.avatar.gaussians, model.avatar.blendshapes, pose.expression_weights)
+    anchors, state = model.posed_anchors(frame), golden_joints(frame)
+    world = np.eye(4) if world is None else world
+    return bind(model.avatar, blended, state, pose.late_weights, anchors, world)
+
+
+def test_camera(frame: dict[str, Array]) -> None:
+    height, width = (int(size) for size in frame["image_size"])
+    got = Camera.from_opencv(frame["camera_R"], frame["camera_t"], frame["camera_K"], width, height)
+    np.testing.assert_array_equal(got.camera_from_world, frame["view_matrix_t"].T)
+    np.testing.assert_allclose(got.clip_from_world, frame["view_proj_matrix_t"].T, rtol=UNIT, atol=UNIT)
+    near(got.centre, frame["camera_centre"], METRES)
+    near(2 * np.arctan([got.tan_half_fov_x, got.tan_half_fov_y]), [frame["fov_x"], frame["fov_y"]], 1e-7)

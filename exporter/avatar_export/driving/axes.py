@@ -46,7 +46,7 @@ def head_rotation(frame: DrivingFrame) -> F64:
 
 
 def eye_rotation(frame: DrivingFrame, side: str) -> F64 | None:
-    """The rotation [3, 3] in mesh axes of the subject's "Left" or "Right" eye; None where it was not measured.
+    """The rotation [3, 3] in mesh axes of the subject's "Left" or "Right" eye; None where not measured.
 
     An eye that was measured is never exactly (0, 0, 0): those are the zeros of a file without eye channels.
     """

@@ -145,7 +145,7 @@ def _matrix_turn(values: F64, rows: dict[int, int]) -> F64:
 
 
 def _rest_frames(avatar: Avatar) -> dict[str, F64]:
-    """joint -> linear part [3, 3] of mesh_from_joint at rest; delta = rest^-1 R rest turns by R in mesh axes."""
+    """joint -> linear part [3, 3] of mesh_from_joint at rest; rest^-1 R rest turns it by R in mesh axes."""
     rig = avatar.rig
     if rig is None:
         return {}

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from avatar_export.driving.takes import read_bytes, shown
+from avatar_export.driving.checks import read_bytes, shown
 from avatar_runtime.avatar import F64
 from avatar_runtime.errors import AvatarError
 
@@ -87,7 +87,8 @@ def read_glb(path: Path | str) -> Glb:
 
 
 def _chunks(data: bytes, source: str) -> list[tuple[bytes, bytes]]:
-    chunks, at = [], _HEADER.size
+    chunks: list[tuple[bytes, bytes]] = []
+    at = _HEADER.size
     while at < len(data):
         if at + _CHUNK.size > len(data):
             raise AvatarError("ends inside a chunk header", file=source)

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from avatar_export.driving.arkit import no_such
+from avatar_export.driving.checks import no_such, shown
 from avatar_export.driving.glb import Glb, accessor, natural, numbers, objects
 from avatar_export.driving.sampler import INTERPOLATIONS, Sampler, unit
-from avatar_export.driving.takes import shown
 from avatar_runtime.avatar import F64
 
 # What a channel may move: the type of its values.
@@ -125,7 +124,8 @@ def _check_no_loop(glb: Glb, parents: list[int]) -> None:
     """A node that is above itself would never end a walk upwards."""
     rooted = [False] * len(parents)
     for index in range(len(parents)):
-        walk, at = [], index
+        walk: list[int] = []
+        at = index
         while at >= 0 and not rooted[at]:
             if len(walk) > len(parents):
                 raise glb.error("is its own ancestor", f"nodes[{index}]")

@@ -1,4 +1,4 @@
-"""Plays the animation clips of a .glb on an avatar: nodes to joints and morph targets to expressions, by name.
+"""Plays the clips of a .glb on an avatar: nodes to joints, morph targets to expressions, by name.
 
 A joint takes delta = rest_local^-1 parent_from_joint, where parent_from_joint is the clip's transform of the
 node of that name up to the node of the joint's parent (for a root joint: up to the scene), nodes in between
@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avatar_export.driving.arkit import canonical, first_canonical, no_such
+from avatar_export.driving.arkit import canonical, first_canonical
+from avatar_export.driving.checks import no_such
 from avatar_export.driving.glb import read_glb
 from avatar_export.driving.gltf_animation import Clip, clip_names, read_clip
 from avatar_export.driving.sampler import Sampler, evaluate

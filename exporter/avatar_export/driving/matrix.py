@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from avatar_export.driving.arkit import ARKIT_NAMES, canonical, no_such
-from avatar_export.driving.takes import read_bytes, shown
+from avatar_export.driving.arkit import ARKIT_NAMES, canonical
+from avatar_export.driving.checks import no_such, read_bytes, shown
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.errors import AvatarError, unknown_name
 

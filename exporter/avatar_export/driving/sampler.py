@@ -1,4 +1,4 @@
-"""Evaluates glTF animation samplers: STEP, LINEAR and CUBICSPLINE, as the glTF 2.0 appendix C defines them."""
+"""Evaluates glTF animation samplers: STEP, LINEAR and CUBICSPLINE, as glTF 2.0 appendix C defines them."""
 
 from __future__ import annotations
 

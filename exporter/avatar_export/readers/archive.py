@@ -16,6 +16,7 @@ from avatar_runtime.errors import AvatarError
 
 MAX_ENTRIES = 10_000
 MAX_TOTAL_BYTES = 8 << 30
+MAX_READ_BYTES = 2 << 30  # of a file that is read as a whole
 MAX_RATIO = 200  # of entries over RATIO_FREE_BYTES; arrays of zeros shrink a thousandfold when they are small
 RATIO_FREE_BYTES = 64 << 20
 CHUNK_BYTES = 1 << 20
@@ -63,8 +64,10 @@ class Archive:
         """Bytes of a file, as the directory says."""
         return self._entry(name).file_size
 
-    def read(self, name: str) -> bytes:
-        """The bytes of a file. Raises AvatarError if there is no such file or it is damaged."""
+    def read(self, name: str, limit: int = MAX_READ_BYTES) -> bytes:
+        """The bytes of a file. Raises AvatarError if it is missing, damaged or has more than `limit` bytes."""
+        if self.size(name) > limit:
+            raise self._wrong(f"has {self.size(name)} bytes, at most {limit} are read", name)
         return b"".join(self.chunks(name))
 
     def chunks(self, name: str) -> Iterator[bytes]:

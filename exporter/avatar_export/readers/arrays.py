@@ -21,6 +21,7 @@ from avatar_runtime.avatar import F32
 from avatar_runtime.errors import AvatarError
 
 NUMBER_CODES = ("f2", "f4", "f8", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "b1")
+BYTE_ORDERS = ("<", ">", "=", "|")
 MAX_DIMENSIONS = 32
 MAX_HEADER_BYTES = 65536
 SPAN_BYTES = 65536  # up to this much is read at once where only part of it is wanted
@@ -50,7 +51,7 @@ class RowSource(Protocol):
 
 def number_type(code: str) -> np.dtype[Any] | None:
     """The NumPy type of a code such as '<f4' if it is a plain number of NUMBER_CODES, else None."""
-    order, bare = (code[0], code[1:]) if code[:1] in "<>=|" else ("=", code)
+    order, bare = (code[0], code[1:]) if code.startswith(BYTE_ORDERS) else ("=", code)
     return np.dtype(order + bare) if bare in NUMBER_CODES else None
 
 
@@ -158,10 +159,10 @@ def stored_array(
     def wrong(message: str) -> AvatarError:
         return AvatarError(message, file=file, field=name)
 
-    sizes = _sizes(shape)
-    if sizes is None or len(sizes) > MAX_DIMENSIONS:
+    sizes = sizes_of(shape)
+    if sizes is None:
         raise wrong("has a shape that is no list of sizes")
-    steps = c_strides(sizes) if strides is None else _sizes(strides)
+    steps = c_strides(sizes) if strides is None else sizes_of(strides)
     if steps is None or len(steps) != len(sizes):
         raise wrong("has strides that do not go with its shape")
     count = math.prod(sizes)
@@ -184,6 +185,20 @@ def stored_array(
 def c_strides(shape: Sequence[int]) -> tuple[int, ...]:
     """Strides in elements of a C-contiguous array."""
     return tuple(math.prod(shape[axis + 1 :]) for axis in range(len(shape)))
+
+
+def fortran_strides(shape: object) -> tuple[int, ...] | None:
+    """Strides in elements of a Fortran-contiguous array; None for what is no shape."""
+    sizes = sizes_of(shape)
+    return None if sizes is None else c_strides(sizes[::-1])[::-1]
+
+
+def sizes_of(values: object) -> tuple[int, ...] | None:
+    """`values` as a shape of at most MAX_DIMENSIONS whole, non-negative sizes; None if it is none."""
+    if not isinstance(values, (tuple, list)) or len(values) > MAX_DIMENSIONS:
+        return None
+    sizes = tuple(v for v in values if type(v) is int and 0 <= v < 2**62)
+    return sizes if len(sizes) == len(values) else None
 
 
 def open_npy(path: Path) -> StoredArray:
@@ -247,18 +262,11 @@ def _stored_npy(stream: BinaryIO, size: int, source: Path | bytes, file: object,
         raise AvatarError(
             f"has type {str(dtype)[:40]}; one of {', '.join(NUMBER_CODES)} is needed", file=file, field=name
         )
-    strides = tuple(reversed(c_strides(tuple(reversed(shape))))) if fortran else None
+    strides = fortran_strides(shape) if fortran else None
     return stored_array(
         name, source, file, shape=shape, dtype=known, offset=offset, available=size - offset, strides=strides,
         exact=True,
     )  # fmt: skip
-
-
-def _sizes(values: Sequence[object]) -> tuple[int, ...] | None:
-    if not isinstance(values, (tuple, list)):
-        return None
-    sizes = tuple(v for v in values if type(v) is int and 0 <= v < 2**62)
-    return sizes if len(sizes) == len(values) else None
 
 
 def _fill(fetch: Fetch, offset: int, out: Array, strides: tuple[int, ...]) -> None:

@@ -58,6 +58,7 @@ class _Storages:
 
     def __init__(self, path: Path):
         self.path = path
+        self.offsets: dict[str, int] = {}
         try:
             with path.open("rb") as stream:
                 self._refuse_legacy(stream.read(512))
@@ -114,7 +115,9 @@ class _Storages:
                 file=self.path,
                 field=name,
             )
-        return _Storage(self.path, self._data_offset(entry), count, dtype)
+        if name not in self.offsets:
+            self.offsets[name] = self._data_offset(entry)
+        return _Storage(self.path, self.offsets[name], count, dtype)
 
     def _data_offset(self, entry: zipfile.ZipInfo) -> int:
         """Where an entry's bytes begin: behind its local header, whose padding varies."""
@@ -126,8 +129,13 @@ class _Storages:
                 raise AvatarError("the storage's zip header is damaged", file=self.path, field=entry.filename)
             method, name_length, extra_length = struct.unpack("<8xH16xHH", header)
             name = stream.read(name_length)
+        encoding = "utf8" if entry.flag_bits & 0x800 else "cp437"
         offset: int = entry.header_offset + 30 + name_length + extra_length
-        if method or name != entry.orig_filename.encode("utf8") or offset + entry.file_size > size:
+        if (
+            method
+            or name.decode(encoding, "replace") != entry.orig_filename
+            or offset + entry.file_size > size
+        ):
             raise AvatarError("the storage's zip header is damaged", file=self.path, field=entry.filename)
         return offset
 

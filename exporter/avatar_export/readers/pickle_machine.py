@@ -93,6 +93,7 @@ class Machine:
         self.stack: list[object] = []
         self.marks: list[list[object]] = []
         self.memo: dict[int, object] = {}
+        self.steps = 0
 
     def load(self) -> object:
         """What the pickle describes, made of plain values, Payloads and StandIns.
@@ -114,7 +115,8 @@ class Machine:
             ) from error
 
     def _run(self) -> object:
-        for _ in range(MAX_STEPS):
+        while self.steps < MAX_STEPS:
+            self.steps += 1
             code = self.take(1)[0]
             if code == STOP:
                 return self.stack.pop()
@@ -191,6 +193,7 @@ class Machine:
         arguments, made = self.stack.pop(), self.stack.pop()
         if not isinstance(made, Global) or not isinstance(arguments, tuple):
             self.refuse("calls something that is no known class")
+        self.steps += sum(len(a) for a in arguments if isinstance(a, (list, tuple)))
         self.push(made.make(*arguments))
 
     def build(self) -> None:

@@ -13,9 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from avatar_export.readers.arrays import (
+    BYTE_ORDERS,
     ComputedArray,
     RowSource,
     StoredArray,
+    fortran_strides,
     npy_header,
     number_type,
     stored_array,
@@ -38,7 +40,7 @@ class PickledType(StandIn):
     def build(self, state: object) -> None:
         if not isinstance(state, tuple) or len(state) < 5 or any(part is not None for part in state[2:5]):
             raise ValueError("a dtype has fields or a subtype")
-        if state[1] not in ("<", ">", "|", "="):
+        if state[1] not in BYTE_ORDERS:
             raise ValueError("a dtype has no byte order")
         self.order = str(state[1])
 
@@ -48,7 +50,7 @@ class PickledType(StandIn):
 
     def number(self) -> np.dtype[np.generic] | None:
         """The NumPy type, None if this is no plain number."""
-        return number_type(self.code if self.code[:1] in "<>=|" else self.order + self.code)
+        return number_type(self.code if self.code.startswith(BYTE_ORDERS) else self.order + self.code)
 
     def finish(self, name: str) -> object:
         return self.code
@@ -80,9 +82,7 @@ class PickledArray(StandIn):
                 f"an array of {kind!a} is refused; plain numbers are needed", file=self.file, field=name
             )
         source, offset, length = self._run(name)
-        strides = None
-        if self.fortran and all(type(n) is int for n in self.shape):
-            strides = _fortran_strides([n for n in self.shape if isinstance(n, int)])
+        strides = fortran_strides(self.shape) if self.fortran else None
         return stored_array(
             name, source, self.file, shape=self.shape, dtype=dtype, offset=offset, available=length,
             strides=strides, exact=True,
@@ -93,7 +93,7 @@ class PickledArray(StandIn):
             if isinstance(self.data, Payload):
                 return self.data.run()
             data = self.data.encode("latin1") if isinstance(self.data, str) else self.data
-        except UnicodeError:
+        except (UnicodeError, OSError):
             data = None
         if not isinstance(data, bytes):
             raise AvatarError("an array has no data", file=self.file, field=name)
@@ -248,14 +248,6 @@ def _encode(text: object, encoding: object = "utf8") -> object:
 
 def _not_called(*arguments: object) -> object:
     raise ValueError("numpy.ndarray is called")
-
-
-def _fortran_strides(shape: list[int]) -> tuple[int, ...]:
-    strides, step = [], 1
-    for size in shape:
-        strides.append(step)
-        step *= size
-    return tuple(strides)
 
 
 def _printable(key: object) -> str:

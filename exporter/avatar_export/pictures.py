@@ -1,0 +1,115 @@
+"""Pictures of an avatar: views, contact sheet, PNG and animated WebP."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageDraw, ImageFont
+
+from avatar_export.driving.arkit import canonical
+from avatar_export.driving.drive import pose_from_frame
+from avatar_export.driving.frames import DrivingFrame
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.camera import Camera
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose
+
+Pixels = npt.NDArray[np.uint8]
+FOV_Y = np.radians(20.0)
+MARGIN = 1.08
+SHEET_SIZE = 288
+SHEET_COLUMNS = 5
+# Shown on a contact sheet where the avatar has them: a face's most telling shapes.
+SHEET_EXPRESSIONS = (
+    ("jawOpen",),
+    ("mouthSmileLeft", "mouthSmileRight"),
+    ("eyeBlinkLeft", "eyeBlinkRight"),
+    ("mouthPucker",),
+    ("browInnerUp", "browOuterUpLeft", "browOuterUpRight"),
+    ("browDownLeft", "browDownRight"),
+    ("mouthFrownLeft", "mouthFrownRight"),
+    ("cheekPuff",),
+    ("eyeLookOutLeft", "eyeLookInRight"),
+    ("noseSneerLeft", "noseSneerRight"),
+)
+SHEET_VIEWS = (("three-quarter", 40.0), ("side", 85.0))
+
+
+def frame_camera(
+    avatar: Avatar, width: int, height: int, yaw: float = 0.0, pitch: float = 0.0, zoom: float = 1.0
+) -> Camera:
+    """A camera that sees the whole avatar at rest; yaw and pitch in radians, 0 in front of the face."""
+    low, high = robust_box(avatar)
+    target = (low + high) / 2
+    radius = float(np.linalg.norm(high - low)) / 2 * MARGIN
+    fit = np.tan(FOV_Y / 2) * min(1.0, width / height)
+    distance = radius / np.sin(np.arctan(fit)) / zoom
+    return Camera.orbit(target, distance, yaw, pitch, float(FOV_Y), width, height)
+
+
+def robust_box(avatar: Avatar) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Box of the Gaussians' centres without the outermost half percent: stray ones do not shrink the view."""
+    mean = avatar.gaussians.mean.astype(np.float64)
+    return np.percentile(mean, 0.5, axis=0), np.percentile(mean, 99.5, axis=0)
+
+
+def contact_sheet(avatar: Avatar, size: int = SHEET_SIZE) -> Pixels:
+    """Neutral, ten expressions and two more views, labelled, [H, W, 3]."""
+    player = Player(avatar)
+    cells = [(label, player.frame(pose, frame_camera(avatar, size, size, yaw)).rgb8()) for label, pose, yaw in sheet_poses(avatar)]
+    rows = -(-len(cells) // SHEET_COLUMNS)
+    sheet = Image.new("RGB", (SHEET_COLUMNS * size, rows * size))
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(size=max(10, size // 18))
+    for index, (label, pixels) in enumerate(cells):
+        at = (index % SHEET_COLUMNS * size, index // SHEET_COLUMNS * size)
+        sheet.paste(Image.fromarray(pixels), at)
+        draw.text((at[0] + 6, at[1] + 4), label, fill=(255, 255, 255), font=font, stroke_width=1, stroke_fill=(0, 0, 0))
+    return np.asarray(sheet)
+
+
+def sheet_poses(avatar: Avatar) -> list[tuple[str, Pose, float]]:
+    """(label, pose, yaw in radians) of every cell: ARKit shapes where it has them, else its first expressions."""
+    cells: list[tuple[str, Pose, float]] = [("neutral", Pose(), 0.0)]
+    if avatar.driving.mode != "none":
+        reached = {canonical(name) for name in (*avatar.driving.inputs, *avatar.expression_names)}
+        for names in SHEET_EXPRESSIONS:
+            if set(names) <= reached:
+                cells.append((names[0], arkit_pose(avatar, dict.fromkeys(names, 1.0)), 0.0))
+    else:
+        for expression in avatar.expressions[: len(SHEET_EXPRESSIONS)]:
+            cells.append((expression.name, Pose({expression.name: expression.range[1]}), 0.0))
+    return cells + [(label, Pose(), float(np.radians(yaw))) for label, yaw in SHEET_VIEWS]
+
+
+def arkit_pose(avatar: Avatar, weights: dict[str, float]) -> Pose:
+    """The pose that ARKit weights give, by the avatar's driving. Raises AvatarError if ARKit cannot drive it."""
+    return pose_from_frame(avatar, DrivingFrame(0.0, weights))
+
+
+def png(pixels: Pixels) -> bytes:
+    """A PNG of [H, W, 3 | 4]; same pixels, same bytes."""
+    out = io.BytesIO()
+    Image.fromarray(pixels).save(out, "PNG", compress_level=6)
+    return out.getvalue()
+
+
+def animated_webp(frames: Iterable[Pixels], fps: float) -> bytes:
+    """An endless animation of [H, W, 3 | 4] frames."""
+    images = [Image.fromarray(frame) for frame in frames]
+    if not images:
+        raise ValueError("an animation needs a frame")
+    out = io.BytesIO()
+    images[0].save(
+        out, "WEBP", save_all=True, append_images=images[1:], duration=round(1000 / fps), loop=0, quality=85, method=2
+    )
+    return out.getvalue()
+
+
+def side_by_side(images: Sequence[Pixels]) -> Pixels:
+    """Images of one height in a row."""
+    result: Any = np.concatenate(list(images), axis=1)
+    return result
