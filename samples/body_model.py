@@ -21,10 +21,10 @@ NECK_POSITION = (0.0, -0.075, -0.005)
 # Share of root, neck and jaw in the transform of the lower teeth, the constants of Gaussian Blendshapes.
 LOWER_TEETH_MIX = (0.0130787707, 0.0426467828, 0.944269622)
 JAW_SHAPES = ("jawOpen", "jawForward", "jawLeft", "jawRight")
-# Drawn by the joints to within a fraction of a millimetre, so it is the one shape the Gaussians lack.
-MESH_ONLY = "jawForward"
+# The one shape the Gaussians lack: the jaw joint alone draws it to within 3 mm at the lips.
+MESH_ONLY = "jawRight"
 GAUSSIAN_SHAPES = 50
-FEATURES = 36
+FEATURES = 36  # 9 entries of R - I for each of four joints
 ANCHOR_FACES = 56
 
 
@@ -64,7 +64,9 @@ def kabsch(source: Array, target: Array) -> Array:
 
 def rotvec(rotation: Array) -> Array:
     """Rotation vector of a matrix [3, 3] that turns by less than half a turn."""
-    skew = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
+    skew = np.array(
+        [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
+    )
     sine = np.linalg.norm(skew) / 2
     angle = np.arctan2(sine, (np.trace(rotation) - 1) / 2)
     result: Array = skew / 2 * (angle / sine if sine > 1e-9 else 1.0)
@@ -72,7 +74,7 @@ def rotvec(rotation: Array) -> Array:
 
 
 def fit_jaw(head: Head) -> tuple[Array, dict[str, Array]]:
-    """Jaw joint [3] and the jaw's rotation vector for each jaw shape, from the rigid motion of the lower teeth.
+    """Jaw joint [3] and its rotation vector for each jaw shape, from the rigid motion of the lower teeth.
 
     The teeth follow the joint only by LOWER_TEETH_MIX[2], so the joint turns that much further.
     The joint lies on the axis of jawOpen, in the middle of the face.
@@ -100,7 +102,7 @@ def smooth_over_mesh(head: Head, values: Array, rounds: int) -> Array:
 
 
 def skin_weights(head: Head, joint: Array, jaw_open: Array) -> Array:
-    """Weights [V, 5]. The jaw's are how far jawOpen moves a vertex along the arc the jaw joint would take it."""
+    """Weights [V, 5]; the jaw's: how far jawOpen moves a vertex along the arc the jaw joint would take it."""
     arm = head.vertices - joint
     arc = arm @ matrix_from_rotvec(jaw_open).T - arm
     along = np.sum(arc * head.expression("jawOpen"), axis=1) / np.maximum(np.sum(arc * arc, axis=1), 1e-5)
@@ -190,7 +192,7 @@ def build_body_model(head: Head, *, moving_joints: bool = False, posedirs: Array
 
 
 def driving(body: BodyModel, inputs: tuple[str, ...]) -> dict[str, Any]:
-    """The matrix from ARKit weights to this body: expressions by name, jaw and eyes by joint rotation vectors."""
+    """The matrix from ARKit weights to this body: expressions by name, jaw and eyes by rotation vectors."""
     rows: dict[str, dict[str, float]] = {f"expression/{n}": {n: 1.0} for n in body.expression_names}
     for name, turn in body.jaw_turn.items():
         for axis, angle in zip("xyz", turn.tolist(), strict=True):

@@ -4,7 +4,8 @@
 
 Kept: skin, mouth and eye sockets, teeth, gums, tongue, eyeballs, 51 expression shapes, 8 identity shapes.
 Dropped: iris balls (the painted cornea replaces them), lashes, lacrimal fluid, unused vertices, UVs,
-offsets shorter than a hundredth of a millimetre. Left and right sums follow ARKit: one `browInnerUp`, one `cheekPuff`.
+offsets shorter than a hundredth of a millimetre. As ARKit has it, `browInnerUp` and `cheekPuff` are sums of
+left and right.
 Repaired: the left eye is the mirrored right one, because its registered upper lid is folded into the eyeball;
 the cornea's bulge is flattened and lid vertices inside an eyeball are lifted onto it, at rest and in
 every shape, because the lids do not clear the eyes when they close.
@@ -30,7 +31,10 @@ PARTS = (
     "right_eye",
 )
 SHORTEST_CM = 0.001
-EYE_REGION_CM = (2.2, 3.4)  # within the first the left eye is the mirrored right one, beyond the second itself
+EYE_REGION_CM = (
+    2.2,
+    3.4,
+)  # within the first the left eye is the mirrored right one, beyond the second itself
 BALL_CM, LID_CM = 1.47, 1.53  # radii of the eyeball's surface and of the nearest that lids may come
 IDENTITY_MODES = 8
 # First vertex of each region of the ICT-FaceKit topology.
@@ -46,7 +50,7 @@ def arkit_name(name: str) -> str:
 
 
 def expressions(source: np.lib.npyio.NpzFile) -> dict[str, np.ndarray]:
-    """ARKit name -> offsets [V, 3] in cm; `cheekRaiser` is part of ARKit's cheekSquint, pupils have no shape."""
+    """ARKit name -> offsets [V, 3] in cm; ARKit has no `cheekRaiser` and no pupils."""
     ptr, index, offset = (source[f"expression_{k}"] for k in ("ptr", "index", "offset"))
     dense: dict[str, np.ndarray] = {}
     for k, ict in enumerate(source["expression_names"].tolist()):
@@ -91,7 +95,9 @@ def part_of_triangle(vertices: np.ndarray, triangles: np.ndarray, jaw_open: np.n
     edges = (HEAD, MOUTH_SOCKET, EYE_SOCKETS, GUMS, TEETH, LEFT_EYE, LEFT_IRIS, RIGHT_EYE, RIGHT_IRIS, OTHER)
     region = np.searchsorted(edges, triangles.max(axis=1), side="right")
     # Columns: follows the skull, follows the jaw.
-    table = np.array([[0, 0], [1, 1], [2, 2], [3, 3], [4, 5], [6, 7], [8, 8], [-1, -1], [9, 9], [-1, -1], [-1, -1]])
+    table = np.array(
+        [[0, 0], [1, 1], [2, 2], [3, 3], [4, 5], [6, 7], [8, 8], [-1, -1], [9, 9], [-1, -1], [-1, -1]]
+    )
     part: np.ndarray = table[region, lower]
     return part
 

@@ -1,6 +1,6 @@
 """Writers of the containers that research codes save: `.npy`, a torch checkpoint zip, pickled NumPy arrays.
 
-Torch is not needed: a checkpoint is a stored zip of raw storages beside a pickle that names torch's functions.
+Torch is not needed: a checkpoint is a stored zip of raw storages and a pickle that names torch's functions.
 Big arrays come as `Chunks`, so that a checkpoint of gigabytes is written with the memory of one chunk.
 """
 
@@ -13,7 +13,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -85,10 +85,14 @@ class Storage:
     elements: int
 
 
-class Pickler(pickle._Pickler):  # type: ignore[name-defined]  # the C pickler cannot write a name it cannot import
+# The pickler in Python: the C one cannot write a name that it cannot import.
+PythonPickler: Any = pickle._Pickler
+
+
+class Pickler(PythonPickler):  # type: ignore[misc]
     """The standard library's pickler in Python, with stand-ins for names, calls and very long bytes."""
 
-    dispatch = pickle._Pickler.dispatch.copy()  # type: ignore[attr-defined]
+    dispatch: ClassVar[dict[Any, Any]] = dict(PythonPickler.dispatch)
 
     def persistent_id(self, obj: object) -> tuple[Any, ...] | None:
         if not isinstance(obj, Storage):
@@ -167,7 +171,7 @@ def _with_tensors(obj: Any, tensors: list[Chunks]) -> Any:
         storage = Storage(obj.dtype, str(len(tensors)), elements)
         tensors.append(obj)
         stride = tuple(int(np.prod(obj.shape[i + 1 :])) for i in range(len(obj.shape)))
-        arguments = (storage, 0, obj.shape, stride, False, OrderedDict())
+        arguments: tuple[Any, ...] = (storage, 0, obj.shape, stride, False, OrderedDict())
         return Call(Global("torch._utils", "_rebuild_tensor_v2"), arguments)
     if isinstance(obj, tuple | list):
         return type(obj)(_with_tensors(x, tensors) for x in obj)
@@ -190,14 +194,16 @@ def _add_record(zip_: zipfile.ZipFile, name: str, pieces: Iterable[bytes], size:
 
 
 def pickled_array(array: Chunks, *, as_text: bool = False) -> Call:
-    """The pickled form of an ndarray: `_reconstruct` and a state; `as_text`: bytes as protocol 2 spells them."""
+    """The pickled form of an ndarray: `_reconstruct` and a state; `as_text`: bytes as in protocol 2."""
     empty: Any = b"b"
     data: Any = array
     if as_text:
         encode = Global("_codecs", "encode")
         empty = Call(encode, ("b", "latin1"))
         data = Call(encode, (b"".join(array.bytes()).decode("latin1"), "latin1"))
-    kind = Call(Global("numpy", "dtype"), (array.dtype[1:], False, True), (3, "<", None, None, None, -1, -1, 0))
+    kind = Call(
+        Global("numpy", "dtype"), (array.dtype[1:], False, True), (3, "<", None, None, None, -1, -1, 0)
+    )
     reconstruct = Global("numpy.core.multiarray", "_reconstruct")
     return Call(reconstruct, (Global("numpy", "ndarray"), (0,), empty), (1, array.shape, kind, False, data))
 

@@ -1,32 +1,28 @@
-"""A 3D Gaussian Blendshapes checkpoint of the head, in both layouts that the released code writes."""
+"""The head as 3D Gaussian Blendshapes: what a trained checkpoint of it would hold."""
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import quat_from_matrix, quat_multiply
-from samples.body_model import FEATURES, GAUSSIAN_SHAPES, JAW_SHAPES, BodyModel
-from samples.containers import Chunks, Parameter, save_npy, save_npy_dict, save_torch
-from samples.head import Head, smoothstep, unit
+from samples.body_model import GAUSSIAN_SHAPES, JAW_SHAPES, BodyModel
+from samples.colour import surface_colour
+from samples.head import Head, unit
 from samples.surface import Samples, deformation, sample_head
 
 Array = npt.NDArray[Any]
 Fields = dict[str, Array]
 
 SH_C0, SH_C1 = 0.28209479177387814, 0.4886025119029199
-ITERATION = 40000
 CHUNK = 1024  # Gaussians made at a time
 MOUTH_SHARE = 0.1  # Gaussians in each set of teeth, as a share of the face's, as the trainer has it
 
-# Deviation and thickness of a splat, in sample spacings: wide enough that no hole shows, flat along the normal.
+# Deviation and thickness of a splat, in sample spacings: no hole shows, flat along the normal.
 WIDTH, THICKNESS = 0.62, 0.07
 OPACITY_LOGIT = 6.0
 STRETCH = (-0.6, 0.75)
@@ -41,8 +37,15 @@ SKIN, FEATURE, LID, BACK, SOCKET, EYE, IRIS = range(len(REGION_SPACING))
 LID_REACH = 0.021  # metres from the centre of the eyeball
 
 RAW_STATIC = ("xyz", "features_dc", "features_rest", "scaling", "rotation", "opacity")
-LEARNED = {"xyz_b": (3,), "features_b": (16, 3), "scaling_b": (3,), "rotation_b": (4,), "opacity_b": (1,)}
-INIT = {"init_rot": (4,), "init_sh": (16, 3), "init_xyz": (3,)}
+# Field -> shape of one Gaussian's values, without the 50 expressions.
+LEARNED: dict[str, tuple[int, ...]] = {
+    "xyz_b": (3,),
+    "features_b": (16, 3),
+    "scaling_b": (3,),
+    "rotation_b": (4,),
+    "opacity_b": (1,),
+}
+INIT: dict[str, tuple[int, ...]] = {"init_rot": (4,), "init_sh": (16, 3), "init_xyz": (3,)}
 # dump file -> (learned field, init field or None)
 DELTAS = {
     "xyz_t": ("xyz_b", "init_xyz"),
@@ -51,36 +54,46 @@ DELTAS = {
     "rot_t": ("rotation_b", "init_rot"),
     "opacity_t": ("opacity_b", None),
 }
-# The optimiser's groups: name, tensor, learning rate.
-GROUPS = (
-    ("xyz", "xyz", 0.00016),
-    ("f_dc", "features_dc", 0.0025),
-    ("f_rest", "features_rest", 0.000125),
-    ("opacity", "opacity", 0.05),
-    ("scaling", "scaling", 0.005),
-    ("rotation", "rotation", 0.001),
-    ("xyz_b", "xyz_b", 3.2e-07),
-    ("f_b", "features_b", 0.00125),
-    ("opacity_b", "opacity_b", 5e-05),
-    ("scaling_b", "scaling_b", 0.0005),
-    ("rotation_b", "rotation_b", 0.0001),
-)
+# Size of a conformance avatar's random learned values; zero where the mask is zero, as training leaves them.
+NOISE = {
+    "xyz_b": 3e-4,
+    "features_b": 0.05,
+    "scaling_b": 0.06,
+    "rotation_b": 0.02,
+    "opacity_b": 0.2,
+    "init_sh": 0.02,
+}
+# Rows of a conformance avatar's raw checkpoint that hold a NaN, and in which field; the dump lacks them.
+NAN_ROWS = {7: "xyz", 300: "features_rest", 1201: "features_dc"}
 
 
 @dataclass(frozen=True)
 class Model:
-    """Everything a checkpoint is written from."""
+    """Everything a checkpoint is written from: P raw rows of the face set, and the two sets of teeth."""
 
     body: BodyModel
+    vertices: Array  # f64 [V, 3], the body's template with the subject's identity shape
     samples: Samples
     face: Fields  # RAW_STATIC, pose [36, P, 3], eye [P, 3, 2], W [P, 5]; float32
-    jaw_motion: dict[int, Array]  # column of a jaw shape -> its whole offsets [V, 3], joint and morph together
+    jaw_motion: dict[
+        int, Array
+    ]  # column of a jaw shape -> its whole offsets [V, 3], joint and morph together
     mouth: tuple[Fields, Fields]  # RAW_STATIC of the upper and lower teeth
-    noise_seed: int | None  # random learned values in every field, for conformance; None: what the mesh says
+    noise_seed: int | None = (
+        None  # random learned values in every field, for conformance; None: what the mesh says
+    )
 
     @property
     def count(self) -> int:
         return len(self.samples.face)
+
+    @property
+    def kept(self) -> Array:
+        """Mask [P] of the raw rows without a NaN."""
+        mask = np.ones(self.count, bool)
+        for name in ("xyz", "features_dc", "features_rest"):
+            mask &= np.isfinite(self.face[name]).reshape(self.count, -1).all(axis=1)
+        return mask
 
 
 def face_regions(head: Head) -> Array:
@@ -88,7 +101,12 @@ def face_regions(head: Head) -> Array:
     centre = head.vertices[head.triangles].mean(axis=1)
     regions = np.full(len(centre), -1)
     regions[head.triangles_in("face")] = SKIN
-    near = (np.abs(centre[:, 0]) < 0.055) & (centre[:, 1] > -0.075) & (centre[:, 1] < 0.075) & (centre[:, 2] > 0.055)
+    near = (
+        (np.abs(centre[:, 0]) < 0.055)
+        & (centre[:, 1] > -0.075)
+        & (centre[:, 1] < 0.075)
+        & (centre[:, 2] > 0.055)
+    )
     regions[head.triangles_in("face") & near] = FEATURE
     regions[head.triangles_in("head")] = BACK
     regions[head.triangles_in("mouth_socket", "eye_sockets")] = SOCKET
@@ -101,34 +119,10 @@ def face_regions(head: Head) -> Array:
     return regions
 
 
-def iris_colour(head: Head, samples: Samples, colour: Array) -> Array:
-    """The colours with pupil, iris and white painted on the eyeballs by the angle from their axis."""
-    colour = colour.copy()
-    for eye, name in enumerate(("left_eye", "right_eye")):
-        rows = np.flatnonzero(head.triangles_in(name)[samples.face])
-        direction = unit(samples.position[rows] - head.eye_centres[eye])
-        angle = np.degrees(np.arccos(np.clip(direction[:, 2], -1, 1)))[:, None]
-        spoke = np.sin(23 * np.arctan2(direction[:, 1], direction[:, 0]))[:, None]
-        iris = np.array([0.33, 0.45, 0.50]) * (1.0 + 0.12 * spoke)
-        iris = iris + (np.array([0.10, 0.14, 0.17]) - iris) * smoothstep(angle, 15.0, 20.0)
-        iris = iris + (np.array([0.02, 0.02, 0.025]) - iris) * smoothstep(angle, 8.5, 6.5)
-        white = np.array([0.90, 0.87, 0.84]) + np.array([-0.10, -0.28, -0.28]) * smoothstep(angle, 35.0, 75.0)
-        colour[rows] = iris + (white - iris) * smoothstep(angle, 18.5, 21.5)
-    return colour
-
-
-def depth_shade(head: Head, samples: Samples) -> Array:
-    """Factor [N, 1] that darkens the inside of the mouth with its depth, as no light gets there."""
-    inside = head.triangles_in("mouth_socket", "upper_gums", "lower_gums", "upper_teeth", "lower_teeth")
-    depth = smoothstep(samples.position[:, 2], 0.035, 0.105)
-    return np.where(inside[samples.face], 0.15 + 0.85 * depth, 1.0)[:, None]
-
-
 def static_fields(head: Head, samples: Samples) -> Fields:
     """RAW_STATIC of splats that lie flat on the surface, coloured by the scan."""
     n = len(samples.face)
-    colour = samples.interpolate(head.colors, head.triangles)
-    colour = iris_colour(head, samples, colour) * depth_shade(head, samples)
+    colour = surface_colour(head, samples)
     # A degree-1 lobe along the normal: seen along d, it adds -SHEEN * colour * (d . normal).
     x, y, z = samples.frame[:, :, 2].T
     lobe = np.stack([y, -z, x], axis=1)[:, :, None] * (SHEEN / SH_C1) * colour[:, None]
@@ -147,39 +141,71 @@ def static_fields(head: Head, samples: Samples) -> Fields:
 
 
 def rigged_fields(body: BodyModel, samples: Samples) -> Fields:
-    """Pose shapes [36, P, 3] (the sum over the triangle's vertices, as trained), eyelids [P, 3, 2], weights [P, 5]."""
+    """Pose shapes [36, P, 3] (the sum over the triangle, as trained), lids [P, 3, 2], weights [P, 5]."""
     triangles = body.faces
     pose = body.posedirs[triangles[samples.face]].sum(axis=1)
     lids = np.stack([samples.interpolate(lid, triangles) for lid in (body.l_eyelid, body.r_eyelid)], axis=-1)
     weights = samples.interpolate(body.lbs_weights.astype(np.float64), triangles)
-    fields = {"pose": np.moveaxis(pose, -1, 0), "eye": lids, "W": weights / weights.sum(axis=1, keepdims=True)}
+    fields = {
+        "pose": np.moveaxis(pose, -1, 0),
+        "eye": lids,
+        "W": weights / weights.sum(axis=1, keepdims=True),
+    }
     return {name: np.ascontiguousarray(a, np.float32) for name, a in fields.items()}
 
 
-def build_model(head: Head, body: BodyModel, gaussians: int, seed: int = 1) -> Model:
-    """A checkpoint of `gaussians` splats in the face set and a tenth of that in each set of teeth."""
-    samples = sample_head(head, face_regions(head), REGION_SPACING, gaussians, seed)
+def build_model(
+    head: Head, body: BodyModel, gaussians: int, *, shape: Array | None = None, noise_seed: int | None = None
+) -> Model:
+    """A checkpoint of `gaussians` splats in the face set and a tenth of that in each set of teeth.
+
+    `shape` [M]: identity coefficients of the subject. With `noise_seed` every field gets random values and
+    the rows of NAN_ROWS are added.
+    """
+    vertices = head.vertices
+    if shape is not None:
+        vertices = vertices + body.shapedirs_identity[:, :, : len(shape)] @ shape
+    subject = replace(head, vertices=vertices)
+    count = gaussians + (len(NAN_ROWS) if noise_seed is not None else 0)
+    samples = sample_head(subject, face_regions(subject), REGION_SPACING, count, seed=1)
+    face = static_fields(subject, samples) | rigged_fields(body, samples)
     mouth = []
     for k, parts in enumerate((("upper_teeth", "upper_gums"), ("lower_teeth", "lower_gums"))):
         regions = np.where(head.triangles_in(*parts), 0, -1)
-        inside = sample_head(head, regions, np.ones(1), max(1, round(gaussians * MOUTH_SHARE)), seed + 1 + k)
-        mouth.append(static_fields(head, inside))
-    face = static_fields(head, samples) | rigged_fields(body, samples)
+        inside = sample_head(subject, regions, np.ones(1), max(1, round(gaussians * MOUTH_SHARE)), seed=2 + k)
+        mouth.append(static_fields(subject, inside))
+    if noise_seed is not None:
+        rng = np.random.default_rng(noise_seed)
+        for fields in (face, *mouth):
+            add_noise(fields, rng)
+        for row, name in NAN_ROWS.items():
+            face[name][row].flat[-1] = np.nan
     columns = body.expression_names[:GAUSSIAN_SHAPES]
     jaw_motion = {columns.index(n): head.expression(n) for n in JAW_SHAPES if n in columns}
-    return Model(body, samples, face, jaw_motion, (mouth[0], mouth[1]), None)
+    return Model(body, vertices, samples, face, jaw_motion, (mouth[0], mouth[1]), noise_seed)
+
+
+def add_noise(fields: Fields, rng: np.random.Generator) -> None:
+    """Random SH of all bands, opacities, and quaternions that are not unit, in place."""
+    n = len(fields["xyz"])
+    fields["features_rest"] += rng.normal(0, 0.06, (n, 15, 3)).astype(np.float32)
+    fields["features_dc"] += rng.normal(0, 0.1, (n, 1, 3)).astype(np.float32)
+    fields["opacity"] += rng.normal(-4, 2, (n, 1)).astype(np.float32)
+    fields["scaling"] += rng.normal(0, 0.3, (n, 3)).astype(np.float32)
+    fields["rotation"] += rng.normal(0, 0.1, (n, 4)).astype(np.float32)
+    fields["rotation"] *= rng.uniform(0.5, 1.6, (n, 1)).astype(np.float32)
 
 
 def moved_rows(model: Model, rows: slice) -> Fields:
     """The fields with one column for each expression, of some Gaussians; float32.
 
     Init terms are how the triangle carries the Gaussian. The mask follows how far the triangle moves. The
-    learned scale is how the triangle stretches, for jaw shapes with the joint's turn; other learned values are zero.
+    learned scale is how the triangle stretches, for jaw shapes with the joint's turn; the rest is zero.
     """
     face = model.samples.face[rows]
     corner = model.body.faces[face]
-    before = model.body.v_template[corner].astype(np.float64)
-    position = model.face["xyz"][rows].astype(np.float64)
+    before = model.vertices[corner]
+    position = model.samples.position[rows]
     rotation = model.face["rotation"][rows].astype(np.float64)
     frame = model.samples.frame[rows]
     n, k = len(face), GAUSSIAN_SHAPES
@@ -196,10 +222,18 @@ def moved_rows(model: Model, rows: slice) -> Fields:
     stretch = log_stretch(gradient, frame[row])
     for j, full in model.jaw_motion.items():
         jaw = shape == j
-        _, _, gradient = deformation(before[row[jaw]], before[row[jaw]] + full[corner[row[jaw]]], position[row[jaw]])
+        _, _, gradient = deformation(
+            before[row[jaw]], before[row[jaw]] + full[corner[row[jaw]]], position[row[jaw]]
+        )
         stretch[jaw] = log_stretch(gradient, frame[row[jaw]])
     mask = out["mask"][row, shape][:, None].astype(np.float64)
     out["scaling_b"][row, :2, shape] = stretch / np.where(mask > 0, mask, np.inf)
+    if model.noise_seed is not None:
+        rng = np.random.default_rng([model.noise_seed, rows.start])
+        for name, size in NOISE.items():
+            noise = rng.normal(0, size, out[name].shape).astype(np.float32)
+            moves = (out["mask"] > 0).reshape(n, *[1] * (noise.ndim - 2), k)
+            out[name] += noise * moves
     return out
 
 
@@ -225,33 +259,3 @@ def chunks(model: Model) -> Iterator[tuple[slice, Fields]]:
     for first in range(0, model.count, CHUNK):
         rows = slice(first, min(first + CHUNK, model.count))
         yield rows, moved_rows(model, rows)
-
-
-def save_dump(model: Model, folder: Path) -> None:
-    """The folders that test.py writes for the viewer."""
-    face = model.face
-    out = folder / f"fix_chkpnt{ITERATION}"
-    save_static(face, out)
-    for name, field in (("pos_t", "pose"), ("W", "W"), ("eyelid", "eye")):
-        save_npy(out / f"{name}.npy", Chunks.of(face[field]))
-    shapes = {name: (model.count, *LEARNED[learned], GAUSSIAN_SHAPES) for name, (learned, _) in DELTAS.items()}
-    files = {name: np.lib.format.open_memmap(out / f"{name}.npy", "w+", np.float32, s) for name, s in shapes.items()}
-    for rows, raw in chunks(model):
-        for name, delta in fold(raw).items():
-            files[name][rows] = delta
-    for k, fields in enumerate(model.mouth):
-        save_static(fields, folder / f"mouth{k}_chkpnt{ITERATION}")
-
-
-def save_static(fields: Fields, folder: Path) -> None:
-    """pos, shs, scale, rot and opacity of one set."""
-    folder.mkdir(parents=True, exist_ok=True)
-    shs = np.concatenate([fields["features_dc"], fields["features_rest"]], axis=1)
-    for name, array in {
-        "pos": fields["xyz"],
-        "shs": shs,
-        "scale": fields["scaling"],
-        "rot": fields["rotation"],
-        "opacity": fields["opacity"],
-    }.items():
-        save_npy(folder / f"{name}.npy", Chunks.of(array))

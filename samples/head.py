@@ -141,7 +141,7 @@ def simplify(head: Head, cell: float) -> Head:
 
 
 def turned_eyes(head: Head) -> Head:
-    """A copy whose eyeLook shapes carry the eyeballs along (a chord of the turn), for rigs without eye joints."""
+    """A copy whose eyeLook shapes carry the eyeballs along a chord of the turn: a rig without eye joints."""
     expressions = head.expressions.copy()
     for name, (x, y) in EYE_TURN.items():
         side = 0 if name.endswith("Left") else 1

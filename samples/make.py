@@ -1,55 +1,99 @@
-"""Build sample checkpoints: `python -m samples.make OUT`."""
+"""Build sample checkpoints: `python -m samples.make OUT`. Deterministic, offline, no torch."""
 
 from __future__ import annotations
 
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from samples.body_model import PARENTS, BodyModel, build_body_model, driving
-from samples.gaussian_blendshapes import build_model, save_dump
-from samples.head import load_head
+from samples.body_files import save_body, save_flame_pickle, save_tracked_frame
+from samples.body_model import FEATURES, build_body_model, driving
+from samples.gaussian_blendshapes import build_model
+from samples.gaussian_blendshapes_files import save_cfg_args, save_dump, save_raw
+from samples.head import Head, load_head, simplify
+from samples.lam import NAME as LAM_NAME
+from samples.lam import build_lam, save_lam
+
+Array = npt.NDArray[Any]
+
+DEMO_GAUSSIANS = 20000
+CONFORMANCE_GAUSSIANS = 1500
+CONFORMANCE_CELL = 0.008  # metres between vertices of the conformance avatars' mesh
+SEED = 2024
+FORMS = ("dump", "raw", "both")
 
 
-def save_body(body: BodyModel, folder: Path) -> None:
-    """body_model.npz, the eyelid shapes and the anchor faces, as Gaussian Blendshapes is given them."""
-    folder.mkdir(parents=True, exist_ok=True)
-    np.savez(
-        folder / "body_model.npz",
-        v_template=body.v_template,
-        faces=body.faces,
-        face_part=body.face_part,
-        part_names=np.array(body.part_names),
-        shapedirs_identity=body.shapedirs_identity,
-        shapedirs_expression=body.shapedirs_expression,
-        expression_names=np.array(body.expression_names),
-        posedirs=body.posedirs,
-        J_regressor=body.J_regressor,
-        lbs_weights=body.lbs_weights,
-        parents=np.array(PARENTS, np.int32),
-        l_eyelid=body.l_eyelid.astype(np.float32),
-        r_eyelid=body.r_eyelid.astype(np.float32),
-        back_of_head_faces=body.back_of_head_faces,
-    )
-    np.save(folder / "l_eyelid.npy", body.l_eyelid)
-    np.save(folder / "r_eyelid.npy", body.r_eyelid)
-    (folder / "back_of_head.txt").write_text("".join(f"{i}\n" for i in body.back_of_head_faces))
+def smooth_posedirs(head: Head, rng: np.random.Generator) -> Array:
+    """Random pose correctives [V, 3, 36] that vary slowly over the head, up to about a millimetre."""
+    wave = rng.normal(0, 25, (3, FEATURES))
+    phase = rng.uniform(0, 2 * np.pi, FEATURES)
+    size = rng.normal(0, 4e-4, (3, FEATURES))
+    posedirs: Array = np.sin(head.vertices @ wave + phase)[:, None, :] * size
+    return posedirs
+
+
+def make_gaussian_blendshapes(
+    out: Path, gaussians: int | None = None, *, form: str = "dump", full: bool = False
+) -> Path:
+    """Write model/, body/, dataset/ and driving.json into out/gaussian_blendshapes; returns that folder.
+
+    `full`: the conformance avatar, a coarse head with seeded random values in every field, an identity shape,
+    and NaN rows in the raw form; its body also as FLAME's pickle.
+    """
+    if form not in FORMS:
+        raise ValueError(f"form is one of {FORMS}, not {form!r}")
+    head, rng = load_head(), np.random.default_rng(SEED)
+    if full:
+        head = simplify(head, CONFORMANCE_CELL)
+    posedirs = smooth_posedirs(head, rng) if full else None
+    shape = rng.normal(0, 0.7, len(head.identity)) if full else np.zeros(len(head.identity))
+    body = build_body_model(head, moving_joints=full, posedirs=posedirs)
+    count = gaussians or (CONFORMANCE_GAUSSIANS if full else DEMO_GAUSSIANS)
+    model = build_model(head, body, count, shape=shape, noise_seed=SEED if full else None)
+    base = out / "gaussian_blendshapes"
+    save_cfg_args(base / "model")
+    if form != "raw":
+        save_dump(model, base / "model")
+    if form != "dump":
+        save_raw(model, base / "model")
+    save_body(body, shape, base / "body")
+    save_tracked_frame(shape, base / "dataset" / "checkpoint" / "00000.frame")
+    if full:
+        save_flame_pickle(body, base / "body" / "flame_layout_model.pkl")
+    matrix = driving(body, head.expression_names)
+    (base / "driving.json").write_text(json.dumps(matrix, indent=1) + "\n")
+    return base
+
+
+def make_lam(out: Path, *, full: bool = False) -> Path:
+    """Write out/lam/head.zip, one Gaussian a vertex; `full`: a coarse head with seeded random values."""
+    head = load_head()
+    if full:
+        head = simplify(head, CONFORMANCE_CELL)
+    path = out / "lam" / f"{LAM_NAME}.zip"
+    save_lam(build_lam(head, SEED if full else None), path)
+    return path
+
+
+SYSTEMS = ("gaussian_blendshapes", "lam")
 
 
 def main() -> None:
-    p = argparse.ArgumentParser()
-    p.add_argument("out", type=Path)
-    p.add_argument("--gaussians", type=int, default=20000)
-    a = p.parse_args()
-    head = load_head()
-    body = build_body_model(head)
-    model = build_model(head, body, a.gaussians)
-    base = a.out / "gaussian_blendshapes"
-    save_dump(model, base / "model")
-    save_body(body, base / "body")
-    (base / "driving.json").write_text(json.dumps(driving(body, head.expression_names), indent=1) + "\n")
+    parser = argparse.ArgumentParser(prog="python -m samples.make", description=__doc__)
+    parser.add_argument("out", type=Path, help="folder to write into")
+    parser.add_argument("--gaussians", type=int, help="Gaussians of the face set")
+    parser.add_argument("--form", choices=FORMS, default="dump", help="Gaussian Blendshapes layout")
+    parser.add_argument("--system", choices=(*SYSTEMS, "all"), default="all")
+    parser.add_argument("--full", action="store_true", help="conformance avatars: no field is zero")
+    args = parser.parse_args()
+    if args.system in ("gaussian_blendshapes", "all"):
+        print(make_gaussian_blendshapes(args.out, args.gaussians, form=args.form, full=args.full))
+    if args.system in ("lam", "all"):
+        print(make_lam(args.out, full=args.full))
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ class Samples:
 
 
 def near_pairs(points: Array, radius: float) -> tuple[Array, Array, Array]:
-    """All pairs (i, j) closer than radius, once each, and their distances; a grid of cells as wide as radius."""
+    """All pairs (i, j) closer than radius, once each, and their distances, by a grid of cells."""
     cell = np.floor((points - points.min(axis=0)) / radius).astype(np.int64) + 1
     size = cell.max(axis=0) + 2
     stride = np.array([size[1] * size[2], size[2], 1])
@@ -104,7 +104,7 @@ def poisson_disk(points: Array, normals: Array, count: int, area: float) -> tupl
 
 
 def neighbour_distance(points: Array, normals: Array, radius: float) -> Array:
-    """Mean distance [N] to the nearest NEIGHBOURS on the same side, those beyond 2.5 radii counted as that far."""
+    """Mean distance [N] to the nearest NEIGHBOURS on the same side; beyond 2.5 radii counts as that far."""
     reach = 2.5 * radius
     i, j, distance = near_pairs(points, reach)
     same_side = np.sum(normals[i] * normals[j], axis=1) > 0
@@ -140,8 +140,38 @@ def sample_region(head: Head, triangles: Array, count: int, rng: np.random.Gener
     return Samples(face[kept], bary[kept], position[kept], frame, spacing)
 
 
+def vertex_samples(head: Head, rows: Array) -> Samples:
+    """One sample at each of these vertices; frame and spacing follow the edges that leave it.
+
+    The tangents are the main directions of the edges, so that a splat as long and wide as they are fills the
+    quads of the mesh; `spacing` is [N, 2] here, the root mean square of the edges along each tangent.
+    """
+    face, corner = np.zeros(len(head.vertices), np.int64), np.zeros(len(head.vertices), np.int64)
+    for c in range(3):
+        face[head.triangles[:, c]] = np.arange(len(head.triangles))
+        corner[head.triangles[:, c]] = c
+    normal = head.vertex_normals
+    seed = unit(np.cross(normal, np.where(np.abs(normal[:, :1]) < 0.7, (1.0, 0, 0), (0, 1.0, 0))))
+    plane = np.stack([seed, np.cross(normal, seed)], axis=1)
+    start, end = np.concatenate([head.triangles[:, [i, j]] for i in range(3) for j in range(3) if i != j]).T
+    edge = np.einsum("eij,ej->ei", plane[start], head.vertices[end] - head.vertices[start])
+    moment = np.zeros((len(normal), 2, 2))
+    np.add.at(moment, start, edge[:, :, None] * edge[:, None, :])
+    moment /= np.maximum(np.bincount(start, minlength=len(normal)), 1)[:, None, None]
+    square, axes = np.linalg.eigh(moment)
+    tangent = np.einsum("nij,nik->njk", axes, plane)
+    frame = np.stack([tangent[:, 0], np.cross(normal, tangent[:, 0]), normal], axis=-1)
+    return Samples(
+        face[rows],
+        np.eye(3)[corner[rows]],
+        head.vertices[rows],
+        frame[rows],
+        np.sqrt(np.maximum(square, 0))[rows],
+    )
+
+
 def sample_head(head: Head, regions: Array, spacing: Array, count: int, seed: int) -> Samples:
-    """`count` samples over the triangles with region >= 0; region r is spaced spacing[r] relative to the others."""
+    """`count` samples over the triangles with region >= 0; spacing[r] is relative."""
     rng = np.random.default_rng(seed)
     corner = head.vertices[head.triangles]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1) / 2
@@ -165,7 +195,7 @@ def triangle_frames(corner: Array) -> Array:
 
 
 def rotation_of(gradient: Array) -> Array:
-    """Rotation factor [N, 3, 3] of deformation gradients with positive determinant, by Newton's polar iteration."""
+    """Rotation factor [N, 3, 3] of deformation gradients (determinant > 0), by Newton's iteration."""
     for _ in range(8):
         gradient = (gradient + inverse_transpose(gradient)) / 2
     return gradient
@@ -175,7 +205,7 @@ def deformation(before: Array, after: Array, position: Array) -> tuple[Array, Ar
     """How triangles [N, 3, 3] (corner, axis) carry what lies on them.
 
     Returns the shift of `position` [N, 3], (Q - I) x + t with the affine deformation gradient Q; the rotation
-    of Q as a unit quaternion wxyz [N, 4], w > 0 near rest; and Q [N, 3, 3]. Sumner and Popovic 2004, section 3.
+    of Q as a unit quaternion wxyz [N, 4]; and Q [N, 3, 3]. Source: Sumner and Popovic 2004, section 3.
     """
     gradient = triangle_frames(after) @ np.linalg.inv(triangle_frames(before))
     moved = np.einsum("nij,nj->ni", gradient, position - before[:, 0]) + after[:, 0]

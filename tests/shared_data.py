@@ -1,4 +1,4 @@
-"""Where optional large test data lies: the folder AVATAR_TEST_DATA names, else `shared/data` beside the checkout."""
+"""Where optional large test data lies: the folder AVATAR_TEST_DATA names, else one beside the checkout."""
 
 from __future__ import annotations
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
 import numpy.typing as npt
@@ -36,7 +35,7 @@ SHEET_EXPRESSIONS = (
     ("eyeLookOutLeft", "eyeLookInRight"),
     ("noseSneerLeft", "noseSneerRight"),
 )
-SHEET_VIEWS = (("three-quarter", 40.0), ("side", 85.0))
+SHEET_VIEWS = (("three-quarter left", 40.0), ("three-quarter right", -40.0), ("side", 85.0))
 
 
 def frame_camera(
@@ -44,11 +43,11 @@ def frame_camera(
 ) -> Camera:
     """A camera that sees the whole avatar at rest; yaw and pitch in radians, 0 in front of the face."""
     low, high = robust_box(avatar)
-    target = (low + high) / 2
-    radius = float(np.linalg.norm(high - low)) / 2 * MARGIN
-    fit = np.tan(FOV_Y / 2) * min(1.0, width / height)
-    distance = radius / np.sin(np.arctan(fit)) / zoom
-    return Camera.orbit(target, distance, yaw, pitch, float(FOV_Y), width, height)
+    half = (high - low) / 2 * MARGIN
+    across = float(np.hypot(half[0], half[2]))  # the widest that any yaw shows
+    fit = np.tan(FOV_Y / 2)
+    distance = max(half[1] / fit, max(half[0], half[2]) / (fit * width / height)) / zoom + across
+    return Camera.orbit((low + high) / 2, distance, yaw, pitch, float(FOV_Y), width, height)
 
 
 def robust_box(avatar: Avatar) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -60,15 +59,26 @@ def robust_box(avatar: Avatar) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.
 def contact_sheet(avatar: Avatar, size: int = SHEET_SIZE) -> Pixels:
     """Neutral, ten expressions and two more views, labelled, [H, W, 3]."""
     player = Player(avatar)
-    cells = [(label, player.frame(pose, frame_camera(avatar, size, size, yaw)).rgb8()) for label, pose, yaw in sheet_poses(avatar)]
+    cells = [
+        (label, player.frame(pose, frame_camera(avatar, size, size, yaw)).rgb8())
+        for label, pose, yaw in sheet_poses(avatar)
+    ]
     rows = -(-len(cells) // SHEET_COLUMNS)
     sheet = Image.new("RGB", (SHEET_COLUMNS * size, rows * size))
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(size=max(10, size // 18))
     for index, (label, pixels) in enumerate(cells):
         at = (index % SHEET_COLUMNS * size, index // SHEET_COLUMNS * size)
         sheet.paste(Image.fromarray(pixels), at)
-        draw.text((at[0] + 6, at[1] + 4), label, fill=(255, 255, 255), font=font, stroke_width=1, stroke_fill=(0, 0, 0))
-    return np.asarray(sheet)
+        draw.text(
+            (at[0] + 6, at[1] + 4),
+            label,
+            fill=(255, 255, 255),
+            font=font,
+            stroke_width=1,
+            stroke_fill=(0, 0, 0),
+        )
+    result: Pixels = np.asarray(sheet)
+    return result
 
 
 def sheet_poses(avatar: Avatar) -> list[tuple[str, Pose, float]]:
@@ -104,12 +114,13 @@ def animated_webp(frames: Iterable[Pixels], fps: float) -> bytes:
         raise ValueError("an animation needs a frame")
     out = io.BytesIO()
     images[0].save(
-        out, "WEBP", save_all=True, append_images=images[1:], duration=round(1000 / fps), loop=0, quality=85, method=2
+        out,
+        "WEBP",
+        save_all=True,
+        append_images=images[1:],
+        duration=round(1000 / fps),
+        loop=0,
+        quality=85,
+        method=2,
     )
     return out.getvalue()
-
-
-def side_by_side(images: Sequence[Pixels]) -> Pixels:
-    """Images of one height in a row."""
-    result: Any = np.concatenate(list(images), axis=1)
-    return result

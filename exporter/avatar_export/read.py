@@ -52,5 +52,6 @@ def find(path: Path, system: str | None = None) -> Reader:
         if reader.detect(path):
             return reader
     raise AvatarError(
-        f"looks like none of {known}; `avatar-export systems` lists the files each has, --system forces one", file=path
+        f"looks like none of {known}; `avatar-export systems` lists the files each has, --system forces one",
+        file=path,
     )

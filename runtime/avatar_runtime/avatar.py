@@ -63,12 +63,16 @@ class SparseRows:
     def check(self, name: str, rows: int, columns: int, shapes: Mapping[str, tuple[int, ...]]) -> None:
         """Raise AvatarError unless this has `rows`, `columns`, sorted in-range columns and these attributes."""
         ptr, col = self.row_ptr, self.column
-        _expect(ptr.dtype == np.uint32 and ptr.shape == (rows + 1,), f"{name}.row_ptr", f"u32[{rows + 1}]", ptr)
+        _expect(
+            ptr.dtype == np.uint32 and ptr.shape == (rows + 1,), f"{name}.row_ptr", f"u32[{rows + 1}]", ptr
+        )
         _expect(col.dtype == np.uint16 and col.ndim == 1, f"{name}.column", "u16[E]", col)
         if self.columns != columns:
             raise AvatarError(f"has {self.columns} columns, expected {columns}", field=name)
         if ptr[0] != 0 or int(ptr[-1]) != len(col) or (ptr[1:] < ptr[:-1]).any():
-            raise AvatarError(f"must rise from 0 to the number of entries, {len(col)}", field=f"{name}.row_ptr")
+            raise AvatarError(
+                f"must rise from 0 to the number of entries, {len(col)}", field=f"{name}.row_ptr"
+            )
         if len(col):
             if int(col.max()) >= columns:
                 entry = int(np.argmax(col >= columns))
@@ -103,7 +107,7 @@ class Gaussians:
 
     @property
     def sh_degree(self) -> int:
-        return round(self.sh.shape[1] ** 0.5) - 1
+        return {1: 0, 4: 1, 9: 2, 16: 3}.get(self.sh.shape[1], -1)
 
 
 @dataclass(frozen=True)
@@ -131,7 +135,9 @@ class Rig:
     rest_local: F32  # [J, 4, 4] parent_from_joint at rest
     inverse_bind_matrix: F32  # [J, 4, 4] joint_from_mesh
     joint_basis: F32  # [K, J, 3] how far each expression moves each rest joint, mesh space
-    corrective_joints: I32  # [C]; pose feature 9 c + i is entry i (row-major) of R - I of joint corrective_joints[c]
+    corrective_joints: (
+        I32  # [C]; pose feature 9 c + i is entry i (row-major) of R - I of joint corrective_joints[c]
+    )
     anchor_vertices: U32  # [A] vertices that carry the `anchor` groups, repeats kept
 
     @property
@@ -193,7 +199,11 @@ class RasterSettings:
 
     near: float = 0.2  # bundle units
     low_pass: float = 0.3  # pixels squared
-    background: tuple[float, float, float] | str = (0.0, 0.0, 0.0)  # display-referred rgb, "random" or "per_view"
+    background: tuple[float, float, float] | str = (
+        0.0,
+        0.0,
+        0.0,
+    )  # display-referred rgb, "random" or "per_view"
 
 
 @dataclass(frozen=True)
@@ -214,7 +224,9 @@ class Avatar:
     raster: RasterSettings = RasterSettings()
     head_pose_in: str = "camera"  # HEAD_POSE_IN
     training_per_bundle: float = 1.0  # training units in one bundle unit (metre)
-    delta_threshold: Mapping[str, float] = field(default_factory=dict)  # attribute -> |delta| dropped on reading
+    delta_threshold: Mapping[str, float] = field(
+        default_factory=dict
+    )  # attribute -> |delta| dropped on reading
     provenance: Mapping[str, Any] = field(default_factory=dict)
     extras: Mapping[str, Any] = field(default_factory=dict)  # unknown manifest keys, kept
 
@@ -226,7 +238,9 @@ class Avatar:
         """Return self, or raise AvatarError that names the field whose shape, type, range or value is wrong."""
         _check_gaussians(self.gaussians)
         if not 0 <= self.sh_degree <= self.gaussians.sh_degree:
-            raise AvatarError(f"is {self.sh_degree}; 0..{self.gaussians.sh_degree} is stored", field="sh_degree")
+            raise AvatarError(
+                f"is {self.sh_degree}; 0..{self.gaussians.sh_degree} is stored", field="sh_degree"
+            )
         _check_groups(self)
         _check_names("expressions", self.expression_names)
         _check_names("late_morph_names", self.late_morph_names)
@@ -253,7 +267,9 @@ def _expect(ok: bool, name: str, want: str, got: npt.NDArray[Any]) -> None:
 def _check_f32(name: str, array: npt.NDArray[Any], shape: Sequence[int]) -> None:
     _expect(array.dtype == np.float32 and array.shape == tuple(shape), name, f"float32{list(shape)}", array)
     # A float64 sum is finite exactly when every float32 is: one pass, no mask of the array's size.
-    if not np.isfinite(np.sum(array, dtype=np.float64)):
+    with np.errstate(invalid="ignore"):  # inf - inf
+        total = np.sum(array, dtype=np.float64)
+    if not np.isfinite(total):
         row = np.unravel_index(int(np.argmax(~np.isfinite(array))), array.shape)
         raise AvatarError(f"is {array[row]} at row {int(row[0])}; finite numbers are needed", field=name)
 
@@ -312,13 +328,17 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
     _expect(t.dtype == np.uint32 and t.ndim == 2 and t.shape[1:] == (3,), "rig.triangles", "u32[F, 3]", t)
     for name, index, limit in (("triangles", t, v), ("anchor_vertices", rig.anchor_vertices, v)):
         if index.size and int(index.max()) >= limit:
-            raise AvatarError(f"holds {int(index.max())}, but the rig has {limit} vertices", field=f"rig.{name}")
+            raise AvatarError(
+                f"holds {int(index.max())}, but the rig has {limit} vertices", field=f"rig.{name}"
+            )
     rig.morphs.check("rig.morphs", v, expressions, {"position": (3,)})
     rig.correctives.check("rig.correctives", v, 9 * len(rig.corrective_joints), {"position": (3,)})
     rig.late_morphs.check("rig.late_morphs", v, late, {"position": (3,)})
     rig.skin.check("rig.skin", v, j, {"weight": ()})
     _check_names("rig.joint_names", rig.joint_names)
-    _expect(rig.parents.dtype == np.int32 and rig.parents.shape == (j,), "rig.parents", f"i32[{j}]", rig.parents)
+    _expect(
+        rig.parents.dtype == np.int32 and rig.parents.shape == (j,), "rig.parents", f"i32[{j}]", rig.parents
+    )
     if (rig.parents >= np.arange(j)).any() or (rig.parents < -1).any():
         raise AvatarError("a parent must come before its children; a root is -1", field="rig.parents")
     _check_f32("rig.rest_local", rig.rest_local, (j, 4, 4))

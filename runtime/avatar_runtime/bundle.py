@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import stat
 import zipfile
 from collections.abc import Callable
@@ -74,7 +75,10 @@ def read_manifest(read: Open) -> dict[str, Any]:
     """avatar.json, parsed; not yet checked beyond being a JSON object."""
     text = read(MANIFEST, MANIFEST_LIMIT)
     try:
-        document = json.loads(text, parse_constant=_refuse_constant)
+        document = json.loads(
+            text, parse_constant=_refuse, parse_float=_finite, parse_int=_integer, object_pairs_hook=_object
+        )
+        json.dumps(document, ensure_ascii=False).encode()  # half a surrogate pair cannot be printed or written
     except (ValueError, RecursionError) as error:
         raise AvatarError(f"is not JSON ({error})", file=MANIFEST) from None
     if not isinstance(document, dict):
@@ -90,7 +94,9 @@ def checked_bytes(read: Open, entry: dict[str, Any]) -> bytes:
         raise AvatarError(f"is {len(data)} bytes, the manifest says {size}: copy the bundle again", file=name)
     digest = hashlib.sha256(data).hexdigest()
     if digest != entry["sha256"]:
-        raise AvatarError(f"sha256 {digest[:12]}... is not the manifest's {entry['sha256'][:12]}...", file=name)
+        raise AvatarError(
+            f"sha256 {digest[:12]}... is not the manifest's {entry['sha256'][:12]}...", file=name
+        )
     return data
 
 
@@ -107,7 +113,12 @@ def _avatar(document: dict[str, Any], checked: Callable[[str], bytes]) -> Avatar
     features = 9 * rig.corrective_joints.size if rig else 0
     tensors = safetensors.decode(checked("blendshapes.safetensors"), "blendshapes.safetensors")
     blendshapes, skin = read_gaussian_tensors(
-        tensors, len(expressions), features, len(late), rig.joint_count if rig else 0, "blendshapes.safetensors"
+        tensors,
+        len(expressions),
+        features,
+        len(late),
+        rig.joint_count if rig else 0,
+        "blendshapes.safetensors",
     )
     return Avatar(
         name=document["name"],
@@ -119,7 +130,7 @@ def _avatar(document: dict[str, Any], checked: Callable[[str], bytes]) -> Avatar
         blendshapes=blendshapes,
         skin=skin,
         rig=rig,
-        sh_degree=document["gaussians"]["sh_degree"],
+        sh_degree=int(document["gaussians"]["sh_degree"]),  # JSON knows 2.0 as an integer
         driving=codec.decode_driving(document),
         raster=codec.decode_raster(document),
         head_pose_in=document["head_pose_in"],
@@ -130,7 +141,9 @@ def _avatar(document: dict[str, Any], checked: Callable[[str], bytes]) -> Avatar
     ).check()
 
 
-def _rig(document: dict[str, Any], checked: Callable[[str], bytes], expressions: int, late: int) -> Rig | None:
+def _rig(
+    document: dict[str, Any], checked: Callable[[str], bytes], expressions: int, late: int
+) -> Rig | None:
     if document["joints"] is None:
         return None
     name = "rig.safetensors"
@@ -152,7 +165,7 @@ def _gaussians(data: bytes, said: dict[str, Any]) -> Gaussians:
 
 def _read_file(path: Path, limit: int, name: str) -> bytes:
     try:
-        if not stat.S_ISREG(path.stat().st_mode):
+        if not stat.S_ISREG(path.lstat().st_mode):  # nor a link, which could lead out of the bundle
             raise AvatarError("is not a regular file", file=name)
         with path.open("rb") as file:
             size = path.stat().st_size
@@ -163,5 +176,21 @@ def _read_file(path: Path, limit: int, name: str) -> bytes:
         raise AvatarError(f"cannot be read ({error.strerror})", file=name) from None
 
 
-def _refuse_constant(text: str) -> None:
-    raise ValueError(f"{text} is not JSON")
+def _refuse(text: str) -> Any:
+    raise ValueError(f"{text[:40]} is no number that every reader can hold")
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    return value if math.isfinite(value) else _refuse(text)
+
+
+def _integer(text: str) -> int:
+    return int(text) if len(text) <= 19 else _refuse(text)
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    result = dict(pairs)
+    if len(result) != len(pairs):
+        raise ValueError(f"a key stands twice among {', '.join(key for key, _ in pairs)[:200]}")
+    return result

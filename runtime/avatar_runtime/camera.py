@@ -10,7 +10,10 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32
 
-CLIP_NEAR, CLIP_FAR = 0.01, 100.0  # of the projection matrix only; what is drawn is decided by RasterSettings.near
+CLIP_NEAR, CLIP_FAR = (
+    0.01,
+    100.0,
+)  # of the projection matrix only; what is drawn is decided by RasterSettings.near
 
 
 @dataclass(frozen=True)

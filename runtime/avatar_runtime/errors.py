@@ -13,13 +13,15 @@ class AvatarError(Exception):
     AvatarError as one line and exits with code 2.
     """
 
-    def __init__(self, message: str, *, file: object = None, field: str | None = None, owner: str | None = None):
+    def __init__(
+        self, message: str, *, file: object = None, field: str | None = None, owner: str | None = None
+    ):
         self.message = " ".join(message.split())
         self.file = None if file is None else str(file)
         self.field = field
         self.owner = owner
         where = [part for part in (owner, self.file, field) if part]
-        super().__init__(": ".join([*where, self.message]))
+        super().__init__(" ".join(": ".join([*where, self.message]).split()))
 
 
 def unknown_name(what: str, name: str, known: Iterable[str], **where: str) -> AvatarError:

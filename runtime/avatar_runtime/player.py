@@ -38,7 +38,12 @@ class Frame:
     def rgba8(self) -> npt.NDArray[np.uint8]:
         """[H, W, 4] straight alpha over nothing; the picture must have been drawn over black."""
         alpha = 1 - self.picture.transmittance
-        colour = np.divide(self.picture.colour, alpha[..., None], where=alpha[..., None] > 0, out=np.zeros_like(self.picture.colour))
+        colour = np.divide(
+            self.picture.colour,
+            alpha[..., None],
+            where=alpha[..., None] > 0,
+            out=np.zeros_like(self.picture.colour),
+        )
         return _bytes(np.concatenate([colour, alpha[..., None]], axis=-1))
 
     def rgb8(self) -> npt.NDArray[np.uint8]:
@@ -64,9 +69,12 @@ class Player:
             state = timed("joints", lambda: joints(rig, arrays))
         if self._anchors is not None and state is not None:
             anchors = self._anchor_vertices(self._anchors, arrays, state, timed)
-        blended = timed("blend", lambda: blend(avatar.gaussians, avatar.blendshapes, arrays.expression_weights))
+        blended = timed(
+            "blend", lambda: blend(avatar.gaussians, avatar.blendshapes, arrays.expression_weights)
+        )
         bound = timed(
-            "bind", lambda: bind(avatar, blended, state, arrays.late_weights, anchors, arrays.world_from_avatar)
+            "bind",
+            lambda: bind(avatar, blended, state, arrays.late_weights, anchors, arrays.world_from_avatar),
         )
         return timed("activate", lambda: activate(bound))
 
@@ -100,7 +108,11 @@ class Player:
         return _posed(rig, arrays, state, _timer(None))
 
     def _anchor_vertices(
-        self, anchors: tuple[Rig, npt.NDArray[Any]], arrays: PoseArrays, state: Joints, timed: Callable[..., Any]
+        self,
+        anchors: tuple[Rig, npt.NDArray[Any]],
+        arrays: PoseArrays,
+        state: Joints,
+        timed: Callable[..., Any],
     ) -> F32:
         rig, repeats = anchors
         vertices = _posed(rig, arrays, state, timed)

@@ -14,6 +14,7 @@ from avatar_runtime.errors import AvatarError, unknown_name
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 
 IDENTITY = np.eye(4)
+LARGEST = float(np.finfo(np.float32).max)
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,12 @@ def joint_rotation(rotvec: Iterable[float]) -> F64:
 def resolve(pose: Pose, avatar: Avatar) -> PoseArrays:
     """Arrays for `avatar`. Raises AvatarError for a name that is not its own, with near matches."""
     aliases = {alias: e.name for e in avatar.expressions for alias in e.aliases}
-    named = {aliases.get(name, name): weight for name, weight in pose.expressions.items()}
+    named: dict[str, float] = {}
+    for given, weight in pose.expressions.items():
+        name = aliases.get(given, given)
+        if name in named:
+            raise AvatarError("is given twice, by its name and an alias", field=f"expression {name}")
+        named[name] = weight
     joint_names = avatar.rig.joint_names if avatar.rig else ()
     delta = np.tile(IDENTITY, (len(joint_names), 1, 1))
     for joint, matrix in pose.joints.items():
@@ -71,8 +77,8 @@ def _weights(what: str, given: Mapping[str, float], names: tuple[str, ...]) -> F
     for name, weight in given.items():
         if name not in index:
             raise unknown_name(what, name, names)
-        if not np.isfinite(weight):
-            raise AvatarError(f"weight {weight} is not a finite number", field=f"{what} {name}")
+        if not abs(weight) <= LARGEST:
+            raise AvatarError(f"weight {weight} is not a finite float32", field=f"{what} {name}")
         weights[index[name]] = weight
     return weights
 

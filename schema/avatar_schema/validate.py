@@ -51,7 +51,11 @@ def version_problems(manifest: dict[str, Any]) -> list[Problem]:
     problems = []
     if version > ours:
         problems.append(
-            Problem("$.asset.version", f"{version[0]}.{version[1]} is newer than {LATEST}; reading what is known", True)
+            Problem(
+                "$.asset.version",
+                f"{version[0]}.{version[1]} is newer than {LATEST}; reading what is known",
+                True,
+            )
         )
     required = manifest.get("extensionsRequired", [])
     for name in required if isinstance(required, list) else []:

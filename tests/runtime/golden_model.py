@@ -10,6 +10,8 @@ import numpy as np
 from avatar_runtime.avatar import Avatar, Blendshapes, Expression, Gaussians, Group, Rig, Rules
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.rotation import homogeneous, translation_matrix
+from avatar_runtime.stages.bind import Bound, bind
+from avatar_runtime.stages.blend import blend
 from avatar_runtime.stages.joints import Joints
 from tests.golden import FRAMES, Array, BlendshapesGolden
 from tests.runtime.builders import sparse
@@ -83,13 +85,9 @@ class GoldenModel:
         def all_groups(key: str) -> Array:
             return np.concatenate([part[key] for part in (face, upper, lower)])
 
-        def columns(key: str, axis: int = -1) -> Array:
-            """[N, K, ...] of a face array whose column axis is `axis`; no entries in the mouth's rows."""
-            dense = (
-                np.moveaxis(face[key], axis, 1)
-                if axis == -1
-                else np.moveaxis(face[key], axis, 0).swapaxes(0, 1)
-            )
+        def columns(key: str) -> Array:
+            """[N, K, ...] of a face array that ends in its columns; no entries in the mouth's rows."""
+            dense = np.moveaxis(face[key], -1, 1)
             return np.concatenate([dense, np.zeros((mouth, *dense.shape[1:]), np.float32)])
 
         def expressions(key: str) -> Array:
@@ -120,7 +118,7 @@ class GoldenModel:
             blendshapes=Blendshapes(
                 sparse({"mean": expressions("xyz_t"), "quat_wxyz": expressions("rot_t")}),
                 sparse(appearance_dense),
-                sparse({"mean": columns("pos_t", axis=0)}),
+                sparse({"mean": columns("pos_t")}),
                 sparse({"mean": columns("eyelid")}),
             ),
             skin=sparse({"weight": columns("W")}),
@@ -140,9 +138,22 @@ class GoldenModel:
 
     def _folder(self, prefix: str) -> dict[str, Array]:
         (folder,) = (path for path in self.source.viewer.iterdir() if path.name.startswith(prefix))
-        return {path.stem: np.load(path) for path in folder.glob("*.npy")}
+        arrays = {path.stem: np.load(path) for path in folder.glob("*.npy")}
+        if "pos_t" in arrays:  # the one array with its columns first
+            arrays["pos_t"] = np.moveaxis(arrays["pos_t"], 0, -1)
+        return arrays
 
 
 def golden_joints(frame: dict[str, Array]) -> Joints:
     """The released code's own result of stage `joints`."""
     return Joints(frame["A"], frame["pose_feature"], frame["joints_rest"], frame["joints_posed"])
+
+
+def bound(model: GoldenModel, frame: dict[str, Array], world: Array | None = None) -> Bound:
+    """Stages `blend` and `bind` after the released code's joints and anchor vertices."""
+    pose = model.pose(frame)
+    blended = blend(model.avatar.gaussians, model.avatar.blendshapes, pose.expression_weights)
+    anchors, state = model.posed_anchors(frame), golden_joints(frame)
+    return bind(
+        model.avatar, blended, state, pose.late_weights, anchors, np.eye(4) if world is None else world
+    )

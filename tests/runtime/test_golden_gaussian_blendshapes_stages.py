@@ -8,14 +8,14 @@ import pytest
 from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import homogeneous, polar, quat_from_matrix, quat_multiply
 from avatar_runtime.stages.activate import activate
-from avatar_runtime.stages.bind import Bound, anchor_transform, bind, joint_mix, rows_of
+from avatar_runtime.stages.bind import anchor_transform, joint_mix, rows_of
 from avatar_runtime.stages.blend import blend
-from avatar_runtime.stages.joints import joints
+from avatar_runtime.stages.joints import joints, rest_transforms
 from avatar_runtime.stages.morph import morph
 from avatar_runtime.stages.skin import skin, transform
 from avatar_runtime.stages.sparse import combine, gather
 from tests.golden import FRAMES, Array, BlendshapesGolden
-from tests.runtime.golden_model import GoldenModel, golden_joints
+from tests.runtime.golden_model import GoldenModel, bound, golden_joints
 
 METRES = 1e-6
 UNIT = 2e-6  # rotations, SH, opacity; scale relative
@@ -46,7 +46,7 @@ def test_joints(model: GoldenModel, frame: dict[str, Array]) -> None:
 
 def test_the_neutral_mesh_has_the_subjects_identity(model: GoldenModel) -> None:
     near(model.rig.vertices, model.static["vertices_neutral"], METRES)
-    near(model.rig.rest_local[:, :3, 3].cumsum(axis=0)[:2], model.static["joints_neutral"][:2], METRES)
+    near(rest_transforms(model.rig)[:, :3, 3], model.static["joints_neutral"], METRES)
 
 
 def test_morph_and_skin(model: GoldenModel, frame: dict[str, Array]) -> None:
@@ -130,15 +130,6 @@ def test_world_from_avatar_moves_the_bound_gaussians(model: GoldenModel) -> None
     mean = here.gaussians.mean @ frame["camera_R"].T + frame["camera_t"]
     near(there.gaussians.mean, mean, METRES)
     near(there.rotation, frame["camera_R"] @ here.rotation, UNIT)
-
-
-def bound(model: GoldenModel, frame: dict[str, Array], world: Array | None = None) -> Bound:
-    """Stage `bind` after the released code's joints and anchor vertices."""
-    pose = model.pose(frame)
-    blended = blend(model.avatar.gaussians, model.avatar.blendshapes, pose.expression_weights)
-    anchors, state = model.posed_anchors(frame), golden_joints(frame)
-    world = np.eye(4) if world is None else world
-    return bind(model.avatar, blended, state, pose.late_weights, anchors, world)
 
 
 def test_camera(frame: dict[str, Array]) -> None:

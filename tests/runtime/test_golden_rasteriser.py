@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from avatar_runtime.avatar import RasterSettings
-from avatar_runtime.camera import Camera
-from avatar_runtime.stages.activate import Splats
-from avatar_runtime.stages.project import project
 from avatar_runtime.stages.raster import raster, tile_lists
 from avatar_runtime.stages.sort import sort
 from tests.golden import (
@@ -21,6 +15,7 @@ from tests.golden import (
     rasteriser_case,
     rasteriser_names,
 )
+from tests.runtime.golden_scene import camera_of, projected_of
 
 PICTURE_TOLERANCE = 2e-7  # one expf against another
 BIG_CASES = ("dense", "playbot_a")
@@ -61,22 +56,7 @@ def check(case: RasteriserCase) -> None:
 
 def evaluate(case: dict[str, Array]) -> dict[str, Array]:
     """The reference's outputs, by its names and types, from this project's stages."""
-    camera = Camera(
-        case["viewmatrix"],
-        case["projmatrix"],
-        case["campos"],
-        float(case["tanfovx"]),
-        float(case["tanfovy"]),
-        int(case["width"]),
-        int(case["height"]),
-    )
-    count, degree = len(case["means3D"]), int(case["sh_degree"])
-    sh = case.get("shs", np.zeros((count, 1, 3), np.float32))
-    scale = case["scales"] * case["scale_modifier"]
-    splats = Splats(case["means3D"], scale, case["rotations"], case["opacities"], sh)
-    projected = project(splats, camera, RasterSettings(), degree)
-    if "colors_precomp" in case:
-        projected = replace(projected, rgb=case["colors_precomp"] * (projected.radius > 0)[:, None])
+    camera, projected = camera_of(case), projected_of(case)
     order = sort(projected)
     ids, ranges = tile_lists(projected.tiles, order, camera)
     picture = raster(projected, order, camera, case["bg"])

@@ -4,20 +4,19 @@ Mesh axes: right-handed, +X the subject's left, +Y up, face +Z. The app document
 they were worked out on two recordings (`python -m tests.exporter.driving.axes_evidence` prints the numbers):
 
 - Radians. An eye channel is 0.609 rad (35 degrees) times the difference of its eyeLook weights.
-- Sides. `rightEyeYaw` = 0.609 (eyeLookInLeft - eyeLookOutLeft) with offset 0.000 and residual 0.0002 rad,
-  while against the *Right* weights the offset is 0.065 and the residual 0.0029, twelve times as much: the
-  channels named rightEye measure the eye that the weights call Left, and the reverse. The weights are the
-  authority (Apple: "left" is the subject's, eyeLookInLeft goes with a rightward gaze).
-- Eyes, yaw: positive is a gaze to the subject's right. Pitch: positive is down (slope +0.611 on
-  eyeLookDown - eyeLookUp). So each eye's mean gaze converges, by 0.066 rad: a point 0.96 m away.
-- Eyes, roll and order: eyes obey Listing's law (no torsion), which makes roll a function of yaw and pitch for
-  each order and sign. Yaw, then pitch, then roll (R = Ry Rx Rz), roll of the same sign as yaw: <= 4.1e-6 rad
-  off on all 180 packets; roll of the other sign: 0.049 rad off.
-- Head: every sign the other way round. The eyes turn against the head, for the subject keeps looking at one
-  point: with yaw and pitch as here, the gaze in space sweeps 0.050 rad (standard deviation of its yaw), with
-  the eyes' signs 0.273 rad. A head on a neck that looks at a slowly drifting point explains the eyes with an
-  error of 0.023 rad; the seven other choices of signs give 0.029 (roll reversed) to 0.042. Yaw and pitch are
-  therefore certain, roll is well supported, and the order is taken from the eyes.
+- Sides. rightEyeYaw = 0.6093 (eyeLookInLeft - eyeLookOutLeft) with offset 0.0000 and residual 0.00024 rad;
+  against the *Right* weights the offset is 0.0649 and the residual 0.00289, twelve times as much. So the
+  channels named rightEye measure the eye that the weights call Left, and the reverse; the CSV says the same.
+  The weights are the authority (Apple: left is the subject's, eyeLookInLeft goes with a rightward gaze).
+- Eyes: positive yaw looks to the subject's right, positive pitch down (slope +0.61 on Down - Up). With the
+  sides as above the eyes converge, by 0.065 rad: on a point 0.97 m away.
+- Eye roll and order: eyes turn without torsion (Listing's law), which makes roll a function of yaw and pitch.
+  R = Ry Rx Rz with roll of yaw's sign is 4.0e-6 rad off on all 180 packets, roll of the other sign 0.05 rad.
+- Head: every sign the other way round. The subject keeps looking at one place, so the eyes turn against the
+  head: the yaw of the gaze in space then varies by 0.052 rad, with the eyes' signs by 0.273. A head on a neck
+  whose eyes follow a slowly drifting point explains the packets to 0.0231 rad; the other seven choices of
+  signs to 0.0305 (pitch reversed), 0.0358 (roll reversed) and more. Yaw is certain, pitch and roll are well
+  supported, the order is taken over from the eyes.
 
 A recorder that mirrors the picture mirrors weights and angles alike, which no recording can tell.
 """

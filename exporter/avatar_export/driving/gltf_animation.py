@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from avatar_export.driving.checks import no_such, shown
-from avatar_export.driving.glb import Glb, accessor, natural, numbers, objects
+from avatar_export.driving.arkit import no_such
 from avatar_export.driving.sampler import INTERPOLATIONS, Sampler, unit
 from avatar_runtime.avatar import F64
+from avatar_runtime.codec.glb import Glb, accessor, is_count, short
 
-# What a channel may move: the type of its values.
-PATHS = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3", "weights": "SCALAR"}
+# What a channel may move: the shape of one value.
+PATHS = {"translation": (3,), "rotation": (4,), "scale": (3,), "weights": ()}
 
 DEFAULTS = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
 
@@ -54,48 +54,58 @@ def read_clip(glb: Glb, name: str) -> Clip:
     """The clip `name`. Raises AvatarError if the file has none of that name, or it is damaged."""
     names = clip_names(glb)
     if name not in names:
-        raise no_such("clip of this file", name, names, file=glb.source)
+        raise no_such("clip of this file", name, names, file=str(glb.file))
     index = names.index(name)
     field, animation = f"animations[{index}]", glb.entries("animations")[index]
     nodes = _nodes(glb)
-    samplers = objects(glb, animation, "samplers", f"{field}.")
+    samplers = _objects(glb, animation, "samplers", f"{field}.")
     channels: dict[int, dict[str, Sampler]] = {}
-    for at, channel in enumerate(objects(glb, animation, "channels", f"{field}.")):
+    for at, channel in enumerate(_objects(glb, animation, "channels", f"{field}.")):
         where = f"{field}.channels[{at}]"
-        target = channel.get("target")
-        if not isinstance(target, dict):
-            raise glb.error("needs a target", where)
-        if "node" not in target:
-            continue  # what it moves is an extension's business
-        glb.entry("nodes", target["node"], where)
-        node, path = target["node"], target.get("path")
-        if not isinstance(path, str) or path not in PATHS:
-            raise glb.error(f"path {shown(path)} is none of {', '.join(PATHS)}", where)
+        target = _target(glb, channel, nodes, where)
+        if target is None:
+            continue
+        node, path = target
         if path in channels.setdefault(node, {}):
-            raise glb.error(f"moves the {path} of node {node} a second time", where)
-        if path != "weights" and nodes[node].matrix is not None:
-            raise glb.error(f"moves node {node}, which has a matrix", where)
-        number = natural(glb, channel, "sampler", where)
-        if number >= len(samplers):
-            raise glb.error(f"sampler {number} of {len(samplers)}", where)
+            glb.fail(where, f"moves the {path} of node {node} a second time")
+        number = channel.get("sampler")
+        if not is_count(number) or number >= len(samplers):
+            glb.fail(where, f"sampler {short(number)} is none of {len(samplers)}")
         channels[node][path] = _sampler(glb, samplers[number], path, len(nodes[node].targets), where)
     ends = [float(s.times[-1]) for moved in channels.values() for s in moved.values()]
     return Clip(name, nodes, channels, max(ends, default=0.0))
 
 
-def _sampler(glb: Glb, entry: dict[str, Any], path: str, targets: int, field: str) -> Sampler:
+def _target(glb: Glb, channel: dict[str, Any], nodes: tuple[Node, ...], where: str) -> tuple[int, str] | None:
+    """(node, path) that a channel moves; None where that is an extension's business."""
+    target = channel.get("target")
+    if not isinstance(target, dict):
+        glb.fail(where, "needs a target")
+    if "node" not in target:
+        return None
+    node, path = target["node"], target.get("path")
+    if not is_count(node) or node >= len(nodes):
+        glb.fail(where, f"node {short(node)} is none of {len(nodes)}")
+    if not isinstance(path, str) or path not in PATHS:
+        glb.fail(where, f"path {short(path)} is none of {', '.join(PATHS)}")
+    if path != "weights" and nodes[node].matrix is not None:
+        glb.fail(where, f"moves node {node}, which has a matrix")
+    return node, path
+
+
+def _sampler(glb: Glb, entry: dict[str, Any], path: str, targets: int, where: str) -> Sampler:
     kind = entry.get("interpolation", "LINEAR")
     if not isinstance(kind, str) or kind not in INTERPOLATIONS:
-        raise glb.error(f"interpolation {shown(kind)} is none of {', '.join(INTERPOLATIONS)}", field)
-    times = accessor(glb, entry.get("input"), "SCALAR", field)[:, 0]
-    if not np.isfinite(times).all() or times[0] < 0 or (np.diff(times) <= 0).any():
-        raise glb.error("key times must be finite, not negative and strictly rise", field)
-    values = accessor(glb, entry.get("output"), PATHS[path], field)
-    if not np.isfinite(values).all():
-        raise glb.error("values must be finite", field)
+        glb.fail(where, f"interpolation {short(kind)} is none of {', '.join(INTERPOLATIONS)}")
+    times, values = (
+        _floats(glb, entry.get("input"), (), where),
+        _floats(glb, entry.get("output"), PATHS[path], where),
+    )
+    if len(times) == 0 or times[0] < 0 or (np.diff(times) <= 0).any():
+        glb.fail(where, "key times must not be negative and strictly rise")
     per_key = (3 if kind == "CUBICSPLINE" else 1) * (targets if path == "weights" else 1)
     if per_key == 0 or len(values) != len(times) * per_key:
-        raise glb.error(f"{len(values)} values for {len(times)} keys of {per_key}", field)
+        glb.fail(where, f"has {len(values)} values for {len(times)} keys of {per_key}")
     width = targets if path == "weights" else values.shape[1]
     values = (
         values.reshape(len(times), 3, width) if kind == "CUBICSPLINE" else values.reshape(len(times), width)
@@ -104,17 +114,29 @@ def _sampler(glb: Glb, entry: dict[str, Any], path: str, targets: int, field: st
     return Sampler(times, unit(values) if rotation and kind != "CUBICSPLINE" else values, kind, rotation)
 
 
+def _floats(glb: Glb, index: object, shape: tuple[int, ...], where: str) -> F64:
+    """An accessor of finite floats (or normalised integers) of this shape an element."""
+    values = accessor(glb, index)
+    if values.dtype != np.float32 or values.shape[1:] != shape:
+        glb.fail(
+            where,
+            f"accessor {short(index)} is {values.dtype}{list(values.shape)}, expected float32[T, *{shape}]",
+        )
+    if not np.isfinite(values).all():
+        glb.fail(where, f"accessor {short(index)} holds what is no finite number")
+    return values.astype(np.float64)
+
+
 def _nodes(glb: Glb) -> tuple[Node, ...]:
     entries = glb.entries("nodes")
     parents = [-1] * len(entries)
     for index, entry in enumerate(entries):
         children = entry.get("children", [])
-        if not isinstance(children, list):
-            raise glb.error("must be a list", f"nodes[{index}].children")
+        if not isinstance(children, list) or not all(is_count(c) and c < len(entries) for c in children):
+            glb.fail(f"nodes[{index}].children", "is no list of nodes")
         for child in children:
-            glb.entry("nodes", child, f"nodes[{index}].children")
             if parents[child] >= 0:
-                raise glb.error(f"node {child} has two parents", f"nodes[{index}].children")
+                glb.fail(f"nodes[{child}]", "has two parents")
             parents[child] = index
     _check_no_loop(glb, parents)
     return tuple(_node(glb, entry, index, parents[index]) for index, entry in enumerate(entries))
@@ -128,7 +150,7 @@ def _check_no_loop(glb: Glb, parents: list[int]) -> None:
         at = index
         while at >= 0 and not rooted[at]:
             if len(walk) > len(parents):
-                raise glb.error("is its own ancestor", f"nodes[{index}]")
+                glb.fail(f"nodes[{index}]", "is its own ancestor")
             walk.append(at)
             at = parents[at]
         for node in walk:
@@ -136,25 +158,45 @@ def _check_no_loop(glb: Glb, parents: list[int]) -> None:
 
 
 def _node(glb: Glb, entry: dict[str, Any], index: int, parent: int) -> Node:
-    field = f"nodes[{index}]"
-    name = entry.get("name")
+    where = f"nodes[{index}]"
+    name = entry.get("name", f"node_{index}")
+    if not isinstance(name, str):
+        glb.fail(f"{where}.name", "is no text")
     matrix = None
     if "matrix" in entry:
-        matrix = numbers(glb, entry, "matrix", tuple(np.eye(4).ravel()), field).reshape(4, 4).T
-    rest = {key: numbers(glb, entry, key, default, field) for key, default in DEFAULTS.items()}
+        matrix = _numbers(glb, entry["matrix"], 16, f"{where}.matrix").reshape(4, 4).T
+    rest = {
+        key: _numbers(glb, entry.get(key, list(default)), len(default), f"{where}.{key}")
+        for key, default in DEFAULTS.items()
+    }
     rest["rotation"] = unit(rest["rotation"][None])[0]
-    return Node(name if isinstance(name, str) else "", parent, matrix, rest, _targets(glb, entry, field))
+    return Node(name, parent, matrix, rest, _targets(glb, entry))
 
 
-def _targets(glb: Glb, node: dict[str, Any], field: str) -> tuple[str, ...]:
+def _targets(glb: Glb, node: dict[str, Any]) -> tuple[str, ...]:
     """Names of the morph targets of a node's mesh; one without a name is empty."""
     if "mesh" not in node:
         return ()
-    mesh = glb.entry("meshes", node["mesh"], field)
-    primitives = objects(glb, mesh, "primitives", f"meshes[{node['mesh']}].")
-    count = len(objects(glb, primitives[0], "targets", f"meshes[{node['mesh']}].")) if primitives else 0
+    mesh, where = glb.entry("meshes", node["mesh"]), f"meshes[{node['mesh']}]."
+    primitives = _objects(glb, mesh, "primitives", where)
+    count = len(_objects(glb, primitives[0], "targets", f"{where}primitives[0].")) if primitives else 0
     extras = mesh.get("extras")
     names = extras.get("targetNames") if isinstance(extras, dict) else None
     if not isinstance(names, list) or len(names) != count:
         return ("",) * count
     return tuple(name if isinstance(name, str) else "" for name in names)
+
+
+def _objects(glb: Glb, owner: dict[str, Any], key: str, where: str) -> list[dict[str, Any]]:
+    """The list `key` of `owner` ([] if absent), each entry an object."""
+    found = owner.get(key, [])
+    if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
+        glb.fail(f"{where}{key}", "is no list of objects")
+    return found
+
+
+def _numbers(glb: Glb, value: object, count: int, where: str) -> F64:
+    plain = isinstance(value, list) and len(value) == count
+    if not plain or not all(isinstance(v, int | float) and abs(v) < 1e30 for v in value):  # type: ignore[attr-defined]
+        glb.fail(where, f"is no list of {count} finite numbers")
+    return np.array(value, np.float64)

@@ -13,16 +13,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avatar_export.driving.arkit import canonical, first_canonical
-from avatar_export.driving.checks import no_such
-from avatar_export.driving.glb import read_glb
+from avatar_export.driving.arkit import canonical, first_canonical, no_such
 from avatar_export.driving.gltf_animation import Clip, clip_names, read_clip
 from avatar_export.driving.sampler import Sampler, evaluate
+from avatar_export.driving.takes import read_bytes
 from avatar_runtime.avatar import F64, Avatar
+from avatar_runtime.codec import glb
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_quat
 
+MAX_FILE_BYTES = 512 << 20
 MAX_FRAMES = 100_000
 MAX_MATRICES = 4_000_000  # 512 MB of joint deltas
 
@@ -44,12 +45,12 @@ class Match(NamedTuple):
 
 def clips(path: Path | str) -> list[str]:
     """The names of the clips in a .glb. Raises AvatarError for a damaged file."""
-    return clip_names(read_glb(path))
+    return clip_names(_glb(path))
 
 
 def unmatched(avatar: Avatar, path: Path | str, clip: str) -> list[str]:
     """The nodes and morph targets that the clip moves and this avatar has no joint or expression for."""
-    return _match(avatar, read_clip(read_glb(path), clip)).unmatched
+    return _match(avatar, read_clip(_glb(path), clip)).unmatched
 
 
 def clip_poses(avatar: Avatar, path: Path | str, clip: str, fps: float) -> list[Pose]:
@@ -61,7 +62,7 @@ def clip_poses(avatar: Avatar, path: Path | str, clip: str, fps: float) -> list[
     if not (math.isfinite(fps) and fps > 0):
         raise ValueError(f"fps must be a positive number, not {fps}")
     source = Path(path).name
-    found = read_clip(read_glb(path), clip)
+    found = read_clip(_glb(path), clip)
     match = _match(avatar, found)
     if not match.joints and not match.expressions:
         known = (*(avatar.rig.joint_names if avatar.rig else ()), *avatar.expression_names)
@@ -85,6 +86,10 @@ def clip_poses(avatar: Avatar, path: Path | str, clip: str, fps: float) -> list[
     ]
 
 
+def _glb(path: Path | str) -> glb.Glb:
+    return glb.decode(read_bytes(Path(path), MAX_FILE_BYTES), Path(path).name)
+
+
 def _match(avatar: Avatar, clip: Clip) -> Match:
     joints: dict[str, int] = {}
     expressions: dict[str, Weight] = {}
@@ -96,14 +101,14 @@ def _match(avatar: Avatar, clip: Clip) -> Match:
             if node.name in known:
                 joints.setdefault(node.name, index)
             else:
-                strangers.append(node.name or f"node {index}")
+                strangers.append(node.name)
         if "weights" in channels:
             for column, target in enumerate(node.targets):
                 names = _expressions(avatar, target)
                 for name in names:
                     expressions.setdefault(name, Weight(channels["weights"], column))
                 if not names:
-                    strangers.append(target or f"morph target {column} of {node.name or f'node {index}'}")
+                    strangers.append(target or f"morph target {column} of {node.name}")
     return Match(joints, expressions, strangers)
 
 

@@ -15,8 +15,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from avatar_export.driving.arkit import CHANNELS, canonical, rotation_channel
-from avatar_export.driving.checks import no_such
+from avatar_export.driving.arkit import CHANNELS, canonical, no_such, rotation_channel
 from avatar_export.driving.frames import CHANNEL_LIMIT, DrivingTake, take
 from avatar_runtime.avatar import F64
 from avatar_runtime.errors import AvatarError

@@ -31,6 +31,7 @@ MAX_TEXT = 1024  # bytes of a device id or subject name
 _COUNT = struct.Struct(">BI")
 _LENGTH = struct.Struct(">I")
 _FRAME_TIME = struct.Struct(">ifii")
+_CHANNELS = struct.Struct(f">{len(CHANNELS)}f")
 
 
 @dataclass(frozen=True)
@@ -136,6 +137,6 @@ def parse_packet(data: bytes, *, source: str = "packet", number: int = 0) -> Pac
 def _channels(body: bytes, wrong: Callable[[str], AvatarError]) -> F64 | None:
     if not body or body == b"\0":
         return None
-    if body[0] != len(CHANNELS) or len(body) != 1 + 4 * len(CHANNELS):
+    if body[0] != len(CHANNELS) or len(body) != 1 + _CHANNELS.size:
         raise wrong(f"{body[0]} channels in {len(body) - 1} bytes, expected {len(CHANNELS)}")
-    return np.frombuffer(body, ">f4", len(CHANNELS), 1).astype(np.float64)
+    return np.array(_CHANNELS.unpack_from(body, 1))

@@ -7,16 +7,16 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from avatar_export.driving.arkit import ARKIT_NAMES, canonical
-from avatar_export.driving.checks import no_such, read_bytes, shown
+from avatar_export.driving.arkit import ARKIT_NAMES, canonical, no_such
+from avatar_export.driving.takes import read_bytes
 from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.codec.glb import short
 from avatar_runtime.errors import AvatarError, unknown_name
 
 MAX_FILE_BYTES = 16 << 20
@@ -54,7 +54,7 @@ def _names(document: dict[str, Any], key: str, source: str) -> list[str]:
     names: list[Any] = document[key]
     for at, name in enumerate(names):
         if not isinstance(name, str):
-            raise AvatarError(f"{shown(name)} is no name", file=source, field=f"{key}[{at}]")
+            raise AvatarError(f"{short(name)} is no name", file=source, field=f"{key}[{at}]")
     if not names:
         raise AvatarError("is empty", file=source, field=key)
     return names
@@ -103,11 +103,11 @@ def _matrix(rows: list[Any], outputs: int, inputs: int, source: str) -> F32:
         for column, value in enumerate(row):
             if not _is_factor(value):
                 raise AvatarError(
-                    f"{shown(value)} is no finite factor", file=source, field=f"matrix[{at}][{column}]"
+                    f"{short(value)} is no finite factor", file=source, field=f"matrix[{at}][{column}]"
                 )
     return np.array(rows, np.float32)
 
 
 def _is_factor(value: object) -> bool:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return number and not math.isnan(value) and abs(value) <= MAX_FACTOR  # type: ignore[arg-type]
+    # A comparison, unlike a conversion, takes integers of any size; NaN compares false.
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MAX_FACTOR

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from avatar_export.driving.checks import read_bytes
 from avatar_export.driving.frames import DrivingTake
 from avatar_export.driving.live_link_csv import is_live_link_csv, read_live_link_csv
 from avatar_export.driving.live_link_udp import is_live_link_udp, read_live_link_udp
@@ -38,3 +37,15 @@ def read_take(path: Path | str) -> DrivingTake:
             return reader.read(data, Path(path).name)
     known = " nor ".join(reader.what for reader in READERS)
     raise AvatarError(f"is neither {known}", file=Path(path).name)
+
+
+def read_bytes(path: Path, limit: int) -> bytes:
+    """The bytes of a file of at most `limit` bytes; AvatarError otherwise."""
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(limit + 1)
+    except OSError as error:
+        raise AvatarError(f"cannot be read: {error.strerror or error}", file=path.name) from None
+    if len(data) > limit:
+        raise AvatarError(f"is larger than {limit >> 20} MiB", file=path.name)
+    return data

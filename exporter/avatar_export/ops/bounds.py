@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from avatar_runtime.avatar import F32, F64, Avatar, SparseRows
-from avatar_runtime.pose import Pose, joint_rotation
+from avatar_runtime.pose import Pose, joint_rotation, resolve
 from avatar_runtime.rotation import matrix_from_quat
 from avatar_runtime.stages.joints import joints
-from avatar_runtime.pose import resolve
 from avatar_runtime.stages.skin import transform
 from avatar_runtime.stages.sparse import gather
 
@@ -71,14 +70,18 @@ def _joint_poses(avatar: Avatar, mean: F64) -> list[F64]:
         return []
     poses = []
     used = np.unique(avatar.skin.column)
-    rows = np.unique(np.repeat(np.arange(len(mean)), np.diff(avatar.skin.row_ptr.astype(np.int64))))
+    rows = np.unique(
+        np.repeat(np.arange(len(mean)), avatar.skin.row_ptr[1:].astype(np.int64) - avatar.skin.row_ptr[:-1])
+    )
     for joint in used:
         for axis in np.concatenate([np.eye(3), -np.eye(3)]):
             name = avatar.rig.joint_names[joint]
             pose = Pose(joints={name: joint_rotation(axis * JOINT_SWEEP)})
             state = joints(avatar.rig, resolve(pose, avatar))
             posed = mean.copy()
-            posed[rows] = transform(gather(avatar.skin, state.skin_matrix[:, :3]), mean.astype(np.float32))[rows]
+            posed[rows] = transform(gather(avatar.skin, state.skin_matrix[:, :3]), mean.astype(np.float32))[
+                rows
+            ]
             poses.append(posed)
     return poses
 

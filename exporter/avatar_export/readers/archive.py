@@ -65,7 +65,7 @@ class Archive:
         return self._entry(name).file_size
 
     def read(self, name: str, limit: int = MAX_READ_BYTES) -> bytes:
-        """The bytes of a file. Raises AvatarError if it is missing, damaged or has more than `limit` bytes."""
+        """The bytes of a file. Raises AvatarError if it is missing, damaged or over `limit`."""
         if self.size(name) > limit:
             raise self._wrong(f"has {self.size(name)} bytes, at most {limit} are read", name)
         return b"".join(self.chunks(name))

@@ -79,7 +79,7 @@ class StoredArray:
             raise ValueError(f"{self.name}: rows {start}:{stop} are not within 0:{self.shape[axis]}")
         shape = (*self.shape[:axis], stop - start, *self.shape[axis + 1 :])
         block = self._block(shape, self.offset + start * self.strides[axis] * self.dtype.itemsize)
-        return block.astype(np.float32, copy=False)
+        return _float32(block)
 
     def read(self) -> Array:
         """A copy of the whole array in its own type and native byte order."""
@@ -131,7 +131,7 @@ class ComputedArray:
         """A float32 copy of the rows start:stop along `axis`; the other axes whole."""
         if not 0 <= start <= stop <= self.shape[axis]:
             raise ValueError(f"{self.name}: rows {start}:{stop} are not within 0:{self.shape[axis]}")
-        return np.array(np.moveaxis(np.moveaxis(self.make(), axis, 0)[start:stop], 0, axis), np.float32)
+        return _float32(np.moveaxis(np.moveaxis(self.make(), axis, 0)[start:stop], 0, axis).copy())
 
     def read(self) -> Array:
         """The whole array."""
@@ -227,9 +227,12 @@ def parse_text_npy(data: bytes, file: object, name: str) -> tuple[str, ...]:
         raise AvatarError(f"expected a list of names, got {dtype}{list(shape)}", file=file, field=name)
     if shape[0] * dtype.itemsize != len(data) - offset:
         raise AvatarError("its size is not what its header says", file=file, field=name)
-    try:
-        return tuple(str(text) for text in np.frombuffer(data, dtype, offset=offset).tolist())
-    except ValueError as error:
+    size, encoding = dtype.itemsize, "utf-32-be" if dtype.str[0] == ">" else "utf-32-le"
+    try:  # NumPy would hand on code points that are none
+        return tuple(
+            data[at : at + size].decode(encoding).rstrip("\0") for at in range(offset, len(data), size)
+        )
+    except UnicodeError as error:
         raise AvatarError("holds text that is no unicode", file=file, field=name) from error
 
 
@@ -267,6 +270,12 @@ def _stored_npy(stream: BinaryIO, size: int, source: Path | bytes, file: object,
         name, source, file, shape=shape, dtype=known, offset=offset, available=size - offset, strides=strides,
         exact=True,
     )  # fmt: skip
+
+
+def _float32(array: Array) -> F32:
+    with np.errstate(over="ignore", invalid="ignore"):  # too large becomes infinite, which a check sees
+        result: F32 = array.astype(np.float32, copy=False)
+    return result
 
 
 def _fill(fetch: Fetch, offset: int, out: Array, strides: tuple[int, ...]) -> None:

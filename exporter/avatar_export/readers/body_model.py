@@ -19,6 +19,7 @@ from avatar_runtime.errors import AvatarError
 
 IDENTITY_COUNT = 300  # FLAME's shapedirs hold 300 identity directions, then the expressions
 WEIGHT_TOLERANCE = 1e-3
+MAX_ARRAY_BYTES = 1 << 30
 ROOT = 2**32 - 1
 JOINT_NAMES = {
     5: ("root", "neck", "jaw", "leftEye", "rightEye"),
@@ -69,6 +70,8 @@ def read_body_model(path: Path, scale: float = 1.0) -> BodyModel:
     template = fields.floats("v_template")
     v = len(template)
     fields.expect(template, "v_template", (None, 3))
+    if not v:
+        raise fields.wrong("has no vertices", "v_template")
     identity, expression = _directions(fields, v)
     weights = fields.floats("weights", "lbs_weights")
     fields.expect(weights, "weights", (v, None))
@@ -161,12 +164,11 @@ class _Fields:
                 is_zip = stream.read(4) == b"PK\x03\x04"
         except OSError as error:
             raise AvatarError(f"cannot be read: {error}", file=path) from error
-        self._raw: dict[str, bytes] = {}
+        self._entries: dict[str, str] = {}
         self._objects: Mapping[Any, object] = {}
         if is_zip:
             with Archive(path) as archive:
-                names = [name for name in archive.names if name.endswith(".npy")]
-                self._raw = {name.removesuffix(".npy"): archive.read(name) for name in names}
+                self._entries = {n.removesuffix(".npy"): n for n in archive.names if n.endswith(".npy")}
             return
         content = read_pickle(path, body_globals(path))
         if not isinstance(content, dict):
@@ -174,7 +176,7 @@ class _Fields:
         self._objects = content
 
     def __contains__(self, name: str) -> bool:
-        return name in self._raw or name in self._objects
+        return name in self._entries or name in self._objects
 
     def floats(self, *names: str) -> F32:
         """The array of the first of `names` that is there, finite, as float32."""
@@ -198,8 +200,8 @@ class _Fields:
         return source.read().astype(np.int64)
 
     def names(self, name: str) -> tuple[str, ...]:
-        if name in self._raw:
-            return parse_text_npy(self._raw[name], self.path, name)
+        if name in self._entries:
+            return parse_text_npy(self._entry(name), self.path, name)
         value = self._objects[name]
         if not isinstance(value, (list, tuple)) or not all(isinstance(text, str) for text in value):
             raise self.wrong("is no list of names", name)
@@ -221,12 +223,16 @@ class _Fields:
         for name in names:
             if name in self:
                 return name
-        there = ", ".join(ascii(str(key)[:40])[1:-1] for key in [*self._raw, *self._objects][:20])
+        there = ", ".join(ascii(str(key)[:40])[1:-1] for key in [*self._entries, *self._objects][:20])
         raise self.wrong(f"is missing; a body model needs it, this file has: {there}", " or ".join(names))
 
+    def _entry(self, name: str) -> bytes:
+        with Archive(self.path) as archive:
+            return archive.read(self._entries[name], MAX_ARRAY_BYTES)
+
     def _source(self, name: str) -> RowSource:
-        if name in self._raw:
-            return parse_npy(self._raw[name], self.path, name)
+        if name in self._entries:
+            return parse_npy(self._entry(name), self.path, name)
         value = self._objects[name]
         if not isinstance(value, (StoredArray, ComputedArray)):
             raise self.wrong("is no array", name)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_export.readers.arrays import ComputedArray, StoredArray
+from avatar_export.readers.arrays import ComputedArray, StoredArray, sizes_of
 from avatar_export.readers.pickle_machine import Global, StandIn
 from avatar_export.readers.pickles import PickledArray
 from avatar_runtime.errors import AvatarError
@@ -70,11 +70,11 @@ class _Select(_Record):
         if not isinstance(inner, _Chumpy) or not isinstance(inner.state.get("x"), PickledArray):
             raise self.wrong("a chumpy selection is of no array", name)
         values, index = inner.array("x", name), self.array("idxs", name)
-        shape = self.state.get("preferred_shape", (math.prod(index.shape),))
-        if not isinstance(shape, tuple) or not all(type(n) is int and n >= 0 for n in shape):
+        shape = sizes_of(self.state.get("preferred_shape", (math.prod(index.shape),)))
+        if shape is None:
             raise self.wrong("a chumpy selection has no shape", name)
         if math.prod(shape) != math.prod(index.shape) or index.dtype.kind not in "iu":
-            raise self.wrong(f"a chumpy selection of {math.prod(index.shape)} has shape {shape[:8]}", name)
+            raise self.wrong(f"a chumpy selection of {math.prod(index.shape)} has shape {list(shape)}", name)
         return ComputedArray(name, shape, values.dtype, partial(self._read, values, index, shape, name))
 
     def _read(self, values: StoredArray, index: StoredArray, shape: tuple[int, ...], name: str) -> Array:
@@ -92,12 +92,8 @@ class _Sparse(_Record):
         self.by_column = by_column
 
     def finish(self, name: str) -> ComputedArray:
-        shape = self.state.get("_shape", self.state.get("shape"))
-        if (
-            not isinstance(shape, tuple)
-            or len(shape) != 2
-            or not all(type(n) is int and n >= 0 for n in shape)
-        ):
+        shape = sizes_of(self.state.get("_shape", self.state.get("shape")))
+        if shape is None or len(shape) != 2:
             raise self.wrong("a sparse matrix has no shape", name)
         if math.prod(shape) > MAX_DENSE_CELLS:
             raise self.wrong(
@@ -106,7 +102,7 @@ class _Sparse(_Record):
         values = self.array("data", name)
         return ComputedArray(name, shape, values.dtype, partial(self._read, values, shape, name))
 
-    def _read(self, values: StoredArray, shape: tuple[int, int], name: str) -> Array:
+    def _read(self, values: StoredArray, shape: tuple[int, ...], name: str) -> Array:
         data, index, start = values.read(), self.array("indices", name), self.array("indptr", name)
         lines, length = (shape[1], shape[0]) if self.by_column else shape
         if index.dtype.kind not in "iu" or start.dtype.kind not in "iu":

@@ -227,7 +227,7 @@ def _rig(body: BodyModel, inputs: Inputs, mouths: bool, expressions: int) -> Rig
             owner=SYSTEM,
         )
     shape = None if inputs.shape is None or str(inputs.shape) == "zero" else read_shape(inputs.shape)
-    faces = inputs.anchor_faces and read_faces(inputs.anchor_faces, len(body.triangles))
+    faces = None if inputs.anchor_faces is None else read_faces(inputs.anchor_faces, len(body.triangles))
     rig = bake_rig(body, shape, _mesh_eyelids(body, inputs), faces)
     if rig.joint_basis.shape[0] != expressions:
         raise AvatarError(

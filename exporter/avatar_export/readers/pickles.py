@@ -119,9 +119,14 @@ def numpy_globals(file: object) -> dict[str, Global]:
         made.build(((), kind, False, data))
         return made.finish("scalar").read().item()
 
+    def bytes_of_nothing() -> bytes:  # how protocols below 3 write the data of an empty array
+        return b""
+
     makers: dict[str, Callable[..., object]] = {
         "_codecs.encode": _encode,
         "collections.OrderedDict": make_dict,
+        "__builtin__.bytes": bytes_of_nothing,
+        "builtins.bytes": bytes_of_nothing,
         "numpy.dtype": PickledType,
     }
     for core in ("core", "_core"):

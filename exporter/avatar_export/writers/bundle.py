@@ -83,7 +83,9 @@ def _write(avatar: Avatar, sink: Sink, preview: bool, progress: Callable[[str], 
 
 def manifest_bytes(document: dict[str, Any]) -> bytes:
     """avatar.json as it is written."""
-    return (json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False, default=_plain) + "\n").encode()
+    return (
+        json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False, default=_plain) + "\n"
+    ).encode()
 
 
 class _Meter:

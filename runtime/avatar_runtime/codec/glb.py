@@ -61,6 +61,13 @@ class Glb:
         found: dict[str, Any] = entries[index]
         return found
 
+    def entries(self, kind: str) -> list[dict[str, Any]]:
+        """All of document[kind], objects each; empty where there are none. Raises AvatarError."""
+        entries = self.document.get(kind, [])
+        if not isinstance(entries, list):
+            self.fail(kind, "is no list")
+        return [self.entry(kind, index) for index in range(len(entries))]
+
     def fail(self, field: str, message: str) -> NoReturn:
         """Raise AvatarError about `field` of this file."""
         raise AvatarError(message, file=self.file, field=field)

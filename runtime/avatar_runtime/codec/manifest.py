@@ -89,7 +89,7 @@ def unknown_keys(manifest: Mapping[str, Any]) -> dict[str, Any]:
 def decode_groups(manifest: Mapping[str, Any]) -> tuple[Group, ...]:
     """Groups of a manifest that the schema accepts; likewise the functions below."""
     return tuple(
-        Group(g["name"], g["first"], g["count"], g["binding"], dict(g.get("joint_mix", {})))
+        Group(g["name"], int(g["first"]), int(g["count"]), g["binding"], dict(g.get("joint_mix", {})))
         for g in manifest["groups"]
     )
 
@@ -125,8 +125,10 @@ def decode_driving(manifest: Mapping[str, Any]) -> Driving:
 
 def decode_raster(manifest: Mapping[str, Any]) -> RasterSettings:
     background = manifest["background"]
-    colour = background if isinstance(background, str) else tuple(map(float, background))
-    return RasterSettings(manifest["raster"]["near"], manifest["raster"]["low_pass"], colour)
+    if not isinstance(background, str):
+        r, g, b = map(float, background)
+        background = (r, g, b)
+    return RasterSettings(manifest["raster"]["near"], manifest["raster"]["low_pass"], background)
 
 
 def _group(group: Group) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -55,7 +55,7 @@ def encode(tensors: Mapping[str, Array]) -> Iterator[memoryview]:
     for name in order:
         a = np.ascontiguousarray(tensors[name], tensors[name].dtype.newbyteorder("<"))
         if a.nbytes:
-            yield memoryview(a.reshape(-1)).cast("B")
+            yield a.reshape(-1).data.cast("B")
 
 
 def decode(data: bytes | memoryview, file: str) -> dict[str, Array]:
@@ -98,21 +98,27 @@ def _tensor(name: str, entry: Any, body: memoryview, file: str) -> tuple[Array, 
     if not isinstance(entry, dict):
         raise AvatarError("is not a JSON object", file=file, field=name)
     dtype, shape, offsets = (entry.get(key) for key in ("dtype", "shape", "data_offsets"))
-    if dtype not in DTYPES:
+    if not isinstance(dtype, str) or dtype not in DTYPES:
         raise AvatarError(f"dtype {dtype!r} is none of {', '.join(DTYPES)}", file=file, field=name)
-    if not _sizes(shape) or not _sizes(offsets) or len(offsets) != 2 or len(shape) > 8:
+    if not (_sizes(shape, 8) and _sizes(offsets, 2) and len(offsets) == 2):
         raise AvatarError("shape and data_offsets must be lists of counts", file=file, field=name)
     begin, end = offsets
-    count = 1
+    count, strides = 1, 1  # an array without elements still needs strides that NumPy can count
     for length in shape:
-        count *= length
+        count, strides = count * length, strides * max(length, 1)
     code = np.dtype(DTYPES[dtype])
-    if not begin <= end <= len(body) or count * code.itemsize != end - begin:
+    if not begin <= end <= len(body) or count * code.itemsize != end - begin or strides >= 1 << 56:
         raise AvatarError(
-            f"{dtype}{shape} at bytes {begin}..{end} does not fit a body of {len(body)} bytes", file=file, field=name
+            f"{dtype}{shape} at bytes {begin}..{end} does not fit a body of {len(body)} bytes",
+            file=file,
+            field=name,
         )
     return np.frombuffer(body[begin:end], code).reshape(shape), (begin, end)
 
 
-def _sizes(value: Any) -> bool:
-    return isinstance(value, list) and all(type(v) is int and 0 <= v < 1 << 48 for v in value)
+def _sizes(value: Any, most: int) -> TypeGuard[list[int]]:
+    return (
+        isinstance(value, list)
+        and len(value) <= most
+        and all(type(v) is int and 0 <= v < 1 << 48 for v in value)
+    )

@@ -29,21 +29,23 @@ RIG_SPARSE = {
     "late_morphs": ("position",),
     "skin": ("weight",),
 }
-RIG_DENSE = {
-    "vertices": np.float32,
-    "triangles": np.uint32,
-    "parents": np.int32,
-    "rest_local": np.float32,
-    "inverse_bind_matrix": np.float32,
-    "joint_basis": np.float32,
-    "corrective_joints": np.int32,
-    "anchor_vertices": np.uint32,
+RIG_DENSE = {  # name -> type, number of axes
+    "vertices": (np.float32, 2),
+    "triangles": (np.uint32, 2),
+    "parents": (np.int32, 1),
+    "rest_local": (np.float32, 3),
+    "inverse_bind_matrix": (np.float32, 3),
+    "joint_basis": (np.float32, 3),
+    "corrective_joints": (np.int32, 1),
+    "anchor_vertices": (np.uint32, 1),
 }
 
 
 def gaussian_tensors(avatar: Avatar) -> Tensors:
     """What blendshapes.safetensors holds."""
-    parts = {name: avatar.skin if name == "skin" else getattr(avatar.blendshapes, name) for name in GAUSSIAN_SPARSE}
+    parts = {
+        name: avatar.skin if name == "skin" else getattr(avatar.blendshapes, name) for name in GAUSSIAN_SPARSE
+    }
     return _sparse_tensors(parts)
 
 
@@ -57,25 +59,33 @@ def read_gaussian_tensors(
     tensors: Tensors, expressions: int, features: int, late: int, joints: int, file: str
 ) -> tuple[Blendshapes, SparseRows]:
     """Inverse of `gaussian_tensors`. Raises AvatarError for a missing tensor; shapes are Avatar.check()'s."""
-    columns = {"geometry": expressions, "appearance": expressions, "correctives": features, "late_morphs": late}
+    columns = {
+        "geometry": expressions,
+        "appearance": expressions,
+        "correctives": features,
+        "late_morphs": late,
+    }
     parts = _read_sparse(tensors, GAUSSIAN_SPARSE, columns | {"skin": joints}, file)
     return Blendshapes(**{k: v for k, v in parts.items() if k != "skin"}), parts["skin"]
 
 
-def read_rig_tensors(tensors: Tensors, joint_names: tuple[str, ...], expressions: int, late: int, file: str) -> Rig:
+def read_rig_tensors(
+    tensors: Tensors, joint_names: tuple[str, ...], expressions: int, late: int, file: str
+) -> Rig:
     """Inverse of `rig_tensors`. Raises AvatarError for a missing or mistyped tensor."""
-    dense = {}
-    for name, dtype in RIG_DENSE.items():
-        dense[name] = _tensor(tensors, name, file)
-        if dense[name].dtype != dtype:
-            raise AvatarError(f"is {dense[name].dtype}, expected {np.dtype(dtype)}", file=file, field=name)
+    dense: dict[str, Any] = {}
+    for name, (dtype, axes) in RIG_DENSE.items():
+        dense[name] = array = _tensor(tensors, name, file)
+        if array.dtype != dtype or array.ndim != axes:
+            got = f"{array.dtype} of {array.ndim} axes"
+            raise AvatarError(f"is {got}, expected {np.dtype(dtype)} of {axes}", file=file, field=name)
     columns = {
         "morphs": expressions,
         "correctives": 9 * dense["corrective_joints"].size,
         "late_morphs": late,
         "skin": len(joint_names),
     }
-    parts = _read_sparse(tensors, RIG_SPARSE, columns, file)
+    parts: dict[str, Any] = dict(_read_sparse(tensors, RIG_SPARSE, columns, file))
     return Rig(joint_names=joint_names, **dense, **parts)
 
 

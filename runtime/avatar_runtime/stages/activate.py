@@ -39,4 +39,5 @@ def activate(bound: Bound) -> Splats:
 def sigmoid(x: F32) -> F32:
     """1 / (1 + e^-x), without overflow."""
     e = np.exp(-np.abs(x))
-    return np.where(x >= 0, 1, e) / (1 + e)
+    result: F32 = np.where(x >= 0, np.float32(1), e) / (1 + e)
+    return result

@@ -41,7 +41,8 @@ def project(splats: Splats, camera: Camera, settings: RasterSettings, sh_degree:
         cov3d = covariance(splats.scale, splats.quat_wxyz)
         cov = projected_covariance(p, cov3d, camera, settings.low_pass)
         det = cov[:, 0] * cov[:, 2] - cov[:, 1] * cov[:, 1]
-        conic = np.stack([cov[:, 2], -cov[:, 1], cov[:, 0]], axis=1) * (f32(1) / det)[:, None]
+        conic: F32 = np.stack([cov[:, 2], -cov[:, 1], cov[:, 0]], axis=1)
+        conic *= (f32(1) / det)[:, None]
         radius = _radius(cov, det)
         centre = _centre(splats.mean, camera)
         tiles = touched_tiles(centre, radius[:, None], camera)
@@ -49,7 +50,7 @@ def project(splats: Splats, camera: Camera, settings: RasterSettings, sh_degree:
         visible &= (tiles[:, 2] > tiles[:, 0]) & (tiles[:, 3] > tiles[:, 1])
         rgb = _colour(splats, camera, sh_degree)
 
-    def drawn(a: npt.NDArray[np.float32]) -> F32:
+    def drawn(a: F32) -> F32:
         a[~visible] = 0
         return a
 
@@ -115,7 +116,8 @@ def touched_tiles(centre: F32, extent: F32, camera: Camera) -> I32:
     low = np.clip((centre - extent) / f32(tile), -1e6, 1e6)
     high = np.clip(((centre + extent) + f32(tile) - f32(1)) / f32(tile), -1e6, 1e6)
     corners = np.nan_to_num(np.concatenate([low, high], axis=1)).astype(np.int32)
-    return np.clip(corners, 0, np.concatenate([grid, grid])).astype(np.int32)
+    result: I32 = np.clip(corners, 0, np.concatenate([grid, grid])).astype(np.int32)
+    return result
 
 
 def sh_colour(sh: F32, direction: F32, degree: int) -> F32:
@@ -124,7 +126,12 @@ def sh_colour(sh: F32, direction: F32, degree: int) -> F32:
     colour = c["sh_c0"][0] * sh[:, 0]
     x, y, z = (direction[:, i, None] for i in range(3))
     if degree > 0:
-        colour = colour + c["sh_c1"][0] * y * sh[:, 1] + c["sh_c1"][1] * z * sh[:, 2] + c["sh_c1"][2] * x * sh[:, 3]
+        colour = (
+            colour
+            + c["sh_c1"][0] * y * sh[:, 1]
+            + c["sh_c1"][1] * z * sh[:, 2]
+            + c["sh_c1"][2] * x * sh[:, 3]
+        )
     if degree > 1:
         xx, yy, zz, xy, yz, xz = x * x, y * y, z * z, x * y, y * z, x * z
         terms = (xy, yz, f32(2) * zz - xx - yy, xz, xx - yy)
@@ -163,15 +170,19 @@ def _affine(m: F32, p: F32) -> F32:
 
 def _centre(mean: F32, camera: Camera) -> F32:
     m = camera.clip_from_world
-    x, y, w = (m[i, 0] * mean[:, 0] + m[i, 1] * mean[:, 1] + m[i, 2] * mean[:, 2] + m[i, 3] for i in (0, 1, 3))
+    x, y, w = (
+        m[i, 0] * mean[:, 0] + m[i, 1] * mean[:, 1] + m[i, 2] * mean[:, 2] + m[i, 3] for i in (0, 1, 3)
+    )
     reciprocal = f32(1) / (w + f32(constants()["homogeneous_epsilon"]))
     ndc = np.stack([x * reciprocal, y * reciprocal], axis=1).astype(np.float64)
     size = np.array([camera.width, camera.height], np.float64)
-    return (((ndc + 1.0) * size - 1.0) * 0.5).astype(np.float32)
+    centre: F32 = (((ndc + 1.0) * size - 1.0) * 0.5).astype(np.float32)
+    return centre
 
 
 def _radius(cov: F32, det: F32) -> F32:
     mid = f32(0.5) * (cov[:, 0] + cov[:, 2])
     root = np.sqrt(np.maximum(f32(constants()["eigenvalue_floor"]), mid * mid - det))
     larger = np.maximum(mid + root, mid - root)
-    return np.ceil(f32(constants()["radius_sigmas"]) * np.sqrt(larger))
+    radius: F32 = np.ceil(f32(constants()["radius_sigmas"]) * np.sqrt(larger))
+    return radius

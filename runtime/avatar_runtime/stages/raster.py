@@ -111,8 +111,8 @@ def _blend_tile(
             open_ = after >= f32(constants()["transmittance_min"])
             alpha *= open_
         weighted = projected.rgb[chunk].T[:, :, None] * alpha * before  # [3, C, P]
-        start = colour[live].T[:, None]
-        colour[live] = np.add.accumulate(np.concatenate([start, weighted], axis=1), axis=1)[:, -1].T
+        weighted[:, 0] += colour[live].T
+        colour[live] = np.add.reduce(weighted, axis=1).T  # along a middle axis NumPy adds in order
         added = alpha > 0
         reached = np.where(added.any(axis=0), at + len(chunk) - np.argmax(added[::-1], axis=0), last[live])
         last[live] = reached
@@ -133,9 +133,15 @@ def _alpha(projected: Projected, ids: Index, xs: F32, ys: F32) -> F32:
     dy = projected.centre[ids, 1, None] - ys
     a, b, c = (projected.conic[ids, k, None] for k in range(3))
     power = f32(-0.5) * (a * dx * dx + c * dy * dy) - b * dx * dy
-    with np.errstate(under="ignore", over="ignore"):
-        # Rounded from float64: NumPy's float32 exp is up to 2 ulp off, which would show in the golden pictures.
-        exp = np.exp(power, dtype=np.float64).astype(np.float32)
-        alpha = np.minimum(f32(constants()["alpha_max"]), projected.opacity[ids, None] * exp)
-    alpha[(power > 0) | (alpha < f32(1) / f32(constants()["alpha_min_denominator"]))] = 0
+    alpha_min = f32(1) / f32(constants()["alpha_min_denominator"])
+    opacity = projected.opacity[ids]
+    alpha = np.zeros(power.shape, np.float32)
+    with np.errstate(divide="ignore"):
+        faintest = np.log(alpha_min / opacity) - f32(1e-3)  # surely below 1/255; most pairs are
+    pair = np.flatnonzero((power <= 0) & (power >= faintest[:, None]))
+    # Rounded from float64: NumPy's float32 exp is up to 2 ulp off, which would show in the golden pictures.
+    exp = np.exp(power.ravel()[pair], dtype=np.float64).astype(np.float32)
+    value = np.minimum(f32(constants()["alpha_max"]), opacity[pair // power.shape[1]] * exp)
+    value[value < alpha_min] = 0
+    alpha.ravel()[pair] = value
     return alpha

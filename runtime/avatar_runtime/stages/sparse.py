@@ -13,7 +13,7 @@ from avatar_runtime.avatar import F32, SparseRows
 def combine(sparse: SparseRows, weights: F32) -> dict[str, F32]:
     """Per attribute, [R, ...]: the sum over a row's entries of weights[column] * value.
 
-    Entries of zero weight are not read; a row's entries add in column order.
+    Entries of zero weight are not read. The order of addition inside a row is NumPy's, the same every time.
     """
     active = weights[sparse.column] != 0
     entry = np.flatnonzero(active)

@@ -1,0 +1,372 @@
+"""The command line: convert, inspect, validate, render, systems."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from avatar_export import GENERATOR, playing
+from avatar_export.driving.matrix import with_driving
+from avatar_export.inspect import inspect as inspect_avatar
+from avatar_export.inspect import summary
+from avatar_export.provenance import with_rights
+from avatar_export.read import READERS, read
+from avatar_export.readers.options import ReadOptions
+from avatar_export.validate import validate as validate_bundle
+from avatar_export.writers.bundle import write_bundle
+from avatar_runtime.avatar import ROTATION_RULES
+from avatar_runtime.bundle import load
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.stages.raster import PROFILES
+
+app = typer.Typer(
+    help=f"Turns trained Gaussian avatars ({', '.join(r.system for r in READERS)}) into portable bundles, and plays them.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+messages = Console(stderr=True, highlight=False, soft_wrap=True)
+output = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace OUT if it exists.")]
+System = Annotated[
+    str | None, typer.Option(help=f"Skip detection: {', '.join(r.system for r in READERS)}.", metavar="NAME")
+]
+
+
+@app.command()
+def convert(
+    source: Annotated[
+        Path, typer.Argument(help="What training left: a folder, checkpoint or zip (see `systems`).")
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Bundle folder to write, or FILE.avatar.zip.")],
+    system: System = None,
+    body_model: Annotated[Path | None, typer.Option(help="FLAME- or SMPL-layout .npz or .pkl.")] = None,
+    body_scale: Annotated[
+        float, typer.Option(help="Training units in one unit of the body model.", min=1e-6)
+    ] = 1.0,
+    shape: Annotated[
+        Path | None,
+        typer.Option("--shape", "--frame", help="Identity: tracked .frame, .npy, .npz, .json, or `zero`."),
+    ] = None,
+    eyelids: Annotated[Path | None, typer.Option(help="Folder with l_eyelid.npy and r_eyelid.npy.")] = None,
+    anchor_faces: Annotated[
+        Path | None, typer.Option(help="Face indices that carry the upper teeth (.txt).")
+    ] = None,
+    dataset: Annotated[
+        Path | None, typer.Option(help="Folder to search for the inputs that are not given.")
+    ] = None,
+    no_rig: Annotated[bool, typer.Option("--no-rig", help="Expressions only: no joints, no skin.")] = False,
+    rotation: Annotated[
+        str | None,
+        typer.Option(help=f"Rotation rule where a system leaves it open: {', '.join(ROTATION_RULES)}."),
+    ] = None,
+    driving: Annotated[
+        Path | None, typer.Option(help="JSON matrix from the ARKit names to this avatar.")
+    ] = None,
+    exact: Annotated[bool, typer.Option("--exact", help="Keep deltas that are mere rounding noise.")] = False,
+    name: Annotated[str | None, typer.Option(help="Name of the avatar.")] = None,
+    licence: Annotated[str | None, typer.Option(help="Licence of the avatar, for the manifest.")] = None,
+    author: Annotated[str | None, typer.Option(help="Who made it, for the manifest.")] = None,
+    consent: Annotated[
+        str | None, typer.Option(help="What the person shown agreed to, for the manifest.")
+    ] = None,
+    no_preview: Annotated[bool, typer.Option("--no-preview", help="Do not draw preview.png.")] = False,
+    force: Force = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write the bundle of a trained avatar."""
+    options = ReadOptions(
+        body_model, body_scale, shape, eyelids, anchor_faces, dataset, not no_rig, rotation, exact, name
+    )
+    with _progress() as step:
+        step("reading")
+        avatar = with_rights(read(source, options, system), licence, author, consent)
+        if driving is not None:
+            avatar = with_driving(avatar, driving).check()
+        manifest = write_bundle(
+            avatar, out, preview=not no_preview, force=force, progress=lambda file: step(f"writing {file}")
+        )
+    size = sum(entry["bytes"] for entry in manifest["files"])
+    if as_json:
+        _json({"out": str(out), "bytes": size, **summary(avatar)})
+        return
+    output.print(
+        f"{out}: {avatar.gaussians.count} Gaussians, {len(avatar.expressions)} expressions, {size / 1e6:.1f} MB"
+    )
+    for note in _conversion_notes(avatar):
+        messages.print(f"note: {note}")
+
+
+@app.command()
+def inspect(
+    path: Annotated[Path, typer.Argument(help="A bundle, or a trained avatar.")],
+    system: System = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show what is in a bundle or a trained avatar."""
+    with _progress() as step:
+        step("reading")
+        facts = inspect_avatar(path, system)
+    if as_json:
+        _json(facts)
+        return
+    table = Table(show_header=False, box=None, pad_edge=False)
+    for key, value in facts.items():
+        for label, text in _rows(key, value):
+            table.add_row(label, text)
+    output.print(table)
+
+
+@app.command()
+def validate(
+    bundle: Annotated[Path, typer.Argument(help="A bundle folder or .avatar.zip.")],
+    as_json: AsJson = False,
+) -> None:
+    """Check every file of a bundle; exit code 1 if anything is wrong."""
+    with _progress() as step:
+        step("checking")
+        problems = validate_bundle(bundle)
+    errors = [p for p in problems if not p.warning]
+    if as_json:
+        _json([{"path": p.path, "message": p.message, "warning": p.warning} for p in problems])
+    else:
+        for problem in problems:
+            output.print(f"{'warning' if problem.warning else 'error'}: {problem}", markup=False)
+        if not errors:
+            output.print(f"{bundle}: sound")
+    raise typer.Exit(1 if errors else 0)
+
+
+@app.command()
+def render(
+    bundle: Annotated[Path, typer.Argument(help="A bundle folder or .avatar.zip.")],
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="FILE.png, FILE.webp (animated) or a folder of PNGs.")
+    ],
+    expression: Annotated[
+        list[str] | None, typer.Option("--expression", "-e", help="One of the avatar's own, NAME=WEIGHT.")
+    ] = None,
+    arkit: Annotated[
+        list[str] | None,
+        typer.Option("--arkit", "-a", help="ARKit NAME=WEIGHT, through the avatar's driving."),
+    ] = None,
+    joint: Annotated[
+        list[str] | None, typer.Option("--joint", "-j", help="NAME=X,Y,Z: rotation vector in degrees.")
+    ] = None,
+    eyelid: Annotated[list[str] | None, typer.Option("--eyelid", help="NAME=WEIGHT.")] = None,
+    drive: Annotated[Path | None, typer.Option(help="Live Link Face recording: CSV or UDP packets.")] = None,
+    clip: Annotated[Path | None, typer.Option(help=".glb with an animation for the avatar's joints.")] = None,
+    clip_name: Annotated[str | None, typer.Option(help="Which clip; default: the first.")] = None,
+    every: Annotated[int, typer.Option(help="Take each N-th frame of the recording.", min=1)] = 1,
+    frames: Annotated[str | None, typer.Option(help="Only frames FIRST:END of the sequence.")] = None,
+    fps: Annotated[float, typer.Option(help="Frames a second, for --clip.", min=0.1)] = 30.0,
+    size: Annotated[str, typer.Option(help="Pixels, N or WxH.")] = "512",
+    yaw: Annotated[float, typer.Option(help="Camera, degrees; positive: from the subject's left.")] = 0.0,
+    pitch: Annotated[float, typer.Option(help="Camera, degrees; positive: from above.")] = 0.0,
+    zoom: Annotated[float, typer.Option(help="1 shows the whole avatar.", min=0.01)] = 1.0,
+    orbit: Annotated[float, typer.Option(help="Degrees that the camera travels over the sequence.")] = 0.0,
+    background: Annotated[
+        str | None, typer.Option(help="R,G,B from 0 to 1, or `transparent`; default: the trainer's.")
+    ] = None,
+    profile: Annotated[str, typer.Option(help=" or ".join(PROFILES) + ".")] = PROFILES[0],
+    force: Force = False,
+) -> None:
+    """Draw a bundle: one pose, a recording or a clip."""
+    width, height = _size(size)
+    view = playing.View(
+        width,
+        height,
+        yaw,
+        pitch,
+        zoom,
+        orbit,
+        _background(background),
+        background == "transparent",
+        _profile(profile),
+    )
+    with _progress() as step:
+        step("loading")
+        avatar = load(bundle)
+        flags = playing.pose_from_flags(
+            avatar,
+            {k: _numbers(v, 1)[0] for k, v in _pairs(expression)},
+            {k: _numbers(v, 1)[0] for k, v in _pairs(arkit)},
+            {k: _numbers(v, 3) for k, v in _pairs(joint)},  # type: ignore[misc]
+            {k: _numbers(v, 1)[0] for k, v in _pairs(eyelid)},
+        )
+        sequence = _sequence(avatar, flags, drive, clip, clip_name, every, fps)
+        poses = sequence.poses[_slice(frames)]
+        if not poses:
+            raise AvatarError(f"no frame of {len(sequence.poses)} is in {frames}", field="--frames")
+        count = len(poses)
+        pictures = playing.frames(avatar, poses, view)
+        playing.save(out, pictures, count, sequence.fps, force, lambda i: step(f"frame {i} of {count}"))
+    for note in sequence.notes:
+        messages.print(f"note: {note}", markup=False)
+    output.print(f"{out}: {count} {'picture' if count == 1 else 'pictures'} of {width}x{height}")
+
+
+@app.command()
+def systems(as_json: AsJson = False) -> None:
+    """List the systems whose avatars can be read, and from which files."""
+    if as_json:
+        _json([{"system": r.system, "about": r.about, "files": list(r.files)} for r in READERS])
+        return
+    for reader in READERS:
+        output.print(f"[bold]{reader.system}[/bold]  {reader.about}")
+        for line in reader.files:
+            output.print(f"    {line}", markup=False)
+
+
+def _version(show: bool) -> None:
+    if show:
+        print(GENERATOR)
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show version.")
+    ] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Entry point: bad data is one line and exit code 2; anything else that escapes is a bug."""
+    try:
+        app()
+    except AvatarError as error:
+        print(f"avatar-export: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+class _progress:
+    """A spinner on a terminal, nothing elsewhere; `with _progress() as step: step("reading")`."""
+
+    def __enter__(self) -> Callable[[str], None]:
+        self._bar = Progress(
+            SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=messages, transient=True,
+            disable=not sys.stderr.isatty(),
+        )  # fmt: skip
+        self._bar.start()
+        task = self._bar.add_task("")
+        return lambda text: self._bar.update(task, description=text)
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+
+def _conversion_notes(avatar: Any) -> list[str]:
+    notes = []
+    dropped = avatar.provenance.get("face_rows_dropped")
+    if dropped:
+        notes.append(f"{len(dropped)} rows with a NaN were dropped; avatar.json lists them")
+    if avatar.rig is None:
+        notes.append("no rig: expressions only, joints and teeth do not move")
+    if avatar.driving.mode == "none":
+        notes.append(
+            "ARKit cannot drive this avatar yet; pass --driving FILE with a matrix from the ARKit names"
+        )
+    notes.extend(avatar.provenance.get("notes", ()))
+    return notes
+
+
+def _sequence(
+    avatar: Any,
+    flags: Any,
+    drive: Path | None,
+    clip: Path | None,
+    clip_name: str | None,
+    every: int,
+    fps: float,
+) -> playing.PoseSequence:
+    if drive is not None and clip is not None:
+        raise typer.BadParameter("--drive and --clip exclude each other")
+    if drive is not None:
+        return playing.recorded(avatar, drive, every)
+    if clip is not None:
+        return playing.clip(avatar, clip, clip_name, fps)
+    return playing.PoseSequence([flags], fps)
+
+
+def _pairs(values: list[str] | None) -> list[tuple[str, str]]:
+    pairs = []
+    for value in values or []:
+        name, equals, text = value.rpartition("=")
+        if not equals or not name:
+            raise typer.BadParameter(f"{value!r} is not NAME=VALUE")
+        pairs.append((name, text))
+    return pairs
+
+
+def _numbers(text: str, count: int) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count:
+        raise typer.BadParameter(f"{text!r} is not {count} number{'s' * (count > 1)}")
+    return numbers
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if not (width.isdigit() and (height or width).isdigit()):
+        raise typer.BadParameter(f"{text!r} is not N or WxH", param_hint="--size")
+    size = int(width), int(height or width)
+    if not all(1 <= side <= 8192 for side in size):
+        raise typer.BadParameter("each side is 1 to 8192 pixels", param_hint="--size")
+    return size
+
+
+def _slice(text: str | None) -> slice:
+    if text is None:
+        return slice(None)
+    first, colon, end = text.partition(":")
+    if not colon or not all(part == "" or part.isdigit() for part in (first, end)):
+        raise typer.BadParameter(f"{text!r} is not FIRST:END", param_hint="--frames")
+    return slice(int(first or 0), int(end) if end else None)
+
+
+def _background(text: str | None) -> tuple[float, float, float] | None:
+    if text is None or text == "transparent":
+        return None
+    r, g, b = _numbers(text, 3)
+    return r, g, b
+
+
+def _profile(text: str) -> str:
+    if text not in PROFILES:
+        raise typer.BadParameter(f"{text!r} is none of {', '.join(PROFILES)}", param_hint="--profile")
+    return text
+
+
+def _rows(key: str, value: Any) -> list[tuple[str, str]]:
+    if isinstance(value, dict):
+        rows = [(f"{key}.{inner}", _text(v)) for inner, v in value.items()]
+        return rows or [(key, "none")]
+    return [(key, _text(value))]
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        shown = ", ".join(map(str, value[:12]))
+        return f"{len(value)}: {shown}{', ...' if len(value) > 12 else ''}" if len(value) > 3 else shown
+    return "none" if value is None else str(value)
+
+
+def _json(value: Any) -> None:
+    print(json.dumps(value, indent=1, ensure_ascii=False))

@@ -1,0 +1,104 @@
+"""What is in an avatar, as plain data; the command line prints it as a table or as JSON."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from avatar_export.driving.drive import unreached
+from avatar_export.read import find
+from avatar_export.readers.options import ReadOptions
+from avatar_runtime.avatar import Avatar, SparseRows
+from avatar_runtime.bundle import MANIFEST, load, opener, read_manifest
+from avatar_runtime.errors import AvatarError
+
+
+def is_bundle(path: Path) -> bool:
+    """Whether `path` holds a manifest; never raises."""
+    try:
+        return "asset" in read_manifest(opener(path))
+    except AvatarError:
+        return False
+
+
+def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
+    """The summary of a bundle, or of a trained avatar that can be read (without its rig). Raises AvatarError."""
+    if not path.exists():
+        raise AvatarError("no such file or folder", file=path)
+    if system is None and is_bundle(path):
+        manifest = read_manifest(opener(path))
+        files = {entry["path"]: entry["bytes"] for entry in manifest.get("files", [])}
+        return {
+            "kind": "bundle",
+            "version": manifest["asset"]["version"],
+            **summary(load(path)),
+            "files": files,
+        }
+    reader = find(path, system)
+    avatar = reader.read(path, ReadOptions(rig=False)).check()
+    return {"kind": "source", "note": f"convert it to get {MANIFEST}", **summary(avatar)}
+
+
+def summary(avatar: Avatar) -> dict[str, Any]:
+    """Counts, names, ranges and rules of an avatar."""
+    g, b, rig = avatar.gaussians, avatar.blendshapes, avatar.rig
+    return {
+        "name": avatar.name,
+        "system": avatar.provenance.get("system"),
+        "gaussians": g.count,
+        "groups": {group.name: f"{group.count} ({group.binding})" for group in avatar.groups},
+        "sh_degree": avatar.sh_degree,
+        "expressions": list(avatar.expression_names),
+        "late_morphs": list(avatar.late_morph_names),
+        "rules": {
+            "rotation": avatar.rules.rotation,
+            "sh_direction": avatar.rules.sh_direction,
+            "anchor": avatar.rules.anchor,
+            "head_pose_in": avatar.head_pose_in,
+        },
+        "deltas": {
+            name: _filled(getattr(b, name))
+            for name in ("geometry", "appearance", "correctives", "late_morphs")
+        },
+        "rig": None
+        if rig is None
+        else {
+            "vertices": len(rig.vertices),
+            "triangles": len(rig.triangles),
+            "joints": list(rig.joint_names),
+            "corrective_joints": len(rig.corrective_joints),
+            "anchor_vertices": len(rig.anchor_vertices),
+        },
+        "ranges": {
+            "mean_min": _rounded(g.mean.min(axis=0)),
+            "mean_max": _rounded(g.mean.max(axis=0)),
+            "scale_mm": _rounded(1e3 * np.exp(np.percentile(g.log_scale, [0, 50, 100]))),
+            "opacity": _rounded(
+                1 / (1 + np.exp(-np.percentile(g.opacity_logit.astype(np.float64), [0, 50, 100])))
+            ),
+        },
+        "driving": _driving(avatar),
+        "background": avatar.raster.background,
+        "provenance": dict(avatar.provenance),
+    }
+
+
+def _filled(sparse: SparseRows) -> str:
+    cells = sparse.rows * sparse.columns
+    return f"{sparse.entries} of {cells} ({100 * sparse.entries / cells:.1f} %)" if cells else "none"
+
+
+def _driving(avatar: Avatar) -> dict[str, Any]:
+    if avatar.driving.mode == "none":
+        return {"mode": "none", "note": "ARKit cannot drive this avatar; convert it with --driving FILE"}
+    return {
+        "mode": avatar.driving.mode,
+        "head_joint": avatar.driving.head_joint,
+        "unreached": unreached(avatar),
+    }
+
+
+def _rounded(values: Any) -> list[float]:
+    return [float(f"{v:.4g}") for v in values]

@@ -1,0 +1,158 @@
+"""A deliberately tiny avatar with a value in every field, so that a field that gets lost is missed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import (
+    Avatar,
+    Blendshapes,
+    Driving,
+    Expression,
+    Gaussians,
+    Group,
+    RasterSettings,
+    Rig,
+    Rules,
+    SparseRows,
+)
+from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+
+Array = npt.NDArray[Any]
+
+GROUPS = (
+    Group("face", 0, 24, "skin"),
+    Group("upper_teeth", 24, 8, "anchor"),
+    Group("lower_teeth", 32, 8, "joint_mix", {"neck": 0.0625, "jaw": 0.875}),
+    Group("hair", 40, 8, "none"),
+)
+COUNT = 48
+VERTICES = 20
+JOINTS = ("root", "neck", "jaw", "leftEye", "rightEye")
+PARENTS = (-1, 0, 1, 1, 1)
+CORRECTIVE_JOINTS = (2, 3)
+EXPRESSIONS = (
+    Expression("jawOpen", ("JawOpen", "jaw_open"), (0.0, 1.0)),
+    Expression("mouthSmileLeft", ("mouthSmile_L",), (-0.25, 1.25)),
+    Expression("mouthSmileRight", (), (0.0, 0.5)),
+    Expression("exp_003", (), (-2.0, 2.0)),
+)
+LATE_MORPHS = ("left", "right")
+INPUTS = ("jawOpen", "eyeBlinkLeft", "mouthSmileLeft")
+OUTPUTS = ("expression/jawOpen", "eyelid/left", "joint/jaw/x", "joint/leftEye/y", "expression/exp_003")
+
+
+def full_avatar(seed: int = 0) -> Avatar:
+    """48 Gaussians about the size of a head: all four bindings, every sparse part ragged, a turned rest pose.
+
+    SH of degree 3 are stored, degree 2 is active; no setting has its default value.
+    """
+    rng = np.random.default_rng(seed)
+    k, late, features = len(EXPRESSIONS), len(LATE_MORPHS), 9 * len(CORRECTIVE_JOINTS)
+    return Avatar(
+        name="Full Ävatar",
+        gaussians=_gaussians(rng),
+        groups=GROUPS,
+        rules=Rules("polar3", "neck", "inverse_rotation", "unique"),
+        expressions=EXPRESSIONS,
+        late_morph_names=LATE_MORPHS,
+        blendshapes=Blendshapes(
+            _ragged(rng, COUNT, k, {"mean": ((3,), 3e-3), "quat_wxyz": ((4,), 0.1)}),
+            _ragged(
+                rng, COUNT, k, {"log_scale": ((3,), 0.2), "opacity_logit": ((), 0.5), "sh": ((16, 3), 0.1)}
+            ),
+            _ragged(rng, COUNT, features, {"mean": ((3,), 2e-3)}),
+            _ragged(rng, COUNT, late, {"mean": ((3,), 4e-3)}),
+        ),
+        skin=_skin(rng, COUNT),
+        rig=_rig(rng),
+        sh_degree=2,
+        driving=Driving(
+            "matrix",
+            INPUTS,
+            OUTPUTS,
+            _normal(rng, len(OUTPUTS), len(INPUTS), scale=0.3),
+            head_joint="neck",
+            head_pivot=(0.01, -0.1, 0.02),
+            left_eye_joint="leftEye",
+            right_eye_joint="rightEye",
+        ),
+        raster=RasterSettings(near=0.05, low_pass=0.25, background=(0.25, 0.5, 1.0)),
+        head_pose_in="mesh",
+        training_per_bundle=4.0,
+        delta_threshold={"mean": 1e-8, "sh": 1e-7},
+        provenance={"system": "made_for_tests", "rows_dropped": [3, 17], "author": "nobody"},
+        extras={"extras": {"note": ["kept", 1, None, 0.1]}, "someVendor": {"deep": [{"er": True}]}},
+    ).check()
+
+
+def _gaussians(rng: np.random.Generator) -> Gaussians:
+    mean = _normal(rng, COUNT, 3, scale=0.06)
+    log_scale = _normal(rng, COUNT, 3, scale=0.4) + np.float32(np.log(0.006))
+    return Gaussians(
+        mean,
+        log_scale,
+        _normal(rng, COUNT, 4),
+        _normal(rng, COUNT, scale=2.0),
+        _normal(rng, COUNT, 16, 3, scale=0.3),
+    )
+
+
+def _rig(rng: np.random.Generator) -> Rig:
+    k, late, features = len(EXPRESSIONS), len(LATE_MORPHS), 9 * len(CORRECTIVE_JOINTS)
+    local = homogeneous(matrix_from_rotvec(rng.normal(0, 0.3, (5, 3))), rng.normal(0, 0.03, (5, 3)))
+    world: list[Array] = []
+    for joint, parent in enumerate(PARENTS):
+        world.append(local[joint] if parent < 0 else world[parent] @ local[joint])
+    return Rig(
+        vertices=_normal(rng, VERTICES, 3, scale=0.06),
+        triangles=np.array([[i, (i + 1) % VERTICES, (i + 7) % VERTICES] for i in range(VERTICES)], np.uint32),
+        morphs=_ragged(rng, VERTICES, k, {"position": ((3,), 3e-3)}),
+        correctives=_ragged(rng, VERTICES, features, {"position": ((3,), 2e-3)}),
+        late_morphs=_ragged(rng, VERTICES, late, {"position": ((3,), 4e-3)}),
+        skin=_skin(rng, VERTICES),
+        joint_names=JOINTS,
+        parents=np.array(PARENTS, np.int32),
+        rest_local=local.astype(np.float32),
+        inverse_bind_matrix=np.linalg.inv(np.stack(world)).astype(np.float32),
+        joint_basis=_normal(rng, k, len(JOINTS), 3, scale=2e-3),
+        corrective_joints=np.array(CORRECTIVE_JOINTS, np.int32),
+        anchor_vertices=np.array([0, 1, 2, 2, 5, 5, 5, 8, 11, 14], np.uint32),
+    )
+
+
+def _ragged(
+    rng: np.random.Generator, rows: int, columns: int, shapes: dict[str, tuple[tuple[int, ...], float]]
+) -> SparseRows:
+    """About two thirds of all entries, the first and the last row empty; values normal with the size given."""
+    used = rng.uniform(size=(rows, columns)) < 2 / 3
+    used[0] = used[-1] = False
+    used[1] = True
+    entries = int(used.sum())
+    values = {name: _normal(rng, entries, *shape, scale=scale) for name, (shape, scale) in shapes.items()}
+    return SparseRows(_row_ptr(used), np.nonzero(used)[1].astype(np.uint16), values, columns)
+
+
+def _skin(rng: np.random.Generator, rows: int) -> SparseRows:
+    """One to five joints a row, weights that add up to 1."""
+    used = rng.uniform(size=(rows, len(JOINTS))) < 0.5
+    used[np.arange(rows), rng.integers(0, len(JOINTS), rows)] = True
+    weight = np.where(used, rng.uniform(0.1, 1, used.shape), 0)
+    weight /= weight.sum(axis=1, keepdims=True)
+    return SparseRows(
+        _row_ptr(used),
+        np.nonzero(used)[1].astype(np.uint16),
+        {"weight": weight[used].astype(np.float32)},
+        len(JOINTS),
+    )
+
+
+def _row_ptr(used: Array) -> npt.NDArray[np.uint32]:
+    return np.concatenate([[0], np.cumsum(used.sum(axis=1))]).astype(np.uint32)
+
+
+def _normal(rng: np.random.Generator, *shape: int, scale: float = 1.0) -> npt.NDArray[np.float32]:
+    return (scale * rng.standard_normal(shape)).astype(np.float32)

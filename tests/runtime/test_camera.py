@@ -1,0 +1,104 @@
+"""Where a camera puts what it sees, and orbits by direction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from avatar_runtime.avatar import RasterSettings
+from avatar_runtime.camera import Camera
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.project import project
+from tests.golden import Array
+
+WIDTH, HEIGHT = 80, 60
+MIDDLE = ((WIDTH - 1) / 2, (HEIGHT - 1) / 2)
+FOV_Y = 0.8
+TARGET = np.array([0.1, 1.5, -0.2])
+X, Y, Z = np.eye(3)
+
+
+def seen(camera: Camera, point: Array) -> tuple[float, float, float]:
+    """(column, row, depth) at which stage `project` draws a small splat at `point`."""
+    splats = Splats(
+        np.asarray(point, np.float32)[None],
+        np.full((1, 3), 0.01, np.float32),
+        np.array([[1, 0, 0, 0]], np.float32),
+        np.ones(1, np.float32),
+        np.zeros((1, 1, 3), np.float32),
+    )
+    projected = project(splats, camera, RasterSettings(), 0)
+    assert projected.radius[0] > 0
+    return (*projected.centre[0].tolist(), float(projected.depth[0]))
+
+
+@pytest.mark.parametrize(
+    ("yaw", "pitch", "eye", "right", "up"),
+    [
+        (0, 0, Z, X, Y),  # in front: the subject's left (+X) is on the picture's right
+        (np.pi / 2, 0, X, -Z, Y),  # from the subject's left: the nose (+Z) points to the picture's left
+        (-np.pi / 2, 0, -X, Z, Y),
+        (np.pi, 0, -Z, -X, Y),
+        (0, np.pi / 2, Y, X, -Z),  # from above: the nose points down
+        (0, -np.pi / 2, -Y, X, Z),
+    ],
+)
+def test_orbit_directions(yaw: float, pitch: float, eye: Array, right: Array, up: Array) -> None:
+    camera = Camera.orbit(TARGET, 2.0, yaw, pitch, FOV_Y, WIDTH, HEIGHT)
+    np.testing.assert_allclose(camera.centre, TARGET + 2 * eye, atol=1e-6)
+    np.testing.assert_allclose(seen(camera, TARGET), (*MIDDLE, 2.0), atol=1e-4)
+    column, row, depth = seen(camera, TARGET + 0.1 * right)
+    assert column > MIDDLE[0] + 3
+    np.testing.assert_allclose((row, depth), (MIDDLE[1], 2.0), atol=1e-4)
+    column, row, depth = seen(camera, TARGET + 0.1 * up)
+    assert row < MIDDLE[1] - 3
+    np.testing.assert_allclose((column, depth), (MIDDLE[0], 2.0), atol=1e-4)
+
+
+def test_orbit_moves_the_camera_to_the_side_and_up() -> None:
+    camera = Camera.orbit(TARGET, 3.0, 0.5, 0.3, FOV_Y, WIDTH, HEIGHT)
+    away = camera.centre - TARGET
+    assert away[0] > 0 and away[1] > 0 and away[2] > 0
+    np.testing.assert_allclose(np.linalg.norm(away), 3.0, atol=1e-6)
+    np.testing.assert_allclose(np.arcsin(away[1] / 3), 0.3, atol=1e-6)
+
+
+def test_field_of_view_is_the_pictures_height() -> None:
+    camera = Camera.orbit(TARGET, 2.0, 0.0, 0.0, FOV_Y, WIDTH, HEIGHT)
+    edge = TARGET + 2 * np.tan(FOV_Y / 2) * Y
+    np.testing.assert_allclose(seen(camera, edge)[1], -0.5, atol=1e-4)
+    assert camera.tan_half_fov_y == pytest.approx(np.tan(FOV_Y / 2), abs=1e-7)
+    assert camera.tan_half_fov_x == pytest.approx(np.tan(FOV_Y / 2) * WIDTH / HEIGHT, abs=1e-7)
+
+
+angles = st.floats(-7, 7)
+
+
+@given(angles, angles)
+def test_orbit_is_a_rotation_that_looks_at_the_target(yaw: float, pitch: float) -> None:
+    camera = Camera.orbit(TARGET, 2.0, yaw, pitch, FOV_Y, WIDTH, HEIGHT)
+    rotation = camera.camera_from_world[:3, :3].astype(np.float64)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
+    assert np.linalg.det(rotation) == pytest.approx(1, abs=1e-6)
+    np.testing.assert_allclose(seen(camera, TARGET), (*MIDDLE, 2.0), atol=2e-4)
+
+
+def test_opencv_pixels_are_k_times_the_point() -> None:
+    """K puts pixel centres at half integers, the rasteriser at integers."""
+    k = np.array([[90.0, 0, 33.25], [0, 100, 41.5], [0, 0, 1]])
+    rotation, translation = np.diag([1.0, -1, -1]), np.array([0.1, 0.2, 3.0])
+    camera = Camera.from_opencv(rotation, translation, k, WIDTH, HEIGHT)
+    point = np.array([0.3, -0.4, 0.5])
+    x, y, z = rotation @ point + translation
+    np.testing.assert_allclose(
+        seen(camera, point), (90 * x / z + 33.25 - 0.5, 100 * y / z + 41.5 - 0.5, z), rtol=1e-5
+    )
+    np.testing.assert_allclose(camera.centre, -rotation.T @ translation, atol=1e-6)
+
+
+@pytest.mark.parametrize(("width", "height"), [(0, 60), (80, 0), (-1, 5)])
+def test_a_picture_needs_pixels(width: int, height: int) -> None:
+    with pytest.raises(ValueError, match="no pixels"):
+        Camera.from_opencv(np.eye(3), np.zeros(3), np.eye(3), width, height)

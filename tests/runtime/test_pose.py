@@ -1,0 +1,97 @@
+"""Poses by name, and what a wrong name or number gets."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avatar_runtime.avatar import Avatar, Expression
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.pose import Pose, joint_rotation, resolve
+from tests.golden import Array
+from tests.runtime.builders import small_avatar
+
+TURN = joint_rotation([0.3, -0.2, 0.1])
+
+
+@pytest.fixture
+def avatar() -> Avatar:
+    return small_avatar()
+
+
+def test_no_names_is_the_rest_pose(avatar: Avatar) -> None:
+    got = resolve(Pose(), avatar)
+    np.testing.assert_array_equal(got.expression_weights, np.zeros(2, np.float32), strict=True)
+    np.testing.assert_array_equal(got.late_weights, np.zeros(1, np.float32), strict=True)
+    np.testing.assert_array_equal(got.joint_delta, [np.eye(4)] * 3)
+    np.testing.assert_array_equal(got.world_from_avatar, np.eye(4))
+
+
+def test_names_go_to_their_columns(avatar: Avatar) -> None:
+    world = joint_rotation([0, 1, 0])
+    got = resolve(Pose({"mouthSmileLeft": 0.25}, {"neck": TURN}, {"blink": -0.5}, world), avatar)
+    np.testing.assert_array_equal(got.expression_weights, [0, 0.25])
+    np.testing.assert_array_equal(got.late_weights, [-0.5])
+    np.testing.assert_array_equal(got.joint_delta, [np.eye(4), TURN, np.eye(4)])
+    np.testing.assert_array_equal(got.world_from_avatar, world)
+
+
+def test_an_alias_is_its_expression(avatar: Avatar) -> None:
+    np.testing.assert_array_equal(resolve(Pose({"JawOpen": 0.5}), avatar).expression_weights, [0.5, 0])
+
+
+@pytest.mark.parametrize(
+    ("pose", "words"),
+    [
+        (Pose({"jawOpne": 1}), ["'jawOpne'", "expression", "did you mean jawOpen?"]),
+        (Pose({"MOUTHSMILELEFT": 1}), ["did you mean mouthSmileLeft?"]),
+        (Pose({"zzz": 1}), ["'zzz'", "there are 2: jawOpen, mouthSmileLeft"]),
+        (Pose(eyelids={"blnk": 1}), ["eyelid", "did you mean blink?"]),
+        (Pose(joints={"jav": TURN}), ["joint", "did you mean jaw?"]),
+    ],
+)
+def test_an_unknown_name_gets_near_matches(avatar: Avatar, pose: Pose, words: list[str]) -> None:
+    with pytest.raises(AvatarError) as error:
+        resolve(pose, avatar)
+    assert "\n" not in str(error.value)
+    for word in words:
+        assert word in str(error.value)
+
+
+def test_a_long_list_of_names_is_cut(avatar: Avatar) -> None:
+    many = replace(avatar, expressions=tuple(Expression(f"e{i}") for i in range(30)))
+    with pytest.raises(AvatarError, match=r"there are 30: e0, .*, e7, \.\.\.$"):
+        resolve(Pose({"qqq": 1}), many)
+
+
+def test_an_avatar_without_a_rig_has_no_joints(avatar: Avatar) -> None:
+    with pytest.raises(AvatarError, match="this avatar has no joint"):
+        resolve(Pose(joints={"jaw": TURN}), replace(avatar, rig=None))
+    assert resolve(Pose(), replace(avatar, rig=None)).joint_delta.shape == (0, 4, 4)
+
+
+@pytest.mark.parametrize("weight", [np.nan, np.inf, -np.inf, 1e300])
+@pytest.mark.parametrize("part", ["expressions", "eyelids"])
+def test_bad_weight(avatar: Avatar, part: str, weight: float) -> None:
+    """1e300 is finite, but not as the float32 that the stages take."""
+    name = {"expressions": "jawOpen", "eyelids": "blink"}[part]
+    with pytest.raises(AvatarError, match=f"{name}: .*finite"):
+        resolve(Pose(**{part: {name: weight}}), avatar)
+
+
+NAN = np.full((4, 4), np.nan)
+
+
+@pytest.mark.parametrize("matrix", [np.eye(3), NAN, np.zeros(16)])
+def test_bad_matrix(avatar: Avatar, matrix: Array) -> None:
+    with pytest.raises(AvatarError, match="joint jaw: expected a finite 4x4 matrix"):
+        resolve(Pose(joints={"jaw": matrix}), avatar)
+    with pytest.raises(AvatarError, match="world_from_avatar: expected a finite 4x4 matrix"):
+        resolve(Pose(world_from_avatar=matrix), avatar)
+
+
+def test_joint_rotation_turns_about_the_joint() -> None:
+    got = joint_rotation(iter([0, 0, np.pi / 2]))
+    np.testing.assert_allclose(got @ [1, 0, 0, 1], [0, 1, 0, 1], atol=1e-12)

@@ -1,0 +1,54 @@
+"""Imports point down: export -> runtime -> schema. Heavy libraries keep to a room."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+FLOORS: dict[str, tuple[str, set[str]]] = {  # package: (folder, what it may import besides the standard library)
+    "avatar_schema": ("schema", {"jsonschema"}),
+    "avatar_runtime": ("runtime", {"avatar_schema", "numpy"}),
+    "avatar_export": (
+        "exporter",
+        {"avatar_schema", "avatar_runtime", "numpy", "PIL", "typer", "rich", "pygltflib", "plyfile", "trimesh", "yaml"},
+    ),
+}
+HEAVY = {"torch", "moderngl", "numba", "pxr"}  # each gets a room with the part that needs it
+
+
+def imports(file: Path) -> Iterator[str]:
+    """Top-level names of every import in a file, wherever it stands."""
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            yield node.module.partition(".")[0]
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_imports_point_down(package: str) -> None:
+    folder, allowed = FLOORS[package]
+    files = sorted((ROOT / folder / package).rglob("*.py"))
+    assert files
+    for file in files:
+        extra = set(imports(file)) - sys.stdlib_module_names - allowed - {package}
+        assert not extra, f"{file.relative_to(ROOT)} may not import {sorted(extra)}"
+
+
+def test_no_heavy_library_is_imported_to_convert() -> None:
+    for folder, _ in FLOORS.values():
+        for file in (ROOT / folder).rglob("*.py"):
+            assert not HEAVY & set(imports(file)), f"{file.relative_to(ROOT)} imports {HEAVY & set(imports(file))}"
+
+
+def test_samples_need_the_base_install_only() -> None:
+    allowed = {"samples", "avatar_export", "avatar_runtime", "avatar_schema"}
+    allowed |= {"numpy", "PIL", "pygltflib", "plyfile", "trimesh"}
+    for file in (ROOT / "samples").rglob("*.py"):
+        extra = set(imports(file)) - sys.stdlib_module_names - allowed
+        assert not extra, f"{file.relative_to(ROOT)} may not import {sorted(extra)}"
