@@ -26,6 +26,7 @@ MESH_ONLY = "jawRight"
 GAUSSIAN_SHAPES = 50
 FEATURES = 36  # 9 entries of R - I for each of four joints
 ANCHOR_FACES = 56
+REGRESSOR_SUPPORT = 600  # vertices that carry one joint
 
 
 @dataclass(frozen=True)
@@ -134,20 +135,20 @@ def residual_shape(head: Head, name: str, joint: Array, turn: Array, jaw_weight:
     return result
 
 
-def regressor(head: Head, joints: Array, moving: bool) -> Array:
+def regressor(head: Head, joints: Array, shapes: Array, moving: bool) -> Array:
     """Rows [5, V] that sum to one and give the joints: least change to equal weights on nearby vertices.
 
-    The vertices are ones that no expression moves; with `moving`, the nearest whatever they do, so that
-    expressions move the joints.
+    The vertices are ones that none of the shapes [V, 3, K] moves; with `moving`, the nearest whatever they
+    do, so that expressions move the joints.
     """
-    still = ~np.any(np.abs(head.expressions).max(axis=0) > 1e-5, axis=1)
+    still = np.abs(shapes).max(axis=(1, 2)) < 1e-6
     rows = np.zeros((5, len(head.vertices)))
     for j, joint in enumerate(joints):
         pool = still | moving
         if j >= LEFT_EYE and not moving:
             pool = head.in_part(("left_eye", "right_eye")[j - LEFT_EYE])
         distance = np.where(pool, np.linalg.norm((head.vertices - joint) * (0.5, 1, 1), axis=1), np.inf)
-        support = np.argsort(distance, kind="stable")[:120]
+        support = np.argsort(distance, kind="stable")[:REGRESSOR_SUPPORT]
         constraint = np.c_[head.vertices[support], np.ones(len(support))].T
         equal = np.full(len(support), 1 / len(support))
         missing = np.append(joint, 1) - constraint @ equal
@@ -172,6 +173,7 @@ def build_body_model(head: Head, *, moving_joints: bool = False, posedirs: Array
     shapes = {n: head.expression(n) for n in names}
     for name in JAW_SHAPES:
         shapes[name] = residual_shape(head, name, jaw, turn[name], weights[:, JAW])
+    shapedirs = np.stack([shapes[n] for n in names], axis=-1).astype(np.float32)
     v = len(head.vertices)
     return BodyModel(
         v_template=head.vertices.astype(np.float32),
@@ -179,10 +181,10 @@ def build_body_model(head: Head, *, moving_joints: bool = False, posedirs: Array
         face_part=head.part.astype(np.uint8),
         part_names=head.part_names,
         shapedirs_identity=np.ascontiguousarray(np.moveaxis(head.identity, 0, -1), np.float32),
-        shapedirs_expression=np.stack([shapes[n] for n in names], axis=-1).astype(np.float32),
+        shapedirs_expression=shapedirs,
         expression_names=tuple(names),
         posedirs=np.zeros((v, 3, FEATURES), np.float32) if posedirs is None else posedirs.astype(np.float32),
-        J_regressor=regressor(head, joints, moving_joints).astype(np.float32),
+        J_regressor=regressor(head, joints, shapedirs, moving_joints).astype(np.float32),
         lbs_weights=weights.astype(np.float32),
         l_eyelid=head.expression("eyeBlinkLeft").astype(np.float64),
         r_eyelid=head.expression("eyeBlinkRight").astype(np.float64),

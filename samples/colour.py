@@ -19,7 +19,8 @@ def surface_colour(head: Head, samples: Samples) -> Array:
     """Display sRGB [N, 3], 0..1, of the surface at the samples: the scan's, with eyes and mouth painted."""
     colour = samples.interpolate(head.colors, head.triangles)
     colour[head.triangles_in("upper_teeth", "lower_teeth")[samples.face]] *= TEETH
-    return np.clip(iris_colour(head, samples, colour) * depth_shade(head, samples), 0, 1)
+    painted: Array = np.clip(iris_colour(head, samples, colour) * depth_shade(head, samples), 0, 1)
+    return painted
 
 
 def iris_colour(head: Head, samples: Samples, colour: Array) -> Array:

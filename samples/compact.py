@@ -8,7 +8,8 @@ offsets shorter than a hundredth of a millimetre. As ARKit has it, `browInnerUp`
 left and right.
 Repaired: the left eye is the mirrored right one, because its registered upper lid is folded into the eyeball;
 the cornea's bulge is flattened and lid vertices inside an eyeball are lifted onto it, at rest and in
-every shape, because the lids do not clear the eyes when they close.
+every shape, because the lids do not clear the eyes when they close; the mouth socket is drawn in from the
+cheeks, which it all but touches.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ EYE_REGION_CM = (
     2.2,
     3.4,
 )  # within the first the left eye is the mirrored right one, beyond the second itself
+SOCKET_CM = 0.2
 BALL_CM, LID_CM = 1.47, 1.53  # radii of the eyeball's surface and of the nearest that lids may come
 IDENTITY_MODES = 8
 # First vertex of each region of the ICT-FaceKit topology.
@@ -86,7 +88,8 @@ def moves_with_jaw(vertices: np.ndarray, triangles: np.ndarray, jaw_open: np.nda
     affine = np.c_[vertices, np.ones(len(vertices))]
     expected = affine @ np.linalg.lstsq(affine[rigid], jaw_open[rigid], rcond=None)[0]
     share = np.sum(jaw_open * expected, axis=1) / np.sum(expected * expected, axis=1)
-    return share[triangles].mean(axis=1) > 0.5
+    moved: np.ndarray = share[triangles].mean(axis=1) > 0.5
+    return moved
 
 
 def part_of_triangle(vertices: np.ndarray, triangles: np.ndarray, jaw_open: np.ndarray) -> np.ndarray:
@@ -150,6 +153,24 @@ def clear_eyes(vertices: np.ndarray, shapes: dict[str, np.ndarray]) -> None:
         shape[:HEAD] = np.where(shape[:HEAD] != 0, shape[:HEAD] + rest[:HEAD] - vertices[:HEAD], 0)
 
 
+def draw_in_socket(vertices: np.ndarray, triangles: np.ndarray) -> None:
+    """Move the mouth socket off the cheeks by SOCKET_CM, fading towards the lips; in place."""
+    corner = vertices[triangles]
+    area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal = np.zeros_like(vertices)
+    for i in range(3):
+        np.add.at(normal, triangles[:, i], area)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+    socket = np.zeros(len(vertices))
+    socket[MOUTH_SOCKET:EYE_SOCKETS] = 1
+    fade = socket
+    for _ in range(4):
+        low = np.ones(len(vertices))
+        np.minimum.at(low, triangles.ravel(), np.repeat(fade[triangles].min(axis=1), 3))
+        fade = np.minimum(socket, (fade + low) / 2)
+    vertices += SOCKET_CM * fade[:, None] * normal
+
+
 def main(source: Path) -> None:
     head = np.load(source / "ict_lps_head.npz", allow_pickle=False)
     identity = np.load(source / "ict_identity20.npz", allow_pickle=False)["identity"][:IDENTITY_MODES]
@@ -157,6 +178,7 @@ def main(source: Path) -> None:
     vertices, colors = mirror_right_eye(head)
     clear_eyes(vertices, shapes)
     triangles = head["triangles"].astype(np.int64)
+    draw_in_socket(vertices, triangles)
     part = part_of_triangle(vertices, triangles, shapes["jawOpen"])
     triangles, part = triangles[part >= 0], part[part >= 0]
     used, flat = np.unique(triangles, return_inverse=True)

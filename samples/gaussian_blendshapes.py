@@ -23,7 +23,7 @@ CHUNK = 1024  # Gaussians made at a time
 MOUTH_SHARE = 0.1  # Gaussians in each set of teeth, as a share of the face's, as the trainer has it
 
 # Deviation and thickness of a splat, in sample spacings: no hole shows, flat along the normal.
-WIDTH, THICKNESS = 0.62, 0.07
+WIDTH, THICKNESS = 0.58, 0.07
 OPACITY_LOGIT = 6.0
 STRETCH = (-0.6, 0.75)
 SHEEN = 0.09  # how much brighter skin looks face on than edge on
@@ -33,7 +33,7 @@ MASK_NONE, MASK_FULL = 0.1 * 0.000237277025008, 0.005703532602638
 
 # Regions of the face set, and the spacing of their samples relative to each other.
 REGION_SPACING = np.array([1.0, 0.72, 0.5, 1.35, 1.1, 0.6, 0.3])
-SKIN, FEATURE, LID, BACK, SOCKET, EYE, IRIS = range(len(REGION_SPACING))
+SKIN, FEATURE, FINE, BACK, SOCKET, EYE, IRIS = range(len(REGION_SPACING))
 LID_REACH = 0.021  # metres from the centre of the eyeball
 
 RAW_STATIC = ("xyz", "features_dc", "features_rest", "scaling", "rotation", "opacity")
@@ -110,9 +110,11 @@ def face_regions(head: Head) -> Array:
     regions[head.triangles_in("face") & near] = FEATURE
     regions[head.triangles_in("head")] = BACK
     regions[head.triangles_in("mouth_socket", "eye_sockets")] = SOCKET
+    lips = (np.abs(centre[:, 0]) < 0.034) & (np.abs(centre[:, 1] + 0.042) < 0.02) & (centre[:, 2] > 0.085)
+    regions[head.triangles_in("face") & lips] = FINE
     for eye, name in enumerate(("left_eye", "right_eye")):
         arm = centre - head.eye_centres[eye]
-        regions[head.triangles_in("face") & (np.linalg.norm(arm, axis=1) < LID_REACH)] = LID
+        regions[head.triangles_in("face") & (np.linalg.norm(arm, axis=1) < LID_REACH)] = FINE
         axis = unit(arm)[:, 2]
         regions[head.triangles_in(name) & (axis > -0.35)] = EYE
         regions[head.triangles_in(name) & (axis > np.cos(np.radians(24)))] = IRIS

@@ -18,6 +18,9 @@ DATA = Path(__file__).parent / "data"
 # ICT's lips cover the teeth however far the jaw drops; these shares of other shapes part them in jawOpen.
 LIPS_OF_JAW_OPEN = {"mouthLowerDown": 0.85, "mouthUpperUp": 0.4}
 
+# ICT's mouthClose shuts a jaw that is wide open; by itself it would lift the lips over the nose.
+MOUTH_CLOSE_SHARE = 0.2
+
 # How far a full eyeLook weight turns an eyeball, radians about (x, y): x down, y towards the subject's left.
 EYE_TURN: dict[str, tuple[float, float]] = {
     "eyeLookUpLeft": (-0.30, 0.0),
@@ -106,6 +109,7 @@ def load_head() -> Head:
     for lips, share in LIPS_OF_JAW_OPEN.items():
         for side in ("Left", "Right"):
             expressions[names.index("jawOpen")] += share * expressions[names.index(lips + side)]
+    expressions[names.index("mouthClose")] *= MOUTH_CLOSE_SHARE
     return Head(
         vertices=data["vertices"].astype(np.float64) / 100,
         colors=data["colors"].astype(np.float64) / 255,

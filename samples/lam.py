@@ -25,7 +25,7 @@ NAME = "head"
 GROUND = np.array([0.0, 1.6, 0.0])  # the avatar stands: its head is at this height, metres
 MAX_LOG_SCALE = float(np.log(0.01))
 MAX_LOGIT = 6.9067
-WIDTH, THICKNESS = 0.75, 0.08  # deviation of a splat, in edge lengths
+WIDTH, THICKNESS = 0.8, 0.12  # deviation of a splat, in edge lengths
 PARTS = (
     "face",
     "head",
@@ -37,6 +37,7 @@ PARTS = (
     "left_eye",
     "right_eye",
 )
+OPENING = ("eyeBlinkLeft", "eyeBlinkRight", "jawOpen")  # shapes that splats of fixed size have to bridge
 # Joint, its parent, rest position (metres above the ground) and rest rotation vector, both in the world.
 SKELETON = (
     ("hip", -1, (0.0, 1.05, 0.0), (0.0, 0.0, 0.0)),
@@ -84,21 +85,19 @@ def restrict(head: Head) -> Head:
 def skin(vertices: Array) -> tuple[Array, Array]:
     """Four joints u8 [N, 4] and weights f32 [N, 4] of each vertex, by height along the tilted neck."""
     height = vertices[:, 1] - 0.35 * vertices[:, 2]
+    joints = np.array([HEAD, NECK_UPPER, NECK_LOWER, CHEST], np.uint8)
     top = smoothstep(height, -0.10, -0.05)
     middle = smoothstep(height, -0.15, -0.09)
     low = smoothstep(height, -0.19, -0.14)
     weights = np.stack([top, middle * (1 - top), low * (1 - middle), (1 - low) * (1 - middle)], axis=1)
     weights /= weights.sum(axis=1, keepdims=True)
-    return np.tile(np.uint8([HEAD, NECK_UPPER, NECK_LOWER, CHEST]), (len(vertices), 1)), weights.astype(
-        np.float32
-    )
+    return np.tile(joints, (len(vertices), 1)), weights.astype(np.float32)
 
 
 def build_lam(head: Head, noise_seed: int | None = None) -> LamAvatar:
-    """One Gaussian a vertex; the mesh lies a few millimetres under them. With `noise_seed` nothing is regular."""
-    full = turned_eyes(head)
-    head = restrict(full)
-    samples = vertex_samples(head, np.arange(len(head.vertices)))
+    """One Gaussian a vertex, a few millimetres above it. With `noise_seed` nothing is regular."""
+    head = restrict(turned_eyes(head))
+    samples = vertex_samples(head, OPENING)
     sigma = np.c_[WIDTH * samples.spacing, THICKNESS * samples.spacing.mean(axis=1)]
     ball = head.in_part("left_eye", "right_eye")[:, None]
     ripple = np.sin(head.vertices[:, [1, 2, 0]] * 40)
@@ -127,7 +126,7 @@ def build_lam(head: Head, noise_seed: int | None = None) -> LamAvatar:
 
 
 def skeleton() -> list[Node]:
-    """Armature and joints as local TRS; the armature turns and scales, as Blender's exports of such rigs do."""
+    """Armature and joints as local TRS; the armature turns and scales, as in Blender's exports."""
     world = [(matrix_from_rotvec(np.array(r)), np.array(p)) for _, _, p, r in SKELETON]
     armature = matrix_from_rotvec(np.array(ARMATURE_TURN)), np.zeros(3)
     scale = (ARMATURE_SCALE,) * 3

@@ -17,6 +17,8 @@ CANDIDATES = 6  # for each sample that is wanted
 # A maximal Poisson-disk set of radius r holds about this many points on an area r^2.
 PACKING = 0.72
 NEIGHBOURS = 6
+# How much of an edge's length in an opening shape a fixed splat covers, and the most it grows for it.
+OPENING_SHARE, OPENING_LIMIT = 0.85, 3.0
 
 
 @dataclass(frozen=True)
@@ -140,11 +142,12 @@ def sample_region(head: Head, triangles: Array, count: int, rng: np.random.Gener
     return Samples(face[kept], bary[kept], position[kept], frame, spacing)
 
 
-def vertex_samples(head: Head, rows: Array) -> Samples:
-    """One sample at each of these vertices; frame and spacing follow the edges that leave it.
+def vertex_samples(head: Head, opening: tuple[str, ...]) -> Samples:
+    """One sample at each vertex; frame and spacing follow the edges that leave it.
 
     The tangents are the main directions of the edges, so that a splat as long and wide as they are fills the
-    quads of the mesh; `spacing` is [N, 2] here, the root mean square of the edges along each tangent.
+    quads of the mesh; `spacing` is [N, 2] here, the root mean square of the edges along each tangent. Edges
+    that one of the `opening` shapes stretches count as longer, as a splat of fixed size has to cover both.
     """
     face, corner = np.zeros(len(head.vertices), np.int64), np.zeros(len(head.vertices), np.int64)
     for c in range(3):
@@ -155,6 +158,12 @@ def vertex_samples(head: Head, rows: Array) -> Samples:
     plane = np.stack([seed, np.cross(normal, seed)], axis=1)
     start, end = np.concatenate([head.triangles[:, [i, j]] for i in range(3) for j in range(3) if i != j]).T
     edge = np.einsum("eij,ej->ei", plane[start], head.vertices[end] - head.vertices[start])
+    length = np.linalg.norm(head.vertices[end] - head.vertices[start], axis=1)
+    longest = length.copy()
+    for name in opening:
+        moved = head.vertices + head.expression(name)
+        longest = np.maximum(longest, OPENING_SHARE * np.linalg.norm(moved[end] - moved[start], axis=1))
+    edge *= np.minimum(longest / length, OPENING_LIMIT)[:, None]
     moment = np.zeros((len(normal), 2, 2))
     np.add.at(moment, start, edge[:, :, None] * edge[:, None, :])
     moment /= np.maximum(np.bincount(start, minlength=len(normal)), 1)[:, None, None]
@@ -162,11 +171,11 @@ def vertex_samples(head: Head, rows: Array) -> Samples:
     tangent = np.einsum("nij,nik->njk", axes, plane)
     frame = np.stack([tangent[:, 0], np.cross(normal, tangent[:, 0]), normal], axis=-1)
     return Samples(
-        face[rows],
-        np.eye(3)[corner[rows]],
-        head.vertices[rows],
-        frame[rows],
-        np.sqrt(np.maximum(square, 0))[rows],
+        face,
+        np.eye(3)[corner],
+        head.vertices,
+        frame,
+        np.sqrt(np.maximum(square, 0)),
     )
 
 

@@ -127,7 +127,7 @@ def _rig(rng: np.random.Generator) -> Rig:
 def _ragged(
     rng: np.random.Generator, rows: int, columns: int, shapes: dict[str, tuple[tuple[int, ...], float]]
 ) -> SparseRows:
-    """About two thirds of all entries, the first and the last row empty; values normal with the size given."""
+    """About two thirds of all entries, first and last row empty; values normal, of the size given."""
     used = rng.uniform(size=(rows, columns)) < 2 / 3
     used[0] = used[-1] = False
     used[1] = True

@@ -27,7 +27,16 @@ FRAMES = (0, 1, 2, 3)
 
 Array = npt.NDArray[Any]
 # Literal context bits are off: in a byte plane the neighbour before says nothing about the next byte.
-PLANES_FILTER = [{"id": lzma.FILTER_LZMA2, "preset": 9 | lzma.PRESET_EXTREME, "lc": 0, "lp": 0, "pb": 0}]
+PLANES_FILTER = [
+    {
+        "id": lzma.FILTER_LZMA2,
+        "preset": 9 | lzma.PRESET_EXTREME,
+        "dict_size": 1 << 24,
+        "lc": 0,
+        "lp": 0,
+        "pb": 0,
+    }
+]
 
 
 def dumps(arrays: Mapping[str, Array]) -> bytes:

@@ -9,7 +9,6 @@ import numpy as np
 
 from avatar_export.driving.drive import unreached
 from avatar_export.read import find
-from avatar_export.readers.options import ReadOptions
 from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.bundle import MANIFEST, load, opener, read_manifest
 from avatar_runtime.errors import AvatarError
@@ -37,7 +36,7 @@ def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
             "files": files,
         }
     reader = find(path, system)
-    avatar = reader.read(path, ReadOptions(rig=False)).check()
+    avatar = reader.read(path, reader.without_rig).check()
     return {"kind": "source", "note": f"convert it to get {MANIFEST}", **summary(avatar)}
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from avatar_export.readers import gaussian_blendshapes
+from avatar_export.readers import gaussian_blendshapes, lam
 from avatar_export.readers.options import ReadOptions
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.errors import AvatarError
@@ -21,11 +21,19 @@ class Reader:
     files: tuple[str, ...]
     detect: Callable[[Path], bool]  # by content, cheap; never raises on junk
     read: Callable[[Path, ReadOptions], Avatar]
+    without_rig: ReadOptions  # what reads it when nothing lies beside it
 
 
 READERS = tuple(
-    Reader(module.SYSTEM, (module.__doc__ or "").splitlines()[0], module.FILES, module.detect, module.read)
-    for module in (gaussian_blendshapes,)
+    Reader(
+        module.SYSTEM,
+        (module.__doc__ or "").splitlines()[0],
+        module.FILES,
+        module.detect,
+        module.read,
+        module.WITHOUT_RIG,
+    )
+    for module in (gaussian_blendshapes, lam)
 )
 
 

@@ -341,8 +341,14 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
     )
     if (rig.parents >= np.arange(j)).any() or (rig.parents < -1).any():
         raise AvatarError("a parent must come before its children; a root is -1", field="rig.parents")
-    _check_f32("rig.rest_local", rig.rest_local, (j, 4, 4))
-    _check_f32("rig.inverse_bind_matrix", rig.inverse_bind_matrix, (j, 4, 4))
+    for name, matrix in (("rest_local", rig.rest_local), ("inverse_bind_matrix", rig.inverse_bind_matrix)):
+        _check_f32(f"rig.{name}", matrix, (j, 4, 4))
+        volume = np.abs(np.linalg.det(matrix.astype(np.float64)))
+        sound = (matrix[:, 3] == (0, 0, 0, 1)).all(axis=1) & (volume > 1e-18)
+        if not sound.all():
+            raise AvatarError(
+                "is no affine matrix with an inverse", field=f"rig.{name}[{int(np.argmin(sound))}]"
+            )
     _check_f32("rig.joint_basis", rig.joint_basis, (expressions, j, 3))
     c = rig.corrective_joints
     _expect(c.dtype == np.int32 and c.ndim == 1, "rig.corrective_joints", "i32[C]", c)

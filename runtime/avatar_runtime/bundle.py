@@ -78,7 +78,7 @@ def read_manifest(read: Open) -> dict[str, Any]:
         document = json.loads(
             text, parse_constant=_refuse, parse_float=_finite, parse_int=_integer, object_pairs_hook=_object
         )
-        json.dumps(document, ensure_ascii=False).encode()  # half a surrogate pair cannot be printed or written
+        json.dumps(document, ensure_ascii=False).encode()  # half a surrogate pair cannot be printed
     except (ValueError, RecursionError) as error:
         raise AvatarError(f"is not JSON ({error})", file=MANIFEST) from None
     if not isinstance(document, dict):

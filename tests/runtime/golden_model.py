@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from avatar_runtime.avatar import Avatar, Blendshapes, Expression, Gaussians, Group, Rig, Rules
+from avatar_runtime.avatar import Avatar, Blendshapes, Expression, Gaussians, Group, Rig, Rules, SparseRows
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.rotation import homogeneous, translation_matrix
 from avatar_runtime.stages.bind import Bound, bind
 from avatar_runtime.stages.blend import blend
 from avatar_runtime.stages.joints import Joints
 from tests.golden import FRAMES, Array, BlendshapesGolden
-from tests.runtime.builders import sparse
 
 JOINTS = ("root", "neck", "jaw", "leftEye", "rightEye")
 LOWER_MIX = {"root": 0.0130787707, "neck": 0.0426467828, "jaw": 0.944269622}
@@ -157,3 +157,15 @@ def bound(model: GoldenModel, frame: dict[str, Array], world: Array | None = Non
     return bind(
         model.avatar, blended, state, pose.late_weights, anchors, np.eye(4) if world is None else world
     )
+
+
+def sparse(dense: Mapping[str, Array]) -> SparseRows:
+    """SparseRows of dense arrays [rows, columns, ...]; an entry stands where any attribute is not zero."""
+    first = next(iter(dense.values()))
+    rows, columns = first.shape[:2]
+    used = np.zeros((rows, columns), bool)
+    for value in dense.values():
+        used |= (value != 0).reshape(rows, columns, -1).any(axis=2)
+    row_ptr = np.concatenate([[0], np.cumsum(used.sum(axis=1))]).astype(np.uint32)
+    column = np.nonzero(used)[1].astype(np.uint16)
+    return SparseRows(row_ptr, column, {k: v[used].astype(np.float32) for k, v in dense.items()}, columns)

@@ -75,7 +75,7 @@ def test_the_scenes_tell_the_profiles_apart() -> None:
 
 
 def stack(count: int) -> tuple[Projected, Camera]:
-    """Equal opaque splats of 5 px sigma, one behind the other; their 3-sigma square ends in the first tile."""
+    """Equal opaque splats of 5 px sigma, one behind the other; 3 sigma end in the first tile."""
     one = {
         "centre": [-0.5, 8.0],
         "depth": 1.0,
@@ -106,6 +106,16 @@ def test_engine_does_not_stop() -> None:
     assert (trainer.last[8, 0], engine.last[8, 0]) == (1, 10)
     np.testing.assert_allclose(trainer.transmittance[8, 0], 0.01, rtol=1e-5)
     np.testing.assert_allclose(engine.transmittance[8, 0], 1e-20, rtol=1e-4)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_faint_opacities_warn_of_nothing(profile: str) -> None:
+    """What sigmoid leaves of a logit of -100 is a denormal; nothing below 1/255 is drawn."""
+    projected, camera = stack(5)
+    below = np.nextafter(np.float32(1 / 255), np.float32(0))
+    opacity = np.array([0, 1e-45, 3.8e-44, 1e-38, below], np.float32)
+    got = raster(replace(projected, opacity=opacity), np.arange(5), camera, np.zeros(3, np.float32), profile)
+    assert not got.colour.any() and (got.last == 0).all()
 
 
 @pytest.mark.parametrize("name", ALIKE)

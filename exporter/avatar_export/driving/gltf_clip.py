@@ -8,6 +8,7 @@ included. A joint that the clip does not move rests. Clips of another skeleton a
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,18 +29,11 @@ MAX_FRAMES = 100_000
 MAX_MATRICES = 4_000_000  # 512 MB of joint deltas
 
 
-class Weight(NamedTuple):
-    """Where an expression's weight comes from."""
-
-    sampler: Sampler
-    target: int
-
-
 class Match(NamedTuple):
     """Which parts of a clip move which parts of an avatar."""
 
     joints: dict[str, int]  # joint -> node
-    expressions: dict[str, Weight]
+    expressions: dict[str, Sampler]  # one column
     unmatched: list[str]  # moved nodes and morph targets that the avatar has no name for
 
 
@@ -61,22 +55,22 @@ def clip_poses(avatar: Avatar, path: Path | str, clip: str, fps: float) -> list[
     """
     if not (math.isfinite(fps) and fps > 0):
         raise ValueError(f"fps must be a positive number, not {fps}")
-    source = Path(path).name
+    source, field = Path(path).name, " ".join(clip.split())
     found = read_clip(_glb(path), clip)
     match = _match(avatar, found)
     if not match.joints and not match.expressions:
         known = (*(avatar.rig.joint_names if avatar.rig else ()), *avatar.expression_names)
         moved = ", ".join(match.unmatched[:4])
-        raise no_such("joint or expression of this avatar", moved, known, file=source, field=clip)
+        raise no_such("joint or expression of this avatar", moved, known, file=source, field=field)
     if found.duration * fps > min(MAX_FRAMES, MAX_MATRICES / max(1, len(match.joints))):
-        raise AvatarError(f"{found.duration:g} s at {fps:g} fps is too long", file=source, field=clip)
+        raise AvatarError(f"{found.duration:g} s at {fps:g} fps is too long", file=source, field=field)
     at = np.arange(math.floor(found.duration * fps + 1e-6) + 1) / fps
     with np.errstate(all="ignore"):
         deltas = _deltas(avatar, found, match, at)
-        weights = {name: evaluate(w.sampler, at)[:, w.target] for name, w in match.expressions.items()}
-    for name, values in (deltas | weights).items():
+        weights = {name: evaluate(sampler, at)[:, 0] for name, sampler in match.expressions.items()}
+    for name, values in (*deltas.items(), *weights.items()):
         if not np.isfinite(values).all():
-            raise AvatarError(f"moves {name} beyond what a number holds", file=source, field=clip)
+            raise AvatarError(f"moves {name} beyond what a number holds", file=source, field=field)
     return [
         Pose(
             {name: float(values[frame]) for name, values in weights.items()},
@@ -92,7 +86,7 @@ def _glb(path: Path | str) -> glb.Glb:
 
 def _match(avatar: Avatar, clip: Clip) -> Match:
     joints: dict[str, int] = {}
-    expressions: dict[str, Weight] = {}
+    expressions: dict[str, Sampler] = {}
     strangers: list[str] = []
     known = set(avatar.rig.joint_names) if avatar.rig else set()
     for index, channels in clip.channels.items():
@@ -106,7 +100,9 @@ def _match(avatar: Avatar, clip: Clip) -> Match:
             for column, target in enumerate(node.targets):
                 names = _expressions(avatar, target)
                 for name in names:
-                    expressions.setdefault(name, Weight(channels["weights"], column))
+                    # Its column alone: a file may name thousands of targets that nothing here has.
+                    sampler = channels["weights"]
+                    expressions.setdefault(name, replace(sampler, values=sampler.values[..., [column]]))
                 if not names:
                     strangers.append(target or f"morph target {column} of {node.name}")
     return Match(joints, expressions, strangers)

@@ -54,7 +54,7 @@ def read_live_link_csv(data: bytes, source: str) -> DrivingTake:
         codes.extend(_timecode(row[columns["timecode"]], number, source))
         for channel in CHANNELS:
             at = columns.get(channel)
-            values.append(0.0 if at is None else _number(row[at], number, header[at], source))
+            values.append(0.0 if at is None else _number(row[at], number, header[at].strip(), source))
     missing = tuple(c for c in CHANNELS if c not in columns)
     return take(
         _seconds(np.array(codes).reshape(-1, 2), source),
@@ -93,7 +93,7 @@ def _columns(header: list[str], source: str) -> dict[str, int]:
     if "timecode" not in columns:
         raise AvatarError("has no Timecode column; a Live Link Face CSV is needed", file=source)
     if not any(channel in columns for channel in CHANNELS):
-        raise no_such("ARKit column", ", ".join(header)[:60], CHANNELS, owner=source)
+        raise no_such("ARKit column", ", ".join(header)[:60], CHANNELS, file=source)
     return columns
 
 

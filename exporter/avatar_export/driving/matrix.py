@@ -65,7 +65,7 @@ def _inputs(names: list[str], source: str) -> tuple[str, ...]:
     for at, name in enumerate(names):
         known = canonical(name)
         if known is None:
-            raise no_such("ARKit name", name, ARKIT_NAMES, owner=source, field=f"inputs[{at}]")
+            raise no_such("ARKit name", name, ARKIT_NAMES, file=source, field=f"inputs[{at}]")
         found.append(known)
     return _distinct(found, "inputs", source)
 

@@ -132,10 +132,17 @@ def _triangles(fields: _Fields, v: int) -> U32:
 
 
 def _check_weights(fields: _Fields, weights: F32) -> None:
-    off = np.abs(weights.sum(axis=1, dtype=np.float64) - 1)
-    if weights.shape[1] == 0 or (weights.size and (off.max() > WEIGHT_TOLERANCE or weights.min() < 0)):
-        row = int(np.argmax(np.maximum(off, -weights.min(axis=1)))) if weights.size else 0
-        raise fields.wrong(f"row {row} is negative or does not sum to 1 within {WEIGHT_TOLERANCE}", "weights")
+    if not weights.shape[1]:
+        raise fields.wrong("has no joints", "weights")
+    sums = weights.sum(axis=1, dtype=np.float64)
+    wrong = (np.abs(sums - 1) > WEIGHT_TOLERANCE) | (weights < 0).any(axis=1)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise fields.wrong(
+            f"row {row} sums to {sums[row]:.6g}, least {weights[row].min():.6g}; "
+            f"weights are >= 0 and sum to 1 within {WEIGHT_TOLERANCE}",
+            "weights",
+        )
 
 
 def _parents(fields: _Fields, joints: int) -> I32:

@@ -117,7 +117,7 @@ class _Storages:
             )
         if name not in self.offsets:
             self.offsets[name] = self._data_offset(entry)
-        return _Storage(self.path, self.offsets[name], count, dtype)
+        return _Storage(self.path, name, self.offsets[name], count, dtype)
 
     def _data_offset(self, entry: zipfile.ZipInfo) -> int:
         """Where an entry's bytes begin: behind its local header, whose padding varies."""
@@ -143,8 +143,8 @@ class _Storages:
 class _Storage:
     """A run of numbers in the file."""
 
-    def __init__(self, path: Path, offset: int, count: int, dtype: np.dtype[np.generic]):
-        self.path, self.offset, self.count, self.dtype = path, offset, count, dtype
+    def __init__(self, path: Path, name: str, offset: int, count: int, dtype: np.dtype[np.generic]):
+        self.path, self.name, self.offset, self.count, self.dtype = path, name, offset, count, dtype
 
 
 class _Tensor(StandIn):
@@ -167,7 +167,7 @@ def _torch_globals(path: Path) -> dict[str, Global]:
         item = storage.dtype.itemsize
         return _Tensor(
             stored_array(
-                "tensor", storage.path, storage.path, shape=shape, strides=strides, dtype=storage.dtype,
+                storage.name, storage.path, storage.path, shape=shape, strides=strides, dtype=storage.dtype,
                 offset=storage.offset + first * item, available=(storage.count - first) * item,
             )
         )  # fmt: skip

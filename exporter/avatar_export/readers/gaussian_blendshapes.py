@@ -46,6 +46,7 @@ FILES = (
     "beside it: body model (--body-model), identity (--shape), eyelid shapes (--eyelids), anchor faces (--anchor-faces)",
 )
 
+WITHOUT_RIG = ReadOptions(rig=False)
 EYELIDS = ("left", "right")
 JOINTS = ("root", "neck", "jaw", "leftEye", "rightEye")
 # Lower teeth ride on a fixed mix of joints (FLAME/lbs.py:240); what is missing to 1 stays on the identity.

@@ -156,7 +156,7 @@ def _morph_names(glb: Glb, mesh: Object, primitive: Object, where: str) -> tuple
         glb.fail("mesh.extras.targetNames", f"has {count} names for {len(targets)} morph targets")
     seen: set[str] = set()
     for index, name in enumerate(names):
-        if not isinstance(name, str) or not name or name in seen:
+        if not isinstance(name, str) or not name or not name.isprintable() or name in seen:
             glb.fail(f"mesh.extras.targetNames[{index}]", f"{short(name)} is no name or stands twice")
         seen.add(name)
     return tuple(names)

@@ -169,7 +169,7 @@ def _joint_names(glb: Glb, nodes: list[dict[str, Any]], joints: list[int]) -> tu
     names: dict[str, int] = {}
     for joint in joints:
         name = nodes[joint].get("name", f"node_{joint}")
-        if not isinstance(name, str) or not name or name in names:
+        if not isinstance(name, str) or not name or not name.isprintable() or name in names:
             glb.fail(f"nodes[{joint}].name", f"{short(name)} is no name of a joint or stands twice")
         names[name] = joint
     return tuple(names)

@@ -45,6 +45,7 @@ FILES = (
 )
 NEEDED = (OFFSETS, SKIN)
 USED_OPTIONS = ("rotation", "exact", "name")  # exact: every delta that is not zero is kept anyway
+WITHOUT_RIG = ReadOptions()  # the zip holds its rig
 MAX_FILE_BYTES = 512 << 20
 HEAD_JOINT = "head"
 

@@ -323,6 +323,7 @@ STEPS: dict[int, Step] = {
     0x88: lambda m: m.push(True),
     0x89: lambda m: m.push(False),
     ord("]"): lambda m: m.push([]),
+    0x8F: lambda m: m.push([]),  # a set, such as chumpy's bookkeeping has, is read as a list
     ord("}"): lambda m: m.push({}),
     ord(")"): lambda m: m.push(()),
     ord("I"): lambda m: m.push(_whole(m.line(MAX_NUMBER_TEXT))),
@@ -341,6 +342,7 @@ STEPS: dict[int, Step] = {
     0x87: lambda m: _tuple(m, 3),
     ord("a"): lambda m: m.append([m.stack.pop()]),
     ord("e"): lambda m: m.append(m.pop_mark()),
+    0x90: lambda m: m.append(m.pop_mark()),
     ord("s"): _set_item,
     ord("u"): lambda m: m.set_items(m.pop_mark()),
     ord("c"): _global_lines,

@@ -17,11 +17,12 @@ from avatar_export import GENERATOR
 from avatar_export.ops.bounds import bounds
 from avatar_export.writers import WRITERS, Piece
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.bundle import MANIFEST
+from avatar_runtime.bundle import MANIFEST, opener, read_manifest
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.errors import AvatarError
 from avatar_schema.validate import manifest_problems
 
+FORMAT = "avatar-export"  # what avatar.json calls itself
 ZIP_DATE = (1980, 1, 1, 0, 0, 0)  # the earliest a zip can say: same input, same bytes
 Sink = Callable[[str, Iterable[Piece]], None]
 
@@ -130,9 +131,15 @@ def _may_replace(out: Path, force: bool) -> None:
         return
     if not force:
         raise AvatarError("exists; pass --force to replace it", file=out)
-    ours = (out / MANIFEST).is_file() if out.is_dir() else out.suffix == ".zip" and zipfile.is_zipfile(out)
-    if not ours and not (out.is_dir() and not any(out.iterdir())):
+    if not (out.is_dir() and not any(out.iterdir())) and not _is_bundle(out):
         raise AvatarError("exists and is no bundle; it is left alone", file=out)
+
+
+def _is_bundle(path: Path) -> bool:
+    try:
+        return read_manifest(opener(path)).get("format") == FORMAT
+    except AvatarError:
+        return False
 
 
 def _move(partial: Path, out: Path) -> None:
@@ -152,8 +159,8 @@ def _move(partial: Path, out: Path) -> None:
 def _remove(path: Path) -> None:
     if path.is_dir():
         shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)
+    elif path.exists():
+        path.unlink()
 
 
 def _plain(value: object) -> Any:

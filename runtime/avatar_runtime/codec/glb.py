@@ -129,7 +129,7 @@ def is_count(value: object) -> TypeGuard[int]:
 
 
 def short(value: object) -> str:
-    """A JSON value as a few characters, for messages."""
+    """A JSON value as a few ASCII characters, for messages."""
     if isinstance(value, int) and abs(value) >= 1 << 64:
         return "a huge number"
     text = (
@@ -139,7 +139,8 @@ def short(value: object) -> str:
         if isinstance(value, list | dict)
         else repr(value)
     )
-    return text if len(text) <= 60 else text[:57] + "..."
+    text = text if len(text) <= 60 else text[:57] + "..."
+    return ascii(text)[1:-1]
 
 
 def _chunks(view: memoryview, file: object) -> list[tuple[int, memoryview]]:

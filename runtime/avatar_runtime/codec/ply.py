@@ -152,7 +152,7 @@ def _header_lines(view: memoryview, file: object) -> tuple[list[str], int]:
 
 def _element(text: str, known: Mapping[str, int], file: object) -> tuple[str, int]:
     match = re.fullmatch(r"(\S+) ([0-9]{1,18})", text)
-    if match is None:
+    if match is None or not text.isprintable():
         raise AvatarError(f"element line {text[:60]!r} is not a name and a count", file=file)
     name, count = match[1], int(match[2])
     if name in known:
@@ -165,8 +165,8 @@ def _element(text: str, known: Mapping[str, int], file: object) -> tuple[str, in
 def _property(text: str, known: Mapping[str, str], file: object) -> tuple[str, str]:
     kind, _, name = text.partition(" ")
     if kind == "list":
-        raise AvatarError("is a list; scalars are needed", file=file, field=f"property {text[-60:]}")
-    if kind not in SCALARS or not re.fullmatch(r"\S+", name):
+        raise AvatarError(f"property {text[-60:]!r} is a list; scalars are needed", file=file)
+    if kind not in SCALARS or not re.fullmatch(r"\S+", name) or not name.isprintable():
         raise AvatarError(f"property line {text[:60]!r} is not a scalar type and a name", file=file)
     if name in known:
         raise AvatarError("stands twice", file=file, field=f"property {name[:60]}")

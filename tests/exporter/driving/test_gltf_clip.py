@@ -153,6 +153,8 @@ def test_a_clip_poses_joints_and_expressions(tmp_path: Path) -> None:
     assert poses[2].joints["head"] == pytest.approx(
         np.array([[c, -c, 0, 0], [c, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
     )
+    quarter = poses[1].joints["head"]
+    assert np.degrees(np.arctan2(quarter[1, 0], quarter[0, 0])) == pytest.approx(22.5)
     assert [p.expressions["jawOpen"] for p in poses] == [0, 0.5, 1, 1, 1]
     assert [p.expressions["smile"] for p in poses] == [0, 0.25, 0.5, 0.5, 0.5]
     assert unmatched(PUPPET, path, "wave") == ["odd"]
@@ -302,7 +304,7 @@ def oracle_locals(gltf: pygltflib.GLTF2, animation: int, time: float) -> list[np
         values = floats(entry.output, 4 if channel.target.path == "rotation" else 3)
         key = int(np.argmin(np.abs(times - time)))
         # A channel that stands still has a key at either end only.
-        assert abs(times[key] - time) < 1e-6 or np.ptp(values, axis=0).max() < 1e-5
+        assert abs(times[key] - time) < 1e-6 or np.ptp(values, axis=0).max() < 1e-4
         parts[channel.target.node][channel.target.path] = values[key]
     return [
         np.array(node.matrix, float).reshape(4, 4).T if node.matrix else trs(**part)
@@ -382,7 +384,7 @@ def test_cesium_man_walks() -> None:
     avatar = avatar_of_skin(gltf, rest)
     poses = clip_poses(avatar, path, "animation_0", 24)
     assert len(poses) == 49 and unmatched(avatar, path, "animation_0") == []
-    assert difference(gltf, avatar, 0, poses[30], 30 / 24) < 1e-5
+    assert difference(gltf, avatar, 0, poses[30], 30 / 24) < 1e-12
 
 
 def test_lam_clip_on_the_lam_skeleton(tmp_path: Path) -> None:
@@ -404,4 +406,4 @@ def test_lam_clip_on_the_lam_skeleton(tmp_path: Path) -> None:
     assert len(poses) == 53
     gltf = pygltflib.GLTF2().load(str(path))
     for frame in (0, 20):
-        assert difference(gltf, avatar, 1, poses[frame], frame / 24) < 1e-4
+        assert difference(gltf, avatar, 1, poses[frame], frame / 24) < 1e-6

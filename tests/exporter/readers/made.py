@@ -216,7 +216,7 @@ def _wounded(data: bytes, wounds: list[tuple[Any, ...]]) -> bytes:
 
 
 def only_avatar_errors(read: Callable[[], object]) -> bool:
-    """Whether `read` worked; False if it raised an AvatarError of one printable line. Any other error escapes."""
+    """Whether `read` worked; False for an AvatarError of one printable line. Other errors escape."""
     try:
         read()
     except AvatarError as error:

@@ -69,7 +69,9 @@ def test_files_are_listed_and_read_without_litter(tmp_path: Path, kind: int) -> 
 )
 def test_names_that_leave_the_archive_are_refused(tmp_path: Path, name: str, message: str) -> None:
     path = zipped(tmp_path / "a.zip", {"fine": b"1", "PLACE": b"2"})
-    path.write_bytes(path.read_bytes().replace(b"PLACE", name.encode()) if len(name) == 5 else rename(path, name))
+    path.write_bytes(
+        path.read_bytes().replace(b"PLACE", name.encode()) if len(name) == 5 else rename(path, name)
+    )
     with pytest.raises(AvatarError, match=message) as caught:
         Archive(path)
     assert caught.value.file == str(path)
@@ -80,7 +82,9 @@ def rename(path: Path, name: str) -> bytes:
     with zipfile.ZipFile(stream, "w") as file:
         placeholder = "P" * max(1, len(name))
         file.writestr(placeholder, b"2")
-    return stream.getvalue().replace(placeholder.encode(), name.encode()) if name else unnamed(stream.getvalue())
+    return (
+        stream.getvalue().replace(placeholder.encode(), name.encode()) if name else unnamed(stream.getvalue())
+    )
 
 
 def unnamed(data: bytes) -> bytes:

@@ -92,7 +92,9 @@ def test_a_block_of_a_large_file_takes_little_memory(tmp_path: Path) -> None:
 
 
 def test_true_is_any_byte_but_zero() -> None:
-    source = stored_array("b", bytes([0, 1, 2, 255]), "f", shape=(4,), dtype=np.dtype("?"), offset=0, available=4)
+    source = stored_array(
+        "b", bytes([0, 1, 2, 255]), "f", shape=(4,), dtype=np.dtype("?"), offset=0, available=4
+    )
     assert source.read().tolist() == [False, True, True, True]
     assert source.read().dtype == np.bool_
     assert source.rows(0, 4).tolist() == [0, 1, 1, 1]
@@ -177,7 +179,14 @@ def test_missing_file_and_file_that_shrinks(tmp_path: Path) -> None:
 def test_strides_that_overlap_or_are_none_are_refused(strides: tuple[object, ...]) -> None:
     with pytest.raises(AvatarError, match="strides"):
         stored_array(
-            "v", bytes(4000), "f", shape=(4, 3), dtype=np.dtype("<f4"), offset=0, available=4000, strides=strides
+            "v",
+            bytes(4000),
+            "f",
+            shape=(4, 3),
+            dtype=np.dtype("<f4"),
+            offset=0,
+            available=4000,
+            strides=strides,
         )
 
 
@@ -194,8 +203,14 @@ def test_names_in_npy() -> None:
 
 
 @MANGLING
-@given(data=st.sampled_from([npy(numbers((5, 3))), npy(np.asfortranarray(numbers((5, 3), ">f8")))]).flatmap(mangled))
-def test_mangled_npy_gives_numbers_or_an_avatar_error(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
+@given(
+    data=st.sampled_from([npy(numbers((5, 3))), npy(np.asfortranarray(numbers((5, 3), ">f8")))]).flatmap(
+        mangled
+    )
+)
+def test_mangled_npy_gives_numbers_or_an_avatar_error(
+    tmp_path_factory: pytest.TempPathFactory, data: bytes
+) -> None:
     path = tmp_path_factory.getbasetemp() / "mangled.npy"
     path.write_bytes(data)
 

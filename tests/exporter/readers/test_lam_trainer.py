@@ -21,15 +21,15 @@ METRES = 1e-6
 POSES = 4
 
 
-def _made(tmp_path: Path) -> Path:
-    return lam_files.write_zip(tmp_path / "made.zip", lam_files.files())
-
-
-def _real(tmp_path: Path) -> Path:
+@pytest.fixture(params=["made", "sample", "real"])
+def lam_zip(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """The small one, the conformance sample, and a trained one where it is present."""
+    if request.param == "made":
+        return lam_files.write_zip(tmp_path / "made.zip", lam_files.files())
+    if request.param == "sample":
+        sample: Path = request.getfixturevalue("sample_lam")
+        return sample
     return shared("lam/p2-1.zip")
-
-
-CASES = {"made": _made, "real": _real}
 
 
 def _member(path: Path, name: str) -> bytes:
@@ -51,12 +51,10 @@ def _pose(avatar: Avatar, seed: int) -> Pose:
     )
 
 
-@pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("seed", range(POSES))
-def test_positions_are_the_trainers(case: str, seed: int, tmp_path: Path) -> None:
-    path = CASES[case](tmp_path)
-    avatar = read_lam(path)
-    oracle = LamTrainer(_member(path, "offset.ply"), _member(path, "skin.glb"))
+def test_positions_are_the_trainers(lam_zip: Path, seed: int) -> None:
+    avatar = read_lam(lam_zip)
+    oracle = LamTrainer(_member(lam_zip, "offset.ply"), _member(lam_zip, "skin.glb"))
     pose = _pose(avatar, seed)
     # A large avatar's rows are shared out among the poses: the oracle walks them one by one.
     step = POSES if avatar.gaussians.count > 1000 else 1
@@ -69,11 +67,9 @@ def test_positions_are_the_trainers(case: str, seed: int, tmp_path: Path) -> Non
         assert np.median(moved) > 1e-3, "a pose that moves nothing tests nothing"
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_everything_else_is_static(case: str, tmp_path: Path) -> None:
-    path = CASES[case](tmp_path)
-    avatar = read_lam(path)
-    stored = LamTrainer(_member(path, "offset.ply"), _member(path, "skin.glb")).splats
+def test_everything_else_is_static(lam_zip: Path) -> None:
+    avatar = read_lam(lam_zip)
+    stored = LamTrainer(_member(lam_zip, "offset.ply"), _member(lam_zip, "skin.glb")).splats
     played = Player(avatar).animate(_pose(avatar, 1))
 
     def columns(*names: str) -> np.ndarray:

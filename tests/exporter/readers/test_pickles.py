@@ -145,7 +145,6 @@ def test_the_canary_sings_when_it_is_let_out(tmp_path: Path) -> None:
         b"Pabc\n.",
         b"\x80\x02K\x01Q.",
         b"\x80\x05\x97.",
-        b"\x80\x04\x8f.",
         b"\x80\x04(\x91.",
         b"\x80\x06N.",
         b"\x80\x02K\x01K\x02\x85R.",
@@ -157,7 +156,8 @@ def test_the_canary_sings_when_it_is_let_out(tmp_path: Path) -> None:
         b"\x80\x02}K\x01a.",
         b"\x80\x02c_codecs\nencode\nX\x01\x00\x00\x00aX\x04\x00\x00\x00utf8\x86R.",
         b"\x80\x04\x8c\x05numpy\x8c\x0bload.__call__\x93.",
-        b"", b".", b"N", b"(", b"0.", b"\x80", b"h\x05.", b"g9\n.", b"I" + b"9" * 5000 + b"\n.", b"Fx\n.", b"t.",
+        b"", b".", b"N", b"(", b"0.", b"\x80", b"h\x05.", b"g9\n.", b"Fx\n.", b"t.",
+        b"I" + b"9" * 5000 + b"\n.",
     ],
 )  # fmt: skip
 def test_operations_that_no_array_needs_are_refused(data: bytes) -> None:
@@ -200,7 +200,7 @@ def test_a_length_is_believed_only_if_the_bytes_are_there(tmp_path: Path, claim:
         ({(1, 2): 3}, "neither a name nor a number"),
         ({None: 3}, "neither a name nor a number"),
         ({1.5: 3}, "neither a name nor a number"),
-        ({"a": {1, 2}}, "refused"),
+        ({"a": frozenset({1})}, "refused"),
         ({"a": datetime.date(2020, 1, 1)}, r"datetime\.date; refused"),
         (Reduced(copyreg._reconstructor, dict, object, None), "refused"),
     ],
@@ -213,10 +213,15 @@ def test_what_is_no_plain_number_is_refused(wrong: object, message: str) -> None
 def test_an_array_whose_size_is_not_its_data_is_refused() -> None:
     good = pickle.dumps(np.arange(1000, dtype="<f8").reshape(10, 100), 3)
     assert good.count(b"K\nKd\x86") == 1
-    for shape in (b"K\nKe\x86", b"K\nKc\x86", b"J\xff\xff\xff\x7fJ\xff\xff\xff\x7f\x86", b"J\xff\xff\xff\xffKd\x86"):
+    for shape in (
+        b"K\nKe\x86",
+        b"K\nKc\x86",
+        b"J\xff\xff\xff\x7fJ\xff\xff\xff\x7f\x86",
+        b"J\xff\xff\xff\xffKd\x86",
+    ):
         data = good.replace(b"K\nKd\x86", shape)
         assert peak_bytes(lambda d=data: only_avatar_errors(lambda: parse_pickle(d, "f"))) < 1_000_000
-        with pytest.raises(AvatarError, match="bytes, but 8000 are there|no list of sizes"):
+        with pytest.raises(AvatarError, match=r"bytes, but 8000 are there|no list of sizes"):
             parse_pickle(data, "f")
 
 
@@ -262,7 +267,11 @@ def test_names_that_cannot_be_printed_do_not_break_the_line() -> None:
         assert not only_avatar_errors(lambda n=name: parse_pickle(pickle.dumps({n: np.array([None])}), "f"))
 
 
-SMALL = {"a": np.arange(6, dtype="f4").reshape(2, 3), "b": [np.float64(2), {"c": np.ones(400, "i2")}], "d": "text"}
+SMALL = {
+    "a": np.arange(6, dtype="f4").reshape(2, 3),
+    "b": [np.float64(2), {"c": np.ones(400, "i2")}],
+    "d": "text",
+}
 SMALL_PICKLES = [pickle.dumps(SMALL, protocol) for protocol in (0, 2, 3, 4, 5)]
 SMALL_PICKLES.append(py2_dict({"v": py2_array(np.ones((40, 3))), "s": b"U\x03lbs"}))
 
@@ -297,4 +306,6 @@ def test_golden_acc_reads_as_numpy_reads_it(blendshapes_golden: BlendshapesGolde
     assert set(got) == set(want)
     for key, source in got.items():
         np.testing.assert_array_equal(source.read(), want[key])
-    np.testing.assert_array_equal(got["pose_blendshape"].rows(9, 99, axis=1), want["pose_blendshape"][:, 9:99])
+    np.testing.assert_array_equal(
+        got["pose_blendshape"].rows(9, 99, axis=1), want["pose_blendshape"][:, 9:99]
+    )

@@ -34,7 +34,7 @@ def one_of_each() -> dict[str, Array]:
     tensors["scalar"] = np.array(7, np.uint16)
     tensors["fortran"] = np.asfortranarray(np.arange(12, dtype=np.float32).reshape(3, 4))
     tensors["big_endian"] = np.arange(5, dtype=">i4")
-    tensors["name with \"quotes\" and ü"] = np.ones(3, np.uint8)
+    tensors['name with "quotes" and ü'] = np.ones(3, np.uint8)
     return tensors
 
 
@@ -60,7 +60,11 @@ def test_we_read_what_the_library_writes() -> None:
 
 def test_golden_bytes() -> None:
     """Wide types first, then by name; the header padded with spaces to eight bytes."""
-    tensors = {"b": np.array([1, 2, 3], np.uint16), "c": np.array([[1.5]], np.float32), "a": np.array([9], np.uint16)}
+    tensors = {
+        "b": np.array([1, 2, 3], np.uint16),
+        "c": np.array([[1.5]], np.float32),
+        "a": np.array([9], np.uint16),
+    }
     header = (
         b'{"c":{"dtype":"F32","shape":[1,1],"data_offsets":[0,4]},'
         b'"a":{"dtype":"U16","shape":[1],"data_offsets":[4,6]},'
@@ -121,7 +125,10 @@ HOSTILE = {
     "negative length": (file_of(entry(shape=[-1]), BODY), "lists of counts"),
     "true as a length": (file_of(entry(shape=[True]), BODY), "lists of counts"),
     "fractional length": (file_of(entry(shape=[1.0]), BODY), "lists of counts"),
-    "infinite length": (file_of(b'{"a":{"dtype":"F32","shape":[1e999],"data_offsets":[0,4]}}', BODY), "counts"),
+    "infinite length": (
+        file_of(b'{"a":{"dtype":"F32","shape":[1e999],"data_offsets":[0,4]}}', BODY),
+        "counts",
+    ),
     "a length of 2^48": (file_of(entry(shape=[1 << 48]), BODY), "lists of counts"),
     "nine axes": (file_of(entry(shape=[1] * 9), BODY), "lists of counts"),
     "one offset": (file_of(entry(offsets=[0]), BODY), "lists of counts"),
@@ -155,11 +162,6 @@ def test_hostile_headers_are_refused(name: str) -> None:
 
 def test_metadata_is_passed_over() -> None:
     assert set(decode(file_of({"__metadata__": {"x": "y"}} | entry(), BODY), "x")) == {"a"}
-
-
-def test_types_that_safetensors_lacks_are_the_callers_mistake() -> None:
-    with pytest.raises(KeyError):
-        whole({"a": np.zeros(2, np.complex64)})
 
 
 GOOD = whole({"a": np.arange(6, dtype=np.float32).reshape(2, 3), "b": np.array([1, 2], np.uint16)})

@@ -1,0 +1,128 @@
+"""`make bench`: converts, loads and plays full-size avatars; prints the figures and appends them as CSV rows.
+
+    python -m tests.bench [--gaussians 70000] [--keep FOLDER]
+
+The checkpoints (876 MB dump; 2.5 GB .pth with a 0.8 GB pickle) are generated first; that time does not count.
+CPU time and peak resident memory are those of one fresh process a conversion.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import platform
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from avatar_export import __version__
+from avatar_export.pictures import arkit_pose, frame_camera
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.bundle import load
+from avatar_runtime.player import Frame, Player
+from avatar_runtime.stages import STAGES
+from avatar_runtime.stages.raster import PROFILES
+from samples.make import make_gaussian_blendshapes
+
+RESULTS = Path(__file__).parent / "results"
+FORMS = ("dump", "raw")
+POSE = {"jawOpen": 0.6, "mouthSmileLeft": 0.7, "mouthSmileRight": 0.7, "eyeBlinkLeft": 0.4}
+SIZE = 512
+REPEATS = 5
+
+Row = tuple[str, float, str]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--gaussians", type=int, default=70_000)
+    parser.add_argument("--keep", type=Path, help="make the checkpoints here, and use them if they are there")
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        rows = measure(args.keep or Path(scratch), args.gaussians)
+    save(rows, args.gaussians)
+
+
+def measure(folder: Path, gaussians: int) -> list[Row]:
+    """(what, value, unit) of every figure."""
+    rows: list[Row] = []
+    bundle = folder / "bundle_dump"
+    for form in FORMS:
+        base = folder / form / "gaussian_blendshapes"
+        if not base.exists():
+            make_gaussian_blendshapes(folder / form, gaussians, form=form)
+        size = sum(f.stat().st_size for f in (base / "model").rglob("*") if f.is_file())
+        rows.append((f"checkpoint_{form}", size / 1e6, "MB"))
+        cpu, peak = converted(base, folder / f"bundle_{form}")
+        rows += [(f"convert_{form}_cpu", cpu, "s"), (f"convert_{form}_peak_rss", peak, "MB")]
+    rows.append(("bundle", sum(f.stat().st_size for f in bundle.iterdir()) / 1e6, "MB"))
+    load(bundle)
+    wall, cpu = median_seconds(lambda: load(bundle))
+    rows += [("load_warm_wall", wall, "s"), ("load_warm_cpu", cpu, "s")]
+    avatar = load(bundle)
+    for profile in PROFILES:
+        rows += stage_rows(avatar, profile)
+    return rows
+
+
+def converted(base: Path, out: Path) -> tuple[float, float]:
+    """(CPU seconds, peak resident MB) of one `avatar-export convert` in its own process."""
+    command = (
+        *(sys.executable, "-m", "avatar_export", "convert", str(base / "model"), "-o", str(out), "--force"),
+        *("--dataset", str(base), "--driving", str(base / "driving.json"), "--no-preview"),
+    )
+    pid = subprocess.Popen(command).pid
+    _, status, usage = os.wait4(pid, 0)
+    if status:
+        sys.exit(f"convert failed: {os.waitstatus_to_exitcode(status)}")
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024 / 1e6
+
+
+def stage_rows(avatar: Avatar, profile: str) -> list[Row]:
+    """Median milliseconds a stage, and evaluations a pixel."""
+    player, camera = Player(avatar), frame_camera(avatar, SIZE, SIZE)
+    pose = arkit_pose(avatar, POSE)
+    frames: list[Frame] = [player.frame(pose, camera, profile=profile) for _ in range(REPEATS)]
+    per_pixel = frames[0].picture.evaluations / SIZE**2
+    rows = [(f"{profile}_evaluations_per_pixel", per_pixel, "1")]
+    for stage in STAGES:
+        times = [frame.milliseconds.get(stage, 0.0) for frame in frames]
+        rows.append((f"{profile}_{stage}", statistics.median(times), "ms"))
+    return rows
+
+
+def median_seconds(run: Callable[[], object]) -> tuple[float, float]:
+    """Median (wall, CPU) seconds of REPEATS runs."""
+    walls, cpus = [], []
+    for _ in range(REPEATS):
+        wall, cpu = time.perf_counter(), time.process_time()
+        run()
+        walls.append(time.perf_counter() - wall)
+        cpus.append(time.process_time() - cpu)
+    return statistics.median(walls), statistics.median(cpus)
+
+
+def save(rows: list[Row], gaussians: int) -> None:
+    """Print the rows and append them to results/MACHINE.csv."""
+    RESULTS.mkdir(exist_ok=True)
+    machine = f"{platform.machine()}-{os.cpu_count()}cores"
+    path = RESULTS / f"{machine}.csv"
+    fresh = not path.exists()
+    with path.open("a", newline="") as file:
+        writer = csv.writer(file)
+        if fresh:
+            writer.writerow(["version", "gaussians", "what", "value", "unit"])
+        for what, value, unit in rows:
+            writer.writerow([__version__, gaussians, what, f"{value:.4g}", unit])
+            print(f"{what:36s} {value:12.4g} {unit}")
+    print(f"peak of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6:.0f} MB; {path}")
+
+
+if __name__ == "__main__":
+    main()

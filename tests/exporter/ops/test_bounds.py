@@ -1,0 +1,124 @@
+"""Bounds hold what they say they hold, and are not endless."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from avatar_export.ops.bounds import bounds
+from avatar_runtime.avatar import Avatar, Blendshapes, SparseRows
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose, joint_rotation
+from avatar_runtime.stages.activate import Splats
+from tests.avatars import COUNT, GROUPS, JOINTS, LATE_MORPHS, full_avatar
+
+SLACK = 1e-6  # metres; float32 of positions and of the stored box
+
+
+def corners(splats: Splats) -> npt.NDArray[np.float64]:
+    """[N, 3] half-sizes of the boxes around three standard deviations, by the quaternion's sandwich product."""
+    w, v = splats.quat_wxyz[:, :1].astype(np.float64), splats.quat_wxyz[:, 1:].astype(np.float64)
+    squares = np.zeros((len(w), 3))
+    for axis in range(3):
+        e = np.eye(3)[axis] * splats.scale[:, axis, None]
+        t = 2 * np.cross(v, e)
+        squares += (e + w * t + np.cross(v, t)) ** 2
+    return 3 * np.sqrt(squares)
+
+
+def overhang(splats: Splats, box: dict[str, list[float]], rows: slice = slice(None)) -> float:
+    """How far the splats of `rows` reach out of the box, metres; negative inside."""
+    half = corners(splats)
+    out = np.maximum(np.array(box["min"]) - (splats.mean - half), splats.mean + half - np.array(box["max"]))
+    return float(out[rows].max())
+
+
+def scaled(sparse: SparseRows, factor: float) -> SparseRows:
+    return replace(sparse, values={k: v * np.float32(factor) for k, v in sparse.values.items()})
+
+
+def lean(part: str, group: str) -> Avatar:
+    """The full avatar with tiny splats, moved by joints and one part only, and one group alone at the outside.
+
+    Slack of one part or group then cannot hide that another was forgotten.
+    """
+    avatar = full_avatar()
+    assert avatar.rig is not None
+    inside = np.ones(COUNT, bool)
+    (own,) = (g for g in GROUPS if g.name == group)
+    inside[own.first : own.first + own.count] = False
+    g = avatar.gaussians
+    mean = np.where(inside[:, None], g.mean[~inside].mean(axis=0), g.mean).astype(np.float32)
+    factor = {name: float(name == part) for name in ("geometry", "appearance", "correctives", "late_morphs")}
+    blendshapes = {name: scaled(getattr(avatar.blendshapes, name), by) for name, by in factor.items()}
+    return replace(
+        avatar,
+        gaussians=replace(g, mean=mean, log_scale=g.log_scale - (0 if part == "geometry" else 5)),
+        blendshapes=Blendshapes(**blendshapes),
+        rig=replace(avatar.rig, joint_basis=avatar.rig.joint_basis * np.float32(part == "joint_basis")),
+    ).check()
+
+
+def poses(avatar: Avatar, count: int, seed: int, alone: bool) -> list[Pose]:
+    """Random weights up to the ends of their ranges, one joint turned about a random axis by up to 30 degrees."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        weights = {
+            e.name: float(rng.choice([*e.range, rng.uniform(*sorted(e.range))])) for e in avatar.expressions
+        }
+        if alone:
+            name = str(rng.choice(list(weights)))
+            weights = {name: weights[name]}
+        axis = rng.normal(size=3)
+        angle = np.radians(30) * rng.choice([1, rng.uniform()])
+        turn = joint_rotation(axis / np.linalg.norm(axis) * angle)
+        lids = {name: float(rng.choice([0, 1, rng.uniform()])) for name in LATE_MORPHS}
+        found.append(Pose(weights, {str(rng.choice(JOINTS)): turn}, lids))
+    return found
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_avatar_at_rest_fills_its_box_at_rest(seed: int) -> None:
+    avatar = full_avatar(seed)
+    box = bounds(avatar)["rest"]
+    splats = Player(avatar).animate(Pose())
+    assert abs(overhang(splats, box)) <= SLACK
+    half = corners(splats)
+    assert np.allclose(box["min"], (splats.mean - half).min(axis=0), rtol=0, atol=SLACK)
+    assert np.allclose(box["max"], (splats.mean + half).max(axis=0), rtol=0, atol=SLACK)
+
+
+@pytest.mark.parametrize("group", [g.name for g in GROUPS])
+@pytest.mark.parametrize("part", ["joints", "geometry", "correctives", "late_morphs", "joint_basis"])
+def test_any_pose_stays_inside_the_swept_box(part: str, group: str) -> None:
+    avatar = lean(part, group)
+    box = bounds(avatar)["swept"]
+    player = Player(avatar)
+    (own,) = (g for g in GROUPS if g.name == group)
+    rows = slice(own.first, own.first + own.count)
+    for pose in poses(avatar, 40, seed=len(part), alone=False):
+        assert overhang(player.animate(pose), box, rows) <= SLACK, pose
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_one_expression_at_a_time_stays_inside_with_everything_on(seed: int) -> None:
+    avatar = full_avatar(seed)
+    box = bounds(avatar)["swept"]
+    player = Player(avatar)
+    for pose in poses(avatar, 60, seed, alone=True):
+        assert overhang(player.animate(pose), box) <= SLACK
+
+
+def test_many_expressions_that_grow_a_splat_do_not_make_the_box_endless() -> None:
+    """Fifty expressions that each grow a splat by half are no splat of 50 km."""
+    avatar = full_avatar()
+    growing = scaled(avatar.blendshapes.appearance, 0)
+    growing.values["log_scale"][:] = 5.0
+    avatar = replace(avatar, blendshapes=replace(avatar.blendshapes, appearance=growing))
+    box = bounds(avatar)["swept"]
+    largest = 3 * float(np.exp(avatar.gaussians.log_scale.max() + 2 * 5.0))
+    assert max(box["max"]) - min(box["min"]) < 2 * largest + 1

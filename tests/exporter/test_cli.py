@@ -1,0 +1,217 @@
+"""The command line as a user meets it: what it writes, prints and exits with."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from avatar_export import cli
+from avatar_runtime.bundle import load
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
+    """(exit code, standard output, standard error) of one command."""
+
+    def command(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["avatar-export", *map(str, arguments)])
+        capsys.readouterr()
+        try:
+            cli.main()
+            code = 0
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return command
+
+
+@pytest.fixture(scope="module")
+def bundle(sample_blendshapes: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("cli") / "head"
+    command = [sys.executable, "-m", "avatar_export", "convert", str(sample_blendshapes / "model"), "-o", str(out)]
+    command += ["--dataset", str(sample_blendshapes), "--driving", str(sample_blendshapes / "driving.json")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert str(out) in done.stdout
+    assert "\x1b" not in done.stdout + done.stderr  # quiet when piped: no spinner, no colour
+    return out
+
+
+def test_convert_writes_every_file(bundle: Path) -> None:
+    names = {p.name for p in bundle.iterdir()}
+    assert names == {"avatar.json", "gaussians.ply", "blendshapes.safetensors", "rig.safetensors", "preview.png"}
+    assert np.asarray(Image.open(bundle / "preview.png")).std() > 5
+    avatar = load(bundle)
+    assert avatar.driving.mode == "matrix"
+    assert avatar.provenance["licence"] is None
+
+
+def test_convert_refuses_to_overwrite(run: Run, bundle: Path, sample_lam: Path) -> None:
+    before = (bundle / "avatar.json").read_bytes()
+    code, _, error = run("convert", sample_lam, "-o", bundle)
+    assert code == 2
+    assert "--force" in error
+    assert (bundle / "avatar.json").read_bytes() == before
+
+
+def test_convert_json_and_rights(run: Run, sample_lam: Path, tmp_path: Path) -> None:
+    out = tmp_path / "lam.avatar.zip"
+    code, text, _ = run("convert", sample_lam, "-o", out, "--json", "--no-preview", "--licence", "CC BY 4.0")
+    assert code == 0
+    facts = json.loads(text)
+    assert facts["system"] == "lam"
+    assert facts["gaussians"] == load(out).gaussians.count
+    assert load(out).provenance["licence"] == "CC BY 4.0"
+
+
+def test_bad_source_is_one_line(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "junk").mkdir()
+    for source, words in ((tmp_path / "absent", "no such file"), (tmp_path / "junk", "systems")):
+        code, out, error = run("convert", source, "-o", tmp_path / "out")
+        assert (code, out) == (2, "")
+        assert error.count("\n") == 1
+        assert words in error
+        assert not (tmp_path / "out").exists()
+
+
+def test_without_a_body_model(run: Run, sample_blendshapes: Path, tmp_path: Path) -> None:
+    source = sample_blendshapes / "model"
+    code, _, error = run("convert", source, "-o", tmp_path / "out")
+    assert code == 2
+    assert "--body-model" in error
+    assert "--no-rig" in error
+    code, _, error = run("convert", source, "-o", tmp_path / "out", "--no-rig", "--no-preview")
+    assert code == 0
+    assert "expressions only" in error
+
+
+def test_raw_and_dump_give_the_same_gaussians(run: Run, sample_blendshapes: Path, bundle: Path, tmp_path: Path) -> None:
+    source = sample_blendshapes / "model" / "fix_chkpnt40000.pth"
+    driving = sample_blendshapes / "driving.json"
+    flags = ("--dataset", sample_blendshapes, "--driving", driving, "--no-preview", "--name", "head")
+    code, _, error = run("convert", source, "-o", tmp_path / "raw", *flags)
+    assert code == 0
+    assert "3 rows with a NaN were dropped" in error
+    for name in ("gaussians.ply", "blendshapes.safetensors", "rig.safetensors"):
+        assert (tmp_path / "raw" / name).read_bytes() == (bundle / name).read_bytes()
+
+
+def test_inspect(run: Run, bundle: Path, sample_blendshapes: Path, sample_lam: Path) -> None:
+    code, text, _ = run("inspect", bundle, "--json")
+    facts = json.loads(text)
+    assert code == 0
+    assert facts["kind"] == "bundle"
+    assert facts["driving"]["unreached"] == ["tongueOut"]
+    code, text, _ = run("inspect", bundle)
+    assert code == 0
+    assert "rules.rotation" in text
+    for source, system in ((sample_blendshapes / "model", "gaussian_blendshapes"), (sample_lam, "lam")):
+        code, text, _ = run("inspect", source, "--json")
+        assert code == 0
+        assert json.loads(text)["system"] == system
+
+
+def test_validate(run: Run, bundle: Path, tmp_path: Path) -> None:
+    code, text, _ = run("validate", bundle)
+    assert code == 0
+    assert "sound" in text
+    broken = tmp_path / "broken"
+    broken.mkdir()
+    for file in bundle.iterdir():
+        data = file.read_bytes()
+        (broken / file.name).write_bytes(data[:-4] + b"\0\0\0\0" if file.name == "gaussians.ply" else data)
+    code, text, _ = run("validate", broken, "--json")
+    assert code == 1
+    assert any("gaussians.ply" in p["path"] + p["message"] for p in json.loads(text))
+
+
+def test_systems(run: Run) -> None:
+    code, text, _ = run("systems", "--json")
+    assert code == 0
+    assert [s["system"] for s in json.loads(text)] == ["gaussian_blendshapes", "lam"]
+    assert "skin.glb" in run("systems")[1]
+
+
+def test_render_one_pose(run: Run, bundle: Path, tmp_path: Path) -> None:
+    pictures = {}
+    flags = {
+        "neutral": (),
+        "arkit": ("-a", "JawOpen=0.8"),
+        "expression": ("-e", "mouthSmileLeft=1"),
+        "joint": ("-j", "jaw=20,0,0"),
+        "eyelid": ("--eyelid", "left=1"),
+        "turned": ("--yaw", "60"),
+    }
+    for name, extra in flags.items():
+        out = tmp_path / f"{name}.png"
+        code, text, _ = run("render", bundle, "-o", out, "--size", "96x64", *extra)
+        assert code == 0
+        assert "96x64" in text
+        pictures[name] = np.asarray(Image.open(out)).astype(int)
+        assert pictures[name].shape == (64, 96, 3)
+    for name in list(flags)[1:]:
+        assert np.abs(pictures[name] - pictures["neutral"]).max() > 8, name
+
+
+def test_render_background(run: Run, bundle: Path, tmp_path: Path) -> None:
+    run("render", bundle, "-o", tmp_path / "clear.png", "--size", "48", "--background", "transparent")
+    clear = np.asarray(Image.open(tmp_path / "clear.png"))
+    assert clear.shape == (48, 48, 4)
+    assert clear[0, 0, 3] == 0
+    assert clear[..., 3].max() > 250
+    run("render", bundle, "-o", tmp_path / "green.png", "--size", "48", "--background", "0,1,0")
+    assert np.asarray(Image.open(tmp_path / "green.png"))[0, 0].tolist() == [0, 255, 0]
+
+
+def test_render_a_recording(run: Run, bundle: Path, tmp_path: Path) -> None:
+    take = Path(__file__).parents[2] / "samples" / "drive" / "live_link_face_rom_300.csv"
+    common = ("--drive", take, "--every", "100", "--size", "32")
+    code, text, error = run("render", bundle, "-o", tmp_path / "take.webp", *common)
+    assert code == 0
+    assert "3 pictures" in text
+    assert "tongueOut" in error
+    with Image.open(tmp_path / "take.webp") as animation:
+        assert getattr(animation, "n_frames", 1) == 3
+    code, _, _ = run("render", bundle, "-o", tmp_path / "frames", *common, "--frames", "1:3")
+    assert code == 0
+    assert sorted(p.name for p in (tmp_path / "frames").iterdir()) == ["frame_00000.png", "frame_00001.png"]
+
+
+USER_ERRORS = {
+    "unknown expression": (("-e", "jawOpenn=1"), "did you mean jawOpen"),
+    "unknown ARKit name": (("-a", "eyeBlinkLeftt=1"), "eyeBlinkLeft"),
+    "unknown joint": (("-j", "head=1,0,0"), "no joint"),
+    "not a pair": (("-e", "jawOpen"), "NAME=VALUE"),
+    "not a number": (("-e", "jawOpen=wide"), "number"),
+    "not finite": (("-e", "jawOpen=nan"), "finite"),
+    "size": (("--size", "0"), "pixels"),
+    "profile": (("--profile", "best"), "trainer"),
+    "absent recording": (("--drive", "nowhere.csv"), "nowhere.csv"),
+    "frames": (("--frames", "9:10"), "no frame"),
+}
+
+
+@pytest.mark.parametrize("name", USER_ERRORS)
+def test_render_user_errors(run: Run, bundle: Path, tmp_path: Path, name: str) -> None:
+    flags, words = USER_ERRORS[name]
+    code, _, error = run("render", bundle, "-o", tmp_path / "x.png", *flags)
+    assert code == 2
+    assert words in error
+    assert not list(tmp_path.iterdir())
+
+
+def test_two_conversions_give_the_same_bytes(run: Run, sample_lam: Path, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        assert run("convert", sample_lam, "-o", tmp_path / name, "--name", "head")[0] == 0
+    for file in (tmp_path / "a").iterdir():
+        assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes(), file.name

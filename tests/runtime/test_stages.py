@@ -1,0 +1,212 @@
+"""What must hold of joints, skin and bind for any avatar, beyond what the golden head happens to exercise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avatar_runtime.avatar import Avatar, Rules
+from avatar_runtime.camera import Camera
+from avatar_runtime.pose import Pose, joint_rotation, resolve
+from avatar_runtime.rotation import homogeneous, matrix_from_quat, matrix_from_rotvec
+from avatar_runtime.stages.activate import activate
+from avatar_runtime.stages.bind import Bound, anchor_transform, bind
+from avatar_runtime.stages.blend import blend
+from avatar_runtime.stages.joints import Joints, joints, rest_transforms
+from avatar_runtime.stages.project import Projected, project
+from avatar_runtime.stages.skin import skin
+from tests.avatars import full_avatar
+from tests.golden import Array
+
+EXPRESSION = {"jawOpen": 0.7, "mouthSmileLeft": -0.4, "exp_003": 1.0}
+TURNED = {"neck": joint_rotation([0.2, -0.5, 0.1]), "jaw": joint_rotation([0.4, 0.1, 0.0])}
+WORLD = homogeneous(matrix_from_rotvec(np.array([0.3, 1.1, -0.4])), np.array([0.2, -0.1, 0.3]))
+
+
+def state_of(avatar: Avatar, pose: Pose) -> Joints:
+    assert avatar.rig is not None
+    return joints(avatar.rig, resolve(pose, avatar))
+
+
+def bound(avatar: Avatar, pose: Pose) -> Bound:
+    """Stage `bind` with the rig's own anchor vertices, pushed aside a little."""
+    arrays = resolve(pose, avatar)
+    blended = blend(avatar.gaussians, avatar.blendshapes, arrays.expression_weights)
+    state = anchors = None
+    if avatar.rig is not None:
+        state = joints(avatar.rig, arrays)
+        anchors = avatar.rig.vertices[avatar.rig.anchor_vertices] + np.float32(0.01)
+    return bind(avatar, blended, state, arrays.late_weights, anchors, arrays.world_from_avatar)
+
+
+def test_an_expression_alone_moves_joints_but_turns_nothing() -> None:
+    avatar = full_avatar()
+    rest = rest_transforms(avatar.rig)[:, :3, 3]
+    state = state_of(avatar, Pose(EXPRESSION))
+    np.testing.assert_allclose(state.skin_matrix, [np.eye(4)] * 5, atol=1e-6)
+    weights = resolve(Pose(EXPRESSION), avatar).expression_weights
+    moved = rest + sum(w * offset for w, offset in zip(weights, avatar.rig.joint_basis, strict=True))
+    np.testing.assert_allclose(state.rest_position, moved, atol=1e-6)
+    np.testing.assert_allclose(state.position, moved, atol=1e-6)
+
+
+def test_a_joint_lies_where_its_skin_matrix_takes_it() -> None:
+    avatar = full_avatar()
+    state = state_of(avatar, Pose(EXPRESSION, TURNED))
+    rest = np.concatenate([state.rest_position, np.ones((5, 1))], axis=1)
+    moved = np.einsum("jab,jb->ja", state.skin_matrix, rest)[:, :3]
+    np.testing.assert_allclose(moved, state.position, atol=1e-6)
+
+
+def test_a_turned_joint_carries_its_children_and_only_them() -> None:
+    avatar = full_avatar()
+    state = state_of(avatar, Pose(joints={"neck": TURNED["neck"]}))
+    names = avatar.rig.joint_names
+    root, neck = state.skin_matrix[names.index("root")], state.skin_matrix[names.index("neck")]
+    np.testing.assert_allclose(root, np.eye(4), atol=1e-6)
+    for child in ("jaw", "leftEye", "rightEye"):
+        np.testing.assert_allclose(state.skin_matrix[names.index(child)], neck, atol=1e-6)
+    # The delta turns in the joint's own rest frame, about the joint.
+    rest = rest_transforms(avatar.rig)[names.index("neck"), :3, :3]
+    np.testing.assert_allclose(neck[:3, :3], rest @ TURNED["neck"][:3, :3] @ rest.T, atol=1e-6)
+    np.testing.assert_allclose(state.position[1], state.rest_position[1], atol=1e-6)
+
+
+def test_late_morphs_of_the_mesh_are_not_skinned() -> None:
+    rig = full_avatar().rig
+    matrix = state_of(full_avatar(), Pose(joints=TURNED)).skin_matrix
+    with_lid = skin(rig, rig.vertices, matrix, np.array([1, 0], np.float32))
+    without = skin(rig, rig.vertices, matrix, np.zeros(2, np.float32))
+    want = np.zeros_like(rig.vertices)
+    for row in range(len(want)):
+        for entry in range(int(rig.late_morphs.row_ptr[row]), int(rig.late_morphs.row_ptr[row + 1])):
+            if rig.late_morphs.column[entry] == 0:
+                want[row] = rig.late_morphs.values["position"][entry]
+    assert np.abs(want).max() > 1e-3
+    np.testing.assert_allclose(with_lid - without, want, atol=1e-7)
+
+
+def test_a_group_without_binding_stays() -> None:
+    """Only its deltas move it: no joint, no anchor."""
+    avatar = full_avatar()
+    hair = slice(40, 48)
+    still, turned = bound(avatar, Pose(EXPRESSION)), bound(avatar, Pose(EXPRESSION, {"neck": TURNED["neck"]}))
+    np.testing.assert_array_equal(still.gaussians.mean[hair], turned.gaussians.mean[hair])
+    np.testing.assert_array_equal(turned.rotation[hair], [np.eye(3)] * 8)
+    assert np.abs(still.gaussians.mean[:40] - turned.gaussians.mean[:40]).max() > 1e-3
+
+
+def test_rotation_rules() -> None:
+    """`head_bone` turns every skinned Gaussian as one joint; `none` moves it without turning."""
+    avatar, pose, face = full_avatar(), Pose(joints=TURNED), slice(0, 24)
+    polar3 = bound(avatar, pose)
+    jaw = avatar.rig.joint_names.index("jaw")
+    head = bound(
+        replace(avatar, rules=replace(avatar.rules, rotation="head_bone", rotation_joint="jaw")), pose
+    )
+    want = state_of(avatar, pose).skin_matrix[jaw, :3, :3]
+    np.testing.assert_allclose(head.rotation[face], [want] * 24, atol=1e-6)
+    none = bound(replace(avatar, rules=replace(avatar.rules, rotation="none")), pose)
+    np.testing.assert_array_equal(none.rotation[face], [np.eye(3)] * 24)
+    np.testing.assert_allclose(none.gaussians.quat_wxyz[face], avatar.gaussians.quat_wxyz[face], atol=1e-6)
+    for other in (head, none):
+        np.testing.assert_array_equal(other.gaussians.mean, polar3.gaussians.mean)
+
+
+def test_world_sh_are_seen_as_they_are() -> None:
+    avatar, pose = full_avatar(), Pose(joints=TURNED)
+    world = bound(replace(avatar, rules=replace(avatar.rules, sh_direction="world")), pose)
+    inverse = bound(avatar, pose)
+    np.testing.assert_array_equal(world.rotation, [np.eye(3)] * 48)
+    np.testing.assert_array_equal(world.gaussians.quat_wxyz, inverse.gaussians.quat_wxyz)
+
+
+def test_anchor_rules_weight_repeats() -> None:
+    """Moving one vertex of many copies pulls `repeats` further than `unique`."""
+    rng = np.random.default_rng(3)
+    index = np.array([0, 0, 0, 0, 1, 2, 3, 4])
+    points = rng.normal(size=(5, 3)).astype(np.float32)
+    posed = points.copy()
+    posed[0] += [0.5, 0, 0]
+    repeats = anchor_transform(points[index], posed[index], "repeats")
+    unique = anchor_transform(points[index], posed[index], "unique")
+    np.testing.assert_allclose(unique, anchor_transform(points, posed, "repeats"), atol=1e-6)
+    assert np.abs(repeats - unique).max() > 0.05
+    for fit in (repeats, unique):
+        np.testing.assert_allclose(fit[:3, :3] @ fit[:3, :3].T, np.eye(3), atol=1e-6)
+        assert np.linalg.det(fit[:3, :3]) == pytest.approx(1, abs=1e-5)
+
+
+def test_a_mirrored_anchor_gives_a_rotation() -> None:
+    points = np.random.default_rng(4).normal(size=(6, 3)).astype(np.float32)
+    fit = anchor_transform(points, points * np.float32([-1, 1, 1]), "repeats")
+    assert np.linalg.det(fit[:3, :3]) == pytest.approx(1, abs=1e-5)
+
+
+def seen(avatar: Avatar, pose: Pose, camera: Camera) -> Projected:
+    return project(activate(bound(avatar, pose)), camera, avatar.raster, avatar.sh_degree)
+
+
+@pytest.mark.parametrize(
+    ("name", "tolerance"), [("centre", 1e-4), ("depth", 1e-6), ("conic", 1e-5), ("rgb", 1e-5)]
+)
+def test_the_avatar_and_the_camera_moved_alike_give_the_same_splats(name: str, tolerance: float) -> None:
+    """Position, shape and view-dependent colour all go along with world_from_avatar."""
+    avatar = full_avatar()
+    rotation, translation = matrix_from_rotvec(np.array([0.1, 3.0, 0.05])), np.array([0.0, 0.0, 0.6])
+    k = np.array([[300.0, 0, 64], [0, 300, 64], [0, 0, 1]])
+    here = Camera.from_opencv(rotation, translation, k, 128, 128)
+    moved = homogeneous(rotation, translation) @ np.linalg.inv(WORLD)
+    there = Camera.from_opencv(moved[:3, :3], moved[:3, 3], k, 128, 128)
+    want = seen(avatar, Pose(EXPRESSION, TURNED), here)
+    got = seen(avatar, Pose(EXPRESSION, TURNED, world_from_avatar=WORLD), there)
+    assert (want.radius > 0).sum() > 30
+    np.testing.assert_allclose(getattr(got, name), getattr(want, name), rtol=tolerance, atol=tolerance)
+
+
+def test_the_identity_changes_no_bit() -> None:
+    avatar = full_avatar()
+    plain, placed = bound(avatar, Pose()), bound(avatar, Pose(world_from_avatar=np.eye(4)))
+    np.testing.assert_array_equal(plain.gaussians.mean, placed.gaussians.mean)
+    np.testing.assert_array_equal(plain.gaussians.quat_wxyz, placed.gaussians.quat_wxyz)
+
+
+def test_an_expression_only_avatar_needs_no_joints() -> None:
+    avatar = full_avatar()
+    groups = tuple(replace(group, binding="none", joint_mix={}) for group in avatar.groups)
+    bare = replace(avatar, rig=None, groups=groups, rules=Rules())
+    got = bound(bare, Pose(EXPRESSION, eyelids={"left": 0.5}, world_from_avatar=WORLD))
+    blended = blend(
+        avatar.gaussians, avatar.blendshapes, resolve(Pose(EXPRESSION), avatar).expression_weights
+    )
+    lid = bound(bare, Pose(EXPRESSION, eyelids={"left": 0.5})).gaussians.mean
+    assert np.abs(lid - blended.mean).max() > 1e-3
+    np.testing.assert_allclose(got.gaussians.mean, lid @ WORLD[:3, :3].T + WORLD[:3, 3], atol=1e-6)
+    unit = blended.quat_wxyz / np.linalg.norm(blended.quat_wxyz, axis=1, keepdims=True)
+    turned = activate(got).quat_wxyz
+    np.testing.assert_allclose(matrix_from_quat(turned), WORLD[:3, :3] @ matrix_from_quat(unit), atol=2e-6)
+
+
+def test_an_anchor_group_needs_its_vertices() -> None:
+    avatar, arrays = full_avatar(), resolve(Pose(), full_avatar())
+    with pytest.raises(ValueError, match="anchor vertices"):
+        bind(avatar, avatar.gaussians, joints(avatar.rig, arrays), arrays.late_weights, None, np.eye(4))
+
+
+def test_activate_leaves_training_space() -> None:
+    """exp, logistic function and unit length; extreme logits neither overflow nor warn."""
+    avatar = full_avatar()
+    logit = avatar.gaussians.opacity_logit.copy()
+    logit[:4] = [-200, 200, 0, 20]
+    quat: Array = avatar.gaussians.quat_wxyz.copy()
+    quat[0] = 0
+    gaussians = replace(avatar.gaussians, opacity_logit=logit, quat_wxyz=quat)
+    got = activate(Bound(gaussians, np.tile(np.eye(3, dtype=np.float32), (48, 1, 1))))
+    wide = logit.astype(np.float64)
+    np.testing.assert_allclose(got.opacity, 1 / (1 + np.exp(-wide)), rtol=1e-6, atol=1e-30)
+    np.testing.assert_allclose(got.scale, np.exp(gaussians.log_scale.astype(np.float64)), rtol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(got.quat_wxyz[1:], axis=1), 1, atol=1e-6)
+    np.testing.assert_array_equal(got.quat_wxyz[0], 0)
+    assert got.opacity.dtype == got.scale.dtype == got.quat_wxyz.dtype == np.float32

@@ -1,0 +1,25 @@
+"""Sample checkpoints, made once for all tests of this folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from samples.make import make_gaussian_blendshapes, make_lam
+
+
+@pytest.fixture(scope="session")
+def conformance(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The conformance avatar of Gaussian Blendshapes, both layouts."""
+    return make_gaussian_blendshapes(tmp_path_factory.mktemp("conformance"), form="both", full=True)
+
+
+@pytest.fixture(scope="session")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small one that looks like a person, dump layout."""
+    return make_gaussian_blendshapes(tmp_path_factory.mktemp("plain"), 2000)
+
+
+@pytest.fixture(scope="session")
+def lam_zip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_lam(tmp_path_factory.mktemp("lam"))
