@@ -140,7 +140,7 @@ def save_skin_glb(head: Head, nodes: list[Node], joints: Array, weights: Array) 
     b.doc.meshes = [
         gltf.Mesh(name="head", primitives=[primitive], weights=[0.0] * len(targets), extras=names)
     ]
-    inverse_bind = np.linalg.inv(world_matrices(nodes)[1:]).astype("<f4")
+    inverse_bind = np.linalg.inv(world_matrices(nodes)[1:]).transpose(0, 2, 1).astype("<f4")
     b.nodes(nodes, list(range(len(nodes))))
     b.doc.nodes.append(gltf.Node(name="head_final", mesh=0, skin=0))
     b.doc.nodes[0].children.append(len(nodes))

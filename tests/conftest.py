@@ -19,4 +19,5 @@ def blendshapes_golden(
     """The Gaussian Blendshapes vectors: as committed, and in full where the optional data is present."""
     return UNPACK[request.param](tmp_path_factory.mktemp(f"gaussian_blendshapes_{request.param}"))
 
+
 pytest_plugins = ["tests.samples_made"]

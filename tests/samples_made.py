@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from samples.make import make_gaussian_blendshapes, make_lam
 
 from avatar_export.read import read
 from avatar_export.readers.options import ReadOptions
 from avatar_runtime.avatar import Avatar
-from samples.make import make_gaussian_blendshapes, make_lam
 
 
 @pytest.fixture(scope="session")

@@ -10,12 +10,25 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FLOORS: dict[str, tuple[str, set[str]]] = {  # package: (folder, what it may import besides the standard library)
+FLOORS: dict[
+    str, tuple[str, set[str]]
+] = {  # package: (folder, what it may import besides the standard library)
     "avatar_schema": ("schema", {"jsonschema"}),
     "avatar_runtime": ("runtime", {"avatar_schema", "numpy"}),
     "avatar_export": (
         "exporter",
-        {"avatar_schema", "avatar_runtime", "numpy", "PIL", "typer", "rich", "pygltflib", "plyfile", "trimesh", "yaml"},
+        {
+            "avatar_schema",
+            "avatar_runtime",
+            "numpy",
+            "PIL",
+            "typer",
+            "rich",
+            "pygltflib",
+            "plyfile",
+            "trimesh",
+            "yaml",
+        },
     ),
 }
 HEAVY = {"torch", "moderngl", "numba", "pxr"}  # each gets a room with the part that needs it
@@ -43,7 +56,9 @@ def test_imports_point_down(package: str) -> None:
 def test_no_heavy_library_is_imported_to_convert() -> None:
     for folder, _ in FLOORS.values():
         for file in (ROOT / folder).rglob("*.py"):
-            assert not HEAVY & set(imports(file)), f"{file.relative_to(ROOT)} imports {HEAVY & set(imports(file))}"
+            assert not HEAVY & set(imports(file)), (
+                f"{file.relative_to(ROOT)} imports {HEAVY & set(imports(file))}"
+            )
 
 
 def test_samples_need_the_base_install_only() -> None:

@@ -69,13 +69,13 @@ def test_committed_cases_are_the_sources(name: str) -> None:
 def test_committed_blendshapes_are_the_sources(tmp_path: Path) -> None:
     full = unpack_full_gaussian_blendshapes(tmp_path / "full")
     part = unpack_gaussian_blendshapes(tmp_path / "part")
-    folders = [
+    files = [
         path.relative_to(part.folder) for path in part.folder.rglob("*") if path.suffix not in (".npz", "")
     ]
-    for path in folders:
+    for path in files:
         if path.parts[:2] != ("viewer", "fix_chkpnt40000"):
             assert (part.folder / path).read_bytes() == (full.folder / path).read_bytes(), path
-    assert {path.parts[0] for path in folders} == {"raw", "viewer", "dataset", "body"}
+    assert {path.parts[0] for path in files} == {"raw", "viewer", "dataset", "body"}
     for ours, theirs in ((part.static(), full.static()), (part.body_model(), full.body_model())):
         assert list(ours) == list(theirs)
         for key, array in ours.items():

@@ -17,7 +17,8 @@ PACKAGES = {"avatar_schema", "avatar_runtime", "avatar_export"}
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("wheel")
-    subprocess.run([sys.executable, "-m", "build", "--wheel", "-o", str(folder), str(ROOT)], check=True, capture_output=True)
+    command = [sys.executable, "-m", "build", "--wheel", "-o", str(folder), str(ROOT)]
+    subprocess.run(command, check=True, capture_output=True)
     return next(folder.glob("*.whl"))
 
 
@@ -26,7 +27,11 @@ def test_wheel_holds_exactly_our_packages(wheel: Path) -> None:
         names = archive.namelist()
     tops = {name.split("/")[0] for name in names}
     assert {top for top in tops if not top.endswith(".dist-info")} == PACKAGES
-    for needed in ("avatar_schema/v1/avatar.schema.json", "avatar_schema/v1/constants.json", "avatar_runtime/py.typed"):
+    for needed in (
+        "avatar_schema/v1/avatar.schema.json",
+        "avatar_schema/v1/constants.json",
+        "avatar_runtime/py.typed",
+    ):
         assert needed in names
     assert any(name.endswith("NOTICE.md") for name in names)
 
@@ -35,7 +40,9 @@ def test_wheel_runs_in_a_clean_environment(wheel: Path, tmp_path: Path) -> None:
     """The wheel alone is installed; its dependencies are lent by path, so that nothing of the checkout is seen."""
     venv.create(tmp_path / "env", with_pip=True)
     python = tmp_path / "env" / "bin" / "python"
-    subprocess.run([str(python), "-m", "pip", "install", "-q", "--no-deps", "--no-index", str(wheel)], check=True)
+    subprocess.run(
+        [str(python), "-m", "pip", "install", "-q", "--no-deps", "--no-index", str(wheel)], check=True
+    )
     site = next((tmp_path / "env" / "lib").glob("python3*")) / "site-packages"
     borrowed = [p for p in sys.path if p.endswith("site-packages")]
     (site / "borrowed.pth").write_text("".join(f"import sys; sys.path.append({p!r})\n" for p in borrowed))
@@ -46,8 +53,12 @@ def test_wheel_runs_in_a_clean_environment(wheel: Path, tmp_path: Path) -> None:
     ran = subprocess.run([str(python), "-c", code], check=True, capture_output=True, text=True, cwd=tmp_path)
     assert str(site) in ran.stdout
     command = tmp_path / "env" / "bin" / "avatar-export"
-    listed = subprocess.run([str(command), "systems"], check=True, capture_output=True, text=True, cwd=tmp_path)
+    listed = subprocess.run(
+        [str(command), "systems"], check=True, capture_output=True, text=True, cwd=tmp_path
+    )
     assert "gaussian_blendshapes" in listed.stdout
-    refused = subprocess.run([str(command), "inspect", "nothing-here"], capture_output=True, text=True, cwd=tmp_path)
+    refused = subprocess.run(
+        [str(command), "inspect", "nothing-here"], capture_output=True, text=True, cwd=tmp_path
+    )
     assert refused.returncode == 2
     assert refused.stderr.strip() == "avatar-export: nothing-here: no such file or folder"

@@ -28,7 +28,7 @@ from avatar_runtime.errors import AvatarError
 from avatar_runtime.stages.raster import PROFILES
 
 app = typer.Typer(
-    help=f"Turns trained Gaussian avatars ({', '.join(r.system for r in READERS)}) into portable bundles, and plays them.",
+    help=f"Turns trained avatars ({', '.join(r.system for r in READERS)}) into portable bundles, and plays them.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -166,7 +166,10 @@ def render(
     ] = None,
     eyelid: Annotated[list[str] | None, typer.Option("--eyelid", help="NAME=WEIGHT.")] = None,
     drive: Annotated[Path | None, typer.Option(help="Live Link Face recording: CSV or UDP packets.")] = None,
-    clip: Annotated[Path | None, typer.Option(help=".glb with an animation for the avatar's joints.")] = None,
+    clip: Annotated[
+        Path | None,
+        typer.Option(help=".glb with an animation for the avatar's joints, or a LAM zip that holds one."),
+    ] = None,
     clip_name: Annotated[str | None, typer.Option(help="Which clip; default: the first.")] = None,
     every: Annotated[int, typer.Option(help="Take each N-th frame of the recording.", min=1)] = 1,
     frames: Annotated[str | None, typer.Option(help="Only frames FIRST:END of the sequence.")] = None,

@@ -23,18 +23,18 @@ MARGIN = 1.08
 SHEET_SIZE = 288
 SHEET_COLUMNS = 5
 # Shown on a contact sheet where the avatar has them: a face's most telling shapes.
-SHEET_EXPRESSIONS = (
-    ("jawOpen",),
-    ("mouthSmileLeft", "mouthSmileRight"),
-    ("eyeBlinkLeft", "eyeBlinkRight"),
-    ("mouthPucker",),
-    ("browInnerUp", "browOuterUpLeft", "browOuterUpRight"),
-    ("browDownLeft", "browDownRight"),
-    ("mouthFrownLeft", "mouthFrownRight"),
-    ("cheekPuff",),
-    ("eyeLookOutLeft", "eyeLookInRight"),
-    ("noseSneerLeft", "noseSneerRight"),
-)
+SHEET_EXPRESSIONS: dict[str, dict[str, float]] = {
+    "jawOpen": {"jawOpen": 1.0},
+    "mouthSmile": {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0},
+    "eyeBlink": {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0},
+    "mouthPucker": {"mouthPucker": 1.0},
+    "brows up": {"browInnerUp": 1.0, "browOuterUpLeft": 1.0, "browOuterUpRight": 1.0},
+    "browDown": {"browDownLeft": 1.0, "browDownRight": 1.0},
+    "mouthFrown": {"mouthFrownLeft": 1.0, "mouthFrownRight": 1.0},
+    "cheekPuff": {"cheekPuff": 1.0},
+    "eyes to the left": {"eyeLookOutLeft": 0.6, "eyeLookInRight": 0.6},
+    "noseSneer": {"noseSneerLeft": 1.0, "noseSneerRight": 1.0},
+}
 SHEET_VIEWS = (("three-quarter left", 40.0), ("three-quarter right", -40.0), ("side", 85.0))
 
 
@@ -86,9 +86,9 @@ def sheet_poses(avatar: Avatar) -> list[tuple[str, Pose, float]]:
     cells: list[tuple[str, Pose, float]] = [("neutral", Pose(), 0.0)]
     if avatar.driving.mode != "none":
         reached = {canonical(name) for name in (*avatar.driving.inputs, *avatar.expression_names)}
-        for names in SHEET_EXPRESSIONS:
-            if set(names) <= reached:
-                cells.append((names[0], arkit_pose(avatar, dict.fromkeys(names, 1.0)), 0.0))
+        for label, weights in SHEET_EXPRESSIONS.items():
+            if set(weights) <= reached:
+                cells.append((label, arkit_pose(avatar, weights), 0.0))
     else:
         for expression in avatar.expressions[: len(SHEET_EXPRESSIONS)]:
             cells.append((expression.name, Pose({expression.name: expression.range[1]}), 0.0))

@@ -12,10 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.driving import drive, gltf_clip, takes
-from avatar_export.driving.arkit import ARKIT_NAMES, canonical, no_such
+from avatar_export.driving.arkit import ARKIT_NAMES, canonical
 from avatar_export.pictures import animated_webp, arkit_pose, frame_camera, png
+from avatar_export.readers import lam
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.codec import glb
+from avatar_runtime.errors import AvatarError, no_such
 from avatar_runtime.player import Frame, Player
 from avatar_runtime.pose import Pose, joint_rotation
 
@@ -85,16 +87,18 @@ def recorded(avatar: Avatar, path: Path, every: int) -> PoseSequence:
 
 
 def clip(avatar: Avatar, path: Path, name: str | None, fps: float) -> PoseSequence:
-    """The poses of a clip of a .glb; the first clip without a name."""
-    known = gltf_clip.clips(path)
+    """The poses of a clip of a .glb, or of the one in a LAM zip; the first clip without a name."""
+    data = lam.clip_source(path) if lam.detect(path) else None
+    source = path if data is None else glb.decode(data, lam.CLIPS)
+    known = gltf_clip.clips(source)
     if not known:
         raise AvatarError("holds no animation", file=path)
     chosen = name or known[0]
-    strangers = gltf_clip.unmatched(avatar, path, chosen) if chosen in known else []
+    strangers = gltf_clip.unmatched(avatar, source, chosen) if chosen in known else []
     notes = [f"clip {chosen!r} of {', '.join(known)}"]
     if strangers:
         notes.append(f"{len(strangers)} nodes of the clip have no joint here: {', '.join(strangers[:5])}")
-    return PoseSequence(gltf_clip.clip_poses(avatar, path, chosen, fps), fps, tuple(notes))
+    return PoseSequence(gltf_clip.clip_poses(avatar, source, chosen, fps), fps, tuple(notes))
 
 
 def frames(avatar: Avatar, poses: Sequence[Pose], view: View) -> Iterator[Pixels]:

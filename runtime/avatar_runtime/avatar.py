@@ -27,6 +27,7 @@ ROTATION_RULES = ("polar3", "head_bone", "none")
 SH_DIRECTIONS = ("inverse_rotation", "world")
 ANCHOR_RULES = ("repeats", "unique")
 HEAD_POSE_IN = ("camera", "mesh")
+BACKGROUNDS = ("random", "per_view")  # where it is no one colour
 
 
 @dataclass(frozen=True)
@@ -326,11 +327,11 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
     _check_f32("rig.vertices", rig.vertices, (v, 3))
     t = rig.triangles
     _expect(t.dtype == np.uint32 and t.ndim == 2 and t.shape[1:] == (3,), "rig.triangles", "u32[F, 3]", t)
-    for name, index, limit in (("triangles", t, v), ("anchor_vertices", rig.anchor_vertices, v)):
-        if index.size and int(index.max()) >= limit:
-            raise AvatarError(
-                f"holds {int(index.max())}, but the rig has {limit} vertices", field=f"rig.{name}"
-            )
+    anchors = rig.anchor_vertices
+    _expect(anchors.dtype == np.uint32 and anchors.ndim == 1, "rig.anchor_vertices", "u32[A]", anchors)
+    for name, index in (("triangles", t), ("anchor_vertices", anchors)):
+        if index.size and int(index.max()) >= v:
+            raise AvatarError(f"holds {int(index.max())}, but the rig has {v} vertices", field=f"rig.{name}")
     rig.morphs.check("rig.morphs", v, expressions, {"position": (3,)})
     rig.correctives.check("rig.correctives", v, 9 * len(rig.corrective_joints), {"position": (3,)})
     rig.late_morphs.check("rig.late_morphs", v, late, {"position": (3,)})
@@ -366,6 +367,7 @@ def _check_rules(avatar: Avatar) -> None:
     ):
         if value not in known:
             raise AvatarError(f"{value!r} is none of {', '.join(known)}", field=name)
+    _check_numbers(avatar)
     names = avatar.rig.joint_names if avatar.rig else ()
     d = avatar.driving
     for name, joint in (
@@ -399,3 +401,34 @@ def _check_outputs(avatar: Avatar) -> None:
                 field="driving.outputs",
             )
     _check_names("driving.outputs", avatar.driving.outputs)
+
+
+def _check_numbers(avatar: Avatar) -> None:
+    """What no array holds: finite, and of a sign that makes sense."""
+    raster, u = avatar.raster, avatar.training_per_bundle
+    factors = [f for group in avatar.groups for f in group.joint_mix.values()]
+    colour = () if isinstance(raster.background, str) else raster.background
+    for name, values in (
+        ("groups.joint_mix", factors),
+        ("raster.near", (raster.near,)),
+        ("raster.low_pass", (raster.low_pass,)),
+        ("raster.background", colour),
+        ("training_per_bundle", (u,)),
+        ("driving.head_pivot", avatar.driving.head_pivot),
+        ("expressions.range", [end for e in avatar.expressions for end in e.range]),
+    ):
+        if not np.isfinite(np.array(values, np.float64)).all():
+            raise AvatarError("must be finite", field=name)
+    if raster.near <= 0 or raster.low_pass < 0 or u <= 0:
+        raise AvatarError(
+            "near and training_per_bundle must be positive, low_pass not negative", field="raster"
+        )
+    if isinstance(raster.background, str) and raster.background not in BACKGROUNDS:
+        raise AvatarError(
+            f"{raster.background!r} is none of {', '.join(BACKGROUNDS)}", field="raster.background"
+        )
+    for e in avatar.expressions:
+        if e.range[0] > e.range[1]:
+            raise AvatarError(
+                f"runs from {e.range[0]} down to {e.range[1]}", field=f"expressions.{e.name}.range"
+            )

@@ -13,26 +13,19 @@ class AvatarError(Exception):
     AvatarError as one line and exits with code 2.
     """
 
-    def __init__(
-        self, message: str, *, file: object = None, field: str | None = None, owner: str | None = None
-    ):
+    def __init__(self, message: str, *, file: object = None, field: object = None, owner: object = None):
         self.message = " ".join(message.split())
         self.file = None if file is None else str(file)
-        self.field = field
-        self.owner = owner
-        where = [part for part in (owner, self.file, field) if part]
+        self.field = None if field is None else str(field)
+        self.owner = None if owner is None else str(owner)
+        where = [part for part in (self.owner, self.file, self.field) if part]
         super().__init__(" ".join(": ".join([*where, self.message]).split()))
 
 
-def unknown_name(what: str, name: str, known: Iterable[str], **where: str) -> AvatarError:
-    """An AvatarError for a name that is not in `known`, with near matches."""
-    known = list(known)
+def no_such(what: str, name: str, known: Iterable[str], **where: object) -> AvatarError:
+    """An AvatarError that says `name` is no `what`, with near matches from `known`."""
     lowered = {k.lower(): k for k in known}
-    near = [lowered[m] for m in difflib.get_close_matches(name.lower(), list(lowered), n=3, cutoff=0.5)]
-    if near:
-        hint = f"did you mean {' or '.join(near)}?"
-    elif known:
-        hint = f"there are {len(known)}: {', '.join(known[:8])}{', ...' if len(known) > 8 else ''}"
-    else:
-        hint = f"this avatar has no {what}"
-    return AvatarError(f"{name!r} is no {what} of this avatar; {hint}", **where)
+    near = [lowered[m] for m in difflib.get_close_matches(name[:200].lower(), list(lowered), n=3, cutoff=0.5)]
+    listed = ", ".join([*list(lowered.values())[:8], *(["..."] if len(lowered) > 8 else [])])
+    hint = f"did you mean {' or '.join(near)}?" if near else f"there are {len(lowered)}: {listed or 'none'}"
+    return AvatarError(f"{name[:80]!r} is no {what}; {hint}", **where)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, F64, Avatar
-from avatar_runtime.errors import AvatarError, unknown_name
+from avatar_runtime.errors import AvatarError, no_such
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 
 IDENTITY = np.eye(4)
@@ -61,7 +61,7 @@ def resolve(pose: Pose, avatar: Avatar) -> PoseArrays:
     delta = np.tile(IDENTITY, (len(joint_names), 1, 1))
     for joint, matrix in pose.joints.items():
         if joint not in joint_names:
-            raise unknown_name("joint", joint, joint_names)
+            raise no_such("joint of this avatar", joint, joint_names)
         delta[joint_names.index(joint)] = _matrix(matrix, f"joint {joint}")
     return PoseArrays(
         _weights("expression", named, avatar.expression_names),
@@ -76,7 +76,7 @@ def _weights(what: str, given: Mapping[str, float], names: tuple[str, ...]) -> F
     weights = np.zeros(len(names), np.float32)
     for name, weight in given.items():
         if name not in index:
-            raise unknown_name(what, name, names)
+            raise no_such(f"{what} of this avatar", name, names)
         if not abs(weight) <= LARGEST:
             raise AvatarError(f"weight {weight} is not a finite float32", field=f"{what} {name}")
         weights[index[name]] = weight

@@ -21,6 +21,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from samples.make import make_gaussian_blendshapes
+
 from avatar_export import __version__
 from avatar_export.pictures import arkit_pose, frame_camera
 from avatar_runtime.avatar import Avatar
@@ -28,7 +30,6 @@ from avatar_runtime.bundle import load
 from avatar_runtime.player import Frame, Player
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
-from samples.make import make_gaussian_blendshapes
 
 RESULTS = Path(__file__).parent / "results"
 FORMS = ("dump", "raw")
@@ -121,7 +122,9 @@ def save(rows: list[Row], gaussians: int) -> None:
         for what, value, unit in rows:
             writer.writerow([__version__, gaussians, what, f"{value:.4g}", unit])
             print(f"{what:36s} {value:12.4g} {unit}")
-    print(f"peak of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6:.0f} MB; {path}")
+    print(
+        f"peak of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6:.0f} MB; {path}"
+    )
 
 
 if __name__ == "__main__":

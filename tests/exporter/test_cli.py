@@ -39,7 +39,15 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.fixture(scope="module")
 def bundle(sample_blendshapes: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("cli") / "head"
-    command = [sys.executable, "-m", "avatar_export", "convert", str(sample_blendshapes / "model"), "-o", str(out)]
+    command = [
+        sys.executable,
+        "-m",
+        "avatar_export",
+        "convert",
+        str(sample_blendshapes / "model"),
+        "-o",
+        str(out),
+    ]
     command += ["--dataset", str(sample_blendshapes), "--driving", str(sample_blendshapes / "driving.json")]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert str(out) in done.stdout
@@ -49,7 +57,13 @@ def bundle(sample_blendshapes: Path, tmp_path_factory: pytest.TempPathFactory) -
 
 def test_convert_writes_every_file(bundle: Path) -> None:
     names = {p.name for p in bundle.iterdir()}
-    assert names == {"avatar.json", "gaussians.ply", "blendshapes.safetensors", "rig.safetensors", "preview.png"}
+    assert names == {
+        "avatar.json",
+        "gaussians.ply",
+        "blendshapes.safetensors",
+        "rig.safetensors",
+        "preview.png",
+    }
     assert np.asarray(Image.open(bundle / "preview.png")).std() > 5
     avatar = load(bundle)
     assert avatar.driving.mode == "matrix"
@@ -95,7 +109,9 @@ def test_without_a_body_model(run: Run, sample_blendshapes: Path, tmp_path: Path
     assert "expressions only" in error
 
 
-def test_raw_and_dump_give_the_same_gaussians(run: Run, sample_blendshapes: Path, bundle: Path, tmp_path: Path) -> None:
+def test_raw_and_dump_give_the_same_gaussians(
+    run: Run, sample_blendshapes: Path, bundle: Path, tmp_path: Path
+) -> None:
     source = sample_blendshapes / "model" / "fix_chkpnt40000.pth"
     driving = sample_blendshapes / "driving.json"
     flags = ("--dataset", sample_blendshapes, "--driving", driving, "--no-preview", "--name", "head")

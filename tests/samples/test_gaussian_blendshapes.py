@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import pickletools
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -285,6 +286,16 @@ def test_the_jaw_joint_carries_the_lower_teeth_as_the_shape_does(plain: Path) ->
     assert error.max() < 0.0006
 
 
+def nearest_vertex(points: np.ndarray, vertices: np.ndarray) -> np.ndarray:
+    """The mesh vertex nearest to each point, by brute force."""
+    nearest = np.empty(len(points), int)
+    for first in range(0, len(points), 200):
+        rows = slice(first, first + 200)
+        gap = points[rows, None] - vertices[None]
+        nearest[rows] = np.argmin(np.einsum("nvx,nvx->nv", gap, gap), axis=1)
+    return nearest
+
+
 @pytest.mark.parametrize("name", ["jawOpen", "jawForward", "mouthSmileLeft", "eyeBlinkRight"])
 def test_posed_gaussians_follow_the_shape_of_the_head(plain: Path, name: str) -> None:
     """Blend and skin the Gaussians by hand; they end where the scan's shape takes the surface under them."""
@@ -298,16 +309,34 @@ def test_posed_gaussians_follow_the_shape_of_the_head(plain: Path, name: str) ->
     blended = start + dump(plain, "xyz_t")[..., names.index(name)]
     weight = dump(plain, "W")[:, 2:3]
     posed = blended + weight * ((blended - jaw) @ rotation.T + jaw - blended)
-    # The surface point under each Gaussian, found again by brute force on the mesh.
-    nearest = np.empty(len(start), int)
-    for first in range(0, len(start), 200):
-        rows = slice(first, first + 200)
-        gap = start[rows, None] - head.vertices[None]
-        nearest[rows] = np.argmin(np.einsum("nvx,nvx->nv", gap, gap), axis=1)
-    expected = head.expression(name)[nearest]
+    expected = head.expression(name)[nearest_vertex(start, head.vertices)]
     error = np.linalg.norm(posed - start - expected, axis=1)
     assert np.linalg.norm(expected, axis=1).max() > 0.003
     assert np.median(error) < 1e-4 and np.percentile(error, 90) < 2e-3
+
+
+def splat_normals(quat_wxyz: np.ndarray) -> np.ndarray:
+    """The third axis of each rotation: the flat one."""
+    w, x, y, z = (quat_wxyz / np.linalg.norm(quat_wxyz, axis=1, keepdims=True)).T
+    return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
+
+
+def test_blended_splats_stay_flat_on_the_skin(plain: Path) -> None:
+    head, name = load_head(), "cheekPuff"
+    names = np.load(plain / "body" / "body_model.npz")["expression_names"].tolist()
+    at = nearest_vertex(dump(plain, "pos").astype(float), head.vertices)
+    puffed = replace(head, vertices=head.vertices + head.expression(name))
+    quat = dump(plain, "rot").astype(float)
+    blended = quat + dump(plain, "rot_t")[..., names.index(name)]
+    tilts = np.sum(head.vertex_normals[at] * puffed.vertex_normals[at], axis=1) < np.cos(np.radians(8))
+    assert tilts.sum() > 50
+
+    def off(q: np.ndarray, skin: np.ndarray) -> float:
+        cosine = np.sum(splat_normals(q) * skin[at], axis=1)[tilts]
+        return float(np.median(np.degrees(np.arccos(np.clip(cosine, -1, 1)))))
+
+    assert off(quat, head.vertex_normals) < 4
+    assert off(blended, puffed.vertex_normals) < 4 < off(quat, puffed.vertex_normals)
 
 
 def test_same_bytes_every_time(conformance: Path, tmp_path: Path) -> None:

@@ -6,11 +6,8 @@ order of a Live Link Face packet. Left and right are the subject's.
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable
-
-from avatar_runtime.errors import AvatarError
 
 ARKIT_NAMES: tuple[str, ...] = (
     "eyeBlinkLeft", "eyeLookDownLeft", "eyeLookInLeft", "eyeLookOutLeft", "eyeLookUpLeft", "eyeSquintLeft",
@@ -78,12 +75,3 @@ def rotation_channel(name: str) -> str | None:
 def _lookup(name: str) -> str | None:
     last = _PREFIX.sub("", re.split(r"[.:|/]", name.strip())[-1].lower())
     return _SPELLINGS.get(re.sub(r"[_\- ]", "", last))
-
-
-def no_such(what: str, name: str, known: Iterable[str], **where: str) -> AvatarError:
-    """An AvatarError that says `name` is no `what`, with near matches from `known`."""
-    lowered = {k.lower(): k for k in known}
-    near = [lowered[m] for m in difflib.get_close_matches(name[:200].lower(), list(lowered), n=3, cutoff=0.5)]
-    listed = ", ".join([*list(lowered.values())[:8], *(["..."] if len(lowered) > 8 else [])])
-    hint = f"did you mean {' or '.join(near)}?" if near else f"there are {len(lowered)}: {listed or 'none'}"
-    return AvatarError(f"{name[:80]!r} is no {what}; {hint}", **where)

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from avatar_export.driving.arkit import no_such
 from avatar_export.driving.sampler import INTERPOLATIONS, Sampler, unit
 from avatar_runtime.avatar import F64
 from avatar_runtime.codec.glb import Glb, accessor, is_count, short
+from avatar_runtime.errors import no_such
 
 # What a channel may move: the shape of one value.
 PATHS = {"translation": (3,), "rotation": (4,), "scale": (3,), "weights": ()}

@@ -14,13 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avatar_export.driving.arkit import canonical, first_canonical, no_such
+from avatar_export.driving.arkit import canonical, first_canonical
 from avatar_export.driving.gltf_animation import Clip, clip_names, read_clip
 from avatar_export.driving.sampler import Sampler, evaluate
 from avatar_export.driving.takes import read_bytes
 from avatar_runtime.avatar import F64, Avatar
 from avatar_runtime.codec import glb
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.codec.glb import Glb
+from avatar_runtime.errors import AvatarError, no_such
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_quat
 
@@ -37,17 +38,17 @@ class Match(NamedTuple):
     unmatched: list[str]  # moved nodes and morph targets that the avatar has no name for
 
 
-def clips(path: Path | str) -> list[str]:
+def clips(path: Path | str | Glb) -> list[str]:
     """The names of the clips in a .glb. Raises AvatarError for a damaged file."""
     return clip_names(_glb(path))
 
 
-def unmatched(avatar: Avatar, path: Path | str, clip: str) -> list[str]:
+def unmatched(avatar: Avatar, path: Path | str | Glb, clip: str) -> list[str]:
     """The nodes and morph targets that the clip moves and this avatar has no joint or expression for."""
     return _match(avatar, read_clip(_glb(path), clip)).unmatched
 
 
-def clip_poses(avatar: Avatar, path: Path | str, clip: str, fps: float) -> list[Pose]:
+def clip_poses(avatar: Avatar, path: Path | str | Glb, clip: str, fps: float) -> list[Pose]:
     """The poses of one clip at 0, 1/fps, ... seconds up to its end.
 
     Raises AvatarError for a damaged file, a clip that it does not have, or one that moves nothing of this
@@ -55,7 +56,8 @@ def clip_poses(avatar: Avatar, path: Path | str, clip: str, fps: float) -> list[
     """
     if not (math.isfinite(fps) and fps > 0):
         raise ValueError(f"fps must be a positive number, not {fps}")
-    source, field = Path(path).name, " ".join(clip.split())
+    source = None if isinstance(path, Glb) else Path(path).name
+    field = " ".join(clip.split())
     found = read_clip(_glb(path), clip)
     match = _match(avatar, found)
     if not match.joints and not match.expressions:
@@ -80,7 +82,9 @@ def clip_poses(avatar: Avatar, path: Path | str, clip: str, fps: float) -> list[
     ]
 
 
-def _glb(path: Path | str) -> glb.Glb:
+def _glb(path: Path | str | Glb) -> Glb:
+    if isinstance(path, Glb):
+        return path
     return glb.decode(read_bytes(Path(path), MAX_FILE_BYTES), Path(path).name)
 
 

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from avatar_export.driving.arkit import ARKIT_NAMES, canonical, no_such
+from avatar_export.driving.arkit import ARKIT_NAMES, canonical
 from avatar_export.driving.takes import read_bytes
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.codec.glb import short
-from avatar_runtime.errors import AvatarError, unknown_name
+from avatar_runtime.errors import AvatarError, no_such
 
 MAX_FILE_BYTES = 16 << 20
 # A larger factor overflows nothing, but no face needs it.
@@ -80,7 +80,7 @@ def _outputs(names: list[str], avatar: Avatar, source: str) -> tuple[str, ...]:
     known |= {name: name for name in own}
     for at, name in enumerate(names):
         if name not in known:
-            raise unknown_name("driving output", name[:200], known, file=source, field=f"outputs[{at}]")
+            raise no_such("driving output of this avatar", name, known, file=source, field=f"outputs[{at}]")
     return _distinct([known[name] for name in names], "outputs", source)
 
 

@@ -43,7 +43,7 @@ FILES = (
     "fix_chkpnt*/ with pos, shs, scale, rot, opacity, *_t, W, eyelid .npy (written by its test.py)",
     "or fix_chkpnt*.pth with acc*.npy (the raw checkpoint)",
     "mouth0_* (upper teeth) and mouth1_* (lower teeth), as folders or .pth",
-    "beside it: body model (--body-model), identity (--shape), eyelid shapes (--eyelids), anchor faces (--anchor-faces)",
+    "beside it: body model (--body-model), identity (--shape), eyelids (--eyelids), anchor faces (--anchor-faces)",
 )
 
 WITHOUT_RIG = ReadOptions(rig=False)

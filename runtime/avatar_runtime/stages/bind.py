@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, F64, Avatar, Gaussians, Group, SparseRows
+from avatar_runtime.avatar import F32, F64, U32, Avatar, Gaussians, Group, SparseRows
 from avatar_runtime.rotation import homogeneous, polar, quat_from_matrix, quat_multiply
 from avatar_runtime.stages.joints import Joints
 from avatar_runtime.stages.skin import transform
@@ -54,7 +54,7 @@ def _group_transform(avatar: Avatar, group: Group, state: Joints, anchors: F32 |
     if group.binding == "anchor":
         if avatar.rig is None or anchors is None:
             raise ValueError("an anchor group needs the posed anchor vertices")
-        fit = anchor_transform(avatar.rig.vertices[avatar.rig.anchor_vertices], anchors, avatar.rules.anchor)
+        fit = anchor_transform(avatar.rig.vertices, avatar.rig.anchor_vertices, anchors, avatar.rules.anchor)
         return fit[None, :3], fit[None, :3, :3]
     if group.binding == "joint_mix":
         mix = joint_mix(avatar, group, state)[None]
@@ -73,15 +73,16 @@ def _skin_transform(avatar: Avatar, group: Group, state: Joints) -> tuple[F32, F
     return matrix, np.eye(3, dtype=np.float32)[None]
 
 
-def anchor_transform(neutral: F32, posed: F32, rule: str) -> F32:
+def anchor_transform(vertices: F32, anchor_vertices: U32, posed: F32, rule: str) -> F32:
     """Rigid fit (Kabsch) of the anchor vertices, neutral to posed, [4, 4].
 
+    `vertices` [V, 3] neutral, `anchor_vertices` [A] indices into it, `posed` [A, 3] in their order.
     Rule `repeats` weights a vertex by how often it stands in the list (GaussianBlendshapes 2952da7,
     mouth_gs_model.py); `unique` takes it once (its C++ viewer, FaceViewer 61965e9).
     """
-    a, b = neutral.astype(np.float64), posed.astype(np.float64)
+    a, b = vertices[anchor_vertices].astype(np.float64), posed.astype(np.float64)
     if rule == "unique":
-        _, first = np.unique(a, axis=0, return_index=True)
+        _, first = np.unique(anchor_vertices, return_index=True)
         a, b = a[first], b[first]
     ca, cb = a.mean(axis=0), b.mean(axis=0)
     u, _, vt = np.linalg.svd((a - ca).T @ (b - cb))

@@ -136,7 +136,7 @@ def _alpha(projected: Projected, ids: Index, xs: F32, ys: F32) -> F32:
     alpha_min = f32(1) / f32(constants()["alpha_min_denominator"])
     opacity = projected.opacity[ids]
     alpha = np.zeros(power.shape, np.float32)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         faintest = np.log(alpha_min / opacity) - f32(1e-3)  # surely below 1/255; most pairs are
     pair = np.flatnonzero((power <= 0) & (power >= faintest[:, None]))
     # Rounded from float64: NumPy's float32 exp is up to 2 ulp off, which would show in the golden pictures.

@@ -20,7 +20,7 @@ from plyfile import PlyData, PlyElement
 
 COUNT = 64
 MORPHS = ("eyeBlinkLeft", "jawOpen", "mouthSmileLeft")
-JOINTS = ("head", "neck", "spine", "jaw")  # order in the skin
+JOINTS = ("head", "jaw", "neck", "spine")  # order in the skin
 PLY_NAMES = (
     *("x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"),
     *("scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"),

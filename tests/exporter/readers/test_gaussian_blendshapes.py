@@ -104,7 +104,9 @@ def rotated_sh_error(sh: Any, rotation: Any, rotated: Any) -> float:
     largest = 0.0
     for d in directions:
         along = np.broadcast_to(d, (len(sh), 3))
-        ours = sh_colour(sh.astype(np.float64), np.einsum("nji,nj->ni", rotation.astype(np.float64), along), 3)
+        ours = sh_colour(
+            sh.astype(np.float64), np.einsum("nji,nj->ni", rotation.astype(np.float64), along), 3
+        )
         theirs = sh_colour(rotated.astype(np.float64), along, 3)
         largest = max(largest, float(np.abs(ours - theirs).max()))
     return largest

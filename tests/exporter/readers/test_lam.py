@@ -75,7 +75,8 @@ def test_what_is_no_lam_avatar_is_not_detected(tmp_path: Path) -> None:
     junk = tmp_path / "junk.zip"
     junk.write_bytes(b"PK\x03\x04" + b"junk" * 20)
     half = lam_files.write_zip(tmp_path / "half.zip", lam_files.files(skin=None))
-    for path in (junk, half, tmp_path, tmp_path / "absent", made_text(tmp_path)):
+    litter = _zip_of(BAD_NAMES["litter only"], tmp_path)
+    for path in (junk, half, litter, tmp_path, tmp_path / "absent", made_text(tmp_path)):
         assert not lam.detect(path)
         with pytest.raises(AvatarError):
             lam.read(path, ReadOptions())
