@@ -102,8 +102,8 @@ def test_polar_and_quaternion(frame: dict[str, Array]) -> None:
 
 @pytest.mark.parametrize(("rule", "suffix"), [("repeats", ""), ("unique", "_unique")])
 def test_anchor_transform(model: GoldenModel, frame: dict[str, Array], rule: str, suffix: str) -> None:
-    neutral = model.static["vertices_neutral"][model.anchors]
-    got = anchor_transform(neutral, model.posed_anchors(frame), rule)
+    neutral = model.static["vertices_neutral"]
+    got = anchor_transform(neutral, model.anchors, model.posed_anchors(frame), rule)
     near(got[:3, :3], frame[f"upper_R{suffix}"], UNIT)
     near(got[:3, 3], frame[f"upper_t{suffix}"], METRES)
 

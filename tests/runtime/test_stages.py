@@ -130,9 +130,9 @@ def test_anchor_rules_weight_repeats() -> None:
     points = rng.normal(size=(5, 3)).astype(np.float32)
     posed = points.copy()
     posed[0] += [0.5, 0, 0]
-    repeats = anchor_transform(points[index], posed[index], "repeats")
-    unique = anchor_transform(points[index], posed[index], "unique")
-    np.testing.assert_allclose(unique, anchor_transform(points, posed, "repeats"), atol=1e-6)
+    repeats = anchor_transform(points, index, posed[index], "repeats")
+    unique = anchor_transform(points, index, posed[index], "unique")
+    np.testing.assert_allclose(unique, anchor_transform(points, np.arange(5), posed, "repeats"), atol=1e-6)
     assert np.abs(repeats - unique).max() > 0.05
     for fit in (repeats, unique):
         np.testing.assert_allclose(fit[:3, :3] @ fit[:3, :3].T, np.eye(3), atol=1e-6)
@@ -141,7 +141,7 @@ def test_anchor_rules_weight_repeats() -> None:
 
 def test_a_mirrored_anchor_gives_a_rotation() -> None:
     points = np.random.default_rng(4).normal(size=(6, 3)).astype(np.float32)
-    fit = anchor_transform(points, points * np.float32([-1, 1, 1]), "repeats")
+    fit = anchor_transform(points, np.arange(6), points * np.float32([-1, 1, 1]), "repeats")
     assert np.linalg.det(fit[:3, :3]) == pytest.approx(1, abs=1e-5)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from avatar_runtime.avatar import (
+    F32,
     Avatar,
     Driving,
     Expression,
@@ -16,6 +17,7 @@ from avatar_runtime.avatar import (
     RasterSettings,
     Rules,
 )
+from avatar_runtime.errors import AvatarError
 from avatar_schema import LATEST, schema
 
 FRAME = {
@@ -150,7 +152,13 @@ def _driving(d: Driving) -> dict[str, Any]:
     }
 
 
-def _matrix(rows: list[list[float]], shape: tuple[int, int]) -> np.ndarray[Any, np.dtype[np.float32]]:
-    if any(len(row) != shape[1] for row in rows):
-        return np.zeros((len(rows), 0), np.float32)  # a wrong shape, which Avatar.check() names
-    return np.array(rows, np.float32).reshape(len(rows), shape[1])
+def _matrix(rows: list[Any], shape: tuple[int, int]) -> F32:
+    """[O, I]; checked here because a schema would take 50 ms for what `all` does in one."""
+    for index, row in enumerate(rows):
+        if not (isinstance(row, list) and len(row) == shape[1] and all(type(v) in (int, float) for v in row)):
+            where = f"$.driving.matrix[{index}]"
+            raise AvatarError(
+                f"must be a list of {shape[1]} numbers, one an input", file="avatar.json", field=where
+            )
+    with np.errstate(over="ignore"):  # what is beyond float32 becomes infinite, which Avatar.check() refuses
+        return np.array(rows, np.float32).reshape(len(rows), shape[1])

@@ -8,7 +8,7 @@ zero normals; read in any order of properties and of any scalar type.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,6 +55,7 @@ class Ply:
 
     properties: Mapping[str, Array]  # name -> [N] view of the file's bytes, in file order
     count: int
+    matrix: F32 | None  # [N, len(properties)] the same numbers where all are little-endian float32
     comments: tuple[str, ...]
 
 
@@ -192,20 +193,29 @@ def _body(
             field="element vertex",
         )
     rows = np.ndarray(count, row, view, body)
-    return Ply({name: rows[name] for name in fields}, count, comments)
+    floats = set(fields.values()) == {"<f4"}
+    matrix = np.ndarray((count, len(fields)), "<f4", view, body) if floats else None
+    return Ply({name: rows[name] for name in fields}, count, matrix, comments)
 
 
-def _take(ply: Ply, names: Iterable[str], out: F32, file: object) -> F32:
+def _take(ply: Ply, names: Sequence[str], out: F32, file: object) -> F32:
     """Fill `out` [N, len(names)] with these properties, which must exist and be finite."""
-    for column, name in enumerate(names):
+    for name in names:
         if name not in ply.properties:
             raise AvatarError("is missing", file=file, field=f"property {name}")
-        with np.errstate(over="ignore"):  # a float64 beyond float32 becomes infinite, which is refused below
-            out[:, column] = ply.properties[name]
-        finite = np.isfinite(out[:, column])
-        if not finite.all():
-            at = int(np.argmin(finite))
-            raise AvatarError(
-                f"is {ply.properties[name][at]}; finite numbers are needed", file=file, field=f"{name}[{at}]"
-            )
+    order = list(ply.properties)
+    first = order.index(names[0]) if names else 0
+    with np.errstate(
+        over="ignore", invalid="ignore"
+    ):  # beyond float32 becomes infinite, which is refused below
+        if ply.matrix is not None and order[first : first + len(names)] == list(names):
+            out[:] = ply.matrix[:, first : first + len(names)]
+        else:
+            for column, name in enumerate(names):
+                out[:, column] = ply.properties[name]
+        total = np.sum(out, dtype=np.float64)
+    if not np.isfinite(total):
+        at, column = np.argwhere(~np.isfinite(out))[0]
+        value = ply.properties[names[column]][at]
+        raise AvatarError(f"is {value}; finite numbers are needed", file=file, field=f"{names[column]}[{at}]")
     return out
