@@ -427,8 +427,3 @@ def _check_numbers(avatar: Avatar) -> None:
         raise AvatarError(
             f"{raster.background!r} is none of {', '.join(BACKGROUNDS)}", field="raster.background"
         )
-    for e in avatar.expressions:
-        if e.range[0] > e.range[1]:
-            raise AvatarError(
-                f"runs from {e.range[0]} down to {e.range[1]}", field=f"expressions.{e.name}.range"
-            )
