@@ -27,6 +27,11 @@ def bounds(avatar: Avatar) -> dict[str, Any]:
     rotations, so it is generous. Only growth is counted for one expression at a time: all of them at once
     would add up in the exponent. For `anchor` groups the fit is bounded by the anchors' own motion.
     """
+    with np.errstate(over="ignore"):  # absurd scales become infinite, which `_box` limits
+        return _bounds(avatar)
+
+
+def _bounds(avatar: Avatar) -> dict[str, Any]:
     g = avatar.gaussians
     reach = _reach(g.log_scale, g.quat_wxyz)
     rest = _box(g.mean - reach, g.mean + reach)
@@ -159,8 +164,8 @@ def _row_sums(sparse: SparseRows, values: F64) -> F64:
     return result
 
 
-def _box(low: Any, high: Any) -> dict[str, list[float]]:
-    return {
-        "min": [float(np.float32(v)) for v in low.reshape(-1, 3).min(axis=0)],
-        "max": [float(np.float32(v)) for v in high.reshape(-1, 3).max(axis=0)],
-    }
+def _box(low: F64, high: F64) -> dict[str, list[float]]:
+    """Corners as float32 numbers; a box beyond float32 ends at its limits, since JSON knows no infinity."""
+    limit = np.finfo(np.float32).max
+    corners = np.clip([low.min(axis=0), high.max(axis=0)], -limit, limit).astype(np.float32)
+    return {"min": corners[0].tolist(), "max": corners[1].tolist()}
