@@ -19,6 +19,7 @@ from avatar_export.readers.lam import read_lam
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.player import Player
 from tests.exporter.driving.recordings import CSV, recording
+from tests.measured import Measure
 from tests.shared_data import shared
 
 MOVED, STILL = 0.8, 0.1  # of the largest delta of a morph
@@ -85,7 +86,8 @@ def lip_rows(avatar: Avatar) -> tuple[Rows, Rows]:
 class Driven:
     """The take played: weights [300] by name, and the gap [300] in metres between two sets of rows."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, name: str, path: Path) -> None:
+        self.name = name
         self.avatar = read_lam(path)
         self.poses = poses(self.avatar, read_take(recording(CSV)))
         player = Player(self.avatar)
@@ -109,19 +111,20 @@ def correlation(a: Array, b: Array) -> float:
 @pytest.fixture(scope="module", params=["sample", "real"])
 def driven(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Driven:
     if request.param == "real":
-        return Driven(shared("lam/p2-1.zip"))
-    return Driven(make_lam(tmp_path_factory.mktemp("lam")))
+        return Driven("trained avatar", shared("lam/p2-1.zip"))
+    return Driven("sample", make_lam(tmp_path_factory.mktemp("lam")))
 
 
 @pytest.mark.parametrize("side", ["Left", "Right"])
-def test_lids_close_with_the_recorded_blink(driven: Driven, side: str) -> None:
+def test_lids_close_with_the_recorded_blink(driven: Driven, side: str, measured: Measure) -> None:
     gap = driven.gap(*lid_rows(driven.avatar, side))
     blink = driven.weight(f"eyeBlink{side}")
+    measured(f"LAM {driven.name}, lid gap against eyeBlink, correlation", correlation(-gap, blink))
     assert correlation(-gap, blink) >= 0.9
     assert gap[np.argmax(blink)] < 0.3 * gap[np.argmin(blink)]
 
 
-def test_lips_part_with_the_recorded_jaw(driven: Driven) -> None:
+def test_lips_part_with_the_recorded_jaw(driven: Driven, measured: Measure) -> None:
     """mouthClose shuts the lips of an open jaw, and this take holds it up to 0.65 while the jaw is open.
 
     So the gap is that of jawOpen where mouthClose is small; in all 300 frames it is that of jawOpen and
@@ -132,6 +135,9 @@ def test_lips_part_with_the_recorded_jaw(driven: Driven) -> None:
     jaw, close = driven.weight("jawOpen"), driven.weight("mouthClose")
     alone = close < 0.1
     assert np.count_nonzero(alone) > 100 and jaw[alone].max() > 0.8
+    label = f"LAM {driven.name}, lip gap against jawOpen"
+    measured(f"{label}, all frames, correlation", correlation(gap, jaw))
+    measured(f"{label} where mouthClose < 0.1, correlation", correlation(gap[alone], jaw[alone]))
     assert correlation(gap[alone], jaw[alone]) >= 0.9
     parts, shuts = (
         delta[upper, 1].mean() - delta[lower, 1].mean()

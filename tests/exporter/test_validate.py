@@ -325,5 +325,10 @@ def test_bounds(bundle: Path) -> None:
         ("avatar.json: $.bounds.rest.min", False),
         ("avatar.json: $.bounds.swept.max", True),
     ]
+    outside = ("avatar.json: $.bounds.swept", "does not hold the box at rest", False)
+    assert outside not in found(bundle)
     bundles.edit(bundle, shift("swept", "max", -2.0))
-    assert found(bundle)[-1] == ("avatar.json: $.bounds.swept", "does not hold the box at rest", False)
+    assert outside in found(bundle)
+    bundles.edit(bundle, shift("swept", "max", 1.0))
+    bundles.edit(bundle, shift("swept", "min", 1.0))
+    assert outside in found(bundle)

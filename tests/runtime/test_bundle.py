@@ -285,11 +285,11 @@ def test_every_tensor_is_needed_with_its_type_and_shape(good: Path, tmp_path: Pa
 
 
 @pytest.mark.parametrize("name", ["rest_local", "inverse_bind_matrix"])
-@pytest.mark.parametrize("column", [2, 3])
-def test_joint_matrices_are_affine_and_have_an_inverse(bundle: Path, name: str, column: int) -> None:
+@pytest.mark.parametrize("place", [(3, slice(None), 2), (3, 3, 1)], ids=["flat", "projective"])
+def test_joint_matrices_are_affine_and_have_an_inverse(bundle: Path, name: str, place: Any) -> None:
     def damage(tensors: dict[str, Any]) -> None:
         tensors[name] = tensors[name].copy()
-        tensors[name][3, :, column] = 0
+        tensors[name][place] = 0 if place[2] == 2 else 0.5
 
     retensor(bundle, "rig.safetensors", damage)
     assert refusal(bundle) == f"rig.{name}[3]: is no affine matrix with an inverse"

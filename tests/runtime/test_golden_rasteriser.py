@@ -15,6 +15,7 @@ from tests.golden import (
     rasteriser_case,
     rasteriser_names,
 )
+from tests.measured import Measure
 from tests.runtime.golden_scene import camera_of, projected_of
 
 PICTURE_TOLERANCE = 2e-7  # one expf against another
@@ -31,16 +32,16 @@ def test_every_case_is_committed() -> None:
 
 
 @pytest.mark.parametrize("name", rasteriser_names())
-def test_meets_the_reference(name: str) -> None:
-    check(rasteriser_case(name))
+def test_meets_the_reference(name: str, measured: Measure) -> None:
+    check(rasteriser_case(name), measured)
 
 
 @pytest.mark.parametrize("name", BIG_CASES)
-def test_meets_the_reference_array_by_array(name: str) -> None:
-    check(full_rasteriser_case(name))
+def test_meets_the_reference_array_by_array(name: str, measured: Measure) -> None:
+    check(full_rasteriser_case(name), measured)
 
 
-def check(case: RasteriserCase) -> None:
+def check(case: RasteriserCase, measured: Measure) -> None:
     got = evaluate(case.arrays)
     compared = [key for key in EQUAL if key in case.arrays or key in case.digests]
     # A case with colours of its own has no SH colour.
@@ -51,7 +52,14 @@ def check(case: RasteriserCase) -> None:
         else:
             np.testing.assert_array_equal(got[key], case.arrays[key], err_msg=key, strict=True)
     for key in ("out_color", "final_T"):
+        measured(
+            "golden rasteriser, picture and transmittance, difference", worst(got[key], case.arrays[key])
+        )
         np.testing.assert_allclose(got[key], case.arrays[key], rtol=0, atol=PICTURE_TOLERANCE, err_msg=key)
+
+
+def worst(got: Array, want: Array) -> float:
+    return float(np.abs(got.astype(np.float64) - want).max())
 
 
 def evaluate(case: dict[str, Array]) -> dict[str, Array]:

@@ -13,6 +13,7 @@ from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_runtime.stages.activate import Splats, activate
 from avatar_runtime.stages.project import project, sh_colour
 from tests.golden import FRAMES, Array, BlendshapesGolden
+from tests.measured import Measure
 from tests.oracles import rotation_sh
 from tests.runtime.golden_model import GoldenModel, bound
 
@@ -50,13 +51,13 @@ def test_colour_is_the_sum_of_the_harmonics(degree: int) -> None:
 
 
 @pytest.mark.parametrize("degree", DEGREES)
-def test_seen_along_the_turned_direction_equals_rotated_coefficients(degree: int) -> None:
+def test_seen_along_the_turned_direction_equals_rotated_coefficients(degree: int, measured: Measure) -> None:
     splats, camera = scene(degree)
     rotated = rotation_sh.rotate(splats.sh, splats.sh_rotation, degree).astype(np.float32)
     got = rgb(splats, camera, degree)
-    np.testing.assert_allclose(
-        got, rgb(replace(splats, sh=rotated, sh_rotation=None), camera, degree), rtol=0, atol=COLOUR
-    )
+    turned = rgb(replace(splats, sh=rotated, sh_rotation=None), camera, degree)
+    measured(f"SH degree {degree} along R^T d against rotated SH", float(np.abs(got - turned).max()))
+    np.testing.assert_allclose(got, turned, rtol=0, atol=COLOUR)
     unturned = rgb(replace(splats, sh_rotation=None), camera, degree)
     assert np.abs(got - unturned).max() > 0.1  # the rotation is no bystander
 

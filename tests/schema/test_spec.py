@@ -78,6 +78,16 @@ def test_the_page_invents_no_tensor_and_no_constant() -> None:
     assert drawing == set(constants())
 
 
+def test_the_table_of_the_rig_has_a_row_for_every_tensor() -> None:
+    table = SECTIONS["4. Sparse matrices"].split("### `rig.safetensors`")[1]
+    rig = full_avatar().rig
+    assert rig is not None
+    cells = [
+        re.findall(r"`([^`]+)`", line.split("|")[1]) for line in table.splitlines() if line.startswith("| `")
+    ]
+    assert sorted(name for names in cells for name in names) == sorted(rig_tensors(rig))
+
+
 def test_the_page_invents_no_value_of_a_rule() -> None:
     first_cells = set(re.findall(r"^\| `([^`]+)` \|", SECTIONS["7. Rules"], re.M))
     properties = schema("avatar")["properties"]
