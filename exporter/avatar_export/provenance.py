@@ -2,12 +2,34 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.errors import AvatarError
+
+
+def source_files(files: Mapping[str, Path]) -> list[dict[str, Any]]:
+    """{path, bytes, sha256} of every file an avatar was read from; `files` gives the name to show for each.
+
+    No folder of the machine is named. Raises AvatarError for a file that cannot be read.
+    """
+    return [_entry(name, files[name]) for name in sorted(files)]
 
 
 def with_rights(avatar: Avatar, licence: str | None, author: str | None, consent: str | None) -> Avatar:
     """`avatar` with licence, author and consent statement; what nobody stated is said to be so."""
     stated = {"licence": licence, "author": author, "consent": consent}
     return replace(avatar, provenance={**avatar.provenance, **stated})
+
+
+def _entry(name: str, path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+            return {"path": name, "bytes": file.tell(), "sha256": digest}
+    except OSError as error:
+        raise AvatarError(f"cannot be read ({error.strerror})", file=path) from None

@@ -114,7 +114,22 @@ JSON = st.recursive(
     | st.floats()
     | st.text(max_size=5)
     | st.sampled_from(
-        ["face", "neck", "jawOpen", "gaussians.ply", "skin", "none", "matrix", 0, 1, -1, 48, 1e300, 1.0]
+        [
+            "face",
+            "neck",
+            "jawOpen",
+            "gaussians.ply",
+            "skin",
+            "none",
+            "matrix",
+            0,
+            1,
+            -1,
+            48,
+            1e300,
+            1.0,
+            10**400,
+        ]
     ),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=3), inner, max_size=3),
     max_leaves=6,

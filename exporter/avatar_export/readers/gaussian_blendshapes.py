@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from avatar_export.driving.arkit import canonical
+from avatar_export.provenance import source_files
 from avatar_export.readers import gaussian_blendshapes_sources as sources
 from avatar_export.readers.body_model import BodyModel, read_body_model
 from avatar_export.readers.body_rig import bake_rig
-from avatar_export.readers.gaussian_blendshapes_sources import FaceSource, MouthSource
+from avatar_export.readers.gaussian_blendshapes_sources import FaceSource, Model, MouthSource
 from avatar_export.readers.inputs import Inputs, find_inputs
 from avatar_export.readers.options import ReadOptions
 from avatar_export.readers.subject_files import read_eyelids, read_faces, read_shape
@@ -99,7 +100,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         head_pose_in="camera",
         training_per_bundle=options.body_scale,
         delta_threshold=parts.threshold,
-        provenance=_provenance(face, kept, inputs, body),
+        provenance=_provenance(model, face, kept, inputs, body),
     )
 
 
@@ -293,7 +294,7 @@ def _background(folder: Path) -> tuple[float, float, float]:
 
 
 def _provenance(
-    face: FaceSource, kept: np.ndarray[Any, Any], inputs: Inputs, body: BodyModel | None
+    model: Model, face: FaceSource, kept: np.ndarray[Any, Any], inputs: Inputs, body: BodyModel | None
 ) -> dict[str, Any]:
     dropped = np.setdiff1d(np.arange(face.count), kept)
     return {
@@ -302,7 +303,7 @@ def _provenance(
         "form": face.form,
         "face_rows_read": face.count,
         "face_rows_dropped": [int(row) for row in dropped],
-        "inputs": inputs.names(),
+        "source_files": source_files({**sources.model_files(model), **inputs.files()}),
         "body_model_restriction": None
         if body is None
         else "the rig derives from the body model given; its licence goes with this bundle",

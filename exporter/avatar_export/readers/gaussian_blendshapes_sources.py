@@ -147,16 +147,33 @@ def open_face(model: Model) -> FaceSource:
 
 def open_mouths(model: Model) -> list[MouthSource]:
     """Upper and lower teeth, as many as there are files."""
-    mouths = []
+    read = {"": _dump_mouth, ".pth": _raw_mouth}
+    return [
+        MouthSource(path, name, binding, read[path.suffix](path))
+        for path, name, binding in _mouth_paths(model)
+    ]
+
+
+def model_files(model: Model) -> dict[str, Path]:
+    """Every file of the model that is read, by its name inside the model folder."""
+    paths = [path for path, _, _ in _mouth_paths(model)] + [model.face]
+    if model.form == "raw":
+        paths.append(model.folder / f"acc{model.iteration}.npy")
+    files = []
+    for path in paths:
+        fields = DUMP_SHAPES if path == model.face else MOUTH_FIELDS
+        files += [path / f"{name}.npy" for name in fields] if path.suffix == "" else [path]
+    return {file.relative_to(model.folder).as_posix(): file for file in files}
+
+
+def _mouth_paths(model: Model) -> list[tuple[Path, str, str]]:
+    """(folder or .pth, group, binding); for a dump its folder comes first."""
+    suffixes = ("", ".pth") if model.form == "dump" else (".pth",)
+    found = []
     for stem, name, binding in MOUTHS:
-        base = model.folder / f"{stem}_chkpnt{model.iteration}"
-        if model.form == "dump" and base.is_dir():
-            mouths.append(MouthSource(base, name, binding, _dump_mouth(base)))
-        elif base.with_suffix(".pth").is_file():
-            mouths.append(
-                MouthSource(base.with_suffix(".pth"), name, binding, _raw_mouth(base.with_suffix(".pth")))
-            )
-    return mouths
+        paths = [model.folder / f"{stem}_chkpnt{model.iteration}{suffix}" for suffix in suffixes]
+        found += [(path, name, binding) for path in paths if path.is_dir() or path.is_file()][:1]
+    return found
 
 
 def _iteration(path: Path, suffix: str) -> str | None:

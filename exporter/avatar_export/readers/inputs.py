@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 from avatar_export.readers.options import ReadOptions
+from avatar_export.readers.subject_files import EYELID_FILES
 from avatar_runtime.errors import AvatarError
 
 # What each input is called where people keep it; the first pattern that matches wins.
@@ -34,10 +35,16 @@ class Inputs:
     eyelids: Path | None  # folder
     anchor_faces: Path | None
 
-    def names(self) -> dict[str, str | None]:
-        """File names without folders, for the manifest."""
-        values = {f.name: getattr(self, f.name) for f in fields(self)}
-        return {name: path.name if path else None for name, path in values.items()}
+    def files(self) -> dict[str, Path]:
+        """Every file that is there, under "ROLE/FILE"; `--shape zero` is none."""
+        found: dict[str, Path] = {}
+        for field in fields(self):
+            path: Path | None = getattr(self, field.name)
+            if path is not None and path.is_file():
+                found[f"{field.name}/{path.name}"] = path
+            elif path is not None and path.is_dir():
+                found |= {f"{field.name}/{name}": path / name for name in EYELID_FILES.values()}
+        return found
 
 
 def find_inputs(model_folder: Path, options: ReadOptions, owner: str) -> Inputs:

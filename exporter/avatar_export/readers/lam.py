@@ -17,6 +17,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from avatar_export.driving.arkit import canonical
+from avatar_export.provenance import source_files
 from avatar_export.readers.archive import ZIP_FAULTS, Archive
 from avatar_export.readers.gltf_rig import GltfRig, read_rig
 from avatar_export.readers.options import ReadOptions
@@ -85,7 +86,9 @@ def read_lam(path: Path, *, rotation: str = "none") -> Avatar:
         source = _Source(path)
         splats = _gaussians(source.read(OFFSETS))
         found = read_rig(glb.decode(source.read(SKIN), SKIN))
-        return _avatar(source.name, splats, found, rotation).check()
+        avatar = _avatar(source.name, splats, found, rotation)
+        files = source_files(source.files())
+        return replace(avatar, provenance={**avatar.provenance, "source_files": files}).check()
 
 
 def clip_source(path: Path) -> bytes | None:
@@ -128,6 +131,12 @@ class _Source:
 
     def has(self, name: str) -> bool:
         return str(self._folder / name) in self._names
+
+    def files(self) -> dict[str, Path]:
+        """The zip itself, or the files of a folder that are read."""
+        if self._path.is_file():
+            return {self._path.name: self._path}
+        return {name: self._path / self._folder / name for name in NEEDED}
 
     def read(self, name: str) -> bytes:
         inner = str(self._folder / name)
