@@ -99,7 +99,8 @@ def smoothstep(x: Array, start: float, end: float) -> Array:
 
 def load_head() -> Head:
     """The head of samples/data, centimetres turned into metres."""
-    data = np.load(DATA / "head.npz", allow_pickle=False)
+    with np.load(DATA / "head.npz", allow_pickle=False) as file:
+        data = {name: file[name] for name in file.files}
     ptr = data["expression_ptr"]
     expressions = np.zeros((len(ptr) - 1, *data["vertices"].shape), np.float32)
     for k, shape in enumerate(expressions):

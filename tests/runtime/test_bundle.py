@@ -154,7 +154,7 @@ def test_a_newer_minor_loads_with_a_warning(bundle: Path) -> None:
 
 def test_extensions(bundle: Path) -> None:
     bundles.edit(bundle, set_at("extensionsUsed", value=["VENDOR_hair"]))
-    load(bundle)
+    assert load(bundle).extras["extensionsUsed"] == ["VENDOR_hair"]
     bundles.edit(bundle, set_at("extensionsRequired", value=["VENDOR_hair"]))
     assert refusal(bundle) == "avatar.json: $.extensionsRequired: 'VENDOR_hair' is not known to this reader"
 

@@ -9,9 +9,9 @@ from samples.make import make_gaussian_blendshapes, make_lam
 
 
 @pytest.fixture(scope="session")
-def conformance(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def conformance(sample_blendshapes: Path) -> Path:
     """The conformance avatar of Gaussian Blendshapes, both layouts."""
-    return make_gaussian_blendshapes(tmp_path_factory.mktemp("conformance"), form="both", full=True)
+    return sample_blendshapes
 
 
 @pytest.fixture(scope="session")

@@ -66,6 +66,12 @@ def dump(base: Path, name: str, folder: str = "fix_chkpnt40000") -> np.ndarray:
     return np.load(base / "model" / folder / f"{name}.npy", allow_pickle=False)
 
 
+def npz(path: Path) -> dict[str, np.ndarray]:
+    """All arrays of an .npz."""
+    with np.load(path, allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
+
+
 @pytest.fixture(scope="module")
 def raw(conformance: Path) -> tuple[tuple, dict[str, np.ndarray]]:
     (state, iteration) = load_checkpoint(conformance / "model" / "fix_chkpnt40000.pth")
@@ -150,7 +156,7 @@ def test_no_field_of_the_conformance_avatar_is_zero(conformance: Path, raw: tupl
     lengths = np.linalg.norm(state[5], axis=1)
     assert lengths.min() < 0.7 and lengths.max() > 1.3
     assert np.any(np.load(conformance / "body" / "shape.npy"))
-    body = np.load(conformance / "body" / "body_model.npz")
+    body = npz(conformance / "body" / "body_model.npz")
     moved = np.einsum("jv,vck->jck", body["J_regressor"], body["shapedirs_expression"])
     assert np.abs(moved).max() > 1e-3, "expressions move the joints"
 
@@ -203,8 +209,8 @@ def test_records_are_stored_and_aligned_like_torch(conformance: Path) -> None:
 
 
 def test_body_model_has_the_keys_of_the_reference(conformance: Path) -> None:
-    ours = np.load(conformance / "body" / "body_model.npz", allow_pickle=False)
-    reference = np.load(shared(f"{GOLDEN}/body/body_model.npz"), allow_pickle=False)
+    ours = npz(conformance / "body" / "body_model.npz")
+    reference = npz(shared(f"{GOLDEN}/body/body_model.npz"))
     assert set(ours) == set(reference) - {"ict_vertex_index", "neck_exclude_vertices"}
     for key in ours:
         assert ours[key].dtype.kind == reference[key].dtype.kind and ours[key].ndim == reference[key].ndim, (
@@ -215,7 +221,7 @@ def test_body_model_has_the_keys_of_the_reference(conformance: Path) -> None:
 
 
 def test_body_model_is_sound(plain: Path) -> None:
-    body = np.load(plain / "body" / "body_model.npz", allow_pickle=False)
+    body = npz(plain / "body" / "body_model.npz")
     np.testing.assert_allclose(body["lbs_weights"].sum(axis=1), 1, atol=1e-6)
     assert body["lbs_weights"].min() >= 0
     np.testing.assert_allclose(body["J_regressor"].sum(axis=1), 1, atol=1e-6)
@@ -253,7 +259,7 @@ def rotation_vector(out: dict[str, float], joint: str) -> np.ndarray:
 
 def test_driving_matrix_names_what_the_body_has(plain: Path) -> None:
     out = driven(plain, jawOpen=0.5, mouthSmileLeft=0.25)
-    body = np.load(plain / "body" / "body_model.npz")
+    body = npz(plain / "body" / "body_model.npz")
     names = body["expression_names"].tolist()
     known = {f"expression/{n}" for n in names} | {f"joint/{j}/{a}" for j in JOINTS for a in "xyz"}
     assert set(out) <= known and {f"expression/{n}" for n in names} <= set(out)
@@ -275,7 +281,7 @@ def test_eyes_turn_the_right_way(plain: Path) -> None:
 
 def test_the_jaw_joint_carries_the_lower_teeth_as_the_shape_does(plain: Path) -> None:
     head = load_head()
-    body = np.load(plain / "body" / "body_model.npz")
+    body = npz(plain / "body" / "body_model.npz")
     jaw = (body["J_regressor"] @ body["v_template"])[2]
     rotation = turned(rotation_vector(driven(plain, jawOpen=1), "jaw"))
     teeth = head.in_part("lower_teeth")
@@ -300,7 +306,7 @@ def nearest_vertex(points: np.ndarray, vertices: np.ndarray) -> np.ndarray:
 def test_posed_gaussians_follow_the_shape_of_the_head(plain: Path, name: str) -> None:
     """Blend and skin the Gaussians by hand; they end where the scan's shape takes the surface under them."""
     head = load_head()
-    body = np.load(plain / "body" / "body_model.npz")
+    body = npz(plain / "body" / "body_model.npz")
     names = body["expression_names"].tolist()
     out = driven(plain, **{name: 1})
     jaw = (body["J_regressor"] @ body["v_template"])[2]
@@ -323,7 +329,7 @@ def splat_normals(quat_wxyz: np.ndarray) -> np.ndarray:
 
 def test_blended_splats_stay_flat_on_the_skin(plain: Path) -> None:
     head, name = load_head(), "cheekPuff"
-    names = np.load(plain / "body" / "body_model.npz")["expression_names"].tolist()
+    names = npz(plain / "body" / "body_model.npz")["expression_names"].tolist()
     at = nearest_vertex(dump(plain, "pos").astype(float), head.vertices)
     puffed = replace(head, vertices=head.vertices + head.expression(name))
     quat = dump(plain, "rot").astype(float)

@@ -83,9 +83,12 @@ def encode(
 
 
 def unknown_keys(manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """Top-level keys that this version does not define, and `extras`: kept through load and save."""
-    defined = set(schema("avatar")["properties"]) - {"extras"}
-    return {key: value for key, value in manifest.items() if key not in defined}
+    """Top-level keys that this version does not define, `extras` and `extensionsUsed`: kept through load and save."""
+    defined = set(schema("avatar")["properties"]) - {"extras", "extensionsUsed"}
+    kept = {key: value for key, value in manifest.items() if key not in defined}
+    if not kept.get("extensionsUsed"):
+        kept.pop("extensionsUsed", None)
+    return kept
 
 
 def decode_groups(manifest: Mapping[str, Any]) -> tuple[Group, ...]:
