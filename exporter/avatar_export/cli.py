@@ -22,9 +22,9 @@ from avatar_export.read import READERS, read
 from avatar_export.readers.options import ReadOptions
 from avatar_export.validate import validate as validate_bundle
 from avatar_export.writers.bundle import write_bundle
-from avatar_runtime.avatar import ROTATION_RULES
 from avatar_runtime.bundle import load
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.rules import ROTATION_RULES
 from avatar_runtime.stages.raster import PROFILES
 
 app = typer.Typer(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avatar_runtime import avatar as model
+from avatar_runtime import rules as rule_values
 from avatar_runtime.bundle import load, warnings
 from avatar_runtime.codec import safetensors
 from avatar_runtime.errors import AvatarError
@@ -107,11 +107,11 @@ def test_the_schema_and_the_model_know_the_same_rules() -> None:
     properties = schema("avatar")["properties"]
     rules = properties["rules"]["properties"]
     known = {
-        model.BINDINGS: properties["groups"]["items"]["properties"]["binding"],
-        model.ROTATION_RULES: rules["rotation"],
-        model.SH_DIRECTIONS: rules["sh_direction"],
-        model.ANCHOR_RULES: rules["anchor"],
-        model.HEAD_POSE_IN: properties["head_pose_in"],
+        rule_values.BINDINGS: properties["groups"]["items"]["properties"]["binding"],
+        rule_values.ROTATION_RULES: rules["rotation"],
+        rule_values.SH_DIRECTIONS: rules["sh_direction"],
+        rule_values.ANCHOR_RULES: rules["anchor"],
+        rule_values.HEAD_POSE_IN: properties["head_pose_in"],
     }
     for values, node in known.items():
         assert set(values) == set(node["enum"])

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from avatar_runtime.avatar import SparseRows
+from avatar_runtime.checks import check_sparse
 from avatar_runtime.stages.bind import rows_of
 from avatar_runtime.stages.sparse import combine, gather
 from tests.golden import Array
@@ -22,7 +23,7 @@ def random_rows(seed: int, rows: int, columns: int, density: float) -> SparseRow
     values = {name: rng.normal(size=(entries, *shape)).astype(np.float32) for name, shape in SHAPES.items()}
     row_ptr = np.concatenate([[0], np.cumsum(used.sum(axis=1))]).astype(np.uint32)
     sparse = SparseRows(row_ptr, np.nonzero(used)[1].astype(np.uint16), values, columns)
-    sparse.check("random", rows, columns, SHAPES)
+    check_sparse(sparse, "random", rows, columns, SHAPES)
     return sparse
 
 
@@ -123,7 +124,7 @@ def test_a_row_does_not_depend_on_its_neighbours() -> None:
 def test_rows_of_is_a_view_of_its_rows() -> None:
     sparse = random_rows(5, 6, 8, 0.5)
     part = rows_of(sparse, 2, 3)
-    part.check("part", 3, 8, SHAPES)
+    check_sparse(part, "part", 3, 8, SHAPES)
     for name in SHAPES:
         want = sparse.values[name][int(sparse.row_ptr[2]) : int(sparse.row_ptr[5])]
         np.testing.assert_array_equal(part.values[name], want)

@@ -22,7 +22,6 @@ from avatar_export.readers.archive import ZIP_FAULTS, Archive
 from avatar_export.readers.gltf_rig import GltfRig, read_rig
 from avatar_export.readers.options import ReadOptions
 from avatar_runtime.avatar import (
-    ROTATION_RULES,
     Avatar,
     Blendshapes,
     Driving,
@@ -35,6 +34,7 @@ from avatar_runtime.avatar import (
 )
 from avatar_runtime.codec import glb, ply
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.rules import ROTATION_RULES
 from avatar_schema import constants
 
 SYSTEM = "lam"
