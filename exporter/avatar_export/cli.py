@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
-from avatar_export import GENERATOR, playing
+from avatar_export import GENERATOR, arguments, playing
+from avatar_export.console import Steps, facts_table, messages, output, print_json
 from avatar_export.driving.matrix import with_driving
 from avatar_export.inspect import inspect as inspect_avatar
 from avatar_export.inspect import summary
@@ -34,8 +30,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-messages = Console(stderr=True, highlight=False, soft_wrap=True)
-output = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace OUT if it exists.")]
@@ -89,7 +83,7 @@ def convert(
     options = ReadOptions(
         body_model, body_scale, shape, eyelids, anchor_faces, dataset, not no_rig, rotation, exact, name
     )
-    with _progress() as step:
+    with Steps() as step:
         step("reading")
         avatar = with_rights(read(source, options, system), licence, author, consent)
         if driving is not None:
@@ -99,7 +93,7 @@ def convert(
         )
     size = sum(entry["bytes"] for entry in manifest["files"])
     if as_json:
-        _json({"out": str(out), "bytes": size, **summary(avatar)})
+        print_json({"out": str(out), "bytes": size, **summary(avatar)})
         return
     output.print(
         f"{out}: {avatar.gaussians.count} Gaussians, {len(avatar.expressions)} expressions, {size / 1e6:.1f} MB"
@@ -115,17 +109,13 @@ def inspect(
     as_json: AsJson = False,
 ) -> None:
     """Show what is in a bundle or a trained avatar."""
-    with _progress() as step:
+    with Steps() as step:
         step("reading")
         facts = inspect_avatar(path, system)
     if as_json:
-        _json(facts)
+        print_json(facts)
         return
-    table = Table(show_header=False, box=None, pad_edge=False)
-    for key, value in facts.items():
-        for label, text in _rows(key, value):
-            table.add_row(label, text)
-    output.print(table)
+    output.print(facts_table(facts))
 
 
 @app.command()
@@ -134,15 +124,15 @@ def validate(
     as_json: AsJson = False,
 ) -> None:
     """Check every file of a bundle; exit code 1 if anything is wrong."""
-    with _progress() as step:
+    with Steps() as step:
         step("checking")
         problems = validate_bundle(bundle)
     errors = [p for p in problems if not p.warning]
     if as_json:
-        _json([{"path": p.path, "message": p.message, "warning": p.warning} for p in problems])
+        print_json([{"path": p.path, "message": p.message, "warning": p.warning} for p in problems])
     else:
         for problem in problems:
-            output.print(f"{'warning' if problem.warning else 'error'}: {problem}", markup=False)
+            output.print(f"{'warning' if problem.warning else 'error'}: {problem}")
         if not errors:
             output.print(f"{bundle}: sound")
     raise typer.Exit(1 if errors else 0)
@@ -186,7 +176,7 @@ def render(
     force: Force = False,
 ) -> None:
     """Draw a bundle: one pose, a recording or a clip."""
-    width, height = _size(size)
+    width, height = arguments.size(size)
     view = playing.View(
         width,
         height,
@@ -194,29 +184,29 @@ def render(
         pitch,
         zoom,
         orbit,
-        _background(background),
+        arguments.background(background),
         background == "transparent",
-        _profile(profile),
+        arguments.profile(profile),
     )
-    with _progress() as step:
+    with Steps() as step:
         step("loading")
         avatar = load(bundle)
         flags = playing.pose_from_flags(
             avatar,
-            {k: _numbers(v, 1)[0] for k, v in _pairs(expression)},
-            {k: _numbers(v, 1)[0] for k, v in _pairs(arkit)},
-            {k: _numbers(v, 3) for k, v in _pairs(joint)},  # type: ignore[misc]
-            {k: _numbers(v, 1)[0] for k, v in _pairs(eyelid)},
+            {k: arguments.numbers(v, 1)[0] for k, v in arguments.pairs(expression)},
+            {k: arguments.numbers(v, 1)[0] for k, v in arguments.pairs(arkit)},
+            {k: arguments.numbers(v, 3) for k, v in arguments.pairs(joint)},  # type: ignore[misc]
+            {k: arguments.numbers(v, 1)[0] for k, v in arguments.pairs(eyelid)},
         )
         sequence = _sequence(avatar, flags, drive, clip, clip_name, every, fps)
-        poses = sequence.poses[_slice(frames)]
+        poses = sequence.poses[arguments.frame_slice(frames)]
         if not poses:
             raise AvatarError(f"no frame of {len(sequence.poses)} is in {frames}", field="--frames")
         count = len(poses)
         pictures = playing.frames(avatar, poses, view)
         playing.save(out, pictures, count, sequence.fps, force, lambda i: step(f"frame {i} of {count}"))
     for note in sequence.notes:
-        messages.print(f"note: {note}", markup=False)
+        messages.print(f"note: {note}")
     output.print(f"{out}: {count} {'picture' if count == 1 else 'pictures'} of {width}x{height}")
 
 
@@ -224,12 +214,12 @@ def render(
 def systems(as_json: AsJson = False) -> None:
     """List the systems whose avatars can be read, and from which files."""
     if as_json:
-        _json([{"system": r.system, "about": r.about, "files": list(r.files)} for r in READERS])
+        print_json([{"system": r.system, "about": r.about, "files": list(r.files)} for r in READERS])
         return
     for reader in READERS:
-        output.print(f"[bold]{reader.system}[/bold]  {reader.about}")
+        output.print(f"{reader.system}  {reader.about}", style="bold")
         for line in reader.files:
-            output.print(f"    {line}", markup=False)
+            output.print(f"    {line}")
 
 
 def _version(show: bool) -> None:
@@ -254,22 +244,6 @@ def main() -> None:
     except AvatarError as error:
         print(f"avatar-export: {error}", file=sys.stderr)
         sys.exit(2)
-
-
-class _progress:
-    """A spinner on a terminal, nothing elsewhere; `with _progress() as step: step("reading")`."""
-
-    def __enter__(self) -> Callable[[str], None]:
-        self._bar = Progress(
-            SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=messages, transient=True,
-            disable=not sys.stderr.isatty(),
-        )  # fmt: skip
-        self._bar.start()
-        task = self._bar.add_task("")
-        return lambda text: self._bar.update(task, description=text)
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.stop()
 
 
 def _conversion_notes(avatar: Any) -> list[str]:
@@ -303,73 +277,3 @@ def _sequence(
     if clip is not None:
         return playing.clip(avatar, clip, clip_name, fps)
     return playing.PoseSequence([flags], fps)
-
-
-def _pairs(values: list[str] | None) -> list[tuple[str, str]]:
-    pairs = []
-    for value in values or []:
-        name, equals, text = value.rpartition("=")
-        if not equals or not name:
-            raise typer.BadParameter(f"{value!r} is not NAME=VALUE")
-        pairs.append((name, text))
-    return pairs
-
-
-def _numbers(text: str, count: int) -> tuple[float, ...]:
-    try:
-        numbers = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        numbers = ()
-    if len(numbers) != count:
-        raise typer.BadParameter(f"{text!r} is not {count} number{'s' * (count > 1)}")
-    return numbers
-
-
-def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.partition("x")
-    if not (width.isdigit() and (height or width).isdigit()):
-        raise typer.BadParameter(f"{text!r} is not N or WxH", param_hint="--size")
-    size = int(width), int(height or width)
-    if not all(1 <= side <= 8192 for side in size):
-        raise typer.BadParameter("each side is 1 to 8192 pixels", param_hint="--size")
-    return size
-
-
-def _slice(text: str | None) -> slice:
-    if text is None:
-        return slice(None)
-    first, colon, end = text.partition(":")
-    if not colon or not all(part == "" or part.isdigit() for part in (first, end)):
-        raise typer.BadParameter(f"{text!r} is not FIRST:END", param_hint="--frames")
-    return slice(int(first or 0), int(end) if end else None)
-
-
-def _background(text: str | None) -> tuple[float, float, float] | None:
-    if text is None or text == "transparent":
-        return None
-    r, g, b = _numbers(text, 3)
-    return r, g, b
-
-
-def _profile(text: str) -> str:
-    if text not in PROFILES:
-        raise typer.BadParameter(f"{text!r} is none of {', '.join(PROFILES)}", param_hint="--profile")
-    return text
-
-
-def _rows(key: str, value: Any) -> list[tuple[str, str]]:
-    if isinstance(value, dict):
-        rows = [(f"{key}.{inner}", _text(v)) for inner, v in value.items()]
-        return rows or [(key, "none")]
-    return [(key, _text(value))]
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, list | tuple):
-        shown = ", ".join(map(str, value[:12]))
-        return f"{len(value)}: {shown}{', ...' if len(value) > 12 else ''}" if len(value) > 3 else shown
-    return "none" if value is None else str(value)
-
-
-def _json(value: Any) -> None:
-    print(json.dumps(value, indent=1, ensure_ascii=False))

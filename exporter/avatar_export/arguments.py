@@ -1,0 +1,59 @@
+"""Values of command line options; a wrong one raises typer.BadParameter, a usage error with exit code 2."""
+
+from __future__ import annotations
+
+import typer
+
+from avatar_runtime.stages.raster import PROFILES
+
+
+def pairs(values: list[str] | None) -> list[tuple[str, str]]:
+    pairs = []
+    for value in values or []:
+        name, equals, text = value.rpartition("=")
+        if not equals or not name:
+            raise typer.BadParameter(f"{value!r} is not NAME=VALUE")
+        pairs.append((name, text))
+    return pairs
+
+
+def numbers(text: str, count: int) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count:
+        raise typer.BadParameter(f"{text!r} is not {count} number{'s' * (count > 1)}")
+    return numbers
+
+
+def size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if not (width.isdigit() and (height or width).isdigit()):
+        raise typer.BadParameter(f"{text!r} is not N or WxH", param_hint="--size")
+    size = int(width), int(height or width)
+    if not all(1 <= side <= 8192 for side in size):
+        raise typer.BadParameter("each side is 1 to 8192 pixels", param_hint="--size")
+    return size
+
+
+def frame_slice(text: str | None) -> slice:
+    if text is None:
+        return slice(None)
+    first, colon, end = text.partition(":")
+    if not colon or not all(part == "" or part.isdigit() for part in (first, end)):
+        raise typer.BadParameter(f"{text!r} is not FIRST:END", param_hint="--frames")
+    return slice(int(first or 0), int(end) if end else None)
+
+
+def background(text: str | None) -> tuple[float, float, float] | None:
+    if text is None or text == "transparent":
+        return None
+    r, g, b = numbers(text, 3)
+    return r, g, b
+
+
+def profile(text: str) -> str:
+    if text not in PROFILES:
+        raise typer.BadParameter(f"{text!r} is none of {', '.join(PROFILES)}", param_hint="--profile")
+    return text
