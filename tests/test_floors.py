@@ -24,10 +24,6 @@ FLOORS: dict[
             "PIL",
             "typer",
             "rich",
-            "pygltflib",
-            "plyfile",
-            "trimesh",
-            "yaml",
         },
     ),
 }
@@ -63,7 +59,7 @@ def test_no_heavy_library_is_imported_to_convert() -> None:
 
 def test_samples_need_the_base_install_only() -> None:
     allowed = {"samples", "avatar_export", "avatar_runtime", "avatar_schema"}
-    allowed |= {"numpy", "PIL", "pygltflib", "plyfile", "trimesh"}
+    allowed |= {"numpy", "PIL", "pygltflib", "plyfile"}
     for file in (ROOT / "samples").rglob("*.py"):
         extra = set(imports(file)) - sys.stdlib_module_names - allowed
         assert not extra, f"{file.relative_to(ROOT)} may not import {sorted(extra)}"

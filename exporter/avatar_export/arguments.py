@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import typer
 
 from avatar_runtime.stages.raster import PROFILES
 
 
 def pairs(values: list[str] | None) -> list[tuple[str, str]]:
+    """NAME=VALUE options as (name, value)."""
     pairs = []
     for value in values or []:
         name, equals, text = value.rpartition("=")
@@ -18,6 +21,7 @@ def pairs(values: list[str] | None) -> list[tuple[str, str]]:
 
 
 def numbers(text: str, count: int) -> tuple[float, ...]:
+    """Exactly `count` numbers between commas."""
     try:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
@@ -28,6 +32,7 @@ def numbers(text: str, count: int) -> tuple[float, ...]:
 
 
 def size(text: str) -> tuple[int, int]:
+    """(width, height) from N or WxH."""
     width, _, height = text.partition("x")
     if not (width.isdigit() and (height or width).isdigit()):
         raise typer.BadParameter(f"{text!r} is not N or WxH", param_hint="--size")
@@ -38,6 +43,7 @@ def size(text: str) -> tuple[int, int]:
 
 
 def frame_slice(text: str | None) -> slice:
+    """FIRST:END, either may be left away."""
     if text is None:
         return slice(None)
     first, colon, end = text.partition(":")
@@ -47,13 +53,24 @@ def frame_slice(text: str | None) -> slice:
 
 
 def background(text: str | None) -> tuple[float, float, float] | None:
+    """A colour; None for the trainer's and for `transparent`."""
     if text is None or text == "transparent":
         return None
     r, g, b = numbers(text, 3)
+    if not all(0 <= value <= 1 for value in (r, g, b)):
+        raise typer.BadParameter(f"{text!r} is not three numbers from 0 to 1", param_hint="--background")
     return r, g, b
 
 
 def profile(text: str) -> str:
+    """The name of a raster profile."""
     if text not in PROFILES:
         raise typer.BadParameter(f"{text!r} is none of {', '.join(PROFILES)}", param_hint="--profile")
     return text
+
+
+def exclude(given: Mapping[str, object]) -> None:
+    """At most one of these may be given."""
+    named = [name for name, value in given.items() if value]
+    if len(named) > 1:
+        raise typer.BadParameter(f"{' and '.join(named)} exclude each other")

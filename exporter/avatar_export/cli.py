@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from avatar_export import GENERATOR, arguments, playing
 from avatar_export.console import Steps, facts_table, messages, output, print_json
+from avatar_export.driving.drive import driving_notes
 from avatar_export.driving.matrix import with_driving
 from avatar_export.inspect import inspect as inspect_avatar
 from avatar_export.inspect import summary
 from avatar_export.provenance import with_rights
-from avatar_export.read import READERS, read
+from avatar_export.read import READERS, expect_bundle, read
+from avatar_export.readers.inputs import found_driving
 from avatar_export.readers.options import ReadOptions
 from avatar_export.validate import validate as validate_bundle
 from avatar_export.writers.bundle import write_bundle
+from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.rules import ROTATION_RULES
@@ -58,7 +61,8 @@ def convert(
         Path | None, typer.Option(help="Face indices that carry the upper teeth (.txt).")
     ] = None,
     dataset: Annotated[
-        Path | None, typer.Option(help="Folder to search for the inputs that are not given.")
+        Path | None,
+        typer.Option(help="Folder to search for the inputs that are not given, driving.json too."),
     ] = None,
     no_rig: Annotated[bool, typer.Option("--no-rig", help="Expressions only: no joints, no skin.")] = False,
     rotation: Annotated[
@@ -86,6 +90,7 @@ def convert(
     with Steps() as step:
         step("reading")
         avatar = with_rights(read(source, options, system), licence, author, consent)
+        driving = driving or found_driving(dataset)
         if driving is not None:
             avatar = with_driving(avatar, driving).check()
         manifest = write_bundle(
@@ -126,6 +131,7 @@ def validate(
     """Check every file of a bundle; exit code 1 if anything is wrong."""
     with Steps() as step:
         step("checking")
+        expect_bundle(bundle)
         problems = validate_bundle(bundle)
     errors = [p for p in problems if not p.warning]
     if as_json:
@@ -168,7 +174,10 @@ def render(
     yaw: Annotated[float, typer.Option(help="Camera, degrees; positive: from the subject's left.")] = 0.0,
     pitch: Annotated[float, typer.Option(help="Camera, degrees; positive: from above.")] = 0.0,
     zoom: Annotated[float, typer.Option(help="1 shows the whole avatar.", min=0.01)] = 1.0,
-    orbit: Annotated[float, typer.Option(help="Degrees that the camera travels over the sequence.")] = 0.0,
+    orbit: Annotated[
+        float,
+        typer.Option(help="Degrees the camera travels; one pose becomes a turntable."),
+    ] = 0.0,
     background: Annotated[
         str | None, typer.Option(help="R,G,B from 0 to 1, or `transparent`; default: the trainer's.")
     ] = None,
@@ -177,6 +186,12 @@ def render(
 ) -> None:
     """Draw a bundle: one pose, a recording or a clip."""
     width, height = arguments.size(size)
+    posed = expression or arkit or joint or eyelid
+    posed = expression or arkit or joint or eyelid
+    posed = expression or arkit or joint or eyelid
+    arguments.exclude({"--drive": drive, "--clip": clip, "a pose (-e, -a, -j, --eyelid)": posed})
+    if drive is None and clip is None and orbit == 0 and frames is not None:
+        raise typer.BadParameter("there is one picture; --frames goes with --drive, --clip or --orbit")
     view = playing.View(
         width,
         height,
@@ -190,6 +205,7 @@ def render(
     )
     with Steps() as step:
         step("loading")
+        expect_bundle(bundle)
         avatar = load(bundle)
         flags = playing.pose_from_flags(
             avatar,
@@ -198,7 +214,10 @@ def render(
             {k: arguments.numbers(v, 3) for k, v in arguments.pairs(joint)},  # type: ignore[misc]
             {k: arguments.numbers(v, 1)[0] for k, v in arguments.pairs(eyelid)},
         )
-        sequence = _sequence(avatar, flags, drive, clip, clip_name, every, fps)
+        sequence = _sequence(avatar, drive, clip, clip_name, every, fps)
+        if sequence is None:
+            turning = orbit != 0 and out.suffix != ".png"
+            sequence = playing.turntable(flags, fps) if turning else playing.PoseSequence([flags], fps)
         poses = sequence.poses[arguments.frame_slice(frames)]
         if not poses:
             raise AvatarError(f"no frame of {len(sequence.poses)} is in {frames}", field="--frames")
@@ -246,34 +265,23 @@ def main() -> None:
         sys.exit(2)
 
 
-def _conversion_notes(avatar: Any) -> list[str]:
+def _conversion_notes(avatar: Avatar) -> list[str]:
     notes = []
     dropped = avatar.provenance.get("face_rows_dropped")
     if dropped:
         notes.append(f"{len(dropped)} rows with a NaN were dropped; avatar.json lists them")
     if avatar.rig is None:
         notes.append("no rig: expressions only, joints and teeth do not move")
-    if avatar.driving.mode == "none":
-        notes.append(
-            "ARKit cannot drive this avatar yet; pass --driving FILE with a matrix from the ARKit names"
-        )
+    notes.extend(driving_notes(avatar))
     notes.extend(avatar.provenance.get("notes", ()))
     return notes
 
 
 def _sequence(
-    avatar: Any,
-    flags: Any,
-    drive: Path | None,
-    clip: Path | None,
-    clip_name: str | None,
-    every: int,
-    fps: float,
-) -> playing.PoseSequence:
-    if drive is not None and clip is not None:
-        raise typer.BadParameter("--drive and --clip exclude each other")
+    avatar: Avatar, drive: Path | None, clip: Path | None, clip_name: str | None, every: int, fps: float
+) -> playing.PoseSequence | None:
     if drive is not None:
         return playing.recorded(avatar, drive, every)
     if clip is not None:
         return playing.clip(avatar, clip, clip_name, fps)
-    return playing.PoseSequence([flags], fps)
+    return None

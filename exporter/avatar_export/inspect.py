@@ -8,18 +8,10 @@ from typing import Any
 import numpy as np
 
 from avatar_export.driving.drive import unreached
-from avatar_export.read import find
+from avatar_export.read import find, is_bundle
 from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.bundle import MANIFEST, load, opener, read_manifest
 from avatar_runtime.errors import AvatarError
-
-
-def is_bundle(path: Path) -> bool:
-    """Whether `path` holds a manifest; never raises."""
-    try:
-        return "asset" in read_manifest(opener(path))
-    except AvatarError:
-        return False
 
 
 def inspect(path: Path, system: str | None = None) -> dict[str, Any]:

@@ -22,6 +22,8 @@ from avatar_runtime.player import Frame, Player
 from avatar_runtime.pose import Pose, joint_rotation
 
 Pixels = npt.NDArray[np.uint8]
+TURNTABLE_SECONDS = 2.0
+SUFFIXES = ("", ".png", ".webp")
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,11 @@ def clip(avatar: Avatar, path: Path, name: str | None, fps: float) -> PoseSequen
     return PoseSequence(gltf_clip.clip_poses(avatar, source, chosen, fps), fps, tuple(notes))
 
 
+def turntable(pose: Pose, fps: float) -> PoseSequence:
+    """One pose for as long as the camera takes to travel."""
+    return PoseSequence([pose] * max(2, round(fps * TURNTABLE_SECONDS)), fps)
+
+
 def frames(avatar: Avatar, poses: Sequence[Pose], view: View) -> Iterator[Pixels]:
     """Pictures, one a pose."""
     player = Player(avatar)
@@ -124,8 +131,11 @@ def save(
 ) -> None:
     """Write one .png, an animated .webp, or a folder of frame_00000.png; all or nothing.
 
-    Raises AvatarError if `out` exists (without `force`), or one .png is asked for several pictures.
+    Raises AvatarError for another kind of file, if `out` exists (without `force`), or if one .png is asked for
+    several pictures.
     """
+    if out.suffix not in SUFFIXES:
+        raise AvatarError(f"{out.suffix} cannot be written; name a .png, a .webp or a folder", file=out)
     if out.suffix == ".png" and count != 1:
         raise AvatarError(f"{count} pictures do not fit one .png; name a folder or a .webp", file=out)
     if out.exists() and (not force or out.is_dir()):

@@ -9,6 +9,7 @@ from pathlib import Path
 from avatar_export.readers import gaussian_blendshapes, lam
 from avatar_export.readers.options import ReadOptions
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.bundle import opener, read_manifest
 from avatar_runtime.errors import AvatarError
 
 
@@ -59,7 +60,31 @@ def find(path: Path, system: str | None = None) -> Reader:
     for reader in READERS:
         if reader.detect(path):
             return reader
+    if is_bundle(path):
+        raise AvatarError("is a bundle already: inspect, validate or render it", file=path)
     raise AvatarError(
         f"looks like none of {known}; `avatar-export systems` lists the files each has, --system forces one",
         file=path,
     )
+
+
+def is_bundle(path: Path) -> bool:
+    """Whether `path` holds a manifest; never raises."""
+    try:
+        return "asset" in read_manifest(opener(path))
+    except AvatarError:
+        return False
+
+
+def expect_bundle(path: Path) -> None:
+    """Raise AvatarError that says what to do where `path` is a trained avatar and not a bundle."""
+    if not path.exists():
+        raise AvatarError("no such file or folder", file=path)
+    if is_bundle(path):
+        return
+    for reader in READERS:
+        if reader.detect(path):
+            raise AvatarError(
+                f"is a trained {reader.system} avatar, no bundle; run `avatar-export convert` on it first",
+                file=path,
+            )

@@ -102,7 +102,9 @@ def checked_bytes(read: Open, entry: dict[str, Any]) -> Data:
     digest = hashlib.sha256(data).hexdigest()
     if digest != entry["sha256"]:
         raise AvatarError(
-            f"sha256 {digest[:12]}... is not the manifest's {entry['sha256'][:12]}...", file=name
+            f"sha256 {digest[:12]}... is not the manifest's {entry['sha256'][:12]}...: "
+            "the file was altered or damaged; copy or convert again",
+            file=name,
         )
     return data
 

@@ -203,6 +203,38 @@ def test_render_a_recording(run: Run, bundle: Path, tmp_path: Path) -> None:
     assert sorted(p.name for p in (tmp_path / "frames").iterdir()) == ["frame_00000.png", "frame_00001.png"]
 
 
+def test_wrong_kind_of_input_is_named(run: Run, bundle: Path, sample_lam: Path, tmp_path: Path) -> None:
+    code, _, error = run("render", sample_lam, "-o", tmp_path / "x.png")
+    assert (code, "is a trained lam avatar" in error) == (2, True)
+    code, _, error = run("validate", sample_lam)
+    assert (code, "convert" in error) == (2, True)
+    code, _, error = run("convert", bundle, "-o", tmp_path / "x")
+    assert (code, "is a bundle already" in error) == (2, True)
+
+
+def test_driving_is_found_in_the_data_set(run: Run, sample_blendshapes: Path, tmp_path: Path) -> None:
+    source = sample_blendshapes / "model"
+    assert (
+        run("convert", source, "-o", tmp_path / "found", "--dataset", sample_blendshapes, "--no-preview")[0]
+        == 0
+    )
+    assert load(tmp_path / "found").driving.mode == "matrix"
+    body = sample_blendshapes / "body"
+    flags = ("--body-model", body / "body_model.npz", "--shape", body / "shape.npy")
+    flags += ("--anchor-faces", body / "back_of_head.txt")
+    code, _, error = run("convert", source, "-o", tmp_path / "named", *flags, "--no-preview")
+    assert code == 0
+    assert "the jaw is a joint" in error
+    assert "no eyelid files" in error
+
+
+def test_turntable(run: Run, bundle: Path, tmp_path: Path) -> None:
+    flags = ("--orbit", "360", "--fps", "3", "--size", "24", "-a", "jawOpen=1")
+    code, text, _ = run("render", bundle, "-o", tmp_path / "round.webp", *flags)
+    assert code == 0
+    assert "6 pictures" in text
+
+
 USER_ERRORS = {
     "unknown expression": (("-e", "jawOpenn=1"), "did you mean jawOpen"),
     "unknown ARKit name": (("-a", "eyeBlinkLeftt=1"), "eyeBlinkLeft"),
@@ -213,7 +245,11 @@ USER_ERRORS = {
     "size": (("--size", "0"), "pixels"),
     "profile": (("--profile", "best"), "trainer"),
     "absent recording": (("--drive", "nowhere.csv"), "nowhere.csv"),
-    "frames": (("--frames", "9:10"), "no frame"),
+    "frames of one picture": (("--frames", "9:10"), "one picture"),
+    "frames beyond the end": (("--frames", "99:", "--orbit", "9", "-o", "x.webp"), "no frame"),
+    "background": (("--background", "255,0,0"), "0 to 1"),
+    "two sources": (("--drive", "a.csv", "-a", "jawOpen=1"), "exclude"),
+    "kind of file": (("-o", "film.mp4"), ".mp4 cannot be written"),
 }
 
 

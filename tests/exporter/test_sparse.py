@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from avatar_export.sparse import SparseRowsBuilder, exceeds, sparse_rows
+from avatar_runtime.checks import check_sparse
 
 
 def values(rows: int = 9, columns: int = 5) -> dict[str, np.ndarray]:
@@ -25,7 +26,7 @@ THRESHOLDS = {"mean": 1e-3, "quat_wxyz": 2e-3}
 def test_an_entry_is_kept_if_any_value_of_any_attribute_is_above_its_threshold() -> None:
     dense = values()
     rows = sparse_rows(dense, THRESHOLDS)
-    rows.check("x", 9, 5, {"mean": (3,), "quat_wxyz": (4,)})
+    check_sparse(rows, "x", 9, 5, {"mean": (3,), "quat_wxyz": (4,)})
     entry = 0
     for r in range(9):
         assert rows.row_ptr[r] == entry
@@ -46,7 +47,7 @@ def test_a_stream_of_blocks_gives_the_same() -> None:
         builder.append({name: np.asfortranarray(v[start:stop]) for name, v in dense.items()})
     builder.append_empty(2)
     rows = builder.finish()
-    rows.check("x", 11, 5, {"mean": (3,), "quat_wxyz": (4,)})
+    check_sparse(rows, "x", 11, 5, {"mean": (3,), "quat_wxyz": (4,)})
     assert rows.row_ptr.tolist() == [*whole.row_ptr, *[whole.entries] * 2]
     np.testing.assert_array_equal(rows.column, whole.column)
     for name in dense:

@@ -51,6 +51,20 @@ def poses(avatar: Avatar, take: DrivingTake) -> list[Pose]:
     return [drive(take.frame(row)) for row in range(len(take))]
 
 
+def driving_notes(avatar: Avatar) -> list[str]:
+    """What whoever converts an avatar should know of how ARKit reaches it."""
+    if avatar.driving.mode == "none":
+        return ["ARKit cannot drive this avatar yet; pass --driving FILE with a matrix from the ARKit names"]
+    joints = {name.lower(): name for name in (avatar.rig.joint_names if avatar.rig else ())}
+    outputs = {output.split("/")[1] for output in linear_map(avatar).outputs if output.startswith("joint/")}
+    if "jaw" in joints and joints["jaw"] not in outputs:
+        return [
+            f"the jaw is a joint ({joints['jaw']}) that no ARKit name turns, so jawOpen moves the skin only; "
+            "pass --driving FILE with rows joint/jaw/x if this avatar was trained with a turning jaw"
+        ]
+    return []
+
+
 def unreached(avatar: Avatar) -> list[str]:
     """The ARKit names that move nothing of this avatar but its head and eye joints."""
     linear = linear_map(avatar)

@@ -57,15 +57,13 @@ class BodyModel:
         return len(self.v_template)
 
 
-def read_body_model(path: Path, scale: float = 1.0) -> BodyModel:
-    """A body model of FLAME's or SMPL's layout, with `scale` bundle units per unit of the file.
+def read_body_model(path: Path) -> BodyModel:
+    """A body model of FLAME's or SMPL's layout, in the units of the file (metres).
 
     Keys: v_template, f | faces, shapedirs (300 identity directions, then expressions) or shapedirs_identity
     and shapedirs_expression, posedirs ([V, 3, P] or [P, 3 V]), J_regressor (dense or sparse),
     weights | lbs_weights, kintree_table | parents. Raises AvatarError for a missing or unsound one.
     """
-    if not np.isfinite(scale) or scale <= 0:
-        raise ValueError(f"scale {scale} is not positive")
     fields = _Fields(path)
     template = fields.floats("v_template")
     v = len(template)
@@ -80,12 +78,12 @@ def read_body_model(path: Path, scale: float = 1.0) -> BodyModel:
     regressor = fields.floats("J_regressor")
     fields.expect(regressor, "J_regressor", (joints, v))
     return BodyModel(
-        v_template=template * np.float32(scale),
+        v_template=template,
         triangles=_triangles(fields, v),
-        identity_dirs=identity * np.float32(scale),
-        expression_dirs=expression * np.float32(scale),
+        identity_dirs=identity,
+        expression_dirs=expression,
         expression_names=_expression_names(fields, expression.shape[2]),
-        posedirs=_pose_directions(fields, v, joints) * np.float32(scale),
+        posedirs=_pose_directions(fields, v, joints),
         joint_regressor=regressor,
         skin_weights=weights,
         parents=_parents(fields, joints),
@@ -161,6 +159,10 @@ def _parents(fields: _Fields, joints: int) -> I32:
     return parents.astype(np.int32)
 
 
+# Protocol 2 and later; (, ] and } open the tuple, list or dict of older ones, c names a global.
+PICKLE_STARTS = (b"\x80", b"(", b"]", b"}", b"c")
+
+
 class _Fields:
     """The arrays of a body-model file by name, read when asked for."""
 
@@ -168,12 +170,14 @@ class _Fields:
         self.path = path
         try:
             with path.open("rb") as stream:
-                is_zip = stream.read(4) == b"PK\x03\x04"
+                head = stream.read(4)
         except OSError as error:
             raise AvatarError(f"cannot be read: {error}", file=path) from error
         self._entries: dict[str, str] = {}
         self._objects: Mapping[Any, object] = {}
-        if is_zip:
+        if not (head == b"PK\x03\x04" or head[:1] in PICKLE_STARTS):
+            raise AvatarError("is no body model: neither .npz nor .pkl", file=path)
+        if head == b"PK\x03\x04":
             with Archive(path) as archive:
                 self._entries = {n.removesuffix(".npy"): n for n in archive.names if n.endswith(".npy")}
             return

@@ -1,4 +1,4 @@
-"""Reads 3D Gaussian Blendshapes (zjumsj/GaussianBlendshapes 2952da7) into an Avatar.
+"""3D Gaussian Blendshapes (zjumsj/GaussianBlendshapes 2952da7).
 
 Either the folders that its test.py dumps (deltas already masked, init terms added) or the raw checkpoint
 (positional tuples, masks and init terms beside them). Everything is read by blocks of Gaussians, so that memory
@@ -76,13 +76,13 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         raise AvatarError("has one rotation rule; leave --rotation away", owner=SYSTEM)
     face, mouths = sources.open_face(model), sources.open_mouths(model)
     inputs = find_inputs(model.folder, options, SYSTEM)
-    body = _body(inputs, options)
+    body = _body(inputs, options, bool(mouths))
     names = _expression_names(body, face.expressions)
     parts = _Parts(face, mouths, len(names), options)
     kept = parts.read_face(face)
     for mouth in mouths:
         parts.read_mouth(mouth)
-    rig = None if body is None else _rig(body, inputs, bool(mouths), len(names))
+    rig = None if body is None else _rig(body, inputs, len(names))
     gaussians, blendshapes, skin = parts.finish(rig is not None)
     return Avatar(
         name=options.name or model.folder.resolve().name,
@@ -197,37 +197,34 @@ def _finite_rows(block: Mapping[str, Mapping[str, F32]]) -> np.ndarray[Any, np.d
     return finite
 
 
-def _body(inputs: Inputs, options: ReadOptions) -> BodyModel | None:
+def _body(inputs: Inputs, options: ReadOptions, mouths: bool) -> BodyModel | None:
+    """The body model, once everything that belongs to it is there: what is missing is said in one go."""
     if not options.rig:
         return None
-    if inputs.body_model is None:
-        raise AvatarError(
-            "a checkpoint of this system does not hold its body model; pass --body-model (FLAME- or SMPL-layout .npz "
-            "or .pkl), or --no-rig for a bundle that has expressions but neither jaw, eyes nor moving teeth",
-            owner=SYSTEM,
-        )
-    body = read_body_model(inputs.body_model)
-    if tuple(body.joint_names) != JOINTS:
+    missing = []
+    body = None if inputs.body_model is None else read_body_model(inputs.body_model)
+    if body is None:
+        missing.append("--body-model (FLAME layout, .npz or .pkl)")
+    elif tuple(body.joint_names) != JOINTS:
         raise AvatarError(
             f"has joints {', '.join(body.joint_names)[:80]}; this system is trained on {', '.join(JOINTS)}",
             file=inputs.body_model,
             owner=SYSTEM,
         )
+    if inputs.shape is None and (body is None or body.identity_dirs.shape[2]):
+        missing.append("--shape (the subject's identity: a tracked .frame, .npy, .npz, .json, or `zero`)")
+    if mouths and inputs.anchor_faces is None:
+        missing.append("--anchor-faces (back_of_head.txt of the release, which carries the upper teeth)")
+    if body is None or missing:
+        raise AvatarError(
+            f"a checkpoint of this system does not hold its rig; pass {' and '.join(missing)}, or --dataset FOLDER "
+            "that holds them, or --no-rig for expressions alone, without jaw, eyes and moving teeth",
+            owner=SYSTEM,
+        )
     return body
 
 
-def _rig(body: BodyModel, inputs: Inputs, mouths: bool, expressions: int) -> Rig:
-    if body.identity_dirs.shape[2] and inputs.shape is None:
-        raise AvatarError(
-            "the body model has identity shapes; pass --shape with the subject's coefficients (a tracked .frame, .npy, "
-            ".npz or .json), or --shape zero for the mean identity",
-            owner=SYSTEM,
-        )
-    if mouths and inputs.anchor_faces is None:
-        raise AvatarError(
-            "the upper teeth follow a region of the mesh; pass --anchor-faces (back_of_head.txt of the release)",
-            owner=SYSTEM,
-        )
+def _rig(body: BodyModel, inputs: Inputs, expressions: int) -> Rig:
     shape = None if inputs.shape is None or str(inputs.shape) == "zero" else read_shape(inputs.shape)
     faces = None if inputs.anchor_faces is None else read_faces(inputs.anchor_faces, len(body.triangles))
     rig = bake_rig(body, shape, _mesh_eyelids(body, inputs), faces)
@@ -293,6 +290,12 @@ def _background(folder: Path) -> tuple[float, float, float]:
     return (1.0, 1.0, 1.0) if white else (0.0, 0.0, 0.0)
 
 
+def _notes(inputs: Inputs, body: BodyModel | None) -> list[str]:
+    if body is not None and inputs.eyelids is None:
+        return ["no eyelid files (--eyelids): the Gaussians' lids close, those of the rig's mesh do not"]
+    return []
+
+
 def _provenance(
     model: Model, face: FaceSource, kept: np.ndarray[Any, Any], inputs: Inputs, body: BodyModel | None
 ) -> dict[str, Any]:
@@ -304,6 +307,7 @@ def _provenance(
         "face_rows_read": face.count,
         "face_rows_dropped": [int(row) for row in dropped],
         "source_files": source_files({**sources.model_files(model), **inputs.files()}),
+        "notes": _notes(inputs, body),
         "body_model_restriction": None
         if body is None
         else "the rig derives from the body model given; its licence goes with this bundle",

@@ -63,6 +63,11 @@ def find_inputs(model_folder: Path, options: ReadOptions, owner: str) -> Inputs:
     return Inputs(**found)
 
 
+def found_driving(dataset: Path | None) -> Path | None:
+    """driving.json in a data-set folder."""
+    return None if dataset is None else _first(dataset, ("driving.json",))
+
+
 def _first(root: Path, patterns: tuple[str, ...]) -> Path | None:
     for pattern in patterns:
         for depth in range(DEPTH + 1):

@@ -1,4 +1,4 @@
-"""Reads the avatar zip that LAM exports (aigc3d/LAM 3395736): offset.ply on the vertices of skin.glb.
+"""The avatar zip that LAM exports (aigc3d/LAM 3395736): offset.ply on the vertices of skin.glb.
 
 Splat i belongs to vertex i of the glb (measured: the colours of a real avatar are smooth along the edges in
 this order, and only in this one); the zip's vertex_order.json is loaded by LAM's web page and not used, and
@@ -66,9 +66,8 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar, in metres. Raises AvatarError for an option of no use here, and as `read_lam`."""
     for option in fields(ReadOptions):
         if option.name not in USED_OPTIONS and getattr(options, option.name) != option.default:
-            raise AvatarError(
-                "is no option here: the zip holds all there is", field=option.name, owner=SYSTEM
-            )
+            flag = "--no-rig" if option.name == "rig" else f"--{option.name.replace('_', '-')}"
+            raise AvatarError(f"{flag} is no option here: the zip holds all there is", owner=SYSTEM)
     avatar = read_lam(path, rotation=options.rotation or "none")
     return replace(avatar, name=options.name or avatar.name)
 

@@ -25,10 +25,12 @@ class Splats:
 def activate(bound: Bound) -> Splats:
     """exp of the scale, sigmoid of the opacity, unit quaternion."""
     g = bound.gaussians
+    with np.errstate(over="ignore"):  # beyond float32 becomes infinite, which `project` does not draw
+        scale = np.exp(g.log_scale)
     length = np.sqrt(np.sum(g.quat_wxyz * g.quat_wxyz, axis=-1, keepdims=True))
     return Splats(
         g.mean,
-        np.exp(g.log_scale),
+        scale,
         g.quat_wxyz / np.maximum(length, np.float32(1e-12)),
         sigmoid(g.opacity_logit),
         g.sh,

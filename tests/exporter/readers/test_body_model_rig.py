@@ -12,6 +12,7 @@ from avatar_export.readers.body_model import BodyModel, read_body_model
 from avatar_export.readers.body_rig import bake_rig, shaped_template
 from avatar_export.readers.subject_files import read_eyelids, read_faces, read_shape
 from avatar_runtime.avatar import Rig, SparseRows
+from avatar_runtime.checks import check_sparse
 from avatar_runtime.errors import AvatarError
 from tests.golden import BlendshapesGolden
 from tests.shared_data import shared
@@ -84,10 +85,10 @@ def test_rig_is_the_sum_that_the_model_says(body: BodyModel) -> None:
 def check(rig: Rig, expressions: int, late: int) -> None:
     """What the runtime demands of a rig."""
     v, j = len(rig.vertices), rig.joint_count
-    rig.morphs.check("morphs", v, expressions, {"position": (3,)})
-    rig.correctives.check("correctives", v, 9 * (j - 1), {"position": (3,)})
-    rig.late_morphs.check("late_morphs", v, late, {"position": (3,)})
-    rig.skin.check("skin", v, j, {"weight": ()})
+    check_sparse(rig.morphs, "morphs", v, expressions, {"position": (3,)})
+    check_sparse(rig.correctives, "correctives", v, 9 * (j - 1), {"position": (3,)})
+    check_sparse(rig.late_morphs, "late_morphs", v, late, {"position": (3,)})
+    check_sparse(rig.skin, "skin", v, j, {"weight": ()})
     for array, dtype in (
         (rig.vertices, "f4"), (rig.triangles, "u4"), (rig.rest_local, "f4"), (rig.inverse_bind_matrix, "f4"),
         (rig.joint_basis, "f4"), (rig.parents, "i4"), (rig.corrective_joints, "i4"),

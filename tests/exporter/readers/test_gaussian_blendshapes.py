@@ -169,6 +169,10 @@ REFUSALS: dict[str, tuple[dict[str, Any], str]] = {
     "no body model": ({"body_model": None}, "pass --body-model"),
     "no identity": ({"shape": None}, "pass --shape"),
     "no anchor faces": ({"anchor_faces": None}, "pass --anchor-faces"),
+    "nothing beside it": (
+        {"body_model": None, "shape": None, "anchor_faces": None},
+        "pass --body-model .* and --shape .* and --anchor-faces .*or --no-rig",
+    ),
     "missing file": ({"body_model": Path("nowhere.npz")}, "no such file"),
     "rotation": ({"rotation": "none"}, "leave --rotation away"),
     "data set": ({"dataset": Path("nowhere")}, "no such folder"),

@@ -161,8 +161,8 @@ def test_a_file_too_large_is_refused_before_it_is_read(
 
 def test_options_without_a_use_are_refused(made: Path) -> None:
     for options, name in (
-        (ReadOptions(rig=False), "rig"),
-        (ReadOptions(body_model=Path("x.npz")), "body_model"),
+        (ReadOptions(rig=False), "--no-rig"),
+        (ReadOptions(body_model=Path("x.npz")), "--body-model"),
         (ReadOptions(rotation="sideways"), "rotation"),
     ):
         with pytest.raises(AvatarError, match=f"lam: {name}"):
