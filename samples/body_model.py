@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import matrix_from_rotvec
-from samples.head import EYE_TURN, Head, smoothstep
+from samples.head import EYE_TURN, Head, neck_height, smoothstep
 
 Array = npt.NDArray[Any]
 
@@ -109,7 +109,7 @@ def skin_weights(head: Head, joint: Array, jaw_open: Array) -> Array:
     along = np.sum(arc * head.expression("jawOpen"), axis=1) / np.maximum(np.sum(arc * arc, axis=1), 1e-5)
     jaw = smooth_over_mesh(head, np.clip(along, 0, 1), 8)
     weights = np.zeros((len(arm), 5))
-    weights[:, ROOT] = smoothstep(head.vertices[:, 1] - 0.35 * head.vertices[:, 2], -0.10, -0.17)
+    weights[:, ROOT] = smoothstep(neck_height(head.vertices), -0.055, -0.15)
     weights[:, JAW] = jaw * (1 - weights[:, ROOT])
     weights[:, NECK] = 1 - weights[:, ROOT] - weights[:, JAW]
     for part, row in {

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.rotation import quat_from_matrix, quat_multiply
-from samples.body_model import GAUSSIAN_SHAPES, JAW_SHAPES, BodyModel
-from samples.colour import surface_colour
+from avatar_runtime.rotation import matrix_from_rotvec, quat_from_matrix, quat_multiply
+from samples.body_model import GAUSSIAN_SHAPES, JAW, JAW_SHAPES, BodyModel
+from samples.colour import surface_colour, surface_opacity
 from samples.head import Head, unit
 from samples.surface import Samples, deformation, sample_head
 
@@ -25,7 +25,9 @@ MOUTH_SHARE = 0.1  # Gaussians in each set of teeth, as a share of the face's, a
 # Deviation and thickness of a splat, in sample spacings: no hole shows, flat along the normal.
 WIDTH, THICKNESS = 0.58, 0.07
 OPACITY_LOGIT = 6.0
-STRETCH = (-0.6, 0.75)
+STRETCH = (-0.6, 1.0)
+# Joints and eyelid fields bring no scale of their own: splats bridge closed lids and a jaw turned this far.
+HELD_JAW = (np.radians(15.0), 0.0, 0.0)
 SHEEN = 0.09  # how much brighter skin looks face on than edge on
 
 # The trainer's mask thresholds, metres (train.py: 0.1 * 0.000237277025008 and 0.005703532602638).
@@ -73,6 +75,7 @@ class Model:
 
     body: BodyModel
     vertices: Array  # f64 [V, 3], the body's template with the subject's identity shape
+    held: Array  # f64 [V, 3], the same with the lids closed and the jaw turned: what the splats at rest cover
     samples: Samples
     face: Fields  # RAW_STATIC, pose [36, P, 3], eye [P, 3, 2], W [P, 5]; float32
     jaw_motion: dict[
@@ -137,9 +140,17 @@ def static_fields(head: Head, samples: Samples) -> Fields:
         "features_rest": rest,
         "scaling": np.log(sigma),
         "rotation": quat_from_matrix(samples.frame),
-        "opacity": np.full((n, 1), OPACITY_LOGIT),
+        "opacity": logit(surface_opacity(head, samples), OPACITY_LOGIT)[:, None],
     }
     return {name: a.astype(np.float32) for name, a in fields.items()}
+
+
+def logit(opacity: Array, limit: float) -> Array:
+    """Logits of opacities 0..1, kept within +-limit."""
+    edge = 1 / (1 + np.exp(limit))
+    inside = np.clip(opacity, edge, 1 - edge)
+    result: Array = np.log(inside / (1 - inside))
+    return result
 
 
 def rigged_fields(body: BodyModel, samples: Samples) -> Fields:
@@ -169,7 +180,8 @@ def build_model(
         vertices = vertices + body.shapedirs_identity[:, :, : len(shape)] @ shape
     subject = replace(head, vertices=vertices)
     count = gaussians + (len(NAN_ROWS) if noise_seed is not None else 0)
-    samples = sample_head(subject, face_regions(subject), REGION_SPACING, count, seed=1)
+    held = replace(head, vertices=held_vertices(body, vertices))
+    samples = sample_head(subject, face_regions(subject), REGION_SPACING, count, seed=1, held=held)
     face = static_fields(subject, samples) | rigged_fields(body, samples)
     mouth = []
     for k, parts in enumerate((("upper_teeth", "upper_gums"), ("lower_teeth", "lower_gums"))):
@@ -184,7 +196,16 @@ def build_model(
             face[name][row].flat[-1] = np.nan
     columns = body.expression_names[:GAUSSIAN_SHAPES]
     jaw_motion = {columns.index(n): head.expression(n) for n in JAW_SHAPES if n in columns}
-    return Model(body, vertices, samples, face, jaw_motion, (mouth[0], mouth[1]), noise_seed)
+    return Model(body, vertices, held.vertices, samples, face, jaw_motion, (mouth[0], mouth[1]), noise_seed)
+
+
+def held_vertices(body: BodyModel, vertices: Array) -> Array:
+    """Vertices [V, 3] with both eyelid fields at full weight and the jaw joint turned by HELD_JAW."""
+    moved = vertices + body.l_eyelid + body.r_eyelid
+    arm = moved - body.joints[JAW]
+    turn = arm @ matrix_from_rotvec(np.array(HELD_JAW)).T - arm
+    result: Array = moved + body.lbs_weights[:, JAW, None] * turn
+    return result
 
 
 def add_noise(fields: Fields, rng: np.random.Generator) -> None:
@@ -202,7 +223,8 @@ def moved_rows(model: Model, rows: slice) -> Fields:
     """The fields with one column for each expression, of some Gaussians; float32.
 
     Init terms are how the triangle carries the Gaussian. The mask follows how far the triangle moves. The
-    learned scale is how the triangle stretches, for jaw shapes with the joint's turn; the rest is zero.
+    learned scale is how the triangle stretches beyond what the splat at rest covers, for jaw shapes with the
+    joint's turn; the rest is zero.
     """
     face = model.samples.face[rows]
     corner = model.body.faces[face]
@@ -221,6 +243,8 @@ def moved_rows(model: Model, rows: slice) -> Fields:
     shift, turn, gradient = deformation(before[row], after, position[row])
     out["init_xyz"][row, :, shape] = shift
     out["init_rot"][row, :, shape] = quat_multiply(turn - (1, 0, 0, 0), rotation[row])
+    _, _, gradient_held = deformation(before, model.held[corner], position)
+    covered = np.maximum(log_stretch(gradient_held, frame), 0)
     stretch = log_stretch(gradient, frame[row])
     for j, full in model.jaw_motion.items():
         jaw = shape == j
@@ -228,6 +252,7 @@ def moved_rows(model: Model, rows: slice) -> Fields:
             before[row[jaw]], before[row[jaw]] + full[corner[row[jaw]]], position[row[jaw]]
         )
         stretch[jaw] = log_stretch(gradient, frame[row[jaw]])
+    stretch = np.clip(stretch - np.clip(stretch, 0, covered[row]), *STRETCH)
     mask = out["mask"][row, shape][:, None].astype(np.float64)
     out["scaling_b"][row, :2, shape] = stretch / np.where(mask > 0, mask, np.inf)
     if model.noise_seed is not None:
@@ -240,9 +265,9 @@ def moved_rows(model: Model, rows: slice) -> Fields:
 
 
 def log_stretch(gradient: Array, frame: Array) -> Array:
-    """How much longer the two tangents of a splat grow [N, 2], natural logarithm, kept within STRETCH."""
+    """How much longer the two tangents of a splat grow [N, 2], natural logarithm."""
     length = np.linalg.norm(gradient @ frame[:, :, :2], axis=1)
-    result: Array = np.clip(np.log(np.maximum(length, 1e-3)), *STRETCH)
+    result: Array = np.log(np.maximum(length, 1e-3))
     return result
 
 

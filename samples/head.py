@@ -21,6 +21,9 @@ LIPS_OF_JAW_OPEN = {"mouthLowerDown": 0.85, "mouthUpperUp": 0.4}
 # ICT's mouthClose shuts a jaw that is wide open; by itself it would lift the lips over the nose.
 MOUTH_CLOSE_SHARE = 0.2
 
+# ICT's cheekPuff hardly shows.
+CHEEK_PUFF_GAIN = 2.0
+
 # How far a full eyeLook weight turns an eyeball, radians about (x, y): x down, y towards the subject's left.
 EYE_TURN: dict[str, tuple[float, float]] = {
     "eyeLookUpLeft": (-0.30, 0.0),
@@ -97,6 +100,12 @@ def smoothstep(x: Array, start: float, end: float) -> Array:
     return result
 
 
+def neck_height(vertices: Array) -> Array:
+    """Height [V] in metres across the neck, which leans forward: chin and skull lie above -0.055, nape and throat below."""
+    height: Array = vertices[:, 1] + 0.8 * vertices[:, 2]
+    return height
+
+
 def load_head() -> Head:
     """The head of samples/data, centimetres turned into metres."""
     with np.load(DATA / "head.npz", allow_pickle=False) as file:
@@ -111,6 +120,7 @@ def load_head() -> Head:
         for side in ("Left", "Right"):
             expressions[names.index("jawOpen")] += share * expressions[names.index(lips + side)]
     expressions[names.index("mouthClose")] *= MOUTH_CLOSE_SHARE
+    expressions[names.index("cheekPuff")] *= CHEEK_PUFF_GAIN
     return Head(
         vertices=data["vertices"].astype(np.float64) / 100,
         colors=data["colors"].astype(np.float64) / 255,

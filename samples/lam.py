@@ -14,9 +14,9 @@ import numpy.typing as npt
 from plyfile import PlyData, PlyElement
 
 from avatar_runtime.rotation import matrix_from_rotvec, quat_from_matrix
-from samples.colour import surface_colour
+from samples.colour import logit, surface_colour, surface_opacity
 from samples.glb import Clip, Node, save_animation_glb, save_skin_glb
-from samples.head import Head, smoothstep, turned_eyes, unit
+from samples.head import Head, neck_height, smoothstep, turned_eyes, unit
 from samples.surface import vertex_samples
 
 Array = npt.NDArray[Any]
@@ -25,6 +25,7 @@ NAME = "head"
 GROUND = np.array([0.0, 1.6, 0.0])  # the avatar stands: its head is at this height, metres
 MAX_LOG_SCALE = float(np.log(0.01))
 MAX_LOGIT = 6.9067
+OPACITY_LOGIT = 5.0
 WIDTH, THICKNESS = 0.8, 0.12  # deviation of a splat, in edge lengths
 PARTS = (
     "face",
@@ -83,12 +84,12 @@ def restrict(head: Head) -> Head:
 
 
 def skin(vertices: Array) -> tuple[Array, Array]:
-    """Four joints u8 [N, 4] and weights f32 [N, 4] of each vertex, by height along the tilted neck."""
-    height = vertices[:, 1] - 0.35 * vertices[:, 2]
+    """Four joints u8 [N, 4] and weights f32 [N, 4] of each vertex, by height across the neck; shoulders stay."""
+    height = neck_height(vertices)
     joints = np.array([HEAD, NECK_UPPER, NECK_LOWER, CHEST], np.uint8)
-    top = smoothstep(height, -0.10, -0.05)
-    middle = smoothstep(height, -0.15, -0.09)
-    low = smoothstep(height, -0.19, -0.14)
+    top = smoothstep(height, -0.105, -0.055)
+    middle = smoothstep(height, -0.145, -0.075)
+    low = smoothstep(height, -0.185, -0.105) * smoothstep(np.abs(vertices[:, 0]), 0.1, 0.06)
     weights = np.stack([top, middle * (1 - top), low * (1 - middle), (1 - low) * (1 - middle)], axis=1)
     weights /= weights.sum(axis=1, keepdims=True)
     return np.tile(joints, (len(vertices), 1)), weights.astype(np.float32)
@@ -104,7 +105,8 @@ def build_lam(head: Head, noise_seed: int | None = None) -> LamAvatar:
     offset = np.where(ball, 0.0005, 0.003) * head.vertex_normals + np.where(ball, 0.0, 0.001) * ripple
     joints, weights = skin(head.vertices)
     n = len(head.vertices)
-    opacity, quat = np.full(n, 5.0), quat_from_matrix(samples.frame)
+    opacity = logit(surface_opacity(head, samples), OPACITY_LOGIT)
+    quat = quat_from_matrix(samples.frame)
     if noise_seed is not None:
         rng = np.random.default_rng(noise_seed)
         offset = offset + rng.normal(0, 0.004, (n, 3))

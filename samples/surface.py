@@ -122,9 +122,14 @@ def neighbour_distance(points: Array, normals: Array, radius: float) -> Array:
     return result
 
 
-def sample_region(head: Head, triangles: Array, count: int, rng: np.random.Generator) -> Samples:
-    """`count` samples on the triangles (indices) given, evenly spread over their area."""
-    corner = head.vertices[head.triangles[triangles]]
+def sample_region(
+    head: Head, held: Head, triangles: Array, count: int, rng: np.random.Generator
+) -> Samples:
+    """`count` samples on the triangles (indices) given, evenly spread over their area in `held`.
+
+    `held` is the same mesh in another pose; the samples lie on `head`, as wide as the wider of the two asks.
+    """
+    corner = held.vertices[head.triangles[triangles]]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1) / 2
     total = CANDIDATES * count
     place = (np.arange(total) + rng.random(total)) / total * area.sum()
@@ -133,13 +138,19 @@ def sample_region(head: Head, triangles: Array, count: int, rng: np.random.Gener
     root, along = np.sqrt(rng.random(total)), rng.random(total)
     bary = np.stack([1 - root, root * (1 - along), root * along], axis=1)
     face = triangles[chosen]
-    position = np.einsum("nc,ncx->nx", bary, corner[chosen])
-    normal = unit(np.einsum("nc,ncx->nx", bary, head.vertex_normals[head.triangles[face]]))
-    kept, radius = poisson_disk(position, normal, count, float(area.sum()))
-    across = unit(np.cross(normal[kept], corner[chosen[kept], 1] - corner[chosen[kept], 0]))
-    frame = np.stack([np.cross(across, normal[kept]), across, normal[kept]], axis=-1)
-    spacing = neighbour_distance(position[kept], normal[kept], radius)
-    return Samples(face[kept], bary[kept], position[kept], frame, spacing)
+    spread = np.einsum("nc,ncx->nx", bary, corner[chosen])
+    facing = unit(np.einsum("nc,ncx->nx", bary, held.vertex_normals[head.triangles[face]]))
+    kept, radius = poisson_disk(spread, facing, count, float(area.sum()))
+    face, bary = face[kept], bary[kept]
+    at = head.triangles[face]
+    position = np.einsum("nc,ncx->nx", bary, head.vertices[at])
+    normal = unit(np.einsum("nc,ncx->nx", bary, head.vertex_normals[at]))
+    across = unit(np.cross(normal, head.vertices[at[:, 1]] - head.vertices[at[:, 0]]))
+    frame = np.stack([np.cross(across, normal), across, normal], axis=-1)
+    spacing = np.maximum(
+        neighbour_distance(position, normal, radius), neighbour_distance(spread[kept], facing[kept], radius)
+    )
+    return Samples(face, bary, position, frame, spacing)
 
 
 def vertex_samples(head: Head, opening: tuple[str, ...]) -> Samples:
@@ -179,17 +190,20 @@ def vertex_samples(head: Head, opening: tuple[str, ...]) -> Samples:
     )
 
 
-def sample_head(head: Head, regions: Array, spacing: Array, count: int, seed: int) -> Samples:
-    """`count` samples over the triangles with region >= 0; spacing[r] is relative."""
+def sample_head(
+    head: Head, regions: Array, spacing: Array, count: int, seed: int, held: Head | None = None
+) -> Samples:
+    """`count` samples over the triangles with region >= 0; spacing[r] is relative, and even in `held`."""
+    held = held or head
     rng = np.random.default_rng(seed)
-    corner = head.vertices[head.triangles]
+    corner = held.vertices[head.triangles]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1) / 2
     used = regions >= 0
     share = np.bincount(regions[used], area[used], len(spacing)) / spacing**2
     edges = np.round(np.cumsum(share) / share.sum() * count).astype(int)
     counts = np.diff(edges, prepend=0)
     parts = [
-        sample_region(head, np.flatnonzero(regions == r), int(n), rng) for r, n in enumerate(counts) if n
+        sample_region(head, held, np.flatnonzero(regions == r), int(n), rng) for r, n in enumerate(counts) if n
     ]
     fields = ("face", "bary", "position", "frame", "spacing")
     return Samples(*(np.concatenate([getattr(p, f) for p in parts]) for f in fields))

@@ -332,3 +332,10 @@ def test_bounds(bundle: Path) -> None:
     bundles.edit(bundle, shift("swept", "max", 1.0))
     bundles.edit(bundle, shift("swept", "min", 1.0))
     assert outside in found(bundle)
+
+
+def test_a_file_that_is_no_zip_is_a_problem(tmp_path: Path) -> None:
+    (tmp_path / "cut.avatar.zip").write_bytes(b"PK\x03\x04 cut short")
+    assert [(p.message, p.warning) for p in validate(tmp_path / "cut.avatar.zip")] == [
+        ("is neither a bundle folder nor a zip", False)
+    ]
