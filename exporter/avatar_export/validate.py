@@ -34,9 +34,11 @@ def validate(path: str | Path) -> list[Problem]:
     """Every problem of the bundle at `path`, folder or zip; none for a good one. A warning stops no reader.
 
     Problem.path is "FILE: FIELD" as an AvatarError has it. Where the manifest is not sound nothing else is
-    looked at.
+    looked at. Raises AvatarError if there is nothing at `path`.
     """
     path = Path(path)
+    if not path.exists():
+        raise AvatarError("no such file or folder", file=path)
     try:
         read = opener(path)
         document = read_manifest(read)
