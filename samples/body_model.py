@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import matrix_from_rotvec
-from samples.head import EYE_TURN, Head, neck_height, smoothstep
+from samples.head import EYE_TURN, Head, neck_height, smooth_over_mesh, smoothstep
 
 Array = npt.NDArray[Any]
 
@@ -93,15 +93,6 @@ def fit_jaw(head: Head) -> tuple[Array, dict[str, Array]]:
     return joint, turn
 
 
-def smooth_over_mesh(head: Head, values: Array, rounds: int) -> Array:
-    """Vertex values averaged `rounds` times with those of their neighbours."""
-    edges = np.concatenate([head.triangles[:, [i, j]] for i in range(3) for j in range(3) if i != j])
-    degree = np.maximum(np.bincount(edges[:, 0], minlength=len(values)), 1)
-    for _ in range(rounds):
-        values = 0.5 * values + 0.5 * np.bincount(edges[:, 0], values[edges[:, 1]], len(values)) / degree
-    return values
-
-
 def skin_weights(head: Head, joint: Array, jaw_open: Array) -> Array:
     """Weights [V, 5]; the jaw's: how far jawOpen moves a vertex along the arc the jaw joint would take it."""
     arm = head.vertices - joint
@@ -109,7 +100,7 @@ def skin_weights(head: Head, joint: Array, jaw_open: Array) -> Array:
     along = np.sum(arc * head.expression("jawOpen"), axis=1) / np.maximum(np.sum(arc * arc, axis=1), 1e-5)
     jaw = smooth_over_mesh(head, np.clip(along, 0, 1), 8)
     weights = np.zeros((len(arm), 5))
-    weights[:, ROOT] = smoothstep(neck_height(head.vertices), -0.055, -0.15)
+    weights[:, ROOT] = smoothstep(neck_height(head.vertices), -0.065, -0.15)
     weights[:, JAW] = jaw * (1 - weights[:, ROOT])
     weights[:, NECK] = 1 - weights[:, ROOT] - weights[:, JAW]
     for part, row in {

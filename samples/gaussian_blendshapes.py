@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from avatar_runtime.rotation import matrix_from_rotvec, quat_from_matrix, quat_multiply
 from samples.body_model import GAUSSIAN_SHAPES, JAW, JAW_SHAPES, BodyModel
-from samples.colour import surface_colour, surface_opacity
+from samples.colour import logit, surface_colour, surface_opacity
 from samples.head import Head, unit
 from samples.surface import Samples, deformation, sample_head
 
@@ -23,7 +23,8 @@ CHUNK = 1024  # Gaussians made at a time
 MOUTH_SHARE = 0.1  # Gaussians in each set of teeth, as a share of the face's, as the trainer has it
 
 # Deviation and thickness of a splat, in sample spacings: no hole shows, flat along the normal.
-WIDTH, THICKNESS = 0.58, 0.07
+WIDTH, THICKNESS = 0.68, 0.07
+FADED_THICKNESS = 0.5  # added where the bust fades out: flat splats would fray its edge
 OPACITY_LOGIT = 6.0
 STRETCH = (-0.6, 1.0)
 # Joints and eyelid fields bring no scale of their own: splats bridge closed lids and a jaw turned this far.
@@ -104,14 +105,11 @@ def face_regions(head: Head) -> Array:
     centre = head.vertices[head.triangles].mean(axis=1)
     regions = np.full(len(centre), -1)
     regions[head.triangles_in("face")] = SKIN
-    near = (
-        (np.abs(centre[:, 0]) < 0.055)
-        & (centre[:, 1] > -0.075)
-        & (centre[:, 1] < 0.075)
-        & (centre[:, 2] > 0.055)
-    )
-    regions[head.triangles_in("face") & near] = FEATURE
+    near = (np.abs(centre[:, 0]) < 0.055) & (centre[:, 1] < 0.075) & (centre[:, 2] > 0.055)
+    ears = np.abs(centre[:, 0]) > 0.074
+    regions[head.triangles_in("face") & (near | ears) & (centre[:, 1] > -0.075)] = FEATURE
     regions[head.triangles_in("head")] = BACK
+    regions[head.triangles_in("face", "head") & (centre[:, 1] < -0.135)] = FEATURE
     regions[head.triangles_in("mouth_socket", "eye_sockets")] = SOCKET
     lips = (np.abs(centre[:, 0]) < 0.034) & (np.abs(centre[:, 1] + 0.042) < 0.02) & (centre[:, 2] > 0.085)
     regions[head.triangles_in("face") & lips] = FINE
@@ -133,24 +131,18 @@ def static_fields(head: Head, samples: Samples) -> Fields:
     lobe = np.stack([y, -z, x], axis=1)[:, :, None] * (SHEEN / SH_C1) * colour[:, None]
     rest = np.zeros((n, 15, 3))
     rest[:, :3] = lobe
+    opacity = surface_opacity(head, samples)
     sigma = samples.spacing[:, None] * np.array([WIDTH, WIDTH, THICKNESS])
+    sigma[:, 2] += FADED_THICKNESS * samples.spacing * (1 - opacity)
     fields = {
         "xyz": samples.position,
         "features_dc": ((colour * (1 - SHEEN) - 0.5) / SH_C0)[:, None],
         "features_rest": rest,
         "scaling": np.log(sigma),
         "rotation": quat_from_matrix(samples.frame),
-        "opacity": logit(surface_opacity(head, samples), OPACITY_LOGIT)[:, None],
+        "opacity": logit(opacity, OPACITY_LOGIT)[:, None],
     }
     return {name: a.astype(np.float32) for name, a in fields.items()}
-
-
-def logit(opacity: Array, limit: float) -> Array:
-    """Logits of opacities 0..1, kept within +-limit."""
-    edge = 1 / (1 + np.exp(limit))
-    inside = np.clip(opacity, edge, 1 - edge)
-    result: Array = np.log(inside / (1 - inside))
-    return result
 
 
 def rigged_fields(body: BodyModel, samples: Samples) -> Fields:

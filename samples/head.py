@@ -21,8 +21,8 @@ LIPS_OF_JAW_OPEN = {"mouthLowerDown": 0.85, "mouthUpperUp": 0.4}
 # ICT's mouthClose shuts a jaw that is wide open; by itself it would lift the lips over the nose.
 MOUTH_CLOSE_SHARE = 0.2
 
-# ICT's cheekPuff hardly shows.
-CHEEK_PUFF_GAIN = 2.0
+# ICT's cheekPuff hardly shows from the front.
+CHEEK_PUFF_GAIN = 1.6
 
 # How far a full eyeLook weight turns an eyeball, radians about (x, y): x down, y towards the subject's left.
 EYE_TURN: dict[str, tuple[float, float]] = {
@@ -101,9 +101,21 @@ def smoothstep(x: Array, start: float, end: float) -> Array:
 
 
 def neck_height(vertices: Array) -> Array:
-    """Height [V] in metres across the neck, which leans forward: chin and skull lie above -0.055, nape and throat below."""
+    """Height [V] in metres across the neck, which leans forward.
+
+    Chin, jaw and skull lie above -0.065, throat and nape below.
+    """
     height: Array = vertices[:, 1] + 0.8 * vertices[:, 2]
     return height
+
+
+def smooth_over_mesh(head: Head, values: Array, rounds: int) -> Array:
+    """Vertex values averaged `rounds` times with those of their neighbours."""
+    edges = np.concatenate([head.triangles[:, [i, j]] for i in range(3) for j in range(3) if i != j])
+    degree = np.maximum(np.bincount(edges[:, 0], minlength=len(values)), 1)
+    for _ in range(rounds):
+        values = 0.5 * values + 0.5 * np.bincount(edges[:, 0], values[edges[:, 1]], len(values)) / degree
+    return values
 
 
 def load_head() -> Head:

@@ -26,7 +26,9 @@ GROUND = np.array([0.0, 1.6, 0.0])  # the avatar stands: its head is at this hei
 MAX_LOG_SCALE = float(np.log(0.01))
 MAX_LOGIT = 6.9067
 OPACITY_LOGIT = 5.0
-WIDTH, THICKNESS = 0.8, 0.12  # deviation of a splat, in edge lengths
+WIDTH = 0.95  # deviation of a splat, in edge lengths
+# As trained, joints do not turn a splat: a flat one would stand on edge when the head turns. Eyes stay flat.
+THICKNESS, EYE_THICKNESS, THICKEST = 0.55, 0.12, 0.0016  # of the shorter edges; the most in metres
 PARTS = (
     "face",
     "head",
@@ -38,7 +40,12 @@ PARTS = (
     "left_eye",
     "right_eye",
 )
-OPENING = ("eyeBlinkLeft", "eyeBlinkRight", "jawOpen")  # shapes that splats of fixed size have to bridge
+OPENING = (
+    "eyeBlinkLeft",
+    "eyeBlinkRight",
+    "jawOpen",
+    "cheekPuff",
+)  # shapes that splats of fixed size have to bridge
 # Joint, its parent, rest position (metres above the ground) and rest rotation vector, both in the world.
 SKELETON = (
     ("hip", -1, (0.0, 1.05, 0.0), (0.0, 0.0, 0.0)),
@@ -87,11 +94,11 @@ def skin(vertices: Array) -> tuple[Array, Array]:
     """Four joints u8 [N, 4] and weights f32 [N, 4] of each vertex, by height across the neck; shoulders stay."""
     height = neck_height(vertices)
     joints = np.array([HEAD, NECK_UPPER, NECK_LOWER, CHEST], np.uint8)
-    top = smoothstep(height, -0.105, -0.055)
-    middle = smoothstep(height, -0.145, -0.075)
-    low = smoothstep(height, -0.185, -0.105) * smoothstep(np.abs(vertices[:, 0]), 0.1, 0.06)
-    weights = np.stack([top, middle * (1 - top), low * (1 - middle), (1 - low) * (1 - middle)], axis=1)
-    weights /= weights.sum(axis=1, keepdims=True)
+    top = smoothstep(height, -0.15, -0.065)
+    middle = smoothstep(height, -0.165, -0.07)
+    low = smoothstep(height, -0.185, -0.09) * smoothstep(np.abs(vertices[:, 0]), 0.11, 0.05)
+    below, rest = 1 - top, (1 - top) * (1 - middle)
+    weights = np.stack([top, below * middle, rest * low, rest * (1 - low)], axis=1)
     return np.tile(joints, (len(vertices), 1)), weights.astype(np.float32)
 
 
@@ -99,8 +106,9 @@ def build_lam(head: Head, noise_seed: int | None = None) -> LamAvatar:
     """One Gaussian a vertex, a few millimetres above it. With `noise_seed` nothing is regular."""
     head = restrict(turned_eyes(head))
     samples = vertex_samples(head, OPENING)
-    sigma = np.c_[WIDTH * samples.spacing, THICKNESS * samples.spacing.mean(axis=1)]
     ball = head.in_part("left_eye", "right_eye")[:, None]
+    thick = np.where(ball, EYE_THICKNESS, THICKNESS) * samples.spacing.min(axis=1, keepdims=True)
+    sigma = np.c_[WIDTH * samples.spacing, np.minimum(thick, THICKEST)]
     ripple = np.sin(head.vertices[:, [1, 2, 0]] * 40)
     offset = np.where(ball, 0.0005, 0.003) * head.vertex_normals + np.where(ball, 0.0, 0.001) * ripple
     joints, weights = skin(head.vertices)

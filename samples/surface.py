@@ -122,9 +122,7 @@ def neighbour_distance(points: Array, normals: Array, radius: float) -> Array:
     return result
 
 
-def sample_region(
-    head: Head, held: Head, triangles: Array, count: int, rng: np.random.Generator
-) -> Samples:
+def sample_region(head: Head, held: Head, triangles: Array, count: int, rng: np.random.Generator) -> Samples:
     """`count` samples on the triangles (indices) given, evenly spread over their area in `held`.
 
     `held` is the same mesh in another pose; the samples lie on `head`, as wide as the wider of the two asks.
@@ -203,7 +201,9 @@ def sample_head(
     edges = np.round(np.cumsum(share) / share.sum() * count).astype(int)
     counts = np.diff(edges, prepend=0)
     parts = [
-        sample_region(head, held, np.flatnonzero(regions == r), int(n), rng) for r, n in enumerate(counts) if n
+        sample_region(head, held, np.flatnonzero(regions == r), int(n), rng)
+        for r, n in enumerate(counts)
+        if n
     ]
     fields = ("face", "bary", "position", "frame", "spacing")
     return Samples(*(np.concatenate([getattr(p, f) for p in parts]) for f in fields))

@@ -321,6 +321,40 @@ def test_posed_gaussians_follow_the_shape_of_the_head(plain: Path, name: str) ->
     assert np.median(error) < 1e-4 and np.percentile(error, 90) < 2e-3
 
 
+def test_splats_at_rest_cover_closed_lids_and_a_turned_jaw(plain: Path) -> None:
+    """The eyelid field and the jaw joint bring no scale: every splat they move still meets its neighbours."""
+    body = npz(plain / "body" / "body_model.npz")
+    start, lids = dump(plain, "pos").astype(float), dump(plain, "eyelid").astype(float)
+    weight = dump(plain, "W")[:, 2:3]
+    jaw = (body["J_regressor"] @ body["v_template"])[2]
+    closed = start + lids.sum(axis=2)
+    posed = closed + weight * ((closed - jaw) @ turned(np.array([np.radians(15), 0, 0])).T + jaw - closed)
+    sigma = np.exp(dump(plain, "scale")[:, :2]).mean(axis=1)
+    lid = np.flatnonzero(np.linalg.norm(lids, axis=(1, 2)) > 0.004)
+    x, y, z = start.T
+    lip = np.flatnonzero((np.abs(x) < 0.035) & (np.abs(y + 0.042) < 0.015) & (z > 0.09))
+    for rows in (lid, lip):
+        gap = np.linalg.norm(posed[rows, None] - posed[None], axis=2)
+        sixth = np.sort(gap, axis=1)[:, 1:7].mean(axis=1)
+        assert len(rows) > 20 and np.percentile(sixth / sigma[rows], 95) < 1.8
+
+
+def test_the_bust_fades_out_and_the_rest_is_solid(plain: Path) -> None:
+    opacity = 1 / (1 + np.exp(-dump(plain, "opacity")[:, 0]))
+    y = dump(plain, "pos")[:, 1]
+    assert opacity[y < -0.19].max() < 0.3 and opacity[y > -0.08].min() > 0.99
+
+
+def test_skin_of_the_sides_is_no_bluer_than_that_of_the_front(plain: Path) -> None:
+    rgb = dump(plain, "shs")[:, 0] * 0.28209479 + 0.5
+    x, y, z = dump(plain, "pos").T
+    tint = rgb[:, 2] / rgb[:, 0]
+    side = (np.abs(x) > 0.045) & (y > -0.07) & (y < 0) & (z > 0) & (z < 0.06)
+    front = (np.abs(np.abs(x) - 0.035) < 0.01) & (np.abs(y) < 0.015) & (z > 0.06)
+    assert side.sum() > 30 and front.sum() > 10
+    assert np.percentile(tint[side], 95) < np.median(tint[front]) + 0.02
+
+
 def splat_normals(quat_wxyz: np.ndarray) -> np.ndarray:
     """The third axis of each rotation: the flat one."""
     w, x, y, z = (quat_wxyz / np.linalg.norm(quat_wxyz, axis=1, keepdims=True)).T

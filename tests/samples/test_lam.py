@@ -11,8 +11,14 @@ import numpy as np
 import pygltflib
 import pytest
 from plyfile import PlyData
+from samples.head import load_head
 from samples.make import make_lam
 
+from avatar_export.readers.lam import read_lam
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose, joint_rotation
+
+GROUND = np.array([0.0, 1.6, 0.0])
 MAX_LOGIT = np.float32(6.9067)
 
 
@@ -112,6 +118,38 @@ def test_the_skin_is_at_rest_under_a_turned_and_scaled_armature(skin: pygltflib.
     np.testing.assert_allclose(weights.sum(axis=1), 1, atol=1e-6)
     assert ((weights > 0.01).sum(axis=1) > 1).any()
     assert values(skin, skin.meshes[0].primitives[0].attributes.JOINTS_0).max() < len(joints)
+
+
+def test_the_face_turns_rigidly_with_the_head(lam_zip: Path) -> None:
+    """Head at 30 degrees: face, mouth and eyes keep their shape, chest and shoulders stay, nothing tears."""
+    avatar = read_lam(lam_zip)
+    player = Player(avatar)
+    rest = player.animate(Pose()).mean.astype(float)
+    turned = player.animate(Pose(joints={"head": joint_rotation((0, np.radians(30), 0))})).mean.astype(float)
+    head = load_head()
+    _, y, z = (rest - GROUND).T
+    inside = (
+        nearest(rest - GROUND, head.vertices[head.in_part("mouth_socket", "left_eye", "right_eye")]) < 1e-5
+    )
+    face = inside | ((y > -0.088) & (z > 0.03)) | (y > 0.02)
+    assert inside.sum() > 2000 and face.sum() > 15000
+    a, b = (x[face] - x[face].mean(axis=0) for x in (rest, turned))
+    u, _, vt = np.linalg.svd(b.T @ a)
+    rotation = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+    assert abs(np.degrees(np.arccos((np.trace(rotation) - 1) / 2)) - 30) < 0.01
+    assert np.linalg.norm(b - a @ rotation.T, axis=1).max() < 2e-6
+    bust = y < -0.17
+    assert bust.sum() > 100 and np.linalg.norm(turned - rest, axis=1)[bust].max() < 1e-3
+    assert avatar.rig is not None
+    edge = avatar.rig.triangles.astype(int)[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    before, after = (np.linalg.norm(np.diff(x[edge], axis=1)[:, 0], axis=1) for x in (rest, turned))
+    assert (after / before)[before > 1e-3].max() < 2
+
+
+def nearest(points: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Distance from each point to the nearest of the others."""
+    chunks = np.array_split(points, 60)
+    return np.concatenate([np.linalg.norm(c[:, None] - others[None], axis=2).min(axis=1) for c in chunks])
 
 
 def test_clips_address_joints_by_name(members: dict[str, bytes], skin: pygltflib.GLTF2) -> None:
