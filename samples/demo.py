@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 GAUSSIANS = 20_000
-RECORDING = Path(__file__).parent / "drive" / "live_link_face_rom_300.csv"
+RECORDING = Path(__file__).parent / "drive" / "live_link_face_udp.gesichter"
 
 
 def main(out: Path) -> None:
@@ -40,7 +40,7 @@ def main(out: Path) -> None:
     )
     run(
         *("-m", "avatar_export", "render", str(bundle), "-o", str(animation), "--drive", str(RECORDING)),
-        *("--every", "4", "--size", "256", "--orbit", "30", "--yaw", "-15"),
+        *("--every", "3", "--size", "288"),
     )
     print("\nLook at:")
     for path in (bundle / "preview.png", picture, animation):

@@ -1,0 +1,35 @@
+"""What the documents point at is there, and they name no machine."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+DOCUMENTS = sorted(
+    path
+    for folder in (".", "schema", "samples", "tests/data/golden")
+    for path in (ROOT / folder).glob("*.md")
+)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(document: Path) -> None:
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", document.read_text("utf-8")):
+        if not target.startswith("https://"):
+            assert (document.parent / target).exists(), target
+
+
+def test_commands_of_the_readme_exist() -> None:
+    text = (ROOT / "README.md").read_text("utf-8")
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    for name in set(re.findall(r"\bmake ([a-z]+)\b", text)):
+        assert f"\n{name}:" in makefile, name
+    for command in set(re.findall(r"^avatar-export ([a-z]+)", text, re.MULTILINE)):
+        subprocess.run(
+            [sys.executable, "-m", "avatar_export", command, "--help"], check=True, capture_output=True
+        )
