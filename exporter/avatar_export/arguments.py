@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import typer
@@ -67,6 +68,13 @@ def profile(text: str) -> str:
     if text not in PROFILES:
         raise typer.BadParameter(f"{text!r} is none of {', '.join(PROFILES)}", param_hint="--profile")
     return text
+
+
+def finite(given: Mapping[str, float]) -> None:
+    """None of these may be infinite or no number."""
+    for name, value in given.items():
+        if not math.isfinite(value):
+            raise typer.BadParameter(f"{value} is not a finite number", param_hint=name)
 
 
 def exclude(given: Mapping[str, object]) -> None:

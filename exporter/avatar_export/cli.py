@@ -169,7 +169,9 @@ def render(
     clip_name: Annotated[str | None, typer.Option(help="Which clip; default: the first.")] = None,
     every: Annotated[int, typer.Option(help="Take each N-th frame of the recording.", min=1)] = 1,
     frames: Annotated[str | None, typer.Option(help="Only frames FIRST:END of the sequence.")] = None,
-    fps: Annotated[float, typer.Option(help="Frames a second, for --clip.", min=0.1)] = 30.0,
+    fps: Annotated[
+        float, typer.Option(help="Frames a second, for --clip and --orbit.", min=0.1, max=240)
+    ] = 30.0,
     size: Annotated[str, typer.Option(help="Pixels, N or WxH.")] = "512",
     yaw: Annotated[float, typer.Option(help="Camera, degrees; positive: from the subject's left.")] = 0.0,
     pitch: Annotated[float, typer.Option(help="Camera, degrees; positive: from above.")] = 0.0,
@@ -186,6 +188,7 @@ def render(
 ) -> None:
     """Draw a bundle: one pose, a recording or a clip."""
     width, height = arguments.size(size)
+    arguments.finite({"--yaw": yaw, "--pitch": pitch, "--zoom": zoom, "--orbit": orbit, "--fps": fps})
     posed = expression or arkit or joint or eyelid
     posed = expression or arkit or joint or eyelid
     posed = expression or arkit or joint or eyelid

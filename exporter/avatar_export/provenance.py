@@ -10,6 +10,7 @@ from typing import Any
 
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
 
 
 def source_files(files: Mapping[str, Path]) -> list[dict[str, Any]]:
@@ -28,7 +29,7 @@ def with_rights(avatar: Avatar, licence: str | None, author: str | None, consent
 
 def _entry(name: str, path: Path) -> dict[str, Any]:
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
             return {"path": name, "bytes": file.tell(), "sha256": digest}
     except OSError as error:

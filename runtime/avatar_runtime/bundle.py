@@ -18,6 +18,7 @@ from avatar_runtime.codec import manifest as codec
 from avatar_runtime.codec import ply, safetensors
 from avatar_runtime.codec.tensors import read_gaussian_tensors, read_rig_tensors
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
 from avatar_schema.validate import Problem, manifest_problems
 
 MANIFEST = "avatar.json"
@@ -54,7 +55,7 @@ def opener(path: Path) -> Open:
         return lambda name, limit: _read_file(path / name, limit, name)
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
-    if not zipfile.is_zipfile(path):
+    if not path.is_file() or not zipfile.is_zipfile(path):
         raise AvatarError("is neither a bundle folder nor a zip", file=path)
 
     def read(name: str, limit: int) -> bytes:
@@ -174,7 +175,7 @@ def _read_file(path: Path, limit: int, name: str) -> Data:
     try:
         if not stat.S_ISREG(path.lstat().st_mode):  # nor a link, which could lead out of the bundle
             raise AvatarError("is not a regular file", file=name)
-        with path.open("rb") as file:
+        with open_file(path) as file:
             size = path.stat().st_size
             if size > limit:
                 raise AvatarError(f"is {size} bytes, expected at most {limit}", file=name)

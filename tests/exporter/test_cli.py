@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -233,6 +235,40 @@ def test_turntable(run: Run, bundle: Path, tmp_path: Path) -> None:
     code, text, _ = run("render", bundle, "-o", tmp_path / "round.webp", *flags)
     assert code == 0
     assert "6 pictures" in text
+
+
+@pytest.mark.parametrize("file", ["fix_chkpnt40000/W.npy", "mouth0_chkpnt40000/pos.npy", "acc40000.npy"])
+def test_a_pipe_among_the_files_is_refused(
+    run: Run, sample_blendshapes: Path, tmp_path: Path, file: str
+) -> None:
+    """Opening a pipe would wait for a writer for ever."""
+    shutil.copytree(sample_blendshapes / "model", tmp_path / "model")
+    (tmp_path / "model" / file).unlink()
+    os.mkfifo(tmp_path / "model" / file)
+    source = tmp_path / "model" / ("fix_chkpnt40000.pth" if file.startswith("acc") else "")
+    code, _, error = run("convert", source, "-o", tmp_path / "out", "--no-rig")
+    assert code == 2
+    assert error.count("\n") == 1
+    assert "regular file" in error or "is missing" in error
+
+
+OPTIONS_WITH_A_FILE = ("--body-model", "--shape", "--anchor-faces", "--driving")
+
+
+def test_pipes_on_the_command_line_are_refused(
+    run: Run, sample_blendshapes: Path, bundle: Path, tmp_path: Path
+) -> None:
+    pipe, out = tmp_path / "pipe", tmp_path / "out"
+    os.mkfifo(pipe)
+    for verb in (("convert", pipe, "-o", out), ("inspect", pipe), ("render", pipe, "-o", out)):
+        assert run(*verb)[0] == 2
+    assert run("validate", pipe)[0] == 1
+    for option in ("--drive", "--clip"):
+        assert run("render", bundle, "-o", out, option, pipe)[0] == 2
+    for option in OPTIONS_WITH_A_FILE:
+        flags = ("--dataset", sample_blendshapes, option, pipe)
+        assert run("convert", sample_blendshapes / "model", "-o", out, *flags)[0] == 2, option
+    assert not out.exists()
 
 
 USER_ERRORS = {

@@ -10,6 +10,7 @@ from avatar_export.driving.frames import DrivingTake
 from avatar_export.driving.live_link_csv import is_live_link_csv, read_live_link_csv
 from avatar_export.driving.live_link_udp import is_live_link_udp, read_live_link_udp
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
 
 MAX_FILE_BYTES = 256 << 20
 
@@ -42,7 +43,7 @@ def read_take(path: Path | str) -> DrivingTake:
 def read_bytes(path: Path, limit: int) -> bytes:
     """The bytes of a file of at most `limit` bytes; AvatarError otherwise."""
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             data = stream.read(limit + 1)
     except OSError as error:
         raise AvatarError(f"cannot be read: {error.strerror or error}", file=path.name) from None

@@ -13,6 +13,7 @@ from types import TracebackType
 from typing import Self
 
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
 
 MAX_ENTRIES = 10_000
 MAX_TOTAL_BYTES = 8 << 30
@@ -39,13 +40,18 @@ class Archive:
     def __init__(self, path: Path):
         self.path = path
         try:
-            self._zip = zipfile.ZipFile(path)
+            self._file = open_file(path)
+        except OSError as error:
+            raise AvatarError(f"cannot be read ({error.strerror})", file=path) from None
+        try:
+            self._zip = zipfile.ZipFile(self._file)
         except ZIP_FAULTS as error:
+            self._file.close()
             raise self._damaged(error) from error
         try:
             self._entries = self._checked(self._zip.infolist())
         except AvatarError:
-            self._zip.close()
+            self.close()
             raise
 
     def __enter__(self) -> Self:
@@ -54,7 +60,12 @@ class Archive:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; `with` does it."""
         self._zip.close()
+        self._file.close()
 
     @property
     def names(self) -> tuple[str, ...]:

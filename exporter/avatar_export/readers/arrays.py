@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
 
 NUMBER_CODES = ("f2", "f4", "f8", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "b1")
 BYTE_ORDERS = ("<", ">", "=", "|")
@@ -207,7 +208,7 @@ def open_npy(path: Path) -> StoredArray:
     Raises AvatarError for anything else: pickled objects, strings, records, a size that is not the file's.
     """
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             size = stream.seek(0, 2)
             stream.seek(0)
             return _stored_npy(stream, size, path, path, path.stem)

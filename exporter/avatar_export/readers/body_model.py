@@ -16,6 +16,7 @@ from avatar_export.readers.body_pickles import body_globals
 from avatar_export.readers.pickles import read_pickle
 from avatar_runtime.avatar import F32, I32, U32
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
 
 IDENTITY_COUNT = 300  # FLAME's shapedirs hold 300 identity directions, then the expressions
 WEIGHT_TOLERANCE = 1e-3
@@ -169,7 +170,7 @@ class _Fields:
     def __init__(self, path: Path):
         self.path = path
         try:
-            with path.open("rb") as stream:
+            with open_file(path) as stream:
                 head = stream.read(4)
         except OSError as error:
             raise AvatarError(f"cannot be read: {error}", file=path) from error

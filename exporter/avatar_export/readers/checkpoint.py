@@ -19,6 +19,7 @@ from avatar_export.readers.arrays import RowSource, StoredArray, number_type, st
 from avatar_export.readers.pickle_machine import Global, StandIn
 from avatar_export.readers.pickles import parse_pickle
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
 
 MAX_PICKLE_BYTES = 256 << 20
 LEGACY_MAGIC = b"\x80\x02\x8a\x0al\xfc\x9cF\xf9 j\xa8P\x19."  # first pickle of torch.save before 1.6
@@ -60,7 +61,7 @@ class _Storages:
         self.path = path
         self.offsets: dict[str, int] = {}
         try:
-            with path.open("rb") as stream:
+            with open_file(path) as stream:
                 self._refuse_legacy(stream.read(512))
                 with zipfile.ZipFile(stream) as archive:
                     self._list(archive)
@@ -121,7 +122,7 @@ class _Storages:
 
     def _data_offset(self, entry: zipfile.ZipInfo) -> int:
         """Where an entry's bytes begin: behind its local header, whose padding varies."""
-        with self.path.open("rb") as stream:
+        with open_file(self.path) as stream:
             size = stream.seek(0, 2)
             stream.seek(entry.header_offset)
             header = stream.read(30)

@@ -38,6 +38,7 @@ from avatar_runtime.avatar import (
     SparseRows,
 )
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
 
 SYSTEM = "gaussian_blendshapes"
 FILES = (
@@ -283,7 +284,8 @@ def _driving(names: list[str], rig: Rig | None) -> Driving:
 def _background(folder: Path) -> tuple[float, float, float]:
     """The training background: cfg_args says white_bkgd (a text; it is searched, never evaluated)."""
     try:
-        text = (folder / "cfg_args").read_text("utf-8", errors="replace")[:100_000]
+        with open_file(folder / "cfg_args") as file:
+            text = file.read(100_000).decode("utf-8", errors="replace")
     except OSError:
         text = ""
     white = re.search(r"\bwhite_bkgd=True\b", text) is not None

@@ -56,6 +56,8 @@ def detect(path: Path) -> bool:
     try:
         if path.is_dir():
             return bool(_folders(str(p.relative_to(path)) for p in _files_of(path)))
+        if not path.is_file():
+            return False
         with zipfile.ZipFile(path) as archive:
             return bool(_folders(archive.namelist()))
     except ZIP_FAULTS:

@@ -16,6 +16,7 @@ from typing import BinaryIO, NoReturn
 
 from avatar_export.readers.pickle_steps import STEPS
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
 
 MAX_STEPS = 1_000_000  # a checkpoint's pickle has a few thousand
 MAX_LONG_BYTES = 255
@@ -59,7 +60,7 @@ class Payload:
         """The bytes as they lie in the file."""
         if isinstance(self.source, bytes):
             return self.source[self.offset : self.offset + self.length]
-        with self.source.open("rb") as stream:
+        with open_file(self.source) as stream:
             stream.seek(self.offset)
             return stream.read(self.length)
 
@@ -100,7 +101,7 @@ class Machine:
         Raises AvatarError for every fault: another global, lengths that lie, damage of any kind.
         """
         try:
-            with BytesIO(self.source) if isinstance(self.source, bytes) else self.source.open("rb") as stream:
+            with BytesIO(self.source) if isinstance(self.source, bytes) else open_file(self.source) as stream:
                 self.stream: BinaryIO = stream
                 self.size = stream.seek(0, 2)
                 stream.seek(self.start)

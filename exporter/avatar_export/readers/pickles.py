@@ -24,6 +24,7 @@ from avatar_export.readers.arrays import (
 )
 from avatar_export.readers.pickle_machine import Global, Machine, Payload, Persistent, StandIn, make_dict
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
 
 MAX_DEPTH = 50
 
@@ -161,7 +162,7 @@ def read_pickled_npy(path: Path) -> dict[str, RowSource]:
     Raises AvatarError if the file is anything else.
     """
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             shape, _, dtype, offset = npy_header(stream, path, path.stem)
     except OSError as error:
         raise AvatarError(f"cannot be read: {error}", file=path) from error

@@ -14,6 +14,7 @@ from avatar_export.readers.arrays import ComputedArray, StoredArray, open_npy, p
 from avatar_export.readers.checkpoint import read_frame
 from avatar_runtime.avatar import F32, F64
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
 
 MAX_COEFFICIENTS = 300
 MAX_TEXT_BYTES = 256 << 20
@@ -78,7 +79,7 @@ def _vertex_offsets(path: Path, vertices: int) -> F32:
 
 def _shape_values(path: Path) -> Any:
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             head = stream.read(6)
     except OSError as error:
         raise AvatarError(f"cannot be read: {error}", file=path) from error
@@ -128,7 +129,8 @@ def _text(path: Path) -> str:
     try:
         if path.stat().st_size > MAX_TEXT_BYTES:
             raise AvatarError(f"is over {MAX_TEXT_BYTES} bytes, no such text file", file=path)
-        return path.read_text("utf8")
+        with open_file(path) as stream:
+            return stream.read().decode("utf8")
     except (OSError, UnicodeDecodeError) as error:
         raise AvatarError(f"cannot be read as text: {type(error).__name__}", file=path) from error
 
