@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 
 import typer
 
 from avatar_runtime.stages.raster import PROFILES
+
+NUMBER = re.compile("[0-9]{1,6}")
 
 
 def pairs(values: list[str] | None) -> list[tuple[str, str]]:
@@ -35,7 +38,7 @@ def numbers(text: str, count: int) -> tuple[float, ...]:
 def size(text: str) -> tuple[int, int]:
     """(width, height) from N or WxH."""
     width, _, height = text.partition("x")
-    if not (width.isdigit() and (height or width).isdigit()):
+    if not (NUMBER.fullmatch(width) and NUMBER.fullmatch(height or width)):
         raise typer.BadParameter(f"{text!r} is not N or WxH", param_hint="--size")
     size = int(width), int(height or width)
     if not all(1 <= side <= 8192 for side in size):
@@ -48,7 +51,7 @@ def frame_slice(text: str | None) -> slice:
     if text is None:
         return slice(None)
     first, colon, end = text.partition(":")
-    if not colon or not all(part == "" or part.isdigit() for part in (first, end)):
+    if not colon or not all(part == "" or NUMBER.fullmatch(part) for part in (first, end)):
         raise typer.BadParameter(f"{text!r} is not FIRST:END", param_hint="--frames")
     return slice(int(first or 0), int(end) if end else None)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -21,7 +22,7 @@ from avatar_export.readers.options import ReadOptions
 from avatar_export.validate import validate as validate_bundle
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.bundle import load
+from avatar_runtime.bundle import load, warnings
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.rules import ROTATION_RULES
 from avatar_runtime.stages.raster import PROFILES
@@ -210,6 +211,7 @@ def render(
         step("loading")
         expect_bundle(bundle)
         avatar = load(bundle)
+        newer = warnings(bundle)
         flags = playing.pose_from_flags(
             avatar,
             {k: arguments.numbers(v, 1)[0] for k, v in arguments.pairs(expression)},
@@ -227,7 +229,7 @@ def render(
         count = len(poses)
         pictures = playing.frames(avatar, poses, view)
         playing.save(out, pictures, count, sequence.fps, force, lambda i: step(f"frame {i} of {count}"))
-    for note in sequence.notes:
+    for note in (*newer, *sequence.notes):
         messages.print(f"note: {note}")
     output.print(f"{out}: {count} {'picture' if count == 1 else 'pictures'} of {width}x{height}")
 
@@ -261,10 +263,14 @@ def _root(
 
 def main() -> None:
     """Entry point: bad data is one line and exit code 2; anything else that escapes is a bug."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     try:
         app()
-    except AvatarError as error:
-        print(f"avatar-export: {error}", file=sys.stderr)
+    except (AvatarError, OSError, UnicodeError) as error:  # the last two: names that this system cannot take
+        text = " ".join(str(error).split()).encode("utf-8", "backslashreplace").decode()
+        print(f"avatar-export: {text}", file=sys.stderr)
         sys.exit(2)
 
 
@@ -272,7 +278,7 @@ def _conversion_notes(avatar: Avatar) -> list[str]:
     notes = []
     dropped = avatar.provenance.get("face_rows_dropped")
     if dropped:
-        notes.append(f"{len(dropped)} rows with a NaN were dropped; avatar.json lists them")
+        notes.append(f"{len(dropped)} rows with a NaN or infinity were dropped; avatar.json lists them")
     if avatar.rig is None:
         notes.append("no rig: expressions only, joints and teeth do not move")
     notes.extend(driving_notes(avatar))

@@ -54,6 +54,6 @@ def _rows(key: str, value: Any) -> list[tuple[str, str]]:
 
 def _text(value: Any) -> str:
     if isinstance(value, list | tuple):
-        shown = ", ".join(map(str, value[:12]))
+        shown = ", ".join(map(_text, value[:12]))
         return f"{len(value)}: {shown}{', ...' if len(value) > 12 else ''}" if len(value) > 3 else shown
-    return "none" if value is None else str(value)
+    return "none" if value is None else "".join(c if c.isprintable() else "?" for c in str(value))

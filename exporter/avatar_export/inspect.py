@@ -19,12 +19,13 @@ def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
     if system is None and is_bundle(path):
+        avatar = load(path)  # checks the manifest before anything else reads it
         manifest = read_manifest(opener(path))
-        files = {entry["path"]: entry["bytes"] for entry in manifest.get("files", [])}
+        files = {entry["path"]: entry["bytes"] for entry in manifest["files"]}
         return {
             "kind": "bundle",
             "version": manifest["asset"]["version"],
-            **summary(load(path)),
+            **summary(avatar),
             "files": files,
         }
     reader = find(path, system)

@@ -134,9 +134,9 @@ def save(
     Raises AvatarError for another kind of file, if `out` exists (without `force`), or if one .png is asked for
     several pictures.
     """
-    if out.suffix not in SUFFIXES:
+    if out.suffix.lower() not in SUFFIXES:
         raise AvatarError(f"{out.suffix} cannot be written; name a .png, a .webp or a folder", file=out)
-    if out.suffix == ".png" and count != 1:
+    if out.suffix.lower() == ".png" and count != 1:
         raise AvatarError(f"{count} pictures do not fit one .png; name a folder or a .webp", file=out)
     if out.exists() and (not force or out.is_dir()):
         raise AvatarError("exists; name another or pass --force (a folder is never replaced)", file=out)
@@ -149,9 +149,9 @@ def save(
 
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        if out.suffix == ".webp":
+        if out.suffix.lower() == ".webp":
             partial.write_bytes(animated_webp(counted(), fps))
-        elif out.suffix == ".png":
+        elif out.suffix.lower() == ".png":
             partial.write_bytes(png(next(counted())))
         else:
             partial.mkdir()

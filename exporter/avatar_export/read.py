@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from avatar_export.readers import gaussian_blendshapes, lam
+from avatar_export.readers.archive import ZIP_FAULTS
 from avatar_export.readers.options import ReadOptions
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.bundle import opener, read_manifest
+from avatar_runtime.bundle import MANIFEST
 from avatar_runtime.errors import AvatarError
 
 
@@ -69,10 +72,13 @@ def find(path: Path, system: str | None = None) -> Reader:
 
 
 def is_bundle(path: Path) -> bool:
-    """Whether `path` holds a manifest; never raises."""
+    """Whether `path` holds a manifest, sound or not; never raises."""
     try:
-        return "asset" in read_manifest(opener(path))
-    except AvatarError:
+        if path.is_dir():
+            return (path / MANIFEST).exists()
+        with zipfile.ZipFile(path) if path.is_file() else contextlib.nullcontext() as archive:
+            return archive is not None and MANIFEST in archive.namelist()
+    except ZIP_FAULTS:
         return False
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import zipfile
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -63,19 +64,20 @@ def _problem(error: AvatarError) -> Problem:
 
 def _files(path: Path, read: Open, document: Mapping[str, Any]) -> Iterator[Problem]:
     """Listed files that are missing or altered, and files that are not listed."""
-    listed = [entry["path"] for entry in document["files"]]
+    listed: set[str] = set()
     for index, entry in enumerate(document["files"]):
-        if entry["path"] in listed[:index]:
+        if entry["path"] in listed:
             yield Problem(f"{MANIFEST}: $.files[{index}].path", f"{entry['path']} stands twice")
+            continue
+        listed.add(entry["path"])
         try:
             checked_bytes(read, entry)
         except AvatarError as error:
             yield _problem(error)
-    names = _names(path)
-    for name in dict.fromkeys(names):
-        if name not in (MANIFEST, *listed):
+    for name, count in Counter(_names(path)).items():
+        if name != MANIFEST and name not in listed:
             yield Problem(name, "is not listed in the manifest", warning=True)
-        if names.count(name) > 1:
+        if count > 1:
             yield Problem(name, "stands more than once in the zip; readers may take either")
 
 

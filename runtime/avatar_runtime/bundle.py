@@ -22,7 +22,7 @@ from avatar_runtime.files import open_file
 from avatar_schema.validate import Problem, manifest_problems
 
 MANIFEST = "avatar.json"
-MANIFEST_LIMIT = 64 << 20
+MANIFEST_LIMIT = 4 << 20  # ours are tens of kilobytes
 Data = bytes | memoryview
 Open = Callable[[str, int], Data]  # (name, most bytes) -> contents
 

@@ -58,6 +58,9 @@ class Player:
         self.avatar = avatar
         self._anchors = _anchor_rig(avatar)
 
+    @np.errstate(
+        over="ignore", invalid="ignore"
+    )  # absurd numbers become infinite, and what is infinite is not drawn
     def animate(self, pose: Pose, milliseconds: dict[str, float] | None = None) -> Splats:
         """Posed, activated Gaussians in world space. Raises AvatarError for a name the avatar lacks."""
         timed = _timer(milliseconds)

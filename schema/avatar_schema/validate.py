@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 from jsonschema import Draft202012Validator
 
 from avatar_schema import LATEST, schema
 
+MOST_PROBLEMS = 100  # a hostile manifest could have millions
 EXTENSIONS: tuple[str, ...] = ()  # the ones this version understands
 
 
@@ -31,7 +33,7 @@ def manifest_problems(manifest: Any) -> list[Problem]:
     problems = version_problems(manifest)
     if any(not p.warning for p in problems):
         return problems
-    errors = Draft202012Validator(schema("avatar")).iter_errors(manifest)
+    errors = islice(Draft202012Validator(schema("avatar")).iter_errors(manifest), MOST_PROBLEMS)
     for error in sorted(errors, key=lambda e: (e.json_path, e.message)):
         problems.append(Problem(error.json_path, _message(error)))
     return problems

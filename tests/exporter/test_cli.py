@@ -119,7 +119,7 @@ def test_raw_and_dump_give_the_same_gaussians(
     flags = ("--dataset", sample_blendshapes, "--driving", driving, "--no-preview", "--name", "head")
     code, _, error = run("convert", source, "-o", tmp_path / "raw", *flags)
     assert code == 0
-    assert "3 rows with a NaN were dropped" in error
+    assert "3 rows with a NaN or infinity were dropped" in error
     for name in ("gaussians.ply", "blendshapes.safetensors", "rig.safetensors"):
         assert (tmp_path / "raw" / name).read_bytes() == (bundle / name).read_bytes()
 
@@ -237,6 +237,67 @@ def test_turntable(run: Run, bundle: Path, tmp_path: Path) -> None:
     assert "6 pictures" in text
 
 
+def test_zoom_pitch_and_transparency(run: Run, bundle: Path, tmp_path: Path) -> None:
+    def drawn(name: str, *flags: str) -> np.ndarray:
+        out = tmp_path / f"{name}.png"
+        assert run("render", bundle, "-o", out, "--size", "96", "--background", "transparent", *flags)[0] == 0
+        return np.asarray(Image.open(out)).astype(float)
+
+    plain, near = drawn("plain"), drawn("near", "--zoom", "1.5")
+    covered = [np.count_nonzero(picture[..., 3] > 128) for picture in (plain, near)]
+    assert covered[1] > 1.5 * covered[0]
+    # Straight alpha: a half covered rim pixel keeps the skin's colour instead of darkening towards black.
+    rim = plain[(plain[..., 3] > 90) & (plain[..., 3] < 160)]
+    inside = plain[plain[..., 3] > 250]
+    assert rim[:, 0].mean() > 0.7 * inside[:, 0].mean()
+
+
+def test_frames_and_frame_rate(run: Run, bundle: Path, tmp_path: Path) -> None:
+    take = Path(__file__).parents[2] / "samples" / "drive" / "live_link_face_udp.gesichter"
+    flags = ("--drive", take, "--every", "30", "--size", "16", "--frames", "1:4")
+    assert "3 pictures" in run("render", bundle, "-o", tmp_path / "t.webp", *flags)[1]
+    with Image.open(tmp_path / "t.webp") as animation:
+        animation.seek(1)
+        animation.load()
+        assert animation.info["duration"] == 500  # 60 frames a second, each thirtieth
+
+
+@pytest.mark.parametrize("name", ["x[/y]", "[red]x", "\x1b[31mx"])
+def test_a_name_is_text_and_no_markup(run: Run, sample_lam: Path, tmp_path: Path, name: str) -> None:
+    assert run("convert", sample_lam, "-o", tmp_path / "a", "--name", name, "--no-preview")[0] == 0
+    code, text, _ = run("inspect", tmp_path / "a")
+    assert code == 0
+    assert name.replace("\x1b", "?") in text
+    assert "\x1b" not in text
+
+
+def test_inspect_of_a_broken_manifest_is_one_line(run: Run, bundle: Path, tmp_path: Path) -> None:
+    shutil.copytree(bundle, tmp_path / "b")
+    for text in ("{", "[]", '{"asset": {}}', '{"asset": 3, "files": [1]}', ""):
+        (tmp_path / "b" / "avatar.json").write_text(text)
+        code, _, error = run("inspect", tmp_path / "b")
+        assert (code, error.count("\n")) == (2, 1)
+        assert "avatar.json" in error
+
+
+def test_names_that_no_system_takes(run: Run, sample_lam: Path, tmp_path: Path) -> None:
+    for arguments in (("inspect", "x" * 300), ("convert", sample_lam, "-o", tmp_path / ("y" * 300))):
+        code, _, error = run(*arguments)
+        assert (code, error.count("\n")) == (2, 1)
+
+
+def test_force_goes_through_a_link(run: Run, sample_lam: Path, tmp_path: Path) -> None:
+    assert run("convert", sample_lam, "-o", tmp_path / "real", "--no-preview")[0] == 0
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    assert (
+        run("convert", sample_lam, "-o", tmp_path / "link", "--no-preview", "--force", "--name", "new")[0]
+        == 0
+    )
+    assert (tmp_path / "link").is_symlink()
+    assert load(tmp_path / "real").name == "new"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["link", "real"]
+
+
 @pytest.mark.parametrize("file", ["fix_chkpnt40000/W.npy", "mouth0_chkpnt40000/pos.npy", "acc40000.npy"])
 def test_a_pipe_among_the_files_is_refused(
     run: Run, sample_blendshapes: Path, tmp_path: Path, file: str
@@ -283,6 +344,9 @@ USER_ERRORS = {
     "absent recording": (("--drive", "nowhere.csv"), "nowhere.csv"),
     "frames of one picture": (("--frames", "9:10"), "one picture"),
     "frames beyond the end": (("--frames", "99:", "--orbit", "9", "-o", "x.webp"), "no frame"),
+    "superscript size": (("--size", "\u00b2"), "WxH"),
+    "endless size": (("--size", "9" * 5000), "WxH"),
+    "yaw": (("--yaw", "nan"), "finite"),
     "background": (("--background", "255,0,0"), "0 to 1"),
     "two sources": (("--drive", "a.csv", "-a", "jawOpen=1"), "exclude"),
     "kind of file": (("-o", "film.mp4"), ".mp4 cannot be written"),

@@ -102,3 +102,11 @@ def test_opencv_pixels_are_k_times_the_point() -> None:
 def test_a_picture_needs_pixels(width: int, height: int) -> None:
     with pytest.raises(ValueError, match="no pixels"):
         Camera.from_opencv(np.eye(3), np.zeros(3), np.eye(3), width, height)
+
+
+def test_orbit_stands_where_yaw_and_pitch_say() -> None:
+    """Yaw to the subject's left (+X), pitch up (+Y), zero in front (+Z)."""
+    for yaw, pitch, side in ((0, 0, (0, 0, 1)), (np.pi / 2, 0, (1, 0, 0)), (0, np.pi / 4, (0, 1, 1))):
+        camera = Camera.orbit(np.array([1.0, 2.0, 3.0]), 2.0, yaw, pitch, 0.5, 8, 8)
+        expected = np.array([1, 2, 3]) + 2 * np.array(side) / np.linalg.norm(side)
+        np.testing.assert_allclose(camera.centre, expected, atol=1e-6)

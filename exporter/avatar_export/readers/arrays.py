@@ -24,6 +24,7 @@ from avatar_runtime.files import open_file
 NUMBER_CODES = ("f2", "f4", "f8", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "b1")
 BYTE_ORDERS = ("<", ">", "=", "|")
 MAX_DIMENSIONS = 32
+LARGEST_EXTENT = 1 << 56  # NumPy refuses more, zero sizes among them or not
 MAX_HEADER_BYTES = 65536
 SPAN_BYTES = 65536  # up to this much is read at once where only part of it is wanted
 
@@ -167,6 +168,8 @@ def stored_array(
     if steps is None or len(steps) != len(sizes):
         raise wrong("has strides that do not go with its shape")
     count = math.prod(sizes)
+    if not count and math.prod(max(size, 1) for size in sizes) >= LARGEST_EXTENT:
+        raise wrong(f"has a shape of {' x '.join(map(str, sizes))[:80]}, which nothing can hold")
     extent = 0
     if count:
         extent = 1

@@ -112,6 +112,7 @@ class _Parts:
         self, face: FaceSource, mouths: list[MouthSource], columns: int, options: ReadOptions
     ) -> None:
         self.unit = np.float32(1 / options.body_scale)
+        self.coefficients = face.coefficients
         self.threshold = dict.fromkeys(THRESHOLD, 0.0) if options.exact else dict(THRESHOLD)
         rows = face.count + sum(m.count for m in mouths)
         t = self.threshold
@@ -151,6 +152,11 @@ class _Parts:
 
     def read_mouth(self, mouth: MouthSource) -> None:
         """Teeth: static Gaussians, no deltas of their own."""
+        stored, needed = mouth.static["sh"].shape[1], self.coefficients
+        if stored != needed:
+            raise AvatarError(
+                f"has {stored} SH coefficients, the face {needed}", file=mouth.file, owner=SYSTEM
+            )
         finite = np.logical_and.reduce(
             [np.isfinite(v.reshape(mouth.count, -1)).all(axis=1) for v in mouth.static.values()]
         )

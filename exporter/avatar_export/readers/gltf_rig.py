@@ -26,6 +26,7 @@ WEIGHT_SUM_TOLERANCE = 1e-5
 
 I64 = npt.NDArray[np.int64]
 Object = Mapping[str, Any]
+MOST_MORPHS = 4096  # times joints it is an array, times vertices the work
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,8 @@ def read_rig(glb: Glb) -> GltfRig:
     attributes = _object(glb, primitive.get("attributes"), f"{where}.attributes")
     vertices = _vectors(glb, attributes, f"{where}.attributes")
     names = _morph_names(glb, mesh, primitive, where)
+    if len(names) > MOST_MORPHS:
+        glb.fail(where, f"has {len(names)} morph targets, at most {MOST_MORPHS} are read")
     morphs = _morphs(glb, primitive, len(vertices), where)
     skeleton = read_skeleton(glb, skin_index)
     skin, renormalised = _skin(glb, attributes, skeleton.order, len(vertices), f"{where}.attributes")

@@ -14,10 +14,11 @@ PATTERNS: dict[str, tuple[str, ...]] = {
     "body_model": (
         "body_model.npz",
         "generic_model.pkl",
-        "flame*.pkl",
-        "FLAME*.pkl",
-        "smpl*.pkl",
-        "SMPL*.pkl",
+        "flame*model*.pkl",
+        "FLAME20*.pkl",
+        "FLAME_NEUTRAL*.pkl",
+        "FLAME_*MALE*.pkl",
+        "SMPL_*.pkl",
     ),
     "shape": ("shape.npy", "*.frame"),
     "eyelids": ("l_eyelid.npy",),
@@ -72,6 +73,11 @@ def _first(root: Path, patterns: tuple[str, ...]) -> Path | None:
     for pattern in patterns:
         for depth in range(DEPTH + 1):
             matches = sorted(p for p in root.glob("*/" * depth + pattern) if p.is_file())
+            if len(matches) > 1 and not pattern.endswith(".frame"):
+                raise AvatarError(
+                    f"holds {', '.join(p.name for p in matches[:4])}: name the one to take by its option",
+                    file=root,
+                )
             if matches:
-                return matches[0]
+                return matches[0]  # of a subject's frames any: they share the identity
     return None

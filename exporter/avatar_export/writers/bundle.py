@@ -41,11 +41,12 @@ def write_bundle(
     older bundle is replaced, anything else still refused). After a crash `out` is as it was before.
     """
     avatar.check()
+    out = out.resolve()  # through a link to what it names; also "." gets a name
     _may_replace(out, force)
     partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        if out.suffix == ".zip":
+        if out.suffix.lower() == ".zip":
             with zipfile.ZipFile(partial, "x", zipfile.ZIP_STORED) as archive:
                 document = _write(avatar, _zip_sink(archive), preview, progress)
         else:

@@ -41,6 +41,7 @@ MAX_STRIDE = 252
 MAX_CHUNKS = 16  # the first two are read
 
 Array = npt.NDArray[Any]
+MOST_ENTRIES = 65_536  # nodes, accessors, ... of one file
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,8 @@ class Glb:
         entries = self.document.get(kind, [])
         if not isinstance(entries, list):
             self.fail(kind, "is no list")
+        if len(entries) > MOST_ENTRIES:
+            self.fail(kind, f"has {len(entries)} entries, at most {MOST_ENTRIES} are read")
         return [self.entry(kind, index) for index in range(len(entries))]
 
     def fail(self, field: str, message: str) -> NoReturn:

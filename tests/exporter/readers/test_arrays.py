@@ -222,3 +222,12 @@ def test_mangled_npy_gives_numbers_or_an_avatar_error(
 
     only_avatar_errors(read)
     only_avatar_errors(lambda: parse_text_npy(data, "f", "n"))
+
+
+def test_a_zero_does_not_excuse_a_giant_shape(tmp_path: Path) -> None:
+    header = b"{'descr': '<f4', 'fortran_order': False, 'shape': (2305843009213693952, 0), }"
+    header += b" " * (-(len(header) + 11) % 64) + b"\n"
+    path = tmp_path / "zero.npy"
+    path.write_bytes(b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
+    with pytest.raises(AvatarError, match="nothing can hold"):
+        open_npy(path).read()

@@ -235,3 +235,35 @@ def test_units(blendshapes_golden: BlendshapesGolden) -> None:
     assert np.array_equal(four.gaussians.sh, one.gaussians.sh)
     assert four.raster.near == pytest.approx(0.05)
     assert four.training_per_bundle == 4
+
+
+def test_the_latest_iteration_is_read(blendshapes_golden: BlendshapesGolden, tmp_path: Path) -> None:
+    shutil.copytree(blendshapes_golden.viewer / "fix_chkpnt40000", tmp_path / "fix_chkpnt40000")
+    shutil.copytree(blendshapes_golden.viewer / "fix_chkpnt40000", tmp_path / "fix_chkpnt9000")
+    opacity = tmp_path / "fix_chkpnt40000" / "opacity.npy"
+    np.save(opacity, np.full_like(np.load(opacity), 1.25))
+    assert np.all(read(tmp_path, ReadOptions(rig=False)).gaussians.opacity_logit == 1.25)
+
+
+def test_the_background_is_the_trainers(blendshapes_golden: BlendshapesGolden, tmp_path: Path) -> None:
+    shutil.copytree(blendshapes_golden.viewer, tmp_path / "model")
+    for text, colour in (("white_bkgd=False", 0.0), ("white_bkgd=True", 1.0), ("", 0.0)):
+        (tmp_path / "model" / "cfg_args").write_text(f"Namespace(sh_degree=3, {text})")
+        assert read(tmp_path / "model", ReadOptions(rig=False)).raster.background == (colour,) * 3
+
+
+def test_teeth_of_another_degree_are_refused(blendshapes_golden: BlendshapesGolden, tmp_path: Path) -> None:
+    shutil.copytree(blendshapes_golden.viewer, tmp_path / "model")
+    path = tmp_path / "model" / "mouth0_chkpnt40000" / "shs.npy"
+    np.save(path, np.load(path)[:, :9])
+    with pytest.raises(AvatarError, match="has 9 SH coefficients, the face 16"):
+        read(tmp_path / "model", ReadOptions(rig=False))
+
+
+def test_two_body_models_are_not_guessed_between(
+    blendshapes_golden: BlendshapesGolden, tmp_path: Path
+) -> None:
+    for name in ("FLAME_MALE.pkl", "FLAME_FEMALE.pkl"):
+        (tmp_path / name).write_bytes(b"")
+    with pytest.raises(AvatarError, match=r"FLAME_FEMALE\.pkl, FLAME_MALE\.pkl: name the one"):
+        read(blendshapes_golden.viewer, ReadOptions(dataset=tmp_path))
