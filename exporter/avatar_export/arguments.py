@@ -11,6 +11,7 @@ import typer
 from avatar_runtime.stages.raster import PROFILES
 
 NUMBER = re.compile("[0-9]{1,6}")
+LARGEST = 1e6  # weights and degrees beyond are slips
 
 
 def pairs(values: list[str] | None) -> list[tuple[str, str]]:
@@ -25,13 +26,15 @@ def pairs(values: list[str] | None) -> list[tuple[str, str]]:
 
 
 def numbers(text: str, count: int) -> tuple[float, ...]:
-    """Exactly `count` numbers between commas."""
+    """Exactly `count` finite numbers between commas."""
     try:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
         numbers = ()
-    if len(numbers) != count:
-        raise typer.BadParameter(f"{text!r} is not {count} number{'s' * (count > 1)}")
+    if len(numbers) != count or not all(abs(number) <= LARGEST for number in numbers):
+        raise typer.BadParameter(
+            f"{text!r} is not {count} finite number{'s' * (count > 1)} up to {LARGEST:g}"
+        )
     return numbers
 
 

@@ -51,7 +51,7 @@ def convert(
     system: System = None,
     body_model: Annotated[Path | None, typer.Option(help="FLAME- or SMPL-layout .npz or .pkl.")] = None,
     body_scale: Annotated[
-        float, typer.Option(help="Training units in one unit of the body model.", min=1e-6)
+        float, typer.Option(help="Training units in one unit of the body model.", min=1e-6, max=1e6)
     ] = 1.0,
     shape: Annotated[
         Path | None,

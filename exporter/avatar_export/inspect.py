@@ -33,6 +33,7 @@ def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
     return {"kind": "source", "note": f"convert it to get {MANIFEST}", **summary(avatar)}
 
 
+@np.errstate(over="ignore")
 def summary(avatar: Avatar) -> dict[str, Any]:
     """Counts, names, ranges and rules of an avatar."""
     g, b, rig = avatar.gaussians, avatar.blendshapes, avatar.rig

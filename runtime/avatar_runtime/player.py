@@ -25,6 +25,8 @@ from avatar_runtime.stages.skin import skin
 from avatar_runtime.stages.sort import sort
 
 T = TypeVar("T")
+# Absurd numbers become infinite, and what is infinite is not drawn: no news for standard error.
+ABSURD = np.errstate(over="ignore", invalid="ignore")
 
 
 @dataclass(frozen=True)
@@ -58,9 +60,7 @@ class Player:
         self.avatar = avatar
         self._anchors = _anchor_rig(avatar)
 
-    @np.errstate(
-        over="ignore", invalid="ignore"
-    )  # absurd numbers become infinite, and what is infinite is not drawn
+    @ABSURD
     def animate(self, pose: Pose, milliseconds: dict[str, float] | None = None) -> Splats:
         """Posed, activated Gaussians in world space. Raises AvatarError for a name the avatar lacks."""
         timed = _timer(milliseconds)
@@ -81,6 +81,7 @@ class Player:
         )
         return timed("activate", lambda: activate(bound))
 
+    @ABSURD
     def frame(
         self,
         pose: Pose,
@@ -101,6 +102,7 @@ class Player:
         picture = timed("raster", lambda: raster(projected, order, camera, colour, profile))
         return Frame(picture, splats, milliseconds)
 
+    @ABSURD
     def mesh(self, pose: Pose) -> F32:
         """Posed vertices [V, 3] of the whole rig, mesh space. Raises AvatarError without a rig."""
         rig = self.avatar.rig

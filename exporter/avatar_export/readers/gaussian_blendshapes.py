@@ -199,7 +199,9 @@ def _finite_rows(block: Mapping[str, Mapping[str, F32]]) -> np.ndarray[Any, np.d
     finite = np.ones(count, bool)
     for values in block.values():
         for value in values.values():
-            if not np.isfinite(np.sum(value, dtype=np.float64)):
+            with np.errstate(invalid="ignore"):  # inf - inf
+                total = np.sum(value, dtype=np.float64)
+            if not np.isfinite(total):
                 finite &= np.isfinite(value.reshape(count, -1)).all(axis=1)
     return finite
 

@@ -21,6 +21,9 @@ class Joints:
     position: F32  # [J, 3] posed
 
 
+@np.errstate(
+    over="ignore", invalid="ignore"
+)  # a rest pose beyond float32 becomes infinite, which is not drawn
 def joints(rig: Rig, pose: PoseArrays) -> Joints:
     """Rest joints J0 + sum_k w_k J_k, global = parent @ rest_local @ delta, A = global @ inverse bind.
 
