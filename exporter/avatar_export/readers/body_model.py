@@ -55,6 +55,7 @@ class BodyModel:
 
     @property
     def vertex_count(self) -> int:
+        """V."""
         return len(self.v_template)
 
 

@@ -92,7 +92,7 @@ def unknown_keys(manifest: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def decode_groups(manifest: Mapping[str, Any]) -> tuple[Group, ...]:
-    """Groups of a manifest that the schema accepts; likewise the functions below."""
+    """Groups of a manifest that the schema accepts, in draw order."""
     return tuple(
         Group(g["name"], int(g["first"]), int(g["count"]), g["binding"], dict(g.get("joint_mix", {})))
         for g in manifest["groups"]
@@ -100,11 +100,13 @@ def decode_groups(manifest: Mapping[str, Any]) -> tuple[Group, ...]:
 
 
 def decode_rules(manifest: Mapping[str, Any]) -> Rules:
+    """Rules of a manifest that the schema accepts."""
     rules = manifest["rules"]
     return Rules(rules["rotation"], rules.get("rotation_joint"), rules["sh_direction"], rules["anchor"])
 
 
 def decode_expressions(manifest: Mapping[str, Any]) -> tuple[Expression, ...]:
+    """Expressions, in column order."""
     return tuple(
         Expression(e["name"], tuple(e.get("aliases", ())), (float(e["range"][0]), float(e["range"][1])))
         for e in manifest["expressions"]
@@ -112,6 +114,7 @@ def decode_expressions(manifest: Mapping[str, Any]) -> tuple[Expression, ...]:
 
 
 def decode_driving(manifest: Mapping[str, Any]) -> Driving:
+    """Driving; raises AvatarError for a matrix that is not rows of numbers."""
     d = manifest["driving"]
     matrix = d.get("matrix")
     shape = (len(d.get("outputs", ())), len(d.get("inputs", ())))
@@ -129,6 +132,7 @@ def decode_driving(manifest: Mapping[str, Any]) -> Driving:
 
 
 def decode_raster(manifest: Mapping[str, Any]) -> RasterSettings:
+    """What the trainer's renderer used."""
     background = manifest["background"]
     if not isinstance(background, str):
         r, g, b = map(float, background)
