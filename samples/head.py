@@ -145,6 +145,19 @@ def load_head() -> Head:
     )
 
 
+def part_of(head: Head, rows: Array, triangles: Array, kept: Array) -> Head:
+    """The vertices `rows`; `triangles` index them and are those of the mask `kept`."""
+    return replace(
+        head,
+        vertices=head.vertices[rows],
+        colors=head.colors[rows],
+        triangles=triangles,
+        part=head.part[kept],
+        expressions=head.expressions[:, rows],
+        identity=head.identity[:, rows],
+    )
+
+
 def simplify(head: Head, cell: float) -> Head:
     """A coarse copy: one vertex for each cube of `cell` metres and part, triangles that collapse dropped."""
     part_of_vertex = np.zeros(len(head.vertices), np.int64)
@@ -155,16 +168,7 @@ def simplify(head: Head, cell: float) -> Head:
     a, b, c = triangles.T
     kept = (a != b) & (b != c) & (c != a)
     used, flat = np.unique(triangles[kept], return_inverse=True)
-    rows = chosen[used]
-    return replace(
-        head,
-        vertices=head.vertices[rows],
-        colors=head.colors[rows],
-        triangles=flat.reshape(-1, 3),
-        part=head.part[kept],
-        expressions=head.expressions[:, rows],
-        identity=head.identity[:, rows],
-    )
+    return part_of(head, chosen[used], flat.reshape(-1, 3), kept)
 
 
 def turned_eyes(head: Head) -> Head:

@@ -16,7 +16,7 @@ from plyfile import PlyData, PlyElement
 from avatar_runtime.rotation import matrix_from_rotvec, quat_from_matrix
 from samples.colour import logit, surface_colour, surface_opacity
 from samples.glb import Clip, Node, save_animation_glb, save_skin_glb
-from samples.head import Head, neck_height, smoothstep, turned_eyes, unit
+from samples.head import Head, neck_height, part_of, smoothstep, turned_eyes, unit
 from samples.surface import vertex_samples
 
 Array = npt.NDArray[Any]
@@ -79,15 +79,7 @@ def restrict(head: Head) -> Head:
     for eye, name in enumerate(("left_eye", "right_eye")):
         kept &= ~(head.triangles_in(name) & (unit(centre - head.eye_centres[eye])[:, 2] < -0.35))
     used, flat = np.unique(head.triangles[kept], return_inverse=True)
-    return replace(
-        head,
-        vertices=head.vertices[used],
-        colors=head.colors[used],
-        triangles=flat.reshape(-1, 3),
-        part=head.part[kept],
-        expressions=head.expressions[:, used],
-        identity=head.identity[:, used],
-    )
+    return part_of(head, used, flat.reshape(-1, 3), kept)
 
 
 def skin(vertices: Array) -> tuple[Array, Array]:

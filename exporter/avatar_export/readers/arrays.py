@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from io import BytesIO
+from io import BytesIO, FileIO
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
@@ -309,10 +309,10 @@ def _fill(fetch: Fetch, offset: int, out: Array, strides: tuple[int, ...]) -> No
         _fill(fetch, offset + first * strides[axis] * item, piece, strides)
 
 
-def _read_exactly(stream: BinaryIO, out: Array, file: str, name: str) -> None:
+def _read_exactly(stream: FileIO | BytesIO, out: Array, file: str, name: str) -> None:
     view = memoryview(out.reshape(-1).view(np.uint8).data)
     while len(view):
-        got = stream.readinto(view)  # type: ignore[attr-defined]
+        got = stream.readinto(view)
         if not got:
             raise AvatarError("ends before its data; the file is truncated", file=file, field=name)
         view = view[got:]

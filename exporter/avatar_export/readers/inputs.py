@@ -58,9 +58,8 @@ def find_inputs(model_folder: Path, options: ReadOptions, owner: str) -> Inputs:
         given: Path | None = getattr(options, name)
         if given is not None and str(given) != "zero" and not given.exists():
             raise AvatarError("no such file", file=given, field=f"--{name.replace('_', '-')}", owner=owner)
-        found[name] = given or next(filter(None, (_first(root, patterns) for root in roots)), None)
-        if name == "eyelids" and found[name] is not None and given is None:
-            found[name] = found[name].parent  # type: ignore[union-attr]
+        first = next(filter(None, (_first(root, patterns) for root in roots)), None)
+        found[name] = given or (first.parent if first and name == "eyelids" else first)
     return Inputs(**found)
 
 
