@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ import numpy.typing as npt
 from avatar_runtime.avatar import (
     Avatar,
     Blendshapes,
+    Clip,
     Driving,
+    Embedding,
     Expression,
     Gaussians,
     Group,
@@ -20,6 +23,7 @@ from avatar_runtime.avatar import (
     SparseRows,
 )
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+from avatar_runtime.stages.surface import binding_pose
 
 Array = npt.NDArray[Any]
 
@@ -56,7 +60,7 @@ def full_avatar(seed: int = 0) -> Avatar:
         name="Full Ävatar",
         gaussians=_gaussians(rng),
         groups=GROUPS,
-        rules=Rules("polar3", "neck", "inverse_rotation", "unique"),
+        rules=Rules("polar3", "neck", "inverse_rotation", "unique", quaternion_sign="largest_positive"),
         expressions=EXPRESSIONS,
         late_morph_names=LATE_MORPHS,
         blendshapes=Blendshapes(
@@ -86,7 +90,65 @@ def full_avatar(seed: int = 0) -> Avatar:
         delta_threshold={"mean": 1e-8, "sh": 1e-7},
         provenance={"system": "made_for_tests", "rows_dropped": [3, 17], "author": "nobody"},
         extras={"extras": {"note": ["kept", 1, None, 0.1]}, "someVendor": {"deep": [{"er": True}]}},
+        clips=(_clip(rng, "nod", 24.0, 5), _clip(rng, "blink", 30.0, 3)),
     ).check()
+
+
+def surface_avatar(seed: int = 0, rules: Rules | None = None, *, rigged: bool = True) -> Avatar:
+    """`full_avatar` with its Gaussians on the rig's mesh instead of its skin; the canonical mesh is not the template.
+
+    `rules` of SplattingAvatar by default, or those of GaussianAvatars; u = 4.
+    """
+    rng = np.random.default_rng(seed + 1)
+    full = full_avatar(seed)
+    assert full.rig is not None
+    rules = rules or Rules("vertex_quaternion", scale="log_area")
+    triangle = rng.integers(0, len(full.rig.triangles), COUNT)
+    by_normal = rules.position == "normal"
+    embedding = Embedding(
+        canonical_vertices=full.rig.vertices + _normal(rng, VERTICES, 3, scale=2e-3),
+        triangles=full.rig.triangles,
+        triangle=triangle.astype(np.uint32),
+        barycentric=rng.dirichlet([1, 1, 1], COUNT).astype(np.float32),
+        displacement=_normal(rng, COUNT if by_normal else 0, scale=3e-3),
+        local_offset=_normal(rng, 0 if by_normal else COUNT, 3, scale=0.1),
+        local_quat_wxyz=_normal(rng, COUNT, 4),
+    )
+    mean, quat_wxyz = binding_pose(embedding, rules, full.training_per_bundle)
+    k, late = len(EXPRESSIONS), len(LATE_MORPHS)
+    features = 9 * len(CORRECTIVE_JOINTS) if rigged else 0
+    return replace(
+        full,
+        gaussians=replace(full.gaussians, mean=mean, quat_wxyz=quat_wxyz),
+        groups=(Group("head", 0, 40, "surface"), Group("hair", 40, 8, "surface")),
+        rules=rules,
+        blendshapes=Blendshapes(
+            SparseRows.empty(COUNT, k, {"mean": (3,), "quat_wxyz": (4,)}),
+            SparseRows.empty(COUNT, k, {"log_scale": (3,), "opacity_logit": (), "sh": (16, 3)}),
+            SparseRows.empty(COUNT, features, {"mean": (3,)}),
+            SparseRows.empty(COUNT, late, {"mean": (3,)}),
+        ),
+        skin=SparseRows.empty(COUNT, len(JOINTS) if rigged else 0, {"weight": ()}),
+        rig=full.rig if rigged else None,
+        driving=full.driving if rigged else Driving(),
+        embedding=embedding,
+        clips=full.clips if rigged else (),
+    ).check()
+
+
+def _clip(rng: np.random.Generator, name: str, fps: float, frames: int) -> Clip:
+    turns = matrix_from_rotvec(rng.normal(0, 0.2, (frames, len(JOINTS), 3)))
+    moves = rng.normal(0, 2e-3, (frames, len(JOINTS), 3))
+    return Clip(
+        name,
+        fps,
+        rng.uniform(-0.2, 1.1, (frames, len(EXPRESSIONS))).astype(np.float32),
+        rng.uniform(0, 1, (frames, len(LATE_MORPHS))).astype(np.float32),
+        homogeneous(turns, moves).astype(np.float32),
+        homogeneous(
+            matrix_from_rotvec(rng.normal(0, 0.3, (frames, 3))), rng.normal(0, 0.02, (frames, 3))
+        ).astype(np.float32),
+    )
 
 
 def _gaussians(rng: np.random.Generator) -> Gaussians:

@@ -16,8 +16,8 @@ Document = dict[str, Any]
 
 
 def write(folder: Path) -> Path:
-    """The bundle of `full_avatar()` without its picture, in `folder`, which must not exist."""
-    write_bundle(full_avatar(), folder, preview=False)
+    """The bundle of `full_avatar()`, its normative files only, in `folder`, which must not exist."""
+    write_bundle(full_avatar(), folder, preview=False, engine_files=False)
     return folder
 
 

@@ -86,7 +86,7 @@ def convert(
 ) -> None:
     """Write the bundle of a trained avatar."""
     options = ReadOptions(
-        body_model, body_scale, shape, eyelids, anchor_faces, dataset, not no_rig, rotation, exact, name
+        body_model, body_scale, shape, eyelids, anchor_faces, dataset, no_rig, rotation, exact, name
     )
     with Steps() as step:
         step("reading")

@@ -19,6 +19,7 @@ from avatar_runtime.checks import check_avatar
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 I32 = npt.NDArray[np.int32]
+I64 = npt.NDArray[np.int64]
 U16 = npt.NDArray[np.uint16]
 U32 = npt.NDArray[np.uint32]
 
@@ -57,7 +58,10 @@ class SparseRows:
 
 @dataclass(frozen=True)
 class Gaussians:
-    """N splats in training space, in the binding pose (the pose in which every rule is the identity)."""
+    """N splats in training space, in the binding pose (the pose in which every rule is the identity).
+
+    For binding `surface` mean and quat_wxyz are what the embedding gives in that pose; nothing reads them to pose.
+    """
 
     mean: F32  # [N, 3] bundle units, right-handed, +Y up, face +Z
     log_scale: F32  # [N, 3] ln of bundle units
@@ -110,6 +114,45 @@ class Rig:
 
 
 @dataclass(frozen=True)
+class Embedding:
+    """How each Gaussian sits on a triangle mesh, for binding `surface`; row = Gaussian id.
+
+    The mesh is that of the binding pose, in which every surface rule is the identity. It need not be the rig's
+    template: SplattingAvatar embeds in the first frame's posed mesh. Where there is a rig, its vertices and
+    triangles are numbered as here.
+    """
+
+    canonical_vertices: F32  # [V, 3] bundle units
+    triangles: U32  # [F, 3]
+    triangle: U32  # [N] row of `triangles`
+    barycentric: F32  # [N, 3] weights of the triangle's corners 0, 1, 2; they add up to 1
+    displacement: F32  # [N] bundle units along the interpolated normal; [0] for position rule triangle_frame
+    local_offset: F32  # [N, 3] in the triangle's frame, times its size; [0, 3] for position rule normal
+    local_quat_wxyz: F32  # [N, 4] raw, before the mesh turns it
+
+    @property
+    def vertex_ids(self) -> U32:
+        """[N, 3] the three vertices under each Gaussian: triangles[triangle]."""
+        return self.triangles[self.triangle]
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A named sequence of T poses at an even rate; arrays are in the order of the avatar's names."""
+
+    name: str
+    fps: float
+    expression_weights: F32  # [T, K]
+    late_weights: F32  # [T, L]
+    joint_delta: F32  # [T, J, 4, 4] parent_from_joint = rest_local @ delta
+    world_from_avatar: F32  # [T, 4, 4] rigid
+
+    @property
+    def frames(self) -> int:
+        return len(self.expression_weights)
+
+
+@dataclass(frozen=True)
 class Expression:
     """A named blendshape weight. Its index in `Avatar.expressions` is the column of every expression matrix."""
 
@@ -133,10 +176,13 @@ class Group:
 class Rules:
     """Which formula moves what; each value is defined in SPEC.md by formula and source."""
 
-    rotation: str = "polar3"  # rules.ROTATION_RULES, how the skin turns a Gaussian
+    rotation: str = "polar3"  # rules.ROTATION_RULES, how skin or surface turn a Gaussian
     rotation_joint: str | None = None  # for head_bone
     sh_direction: str = "inverse_rotation"  # rules.SH_DIRECTIONS
     anchor: str = "repeats"  # rules.ANCHOR_RULES
+    position: str = "normal"  # rules.POSITION_RULES, where a surface Gaussian sits
+    scale: str = "none"  # rules.SCALE_RULES, how the surface stretches a Gaussian
+    quaternion_sign: str = "w_positive"  # rules.QUATERNION_SIGNS, of what vertex_quaternion averages
 
 
 @dataclass(frozen=True)
@@ -193,6 +239,8 @@ class Avatar:
     )  # attribute -> |delta| dropped on reading
     provenance: Mapping[str, Any] = field(default_factory=dict)
     extras: Mapping[str, Any] = field(default_factory=dict)  # unknown manifest keys, kept
+    embedding: Embedding | None = None  # where the binding is surface; all groups have it then, or none
+    clips: tuple[Clip, ...] = ()
 
     @property
     def expression_names(self) -> tuple[str, ...]:

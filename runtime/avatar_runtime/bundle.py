@@ -13,12 +13,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from avatar_runtime.avatar import Avatar, Gaussians, Rig
+from avatar_runtime.avatar import Avatar, Clip, Embedding, Gaussians, Rig
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.codec import ply, safetensors
+from avatar_runtime.codec.clips import read_clip_tensors
+from avatar_runtime.codec.embedding import read_embedding_tensors
 from avatar_runtime.codec.tensors import read_gaussian_tensors, read_rig_tensors
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.files import open_file
+from avatar_runtime.topology import topology_hash
 from avatar_schema.validate import Problem, manifest_problems
 
 MANIFEST = "avatar.json"
@@ -148,6 +151,8 @@ def _avatar(document: dict[str, Any], checked: Callable[[str], Data]) -> Avatar:
         delta_threshold=document["blendshapes"]["threshold"],
         provenance=document["provenance"],
         extras=codec.unknown_keys(document),
+        embedding=_embedding(document, checked),
+        clips=_clips(document, checked),
     ).check()
 
 
@@ -157,6 +162,30 @@ def _rig(document: dict[str, Any], checked: Callable[[str], Data], expressions: 
     name = "rig.safetensors"
     tensors = safetensors.decode(checked(name), name)
     return read_rig_tensors(tensors, tuple(document["joints"]), expressions, late, name)
+
+
+def _embedding(document: dict[str, Any], checked: Callable[[str], Data]) -> Embedding | None:
+    said = document["embedding"]
+    if said is None:
+        return None
+    name = "embedding.safetensors"
+    embedding = read_embedding_tensors(safetensors.decode(checked(name), name), name)
+    vertices, triangles = len(embedding.canonical_vertices), len(embedding.triangles)
+    found = (vertices, triangles, topology_hash(embedding.triangles, vertices))
+    if found != (said["vertices"], said["triangles"], said["topology_hash"]):
+        raise AvatarError(
+            f"holds {vertices} vertices in {triangles} triangles, topology {found[2][:12]}...; the manifest says "
+            f"{said['vertices']}, {said['triangles']}, {said['topology_hash'][:12]}...",
+            file=name,
+        )
+    return embedding
+
+
+def _clips(document: dict[str, Any], checked: Callable[[str], Data]) -> tuple[Clip, ...]:
+    if not document["clips"]:
+        return ()
+    name = "clips.safetensors"
+    return read_clip_tensors(safetensors.decode(checked(name), name), document["clips"], name)
 
 
 def _gaussians(data: Data, said: dict[str, Any]) -> Gaussians:

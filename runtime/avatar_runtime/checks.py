@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from avatar_runtime.checks_arrays import check_f32, check_names, check_sparse, expect
+from avatar_runtime.checks_surface import check_clip, check_embedding
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.rules import (
     ANCHOR_RULES,
     BACKGROUNDS,
     BINDINGS,
     HEAD_POSE_IN,
+    POSITION_RULES,
+    QUATERNION_SIGNS,
     ROTATION_RULES,
+    SCALE_RULES,
     SH_DIRECTIONS,
+    SKIN_ROTATIONS,
+    SURFACE_RULES,
 )
 
 if TYPE_CHECKING:
-    from avatar_runtime.avatar import Avatar, Gaussians, Rig, SparseRows
+    from avatar_runtime.avatar import Avatar, Gaussians, Rig
 
 
 def check_avatar(avatar: Avatar) -> None:
@@ -30,8 +35,8 @@ def check_avatar(avatar: Avatar) -> None:
             f"is {avatar.sh_degree}; 0..{avatar.gaussians.sh_degree} is stored", field="sh_degree"
         )
     _check_groups(avatar)
-    _check_names("expressions", avatar.expression_names)
-    _check_names("late_morph_names", avatar.late_morph_names)
+    check_names("expressions", avatar.expression_names)
+    check_names("late_morph_names", avatar.late_morph_names)
     n, k = avatar.gaussians.count, len(avatar.expressions)
     joints = avatar.rig.joint_count if avatar.rig else 0
     features = 9 * len(avatar.rig.corrective_joints) if avatar.rig else 0
@@ -44,50 +49,11 @@ def check_avatar(avatar: Avatar) -> None:
     if avatar.rig:
         _check_rig(avatar.rig, k, len(avatar.late_morph_names))
     _check_rules(avatar)
-
-
-def check_sparse(
-    sparse: SparseRows, name: str, rows: int, columns: int, shapes: Mapping[str, tuple[int, ...]]
-) -> None:
-    """Raise AvatarError unless `sparse` has `rows`, `columns`, sorted in-range columns and these attributes."""
-    ptr, col = sparse.row_ptr, sparse.column
-    _expect(ptr.dtype == np.uint32 and ptr.shape == (rows + 1,), f"{name}.row_ptr", f"u32[{rows + 1}]", ptr)
-    _expect(col.dtype == np.uint16 and col.ndim == 1, f"{name}.column", "u16[E]", col)
-    if sparse.columns != columns:
-        raise AvatarError(f"has {sparse.columns} columns, expected {columns}", field=name)
-    if ptr[0] != 0 or int(ptr[-1]) != len(col) or (ptr[1:] < ptr[:-1]).any():
-        raise AvatarError(f"must rise from 0 to the number of entries, {len(col)}", field=f"{name}.row_ptr")
-    if len(col):
-        if int(col.max()) >= columns:
-            entry = int(np.argmax(col >= columns))
-            raise AvatarError(
-                f"[{entry}] = {int(col[entry])}, but there are {columns} columns", field=f"{name}.column"
-            )
-        starts = np.zeros(len(col), bool)
-        starts[ptr[:-1][ptr[:-1] < len(col)]] = True
-        falls = (col[1:] <= col[:-1]) & ~starts[1:]
-        if falls.any():
-            entry = int(np.argmax(falls)) + 1
-            raise AvatarError("must strictly increase inside a row", field=f"{name}.column[{entry}]")
-    if set(sparse.values) != set(shapes):
-        raise AvatarError(f"has attributes {sorted(sparse.values)}, expected {sorted(shapes)}", field=name)
-    for attribute, shape in shapes.items():
-        _check_f32(f"{name}.{attribute}", sparse.values[attribute], (len(col), *shape))
-
-
-def _expect(ok: bool, name: str, want: str, got: npt.NDArray[Any]) -> None:
-    if not ok:
-        raise AvatarError(f"expected {want}, got {got.dtype}{list(got.shape)}", field=name)
-
-
-def _check_f32(name: str, array: npt.NDArray[Any], shape: Sequence[int]) -> None:
-    _expect(array.dtype == np.float32 and array.shape == tuple(shape), name, f"float32{list(shape)}", array)
-    # A float64 sum is finite exactly when every float32 is: one pass, no mask of the array's size.
-    with np.errstate(invalid="ignore"):  # inf - inf
-        total = np.sum(array, dtype=np.float64)
-    if not np.isfinite(total):
-        row = np.unravel_index(int(np.argmax(~np.isfinite(array))), array.shape)
-        raise AvatarError(f"is {array[row]} at row {int(row[0])}; finite numbers are needed", field=name)
+    if avatar.embedding:
+        check_embedding(avatar, avatar.embedding)
+    check_names("clips", tuple(clip.name for clip in avatar.clips))
+    for clip in avatar.clips:
+        check_clip(clip, k, len(avatar.late_morph_names), joints)
 
 
 def _check_gaussians(g: Gaussians) -> None:
@@ -100,10 +66,10 @@ def _check_gaussians(g: Gaussians) -> None:
         ("quat_wxyz", g.quat_wxyz, (n, 4)),
         ("opacity_logit", g.opacity_logit, (n,)),
     ):
-        _check_f32(f"gaussians.{name}", array, shape)
+        check_f32(f"gaussians.{name}", array, shape)
     if g.sh.ndim != 3 or g.sh.shape[1] not in (1, 4, 9, 16):
-        _expect(False, "gaussians.sh", "float32[N, 1 | 4 | 9 | 16, 3]", g.sh)
-    _check_f32("gaussians.sh", g.sh, (n, g.sh.shape[1], 3))
+        expect(False, "gaussians.sh", "float32[N, 1 | 4 | 9 | 16, 3]", g.sh)
+    check_f32("gaussians.sh", g.sh, (n, g.sh.shape[1], 3))
 
 
 def _check_groups(avatar: Avatar) -> None:
@@ -115,7 +81,9 @@ def _check_groups(avatar: Avatar) -> None:
         at += group.count
         if group.binding not in BINDINGS:
             raise AvatarError(f"binding {group.binding!r} is none of {', '.join(BINDINGS)}", field=where)
-        if group.binding != "none" and avatar.rig is None:
+        if (group.binding == "surface") != (avatar.embedding is not None):
+            raise AvatarError("binding 'surface' goes with an embedding, for all groups or none", field=where)
+        if group.binding not in ("none", "surface") and avatar.rig is None:
             raise AvatarError(f"binding {group.binding!r} needs a rig", field=where)
         if group.binding == "anchor" and avatar.rig is not None and len(avatar.rig.anchor_vertices) < 3:
             raise AvatarError("binding 'anchor' needs at least three anchor vertices in the rig", field=where)
@@ -126,24 +94,16 @@ def _check_groups(avatar: Avatar) -> None:
                 raise AvatarError(f"joint_mix names {joint!r}, which the rig lacks", field=where)
     if at != avatar.gaussians.count:
         raise AvatarError(f"cover {at} of {avatar.gaussians.count} Gaussians", field="groups")
-    _check_names("groups", tuple(g.name for g in avatar.groups))
-
-
-def _check_names(what: str, names: tuple[str, ...]) -> None:
-    seen: set[str] = set()
-    for name in names:
-        if not name or name in seen:
-            raise AvatarError(f"{name!r} is empty or stands twice", field=what)
-        seen.add(name)
+    check_names("groups", tuple(g.name for g in avatar.groups))
 
 
 def _check_rig(rig: Rig, expressions: int, late: int) -> None:
     v, j = len(rig.vertices), rig.joint_count
-    _check_f32("rig.vertices", rig.vertices, (v, 3))
+    check_f32("rig.vertices", rig.vertices, (v, 3))
     t = rig.triangles
-    _expect(t.dtype == np.uint32 and t.ndim == 2 and t.shape[1:] == (3,), "rig.triangles", "u32[F, 3]", t)
+    expect(t.dtype == np.uint32 and t.ndim == 2 and t.shape[1:] == (3,), "rig.triangles", "u32[F, 3]", t)
     anchors = rig.anchor_vertices
-    _expect(anchors.dtype == np.uint32 and anchors.ndim == 1, "rig.anchor_vertices", "u32[A]", anchors)
+    expect(anchors.dtype == np.uint32 and anchors.ndim == 1, "rig.anchor_vertices", "u32[A]", anchors)
     for name, index in (("triangles", t), ("anchor_vertices", anchors)):
         if index.size and int(index.max()) >= v:
             raise AvatarError(f"holds {int(index.max())}, but the rig has {v} vertices", field=f"rig.{name}")
@@ -151,23 +111,23 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
     check_sparse(rig.correctives, "rig.correctives", v, 9 * len(rig.corrective_joints), {"position": (3,)})
     check_sparse(rig.late_morphs, "rig.late_morphs", v, late, {"position": (3,)})
     check_sparse(rig.skin, "rig.skin", v, j, {"weight": ()})
-    _check_names("rig.joint_names", rig.joint_names)
-    _expect(
+    check_names("rig.joint_names", rig.joint_names)
+    expect(
         rig.parents.dtype == np.int32 and rig.parents.shape == (j,), "rig.parents", f"i32[{j}]", rig.parents
     )
     if (rig.parents >= np.arange(j)).any() or (rig.parents < -1).any():
         raise AvatarError("a parent must come before its children; a root is -1", field="rig.parents")
     for name, matrix in (("rest_local", rig.rest_local), ("inverse_bind_matrix", rig.inverse_bind_matrix)):
-        _check_f32(f"rig.{name}", matrix, (j, 4, 4))
+        check_f32(f"rig.{name}", matrix, (j, 4, 4))
         volume = np.abs(np.linalg.det(matrix.astype(np.float64)))
         sound = (matrix[:, 3] == (0, 0, 0, 1)).all(axis=1) & (volume > 1e-18)
         if not sound.all():
             raise AvatarError(
                 "is no affine matrix with an inverse", field=f"rig.{name}[{int(np.argmin(sound))}]"
             )
-    _check_f32("rig.joint_basis", rig.joint_basis, (expressions, j, 3))
+    check_f32("rig.joint_basis", rig.joint_basis, (expressions, j, 3))
     c = rig.corrective_joints
-    _expect(c.dtype == np.int32 and c.ndim == 1, "rig.corrective_joints", "i32[C]", c)
+    expect(c.dtype == np.int32 and c.ndim == 1, "rig.corrective_joints", "i32[C]", c)
     if c.size and (int(c.max()) >= j or int(c.min()) < 0):
         raise AvatarError(f"must lie in 0..{j - 1}", field="rig.corrective_joints")
 
@@ -178,10 +138,14 @@ def _check_rules(avatar: Avatar) -> None:
         ("rules.rotation", rules.rotation, ROTATION_RULES),
         ("rules.sh_direction", rules.sh_direction, SH_DIRECTIONS),
         ("rules.anchor", rules.anchor, ANCHOR_RULES),
+        ("rules.position", rules.position, POSITION_RULES),
+        ("rules.scale", rules.scale, SCALE_RULES),
+        ("rules.quaternion_sign", rules.quaternion_sign, QUATERNION_SIGNS),
         ("head_pose_in", avatar.head_pose_in, HEAD_POSE_IN),
     ):
         if value not in known:
             raise AvatarError(f"{value!r} is none of {', '.join(known)}", field=name)
+    _check_surface_rules(avatar)
     _check_numbers(avatar)
     names = avatar.rig.joint_names if avatar.rig else ()
     d = avatar.driving
@@ -200,8 +164,21 @@ def _check_rules(avatar: Avatar) -> None:
     if (d.mode == "matrix") != (d.matrix is not None):
         raise AvatarError("a matrix goes with mode 'matrix'", field="driving.matrix")
     if d.matrix is not None:
-        _check_f32("driving.matrix", d.matrix, (len(d.outputs), len(d.inputs)))
+        check_f32("driving.matrix", d.matrix, (len(d.outputs), len(d.inputs)))
         _check_outputs(avatar)
+
+
+def _check_surface_rules(avatar: Avatar) -> None:
+    rules = avatar.rules
+    together = (rules.rotation, rules.position, rules.scale)
+    if avatar.embedding is not None and together not in SURFACE_RULES:
+        rows = "; ".join(", ".join(row) for row in SURFACE_RULES)
+        raise AvatarError(
+            f"rotation, position, scale are {', '.join(together)}; with an embedding they are one of {rows}",
+            field="rules",
+        )
+    if avatar.embedding is None and (rules.rotation not in SKIN_ROTATIONS or rules.scale != "none"):
+        raise AvatarError(f"{rules.rotation}, {rules.scale}: such rules need an embedding", field="rules")
 
 
 def _check_outputs(avatar: Avatar) -> None:
@@ -215,7 +192,7 @@ def _check_outputs(avatar: Avatar) -> None:
                 f"{output!r} is no expression/NAME, eyelid/NAME or joint/NAME/x|y|z of this avatar",
                 field="driving.outputs",
             )
-    _check_names("driving.outputs", avatar.driving.outputs)
+    check_names("driving.outputs", avatar.driving.outputs)
 
 
 def _check_numbers(avatar: Avatar) -> None:

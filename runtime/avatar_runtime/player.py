@@ -15,7 +15,7 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.pose import Pose, PoseArrays, resolve
 from avatar_runtime.stages.activate import Splats, activate
-from avatar_runtime.stages.bind import bind
+from avatar_runtime.stages.bind import bind, bind_surface
 from avatar_runtime.stages.blend import blend
 from avatar_runtime.stages.joints import Joints, joints
 from avatar_runtime.stages.morph import morph
@@ -23,6 +23,7 @@ from avatar_runtime.stages.project import project
 from avatar_runtime.stages.raster import Picture, raster
 from avatar_runtime.stages.skin import skin
 from avatar_runtime.stages.sort import sort
+from avatar_runtime.stages.surface import prepare
 
 T = TypeVar("T")
 # Absurd numbers become infinite, and what is infinite is not drawn: no news for standard error.
@@ -59,12 +60,27 @@ class Player:
     def __init__(self, avatar: Avatar) -> None:
         self.avatar = avatar
         self._anchors = _anchor_rig(avatar)
+        e = avatar.embedding
+        self._surface = None if e is None else prepare(e, avatar.rules, avatar.training_per_bundle)
 
     @ABSURD
-    def animate(self, pose: Pose, milliseconds: dict[str, float] | None = None) -> Splats:
-        """Posed, activated Gaussians in world space. Raises AvatarError for a name the avatar lacks."""
+    def animate(
+        self,
+        pose: Pose,
+        milliseconds: dict[str, float] | None = None,
+        *,
+        posed_vertices: npt.NDArray[Any] | None = None,
+    ) -> Splats:
+        """Posed, activated Gaussians in world space. Raises AvatarError for a name the avatar lacks.
+
+        `posed_vertices` [V, 3] (mesh space, bundle units; for binding `surface` only) stand in place of what the
+        rig makes of the pose; without a rig and without them the mesh is the canonical one.
+        Raises ValueError for posed_vertices of another shape, or where nothing is bound to a surface.
+        """
         timed = _timer(milliseconds)
         avatar, arrays = self.avatar, resolve(pose, self.avatar)
+        if posed_vertices is not None:
+            posed_vertices = _mesh_vertices(avatar, posed_vertices)
         state: Joints | None = None
         anchors: F32 | None = None
         if avatar.rig is not None:
@@ -75,10 +91,17 @@ class Player:
         blended = timed(
             "blend", lambda: blend(avatar.gaussians, avatar.blendshapes, arrays.expression_weights)
         )
-        bound = timed(
-            "bind",
-            lambda: bind(avatar, blended, state, arrays.late_weights, anchors, arrays.world_from_avatar),
-        )
+        surface = self._surface
+        if surface is not None:
+            vertices = posed_vertices
+            if vertices is None and avatar.rig is not None and state is not None:
+                vertices = _posed(avatar.rig, arrays, state, timed)
+            if vertices is None:
+                vertices = surface.embedding.canonical_vertices
+            bound = timed("bind", lambda: bind_surface(surface, blended, vertices, arrays.world_from_avatar))
+        else:
+            late, world = arrays.late_weights, arrays.world_from_avatar
+            bound = timed("bind", lambda: bind(avatar, blended, state, late, anchors, world))
         return timed("activate", lambda: activate(bound))
 
     @ABSURD
@@ -88,11 +111,16 @@ class Player:
         camera: Camera,
         background: tuple[float, float, float] | None = None,
         profile: str = "trainer",
+        *,
+        posed_vertices: npt.NDArray[Any] | None = None,
     ) -> Frame:
-        """A picture of `pose` seen by `camera`; `background` defaults to the trainer's, or black."""
+        """A picture of `pose` seen by `camera`; `background` defaults to the trainer's, or black.
+
+        `posed_vertices` as in `animate`.
+        """
         milliseconds: dict[str, float] = {}
         timed = _timer(milliseconds)
-        splats = self.animate(pose, milliseconds)
+        splats = self.animate(pose, milliseconds, posed_vertices=posed_vertices)
         settings = self.avatar.raster
         if background is None:
             background = (0.0, 0.0, 0.0) if isinstance(settings.background, str) else settings.background
@@ -123,6 +151,15 @@ class Player:
         vertices = _posed(rig, arrays, state, timed)
         result: F32 = vertices[repeats]
         return result
+
+
+def _mesh_vertices(avatar: Avatar, vertices: npt.NDArray[Any]) -> F32:
+    if avatar.embedding is None:
+        raise ValueError("posed_vertices go with Gaussians that are bound to a surface; this avatar has none")
+    want = avatar.embedding.canonical_vertices.shape
+    if np.shape(vertices) != want:
+        raise ValueError(f"posed_vertices are {np.shape(vertices)}, the embedding's mesh has {want}")
+    return np.asarray(vertices, np.float32)
 
 
 def _posed(rig: Rig, arrays: PoseArrays, state: Joints, timed: Callable[..., Any]) -> F32:

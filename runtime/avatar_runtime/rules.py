@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
-BINDINGS = ("skin", "anchor", "joint_mix", "none")
-ROTATION_RULES = ("polar3", "head_bone", "none")
+BINDINGS = ("skin", "anchor", "joint_mix", "surface", "none")
+SKIN_ROTATIONS = ("polar3", "head_bone", "none")
+SURFACE_ROTATIONS = ("vertex_quaternion", "triangle_frame")
+ROTATION_RULES = SKIN_ROTATIONS + SURFACE_ROTATIONS
+POSITION_RULES = ("normal", "triangle_frame")
+SCALE_RULES = ("none", "log_area", "triangle_linear")
+QUATERNION_SIGNS = ("w_positive", "largest_positive")
 SH_DIRECTIONS = ("inverse_rotation", "world")
 ANCHOR_RULES = ("repeats", "unique")
 HEAD_POSE_IN = ("camera", "mesh")
 BACKGROUNDS = ("random", "per_view")  # where it is no one colour
+# (rotation, position, scale) that go together where there is an embedding
+SURFACE_RULES = (
+    ("vertex_quaternion", "normal", "none"),
+    ("vertex_quaternion", "normal", "log_area"),
+    ("triangle_frame", "triangle_frame", "triangle_linear"),
+)

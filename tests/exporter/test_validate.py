@@ -112,7 +112,7 @@ def test_derived_files_are_checked_too(bundle: Path) -> None:
 
 def test_a_file_listed_twice(bundle: Path) -> None:
     bundles.edit(bundle, lambda d: d["files"].append(d["files"][1]))
-    assert found(bundle) == [("avatar.json: $.files[3].path", "blendshapes.safetensors stands twice", False)]
+    assert found(bundle) == [("avatar.json: $.files[4].path", "blendshapes.safetensors stands twice", False)]
 
 
 def test_an_unlisted_file_that_is_needed(bundle: Path) -> None:

@@ -32,6 +32,7 @@ def rigless(binding: str) -> Avatar:
         rig=None,
         rules=Rules(),
         driving=Driving(),
+        clips=(),
         groups=(Group("all", 0, N, binding, {"jaw": 1.0} if binding == "joint_mix" else {}),),
         skin=SparseRows.empty(N, 0, {"weight": ()}),
         blendshapes=replace(avatar.blendshapes, correctives=SparseRows.empty(N, 0, {"mean": (3,)})),

@@ -54,11 +54,15 @@ def set_at(*keys: str | int, value: Any) -> Callable[[Document], None]:
 # Every enum of the schema with a value that no version knows; "anyOf" shows as its own message.
 RULES = {
     "$.rules.rotation": set_at("rules", "rotation", value="polar4"),
-    "$.rules.scale": set_at("rules", "scale", value="log_area"),
+    "$.rules.scale": set_at("rules", "scale", value="cubic"),
     "$.rules.sh_direction": set_at("rules", "sh_direction", value="rotation"),
     "$.rules.late_morphs": set_at("rules", "late_morphs", value="before_skin"),
     "$.rules.anchor": set_at("rules", "anchor", value="weighted"),
-    "$.groups[1].binding": set_at("groups", 1, "binding", value="surface"),
+    "$.rules.position": set_at("rules", "position", value="nearest"),
+    "$.rules.quaternion_sign": set_at("rules", "quaternion_sign", value="aligned"),
+    "$.rules.normal": set_at("rules", "normal", value="raw"),
+    "$.engine.influences": set_at("engine", value={"influences": 5}),
+    "$.groups[1].binding": set_at("groups", 1, "binding", value="balloon"),
     "$.head_pose_in": set_at("head_pose_in", value="world"),
     "$.driving.mode": set_at("driving", "mode", value="network"),
     "$.raster.profile": set_at("raster", "profile", value="gsplat"),
@@ -111,6 +115,9 @@ def test_the_schema_and_the_model_know_the_same_rules() -> None:
         rule_values.ROTATION_RULES: rules["rotation"],
         rule_values.SH_DIRECTIONS: rules["sh_direction"],
         rule_values.ANCHOR_RULES: rules["anchor"],
+        rule_values.POSITION_RULES: rules["position"],
+        rule_values.SCALE_RULES: rules["scale"],
+        rule_values.QUATERNION_SIGNS: rules["quaternion_sign"],
         rule_values.HEAD_POSE_IN: properties["head_pose_in"],
     }
     for values, node in known.items():
@@ -214,7 +221,7 @@ def test_a_pipe_is_refused_and_not_waited_for(bundle: Path) -> None:
 )
 def test_paths_that_lead_elsewhere_are_refused(bundle: Path, path: str) -> None:
     bundles.edit(bundle, lambda d: d["files"].append(d["files"][0] | {"path": path}))
-    assert refusal(bundle).startswith("avatar.json: $.files[3].path: ")
+    assert refusal(bundle).startswith("avatar.json: $.files[4].path: ")
 
 
 def test_a_rig_that_is_not_there_may_not_be_needed(bundle: Path) -> None:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from avatar_runtime.avatar import SparseRows
-from avatar_runtime.checks import check_sparse
+from avatar_runtime.checks_arrays import check_sparse
 from avatar_runtime.stages.bind import rows_of
 from avatar_runtime.stages.sparse import combine, gather
 from tests.golden import Array

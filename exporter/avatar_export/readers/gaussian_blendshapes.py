@@ -48,7 +48,11 @@ FILES = (
     "beside it: body model (--body-model), identity (--shape), eyelids (--eyelids), anchor faces (--anchor-faces)",
 )
 
-WITHOUT_RIG = ReadOptions(rig=False)
+WITHOUT_RIG = ReadOptions(no_rig=True)
+USED_OPTIONS = (
+    *("body_model", "body_scale", "shape", "eyelids", "anchor_faces", "dataset"),
+    *("no_rig", "exact", "name"),
+)
 EYELIDS = ("left", "right")
 JOINTS = ("root", "neck", "jaw", "leftEye", "rightEye")
 # Lower teeth ride on a fixed mix of joints (FLAME/lbs.py:240); what is missing to 1 stays on the identity.
@@ -73,8 +77,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     model = sources.locate(path)
     if model is None:
         raise AvatarError("holds no fix_chkpnt*/ folder and no fix_chkpnt*.pth", file=path, owner=SYSTEM)
-    if options.rotation is not None:
-        raise AvatarError("has one rotation rule; leave --rotation away", owner=SYSTEM)
+    options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such choice or input")
     face, mouths = sources.open_face(model), sources.open_mouths(model)
     inputs = find_inputs(model.folder, options, SYSTEM)
     body = _body(inputs, options, bool(mouths))
@@ -208,7 +211,7 @@ def _finite_rows(block: Mapping[str, Mapping[str, F32]]) -> np.ndarray[Any, np.d
 
 def _body(inputs: Inputs, options: ReadOptions, mouths: bool) -> BodyModel | None:
     """The body model, once everything that belongs to it is there: what is missing is said in one go."""
-    if not options.rig:
+    if options.no_rig:
         return None
     missing = []
     body = None if inputs.body_model is None else read_body_model(inputs.body_model)

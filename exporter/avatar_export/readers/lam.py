@@ -11,7 +11,7 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -34,7 +34,7 @@ from avatar_runtime.avatar import (
 )
 from avatar_runtime.codec import glb, ply
 from avatar_runtime.errors import AvatarError
-from avatar_runtime.rules import ROTATION_RULES
+from avatar_runtime.rules import SKIN_ROTATIONS
 from avatar_schema import constants
 
 SYSTEM = "lam"
@@ -66,10 +66,7 @@ def detect(path: Path) -> bool:
 
 def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar, in metres. Raises AvatarError for an option of no use here, and as `read_lam`."""
-    for option in fields(ReadOptions):
-        if option.name not in USED_OPTIONS and getattr(options, option.name) != option.default:
-            flag = "--no-rig" if option.name == "rig" else f"--{option.name.replace('_', '-')}"
-            raise AvatarError(f"{flag} is no option here: the zip holds all there is", owner=SYSTEM)
+    options.refuse_others(USED_OPTIONS, SYSTEM, "the zip holds all there is")
     avatar = read_lam(path, rotation=options.rotation or "none")
     return replace(avatar, name=options.name or avatar.name)
 
@@ -82,8 +79,8 @@ def read_lam(path: Path, *, rotation: str = "none") -> Avatar:
     Raises AvatarError for missing, damaged or inconsistent files and for an unknown rule.
     """
     with _owned():
-        if rotation not in ROTATION_RULES:
-            raise AvatarError(f"{rotation!r} is none of {', '.join(ROTATION_RULES)}", field="rotation")
+        if rotation not in SKIN_ROTATIONS:
+            raise AvatarError(f"{rotation!r} is none of {', '.join(SKIN_ROTATIONS)}", field="rotation")
         source = _Source(path)
         splats = _gaussians(source.read(OFFSETS))
         found = read_rig(glb.decode(source.read(SKIN), SKIN))

@@ -4,13 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
+from avatar_export.writers.embedding_json import embedding_json
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.codec import ply, safetensors
+from avatar_runtime.codec.clips import clip_tensors
+from avatar_runtime.codec.embedding import embedding_tensors
 from avatar_runtime.codec.tensors import gaussian_tensors, rig_tensors
 
 Piece = bytes | memoryview
 PLY_COMMENTS = ("SplatRenderMode: default",)
+INFLUENCES = (4, 8)  # joints a vertex of rig.glb
+
+
+@dataclass(frozen=True)
+class Export:
+    """An avatar on its way into files, and what was asked of the files for engines."""
+
+    avatar: Avatar
+    influences: int = INFLUENCES[0]
 
 
 @dataclass(frozen=True)
@@ -18,31 +31,54 @@ class Writer:
     """One file of the bundle."""
 
     path: str
-    derived: bool  # nothing is lost without it; the runtime never opens it
-    pieces: Callable[[Avatar], Iterable[Piece] | None]  # None: this avatar has no such file
+    part: str  # "avatar": normative, always written; "engine", "picture": derived, the runtime never opens it
+    pieces: Callable[[Export], Iterable[Piece] | None]  # None: this avatar has no such file
+
+    @property
+    def derived(self) -> bool:
+        return self.part != "avatar"
 
 
-def _gaussians(avatar: Avatar) -> Iterable[Piece]:
-    return [ply.encode(avatar.gaussians, PLY_COMMENTS)]
+def _gaussians(export: Export) -> Iterable[Piece]:
+    return [ply.encode(export.avatar.gaussians, PLY_COMMENTS)]
 
 
-def _blendshapes(avatar: Avatar) -> Iterable[Piece]:
-    return safetensors.encode(gaussian_tensors(avatar))
+def _blendshapes(export: Export) -> Iterable[Piece]:
+    return safetensors.encode(gaussian_tensors(export.avatar))
 
 
-def _rig(avatar: Avatar) -> Iterable[Piece] | None:
-    return None if avatar.rig is None else safetensors.encode(rig_tensors(avatar.rig))
+def _rig(export: Export) -> Iterable[Piece] | None:
+    rig = export.avatar.rig
+    return None if rig is None else safetensors.encode(rig_tensors(rig))
 
 
-def _preview(avatar: Avatar) -> Iterable[Piece]:
+def _embedding(export: Export) -> Iterable[Piece] | None:
+    embedding = export.avatar.embedding
+    return None if embedding is None else safetensors.encode(embedding_tensors(embedding))
+
+
+def _clips(export: Export) -> Iterable[Piece] | None:
+    clips = export.avatar.clips
+    return safetensors.encode(clip_tensors(clips)) if clips else None
+
+
+def _preview(export: Export) -> Iterable[Piece]:
     from avatar_export.pictures import contact_sheet, png  # draws the avatar: slow, and not always wanted
 
-    return [png(contact_sheet(avatar))]
+    return [png(contact_sheet(export.avatar))]
 
 
 WRITERS = (
-    Writer("gaussians.ply", False, _gaussians),
-    Writer("blendshapes.safetensors", False, _blendshapes),
-    Writer("rig.safetensors", False, _rig),
-    Writer("preview.png", True, _preview),
+    Writer("gaussians.ply", "avatar", _gaussians),
+    Writer("blendshapes.safetensors", "avatar", _blendshapes),
+    Writer("rig.safetensors", "avatar", _rig),
+    Writer("embedding.safetensors", "avatar", _embedding),
+    Writer("clips.safetensors", "avatar", _clips),
+    Writer("embedding.json", "engine", lambda export: embedding_json(export.avatar)),
+    Writer("preview.png", "picture", _preview),
 )
+
+
+def engine_facts(export: Export) -> dict[str, Any]:
+    """What the manifest says of the files for engines."""
+    return {"influences": export.influences}

@@ -15,7 +15,7 @@ import numpy as np
 
 from avatar_export import GENERATOR
 from avatar_export.ops.bounds import bounds
-from avatar_export.writers import WRITERS, Piece
+from avatar_export.writers import INFLUENCES, WRITERS, Export, Piece, engine_facts
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, opener, read_manifest
 from avatar_runtime.codec import manifest as codec
@@ -32,15 +32,20 @@ def write_bundle(
     out: Path,
     *,
     preview: bool = True,
+    engine_files: bool = True,
+    influences: int = INFLUENCES[0],
     force: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
     """Write `avatar` to the folder `out`, or to a stored zip if it ends in `.zip`; returns the manifest.
 
-    Same avatar, same bytes. Raises AvatarError if the avatar is not sound, or `out` exists (with `force`, an
-    older bundle is replaced, anything else still refused). After a crash `out` is as it was before.
+    `engine_files` are the derived glTF, USD and JSON; `influences` the most joints a vertex of rig.glb has, 4 or 8.
+    Same avatar, same options, same bytes. Raises AvatarError if the avatar is not sound, or `out` exists (with
+    `force`, an older bundle is replaced, anything else still refused). After a crash `out` is as it was before.
     """
     avatar.check()
+    export = Export(avatar, influences)
+    parts = {"avatar"} | ({"engine"} if engine_files else set()) | ({"picture"} if preview else set())
     out = out.resolve()  # through a link to what it names; also "." gets a name
     _may_replace(out, force)
     partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
@@ -48,10 +53,10 @@ def write_bundle(
         out.parent.mkdir(parents=True, exist_ok=True)
         if out.suffix.lower() == ".zip":
             with zipfile.ZipFile(partial, "x", zipfile.ZIP_STORED) as archive:
-                document = _write(avatar, _zip_sink(archive), preview, progress)
+                document = _write(export, _zip_sink(archive), parts, progress)
         else:
             partial.mkdir()
-            document = _write(avatar, _folder_sink(partial), preview, progress)
+            document = _write(export, _folder_sink(partial), parts, progress)
         _move(partial, out)
     except OSError as error:
         raise AvatarError(f"cannot be written ({error.strerror or error})", file=out) from None
@@ -60,13 +65,13 @@ def write_bundle(
     return document
 
 
-def _write(avatar: Avatar, sink: Sink, preview: bool, progress: Callable[[str], None]) -> dict[str, Any]:
+def _write(export: Export, sink: Sink, parts: set[str], progress: Callable[[str], None]) -> dict[str, Any]:
     files = []
     for writer in WRITERS:
-        if writer.path == "preview.png" and not preview:
+        if writer.part not in parts:
             continue
         progress(writer.path)
-        pieces = writer.pieces(avatar)
+        pieces = writer.pieces(export)
         if pieces is None:
             continue
         meter = _Meter(pieces)
@@ -75,7 +80,8 @@ def _write(avatar: Avatar, sink: Sink, preview: bool, progress: Callable[[str], 
             {"path": writer.path, "bytes": meter.size, "sha256": meter.digest(), "derived": writer.derived}
         )
     progress(MANIFEST)
-    document = codec.encode(avatar, files, bounds(avatar), GENERATOR)
+    engine = engine_facts(export) if "engine" in parts else None
+    document = codec.encode(export.avatar, files, bounds(export.avatar), GENERATOR, engine)
     problems = manifest_problems(document)
     if problems:
         raise AvatarError(problems[0].message, file=MANIFEST, field=problems[0].path)

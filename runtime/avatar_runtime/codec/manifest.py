@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import Any
 
 import numpy as np
@@ -12,12 +12,14 @@ from avatar_runtime.avatar import (
     F32,
     Avatar,
     Driving,
+    Embedding,
     Expression,
     Group,
     RasterSettings,
     Rules,
 )
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.topology import topology_hash
 from avatar_schema import LATEST, schema
 
 FRAME = {
@@ -30,9 +32,16 @@ FRAME = {
 
 
 def encode(
-    avatar: Avatar, files: list[dict[str, Any]], bounds: Mapping[str, Any], generator: str
+    avatar: Avatar,
+    files: list[dict[str, Any]],
+    bounds: Mapping[str, Any],
+    generator: str,
+    engine: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """The manifest of a bundle that holds `files` ({path, bytes, sha256, derived})."""
+    """The manifest of a bundle that holds `files` ({path, bytes, sha256, derived}).
+
+    `engine`: how the files for engines were made and what they cannot say; None: there are none.
+    """
     b = avatar.blendshapes
     background = avatar.raster.background
     known: dict[str, Any] = {
@@ -49,12 +58,14 @@ def encode(
             "sh_degree_stored": avatar.gaussians.sh_degree,
         },
         "groups": [_group(group) for group in avatar.groups],
-        "rules": asdict(avatar.rules) | {"scale": "none", "late_morphs": "after_skin"},
+        "rules": asdict(avatar.rules) | {"normal": "unit", "late_morphs": "after_skin"},
         "expressions": [
             {"name": e.name, "aliases": list(e.aliases), "range": list(e.range)} for e in avatar.expressions
         ],
         "late_morphs": list(avatar.late_morph_names),
         "joints": None if avatar.rig is None else list(avatar.rig.joint_names),
+        "clips": [{"name": c.name, "fps": c.fps, "frames": c.frames} for c in avatar.clips],
+        "embedding": None if avatar.embedding is None else _embedding(avatar.embedding),
         "head_pose_in": avatar.head_pose_in,
         "driving": _driving(avatar.driving),
         "raster": {
@@ -76,6 +87,7 @@ def encode(
             "threshold": dict(avatar.delta_threshold),
         },
         "bounds": dict(bounds),
+        "engine": None if engine is None else dict(engine),
         "files": files,
         "provenance": dict(avatar.provenance),
     }
@@ -102,7 +114,7 @@ def decode_groups(manifest: Mapping[str, Any]) -> tuple[Group, ...]:
 def decode_rules(manifest: Mapping[str, Any]) -> Rules:
     """Rules of a manifest that the schema accepts."""
     rules = manifest["rules"]
-    return Rules(rules["rotation"], rules.get("rotation_joint"), rules["sh_direction"], rules["anchor"])
+    return Rules(**{field.name: rules[field.name] for field in fields(Rules) if field.name in rules})
 
 
 def decode_expressions(manifest: Mapping[str, Any]) -> tuple[Expression, ...]:
@@ -143,6 +155,15 @@ def decode_raster(manifest: Mapping[str, Any]) -> RasterSettings:
 def _group(group: Group) -> dict[str, Any]:
     entry = {"name": group.name, "first": group.first, "count": group.count, "binding": group.binding}
     return entry | ({"joint_mix": dict(group.joint_mix)} if group.joint_mix else {})
+
+
+def _embedding(embedding: Embedding) -> dict[str, Any]:
+    vertices = len(embedding.canonical_vertices)
+    return {
+        "vertices": vertices,
+        "triangles": len(embedding.triangles),
+        "topology_hash": topology_hash(embedding.triangles, vertices),
+    }
 
 
 def _driving(d: Driving) -> dict[str, Any]:

@@ -75,7 +75,7 @@ def read_rig_tensors(
     """Inverse of `rig_tensors`. Raises AvatarError for a missing or mistyped tensor."""
     dense: dict[str, Any] = {}
     for name, (dtype, axes) in RIG_DENSE.items():
-        dense[name] = array = _tensor(tensors, name, file)
+        dense[name] = array = tensor(tensors, name, file)
         if array.dtype != dtype or array.ndim != axes:
             got = f"{array.dtype} of {array.ndim} axes"
             raise AvatarError(f"is {got}, expected {np.dtype(dtype)} of {axes}", file=file, field=name)
@@ -103,16 +103,17 @@ def _read_sparse(
 ) -> dict[str, SparseRows]:
     return {
         name: SparseRows(
-            _tensor(tensors, f"{name}.row_ptr", file),
-            _tensor(tensors, f"{name}.column", file),
-            {attribute: _tensor(tensors, f"{name}.{attribute}", file) for attribute in attributes},
+            tensor(tensors, f"{name}.row_ptr", file),
+            tensor(tensors, f"{name}.column", file),
+            {attribute: tensor(tensors, f"{name}.{attribute}", file) for attribute in attributes},
             columns[name],
         )
         for name, attributes in layout.items()
     }
 
 
-def _tensor(tensors: Tensors, name: str, file: str) -> npt.NDArray[Any]:
+def tensor(tensors: Tensors, name: str, file: str) -> npt.NDArray[Any]:
+    """tensors[name]. Raises AvatarError where it is missing."""
     if name not in tensors:
         raise AvatarError("tensor is missing", file=file, field=name)
     return tensors[name]

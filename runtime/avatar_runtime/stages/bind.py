@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, F64, U32, Avatar, Gaussians, Group, SparseRows
+from avatar_runtime.avatar import F32, F64, U32, Avatar, Gaussians, Group, Rules, SparseRows
 from avatar_runtime.rotation import homogeneous, polar, quat_from_matrix, quat_multiply
 from avatar_runtime.stages.joints import Joints
 from avatar_runtime.stages.skin import transform
 from avatar_runtime.stages.sparse import combine, gather
+from avatar_runtime.stages.surface import Surface, carry
 
 
 @dataclass(frozen=True)
@@ -42,9 +43,26 @@ def bind(
             matrix[rows], rotation[rows] = _group_transform(avatar, group, state, anchor_vertices)
     turned = quat_multiply(quat_from_matrix(rotation), blended.quat_wxyz)
     moved = replace(blended, mean=transform(matrix, mean) + late, quat_wxyz=turned)
-    if avatar.rules.sh_direction == "world":
-        rotation = np.tile(np.eye(3, dtype=np.float32), (n, 1, 1))
-    return _place(Bound(moved, rotation), world_from_avatar)
+    return _place(Bound(moved, _seen(avatar.rules, rotation)), world_from_avatar)
+
+
+def bind_surface(
+    surface: Surface,
+    blended: Gaussians,
+    vertices: F32,  # [V, 3] posed mesh
+    world_from_avatar: F64,  # [4, 4] rigid
+) -> Bound:
+    """Position, rotation, scale and SH frame of Gaussians that ride on a mesh."""
+    carried = carry(surface, vertices, blended.log_scale)
+    moved = replace(blended, mean=carried.mean, quat_wxyz=carried.quat_wxyz, log_scale=carried.log_scale)
+    return _place(Bound(moved, _seen(surface.rules, carried.rotation)), world_from_avatar)
+
+
+def _seen(rules: Rules, rotation: F32) -> F32:
+    """The frame in which SH are evaluated, by rules.sh_direction."""
+    if rules.sh_direction == "world":
+        return np.tile(np.eye(3, dtype=np.float32), (len(rotation), 1, 1))
+    return rotation
 
 
 def _group_transform(avatar: Avatar, group: Group, state: Joints, anchors: F32 | None) -> tuple[F32, F32]:

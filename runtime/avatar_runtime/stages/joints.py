@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, Rig
+from avatar_runtime.avatar import F32, F64, Rig
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.rotation import translation_matrix
 
@@ -21,9 +21,6 @@ class Joints:
     position: F32  # [J, 3] posed
 
 
-@np.errstate(
-    over="ignore", invalid="ignore"
-)  # a rest pose beyond float32 becomes infinite, which is not drawn
 def joints(rig: Rig, pose: PoseArrays) -> Joints:
     """Rest joints J0 + sum_k w_k J_k, global = parent @ rest_local @ delta, A = global @ inverse bind.
 
@@ -31,28 +28,42 @@ def joints(rig: Rig, pose: PoseArrays) -> Joints:
     both gain that translation, so that the neutral A stays what it was. Source: smplx lbs, GaussianBlendshapes
     2952da7 FLAME/lbs.py; the same for rest joints with rotation and scale.
     """
-    moved = np.tensordot(pose.expression_weights.astype(np.float64), rig.joint_basis, axes=1)  # [J, 3]
-    rest = rest_transforms(rig)
-    rest_moved = translation_matrix(moved) @ rest
-    posed = np.empty_like(rest)
+    skin_matrix, rest_moved, posed = chain(rig, pose.expression_weights, pose.joint_delta)
+    with np.errstate(over="ignore"):  # a rest pose beyond float32 becomes infinite, which is not drawn
+        return Joints(
+            skin_matrix.astype(np.float32),
+            pose_features(rig, pose.joint_delta),
+            rest_moved[:, :3, 3].astype(np.float32),
+            posed[:, :3, 3].astype(np.float32),
+        )
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def chain(rig: Rig, expression_weights: F32, joint_delta: F64) -> tuple[F64, F64, F64]:
+    """(skin matrices A, moved rest transforms, posed transforms), float64 [..., J, 4, 4] each, of
+    `expression_weights` [..., K] and `joint_delta` [..., J, 4, 4].
+    """
+    moved = np.tensordot(expression_weights.astype(np.float64), rig.joint_basis, axes=1)  # [..., J, 3]
+    rest_moved = translation_matrix(moved) @ rest_transforms(rig)
+    posed = np.empty_like(rest_moved)
     for j, parent in enumerate(rig.parents):
         if parent < 0:
-            local = rest_moved[j]
-            posed[j] = local @ pose.joint_delta[j]
+            posed[..., j, :, :] = rest_moved[..., j, :, :] @ joint_delta[..., j, :, :]
         else:
-            local = np.linalg.solve(rest_moved[parent], rest_moved[j])
-            posed[j] = posed[parent] @ local @ pose.joint_delta[j]
+            local = np.linalg.solve(rest_moved[..., parent, :, :], rest_moved[..., j, :, :])
+            posed[..., j, :, :] = posed[..., parent, :, :] @ local @ joint_delta[..., j, :, :]
     skin_matrix = posed @ rig.inverse_bind_matrix.astype(np.float64) @ translation_matrix(-moved)
-    rotations = pose.joint_delta[rig.corrective_joints, :3, :3]
-    return Joints(
-        skin_matrix.astype(np.float32),
-        (rotations - np.eye(3)).astype(np.float32).reshape(-1),
-        rest_moved[:, :3, 3].astype(np.float32),
-        posed[:, :3, 3].astype(np.float32),
-    )
+    return skin_matrix, rest_moved, posed
 
 
-def rest_transforms(rig: Rig) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def pose_features(rig: Rig, joint_delta: F64) -> F32:
+    """Row-major R - I of the corrective joints, [..., 9 C], of `joint_delta` [..., J, 4, 4]."""
+    rotations = joint_delta[..., rig.corrective_joints, :3, :3]
+    features: F32 = (rotations - np.eye(3)).astype(np.float32)
+    return features.reshape(*joint_delta.shape[:-3], 9 * len(rig.corrective_joints))
+
+
+def rest_transforms(rig: Rig) -> F64:
     """mesh_from_joint at rest, [J, 4, 4]."""
     rest = rig.rest_local.astype(np.float64)
     for j, parent in enumerate(rig.parents):

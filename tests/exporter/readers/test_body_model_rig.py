@@ -12,7 +12,7 @@ from avatar_export.readers.body_model import BodyModel, read_body_model
 from avatar_export.readers.body_rig import bake_rig, shaped_template
 from avatar_export.readers.subject_files import read_eyelids, read_faces, read_shape
 from avatar_runtime.avatar import Rig, SparseRows
-from avatar_runtime.checks import check_sparse
+from avatar_runtime.checks_arrays import check_sparse
 from avatar_runtime.errors import AvatarError
 from tests.golden import BlendshapesGolden
 from tests.shared_data import shared

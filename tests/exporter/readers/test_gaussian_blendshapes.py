@@ -151,7 +151,7 @@ def test_detection(blendshapes_golden: BlendshapesGolden, tmp_path: Path) -> Non
 
 def test_expressions_only(blendshapes_golden: BlendshapesGolden) -> None:
     golden = blendshapes_golden
-    avatar = read(golden.viewer, ReadOptions(rig=False))
+    avatar = read(golden.viewer, ReadOptions(no_rig=True))
     assert avatar.rig is None
     assert {g.binding for g in avatar.groups} == {"none"}
     assert len(avatar.expressions) == 50
@@ -206,7 +206,7 @@ def test_damaged_dump(blendshapes_golden: BlendshapesGolden, tmp_path: Path, nam
     else:
         np.save(path, change(np.load(path)) if callable(change) else change)
     with pytest.raises(AvatarError, match=message):
-        read(tmp_path / "model", ReadOptions(rig=False))
+        read(tmp_path / "model", ReadOptions(no_rig=True))
 
 
 @pytest.mark.parametrize("field", ["scale", "rot", "opacity", "scale_t", "W", "eyelid", "pos_t"])
@@ -221,7 +221,7 @@ def test_a_nan_in_any_field_drops_the_row(
     if field == "pos_t":
         array[35, 5, 2] = np.nan
     np.save(path, array)
-    avatar = read(tmp_path / "model", ReadOptions(rig=False))
+    avatar = read(tmp_path / "model", ReadOptions(no_rig=True))
     assert avatar.provenance["face_rows_dropped"] == [5]
 
 
@@ -242,14 +242,14 @@ def test_the_latest_iteration_is_read(blendshapes_golden: BlendshapesGolden, tmp
     shutil.copytree(blendshapes_golden.viewer / "fix_chkpnt40000", tmp_path / "fix_chkpnt9000")
     opacity = tmp_path / "fix_chkpnt40000" / "opacity.npy"
     np.save(opacity, np.full_like(np.load(opacity), 1.25))
-    assert np.all(read(tmp_path, ReadOptions(rig=False)).gaussians.opacity_logit == 1.25)
+    assert np.all(read(tmp_path, ReadOptions(no_rig=True)).gaussians.opacity_logit == 1.25)
 
 
 def test_the_background_is_the_trainers(blendshapes_golden: BlendshapesGolden, tmp_path: Path) -> None:
     shutil.copytree(blendshapes_golden.viewer, tmp_path / "model")
     for text, colour in (("white_bkgd=False", 0.0), ("white_bkgd=True", 1.0), ("", 0.0)):
         (tmp_path / "model" / "cfg_args").write_text(f"Namespace(sh_degree=3, {text})")
-        assert read(tmp_path / "model", ReadOptions(rig=False)).raster.background == (colour,) * 3
+        assert read(tmp_path / "model", ReadOptions(no_rig=True)).raster.background == (colour,) * 3
 
 
 def test_teeth_of_another_degree_are_refused(blendshapes_golden: BlendshapesGolden, tmp_path: Path) -> None:
@@ -257,7 +257,7 @@ def test_teeth_of_another_degree_are_refused(blendshapes_golden: BlendshapesGold
     path = tmp_path / "model" / "mouth0_chkpnt40000" / "shs.npy"
     np.save(path, np.load(path)[:, :9])
     with pytest.raises(AvatarError, match="has 9 SH coefficients, the face 16"):
-        read(tmp_path / "model", ReadOptions(rig=False))
+        read(tmp_path / "model", ReadOptions(no_rig=True))
 
 
 def test_two_body_models_are_not_guessed_between(

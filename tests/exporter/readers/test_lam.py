@@ -161,7 +161,7 @@ def test_a_file_too_large_is_refused_before_it_is_read(
 
 def test_options_without_a_use_are_refused(made: Path) -> None:
     for options, name in (
-        (ReadOptions(rig=False), "--no-rig"),
+        (ReadOptions(no_rig=True), "--no-rig"),
         (ReadOptions(body_model=Path("x.npz")), "--body-model"),
         (ReadOptions(rotation="sideways"), "rotation"),
     ):

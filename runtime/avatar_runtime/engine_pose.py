@@ -1,0 +1,221 @@
+"""What a game engine sets on the bundle's rig.glb or rig.usdc to show a pose.
+
+Engines hold a chain of nodes with translation, rotation and scale, and morph targets that act before skinning.
+An avatar has more: rest joints that expressions move, rest transforms with scale, late morphs after skinning.
+Joint translations and node rotations take up the first two exactly; shear and late morphs leave a residual,
+which the exporter measures and the manifest states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from avatar_runtime.avatar import F32, F64, Avatar, Clip, Rig
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.pose import LARGEST, Pose, resolve
+from avatar_runtime.rotation import homogeneous, matrix_from_quat, quat_from_matrix
+from avatar_runtime.stages.joints import chain, pose_features, rest_transforms
+
+
+@dataclass(frozen=True)
+class EnginePose:
+    """What an engine sets on rig.glb or rig.usdc for one pose; a clip's arrays have a first axis [T] more.
+
+    Node transforms are the whole local ones, in place of those in the file: parent_from_node = T R S.
+    Quaternions are unit, (x, y, z, w); their first component of w, x, y, z that is not 0 is positive, in a clip
+    that of the first frame, and the others follow it without a jump.
+    """
+
+    root_translation: F64  # [3] metres; the node above the joints, world_from_avatar
+    root_rotation_xyzw: F64  # [4]
+    translation: F64  # [J, 3] metres; every joint, in the order of rig.joint_names
+    rotation_xyzw: F64  # [J, 4]
+    scale: F64  # [J, 3]
+    weights: F32  # [M] of target_names(avatar)
+
+
+def target_names(avatar: Avatar) -> tuple[str, ...]:
+    """Names of the rig's morph targets as engines see them, [M], all different.
+
+    First the expressions; then the pose correctives as "corrective_JOINT_RC" for entry (R, C), from 0, of a joint's
+    rotation minus the identity, in the order of the pose features; then the late morphs. A name that an earlier
+    target has gets "_2" at its end, or the next number that is free.
+    """
+    rig = avatar.rig
+    joints = [rig.joint_names[j] for j in rig.corrective_joints] if rig else []
+    features = [f"corrective_{joint}_{entry // 3}{entry % 3}" for joint in joints for entry in range(9)]
+    return unique_names([*avatar.expression_names, *features, *avatar.late_morph_names])
+
+
+def unique_names(names: Iterable[str]) -> tuple[str, ...]:
+    """The names in their order; one that stood before gets "_2" at its end, or the next number that is free."""
+    taken: dict[str, int] = {}  # name -> the last number that it was given
+    for name in names:
+        found, number = name, taken.get(name, 0)
+        while found in taken:
+            number += 1
+            found = f"{name}_{number}"
+        taken[name] = max(number, 1)
+        taken.setdefault(found, 1)
+    return tuple(taken)
+
+
+def rest_nodes(rig: Rig) -> F64:
+    """mesh_from_joint of the engine's rest skeleton, [J, 4, 4]: rigid, so that engines see scales of 1.
+
+    Translation and nearest rotation (polar) of the rest transform. The engine's inverse bind matrix is its
+    inverse. That loses nothing: what a rest transform scales is in the skin matrices already. Raises AvatarError
+    for a rest transform beyond float32.
+    """
+    rest = rest_transforms(rig)
+    fits = (np.abs(rest) <= LARGEST).all(axis=(1, 2))
+    if not fits.all():
+        message = "its rest transform does not fit float32; scale the rig to metres"
+        raise AvatarError(message, field=f"joint {rig.joint_names[int(np.argmin(fits))]}")
+    return homogeneous(_nearest_rotation(rest[:, :3, :3]), rest[:, :3, 3])
+
+
+def engine_rest(avatar: Avatar) -> EnginePose:
+    """The pose in which rig.glb and rig.usdc stand: rest_nodes, no weight. Raises AvatarError without a rig.
+
+    Beside engine_pose of no pose it is free of the rounding of float32 inverse bind matrices.
+    """
+    rig = _rig(avatar)
+    nodes = _local_nodes(rig, np.eye(4), rest_nodes(rig))
+    weights = np.zeros(len(target_names(avatar)), np.float32)
+    return EnginePose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]), *nodes, weights)
+
+
+def engine_pose(avatar: Avatar, pose: Pose) -> EnginePose:
+    """What an engine sets for `pose`. Raises AvatarError without a rig, for a name that the avatar lacks and
+    for a joint whose transform is not finite.
+
+    Each node's mesh_from_joint becomes A_j rest_nodes_j with the skin matrix A_j of stage `joints`; relative to the
+    parent as the engine holds it, a linear part M is split into the nearest rotation R and the scale diag(R^T M).
+    What remains of M is shear. A parent of scale 0 has no inverse; its pseudo-inverse leaves what can be shown.
+    """
+    arrays = resolve(pose, avatar)
+    return _engine_pose(
+        avatar,
+        arrays.expression_weights,
+        arrays.late_weights,
+        arrays.joint_delta,
+        arrays.world_from_avatar,
+    )
+
+
+def engine_clip(avatar: Avatar, clip: Clip) -> EnginePose:
+    """engine_pose of every frame of `clip`: arrays with a first axis [T], quaternions without jumps of sign.
+
+    Raises AvatarError as engine_pose does.
+    """
+    found = _engine_pose(
+        avatar,
+        clip.expression_weights,
+        clip.late_weights,
+        clip.joint_delta.astype(np.float64),
+        clip.world_from_avatar.astype(np.float64),
+    )
+    return EnginePose(
+        found.root_translation,
+        _continuous(found.root_rotation_xyzw),
+        found.translation,
+        _continuous(found.rotation_xyzw),
+        found.scale,
+        found.weights,
+    )
+
+
+def node_transforms(rig: Rig, pose: EnginePose) -> F64:
+    """mesh_from_joint as an engine that was set to `pose` has it, below the root node, [..., J, 4, 4]."""
+    local = _compose(pose.translation, pose.rotation_xyzw, pose.scale)
+    for j, parent in enumerate(rig.parents):
+        if parent >= 0:
+            local[..., j, :, :] = local[..., parent, :, :] @ local[..., j, :, :]
+    return local
+
+
+def _engine_pose(avatar: Avatar, expressions: F32, late: F32, joint_delta: F64, world: F64) -> EnginePose:
+    rig = _rig(avatar)
+    skin_matrix, _, _ = chain(rig, expressions, joint_delta)
+    translation, rotation, scale = _local_nodes(rig, skin_matrix, rest_nodes(rig))
+    weights = np.concatenate([expressions, pose_features(rig, joint_delta), late], axis=-1)
+    return EnginePose(
+        world[..., :3, 3].copy(),
+        _quat_xyzw(_nearest_rotation(world[..., :3, :3])),
+        translation,
+        rotation,
+        scale,
+        weights.astype(np.float32),
+    )
+
+
+def _rig(avatar: Avatar) -> Rig:
+    if avatar.rig is None:
+        raise AvatarError("this avatar has no rig, so engines have nothing to pose", field="rig")
+    return avatar.rig
+
+
+@np.errstate(over="ignore", invalid="ignore")  # refused below
+def _local_nodes(rig: Rig, skin_matrix: F64, rest: F64) -> tuple[F64, F64, F64]:
+    """Translation, rotation and scale of every node, so that each comes as near to skin_matrix @ rest as its
+    parent allows: a child makes up for what its parent cannot say.
+    """
+    target = skin_matrix @ rest
+    lead = target.shape[:-2]
+    translation, rotation, scale = np.empty((*lead, 3)), np.empty((*lead, 4)), np.empty((*lead, 3))
+    shown = np.empty_like(target)
+    for j, parent in enumerate(rig.parents):
+        local = target[..., j, :, :]
+        if parent >= 0:
+            above = shown[..., parent, :, :]
+            inverse = np.linalg.pinv(above[..., :3, :3])
+            offset = local[..., :3, 3] - above[..., :3, 3]
+            local = homogeneous(inverse @ local[..., :3, :3], (inverse @ offset[..., None])[..., 0])
+        if not (np.abs(local) <= LARGEST).all():
+            field = f"joint {rig.joint_names[j]}"
+            raise AvatarError(
+                "its node's transform does not fit float32; pose it with smaller numbers", field=field
+            )
+        linear = local[..., :3, :3]
+        turn = _nearest_rotation(linear)
+        translation[..., j, :] = local[..., :3, 3]
+        rotation[..., j, :] = _quat_xyzw(turn)
+        scale[..., j, :] = np.sum(turn * linear, axis=-2)
+        own = _compose(translation[..., j, :], rotation[..., j, :], scale[..., j, :])
+        shown[..., j, :, :] = own if parent < 0 else shown[..., parent, :, :] @ own
+    return translation, rotation, scale
+
+
+def _compose(translation: F64, rotation_xyzw: F64, scale: F64) -> F64:
+    turn = matrix_from_quat(np.roll(rotation_xyzw, 1, axis=-1))
+    result: F64 = homogeneous(turn * scale[..., None, :], translation)
+    return result
+
+
+def _nearest_rotation(linear: F64) -> F64:
+    """The rotation nearest to [..., 3, 3]: polar decomposition by SVD, never a reflection."""
+    u, _, vt = np.linalg.svd(linear)
+    u[..., 2] *= np.linalg.det(u @ vt)[..., None]
+    result: F64 = u @ vt
+    return result
+
+
+def _quat_xyzw(rotation: F64) -> F64:
+    """Unit (x, y, z, w); the first of w, x, y, z that is not 0 is positive, so that rounding flips no sign."""
+    quat = quat_from_matrix(rotation)
+    quat /= np.linalg.norm(quat, axis=-1, keepdims=True)
+    first = np.argmax(np.abs(quat) > 1e-6, axis=-1)[..., None]
+    quat *= np.where(np.take_along_axis(quat, first, axis=-1) < 0, -1.0, 1.0)
+    result: F64 = np.roll(quat, -1, axis=-1)
+    return result
+
+
+def _continuous(quat: F64) -> F64:
+    """[T, ..., 4] with signs such that neighbours in time have a dot product >= 0."""
+    dot = np.sum(quat[1:] * quat[:-1], axis=-1, keepdims=True)
+    quat[1:] *= np.cumprod(np.where(dot < 0, -1.0, 1.0), axis=0)
+    return quat

@@ -1,0 +1,193 @@
+"""Part of stage `bind`: Gaussians that ride on a triangle mesh.
+
+Summed in float64 and handed on in float32: the sign of a triangle's quaternion is a decision, and near half a
+turn float32 would decide by its rounding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from avatar_runtime.avatar import F32, F64, U32, Embedding, Rules
+from avatar_runtime.rotation import matrix_from_quat, quat_from_matrix, quat_multiply
+from avatar_runtime.topology import vertex_triangles
+from avatar_schema import constants
+
+TINY = 1e-30  # keeps what has no length from dividing by 0; what it makes is not finite or 0 and is not drawn
+
+
+@dataclass(frozen=True)
+class TriangleShape:
+    """What the rules read of a mesh's triangles."""
+
+    frame: F64  # [F, 3, 3] columns; world from triangle
+    size: F64  # [F] area for SplattingAvatar's rules, edge length for GaussianAvatars'
+
+
+@dataclass(frozen=True)
+class Surface:
+    """An embedding with all that does not change from pose to pose; made once by `prepare`."""
+
+    embedding: Embedding
+    rules: Rules
+    training_per_bundle: float
+    canonical: TriangleShape
+    vertex_triangle_ptr: U32  # [V + 1]
+    vertex_triangle: U32  # [3 F]
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Where a posed mesh carries its Gaussians."""
+
+    mean: F32  # [N, 3]
+    quat_wxyz: F32  # [N, 4] any length
+    rotation: F32  # [N, 3, 3] of the mesh under each Gaussian; colour is seen along rotation^T d
+    log_scale: F32  # [N, 3]
+
+
+def prepare(embedding: Embedding, rules: Rules, training_per_bundle: float) -> Surface:
+    """The parts of surface binding that no pose changes."""
+    shape = triangle_shape(embedding.canonical_vertices, embedding.triangles, rules)
+    lists = vertex_triangles(embedding.triangles, len(embedding.canonical_vertices))
+    return Surface(embedding, rules, training_per_bundle, shape, *lists)
+
+
+def carry(surface: Surface, vertices: F32, log_scale: F32) -> Carried:
+    """Gaussians on the posed `vertices` [V, 3]; `log_scale` [N, 3] is that of the binding pose.
+
+    Source: SplattingAvatar 3847314 splatting_avatar_model.py and utils/map.py; GaussianAvatars 30cc4bd
+    gaussian_model.py and mesh_renderer utils.
+    """
+    shape = triangle_shape(vertices, surface.embedding.triangles, surface.rules)
+    turn = TURNS[surface.rules.rotation](surface, shape)  # [N, 4] any length
+    length = np.linalg.norm(turn, axis=1, keepdims=True)
+    unit = turn / np.maximum(length, TINY)
+    return Carried(
+        POSITIONS[surface.rules.position](surface, vertices, shape).astype(np.float32),
+        quat_multiply(unit, surface.embedding.local_quat_wxyz.astype(np.float64)).astype(np.float32),
+        matrix_from_quat(unit).astype(np.float32),
+        SCALES[surface.rules.scale](surface, shape, log_scale),
+    )
+
+
+def binding_pose(embedding: Embedding, rules: Rules, training_per_bundle: float) -> tuple[F32, F32]:
+    """(mean [N, 3], quat_wxyz [N, 4]) on the canonical mesh: what gaussians.ply holds for surface binding."""
+    surface = prepare(embedding, rules, training_per_bundle)
+    still = np.zeros((len(embedding.triangle), 3), np.float32)
+    carried = carry(surface, embedding.canonical_vertices, still)
+    return carried.mean, carried.quat_wxyz
+
+
+def triangle_shape(vertices: F32, triangles: U32, rules: Rules) -> TriangleShape:
+    """Frames and sizes of triangles, by the rotation rule that will read them."""
+    corner = vertices.astype(np.float64)[triangles]
+    e, f = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    across = np.cross(e, f)
+    if rules.rotation == "vertex_quaternion":
+        x = _unit(np.cross(e, _unit(across)))
+        frame = np.stack([x, _unit(np.cross(e, x)), _unit(e)], axis=-1)
+        return TriangleShape(frame, np.linalg.norm(across, axis=1) / 2)
+    a0 = _unit(e)
+    a1 = _unit(np.cross(a0, f))
+    a2 = -_unit(np.cross(a1, a0))
+    size = (np.linalg.norm(e, axis=1) + np.abs(np.sum(a2 * f, axis=1))) / 2
+    return TriangleShape(np.stack([a0, a1, a2], axis=-1), size)
+
+
+def vertex_normals(surface: Surface, vertices: F32) -> F64:
+    """[V, 3] sums of edge x edge over a vertex's triangles, divided by max(length, normal_floor / u^2).
+
+    The floor is an area in training units: on a fine mesh in metres it leaves normals shorter than 1.
+    """
+    corner = vertices.astype(np.float64)[surface.embedding.triangles]
+    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    return _floored(surface, across, float(constants()["normal_floor"]))
+
+
+def vertex_quaternions(surface: Surface, shape: TriangleShape) -> F64:
+    """[V, 4] wxyz: canonical area times triangle quaternion, summed, divided by max(length, quaternion_floor / u^2).
+
+    Triangle quaternion: posed frame times inverse canonical frame, signed by the policy alone; neighbours of
+    opposite sign cancel, as they do in the released code.
+    """
+    turn = quat_from_matrix(shape.frame @ np.swapaxes(surface.canonical.frame, -1, -2))
+    if surface.rules.quaternion_sign == "w_positive":
+        turn = np.where(turn[:, :1] < 0, -turn, turn)
+    return _floored(surface, surface.canonical.size[:, None] * turn, float(constants()["quaternion_floor"]))
+
+
+def _floored(surface: Surface, by_triangle: F64, floor: float) -> F64:
+    """[V, ...] sums over each vertex's triangles, divided by their length, or by the floor where that is larger."""
+    total = np.zeros((len(surface.vertex_triangle_ptr) - 1, by_triangle.shape[1]))
+    ptr = surface.vertex_triangle_ptr.astype(np.int64)
+    used = np.flatnonzero(ptr[1:] > ptr[:-1])
+    if len(used):
+        total[used] = np.add.reduceat(by_triangle[surface.vertex_triangle], ptr[used], axis=0)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    result: F64 = total / np.maximum(length, floor / surface.training_per_bundle**2)
+    return result
+
+
+def _interpolated(surface: Surface, by_vertex: F64) -> F64:
+    """[N, ...] barycentric sums of a vertex quantity."""
+    weight = surface.embedding.barycentric.astype(np.float64)
+    result: F64 = np.einsum("nc,ncx->nx", weight, by_vertex[surface.embedding.vertex_ids])
+    return result
+
+
+def _unit(v: F64) -> F64:
+    result: F64 = v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY)
+    return result
+
+
+def _along_normal(surface: Surface, vertices: F32, shape: TriangleShape) -> F64:
+    """x = P + d n, n the interpolated vertex normal made unit."""
+    foot = _interpolated(surface, vertices.astype(np.float64))
+    normal = _unit(_interpolated(surface, vertex_normals(surface, vertices)))
+    result: F64 = foot + surface.embedding.displacement[:, None] * normal
+    return result
+
+
+def _in_triangle(surface: Surface, vertices: F32, shape: TriangleShape) -> F64:
+    """x = P + k F o."""
+    at = surface.embedding.triangle
+    offset = np.einsum("nij,nj->ni", shape.frame[at], surface.embedding.local_offset)
+    result: F64 = _interpolated(surface, vertices.astype(np.float64)) + shape.size[at, None] * offset
+    return result
+
+
+def _by_vertices(surface: Surface, shape: TriangleShape) -> F64:
+    return _interpolated(surface, vertex_quaternions(surface, shape))
+
+
+def _by_triangle(surface: Surface, shape: TriangleShape) -> F64:
+    result: F64 = quat_from_matrix(shape.frame)[surface.embedding.triangle]
+    return result
+
+
+def _same_scale(surface: Surface, shape: TriangleShape, log_scale: F32) -> F32:
+    return log_scale
+
+
+def _log_area(surface: Surface, shape: TriangleShape, log_scale: F32) -> F32:
+    """The damped ratio of areas multiplies the logarithm of the scale in training units."""
+    u, at = surface.training_per_bundle, surface.embedding.triangle
+    damping = float(constants()["area_damping"]) / u**2
+    ratio = (shape.size[at] + damping) / (surface.canonical.size[at] + damping)
+    result: F32 = ((log_scale + np.log(u)) * ratio[:, None] - np.log(u)).astype(np.float32)
+    return result
+
+
+def _triangle_linear(surface: Surface, shape: TriangleShape, log_scale: F32) -> F32:
+    at = surface.embedding.triangle
+    growth = np.log(np.maximum(shape.size[at], TINY) / surface.canonical.size[at])
+    result: F32 = (log_scale + growth[:, None]).astype(np.float32)
+    return result
+
+
+POSITIONS = {"normal": _along_normal, "triangle_frame": _in_triangle}
+TURNS = {"vertex_quaternion": _by_vertices, "triangle_frame": _by_triangle}
+SCALES = {"none": _same_scale, "log_area": _log_area, "triangle_linear": _triangle_linear}
