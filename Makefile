@@ -1,13 +1,14 @@
 PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= out
+NODE_CLIENTS := tests/interop/node_modules/.package-lock.json
 
 .PHONY: demo test bench clean
 
 demo: .venv/installed
 	$(BIN)/python -m samples.demo $(OUT)/demo
 
-test: .venv/tested
+test: .venv/tested $(NODE_CLIENTS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -17,7 +18,7 @@ bench: .venv/tested
 	$(BIN)/python -m tests.bench
 
 clean:
-	rm -rf .venv $(OUT)
+	rm -rf .venv $(OUT) tests/interop/node_modules
 
 .venv/installed: pyproject.toml
 	sh .ci/packages
@@ -28,4 +29,9 @@ clean:
 
 .venv/tested: .venv/installed
 	$(BIN)/python -m pip install --quiet --group dev
+	touch $@
+
+$(NODE_CLIENTS): tests/interop/package-lock.json
+	sh .ci/packages node
+	npm ci --prefix tests/interop --ignore-scripts --loglevel=error
 	touch $@

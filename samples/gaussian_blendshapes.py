@@ -13,7 +13,7 @@ from avatar_runtime.rotation import matrix_from_rotvec, quat_from_matrix, quat_m
 from samples.body_model import GAUSSIAN_SHAPES, JAW, JAW_SHAPES, BodyModel
 from samples.colour import logit, surface_colour, surface_opacity
 from samples.head import Head, unit
-from samples.surface import Samples, deformation, sample_head
+from samples.surface import Samples, deformation, sample_mesh
 
 Array = npt.NDArray[Any]
 Fields = dict[str, Array]
@@ -173,12 +173,12 @@ def build_model(
     subject = replace(head, vertices=vertices)
     count = gaussians + (len(NAN_ROWS) if noise_seed is not None else 0)
     held = replace(head, vertices=held_vertices(body, vertices))
-    samples = sample_head(subject, face_regions(subject), REGION_SPACING, count, seed=1, held=held)
+    samples = sample_mesh(subject, face_regions(subject), REGION_SPACING, count, seed=1, held=held)
     face = static_fields(subject, samples) | rigged_fields(body, samples)
     mouth = []
     for k, parts in enumerate((("upper_teeth", "upper_gums"), ("lower_teeth", "lower_gums"))):
         regions = np.where(head.triangles_in(*parts), 0, -1)
-        inside = sample_head(subject, regions, np.ones(1), max(1, round(gaussians * MOUTH_SHARE)), seed=2 + k)
+        inside = sample_mesh(subject, regions, np.ones(1), max(1, round(gaussians * MOUTH_SHARE)), seed=2 + k)
         mouth.append(static_fields(subject, inside))
     if noise_seed is not None:
         rng = np.random.default_rng(noise_seed)

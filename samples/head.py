@@ -38,12 +38,28 @@ EYE_TURN: dict[str, tuple[float, float]] = {
 
 
 @dataclass(frozen=True)
-class Head:
-    """A head mesh in metres, +Y up, +Z out of the face, +X towards the subject's left."""
+class Mesh:
+    """A triangle mesh in metres, +Y up, +Z out of the face, +X towards the subject's left."""
 
     vertices: Array  # f64 [V, 3]
-    colors: Array  # f64 [V, 3], display sRGB, 0..1
     triangles: Array  # i64 [F, 3], counter-clockwise from the visible side
+
+    @cached_property
+    def vertex_normals(self) -> Array:
+        """Area-weighted unit normals [V, 3]."""
+        corner = self.vertices[self.triangles]
+        area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        normal = np.zeros_like(self.vertices)
+        for i in range(3):
+            np.add.at(normal, self.triangles[:, i], area)
+        return unit(normal)
+
+
+@dataclass(frozen=True)
+class Head(Mesh):
+    """A head with colours, parts and shapes."""
+
+    colors: Array  # f64 [V, 3], display sRGB, 0..1
     part: Array  # i64 [F], index into part_names
     part_names: tuple[str, ...]
     expression_names: tuple[str, ...]  # 51 ARKit names, all but tongueOut
@@ -75,16 +91,6 @@ class Head:
             system = np.c_[2 * x, np.ones(len(x))]
             centres.append(np.linalg.lstsq(system, (x**2).sum(axis=1), rcond=None)[0][:3])
         return np.array(centres)
-
-    @cached_property
-    def vertex_normals(self) -> Array:
-        """Area-weighted unit normals [V, 3]."""
-        corner = self.vertices[self.triangles]
-        area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-        normal = np.zeros_like(self.vertices)
-        for i in range(3):
-            np.add.at(normal, self.triangles[:, i], area)
-        return unit(normal)
 
 
 def unit(x: Array) -> Array:

@@ -4,23 +4,31 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from samples.body import PATH as BODY_RIG
+from samples.body import load_body
 from samples.body_files import save_body, save_flame_pickle, save_tracked_frame
-from samples.body_model import FEATURES, build_body_model, driving
+from samples.body_model import FEATURES, BodyModel, build_body_model, driving
 from samples.gaussian_blendshapes import build_model
 from samples.gaussian_blendshapes_files import save_cfg_args, save_dump, save_raw
 from samples.head import Head, load_head, simplify
 from samples.lam import NAME as LAM_NAME
 from samples.lam import build_lam, save_lam
+from samples.splatting_avatar_files import save_run
+from samples.splatting_body import build_walker
+from samples.splatting_head import UNITS_PER_METRE, build_head
+from samples.take import load_take, save_flame_params
 
 Array = npt.NDArray[Any]
 
 DEMO_GAUSSIANS = 20000
+BODY_GAUSSIANS = 18000
 CONFORMANCE_GAUSSIANS = 1500
 CONFORMANCE_CELL = 0.008  # metres between vertices of the conformance avatars' mesh
 SEED = 2024
@@ -64,9 +72,13 @@ def make_gaussian_blendshapes(
     save_tracked_frame(shape, base / "dataset" / "checkpoint" / "00000.frame")
     if full:
         save_flame_pickle(body, base / "body" / "flame_layout_model.pkl")
-    matrix = driving(body, head.expression_names)
-    (base / "driving.json").write_text(json.dumps(matrix, indent=1) + "\n")
+    save_driving(head, body, base / "driving.json")
     return base
+
+
+def save_driving(head: Head, body: BodyModel, path: Path) -> None:
+    """The matrix from ARKit weights to expressions, jaw and eyes."""
+    path.write_text(json.dumps(driving(body, head.expression_names), indent=1) + "\n")
 
 
 def make_lam(out: Path, *, full: bool = False) -> Path:
@@ -79,13 +91,49 @@ def make_lam(out: Path, *, full: bool = False) -> Path:
     return path
 
 
-SYSTEMS = ("gaussian_blendshapes", "lam")
+def make_splatting_head(
+    out: Path, gaussians: int | None = None, *, sh_degree: int = 0, full: bool = False
+) -> Path:
+    """Write run/, body/, flame_params.json and driving.json into out/splatting_avatar/head; returns that folder.
+
+    The embedding mesh is the first frame of flame_params.json, in metres times 4. `full`: the conformance
+    avatar, a coarse head with an identity shape, pose correctives and random opacities and SH rest.
+    """
+    head, rng = load_head(), np.random.default_rng(SEED)
+    if full:
+        head = simplify(head, CONFORMANCE_CELL)
+    posedirs = smooth_posedirs(head, rng) if full else None
+    shape = rng.normal(0, 0.7, len(head.identity)) if full else np.zeros(len(head.identity))
+    body = build_body_model(head, moving_joints=full, posedirs=posedirs)
+    take = load_take(body, shape)
+    count = gaussians or (CONFORMANCE_GAUSSIANS if full else DEMO_GAUSSIANS)
+    trained = build_head(head, body, take, count, sh_degree, noise_seed=SEED if full else None)
+    base = out / "splatting_avatar" / "head"
+    save_run(trained, base / "run", mesh_scaling=True, frames="imavatar")
+    save_body(body, np.zeros(0), base / "body")
+    save_flame_params(take, base / "flame_params.json", UNITS_PER_METRE)
+    save_driving(head, body, base / "driving.json")
+    return base
+
+
+def make_body(out: Path, gaussians: int | None = None) -> Path:
+    """Write run/ and the rig CesiumMan.glb into out/splatting_avatar/body; returns that folder."""
+    trained = build_walker(load_body(), gaussians or BODY_GAUSSIANS)
+    base = out / "splatting_avatar" / "body"
+    save_run(trained, base / "run", mesh_scaling=False, frames="peoplesnapshot")
+    shutil.copyfile(BODY_RIG, base / BODY_RIG.name)
+    return base
+
+
+SYSTEMS = ("gaussian_blendshapes", "lam", "splatting_avatar")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m samples.make", description=__doc__)
     parser.add_argument("out", type=Path, help="folder to write into")
-    parser.add_argument("--gaussians", type=int, help="Gaussians of the face set")
+    parser.add_argument(
+        "--gaussians", type=int, help="Gaussians, of Gaussian Blendshapes those of the face set"
+    )
     parser.add_argument("--form", choices=FORMS, default="dump", help="Gaussian Blendshapes layout")
     parser.add_argument("--system", choices=(*SYSTEMS, "all"), default="all")
     parser.add_argument("--full", action="store_true", help="conformance avatars: no field is zero")
@@ -94,6 +142,9 @@ def main() -> None:
         print(make_gaussian_blendshapes(args.out, args.gaussians, form=args.form, full=args.full))
     if args.system in ("lam", "all"):
         print(make_lam(args.out, full=args.full))
+    if args.system in ("splatting_avatar", "all"):
+        print(make_splatting_head(args.out, args.gaussians, sh_degree=3 if args.full else 0, full=args.full))
+        print(make_body(args.out, args.gaussians))
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import inverse_transpose, quat_from_matrix
-from samples.head import Head, unit
+from samples.head import Head, Mesh, unit
 
 Array = npt.NDArray[Any]
 
@@ -17,13 +17,14 @@ CANDIDATES = 6  # for each sample that is wanted
 # A maximal Poisson-disk set of radius r holds about this many points on an area r^2.
 PACKING = 0.72
 NEIGHBOURS = 6
+MOST_SPACING = 1.5  # of the region's median: at the region's edge a sample lacks neighbours
 # How much of an edge's length in an opening shape a fixed splat covers, and the most it grows for it.
 OPENING_SHARE, OPENING_LIMIT = 0.85, 3.0
 
 
 @dataclass(frozen=True)
 class Samples:
-    """N points on the surface of a head."""
+    """N points on a surface."""
 
     face: Array  # i64 [N]
     bary: Array  # f64 [N, 3]
@@ -122,12 +123,12 @@ def neighbour_distance(points: Array, normals: Array, radius: float) -> Array:
     return result
 
 
-def sample_region(head: Head, held: Head, triangles: Array, count: int, rng: np.random.Generator) -> Samples:
+def sample_region(mesh: Mesh, held: Mesh, triangles: Array, count: int, rng: np.random.Generator) -> Samples:
     """`count` samples on the triangles (indices) given, evenly spread over their area in `held`.
 
-    `held` is the same mesh in another pose; the samples lie on `head`, as wide as the wider of the two asks.
+    `held` is the same mesh in another pose; the samples lie on `mesh`, as wide as the wider of the two asks.
     """
-    corner = held.vertices[head.triangles[triangles]]
+    corner = held.vertices[mesh.triangles[triangles]]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1) / 2
     total = CANDIDATES * count
     place = (np.arange(total) + rng.random(total)) / total * area.sum()
@@ -137,13 +138,13 @@ def sample_region(head: Head, held: Head, triangles: Array, count: int, rng: np.
     bary = np.stack([1 - root, root * (1 - along), root * along], axis=1)
     face = triangles[chosen]
     spread = np.einsum("nc,ncx->nx", bary, corner[chosen])
-    facing = unit(np.einsum("nc,ncx->nx", bary, held.vertex_normals[head.triangles[face]]))
+    facing = unit(np.einsum("nc,ncx->nx", bary, held.vertex_normals[mesh.triangles[face]]))
     kept, radius = poisson_disk(spread, facing, count, float(area.sum()))
     face, bary = face[kept], bary[kept]
-    at = head.triangles[face]
-    position = np.einsum("nc,ncx->nx", bary, head.vertices[at])
-    normal = unit(np.einsum("nc,ncx->nx", bary, head.vertex_normals[at]))
-    across = unit(np.cross(normal, head.vertices[at[:, 1]] - head.vertices[at[:, 0]]))
+    at = mesh.triangles[face]
+    position = np.einsum("nc,ncx->nx", bary, mesh.vertices[at])
+    normal = unit(np.einsum("nc,ncx->nx", bary, mesh.vertex_normals[at]))
+    across = unit(np.cross(normal, mesh.vertices[at[:, 1]] - mesh.vertices[at[:, 0]]))
     frame = np.stack([np.cross(across, normal), across, normal], axis=-1)
     spacing = np.maximum(
         neighbour_distance(position, normal, radius), neighbour_distance(spread[kept], facing[kept], radius)
@@ -188,25 +189,39 @@ def vertex_samples(head: Head, opening: tuple[str, ...]) -> Samples:
     )
 
 
-def sample_head(
-    head: Head, regions: Array, spacing: Array, count: int, seed: int, held: Head | None = None
+def sample_mesh(
+    mesh: Mesh, regions: Array, spacing: Array, count: int, seed: int, held: Mesh | None = None
 ) -> Samples:
     """`count` samples over the triangles with region >= 0; spacing[r] is relative, and even in `held`."""
-    held = held or head
+    held = held or mesh
     rng = np.random.default_rng(seed)
-    corner = held.vertices[head.triangles]
+    corner = held.vertices[mesh.triangles]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1) / 2
     used = regions >= 0
     share = np.bincount(regions[used], area[used], len(spacing)) / spacing**2
     edges = np.round(np.cumsum(share) / share.sum() * count).astype(int)
     counts = np.diff(edges, prepend=0)
     parts = [
-        sample_region(head, held, np.flatnonzero(regions == r), int(n), rng)
+        sample_region(mesh, held, np.flatnonzero(regions == r), int(n), rng)
         for r, n in enumerate(counts)
         if n
     ]
     fields = ("face", "bary", "position", "frame", "spacing")
     return Samples(*(np.concatenate([getattr(p, f) for p in parts]) for f in fields))
+
+
+def spacing_on(mesh: Mesh, samples: Samples, regions: Array) -> Array:
+    """How far the samples [N] are from their neighbours of the same region in this pose of the mesh, metres."""
+    position = samples.interpolate(mesh.vertices, mesh.triangles)
+    normal = unit(samples.interpolate(mesh.vertex_normals, mesh.triangles))
+    region = regions[samples.face]
+    result = np.zeros(len(position))
+    for r in np.unique(region):
+        rows = np.flatnonzero(region == r)
+        radius = float(np.median(samples.spacing[rows]))
+        far = neighbour_distance(position[rows], normal[rows], radius)
+        result[rows] = np.minimum(far, MOST_SPACING * np.median(far))
+    return result
 
 
 def triangle_frames(corner: Array) -> Array:

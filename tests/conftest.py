@@ -20,4 +20,4 @@ def blendshapes_golden(
     return UNPACK[request.param](tmp_path_factory.mktemp(f"gaussian_blendshapes_{request.param}"))
 
 
-pytest_plugins = ["tests.measured", "tests.samples_made"]
+pytest_plugins = ["tests.commands", "tests.measured", "tests.samples_made"]

@@ -219,3 +219,61 @@ UNPACK: dict[str, Callable[[Path], BlendshapesGolden]] = {
 def _read_npz(path: Path) -> dict[str, Array]:
     with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
         return {key: file[key] for key in file.files}
+
+
+@dataclass(frozen=True)
+class SurfaceCase:
+    """A checkpoint of SplattingAvatar or GaussianAvatars and where its code puts the Gaussians, in training units."""
+
+    folder: Path  # run/, static.npz, expected/
+    poses: Path | None  # head_poses/; None: posed vertices stand in expected/
+
+    @property
+    def run(self) -> Path:
+        return self.folder / "run"
+
+    def static(self) -> dict[str, Array]:
+        return _read_npz(self.folder / "static.npz")
+
+    def pose_names(self) -> list[str]:
+        return sorted(path.stem for path in (self.folder / "expected").glob("*.npz"))
+
+    def expected(self, pose: str) -> dict[str, Array]:
+        return _read_npz(self.folder / "expected" / f"{pose}.npz")
+
+    def posed_vertices(self, pose: str) -> Array:
+        """[V, 3] as the case's mesh has them; heads of the part "face" are a part of the head's vertices."""
+        if self.poses is None:
+            return self.expected(pose)["posed_vertices"]
+        vertices = _read_npz(self.poses / f"{pose}.npz")["vertices"]
+        if "face" in self.folder.name:
+            vertices = vertices[_read_npz(self.poses / "topology.npz")["face_part_vertices"]]
+        return 4 * vertices if "_x4_" in self.folder.name else vertices
+
+    def triangles(self) -> Array:
+        if self.poses is None:
+            return self.static()["faces"]
+        name = "face_part_faces" if "face" in self.folder.name else "faces"
+        return _read_npz(self.poses / "topology.npz")[name]
+
+
+SMALL_SURFACE_CASES = (
+    *("splatting_avatar/small_sh0", "splatting_avatar/small_sh3"),
+    *("gaussian_avatars/small_sh0", "gaussian_avatars/small_sh3"),
+)
+HEAD_SURFACE_CASES = (
+    *("splatting_avatar/head_m_sh0", "splatting_avatar/head_x4_face_sh3"),
+    "gaussian_avatars/head_face_sh3",
+)
+
+
+def unpack_surface_cases(target: Path) -> None:
+    """The committed cases, written to the empty folder `target`."""
+    with tarfile.open(GOLDEN / "splatting_avatar" / "files.tar.xz") as archive:
+        archive.extractall(target, filter="data")
+
+
+def head_surface_case(name: str) -> SurfaceCase:
+    """A case from the optional test data; skips the test where it is absent."""
+    root = shared("golden/splatting_avatar")
+    return SurfaceCase(root / name, root / "head_poses")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avatar_export.pictures import frame_camera
+from avatar_export.pictures import frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
@@ -12,7 +12,7 @@ from avatar_runtime.pose import Pose
 
 def profile_psnr(avatar: Avatar, pose: Pose, size: int, yaw: float = 0.0) -> float:
     """PSNR in dB of `engine` against `trainer`, where the avatar covers more than half of a pixel; over black."""
-    player, camera = Player(avatar), frame_camera(avatar, size, size, yaw)
+    player, camera = Player(avatar), frame_camera(robust_box(avatar.gaussians.mean), size, size, yaw)
     trainer, engine = (
         player.frame(pose, camera, (0.0, 0.0, 0.0), profile).picture for profile in ("trainer", "engine")
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from samples.make import make_gaussian_blendshapes, make_lam
+from samples.make import make_body, make_gaussian_blendshapes, make_lam, make_splatting_head
 
 from avatar_export.read import read
 from avatar_export.readers.options import ReadOptions
@@ -25,6 +25,24 @@ def sample_lam(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
+def sample_splatting_head(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with run/ (SH degree 0), body/, flame_params.json, driving.json; it looks like a person."""
+    return make_splatting_head(tmp_path_factory.mktemp("splatting_head"), 4000)
+
+
+@pytest.fixture(scope="session")
+def sample_splatting_head_sh3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same of a coarse head with an identity shape, SH degree 3 and no field that is zero."""
+    return make_splatting_head(tmp_path_factory.mktemp("splatting_head_sh3"), sh_degree=3, full=True)
+
+
+@pytest.fixture(scope="session")
+def sample_body(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with run/ and CesiumMan.glb."""
+    return make_body(tmp_path_factory.mktemp("body"), 4000)
+
+
+@pytest.fixture(scope="session")
 def blendshapes_avatar(sample_blendshapes: Path) -> Avatar:
     return read(sample_blendshapes / "model", ReadOptions(dataset=sample_blendshapes))
 
@@ -32,3 +50,24 @@ def blendshapes_avatar(sample_blendshapes: Path) -> Avatar:
 @pytest.fixture(scope="session")
 def lam_avatar(sample_lam: Path) -> Avatar:
     return read(sample_lam)
+
+
+@pytest.fixture(scope="session")
+def splatting_head_avatar(sample_splatting_head: Path) -> Avatar:
+    return read_head(sample_splatting_head)
+
+
+@pytest.fixture(scope="session")
+def splatting_head_sh3_avatar(sample_splatting_head_sh3: Path) -> Avatar:
+    return read_head(sample_splatting_head_sh3)
+
+
+@pytest.fixture(scope="session")
+def body_avatar(sample_body: Path) -> Avatar:
+    return read(sample_body / "run", ReadOptions(rig=sample_body / "CesiumMan.glb"))
+
+
+def read_head(folder: Path) -> Avatar:
+    """The head of a folder that make_splatting_head wrote."""
+    files = {"body_model": folder / "body" / "body_model.npz", "poses": folder / "flame_params.json"}
+    return read(folder / "run", ReadOptions(**files))

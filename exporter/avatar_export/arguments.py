@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from typing import Annotated
 
 import typer
 
-from avatar_runtime.stages.raster import PROFILES
+from avatar_export.read import READERS
 
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace OUT if it exists.")]
+System = Annotated[
+    str | None, typer.Option(help=f"Skip detection: {', '.join(r.system for r in READERS)}.", metavar="NAME")
+]
 NUMBER = re.compile("[0-9]{1,6}")
 LARGEST = 1e6  # weights and degrees beyond are slips
 
@@ -69,11 +75,10 @@ def background(text: str | None) -> tuple[float, float, float] | None:
     return r, g, b
 
 
-def profile(text: str) -> str:
-    """The name of a raster profile."""
-    if text not in PROFILES:
-        raise typer.BadParameter(f"{text!r} is none of {', '.join(PROFILES)}", param_hint="--profile")
-    return text
+def one_of(option: str, value: object, known: Collection[object]) -> None:
+    """The value of an option is one that is known, or not given."""
+    if value is not None and value not in known:
+        raise typer.BadParameter(f"{value!r} is none of {', '.join(map(str, known))}", param_hint=option)
 
 
 def finite(given: Mapping[str, float]) -> None:

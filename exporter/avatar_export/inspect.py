@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,10 @@ import numpy as np
 
 from avatar_export.driving.drive import unreached
 from avatar_export.read import find, is_bundle
-from avatar_runtime.avatar import Avatar, SparseRows
+from avatar_runtime.avatar import Avatar, Embedding, SparseRows
 from avatar_runtime.bundle import MANIFEST, load, opener, read_manifest
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.topology import topology_hash
 
 
 def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
@@ -46,9 +48,7 @@ def summary(avatar: Avatar) -> dict[str, Any]:
         "expressions": list(avatar.expression_names),
         "late_morphs": list(avatar.late_morph_names),
         "rules": {
-            "rotation": avatar.rules.rotation,
-            "sh_direction": avatar.rules.sh_direction,
-            "anchor": avatar.rules.anchor,
+            **{name: value for name, value in asdict(avatar.rules).items() if value is not None},
             "head_pose_in": avatar.head_pose_in,
         },
         "deltas": {
@@ -64,6 +64,9 @@ def summary(avatar: Avatar) -> dict[str, Any]:
             "corrective_joints": len(rig.corrective_joints),
             "anchor_vertices": len(rig.anchor_vertices),
         },
+        "embedding": None if avatar.embedding is None else _embedding(avatar.embedding),
+        "clips": {clip.name: f"{clip.frames} frames at {clip.fps:g} a second" for clip in avatar.clips},
+        "training_units_per_metre": avatar.training_per_bundle,
         "ranges": {
             "mean_min": _rounded(g.mean.min(axis=0)),
             "mean_max": _rounded(g.mean.max(axis=0)),
@@ -75,6 +78,16 @@ def summary(avatar: Avatar) -> dict[str, Any]:
         "driving": _driving(avatar),
         "background": avatar.raster.background,
         "provenance": dict(avatar.provenance),
+    }
+
+
+def _embedding(embedding: Embedding) -> dict[str, Any]:
+    lift = np.abs(embedding.displacement) if len(embedding.displacement) else np.zeros(1)
+    return {
+        "vertices": len(embedding.canonical_vertices),
+        "triangles": len(embedding.triangles),
+        "topology_hash": topology_hash(embedding.triangles, len(embedding.canonical_vertices)),
+        "displacement_mm": _rounded(1e3 * np.percentile(lift, [50, 100])),
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,9 +16,10 @@ from avatar_export.driving.frames import DrivingFrame
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose
+from avatar_runtime.pose import Pose, clip_pose
 
 Pixels = npt.NDArray[np.uint8]
+Box = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
 FOV_Y = np.radians(20.0)
 MARGIN = 1.08
 SHEET_SIZE = 288
@@ -35,14 +37,15 @@ SHEET_EXPRESSIONS: dict[str, dict[str, float]] = {
     "eyes to the left": {"eyeLookOutLeft": 0.6, "eyeLookInRight": 0.6},
     "noseSneer": {"noseSneerLeft": 1.0, "noseSneerRight": 1.0},
 }
+SHEET_MOMENTS = 6
 SHEET_VIEWS = (("three-quarter left", 40.0), ("three-quarter right", -40.0), ("side", 85.0))
 
 
 def frame_camera(
-    avatar: Avatar, width: int, height: int, yaw: float = 0.0, pitch: float = 0.0, zoom: float = 1.0
+    box: Box, width: int, height: int, yaw: float = 0.0, pitch: float = 0.0, zoom: float = 1.0
 ) -> Camera:
-    """A camera that sees the whole avatar at rest; yaw and pitch in radians, 0 in front of the face."""
-    low, high = robust_box(avatar)
+    """A camera that sees a whole box; yaw and pitch in radians, 0 in front of the face."""
+    low, high = box
     half = (high - low) / 2 * MARGIN
     across = float(np.hypot(half[0], half[2]))  # the widest that any yaw shows
     fit = np.tan(FOV_Y / 2)
@@ -50,18 +53,18 @@ def frame_camera(
     return Camera.orbit((low + high) / 2, distance, yaw, pitch, float(FOV_Y), width, height)
 
 
-def robust_box(avatar: Avatar) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Box of the Gaussians' centres without the outermost half percent: stray ones do not shrink the view."""
-    mean = avatar.gaussians.mean.astype(np.float64)
+def robust_box(mean: npt.NDArray[np.floating[Any]]) -> Box:
+    """(low, high) of positions [N, 3] without the outermost half percent: stray ones do not shrink the view."""
+    mean = mean.astype(np.float64)
     return np.percentile(mean, 0.5, axis=0), np.percentile(mean, 99.5, axis=0)
 
 
 def contact_sheet(avatar: Avatar, size: int = SHEET_SIZE) -> Pixels:
-    """Neutral, ten expressions and two more views, labelled, [H, W, 3]."""
-    player = Player(avatar)
+    """Neutral, ten expressions or moments of a clip, and more views, labelled, [H, W, 3]."""
+    player, poses = Player(avatar), sheet_poses(avatar)
+    box = robust_box(_means(player, [pose for _, pose, _ in poses]))
     cells = [
-        (label, player.frame(pose, frame_camera(avatar, size, size, yaw)).rgb8())
-        for label, pose, yaw in sheet_poses(avatar)
+        (label, player.frame(pose, frame_camera(box, size, size, yaw)).rgb8()) for label, pose, yaw in poses
     ]
     rows = -(-len(cells) // SHEET_COLUMNS)
     sheet = Image.new("RGB", (SHEET_COLUMNS * size, rows * size))
@@ -82,7 +85,7 @@ def contact_sheet(avatar: Avatar, size: int = SHEET_SIZE) -> Pixels:
 
 
 def sheet_poses(avatar: Avatar) -> list[tuple[str, Pose, float]]:
-    """(label, pose, yaw in radians) of every cell: ARKit shapes where it has them, else its first expressions."""
+    """(label, pose, yaw in radians) of every cell: ARKit shapes, else its first expressions, else its first clip."""
     cells: list[tuple[str, Pose, float]] = [("neutral", Pose(), 0.0)]
     if avatar.driving.mode != "none":
         reached = {canonical(name) for name in (*avatar.driving.inputs, *avatar.expression_names)}
@@ -92,7 +95,19 @@ def sheet_poses(avatar: Avatar) -> list[tuple[str, Pose, float]]:
     else:
         for expression in avatar.expressions[: len(SHEET_EXPRESSIONS)]:
             cells.append((expression.name, Pose({expression.name: expression.range[1]}), 0.0))
+    if len(cells) == 1 and avatar.clips:
+        clip = avatar.clips[0]
+        for frame in np.linspace(0, clip.frames, SHEET_MOMENTS, endpoint=False).astype(int):
+            label = f"{clip.name}, {frame / clip.fps:.2f} s"
+            cells.append((label, clip_pose(avatar, clip, int(frame)), float(np.radians(SHEET_VIEWS[0][1]))))
     return cells + [(label, Pose(), float(np.radians(yaw))) for label, yaw in SHEET_VIEWS]
+
+
+def _means(player: Player, poses: list[Pose]) -> npt.NDArray[np.float32]:
+    """What a camera must see of some poses; a skinned head stays about where it was bound."""
+    if player.avatar.embedding is None:
+        return player.avatar.gaussians.mean
+    return np.concatenate([player.animate(pose).mean for pose in poses])
 
 
 def arkit_pose(avatar: Avatar, weights: dict[str, float]) -> Pose:

@@ -5,24 +5,25 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from avatar_export.driving import drive, gltf_clip, takes
+from avatar_export.clips import clips_from
+from avatar_export.driving import drive, takes
 from avatar_export.driving.arkit import ARKIT_NAMES, canonical
-from avatar_export.pictures import animated_webp, arkit_pose, frame_camera, png
-from avatar_export.readers import lam
-from avatar_runtime.avatar import Avatar
-from avatar_runtime.codec import glb
+from avatar_export.mesh_sequence import read_meshes
+from avatar_export.pictures import Box, animated_webp, arkit_pose, frame_camera, png, robust_box
+from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.errors import AvatarError, no_such
 from avatar_runtime.player import Frame, Player
-from avatar_runtime.pose import Pose, joint_rotation
+from avatar_runtime.pose import Pose, clip_pose, joint_rotation
 
 Pixels = npt.NDArray[np.uint8]
 TURNTABLE_SECONDS = 2.0
+FRAMED = 12  # frames of a sequence that the camera is set by
 SUFFIXES = ("", ".png", ".webp")
 
 
@@ -47,7 +48,13 @@ class PoseSequence:
 
     poses: Sequence[Pose]
     fps: float
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+    posed_vertices: Sequence[F32] | None = None  # one mesh a pose, in place of what a rig makes of it
+
+    def part(self, rows: slice) -> PoseSequence:
+        """Some of its frames."""
+        meshes = None if self.posed_vertices is None else self.posed_vertices[rows]
+        return replace(self, poses=self.poses[rows], posed_vertices=meshes)
 
 
 def pose_from_flags(
@@ -88,19 +95,33 @@ def recorded(avatar: Avatar, path: Path, every: int) -> PoseSequence:
     return PoseSequence(drive.poses(avatar, take)[::every], take.fps / every, tuple(notes))
 
 
-def clip(avatar: Avatar, path: Path, name: str | None, fps: float) -> PoseSequence:
-    """The poses of a clip of a .glb, or of the one in a LAM zip; the first clip without a name."""
-    data = lam.clip_source(path) if lam.detect(path) else None
-    source = path if data is None else glb.decode(data, lam.CLIPS)
-    known = gltf_clip.clips(source)
-    if not known:
-        raise AvatarError("holds no animation", file=path)
-    chosen = name or known[0]
-    strangers = gltf_clip.unmatched(avatar, source, chosen) if chosen in known else []
-    notes = [f"clip {chosen!r} of {', '.join(known)}"]
-    if strangers:
-        notes.append(f"{len(strangers)} nodes of the clip have no joint here: {', '.join(strangers[:5])}")
-    return PoseSequence(gltf_clip.clip_poses(avatar, source, chosen, fps), fps, tuple(notes))
+def clip(avatar: Avatar, named: str, name: str | None, fps: float, every: int) -> PoseSequence:
+    """A clip of the avatar by its name; else `named` is a file, of which the clip `name` or the first is played."""
+    known = {known.name: known for known in avatar.clips}
+    if named in known:
+        own = known[named]
+        poses = [clip_pose(avatar, own, frame) for frame in range(0, own.frames, every)]
+        return PoseSequence(poses, own.fps / every)
+    if not Path(named).exists():
+        raise no_such("clip of this avatar or file", named, tuple(known))
+    return _clip_of_file(avatar, Path(named), name, fps, every)
+
+
+def _clip_of_file(avatar: Avatar, path: Path, name: str | None, fps: float, every: int) -> PoseSequence:
+    found = {clip.name: clip for clip in clips_from(avatar, path)}
+    if name is not None and name not in found:
+        raise no_such("clip of this file", name, tuple(found), file=path.name)
+    chosen = found[name] if name is not None else next(iter(found.values()))
+    poses = [clip_pose(avatar, chosen, frame) for frame in range(0, chosen.frames, every)]
+    return PoseSequence(poses, chosen.fps / every, (f"clip {chosen.name!r} of {', '.join(found)}",))
+
+
+def meshes(
+    avatar: Avatar, paths: Sequence[Path], units: float | None, fps: float, every: int
+) -> PoseSequence:
+    """Posed meshes from files, each `every`-th."""
+    vertices = read_meshes(avatar, paths, units)[::every]
+    return PoseSequence([Pose()] * len(vertices), fps / every, posed_vertices=vertices)
 
 
 def turntable(pose: Pose, fps: float) -> PoseSequence:
@@ -108,17 +129,31 @@ def turntable(pose: Pose, fps: float) -> PoseSequence:
     return PoseSequence([pose] * max(2, round(fps * TURNTABLE_SECONDS)), fps)
 
 
-def frames(avatar: Avatar, poses: Sequence[Pose], view: View) -> Iterator[Pixels]:
-    """Pictures, one a pose."""
-    player = Player(avatar)
-    for index, pose in enumerate(poses):
-        turn = view.orbit * index / max(len(poses), 1)
+def frames(avatar: Avatar, sequence: PoseSequence, view: View) -> Iterator[Pixels]:
+    """Pictures, one a pose; the camera stands where it sees all of them."""
+    player, count = Player(avatar), len(sequence.poses)
+    box = framed(player, sequence)
+    for index, pose in enumerate(sequence.poses):
+        turn = view.orbit * index / max(count, 1)
         camera = frame_camera(
-            avatar, view.width, view.height, np.radians(view.yaw + turn), np.radians(view.pitch), view.zoom
+            box, view.width, view.height, np.radians(view.yaw + turn), np.radians(view.pitch), view.zoom
         )
         background = (0.0, 0.0, 0.0) if view.transparent else view.background
-        frame: Frame = player.frame(pose, camera, background, view.profile)
+        mesh = None if sequence.posed_vertices is None else sequence.posed_vertices[index]
+        frame: Frame = player.frame(pose, camera, background, view.profile, posed_vertices=mesh)
         yield frame.rgba8() if view.transparent else frame.rgb8()
+
+
+def framed(player: Player, sequence: PoseSequence) -> Box:
+    """What the camera must see: the binding pose, or for Gaussians on a mesh some frames of the sequence."""
+    if player.avatar.embedding is None:
+        return robust_box(player.avatar.gaussians.mean)
+    count = len(sequence.poses)
+    means = []
+    for index in np.unique(np.linspace(0, count - 1, min(count, FRAMED)).astype(int)):
+        mesh = None if sequence.posed_vertices is None else sequence.posed_vertices[int(index)]
+        means.append(player.animate(sequence.poses[index], posed_vertices=mesh).mean)
+    return robust_box(np.concatenate(means))
 
 
 def save(

@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from avatar_export.readers import gaussian_blendshapes, lam
+from avatar_export.clips import clips_from
+from avatar_export.readers import gaussian_avatars, gaussian_blendshapes, lam, splatting_avatar
 from avatar_export.readers.archive import ZIP_FAULTS
 from avatar_export.readers.options import ReadOptions
 from avatar_runtime.avatar import Avatar
@@ -26,6 +27,7 @@ class Reader:
     detect: Callable[[Path], bool]  # by content, cheap; never raises on junk
     read: Callable[[Path, ReadOptions], Avatar]
     without_rig: ReadOptions  # what reads it when nothing lies beside it
+    holds_clips: bool  # animations lie in the source itself
 
 
 READERS = tuple(
@@ -36,8 +38,9 @@ READERS = tuple(
         module.detect,
         module.read,
         module.WITHOUT_RIG,
+        module is lam,
     )
-    for module in (gaussian_blendshapes, lam)
+    for module in (gaussian_blendshapes, splatting_avatar, gaussian_avatars, lam)
 )
 
 
@@ -49,7 +52,10 @@ def read(path: Path, options: ReadOptions | None = None, system: str | None = No
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
     reader = find(path, system)
-    return reader.read(path, options or ReadOptions()).check()
+    avatar = reader.read(path, options or ReadOptions())
+    if reader.holds_clips:
+        avatar = replace(avatar, clips=clips_from(avatar, path, optional=True))
+    return avatar.check()
 
 
 def find(path: Path, system: str | None = None) -> Reader:

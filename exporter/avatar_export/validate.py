@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from avatar_export.driving.arkit import canonical
 from avatar_export.ops.bounds import bounds
+from avatar_export.validate_derived import derived_problems
 from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.bundle import MANIFEST, Open, checked_bytes, load, opener, read_manifest
 from avatar_runtime.errors import AvatarError
@@ -55,7 +56,8 @@ def validate(path: str | Path) -> list[Problem]:
         if not any(p.path == error.file for p in problems):
             problems.append(_problem(error))
         return problems
-    return problems + [p for check in _CHECKS for p in check(avatar, document)]
+    problems += [p for check in _CHECKS for p in check(avatar, document)]
+    return problems + list(derived_problems(avatar, document, read))
 
 
 def _problem(error: AvatarError) -> Problem:

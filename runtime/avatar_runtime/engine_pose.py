@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, F64, Avatar, Clip, Rig
+from avatar_runtime.avatar import F32, F64, I64, Avatar, Clip, Rig
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.pose import LARGEST, Pose, resolve
 from avatar_runtime.rotation import homogeneous, matrix_from_quat, quat_from_matrix
-from avatar_runtime.stages.joints import chain, pose_features, rest_transforms
+from avatar_runtime.stages.joints import chain, levels, pose_features, rest_transforms
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def engine_rest(avatar: Avatar) -> EnginePose:
 
 def engine_pose(avatar: Avatar, pose: Pose) -> EnginePose:
     """What an engine sets for `pose`. Raises AvatarError without a rig, for a name that the avatar lacks and
-    for a joint whose transform is not finite.
+    for a joint whose node does not fit float32.
 
     Each node's mesh_from_joint becomes A_j rest_nodes_j with the skin matrix A_j of stage `joints`; relative to the
     parent as the engine holds it, a linear part M is split into the nearest rotation R and the scale diag(R^T M).
@@ -132,9 +132,8 @@ def engine_clip(avatar: Avatar, clip: Clip) -> EnginePose:
 def node_transforms(rig: Rig, pose: EnginePose) -> F64:
     """mesh_from_joint as an engine that was set to `pose` has it, below the root node, [..., J, 4, 4]."""
     local = _compose(pose.translation, pose.rotation_xyzw, pose.scale)
-    for j, parent in enumerate(rig.parents):
-        if parent >= 0:
-            local[..., j, :, :] = local[..., parent, :, :] @ local[..., j, :, :]
+    for level in levels(rig.parents)[1:]:
+        local[..., level, :, :] = local[..., rig.parents[level], :, :] @ local[..., level, :, :]
     return local
 
 
@@ -168,26 +167,31 @@ def _local_nodes(rig: Rig, skin_matrix: F64, rest: F64) -> tuple[F64, F64, F64]:
     lead = target.shape[:-2]
     translation, rotation, scale = np.empty((*lead, 3)), np.empty((*lead, 4)), np.empty((*lead, 3))
     shown = np.empty_like(target)
-    for j, parent in enumerate(rig.parents):
-        local = target[..., j, :, :]
-        if parent >= 0:
+    for level in levels(rig.parents):
+        local, parent = target[..., level, :, :], rig.parents[level]
+        if parent[0] >= 0:
             above = shown[..., parent, :, :]
             inverse = np.linalg.pinv(above[..., :3, :3])
             offset = local[..., :3, 3] - above[..., :3, 3]
             local = homogeneous(inverse @ local[..., :3, :3], (inverse @ offset[..., None])[..., 0])
-        if not (np.abs(local) <= LARGEST).all():
-            field = f"joint {rig.joint_names[j]}"
-            raise AvatarError(
-                "its node's transform does not fit float32; pose it with smaller numbers", field=field
-            )
+        _check_fits(rig, level, local)
         linear = local[..., :3, :3]
         turn = _nearest_rotation(linear)
-        translation[..., j, :] = local[..., :3, 3]
-        rotation[..., j, :] = _quat_xyzw(turn)
-        scale[..., j, :] = np.sum(turn * linear, axis=-2)
-        own = _compose(translation[..., j, :], rotation[..., j, :], scale[..., j, :])
-        shown[..., j, :, :] = own if parent < 0 else shown[..., parent, :, :] @ own
+        translation[..., level, :] = local[..., :3, 3]
+        rotation[..., level, :] = _quat_xyzw(turn)
+        scale[..., level, :] = np.sum(turn * linear, axis=-2)
+        own = _compose(translation[..., level, :], rotation[..., level, :], scale[..., level, :])
+        shown[..., level, :, :] = own if parent[0] < 0 else shown[..., parent, :, :] @ own
     return translation, rotation, scale
+
+
+def _check_fits(rig: Rig, level: I64, local: F64) -> None:
+    fits = (np.abs(local) <= LARGEST).all(axis=(-1, -2)).reshape(-1, len(level)).all(axis=0)
+    if not fits.all():
+        field = f"joint {rig.joint_names[level[int(np.argmin(fits))]]}"
+        raise AvatarError(
+            "its node's transform does not fit float32; pose it with smaller numbers", field=field
+        )
 
 
 def _compose(translation: F64, rotation_xyzw: F64, scale: F64) -> F64:
@@ -197,11 +201,12 @@ def _compose(translation: F64, rotation_xyzw: F64, scale: F64) -> F64:
 
 
 def _nearest_rotation(linear: F64) -> F64:
-    """The rotation nearest to [..., 3, 3]: polar decomposition by SVD, never a reflection."""
+    """The rotation nearest to [..., 3, 3], by SVD; of a reflection that nearest to its negative, so that the scale
+    takes the sign.
+    """
     u, _, vt = np.linalg.svd(linear)
-    u[..., 2] *= np.linalg.det(u @ vt)[..., None]
     result: F64 = u @ vt
-    return result
+    return result * np.where(np.linalg.det(result) < 0, -1.0, 1.0)[..., None, None]
 
 
 def _quat_xyzw(rotation: F64) -> F64:

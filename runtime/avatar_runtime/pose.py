@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F32, F64, Avatar
+from avatar_runtime.avatar import F32, F64, Avatar, Clip
 from avatar_runtime.errors import AvatarError, no_such
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 
@@ -48,9 +48,21 @@ def joint_rotation(rotvec: Iterable[float]) -> F64:
     return result
 
 
+def clip_pose(avatar: Avatar, clip: Clip, frame: int) -> Pose:
+    """One frame of a clip of `avatar`."""
+    joints = avatar.rig.joint_names if avatar.rig else ()
+    return Pose(
+        dict(zip(avatar.expression_names, clip.expression_weights[frame].tolist(), strict=True)),
+        dict(zip(joints, clip.joint_delta[frame].astype(np.float64), strict=True)),
+        dict(zip(avatar.late_morph_names, clip.late_weights[frame].tolist(), strict=True)),
+        clip.world_from_avatar[frame].astype(np.float64),
+    )
+
+
 def resolve(pose: Pose, avatar: Avatar) -> PoseArrays:
     """Arrays for `avatar`. Raises AvatarError for a name that is not its own, with near matches."""
-    aliases = {alias: e.name for e in avatar.expressions for alias in e.aliases}
+    own = {name: name for name in avatar.expression_names}
+    aliases = {alias: e.name for e in avatar.expressions for alias in e.aliases} | own
     named: dict[str, float] = {}
     for given, weight in pose.expressions.items():
         name = aliases.get(given, given)

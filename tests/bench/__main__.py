@@ -23,7 +23,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from avatar_export import __version__
-from avatar_export.pictures import arkit_pose, frame_camera
+from avatar_export.pictures import arkit_pose, frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.player import Frame, Player
@@ -96,7 +96,7 @@ def converted(base: Path, out: Path) -> tuple[float, float]:
 
 def stage_rows(avatar: Avatar, profile: str) -> list[Row]:
     """Median milliseconds a stage, and evaluations a pixel."""
-    player, camera = Player(avatar), frame_camera(avatar, SIZE, SIZE)
+    player, camera = Player(avatar), frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
     pose = arkit_pose(avatar, POSE)
     frames: list[Frame] = [player.frame(pose, camera, profile=profile) for _ in range(REPEATS)]
     per_pixel = frames[0].picture.evaluations / SIZE**2

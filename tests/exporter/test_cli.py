@@ -7,35 +7,14 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from avatar_export import cli
 from avatar_runtime.bundle import load
-
-Run = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
-    """(exit code, standard output, standard error) of one command."""
-
-    def command(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["avatar-export", *map(str, arguments)])
-        capsys.readouterr()
-        try:
-            cli.main()
-            code = 0
-        except SystemExit as stop:
-            code = int(stop.code or 0)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return command
+from tests.commands import Run
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +43,10 @@ def test_convert_writes_every_file(bundle: Path) -> None:
         "gaussians.ply",
         "blendshapes.safetensors",
         "rig.safetensors",
+        "rig.glb",
+        "splats.glb",
+        "rig.usdc",
+        "avatar.usdz",
         "preview.png",
     }
     assert np.asarray(Image.open(bundle / "preview.png")).std() > 5
@@ -156,7 +139,9 @@ def test_validate(run: Run, bundle: Path, tmp_path: Path) -> None:
 def test_systems(run: Run) -> None:
     code, text, _ = run("systems", "--json")
     assert code == 0
-    assert [s["system"] for s in json.loads(text)] == ["gaussian_blendshapes", "lam"]
+    assert [s["system"] for s in json.loads(text)] == [
+        *("gaussian_blendshapes", "splatting_avatar", "gaussian_avatars", "lam")
+    ]
     assert "skin.glb" in run("systems")[1]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import shutil
 import zipfile
 from collections.abc import Callable
@@ -11,13 +12,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from avatar_export.validate import validate
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar, Expression, SparseRows
 from avatar_runtime.errors import AvatarError
 from tests import bundles
-from tests.avatars import full_avatar
+from tests.avatars import full_avatar, surface_avatar
 from tests.bundles import Document
 
 
@@ -99,15 +101,75 @@ def test_every_file_is_held_against_the_manifest(bundle: Path) -> None:
     assert problems[3][1] == "is not listed in the manifest"
 
 
-def test_derived_files_are_checked_too(bundle: Path) -> None:
-    (bundle / "preview.png").write_bytes(b"a picture")
-    entry = {"path": "preview.png", "bytes": 0, "sha256": "0" * 64, "derived": True}
-    bundles.edit(bundle, lambda d: d["files"].append(entry))
+def derived(tmp_path: Path, avatar: Avatar) -> Path:
+    """A bundle with every derived file."""
+    write_bundle(avatar, tmp_path / "whole")
+    return tmp_path / "whole"
+
+
+@pytest.mark.parametrize("avatar", [full_avatar(), surface_avatar()], ids=["skin", "surface"])
+def test_derived_files_are_made_again_and_are_the_same(tmp_path: Path, avatar: Avatar) -> None:
+    assert found(derived(tmp_path, avatar)) == []
+
+
+TAMPERED: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+    "preview.png": (lambda data: picture(0), "pixels, expected"),
+    "rig.glb": (lambda data: data.replace(b"jawOpen", b"jawOpem"), "jawOpe"),
+    "splats.glb": (lambda data: data[:-4] + b"\0\0\x80?", "values"),
+    "rig.usdc": (lambda data: data[:-8], ""),
+    "avatar.usdz": (lambda data: data + b"\0", ""),
+    "embedding.json": (lambda data: data.replace(b"0", b"1", 1), "part at byte"),
+}
+
+
+def picture(value: int) -> bytes:
+    out = io.BytesIO()
+    Image.fromarray(np.full((8, 8, 3), value, np.uint8)).save(out, "PNG")
+    return out.getvalue()
+
+
+def test_a_derived_file_that_is_not_what_the_others_give(tmp_path: Path) -> None:
+    bundle = derived(tmp_path, surface_avatar())
+    for name, (change, _) in TAMPERED.items():
+        data = (bundle / name).read_bytes()
+        assert change(data) != data
+        (bundle / name).write_bytes(change(data))
+    assert len(found(bundle)) == len(TAMPERED), "damage without a new hash is one problem each"
     bundles.sign(bundle)
-    assert found(bundle) == []
-    (bundle / "preview.png").write_bytes(b"a pictur3")
+    problems = dict((path, message) for path, message, _ in found(bundle))
+    assert set(problems) == set(TAMPERED)
+    for name, (_, phrase) in TAMPERED.items():
+        assert phrase in problems[name], problems[name]
+        assert "\n" not in problems[name] and len(problems[name]) < 400
+
+
+def test_what_the_manifest_says_of_the_engine_files_is_measured_again(tmp_path: Path) -> None:
+    bundle = derived(tmp_path, full_avatar())
+    assert bundles.manifest(bundle)["engine"]["late_morph_mm"] > 0
+    bundles.edit(bundle, lambda d: d["engine"].update(late_morph_mm=0.0))
     ((path, message, warning),) = found(bundle)
-    assert path == "preview.png" and message.startswith("sha256 ") and not warning
+    assert path == "avatar.json: $.engine.late_morph_mm" and not warning
+    assert message.startswith("is 0.0, measured again ")
+
+
+def test_a_normative_file_may_not_be_called_derived(bundle: Path) -> None:
+    bundles.edit(bundle, lambda d: d["files"][0].update(derived=True))
+    assert found(bundle) == [
+        ("avatar.json: $.files", "gaussians.ply is not derived, the manifest says otherwise", False)
+    ]
+
+
+def test_splats_that_the_embedding_does_not_give(tmp_path: Path) -> None:
+    avatar = surface_avatar()
+    moved, turned = avatar.gaussians.mean.copy(), avatar.gaussians.quat_wxyz.copy()
+    moved[3, 1] += 1e-3
+    turned[5] = turned[5, ::-1]
+    gaussians = replace(avatar.gaussians, mean=moved, quat_wxyz=turned)
+    write_bundle(replace(avatar, gaussians=gaussians), tmp_path / "out", preview=False, engine_files=False)
+    assert [path for path, _, _ in found(tmp_path / "out") if "bounds" not in path] == [
+        "gaussians.ply: xyz[3]",
+        "gaussians.ply: rot[5]",
+    ]
 
 
 def test_a_file_listed_twice(bundle: Path) -> None:

@@ -53,6 +53,8 @@ def poses(avatar: Avatar, take: DrivingTake) -> list[Pose]:
 
 def driving_notes(avatar: Avatar) -> list[str]:
     """What whoever converts an avatar should know of how ARKit reaches it."""
+    if not avatar.expressions and not avatar.late_morph_names:
+        return []
     if avatar.driving.mode == "none":
         return ["ARKit cannot drive this avatar yet; pass --driving FILE with a matrix from the ARKit names"]
     joints = {name.lower(): name for name in (avatar.rig.joint_names if avatar.rig else ())}

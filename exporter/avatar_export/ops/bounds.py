@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, F64, Avatar, Group, Rig, SparseRows
+from avatar_runtime.avatar import F32, F64, Avatar, Embedding, Group, Rig, SparseRows
+from avatar_runtime.player import Player
+from avatar_runtime.pose import clip_pose
 from avatar_runtime.rotation import matrix_from_quat
 from avatar_runtime.stages.bind import rows_of
 from avatar_runtime.stages.joints import rest_transforms
@@ -17,6 +21,8 @@ CHORD = 2 * np.sin(
     JOINT_SWEEP / 2
 )  # how far that moves a point at unit distance; bounds |R - I| entrywise too
 SIGMAS = 3.0
+STRETCH = 2.0
+CLIP_FRAMES = 24  # drawn from all clips together
 
 
 def bounds(avatar: Avatar) -> dict[str, Any]:
@@ -25,7 +31,9 @@ def bounds(avatar: Avatar) -> dict[str, Any]:
     Swept holds every pose with all expressions in their ranges and all eyelids in 0..1, in any combination,
     and one joint that carries Gaussians turned by at most 30 degrees: interval arithmetic, then chords of
     rotations, so it is generous. Only growth is counted for one expression at a time: all of them at once
-    would add up in the exponent. For `anchor` groups the fit is bounded by the anchors' own motion.
+    would add up in the exponent. For `anchor` groups the fit is bounded by the anchors' own motion. Frames of the
+    avatar's clips are in it too, `CLIP_FRAMES` of them in all. Gaussians on a surface without a rig: nobody
+    knows how the mesh will move, so swept is the box at rest.
     """
     with np.errstate(over="ignore"):  # absurd scales become infinite, which `_box` limits
         return _bounds(avatar)
@@ -34,7 +42,20 @@ def bounds(avatar: Avatar) -> dict[str, Any]:
 def _bounds(avatar: Avatar) -> dict[str, Any]:
     g = avatar.gaussians
     reach = _reach(g.log_scale, g.quat_wxyz)
-    rest = _box(g.mean - reach, g.mean + reach)
+    rest = box(g.mean - reach, g.mean + reach)
+    low, high = _swept(avatar)
+    for mean, extent in _clip_frames(avatar):
+        low, high = np.fmin(low, mean - extent), np.fmax(high, mean + extent)  # a NaN is not drawn
+    if avatar.embedding is not None:  # the rig's rest may lie apart from the canonical mesh
+        low, high = np.minimum(low, g.mean - reach), np.maximum(high, g.mean + reach)
+    return {"rest": rest, "swept": box(low, high)}
+
+
+def _swept(avatar: Avatar) -> tuple[F64, F64]:
+    """[N, 3] corners of each Gaussian's box over all expressions and joint turns."""
+    g = avatar.gaussians
+    if avatar.embedding is not None:
+        return swept_surface(avatar, avatar.embedding)
     low, high = _displacement(avatar)
     half = np.linalg.norm(high - low, axis=1) / 2
     centre = g.mean + (low + high) / 2
@@ -45,8 +66,53 @@ def _bounds(avatar: Avatar) -> dict[str, Any]:
             rows = slice(group.first, group.first + group.count)
             turned[rows] = _turned(avatar, avatar.rig, group, centre[rows], half[rows])
         half = half + turned
-    swept = _box(centre - (half + radius)[:, None], centre + (half + radius)[:, None])
-    return {"rest": rest, "swept": swept}
+    return centre - (half + radius)[:, None], centre + (half + radius)[:, None]
+
+
+def swept_surface(avatar: Avatar, embedding: Embedding) -> tuple[F64, F64]:
+    """[N, 3] corners for Gaussians on a mesh: the balls of their corners, their height over it, their size.
+
+    How far a triangle stretches is not followed: heights in triangle sizes and scales count `STRETCH` times.
+    """
+    size = SIGMAS * np.exp(avatar.gaussians.log_scale.max(axis=1).astype(np.float64))
+    if avatar.rig is None:
+        mean = avatar.gaussians.mean.astype(np.float64)
+        return mean - size[:, None], mean + size[:, None]
+    centre, radius = _vertex_balls(avatar, avatar.rig)
+    foot = np.einsum("nc,ncx->nx", embedding.barycentric, centre[embedding.vertex_ids])
+    at_rest = np.einsum(
+        "nc,ncx->nx", embedding.barycentric, embedding.canonical_vertices[embedding.vertex_ids]
+    )
+    height = np.linalg.norm(avatar.gaussians.mean - at_rest, axis=1)
+    reach = (radius[embedding.vertex_ids].max(axis=1) + STRETCH * (height + size))[:, None]
+    return foot - reach, foot + reach
+
+
+def _vertex_balls(avatar: Avatar, rig: Rig) -> tuple[F64, F64]:
+    """([V, 3] centre, [V] radius) of where the mesh's vertices can be."""
+    low, high = interval(rig.morphs, "position", ranges(avatar))
+    late = interval(rig.late_morphs, "position", np.tile([0.0, 1.0], (rig.late_morphs.columns, 1)))
+    low, high = low + late[0], high + late[1]
+    half, centre = np.linalg.norm(high - low, axis=1) / 2, rig.vertices + (low + high) / 2
+    pivots = rest_transforms(rig)[:, :3, 3]
+    wander = np.einsum("k,kjx->jx", np.abs(ranges(avatar)).max(axis=1, initial=0), np.abs(rig.joint_basis))
+    most = np.zeros(len(centre))
+    for joint in sorted(set(rig.skin.column.tolist())):
+        share = gather(rig.skin, below(rig, joint)[:, None])[:, 0]
+        arm = np.linalg.norm(centre - pivots[joint], axis=1) + half + np.linalg.norm(wander[joint])
+        most = np.maximum(most, share * CHORD * arm)
+    corrected = np.linalg.norm(rig.correctives.values["position"], axis=1)[:, None]
+    return centre, half + most + CHORD * row_sums(rig.correctives, corrected)[:, 0]
+
+
+def _clip_frames(avatar: Avatar) -> Iterator[tuple[F64, F64]]:
+    """([N, 3] means, [N, 3] half-sizes) at frames spread over the avatar's clips, without world_from_avatar."""
+    frames = [(clip, frame) for clip in avatar.clips for frame in range(clip.frames)]
+    player = Player(avatar)
+    for index in np.unique(np.linspace(0, len(frames) - 1, min(len(frames), CLIP_FRAMES)).astype(int)):
+        clip, frame = frames[index]
+        splats = player.animate(replace(clip_pose(avatar, clip, frame), world_from_avatar=np.eye(4)))
+        yield splats.mean.astype(np.float64), _reach(np.log(splats.scale), splats.quat_wxyz)
 
 
 def _reach(log_scale: F32, quat_wxyz: F32) -> F64:
@@ -60,9 +126,9 @@ def _reach(log_scale: F32, quat_wxyz: F32) -> F64:
 def _displacement(avatar: Avatar) -> tuple[F64, F64]:
     """[N, 3] least and largest displacement that expressions and eyelids give."""
     b = avatar.blendshapes
-    low, high = _interval(b.geometry, "mean", _ranges(avatar))
+    low, high = interval(b.geometry, "mean", ranges(avatar))
     eyelids = np.tile([0.0, 1.0], (b.late_morphs.columns, 1))
-    late_low, late_high = _interval(b.late_morphs, "mean", eyelids)
+    late_low, late_high = interval(b.late_morphs, "mean", eyelids)
     return low + late_low, high + late_high
 
 
@@ -70,7 +136,7 @@ def _largest_growth(avatar: Avatar) -> F64:
     """[N] most that one expression can add to the largest log scale."""
     appearance = avatar.blendshapes.appearance
     delta = appearance.values["log_scale"].astype(np.float64)
-    at = _ranges(avatar)[appearance.column]
+    at = ranges(avatar)[appearance.column]
     growth = np.maximum(delta * at[:, :1], delta * at[:, 1:]).max(axis=1, initial=0)
     most = np.zeros(appearance.rows)
     ptr = appearance.row_ptr.astype(np.int64)
@@ -84,14 +150,14 @@ def _turned(avatar: Avatar, rig: Rig, group: Group, centre: F64, half: F64) -> F
     correctives = rows_of(avatar.blendshapes.correctives, group.first, group.count)
     most = np.zeros(group.count)
     corrected: F64 = (
-        CHORD * _row_sums(correctives, np.linalg.norm(correctives.values["mean"], axis=1)[:, None])[:, 0]
+        CHORD * row_sums(correctives, np.linalg.norm(correctives.values["mean"], axis=1)[:, None])[:, 0]
     )
     if group.binding == "none":
         return corrected
     pivots = rest_transforms(rig)[:, :3, 3]
-    wander = np.einsum("k,kjx->jx", np.abs(_ranges(avatar)).max(axis=1), np.abs(rig.joint_basis))
+    wander = np.einsum("k,kjx->jx", np.abs(ranges(avatar)).max(axis=1), np.abs(rig.joint_basis))
     for joint in _carriers(avatar, rig):
-        share = _share(avatar, rig, group, _below(rig, joint))
+        share = _share(avatar, rig, group, below(rig, joint))
         arm = np.linalg.norm(centre - pivots[joint], axis=1) + half + np.linalg.norm(wander[joint])
         most = np.maximum(most, share * CHORD * arm)
     if group.binding == "anchor":
@@ -103,10 +169,10 @@ def _turned(avatar: Avatar, rig: Rig, group: Group, centre: F64, half: F64) -> F
 def _anchor_slack(avatar: Avatar, rig: Rig, centre: F64) -> F64:
     """[count] how far the fit carries a Gaussian when the anchors themselves deform."""
     morphs = rig.morphs
-    low, high = _interval(morphs, "position", _ranges(avatar))
+    low, high = interval(morphs, "position", ranges(avatar))
     correctives = np.linalg.norm(rig.correctives.values["position"], axis=1)[:, None]
     moved = (
-        np.linalg.norm(np.maximum(-low, high), axis=1) + CHORD * _row_sums(rig.correctives, correctives)[:, 0]
+        np.linalg.norm(np.maximum(-low, high), axis=1) + CHORD * row_sums(rig.correctives, correctives)[:, 0]
     )
     anchors = rig.vertices[rig.anchor_vertices].astype(np.float64)
     middle = anchors.mean(axis=0)
@@ -126,18 +192,18 @@ def _carriers(avatar: Avatar, rig: Rig) -> list[int]:
     return sorted(used)
 
 
-def _share(avatar: Avatar, rig: Rig, group: Group, below: F32) -> F64:
+def _share(avatar: Avatar, rig: Rig, group: Group, mask: F32) -> F64:
     """[count] or [1]: the part of each Gaussian's weight that lies on joints of the [J] mask."""
     if group.binding == "skin":
-        weights = gather(rows_of(avatar.skin, group.first, group.count), below[:, None])
+        weights = gather(rows_of(avatar.skin, group.first, group.count), mask[:, None])
         return weights[:, 0].astype(np.float64)
     if group.binding == "joint_mix":
-        return np.array([sum(f * below[rig.joint_names.index(name)] for name, f in group.joint_mix.items())])
-    most: F64 = gather(rig.skin, below[:, None])[rig.anchor_vertices].max(axis=0).astype(np.float64)
+        return np.array([sum(f * mask[rig.joint_names.index(name)] for name, f in group.joint_mix.items())])
+    most: F64 = gather(rig.skin, mask[:, None])[rig.anchor_vertices].max(axis=0).astype(np.float64)
     return most
 
 
-def _below(rig: Rig, joint: int) -> F32:
+def below(rig: Rig, joint: int) -> F32:
     """[J] 1 for a joint and its descendants."""
     mask = np.zeros(rig.joint_count, np.float32)
     mask[joint] = 1
@@ -147,24 +213,24 @@ def _below(rig: Rig, joint: int) -> F32:
     return mask
 
 
-def _ranges(avatar: Avatar) -> F64:
+def ranges(avatar: Avatar) -> F64:
     return np.array([e.range for e in avatar.expressions], np.float64).reshape(-1, 2)
 
 
-def _interval(sparse: SparseRows, attribute: str, ranges: F64) -> tuple[F64, F64]:
+def interval(sparse: SparseRows, attribute: str, ranges: F64) -> tuple[F64, F64]:
     """[R, ...] least and largest weighted sum with every column's weight in its range, 0 included."""
     at = np.concatenate([np.minimum(ranges[:, :1], 0), np.maximum(ranges[:, 1:], 0)], axis=1)[sparse.column]
     a, b = sparse.values[attribute] * at[:, :1], sparse.values[attribute] * at[:, 1:]
-    return _row_sums(sparse, np.minimum(a, b)), _row_sums(sparse, np.maximum(a, b))
+    return row_sums(sparse, np.minimum(a, b)), row_sums(sparse, np.maximum(a, b))
 
 
-def _row_sums(sparse: SparseRows, values: F64) -> F64:
+def row_sums(sparse: SparseRows, values: F64) -> F64:
     sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0, dtype=np.float64)])
     result: F64 = sums[sparse.row_ptr[1:]] - sums[sparse.row_ptr[:-1]]
     return result
 
 
-def _box(low: F64, high: F64) -> dict[str, list[float]]:
+def box(low: F64, high: F64) -> dict[str, list[float]]:
     """Corners as float32 numbers; a box beyond float32 ends at its limits, since JSON knows no infinity."""
     limit = np.finfo(np.float32).max
     corners = np.clip([low.min(axis=0), high.max(axis=0)], -limit, limit).astype(np.float32)

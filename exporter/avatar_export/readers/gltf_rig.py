@@ -1,4 +1,4 @@
-"""The rig of a glTF file: the one skinned mesh, its morph targets and its joints, as a `Rig`.
+"""The rig of a glTF file: its skinned mesh (or meshes, joined), morph targets and joints, as a `Rig`.
 
 Vertices keep their order in the file (other files refer to them by row). The binding pose is the mesh as it
 stands in the file, the pose in which every skin matrix is the identity: where the file's nodes stand in
@@ -15,14 +15,14 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.readers.gltf_skeleton import read_skeleton
+from avatar_export.readers.gltf_vertex_ids import vertex_ids
+from avatar_export.readers.rig_arrays import by_row, unit_weights
 from avatar_runtime.avatar import F32, F64, U32, Rig, SparseRows
 from avatar_runtime.codec.glb import Glb, accessor, short
 
 TRIANGLES = 4
 MAX_TARGETS = 65536  # numbered in 16 bits
 MAX_INFLUENCE_SETS = 8  # JOINTS_0 .. JOINTS_7
-# Weights whose sum is within this of 1 are kept bit by bit: the rounding of float32 and of 8 or 16 bits.
-WEIGHT_SUM_TOLERANCE = 1e-5
 
 I64 = npt.NDArray[np.int64]
 Object = Mapping[str, Any]
@@ -40,33 +40,56 @@ class GltfRig:
         default_factory=dict
     )  # joint -> delta; empty: the nodes stand in binding pose
     renormalised: int = 0  # vertices whose weights did not add up to 1
+    vertex_ids: I64 | None = None  # [V], joined only: row of each vertex where the file was made from
 
 
-def read_rig(glb: Glb) -> GltfRig:
-    """The rig of the file's single skinned mesh.
+@dataclass(frozen=True)
+class _Part:
+    """Primitives on one set of vertices."""
+
+    where: str
+    primitive: Object  # whose attributes and targets count
+    indices: list[tuple[str, Object]]  # (where, primitive) for the triangles of each
+    morph_names: tuple[str, ...]
+
+
+def read_rig(glb: Glb, *, join: bool = False) -> GltfRig:
+    """The rig of the file's single skinned mesh; with `join` of all meshes and primitives on its skin, in order.
 
     Weights follow glTF 2.0, 3.7.3.1: they add up to 1; a vertex whose weights do not is divided by their sum
     and counted, one without any weight is refused. Zero weights are dropped, the weights of one joint in
     several sets added. Node transforms above the skeleton (an armature's scale) are baked into the root
-    joints' rest_local; the mesh node's own transform does not count, as glTF demands.
-    Raises AvatarError for anything but one skinned mesh with one triangle primitive, and for broken data.
+    joints' rest_local; the mesh node's own transform does not count, as glTF demands. Joined, morph targets of one
+    name become one, and primitives on the same vertices keep them once.
+    Raises AvatarError for anything but one skinned mesh with one triangle primitive (`join`: for meshes on
+    several skins), and for broken data.
     """
-    mesh_index, skin_index = _skinned_mesh(glb)
-    mesh = glb.entry("meshes", mesh_index)
-    primitive = _primitive(glb, mesh, mesh_index)
-    where = f"meshes[{mesh_index}].primitives[0]"
-    attributes = _object(glb, primitive.get("attributes"), f"{where}.attributes")
-    vertices = _vectors(glb, attributes, f"{where}.attributes")
-    names = _morph_names(glb, mesh, primitive, where)
+    meshes, skin_index = _skinned_meshes(glb, join)
+    parts = [part for mesh in meshes for part in _parts(glb, mesh, join)]
+    names = tuple(dict.fromkeys(name for part in parts for name in part.morph_names))
     if len(names) > MOST_MORPHS:
-        glb.fail(where, f"has {len(names)} morph targets, at most {MOST_MORPHS} are read")
-    morphs = _morphs(glb, primitive, len(vertices), where)
+        glb.fail(parts[0].where, f"has {len(names)} morph targets, at most {MOST_MORPHS} are read")
+    attributes = [_object(glb, p.primitive.get("attributes"), f"{p.where}.attributes") for p in parts]
+    blocks = [_vectors(glb, a, f"{p.where}.attributes") for p, a in zip(parts, attributes, strict=True)]
+    first = np.concatenate([[0], np.cumsum([len(block) for block in blocks])])
+    v = int(first[-1])
+    morphs = _morphs(glb, parts, names, first)
     skeleton = read_skeleton(glb, skin_index)
-    skin, renormalised = _skin(glb, attributes, skeleton.order, len(vertices), f"{where}.attributes")
-    joints, v = len(skeleton.names), len(vertices)
+    skins = [
+        _influences(glb, a, skeleton.order, len(block), f"{p.where}.attributes")
+        for p, a, block in zip(parts, attributes, blocks, strict=True)
+    ]
+    joints = len(skeleton.names)
+    rows, columns, weights = (np.concatenate(arrays) for arrays in zip(*skins, strict=True))
+    rows = rows + np.repeat(first[:-1], [len(row) for row, _, _ in skins])
+    skin, total, renormalised = unit_weights(rows, columns, weights, v, joints)
+    if not (total > 0).all():
+        row = int(np.argmin(total > 0))
+        at = int(np.searchsorted(first, row, side="right")) - 1
+        glb.fail(f"{parts[at].where}.attributes.WEIGHTS_0[{row - first[at]}]", "no joint has any weight")
     rig = Rig(
-        vertices=vertices,
-        triangles=_triangles(glb, primitive, len(vertices), where),
+        vertices=np.concatenate(blocks),
+        triangles=_triangles(glb, parts, first),
         morphs=morphs,
         correctives=SparseRows.empty(v, 0, {"position": (3,)}),
         late_morphs=SparseRows.empty(v, 0, {"position": (3,)}),
@@ -79,32 +102,66 @@ def read_rig(glb: Glb) -> GltfRig:
         corrective_joints=np.zeros(0, np.int32),
         anchor_vertices=np.zeros(0, np.uint32),
     )
-    return GltfRig(rig, names, skeleton.deviation, skeleton.node_pose, renormalised)
+    return GltfRig(
+        rig,
+        names,
+        skeleton.deviation,
+        skeleton.node_pose,
+        renormalised,
+        vertex_ids(glb, attributes, first) if join else None,
+    )
 
 
-def _skinned_mesh(glb: Glb) -> tuple[object, object]:
-    """(mesh, skin) indices of the only node that has both."""
+def _skinned_meshes(glb: Glb, join: bool) -> tuple[list[object], object]:
+    """(meshes, skin) indices of the only node that has both, or of all of them where they share the skin."""
     nodes = [node for node in glb.entries("nodes") if "mesh" in node and "skin" in node]
-    if len(nodes) != 1:
+    alike = bool(nodes) and all(node["skin"] == nodes[0]["skin"] for node in nodes)
+    if len(nodes) != 1 and not (join and alike):
         names = ", ".join(short(node.get("name", "unnamed")) for node in nodes[:4])
         found = f"{len(nodes)} of them ({names})" if nodes else "none"
         glb.fail("nodes", f"one node with a mesh and a skin is needed, there are {found}; join the meshes")
-    return nodes[0]["mesh"], nodes[0]["skin"]
+    meshes: list[object] = []
+    for node in nodes:
+        if node["mesh"] not in meshes:
+            meshes.append(node["mesh"])
+    return meshes, nodes[0]["skin"]
 
 
-def _primitive(glb: Glb, mesh: Object, index: object) -> Object:
+def _parts(glb: Glb, index: object, join: bool) -> list[_Part]:
+    """The primitives of a mesh, those on the same vertices together."""
+    mesh = glb.entry("meshes", index)
     where = f"meshes[{index}].primitives"
     primitives = mesh.get("primitives")
-    if not isinstance(primitives, list) or len(primitives) != 1:
-        count = len(primitives) if isinstance(primitives, list) else 0
+    count = len(primitives) if isinstance(primitives, list) else 0
+    if not isinstance(primitives, list) or not (count == 1 or (join and count)):
         glb.fail(where, f"there are {count}, one is needed; join the mesh's materials")
-    primitive = _object(glb, primitives[0], f"{where}[0]")
+    parts: list[_Part] = []
+    for number, entry in enumerate(primitives):
+        here = f"{where}[{number}]"
+        primitive = _checked_primitive(glb, entry, here)
+        same = next((p for p in parts if _same_vertices(p.primitive, primitive)), None)
+        if same is not None:
+            same.indices.append((here, primitive))
+        else:
+            names = _morph_names(glb, mesh, primitive, here)
+            parts.append(_Part(here, primitive, [(here, primitive)], names))
+    return parts
+
+
+def _same_vertices(a: Object, b: Object) -> bool:
+    return (
+        all(a.get(key) == b.get(key) for key in ("attributes", "targets"))
+        and "indices" in a
+        and "indices" in b
+    )
+
+
+def _checked_primitive(glb: Glb, entry: object, where: str) -> Object:
+    primitive = _object(glb, entry, where)
     if primitive.get("mode", TRIANGLES) != TRIANGLES:
-        glb.fail(f"{where}[0].mode", f"is {short(primitive['mode'])}; triangles ({TRIANGLES}) are needed")
+        glb.fail(f"{where}.mode", f"is {short(primitive['mode'])}; triangles ({TRIANGLES}) are needed")
     if primitive.get("extensions"):
-        glb.fail(
-            f"{where}[0]", "has extensions, such as a compression, that cannot be read; export without them"
-        )
+        glb.fail(where, "has extensions, such as a compression, that cannot be read; export without them")
     return primitive
 
 
@@ -134,7 +191,17 @@ def _vectors(glb: Glb, attributes: Object, where: str, count: int | None = None)
     return result
 
 
-def _triangles(glb: Glb, primitive: Object, vertices: int, where: str) -> U32:
+def _triangles(glb: Glb, parts: list[_Part], first: I64) -> U32:
+    """[F, 3] of all primitives; part i's vertices are rows first[i] : first[i + 1]."""
+    found = [
+        _corners(glb, primitive, int(last - begin), where) + np.uint32(begin)
+        for part, begin, last in zip(parts, first, first[1:], strict=False)
+        for where, primitive in part.indices
+    ]
+    return np.concatenate(found).reshape(-1, 3)
+
+
+def _corners(glb: Glb, primitive: Object, vertices: int, where: str) -> U32:
     where = f"{where}.indices"
     if "indices" in primitive:
         indices = accessor(glb, primitive["indices"])
@@ -145,7 +212,7 @@ def _triangles(glb: Glb, primitive: Object, vertices: int, where: str) -> U32:
     if len(indices) and int(indices.max()) >= vertices:
         at = int(np.argmax(indices >= vertices))
         glb.fail(f"{where}[{at}]", f"is {int(indices[at])}, but there are {vertices} vertices")
-    return indices.astype(np.uint32).reshape(-1, 3)
+    return indices.astype(np.uint32)
 
 
 def _morph_names(glb: Glb, mesh: Object, primitive: Object, where: str) -> tuple[str, ...]:
@@ -165,44 +232,35 @@ def _morph_names(glb: Glb, mesh: Object, primitive: Object, where: str) -> tuple
     return tuple(names)
 
 
-def _morphs(glb: Glb, primitive: Object, vertices: int, where: str) -> SparseRows:
+def _morphs(glb: Glb, parts: list[_Part], names: tuple[str, ...], first: I64) -> SparseRows:
     """Position deltas of every target that are not zero, by vertex."""
-    rows: list[npt.NDArray[np.uint32]] = [np.zeros(0, np.uint32)]
+    column = {name: i for i, name in enumerate(names)}
+    rows: list[npt.NDArray[np.int64]] = [np.zeros(0, np.int64)]
+    columns: list[npt.NDArray[np.int64]] = [np.zeros(0, np.int64)]
     values: list[F32] = [np.zeros((0, 3), np.float32)]
-    counts: list[int] = []
     total = 0
-    for index, target in enumerate(primitive.get("targets", [])):
-        target = _object(glb, target, f"{where}.targets[{index}]")
-        counts.append(0)
-        if "POSITION" not in target:
-            continue
-        delta = _vectors(glb, target, f"{where}.targets[{index}]", vertices)
-        moved = np.flatnonzero(delta.any(axis=1))
-        counts[-1] = len(moved)
-        total += len(moved)
-        # A stored delta takes three bytes or more; shared bytes must not ask for more than there is.
-        if 3 * total > len(glb.binary):
-            glb.fail(
-                f"{where}.targets[{index}]", "uses data that other targets use; store each target on its own"
-            )
-        rows.append(moved.astype(np.uint32))
-        values.append(delta[moved])
-    columns = np.repeat(np.arange(len(counts)), counts)
-    return _by_row(np.concatenate(rows), columns, {"position": np.concatenate(values)}, vertices, len(counts))
+    for part, begin, last in zip(parts, first, first[1:], strict=False):
+        for index, target in enumerate(part.primitive.get("targets", [])):
+            where = f"{part.where}.targets[{index}]"
+            target = _object(glb, target, where)
+            if "POSITION" not in target:
+                continue
+            delta = _vectors(glb, target, where, int(last - begin))
+            moved = np.flatnonzero(delta.any(axis=1))
+            total += len(moved)
+            # A stored delta takes three bytes or more; shared bytes must not ask for more than there is.
+            if 3 * total > len(glb.binary):
+                glb.fail(where, "uses data that other targets use; store each target on its own")
+            rows.append(moved + begin)
+            columns.append(np.full(len(moved), column[part.morph_names[index]]))
+            values.append(delta[moved])
+    entries = {"position": np.concatenate(values)}
+    return by_row(np.concatenate(rows), np.concatenate(columns), entries, int(first[-1]), len(names))
 
 
-def _by_row(
-    row: npt.NDArray[Any], column: npt.NDArray[Any], values: Mapping[str, F32], rows: int, columns: int
-) -> SparseRows:
-    order = np.lexsort((column, row))
-    ptr = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=rows))]).astype(np.uint32)
-    sorted_values = {name: value[order] for name, value in values.items()}
-    return SparseRows(ptr, column[order].astype(np.uint16), sorted_values, columns)
-
-
-def _skin(glb: Glb, attributes: Object, order: I64, vertices: int, where: str) -> tuple[SparseRows, int]:
-    """(skin weights by vertex, vertices renormalised); the skin's joint i is column order[i]."""
-    joint, weight = _influences(glb, attributes, vertices, where)
+def _influences(glb: Glb, attributes: Object, order: I64, vertices: int, where: str) -> tuple[I64, I64, F64]:
+    """(vertex, joint, weight) of every weight that is not zero; the skin's joint i is order[i]."""
+    joint, weight = _influence_sets(glb, attributes, vertices, where)
     row, slot = np.nonzero(weight)
     used = joint[row, slot].astype(np.int64)
     if used.size and int(used.max()) >= len(order):
@@ -211,20 +269,10 @@ def _skin(glb: Glb, attributes: Object, order: I64, vertices: int, where: str) -
             f"{where}.JOINTS_{slot[at] // 4}[{row[at]}]",
             f"is {used[at]}, but the skin has {len(order)} joints",
         )
-    key, inverse = np.unique(row * len(order) + order[used], return_inverse=True)
-    summed = np.bincount(inverse, weight[row, slot], len(key))
-    row, column = key // len(order), key % len(order)
-    total = np.bincount(row, summed, vertices)
-    if not (total > 0).all():
-        glb.fail(f"{where}.WEIGHTS_0[{int(np.argmin(total > 0))}]", "no joint has any weight")
-    off = np.abs(total - 1) > WEIGHT_SUM_TOLERANCE
-    summed = np.where(off[row], summed / total[row], summed)
-    return _by_row(row, column, {"weight": summed.astype(np.float32)}, vertices, len(order)), int(
-        np.count_nonzero(off)
-    )
+    return row, order[used], weight[row, slot]
 
 
-def _influences(glb: Glb, attributes: Object, vertices: int, where: str) -> tuple[npt.NDArray[Any], F64]:
+def _influence_sets(glb: Glb, attributes: Object, vertices: int, where: str) -> tuple[npt.NDArray[Any], F64]:
     """(joints [V, 4 sets], weights [V, 4 sets])."""
     joints: list[npt.NDArray[Any]] = []
     weights: list[F64] = []

@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from avatar_export.writers.embedding_json import embedding_json
+from avatar_export.writers.residual import engine_residual
+from avatar_export.writers.rig_glb import rig_glb
+from avatar_export.writers.same import same_bytes, same_picture
+from avatar_export.writers.same_glb import same_glb
+from avatar_export.writers.splats_glb import splats_glb
+from avatar_export.writers.usd.compare import same_usd
+from avatar_export.writers.usdz import same_usdz, usdz
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.codec import ply, safetensors
 from avatar_runtime.codec.clips import clip_tensors
@@ -16,6 +24,7 @@ from avatar_runtime.codec.tensors import gaussian_tensors, rig_tensors
 Piece = bytes | memoryview
 PLY_COMMENTS = ("SplatRenderMode: default",)
 INFLUENCES = (4, 8)  # joints a vertex of rig.glb
+USDC = "rig.usdc"
 
 
 @dataclass(frozen=True)
@@ -25,6 +34,13 @@ class Export:
     avatar: Avatar
     influences: int = INFLUENCES[0]
 
+    @cached_property
+    def usdc(self) -> bytes:
+        """rig.usdc, which avatar.usdz wraps."""
+        from avatar_export.writers.usd.stage import rig_usdc  # loads USD, 2 s: only where it is written
+
+        return rig_usdc(self.avatar)
+
 
 @dataclass(frozen=True)
 class Writer:
@@ -33,6 +49,7 @@ class Writer:
     path: str
     part: str  # "avatar": normative, always written; "engine", "picture": derived, the runtime never opens it
     pieces: Callable[[Export], Iterable[Piece] | None]  # None: this avatar has no such file
+    same: Callable[[bytes, bytes], str | None] = same_bytes  # what differs between two versions of it
 
     @property
     def derived(self) -> bool:
@@ -75,10 +92,15 @@ WRITERS = (
     Writer("embedding.safetensors", "avatar", _embedding),
     Writer("clips.safetensors", "avatar", _clips),
     Writer("embedding.json", "engine", lambda export: embedding_json(export.avatar)),
-    Writer("preview.png", "picture", _preview),
+    Writer("rig.glb", "engine", lambda export: rig_glb(export.avatar, export.influences), same_glb),
+    Writer("splats.glb", "engine", lambda export: splats_glb(export.avatar), same_glb),
+    Writer(USDC, "engine", lambda export: [export.usdc], same_usd),
+    Writer("avatar.usdz", "engine", lambda export: usdz([(USDC, export.usdc)]), same_usdz),
+    Writer("preview.png", "picture", _preview, same_picture),
 )
 
 
 def engine_facts(export: Export) -> dict[str, Any]:
-    """What the manifest says of the files for engines."""
-    return {"influences": export.influences}
+    """What the manifest says of the files for engines: influences, and what they cannot say of the rig, in mm."""
+    facts: dict[str, Any] = {"influences": export.influences}
+    return facts if export.avatar.rig is None else facts | engine_residual(export.avatar, export.influences)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, F64, Rig
+from avatar_runtime.avatar import F32, F64, I32, I64, Rig
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.rotation import translation_matrix
 
@@ -46,16 +46,25 @@ def chain(rig: Rig, expression_weights: F32, joint_delta: F64) -> tuple[F64, F64
     moved = np.tensordot(expression_weights.astype(np.float64), rig.joint_basis, axes=1)  # [..., J, 3]
     rest_moved = translation_matrix(moved) @ rest_transforms(rig)
     posed = np.empty_like(rest_moved)
-    for j, parent in enumerate(rig.parents):
-        if parent < 0:
-            posed[..., j, :, :] = rest_moved[..., j, :, :] @ joint_delta[..., j, :, :]
-        else:
-            local = np.linalg.solve(rest_moved[..., parent, :, :], rest_moved[..., j, :, :])
-            posed[..., j, :, :] = posed[..., parent, :, :] @ local @ joint_delta[..., j, :, :]
+    for level in levels(rig.parents):
+        parent = rig.parents[level]
+        local: F64 = rest_moved[..., level, :, :]
+        if parent[0] >= 0:
+            local = posed[..., parent, :, :] @ np.linalg.solve(rest_moved[..., parent, :, :], local)
+        posed[..., level, :, :] = local @ joint_delta[..., level, :, :]
     skin_matrix = posed @ rig.inverse_bind_matrix.astype(np.float64) @ translation_matrix(-moved)
     return skin_matrix, rest_moved, posed
 
 
+def levels(parents: I32) -> list[I64]:
+    """Joints by depth, roots first: each level depends on the one before alone."""
+    depth = np.zeros(len(parents), np.int64)
+    for joint, parent in enumerate(parents):
+        depth[joint] = 0 if parent < 0 else depth[parent] + 1
+    return [np.flatnonzero(depth == level) for level in range(int(depth.max(initial=-1)) + 1)]
+
+
+@np.errstate(over="ignore")
 def pose_features(rig: Rig, joint_delta: F64) -> F32:
     """Row-major R - I of the corrective joints, [..., 9 C], of `joint_delta` [..., J, 4, 4]."""
     rotations = joint_delta[..., rig.corrective_joints, :3, :3]

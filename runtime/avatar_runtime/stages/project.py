@@ -48,7 +48,7 @@ def project(splats: Splats, camera: Camera, settings: RasterSettings, sh_degree:
         tiles = touched_tiles(centre, radius[:, None], camera)
         visible = (p[:, 2] > f32(settings.near)) & (det != 0) & np.isfinite(radius)
         visible &= (tiles[:, 2] > tiles[:, 0]) & (tiles[:, 3] > tiles[:, 1])
-        rgb = _colour(splats, camera, sh_degree)
+        rgb = splat_colour(splats, camera.centre, sh_degree)
 
     def drawn(a: F32) -> F32:
         a[~visible] = 0
@@ -154,8 +154,9 @@ def sh_colour(sh: F32, direction: F32, degree: int) -> F32:
     return result
 
 
-def _colour(splats: Splats, camera: Camera, degree: int) -> F32:
-    direction = splats.mean - camera.centre
+def splat_colour(splats: Splats, eye: F32, degree: int) -> F32:
+    """Display-referred colour [N, 3] of each splat seen from `eye` [3], clamped below at 0 and not above."""
+    direction = splats.mean - eye
     length = np.sqrt(direction[:, 0] ** 2 + direction[:, 1] ** 2 + direction[:, 2] ** 2)
     direction = direction / length[:, None]
     if splats.sh_rotation is not None and degree > 0:

@@ -1,6 +1,6 @@
 """Makes the committed golden vectors: `python tests/data/golden/pack.py SOURCE_FOLDER`.
 
-SOURCE_FOLDER holds `rasteriser/` and `gaussian_blendshapes/` as README.md describes them. Same source, same
+SOURCE_FOLDER holds `rasteriser/`, `gaussian_blendshapes/` and `splatting_avatar/` as README.md describes them. Same source, same
 bytes (of one liblzma). What is left out, and why, stands beside each rule below.
 """
 
@@ -30,6 +30,7 @@ BIG_CASES = ("dense", "playbot_a")
 COMPARED_BY_VALUE = ("out_color", "final_T")
 FACE_ROW_STEP = 7
 VERTEX_ROW_STEP = 4
+SURFACE_FILES = ("splatting_avatar/small_*/**/*", "gaussian_avatars/small_*/**/*")
 # Words of 4 bytes lie aligned in torch's zip records and pickled arrays.
 FILES_FILTER = [{"id": lzma.FILTER_LZMA2, "preset": 9 | lzma.PRESET_EXTREME, "lc": 0, "lp": 2, "pb": 2}]
 
@@ -76,6 +77,24 @@ def pack_gaussian_blendshapes(source: Path, target: Path) -> None:
         (target / notice.name).write_bytes(notice.read_bytes())
 
 
+def pack_splatting_avatar(source: Path, target: Path) -> None:
+    """The small cases of both systems, whole; their heads are in the full set alone."""
+    files: dict[str, bytes] = {}
+    for pattern in SURFACE_FILES:
+        for path in sorted(source.glob(pattern)):
+            if path.is_file():
+                stored = path.suffix == ".npz" and path.name != "flame_param.npz"
+                files[path.relative_to(source).as_posix()] = stored_npz(path) if stored else path.read_bytes()
+    (target / "files.tar.xz").write_bytes(tar_xz(files))
+
+
+def stored_npz(path: Path) -> bytes:
+    """The same arrays without compression, so that xz sees them."""
+    buffer = io.BytesIO()
+    np.savez(buffer, **read_npz(path))
+    return buffer.getvalue()
+
+
 def viewer_arrays(archive: Path, face_rows: Array) -> dict[str, Array]:
     """The dump's `.npy` files by path; face arrays at `face_rows` (their row axis is 1 in pos_t alone)."""
     arrays = {}
@@ -118,9 +137,16 @@ def read_npz(path: Path) -> dict[str, Array]:
         return {key: file[key] for key in file.files}
 
 
+PACKS = {
+    "rasteriser": pack_rasteriser,
+    "gaussian_blendshapes": pack_gaussian_blendshapes,
+    "splatting_avatar": pack_splatting_avatar,
+}
+
+
 def main() -> None:
     source = Path(sys.argv[1])
-    for name, pack in (("rasteriser", pack_rasteriser), ("gaussian_blendshapes", pack_gaussian_blendshapes)):
+    for name, pack in PACKS.items():
         (HERE / name).mkdir(exist_ok=True)
         pack(source / name, HERE / name)
     for path in sorted(HERE.rglob("*.*")):

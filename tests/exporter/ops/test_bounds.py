@@ -9,13 +9,17 @@ import numpy.typing as npt
 import pytest
 
 from avatar_export.ops.bounds import bounds
-from avatar_runtime.avatar import Avatar, Blendshapes, Group, SparseRows
+from avatar_runtime.avatar import Avatar, Blendshapes, Group, Rules, SparseRows
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, joint_rotation
+from avatar_runtime.pose import Pose, clip_pose, joint_rotation
 from avatar_runtime.stages.activate import Splats
-from tests.avatars import COUNT, GROUPS, JOINTS, LATE_MORPHS, full_avatar
+from tests.avatars import COUNT, GROUPS, JOINTS, LATE_MORPHS, full_avatar, surface_avatar
 
 PARTS = ("joints", "geometry", "correctives", "late_morphs", "joint_basis")
+SURFACES = {
+    "splatting_avatar": Rules("vertex_quaternion", scale="none"),  # log_area's growth is an estimate
+    "gaussian_avatars": Rules("triangle_frame", position="triangle_frame", scale="triangle_linear"),
+}
 SLACK = 1e-6  # metres; float32 of positions and of the stored box
 
 
@@ -54,6 +58,7 @@ def lean(part: str, group: Group) -> Avatar:
     return replace(
         avatar,
         gaussians=replace(avatar.gaussians, log_scale=avatar.gaussians.log_scale - 5),
+        clips=(),
         groups=(replace(group, first=0, count=COUNT),),
         blendshapes=Blendshapes(**{name: scaled(getattr(b, name), on[name]) for name in parts}),
         rig=replace(
@@ -128,7 +133,36 @@ def test_many_expressions_that_grow_a_splat_do_not_make_the_box_endless() -> Non
     avatar = full_avatar()
     growing = scaled(avatar.blendshapes.appearance, 0)
     growing.values["log_scale"][:] = 5.0
-    avatar = replace(avatar, blendshapes=replace(avatar.blendshapes, appearance=growing))
+    avatar = replace(avatar, blendshapes=replace(avatar.blendshapes, appearance=growing), clips=())
     box = bounds(avatar)["swept"]
     largest = 3 * float(np.exp(avatar.gaussians.log_scale.max() + 2 * 5.0))
     assert max(box["max"]) - min(box["min"]) < 2 * largest + 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("system", SURFACES)
+def test_gaussians_on_a_surface_stay_inside(seed: int, system: str) -> None:
+    avatar = replace(surface_avatar(seed, SURFACES[system]), clips=())
+    box = bounds(avatar)["swept"]
+    player = Player(avatar)
+    for pose in poses(avatar, 60, seed, alone=False):
+        assert overhang(player.animate(pose), box) <= SLACK
+
+
+@pytest.mark.parametrize("avatar", [full_avatar(), surface_avatar()], ids=["skin", "surface"])
+def test_every_frame_of_a_short_clip_is_inside(avatar: Avatar) -> None:
+    """Moved a metre by a joint, which no turn would do."""
+    clip = avatar.clips[0]
+    moved = clip.joint_delta.copy()
+    moved[-1, 0, 0, 3] += 1.0
+    avatar = replace(avatar, clips=(replace(clip, joint_delta=moved),))
+    box, player = bounds(avatar)["swept"], Player(avatar)
+    assert box["max"][0] > 0.5 or min(box["min"]) < -0.5 or max(box["max"]) > 0.5
+    for frame in range(clip.frames):
+        pose = replace(clip_pose(avatar, avatar.clips[0], frame), world_from_avatar=np.eye(4))
+        assert overhang(player.animate(pose), box) <= SLACK
+
+
+def test_without_a_rig_nobody_knows_how_the_mesh_moves() -> None:
+    box = bounds(surface_avatar(rigged=False))
+    assert overhang(Player(surface_avatar(rigged=False)).animate(Pose()), box["swept"]) <= SLACK

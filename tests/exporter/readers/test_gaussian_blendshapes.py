@@ -174,7 +174,7 @@ REFUSALS: dict[str, tuple[dict[str, Any], str]] = {
         "pass --body-model .* and --shape .* and --anchor-faces .*or --no-rig",
     ),
     "missing file": ({"body_model": Path("nowhere.npz")}, "no such file"),
-    "rotation": ({"rotation": "none"}, "leave --rotation away"),
+    "rotation": ({"rotation": "none"}, "--rotation is no option here"),
     "data set": ({"dataset": Path("nowhere")}, "no such folder"),
 }
 

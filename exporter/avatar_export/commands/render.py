@@ -1,0 +1,120 @@
+"""`avatar-export render`: a bundle in, pictures out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from avatar_export import arguments, playing
+from avatar_export.console import Steps, messages, output
+from avatar_export.read import expect_bundle
+from avatar_runtime.bundle import load, warnings
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.stages.raster import PROFILES
+
+
+def render(
+    bundle: Annotated[Path, typer.Argument(help="A bundle folder or .avatar.zip.")],
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="FILE.png, FILE.webp (animated) or a folder of PNGs.")
+    ],
+    expression: Annotated[
+        list[str] | None, typer.Option("--expression", "-e", help="One of the avatar's own, NAME=WEIGHT.")
+    ] = None,
+    arkit: Annotated[
+        list[str] | None,
+        typer.Option("--arkit", "-a", help="ARKit NAME=WEIGHT, through the avatar's driving."),
+    ] = None,
+    joint: Annotated[
+        list[str] | None, typer.Option("--joint", "-j", help="NAME=X,Y,Z: rotation vector in degrees.")
+    ] = None,
+    eyelid: Annotated[list[str] | None, typer.Option("--eyelid", help="NAME=WEIGHT.")] = None,
+    drive: Annotated[Path | None, typer.Option(help="Live Link Face recording: CSV or UDP packets.")] = None,
+    clip: Annotated[
+        str | None,
+        typer.Option(
+            help="A clip of the bundle by name; or a .glb, .fbx, LAM zip or pose file for its joints.",
+            metavar="NAME|FILE",
+        ),
+    ] = None,
+    clip_name: Annotated[str | None, typer.Option(help="Which clip of FILE; default: the first.")] = None,
+    meshes: Annotated[
+        list[Path] | None,
+        typer.Option(help="Posed meshes for a surface avatar: one .npz (vertices), or .obj files in order."),
+    ] = None,
+    mesh_units: Annotated[
+        float | None,
+        typer.Option(help="Units of --meshes in a metre; default: the avatar's training units.", min=1e-6),
+    ] = None,
+    every: Annotated[int, typer.Option(help="Take each N-th frame of the recording.", min=1)] = 1,
+    frames: Annotated[str | None, typer.Option(help="Only frames FIRST:END of the sequence.")] = None,
+    fps: Annotated[
+        float, typer.Option(help="Frames a second, for --clip and --orbit.", min=0.1, max=240)
+    ] = 30.0,
+    size: Annotated[str, typer.Option(help="Pixels, N or WxH.")] = "512",
+    yaw: Annotated[float, typer.Option(help="Camera, degrees; positive: from the subject's left.")] = 0.0,
+    pitch: Annotated[float, typer.Option(help="Camera, degrees; positive: from above.")] = 0.0,
+    zoom: Annotated[float, typer.Option(help="1 shows the whole avatar.", min=0.01)] = 1.0,
+    orbit: Annotated[
+        float,
+        typer.Option(help="Degrees the camera travels; one pose becomes a turntable."),
+    ] = 0.0,
+    background: Annotated[
+        str | None, typer.Option(help="R,G,B from 0 to 1, or `transparent`; default: the trainer's.")
+    ] = None,
+    profile: Annotated[str, typer.Option(help=" or ".join(PROFILES) + ".")] = PROFILES[0],
+    force: arguments.Force = False,
+) -> None:
+    """Draw a bundle: one pose, a recording or a clip."""
+    width, height = arguments.size(size)
+    arguments.one_of("--profile", profile, PROFILES)
+    arguments.finite({"--yaw": yaw, "--pitch": pitch, "--zoom": zoom, "--orbit": orbit, "--fps": fps})
+    posed = expression or arkit or joint or eyelid
+    moving = {"--drive": drive, "--clip": clip, "--meshes": meshes}
+    arguments.exclude({**moving, "a pose (-e, -a, -j, --eyelid)": posed})
+    if not any(moving.values()) and orbit == 0 and frames is not None:
+        raise typer.BadParameter("there is one picture; --frames goes with --drive, --clip, --meshes or --orbit")
+    view = playing.View(
+        width,
+        height,
+        yaw,
+        pitch,
+        zoom,
+        orbit,
+        arguments.background(background),
+        background == "transparent",
+        profile,
+    )
+    with Steps() as step:
+        step("loading")
+        expect_bundle(bundle)
+        avatar = load(bundle)
+        newer = warnings(bundle)
+        flags = playing.pose_from_flags(
+            avatar,
+            {k: arguments.numbers(v, 1)[0] for k, v in arguments.pairs(expression)},
+            {k: arguments.numbers(v, 1)[0] for k, v in arguments.pairs(arkit)},
+            {k: arguments.numbers(v, 3) for k, v in arguments.pairs(joint)},  # type: ignore[misc]
+            {k: arguments.numbers(v, 1)[0] for k, v in arguments.pairs(eyelid)},
+        )
+        if drive is not None:
+            sequence = playing.recorded(avatar, drive, every)
+        elif clip is not None:
+            sequence = playing.clip(avatar, clip, clip_name, fps, every)
+        elif meshes:
+            sequence = playing.meshes(avatar, meshes, mesh_units, fps, every)
+        elif orbit != 0 and out.suffix != ".png":
+            sequence = playing.turntable(flags, fps)
+        else:
+            sequence = playing.PoseSequence([flags], fps)
+        shown = sequence.part(arguments.frame_slice(frames))
+        count = len(shown.poses)
+        if not count:
+            raise AvatarError(f"no frame of {len(sequence.poses)} is in {frames}", field="--frames")
+        pictures = playing.frames(avatar, shown, view)
+        playing.save(out, pictures, count, sequence.fps, force, lambda i: step(f"frame {i} of {count}"))
+    for note in (*newer, *sequence.notes):
+        messages.print(f"note: {note}")
+    output.print(f"{out}: {count} {'picture' if count == 1 else 'pictures'} of {width}x{height}")

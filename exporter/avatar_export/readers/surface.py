@@ -1,0 +1,188 @@
+"""What readers of mesh-embedded avatars share: checks of an embedding against its mesh, the avatar around it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_export.readers.embedded_rig import EmbeddedRig
+from avatar_export.readers.obj import TriangleMesh
+from avatar_runtime.avatar import (
+    F32,
+    F64,
+    U32,
+    Avatar,
+    Blendshapes,
+    Embedding,
+    Gaussians,
+    Group,
+    RasterSettings,
+    Rules,
+    SparseRows,
+)
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.stages.surface import binding_pose
+from avatar_schema import constants
+
+SUM_TOLERANCE = 1e-4
+LEAST_WEIGHT = np.float32(-1e-3)  # SplattingAvatar's walk over triangles ends up to that far outside
+LEAST_SINE = 1e-7  # of the angle at a corner: below it float32 gives the triangle no plane
+HEIGHTS = (0.15, 2.5)  # metres, from a baby's head to a tall man with an arm raised
+LEAST_UNITS, MOST_UNITS = 1e-6, 1e6
+
+Floats = npt.NDArray[np.floating[Any]]
+
+
+@contextmanager
+def owned(owner: str) -> Iterator[None]:
+    """Says whose an AvatarError is, where nobody has said so."""
+    try:
+        yield
+    except AvatarError as error:
+        if error.owner:
+            raise
+        raise AvatarError(error.message, file=error.file, field=error.field, owner=owner) from error
+
+
+def units_of(units: float) -> float:
+    """`units`, training units in a metre, once they are possible."""
+    if not LEAST_UNITS <= units <= MOST_UNITS:
+        raise AvatarError(
+            f"is {units}; training units in a metre are {LEAST_UNITS:g} to {MOST_UNITS:g}", field="--units"
+        )
+    return float(units)
+
+
+def degree_of(degree: int, gaussians: Gaussians, file: Path, where: str) -> int:
+    """`degree`, which `where` says, once the file stores as much."""
+    if not 0 <= degree <= gaussians.sh_degree:
+        raise AvatarError(
+            f"stores SH of degree {gaussians.sh_degree}, but {where} says {degree}; pass --sh-degree",
+            file=file,
+        )
+    return degree
+
+
+def triangle_rows(values: Floats, mesh: TriangleMesh, file: Path, name: str, hint: str = "") -> U32:
+    """Triangle ids [N] of a float array, which must be whole and rows of the mesh; `hint` ends the error."""
+    count = len(mesh.triangles)
+    wrong = ~((values >= 0) & (values < count) & (values == np.floor(values)))  # NaN is wrong, too
+    if wrong.any():
+        at = int(np.argmax(wrong))
+        raise AvatarError(
+            f"is {float(values[at]):.9g}, but the mesh has {count} triangles (0..{count - 1}){hint}",
+            file=file,
+            field=f"{name}[{at}]",
+        )
+    return values.astype(np.uint32)
+
+
+def check_barycentric(weights: F32, file: Path, name: str) -> list[str]:
+    """Notes on weights [N, 3] slightly outside their triangle.
+
+    Raises AvatarError for a row that does not add up to 1, and for a weight well below 0.
+    """
+    total = weights.sum(axis=1, dtype=np.float64)
+    off = np.abs(total - 1) > SUM_TOLERANCE
+    if off.any():
+        at = int(np.argmax(off))
+        raise AvatarError(
+            f"adds up to {total[at]:.6g}, expected 1 within {SUM_TOLERANCE}", file=file, field=f"{name}[{at}]"
+        )
+    least = weights.min(axis=1)
+    if least.min() < LEAST_WEIGHT:
+        at = int(np.argmin(least))
+        raise AvatarError(
+            f"holds {least[at]:.6g}, far outside the triangle; -0.001 is the least that training leaves",
+            file=file,
+            field=f"{name}[{at}]",
+        )
+    outside = int((least < 0).sum())
+    return (
+        [f"{outside} Gaussians lie up to {-least.min():.2g} outside their triangle; kept so"]
+        if outside
+        else []
+    )
+
+
+def check_areas(mesh: TriangleMesh, triangle: U32, file: Path) -> None:
+    """Raise AvatarError for a triangle without area that carries a Gaussian: it gives no frame."""
+    used, first = np.unique(triangle, return_index=True)
+    corner = mesh.vertices.astype(np.float64)[mesh.triangles[used]]
+    e, f = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    across = np.linalg.norm(np.cross(e, f), axis=1)
+    flat = across <= LEAST_SINE * np.linalg.norm(e, axis=1) * np.linalg.norm(f, axis=1)
+    if flat.any():
+        at = int(np.argmax(flat))
+        raise AvatarError(
+            f"triangle {used[at]} (vertices {', '.join(map(str, mesh.triangles[used[at]]))}) has no area, but "
+            f"carries Gaussian {first[at]}; mend the mesh or remove that Gaussian",
+            file=file,
+        )
+
+
+def mesh_notes(vertices: F32, units: float) -> list[str]:
+    """A doubt about the unit, where the mesh in metres is no head and no body."""
+    height = float(np.ptp(vertices[:, 1].astype(np.float64)))
+    if HEIGHTS[0] <= height <= HEIGHTS[1]:
+        return []
+    return [
+        f"the mesh is {height:.3g} m high at {units:g} training units a metre; --units sets another number"
+    ]
+
+
+def surface_avatar(
+    *, name: str, gaussians: Gaussians, embedding: Embedding, rules: Rules, rig: EmbeddedRig, sh_degree: int,
+    background: tuple[float, float, float] | str, units: float,
+) -> Avatar:  # fmt: skip
+    """The avatar of an embedding in metres; mean and rotation of `gaussians` are replaced by those of the binding pose.
+
+    All its Gaussians are one group, nothing but the mesh moves them.
+    """
+    with np.errstate(all="ignore"):  # absurd numbers become infinite, which check() refuses
+        mean, quat_wxyz = binding_pose(embedding, rules, units)
+    n, k = gaussians.count, len(rig.expressions)
+    features = 0 if rig.rig is None else 9 * len(rig.rig.corrective_joints)
+    sh = gaussians.sh.shape[1:]
+    return Avatar(
+        name=name,
+        gaussians=replace(gaussians, mean=mean, quat_wxyz=quat_wxyz),
+        groups=(Group("surface", 0, n, "surface"),),
+        rules=rules,
+        expressions=rig.expressions,
+        late_morph_names=(),
+        blendshapes=Blendshapes(
+            geometry=SparseRows.empty(n, k, {"mean": (3,), "quat_wxyz": (4,)}),
+            appearance=SparseRows.empty(n, k, {"log_scale": (3,), "opacity_logit": (), "sh": sh}),
+            correctives=SparseRows.empty(n, features, {"mean": (3,)}),
+            late_morphs=SparseRows.empty(n, 0, {"mean": (3,)}),
+        ),
+        skin=SparseRows.empty(n, 0 if rig.rig is None else rig.rig.joint_count, {"weight": ()}),
+        rig=rig.rig,
+        sh_degree=sh_degree,
+        driving=rig.driving,
+        raster=RasterSettings(near=float(constants()["near"]) / units, background=background),
+        head_pose_in=rig.head_pose_in,
+        training_per_bundle=units,
+        embedding=embedding,
+        clips=rig.clips,
+    )
+
+
+def in_metres(values: F32, units: float) -> F32:
+    """Lengths in training units, in metres."""
+    scaled: F64 = values / np.float64(units)
+    with np.errstate(over="ignore"):
+        return scaled.astype(np.float32)
+
+
+def log_in_metres(log_scale: F32, units: float) -> F32:
+    """Logarithms of lengths in training units, as those of metres."""
+    result: F32 = (log_scale - np.log(units)).astype(np.float32)
+    return result

@@ -1,0 +1,84 @@
+"""Derived files of a bundle against what its normative files give."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from avatar_export.writers import INFLUENCES, WRITERS, Export, Writer, engine_facts
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.bundle import MANIFEST, Open, checked_bytes
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.stages.surface import binding_pose
+from avatar_schema.validate import Problem
+
+BINDING_TOLERANCE = 1e-5  # of gaussians.ply against the embedding: metres; distance of unit quaternions
+FIGURE_TOLERANCE = 1e-3  # millimetres, of what the manifest says the files for engines cannot say
+
+
+def derived_problems(avatar: Avatar, document: Mapping[str, Any], read: Open) -> Iterator[Problem]:
+    """Every derived file that is listed and sound in size and hash is made again and compared.
+
+    Files that differ in bytes alone (another library version) pass where their contents are the same up to
+    the rounding of float32. Also the Gaussians of a surface avatar, whose xyz and rot the embedding gives.
+    """
+    yield from _binding_pose(avatar)
+    engine = document["engine"]
+    export = Export(avatar, engine["influences"] if engine else INFLUENCES[0])
+    if engine:
+        yield from _figures(engine, engine_facts(export))
+    writers = {writer.path: writer for writer in WRITERS}
+    for entry in document["files"]:
+        name, writer = entry["path"], writers.get(entry["path"])
+        if writer is None:
+            yield Problem(name, "is no file that this version writes; it is not looked into", warning=True)
+        elif writer.derived != entry["derived"]:
+            want = "derived" if writer.derived else "not derived"
+            yield Problem(f"{MANIFEST}: $.files", f"{name} is {want}, the manifest says otherwise")
+        elif writer.derived:
+            yield from _compared(writer, export, entry, read)
+
+
+def _compared(writer: Writer, export: Export, entry: Mapping[str, Any], read: Open) -> Iterator[Problem]:
+    try:
+        stored = bytes(checked_bytes(read, dict(entry)))
+    except AvatarError:
+        return  # said already
+    try:
+        pieces = writer.pieces(export)
+        if pieces is None:
+            yield Problem(writer.path, "belongs to no avatar like this one")
+            return
+        difference = writer.same(stored, b"".join(pieces))
+    except AvatarError as error:
+        yield Problem(writer.path, error.message)
+        return
+    if difference is not None:
+        yield Problem(
+            writer.path, f"is not what the other files give: {difference}; `convert` again writes it anew"
+        )
+
+
+def _figures(said: Mapping[str, Any], found: Mapping[str, Any]) -> Iterator[Problem]:
+    for name, value in found.items():
+        stated = said.get(name)
+        if isinstance(stated, int | float) and abs(stated - value) <= FIGURE_TOLERANCE + 1e-3 * abs(value):
+            continue
+        yield Problem(f"{MANIFEST}: $.engine.{name}", f"is {stated}, measured again {value:.6g}")
+
+
+def _binding_pose(avatar: Avatar) -> Iterator[Problem]:
+    if avatar.embedding is None:
+        return
+    mean, quat = binding_pose(avatar.embedding, avatar.rules, avatar.training_per_bundle)
+    stored = avatar.gaussians
+    away = np.linalg.norm(stored.mean - mean, axis=1)
+    a, b = (q / np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-12) for q in (stored.quat_wxyz, quat))
+    turned = np.minimum(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
+    for field, error in (("xyz", away), ("rot", turned)):
+        row = int(np.argmax(error))
+        if not error[row] <= BINDING_TOLERANCE:
+            message = f"is {error[row]:.3g} away from what embedding.safetensors gives in the binding pose"
+            yield Problem(f"gaussians.ply: {field}[{row}]", message)

@@ -1,0 +1,145 @@
+"""The rig's mesh as game engines hold it: what they would drop is gone, so that they have no reason to renumber.
+
+Importers drop vertices that no triangle uses, degenerate triangles and triangles that stand twice (Blender's
+`mesh.validate`, Godot); a mesh without any keeps its numbering in the importers that do not optimise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from avatar_runtime.avatar import F32, F64, I64, U16, U32, Avatar, SparseRows
+from avatar_runtime.engine_pose import target_names
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.player import take_rows
+
+
+@dataclass(frozen=True)
+class Target:
+    """A morph target: what a weight of 1 adds, before skinning. Vertices that it does not move are left out."""
+
+    name: str
+    rows: I64  # [n] vertices of the EngineMesh, rising
+    offsets: F32  # [n, 3] metres
+
+
+@dataclass(frozen=True)
+class Influences:
+    """The n strongest joints of each vertex."""
+
+    joints: U16  # [v, n] strongest first, ties by joint; 0 where the weight is 0
+    weights: F32  # [v, n] not negative, a row adds up to 1
+    truncated: F64  # [v] part of the vertex's weight that other joints had
+
+
+@dataclass(frozen=True)
+class EngineMesh:
+    """The rig's mesh at rest, without what importers drop. Corner and triangle order are the rig's."""
+
+    vertex_id: I64  # [v] row in rig.safetensors, rising
+    triangle_id: I64  # [f] row in rig.safetensors, rising
+    vertices: F32  # [v, 3] metres
+    normals: F32  # [v, 3] unit, weighted by area
+    triangles: U32  # [f, 3] rows of `vertices`
+    targets: tuple[Target, ...]  # [M] as engine_pose.target_names
+    skin: SparseRows  # [v] all influences
+
+    def influences(self, most: int) -> Influences:
+        """The `most` strongest influences of each vertex, their weights scaled to add up to 1.
+
+        A vertex without a positive weight goes to joint 0. Raises ValueError unless `most` is 4 or 8.
+        """
+        if most not in (4, 8):
+            raise ValueError(f"influences come in fours: 4 or 8, not {most}")
+        row = entry_rows(self.skin)
+        weight = np.maximum(self.skin.values["weight"].astype(np.float64), 0)
+        order = np.lexsort((self.skin.column, -weight, row))
+        rank = np.arange(len(row)) - self.skin.row_ptr[row]
+        kept = rank < most
+        at = row[kept], rank[kept]
+        joints, weights = np.zeros((self.skin.rows, most), np.uint16), np.zeros((self.skin.rows, most))
+        joints[at], weights[at] = self.skin.column[order][kept], weight[order][kept]
+        total, shown = np.bincount(row, weight, self.skin.rows), weights.sum(axis=1)
+        weights[shown <= 0, 0], shown[shown <= 0] = 1, 1
+        scaled = (weights / shown[:, None]).astype(np.float32)
+        return Influences(
+            np.where(scaled > 0, joints, 0).astype(np.uint16),
+            scaled,
+            np.where(total > 0, 1 - shown / np.where(total > 0, total, 1), 0),
+        )
+
+
+def engine_mesh(avatar: Avatar) -> EngineMesh:
+    """The rig's mesh as engines hold it; it may be empty. Raises AvatarError without a rig.
+
+    Left out: triangles with a repeated corner or no area at rest, all but the first of triangles with the same
+    three corners in any order (importers do not look at which way they face), and vertices that then have none.
+    """
+    rig = avatar.rig
+    if rig is None:
+        raise AvatarError("this avatar has no rig, so there is no mesh for engines", field="rig")
+    triangle_id = _sound_triangles(rig.vertices, rig.triangles)
+    vertex_id, corners = np.unique(rig.triangles[triangle_id], return_inverse=True)
+    vertices, triangles = rig.vertices[vertex_id], corners.reshape(-1, 3).astype(np.uint32)
+    columns = [
+        column
+        for matrix in (rig.morphs, rig.correctives, rig.late_morphs)
+        for column in _columns(take_rows(matrix, vertex_id))
+    ]
+    return EngineMesh(
+        vertex_id.astype(np.int64),
+        triangle_id,
+        vertices,
+        _normals(vertices, triangles),
+        triangles,
+        tuple(Target(name, *column) for name, column in zip(target_names(avatar), columns, strict=True)),
+        take_rows(rig.skin, vertex_id),
+    )
+
+
+def _sound_triangles(vertices: F32, triangles: U32) -> I64:
+    """Rows of the triangles that have an area and whose three corners no earlier triangle has."""
+    area = np.linalg.norm(_area_vectors(vertices, triangles), axis=1) > 0
+    sound = np.flatnonzero(area)
+    _, first = np.unique(np.sort(triangles[sound], axis=1), axis=0, return_index=True)
+    result: I64 = np.sort(sound[first]).astype(np.int64)
+    return result
+
+
+def _area_vectors(vertices: F32, triangles: U32) -> F64:
+    """[F, 3]: along the triangle's normal, twice its area long."""
+    a, b, c = np.moveaxis(vertices[triangles].astype(np.float64), 1, 0)
+    result: F64 = np.cross(b - a, c - a)
+    return result
+
+
+def _normals(vertices: F32, triangles: U32) -> F32:
+    """Unit vertex normals; where the triangles' cancel, that of the vertex's last triangle."""
+    area = _area_vectors(vertices, triangles)
+    total, one = np.zeros(vertices.shape), np.zeros(vertices.shape)
+    for corner in range(3):
+        for axis in range(3):
+            total[:, axis] += np.bincount(triangles[:, corner], area[:, axis], len(vertices))
+    one[triangles] = area[:, None]
+    cancelled = np.abs(total).max(axis=1) <= 1e-6 * np.abs(one).max(axis=1)
+    total[cancelled] = one[cancelled]
+    normals: F32 = (total / np.linalg.norm(total, axis=1, keepdims=True)).astype(np.float32)
+    return normals
+
+
+def entry_rows(matrix: SparseRows) -> I64:
+    """[E]: the row of every entry."""
+    ptr = matrix.row_ptr.astype(np.int64)
+    return np.repeat(np.arange(matrix.rows, dtype=np.int64), ptr[1:] - ptr[:-1])
+
+
+def _columns(matrix: SparseRows) -> list[tuple[I64, F32]]:
+    """(rows, position [n, 3]) of every column; zeros are left out."""
+    position, row = matrix.values["position"], entry_rows(matrix)
+    entry = np.flatnonzero(position.any(axis=1))
+    entry = entry[np.argsort(matrix.column[entry], kind="stable")]
+    ends = np.searchsorted(matrix.column[entry], np.arange(matrix.columns + 1))
+    return [(row[entry[a:b]], position[entry[a:b]]) for a, b in pairwise(ends)]

@@ -1,0 +1,127 @@
+"""How far the mesh that an engine shows lies from the runtime's, measured over fixed poses, for the manifest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_export.writers.engine_mesh import EngineMesh, Influences, engine_mesh
+from avatar_runtime.avatar import F32, F64, Avatar, Rig
+from avatar_runtime.engine_pose import engine_pose, node_transforms, rest_nodes
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.player import take_rows
+from avatar_runtime.pose import Pose, joint_rotation, resolve
+from avatar_runtime.stages.joints import chain, pose_features
+from avatar_runtime.stages.morph import morph
+from avatar_runtime.stages.skin import skin
+from avatar_runtime.stages.sparse import combine, gather
+
+POSES = 12  # drawn at random
+MOST_ANGLE = np.radians(40)
+MOST_WEIGHT = 3.0  # ranges of expressions are cut to +- this
+CLIP_FRAMES, ALL_CLIP_FRAMES = 8, 64  # of one clip, of all of them
+MICROMETRE = 3  # decimals of a millimetre: less is the rounding of float32
+
+
+@np.errstate(over="ignore", invalid="ignore")  # refused below
+def engine_residual(avatar: Avatar, influences: int = 4) -> dict[str, float | int]:
+    """Largest distances in millimetres between a vertex of the runtime's mesh and the same of rig.glb as posed by
+    engine_pose with `influences` (4 or 8) joints a vertex, over `poses` poses.
+
+    `residual_mm` is all of it; `truncation_mm` what fewer influences change, `late_morph_mm` what it changes that
+    late morphs are skinned, `shear_mm` what nodes cannot say of the joints. All 0 without a triangle or joint.
+    Raises AvatarError without a rig and for one too large to pose, ValueError for another number of influences.
+    """
+    mesh = engine_mesh(avatar)
+    worst = {"residual_mm": 0.0, "truncation_mm": 0.0, "late_morph_mm": 0.0, "shear_mm": 0.0}
+    assert avatar.rig is not None  # or engine_mesh would have raised
+    poses = list(residual_poses(avatar)) if len(mesh.vertices) and avatar.rig.joint_count else []
+    part = _rows(avatar.rig, mesh)
+    shown = mesh.influences(influences)
+    for pose in poses:
+        for name, offset in _offsets(avatar, part, shown, pose).items():
+            largest = float(np.sqrt(np.max(np.sum(offset * offset, axis=1))))
+            if not np.isfinite(largest):
+                message = (
+                    "its posed vertices do not fit float32; scale it to metres, or write no engine files"
+                )
+                raise AvatarError(message, field="rig")
+            worst[name] = max(worst[name], 1e3 * largest)
+    return {**{name: round(value, MICROMETRE) for name, value in worst.items()}, "poses": len(poses)}
+
+
+def residual_poses(avatar: Avatar) -> Iterator[Pose]:
+    """The poses: random ones with all weights in their range and all joints turned by up to 40 degrees, always the
+    same, then frames of the clips at even distances. Raises AvatarError without a rig.
+    """
+    joints = avatar.rig.joint_names if avatar.rig else ()
+    rng = np.random.default_rng(0)
+    ranges = np.clip([sorted(e.range) for e in avatar.expressions], -MOST_WEIGHT, MOST_WEIGHT).reshape(-1, 2)
+    for _ in range(POSES):
+        weights = rng.uniform(ranges[:, 0], ranges[:, 1])
+        axes = rng.standard_normal((len(joints), 3))
+        axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+        turns = axes * rng.uniform(0, MOST_ANGLE, (len(joints), 1))
+        late = rng.uniform(0, 1, len(avatar.late_morph_names))
+        yield Pose(
+            dict(zip(avatar.expression_names, weights.tolist(), strict=True)),
+            {name: joint_rotation(turn) for name, turn in zip(joints, turns, strict=True)},
+            dict(zip(avatar.late_morph_names, late.tolist(), strict=True)),
+        )
+    for clip in avatar.clips:
+        most = min(CLIP_FRAMES, max(1, ALL_CLIP_FRAMES // len(avatar.clips)))
+        for k in np.unique(np.linspace(0, clip.frames - 1, most).astype(np.int64)):
+            yield Pose(
+                dict(zip(avatar.expression_names, clip.expression_weights[k].tolist(), strict=True)),
+                dict(zip(joints, clip.joint_delta[k], strict=True)),
+                dict(zip(avatar.late_morph_names, clip.late_weights[k].tolist(), strict=True)),
+            )
+
+
+def _rows(rig: Rig, mesh: EngineMesh) -> Rig:
+    """The rig with the vertices of `mesh` alone."""
+    return replace(
+        rig,
+        vertices=mesh.vertices,
+        triangles=mesh.triangles,
+        morphs=take_rows(rig.morphs, mesh.vertex_id),
+        correctives=take_rows(rig.correctives, mesh.vertex_id),
+        late_morphs=take_rows(rig.late_morphs, mesh.vertex_id),
+        skin=mesh.skin,
+    )
+
+
+def _offsets(avatar: Avatar, part: Rig, shown: Influences, pose: Pose) -> dict[str, F64]:
+    """[v, 3] in metres: where the engine's vertices lie from the runtime's, in all and for each reason alone."""
+    arrays = resolve(pose, avatar)
+    true, _, _ = chain(part, arrays.expression_weights, arrays.joint_delta)
+    engine = node_transforms(part, engine_pose(avatar, pose)) @ np.linalg.inv(rest_nodes(part))
+    shape = morph(part, arrays.expression_weights, pose_features(part, arrays.joint_delta))
+    late = combine(part.late_morphs, arrays.late_weights)["position"]
+    runtime = skin(part, shape, true.astype(np.float32), arrays.late_weights)
+    all_of_them = gather(part.skin, true[:, :3].astype(np.float32))
+    lost = gather(part.skin, (engine - true)[:, :3].astype(np.float32))
+    return {
+        "residual_mm": _apply(_blend(shown, engine), shape + late) - runtime,
+        "truncation_mm": _apply(_blend(shown, true) - all_of_them, shape),
+        "late_morph_mm": _apply(all_of_them, late) - all_of_them[..., 3] - late,
+        "shear_mm": _apply(lost, shape),
+    }
+
+
+def _blend(shown: Influences, matrix: F64) -> F64:
+    """[v, 3, 4]: the weighted sum of the influences' matrices [J, 4, 4]."""
+    total = np.zeros((len(shown.weights), 3, 4))
+    for k in range(shown.weights.shape[1]):
+        total += shown.weights[:, k, None, None] * matrix[shown.joints[:, k], :3]
+    return total
+
+
+def _apply(matrix: npt.NDArray[Any], points: F32) -> F64:
+    """[v, 3]: matrix [v, 3, 4] of points [v, 3]."""
+    result: F64 = (matrix[..., :3] @ points[..., None].astype(np.float64))[..., 0] + matrix[..., 3]
+    return result

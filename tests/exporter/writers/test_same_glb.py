@@ -1,0 +1,127 @@
+"""same_glb: what passes for the same file, what does not, and what a stranger's bytes get."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from avatar_export.writers.same_glb import same_glb
+from avatar_export.writers.splats_glb import splats_glb
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.errors import AvatarError
+from tests.avatars import full_avatar
+from tests.exporter.writers.rigs import File, rig_of, with_rig, written
+
+NEW = written(full_avatar())
+
+
+def remade(change: Callable[[dict[str, Any]], None], data: bytes = NEW) -> bytes:
+    """`data` with its JSON chunk changed."""
+    (size,) = struct.unpack_from("<I", data, 12)
+    document = json.loads(data[20 : 20 + size])
+    change(document)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + size :]
+    head = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(rest), len(text), b"JSON")
+    return head + text + rest
+
+
+def test_the_same_bytes_and_the_same_but_for_rounding() -> None:
+    assert same_glb(NEW, NEW) is None
+    assert same_glb(remade(lambda d: d["asset"].update(generator="avatar-export 99")), NEW) is None
+    splats = [b"".join(splats_glb(avatar)) for avatar in (full_avatar(), rounded(full_avatar()))]
+    assert splats[0] != splats[1] and same_glb(*splats) is None
+
+
+def rounded(avatar: Avatar) -> Avatar:
+    """The avatar with scales off by what another machine's exp may do."""
+    log_scale = np.nextafter(avatar.gaussians.log_scale, np.float32(0))
+    return replace(avatar, gaussians=replace(avatar.gaussians, log_scale=log_scale))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda d: d["asset"].update(version="2.1"), "asset.version is 2.1, not 2.0"),
+        (lambda d: d.pop("animations"), "the document has other keys"),
+        (lambda d: d["nodes"].pop(), "nodes has another length"),
+        (lambda d: d["nodes"][2]["translation"].__setitem__(0, 1.0), r"nodes\[2\]\.translation\[0\] is 1\.0"),
+        (lambda d: d["nodes"][2].update(translation="here"), r"nodes\[2\]\.translation has another length"),
+        (
+            lambda d: d["nodes"][2]["translation"].__setitem__(0, 10**400),
+            r"translation\[0\] is a huge number",
+        ),
+        (lambda d: d["nodes"][2]["translation"].__setitem__(0, True), r"translation\[0\] is True"),
+        (lambda d: d["scenes"][0].update(nodes=[0, 1.0]), r"scenes\[0\]\.nodes\[1\] is 1\.0, not 1"),
+        (lambda d: d["meshes"][0].update(extras=None), r"meshes\[0\]\.extras has other keys"),
+    ],
+)
+def test_another_document(change: Callable[[dict[str, Any]], None], said: str) -> None:
+    found = same_glb(remade(change), NEW)
+    assert found is not None
+    assert re.search(said, found), found
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("NORMAL", "NORMAL"), ("JOINTS_0", "JOINTS_0"), ("", "indices, skin or animation")]
+)
+def test_other_values(name: str, said: str) -> None:
+    file = File(NEW)
+    primitive = file.json["meshes"][0]["primitives"][0]
+    index = primitive["attributes"][name] if name else primitive["indices"]
+    view = file.json["bufferViews"][file.json["accessors"][index]["bufferView"]]
+    data = bytearray(NEW)
+    at = len(NEW) - len(file.binary) + view.get("byteOffset", 0)
+    data[at + (3 if name == "NORMAL" else 0)] ^= 1
+    assert same_glb(bytes(data), NEW) == f"accessors[{index}] ({said}) has other values"
+
+
+def test_a_moved_target_is_named() -> None:
+    avatar = full_avatar()
+    morphs = rig_of(avatar).morphs
+    position = morphs.values["position"].copy()
+    inner = np.flatnonzero(np.abs(position[:, 0]) < 1e-3)[0]  # so that min and max stay
+    position[inner, 0] += 1e-5
+    moved = written(with_rig(avatar, morphs=replace(morphs, values={"position": position})))
+    found = same_glb(moved, NEW)
+    assert found is not None and "(POSITION of target " in found
+
+
+def test_bytes_that_nobody_reads_do_not_count() -> None:
+    file = File(NEW)
+    free = set(range(len(file.binary)))
+    for view in file.json["bufferViews"]:
+        begin = view.get("byteOffset", 0)
+        free -= set(range(begin, begin + view["byteLength"]))
+    data = bytearray(NEW)
+    data[len(NEW) - len(file.binary) + min(free)] = 7
+    assert same_glb(bytes(data), NEW) is None
+
+
+def test_no_glb_at_all() -> None:
+    with pytest.raises(AvatarError, match=r"^rig.glb: is no GLB file$"):
+        same_glb(b"hello" * 9, NEW, "rig.glb")
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, len(NEW) - 1), st.integers(0, 255)), min_size=1, max_size=4))
+def test_mangled_bytes_differ_or_are_refused(changes: list[tuple[int, int]]) -> None:
+    data = bytearray(NEW)
+    for at, byte in changes:
+        data[at] = byte
+    try:
+        found = same_glb(bytes(data), NEW, "rig.glb")
+    except AvatarError as error:
+        assert str(error).startswith("rig.glb: ") and "\n" not in str(error)
+    else:
+        assert found is None or "\n" not in found

@@ -1,0 +1,97 @@
+"""SplattingAvatar's and GaussianAvatars' rules, one Gaussian and one triangle at a time, in training units, float64.
+
+Written from the description of the golden vectors; rotations of triangles go through scipy-free axis and angle,
+so that no quaternion formula is shared with the runtime.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[Any]
+
+
+def unit(v: Array) -> Array:
+    return v / math.sqrt(float(v @ v))
+
+
+def corners(vertices: Array, triangle: Array) -> list[Array]:
+    return [vertices[i].astype(np.float64) for i in triangle]
+
+
+def tangent_frame(vertices: Array, triangle: Array) -> Array:
+    a, b, c = corners(vertices, triangle)
+    e = b - a
+    m = unit(np.cross(e, c - a))
+    x = unit(np.cross(e, m))
+    return np.column_stack([x, unit(np.cross(e, x)), unit(e)])
+
+
+def edge_frame(vertices: Array, triangle: Array) -> tuple[Array, float]:
+    a, b, c = corners(vertices, triangle)
+    a0 = unit(b - a)
+    a1 = unit(np.cross(a0, c - a))
+    a2 = -unit(np.cross(a1, a0))
+    return np.column_stack([a0, a1, a2]), (math.dist(b, a) + abs(float(a2 @ (c - a)))) / 2
+
+
+def quaternion(r: Array) -> Array:
+    """wxyz by axis and angle, w >= 0: the axis is the eigenvector of eigenvalue 1."""
+    values, vectors = np.linalg.eig(r)
+    axis = np.real(vectors[:, int(np.argmin(np.abs(values - 1)))])
+    axis = axis / np.linalg.norm(axis)
+    twist = np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+    angle = math.atan2(float(axis @ twist) / 2, (float(np.trace(r)) - 1) / 2)
+    q = np.array([math.cos(angle / 2), *(math.sin(angle / 2) * axis)])
+    return -q if q[0] < 0 else q
+
+
+def product(p: Array, q: Array) -> Array:
+    w, v = p[0] * q[0] - p[1:] @ q[1:], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])
+    return np.array([w, *v])
+
+
+def area(vertices: Array, triangle: Array) -> float:
+    a, b, c = corners(vertices, triangle)
+    n = np.cross(b - a, c - a)
+    return math.sqrt(float(n @ n)) / 2
+
+
+def splatting_avatar(
+    canonical: Array,
+    posed: Array,
+    triangles: Array,
+    at: int,
+    barycentric: Array,
+    d: float,
+    rotation: Array,
+    log_scale: Array,
+) -> tuple[Array, Array, Array]:
+    """(position, unit quaternion, scale) of one Gaussian, with mesh scaling, sign policy w >= 0."""
+    foot, normal, turn = np.zeros(3), np.zeros(3), np.zeros(4)
+    for weight, vertex in zip(barycentric, triangles[at], strict=True):
+        around = [t for t in triangles if vertex in t]
+        n, q = np.zeros(3), np.zeros(4)
+        for t in around:
+            a, b, c = corners(posed, t)
+            n = n + np.cross(b - a, c - a)
+            r = tangent_frame(posed, t) @ np.linalg.inv(tangent_frame(canonical, t))
+            q = q + area(canonical, t) * quaternion(r)
+        foot = foot + weight * posed[vertex]
+        normal = normal + weight * n / max(float(np.linalg.norm(n)), 1e-6)
+        turn = turn + weight * q / max(float(np.linalg.norm(q)), 1e-6)
+    ratio = (area(posed, triangles[at]) + 1e-4) / (area(canonical, triangles[at]) + 1e-4)
+    return foot + d * unit(normal), unit(product(turn, rotation)), np.exp(log_scale * ratio)
+
+
+def gaussian_avatars(
+    posed: Array, triangle: Array, xyz: Array, rotation: Array, log_scale: Array
+) -> tuple[Array, Array, Array]:
+    """(position, unit quaternion, scale) of one Gaussian."""
+    frame, size = edge_frame(posed, triangle)
+    centre = sum(corners(posed, triangle)) / 3
+    return size * frame @ xyz + centre, unit(product(quaternion(frame), rotation)), size * np.exp(log_scale)
