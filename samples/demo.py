@@ -1,63 +1,104 @@
-"""`make demo`: builds the sample checkpoint, converts it, plays it; every step is a command a user would type."""
+"""`make demo`: builds sample checkpoints, converts them, plays them; every step is a command a user would type."""
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 GAUSSIANS = 20_000
 RECORDING = Path(__file__).parent / "drive" / "live_link_face_udp.gesichter"
 
+Command = tuple[str, ...]  # what follows `python -m`
+
+
+def blendshapes(out: Path, sample: Path) -> list[Command]:
+    """A head of Gaussian blendshapes, smiling and driven by recorded packets."""
+    trained, bundle = sample / "gaussian_blendshapes", out / "avatar"
+    make = ("--system", "gaussian_blendshapes", "--gaussians", str(GAUSSIANS), "--form", "dump")
+    inputs = ("--dataset", str(trained), "--driving", str(trained / "driving.json"))
+    smile = ("-a", "mouthSmileLeft=0.9", "-a", "mouthSmileRight=0.9", "-a", "jawOpen=0.25")
+    drive = ("--drive", str(RECORDING), "--every", "3", "--size", "288")
+    return [
+        ("samples.make", str(sample), *make),
+        ("avatar_export", "convert", str(trained / "model"), *inputs, "-o", str(bundle)),
+        ("avatar_export", "validate", str(bundle)),
+        render(bundle, out / "smile.png", *smile, "--yaw", "20", "--size", "384"),
+        render(bundle, out / "driven.webp", *drive),
+    ]
+
+
+def talking_head(out: Path, sample: Path) -> list[Command]:
+    """A head embedded in a body model's mesh, which talks as in its training take."""
+    trained, bundle = sample / "splatting_avatar" / "head", out / "splatting_head"
+    inputs = (
+        *("--body-model", str(trained / "body" / "body_model.npz")),
+        *("--poses", str(trained / "flame_params.json"), "--driving", str(trained / "driving.json")),
+    )
+    talk = ("--clip", "flame_params", "--every", "2", "--zoom", "1.25", "--size", "288")
+    return [
+        ("samples.make", str(sample), "--system", "splatting_head"),
+        ("avatar_export", "convert", str(trained / "run"), *inputs, "-o", str(bundle)),
+        render(bundle, out / "splatting_head.webp", *talk),
+    ]
+
+
+def walking_body(out: Path, sample: Path) -> list[Command]:
+    """A clothed body embedded in the mesh of a rigged glb, which walks."""
+    trained, bundle = sample / "splatting_avatar" / "body", out / "body"
+    inputs = ("--rig", str(trained / "CesiumMan.glb"))
+    walk = ("--clip", "animation_0", "--every", "2", "--yaw", "35", "--pitch", "6", "--size", "224x320")
+    return [
+        ("samples.make", str(sample), "--system", "splatting_body"),
+        ("avatar_export", "convert", str(trained / "run"), *inputs, "-o", str(bundle)),
+        render(bundle, out / "walk.webp", *walk),
+    ]
+
+
+DEMOS = (blendshapes, talking_head, walking_body)
+PICTURES = (
+    "avatar/preview.png",
+    "smile.png",
+    "driven.webp",
+    "splatting_head/preview.png",
+    "splatting_head.webp",
+    "body/preview.png",
+    "walk.webp",
+)
+
+
+def render(bundle: Path, picture: Path, *options: str) -> Command:
+    """Draw a bundle into a file."""
+    return ("avatar_export", "render", str(bundle), "-o", str(picture), *options)
+
 
 def main(out: Path) -> None:
-    """Everything under `out`, which is made anew."""
+    """Everything under `out`, which is made anew; the demos run side by side, the steps of each in turn."""
     shutil.rmtree(out, ignore_errors=True)
-    sample = out / "checkpoint"
-    run("-m", "samples.make", str(sample), "--gaussians", str(GAUSSIANS), "--form", "dump")
-    trained = sample / "gaussian_blendshapes"
-    bundle = out / "avatar"
-    run(
-        *("-m", "avatar_export", "convert", str(trained / "model"), "--dataset", str(trained)),
-        *("--driving", str(trained / "driving.json"), "-o", str(bundle)),
-    )
-    run("-m", "avatar_export", "validate", str(bundle))
-    picture, animation = out / "smile.png", out / "driven.webp"
-    smile = ("-a", "mouthSmileLeft=0.9", "-a", "mouthSmileRight=0.9", "-a", "jawOpen=0.25")
-    run(
-        "-m",
-        "avatar_export",
-        "render",
-        str(bundle),
-        "-o",
-        str(picture),
-        *smile,
-        "--yaw",
-        "20",
-        "--size",
-        "384",
-    )
-    run(
-        *("-m", "avatar_export", "render", str(bundle), "-o", str(animation), "--drive", str(RECORDING)),
-        *("--every", "3", "--size", "288"),
-    )
+    with ThreadPoolExecutor(min(len(DEMOS), os.cpu_count() or 1)) as pool:
+        codes = list(pool.map(lambda demo: run(demo(out, out / "checkpoint")), DEMOS))
+    if any(codes):
+        sys.exit(max(codes, key=abs))
     print("\nLook at:")
-    for path in (bundle / "preview.png", picture, animation):
-        print(f"  {path.resolve()}")
+    for picture in PICTURES:
+        print(f"  {(out / picture).resolve()}")
 
 
-def run(*arguments: str) -> None:
-    """Run and show one command; the first that fails ends the demo."""
-    shown = [a for a in arguments if a != "-m"]
-    print(
-        "$",
-        " ".join(["avatar-export", *shown[1:]] if shown[0] == "avatar_export" else ["python -m", *shown]),
-        flush=True,
-    )
-    finished = subprocess.run([sys.executable, *arguments], check=False)
-    if finished.returncode:
-        sys.exit(finished.returncode)
+def run(commands: list[Command]) -> int:
+    """Run commands in turn, each shown with what it said; the exit code of the first that fails, or 0."""
+    for module, *arguments in commands:
+        words = [*(("avatar-export",) if module == "avatar_export" else ("python", "-m", module)), *arguments]
+        command = [sys.executable, "-m", module, *arguments]
+        done = subprocess.run(
+            command, check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        )
+        print(f"$ {' '.join(words)}\n{done.stdout}", end="", flush=True)
+        if done.returncode:
+            return done.returncode
+    return 0
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -125,26 +126,27 @@ def make_body(out: Path, gaussians: int | None = None) -> Path:
     return base
 
 
-SYSTEMS = ("gaussian_blendshapes", "lam", "splatting_avatar")
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m samples.make", description=__doc__)
     parser.add_argument("out", type=Path, help="folder to write into")
-    parser.add_argument(
-        "--gaussians", type=int, help="Gaussians, of Gaussian Blendshapes those of the face set"
-    )
+    parser.add_argument("--gaussians", type=int, help="how many (of Gaussian Blendshapes: in the face set)")
     parser.add_argument("--form", choices=FORMS, default="dump", help="Gaussian Blendshapes layout")
     parser.add_argument("--system", choices=(*SYSTEMS, "all"), default="all")
     parser.add_argument("--full", action="store_true", help="conformance avatars: no field is zero")
     args = parser.parse_args()
-    if args.system in ("gaussian_blendshapes", "all"):
-        print(make_gaussian_blendshapes(args.out, args.gaussians, form=args.form, full=args.full))
-    if args.system in ("lam", "all"):
-        print(make_lam(args.out, full=args.full))
-    if args.system in ("splatting_avatar", "all"):
-        print(make_splatting_head(args.out, args.gaussians, sh_degree=3 if args.full else 0, full=args.full))
-        print(make_body(args.out, args.gaussians))
+    for system, make in SYSTEMS.items():
+        if args.system in (system, "all"):
+            print(make(args))
+
+
+SYSTEMS: dict[str, Callable[[argparse.Namespace], Path]] = {
+    "gaussian_blendshapes": lambda a: make_gaussian_blendshapes(a.out, a.gaussians, form=a.form, full=a.full),
+    "lam": lambda a: make_lam(a.out, full=a.full),
+    "splatting_head": lambda a: make_splatting_head(
+        a.out, a.gaussians, sh_degree=3 if a.full else 0, full=a.full
+    ),
+    "splatting_body": lambda a: make_body(a.out, a.gaussians),
+}
 
 
 if __name__ == "__main__":

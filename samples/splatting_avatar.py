@@ -18,7 +18,6 @@ SH_C0 = 0.28209479177387814
 AREA_DAMPING = 1e-4  # squared training units, added to both areas of a triangle
 # Training leaves some samples just outside their triangle: how many of them, and how far.
 OUTSIDE_SHARE, OUTSIDE = 0.01, 5e-4
-MOST_SPILL = 0.7  # how much too wide, ln, a splat may be in any frame
 QUATERNION_LENGTH = (0.4, 3.0)
 
 
@@ -118,17 +117,17 @@ def stored_bary(bary: Array, rng: np.random.Generator) -> Array:
     return np.stack([u, v, np.float32(1) - u - v], axis=1)
 
 
-def fit_log_scale(wanted: Array, ratio: Array, cover: Array) -> Array:
+def fit_log_scale(wanted: Array, ratio: Array, cover: Array, spill: Array) -> Array:
     """The log scales [N, 3] that training finds where `with_mesh_scaling` multiplies them by the area ratio.
 
     `wanted` [T, N, 3]: the logarithm that each of T frames asks for; `ratio` [T, N]: its factor there. The
     answer lies between the least squares over the frames and, `cover` [N] 1, what is too small in none of them;
-    it is too large by MOST_SPILL (1 + cover) in none.
+    it is too large by more than `spill` [N] in none.
     """
     a = ratio[:, :, None]
     best = np.sum(a * wanted, axis=0) / np.sum(a * a, axis=0)
     widest = np.max(wanted / a, axis=0)
-    most = np.min((wanted + MOST_SPILL * (1 + cover[:, None])) / a, axis=0)
+    most = np.min((wanted + spill[:, None]) / a, axis=0)
     result: Array = np.minimum(best + cover[:, None] * (widest - best), most)
     return result
 

@@ -36,31 +36,32 @@ from samples.splatting_avatar import (
     rounded,
 )
 from samples.surface import Samples, deformation, sample_mesh, spacing_on
-from samples.take import Take, posed_vertices
+from samples.take import Take, exercises, posed_vertices
 
 Array = npt.NDArray[Any]
 
 UNITS_PER_METRE = 4.0
-LIPS, SCALP, TEETH, GUMS, THROAT = range(IRIS + 1, IRIS + 6)  # regions beyond face_regions's
+LIPS, SCALP, TEETH, GUMS, THROAT, BROW = range(IRIS + 1, IRIS + 7)  # regions beyond face_regions's
 OPACITY_LOGIT = 6.0
 HAIR_SHARE, BROW_SHARE = 0.2, 0.02  # of all Gaussians
-# Region -> spacing of its samples relative to the others', and how much their scales cover the frames that
-# stretch them rather than those that press them together.
+# Region -> spacing of its samples relative to the others'; how much their scales cover the frames that stretch
+# them, from least squares (0) to all (1); and the most, ln, that they may be too wide in a frame that presses them.
 REGIONS = {
-    SKIN: (1.0, 0.8),
-    FEATURE: (0.75, 0.8),
-    FINE: (0.28, 0.2),
-    BACK: (1.3, 0.5),
-    SOCKET: (1.1, 0.5),
-    EYE: (0.6, 0.0),
-    IRIS: (0.3, 0.0),
-    LIPS: (0.45, 0.8),
-    SCALP: (1.9, 0.0),
-    TEETH: (0.7, 0.0),
-    GUMS: (1.1, 0.0),
-    THROAT: (0.65, 1.3),
+    SKIN: (0.95, 0.8, 1.15),
+    FEATURE: (0.75, 0.9, 1.65),
+    FINE: (0.28, 0.2, 0.7),
+    BACK: (1.3, 0.5, 1.0),
+    SOCKET: (1.1, 0.5, 1.0),
+    EYE: (0.6, 0.0, 1.0),
+    IRIS: (0.3, 0.0, 1.0),
+    LIPS: (0.45, 0.8, 1.2),
+    SCALP: (1.9, 0.0, 1.0),
+    TEETH: (0.7, 0.0, 1.0),
+    GUMS: (1.1, 0.0, 1.0),
+    THROAT: (0.8, 1.0, 2.5),
+    BROW: (0.5, 0.6, 0.9),
 }
-KEY_FRAMES = 21  # that the scales are fitted to
+KEY_FRAMES = 16  # that the scales are fitted to
 NOISE_REST = 0.06
 # Up to how far skin, hair and brows stand off the mesh, metres.
 SKIN_OFF, HAIR_OFF, BROW_OFF = 0.0004, (0.0005, 0.007), (0.0002, 0.0016)
@@ -76,14 +77,17 @@ def build_head(
     hair, brows = (round(share * gaussians) for share in (HAIR_SHARE, BROW_SHARE))
     regions = head_regions(head)
     held = replace(head, vertices=held_vertices(body, head.vertices))
-    spacing, cover = np.array([REGIONS[r] for r in range(len(REGIONS))]).T
+    spacing, cover, spill = np.array([REGIONS[r] for r in range(len(REGIONS))]).T
     samples = sample_mesh(head, regions, spacing, gaussians - hair - brows, seed=11, held=held)
     samples = replace(samples, spacing=spacing_on(held, samples, regions))
     layer = joined([skin_layer(head, samples), hair_layer(head, hair), brow_layer(head, brows)])
     frames = np.linspace(0, take.frames, KEY_FRAMES, endpoint=False).astype(int)
-    meshes = [Mesh(posed_vertices(body, take, int(k)), head.triangles) for k in frames]
-    covers = np.append(cover[regions[samples.face]], np.zeros(hair + brows))
-    log_scale = trained_log_scale(layer, samples, regions, meshes, covers)
+    shown = [(take, int(k)) for k in frames]
+    trained = exercises(body, take.shape[: len(head.identity)])
+    shown += [(trained, k) for k in range(trained.frames)]
+    meshes = [Mesh(posed_vertices(body, *frame), head.triangles) for frame in shown]
+    cover, spill = (np.append(x[regions[samples.face]], np.zeros(hair + brows)) for x in (cover, spill))
+    log_scale = trained_log_scale(layer, samples, regions, meshes, cover, spill)
     opacity = logit(layer.opacity, OPACITY_LOGIT)
     rest = np.zeros((gaussians, (sh_degree + 1) ** 2 - 1, 3))
     if noise_seed is not None:
@@ -96,7 +100,7 @@ def build_head(
 
 
 def trained_log_scale(
-    layer: Layer, samples: Samples, regions: Array, meshes: list[Mesh], cover: Array
+    layer: Layer, samples: Samples, regions: Array, meshes: list[Mesh], cover: Array, spill: Array
 ) -> Array:
     """Log scales [N, 3] in training units that keep the skin closed in all of `meshes`, metres, the first canonical.
 
@@ -108,7 +112,7 @@ def trained_log_scale(
         wanted[k, : len(stretch)] += np.log(stretch)[:, None]
     units = [rounded(mesh, UNITS_PER_METRE) for mesh in meshes]
     ratio = np.stack([area_ratio(units[0], mesh, layer.face) for mesh in units])
-    return fit_log_scale(wanted, ratio, cover)
+    return fit_log_scale(wanted, ratio, cover, spill)
 
 
 def turned_layer(layer: Layer, head: Head, posed: Mesh) -> Layer:
@@ -127,6 +131,7 @@ def head_regions(head: Head) -> Array:
     x, y, z = centre.T
     throat = (y < -0.06) & (y > -0.14) & (np.abs(x) < 0.06) & (z > 0)
     regions[head.triangles_in("face", "head") & throat & (regions != LIPS)] = THROAT
+    regions[(regions == FEATURE) & (y > 0.03) & (y < 0.085) & (z > 0.05)] = BROW
     regions[head.triangles_in("head") & (hair_share(head, centre) > 0.9)] = SCALP
     regions[(np.abs(x) > 0.078) & (np.abs(y - 0.01) < 0.045) & (np.abs(z - 0.005) < 0.035)] = FEATURE  # ears
     regions[head.triangles_in("upper_gums", "lower_gums")] = GUMS

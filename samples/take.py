@@ -19,7 +19,17 @@ Array = npt.NDArray[Any]
 
 RECORDING = Path(__file__).parent / "drive" / "live_link_face_rom_300.csv"
 # Rows of the recording: a smile, a blink, then the jaw opens and closes twice.
-FIRST_ROW, FRAMES = 96, 84
+FIRST_ROW, FRAMES = 102, 80
+EXERCISES = (
+    ("jawOpen",),
+    ("eyeBlinkLeft", "eyeBlinkRight"),
+    ("mouthSmileLeft", "mouthSmileRight"),
+    ("mouthPucker",),
+    ("browInnerUp", "browOuterUpLeft", "browOuterUpRight"),
+    ("browDownLeft", "browDownRight"),
+    ("cheekPuff",),
+    ("noseSneerLeft", "noseSneerRight"),
+)
 # The recording holds no head turn. Here are its sizes, radians about x, y and z, and the beats over the take.
 SWAY = {ROOT: (0.01, 0.06, 0.015), NECK: (0.07, 0.24, 0.06)}
 BEATS, START = (2, 1, 1), (0.6, 0.4, 1.1)
@@ -47,28 +57,39 @@ class Take:
 
 
 def load_take(body: BodyModel, shape: Array) -> Take:
-    """The recording on this body: expressions by name, jaw and eyes as joints; head and trunk sway."""
+    """The recording on this body, with a sway of head and trunk."""
     header, *rows = csv.reader(RECORDING.read_text("utf-8").splitlines())
-    names = tuple(name[:1].lower() + name[1:] for name in header)
-    numbers = np.array([[0, 0, *row[2:]] for row in rows[FIRST_ROW : FIRST_ROW + FRAMES]], np.float64)
+    names = tuple(name[:1].lower() + name[1:] for name in header[2:])
+    weights = np.array([row[2:] for row in rows[FIRST_ROW : FIRST_ROW + FRAMES]], np.float64)
     for begin, (rest, gain) in AT_REST.items():
         columns = [k for k, name in enumerate(names) if name.startswith(begin)]
-        numbers[:, columns] = np.clip((numbers[:, columns] - rest) * gain, 0, 1)
-    way = driving(body, names[2:])
-    track = dict(zip(way["outputs"], np.array(way["matrix"]) @ numbers[:, 2:].T, strict=True))
+        weights[:, columns] = np.clip((weights[:, columns] - rest) * gain, 0, 1)
+    take = performed(body, shape, names, weights)
+    turn = 2 * np.pi * np.arange(FRAMES)[:, None] / FRAMES
+    for j, size in SWAY.items():
+        take.pose[:, j] += (np.sin(turn * BEATS + START) * size).astype(np.float32)
+    return take
+
+
+def exercises(body: BodyModel, shape: Array) -> Take:
+    """The neutral face, then one frame for each of EXERCISES."""
+    names = tuple(sorted({name for exercise in EXERCISES for name in exercise}))
+    weights = np.zeros((1 + len(EXERCISES), len(names)))
+    for row, exercise in enumerate(EXERCISES, 1):
+        weights[row, [names.index(name) for name in exercise]] = 1
+    return performed(body, shape, names, weights)
+
+
+def performed(body: BodyModel, shape: Array, names: tuple[str, ...], weights: Array) -> Take:
+    """ARKit weights [T, names] on this body: expressions by name, jaw and eyes as joints."""
+    way = driving(body, names)
+    track = dict(zip(way["outputs"], np.array(way["matrix"]) @ weights.T, strict=True))
     expression = [track[f"expression/{name}"] for name in body.expression_names[:GAUSSIAN_SHAPES]]
-    pose = np.zeros((FRAMES, len(JOINTS), 3))
+    pose = np.zeros((len(weights), len(JOINTS), 3), np.float32)
     for j, joint in enumerate(JOINTS):
         for axis, letter in enumerate("xyz"):
             pose[:, j, axis] = track.get(f"joint/{joint}/{letter}", 0)
-    turn = 2 * np.pi * np.arange(FRAMES)[:, None] / FRAMES
-    for j, size in SWAY.items():
-        pose[:, j] += np.sin(turn * BEATS + START) * size
-    return Take(
-        padded(shape, SHAPE_COEFFICIENTS),
-        np.stack(expression, axis=1).astype(np.float32),
-        pose.astype(np.float32),
-    )
+    return Take(padded(shape, SHAPE_COEFFICIENTS), np.stack(expression, axis=1).astype(np.float32), pose)
 
 
 def posed_vertices(body: BodyModel, take: Take, frame: int) -> Array:

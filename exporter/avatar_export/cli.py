@@ -107,5 +107,3 @@ def main() -> None:
         text = " ".join(str(error).split()).encode("utf-8", "backslashreplace").decode()
         print(f"avatar-export: {text}", file=sys.stderr)
         sys.exit(2)
-
-

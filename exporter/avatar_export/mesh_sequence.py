@@ -90,7 +90,9 @@ def _obj_vertices(path: Path, embedding: Embedding) -> F32:
             file=path,
         )
     if _triangle_set(mesh.triangles) != _triangle_set(embedding.triangles):
-        raise AvatarError("has other triangles than the embedding's mesh: its vertices are renumbered", file=path)
+        raise AvatarError(
+            "has other triangles than the embedding's mesh: its vertices are renumbered", file=path
+        )
     return mesh.vertices
 
 

@@ -52,6 +52,8 @@ def _compared(writer: Writer, export: Export, entry: Mapping[str, Any], read: Op
             yield Problem(writer.path, "belongs to no avatar like this one")
             return
         difference = writer.same(stored, b"".join(pieces))
+        for message in writer.problems(export):
+            yield Problem(writer.path, message)
     except AvatarError as error:
         yield Problem(writer.path, error.message)
         return

@@ -22,11 +22,14 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from samples.make import make_splatting_head
+
 from avatar_export import __version__
 from avatar_export.pictures import arkit_pose, frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.player import Frame, Player
+from avatar_runtime.pose import clip_pose
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
 from tests.psnr import profile_psnr
@@ -60,7 +63,8 @@ def measure(folder: Path, gaussians: int) -> list[Row]:
             make(folder / form, gaussians, form)
         size = sum(f.stat().st_size for f in (base / "model").rglob("*") if f.is_file())
         rows.append((f"checkpoint_{form}", size / 1e6, "MB"))
-        cpu, peak = converted(base, folder / f"bundle_{form}")
+        inputs = ("--dataset", str(base), "--driving", str(base / "driving.json"))
+        cpu, peak = converted((str(base / "model"), *inputs), folder / f"bundle_{form}")
         rows += [(f"convert_{form}_cpu", cpu, "s"), (f"convert_{form}_peak_rss", peak, "MB")]
     rows.append(("bundle", sum(f.stat().st_size for f in bundle.iterdir()) / 1e6, "MB"))
     load(bundle)
@@ -70,7 +74,30 @@ def measure(folder: Path, gaussians: int) -> list[Row]:
     for profile in PROFILES:
         rows += stage_rows(avatar, profile)
     rows.append(("engine_against_trainer", profile_psnr(avatar, arkit_pose(avatar, POSE), SIZE), "dB"))
-    return rows
+    return rows + surface_rows(folder, gaussians)
+
+
+def surface_rows(folder: Path, gaussians: int) -> list[Row]:
+    """A SplattingAvatar head of as many Gaussians: converted, and posed frame by frame from its own clip."""
+    base, out = folder / "surface" / "splatting_avatar" / "head", folder / "bundle_surface"
+    if not base.exists():
+        make_splatting_head(folder / "surface", gaussians)
+    inputs = (
+        "--body-model",
+        str(base / "body" / "body_model.npz"),
+        "--poses",
+        str(base / "flame_params.json"),
+    )
+    cpu, peak = converted((str(base / "run"), *inputs), out)
+    rows: list[Row] = [("convert_surface_cpu", cpu, "s"), ("convert_surface_peak_rss", peak, "MB")]
+    avatar = load(out)
+    player, times = Player(avatar), dict[str, list[float]]()
+    for frame in range(min(avatar.clips[0].frames, 3 * REPEATS)):
+        milliseconds: dict[str, float] = {}
+        player.animate(clip_pose(avatar, avatar.clips[0], frame), milliseconds)
+        for stage, value in milliseconds.items():
+            times.setdefault(stage, []).append(value)
+    return rows + [(f"surface_{stage}", statistics.median(values), "ms") for stage, values in times.items()]
 
 
 def make(out: Path, gaussians: int, form: str) -> None:
@@ -81,11 +108,11 @@ def make(out: Path, gaussians: int, form: str) -> None:
     )
 
 
-def converted(base: Path, out: Path) -> tuple[float, float]:
-    """(CPU seconds, peak resident MB) of one `avatar-export convert` in its own process."""
+def converted(arguments: tuple[str, ...], out: Path) -> tuple[float, float]:
+    """(CPU seconds, peak resident MB) of one `avatar-export convert` in its own process, files for engines too."""
     command = (
-        *(sys.executable, "-m", "avatar_export", "convert", str(base / "model"), "-o", str(out), "--force"),
-        *("--dataset", str(base), "--driving", str(base / "driving.json"), "--no-preview"),
+        *(sys.executable, "-m", "avatar_export", "convert", *arguments, "-o", str(out)),
+        *("--force", "--no-preview"),
     )
     pid = subprocess.Popen(command).pid
     _, status, usage = os.wait4(pid, 0)

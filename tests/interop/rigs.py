@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.writers.rig_glb import rig_glb
-from avatar_runtime.avatar import Avatar, Clip, Rig
+from avatar_runtime.avatar import Avatar, Clip, Driving, Rig
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from tests.oracles.gltf_pose import File
@@ -49,6 +49,20 @@ def rig_file(avatar: Avatar, influences: int, folder: Path) -> RigFile:
     path = folder / "rig.glb"
     path.write_bytes(data)
     return RigFile(avatar, influences, path, File(data))
+
+
+def with_odd_names(avatar: Avatar) -> Avatar:
+    """`full_avatar` whose joints have names that three.js strips for its animation paths."""
+    assert avatar.rig is not None
+    names = ("hips:x", "neck.L", "jaw bone", "left[eye]/é", "right eye ")
+    renamed = dict(zip(avatar.rig.joint_names, names, strict=True))
+    groups = tuple(
+        replace(group, joint_mix={renamed[joint]: factor for joint, factor in group.joint_mix.items()})
+        for group in avatar.groups
+    )
+    rules = replace(avatar.rules, rotation_joint=renamed.get(avatar.rules.rotation_joint or ""))
+    rig = replace(avatar.rig, joint_names=names)
+    return replace(avatar, rig=rig, groups=groups, rules=rules, driving=Driving()).check()
 
 
 def random_clip(avatar: Avatar) -> Clip:

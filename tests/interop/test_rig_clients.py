@@ -15,13 +15,13 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.engine_pose import engine_pose, target_names
 from avatar_runtime.player import Player
 from tests.interop.clients import ROOT_NODE, Answer, ask, job_pose, oracle_state
-from tests.interop.rigs import POSES, RigFile, clip_frames, clip_poses, random_poses, rig_file
+from tests.interop.rigs import POSES, RigFile, clip_frames, clip_poses, random_poses, rig_file, with_odd_names
 from tests.measured import Measure
 
 Array = npt.NDArray[np.float64]
 
 TOLERANCE = 1e-5  # of the mesh's height
-RIGS = ("full/4", "full/8", "blendshapes/4", "lam/4", "splatting_head_sh3/4", "body/4")
+RIGS = ("full/4", "full/8", "odd_names/4", "blendshapes/4", "lam/4", "splatting_head_sh3/4", "body/4")
 CLIENTS = ("three", "babylon", "blender")
 FOUR_ONLY = {("three", "full/8")}  # tested on its own below
 
@@ -46,10 +46,11 @@ class Asked:
 
 @pytest.fixture(scope="session")
 def rig_files(avatars: Mapping[str, Avatar], tmp_path_factory: pytest.TempPathFactory) -> dict[str, RigFile]:
+    rigged = {**avatars, "odd_names": with_odd_names(avatars["full"])}
     files = {}
     for rig in RIGS:
         name, influences = rig.split("/")
-        files[rig] = rig_file(avatars[name], int(influences), tmp_path_factory.mktemp(name))
+        files[rig] = rig_file(rigged[name], int(influences), tmp_path_factory.mktemp(name))
     return files
 
 

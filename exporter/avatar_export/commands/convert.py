@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -22,6 +23,8 @@ from avatar_export.writers import INFLUENCES
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.rules import QUATERNION_SIGNS, ROTATION_RULES, SH_DIRECTIONS
+
+VISIBLE_MM = 0.1
 
 
 def convert(
@@ -153,8 +156,22 @@ def convert(
         f"{out}: {avatar.gaussians.count} Gaussians, {len(avatar.expressions)} expressions{clips}, "
         f"{size / 1e6:.1f} MB"
     )
-    for note in _notes(avatar):
+    for note in (*_notes(avatar), *_engine_notes(manifest["engine"] or {})):
         messages.print(f"note: {note}")
+
+
+def _engine_notes(engine: Mapping[str, Any]) -> list[str]:
+    """What the files for engines lose, where it can be seen."""
+    reasons = {
+        "truncation_mm": f"{engine.get('influences')} joints a vertex are too few (--influences 8 gives more)",
+        "late_morph_mm": "eyelids move before the skeleton there",
+        "shear_mm": "nodes cannot shear",
+    }
+    return [
+        f"rig.glb is up to {engine[name]:.2g} mm from the runtime's mesh, since {reason}"
+        for name, reason in reasons.items()
+        if engine.get(name, 0) > VISIBLE_MM
+    ]
 
 
 def _notes(avatar: Avatar) -> list[str]:

@@ -75,7 +75,9 @@ def render(
     moving = {"--drive": drive, "--clip": clip, "--meshes": meshes}
     arguments.exclude({**moving, "a pose (-e, -a, -j, --eyelid)": posed})
     if not any(moving.values()) and orbit == 0 and frames is not None:
-        raise typer.BadParameter("there is one picture; --frames goes with --drive, --clip, --meshes or --orbit")
+        raise typer.BadParameter(
+            "there is one picture; --frames goes with --drive, --clip, --meshes or --orbit"
+        )
     view = playing.View(
         width,
         height,

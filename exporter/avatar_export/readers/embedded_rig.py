@@ -202,7 +202,7 @@ def _fit_notes(avatar: Avatar, vertices: F32, triangles: U32) -> list[str]:
     }
     when = min(off, key=lambda key: float(off[key].max()))
     far, rms = 1e3 * off[when].max(), 1e3 * np.sqrt(np.mean(off[when] ** 2))
-    notes = [f"the rig {when} is the mesh to within {far:.3g} mm (rms {rms:.2g} mm)"]
+    notes = [f"the rig {when} is the mesh to within {far:.3f} mm (rms {rms:.3f} mm)"]
     if far > 1e3 * CLOSE:
         notes.append(
             "the mesh of this avatar is in no pose that the rig is given in; if it is not another frame, then the unit "

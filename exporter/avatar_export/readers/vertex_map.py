@@ -29,9 +29,7 @@ class VertexMap:
 
     rows: I64  # [V] for each vertex of the mesh a vertex of the rig
     how: str  # what decided, in words
-    disagreeing: int = (
-        0  # vertices whose copies in the rig differ in weights or morphs; the first is taken
-    )
+    disagreeing: int = 0  # vertices whose copies in the rig differ in weights or morphs; the first is taken
 
 
 @dataclass(frozen=True)

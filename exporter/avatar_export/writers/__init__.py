@@ -50,6 +50,7 @@ class Writer:
     part: str  # "avatar": normative, always written; "engine", "picture": derived, the runtime never opens it
     pieces: Callable[[Export], Iterable[Piece] | None]  # None: this avatar has no such file
     same: Callable[[bytes, bytes], str | None] = same_bytes  # what differs between two versions of it
+    problems: Callable[[Export], Iterable[str]] = lambda _: ()  # what validators of the format would miss
 
     @property
     def derived(self) -> bool:
@@ -79,6 +80,12 @@ def _clips(export: Export) -> Iterable[Piece] | None:
     return safetensors.encode(clip_tensors(clips)) if clips else None
 
 
+def _usd_problems(export: Export) -> Iterable[str]:
+    from avatar_export.writers.usd.checks import usd_problems  # loads USD
+
+    return usd_problems(export.usdc)
+
+
 def _preview(export: Export) -> Iterable[Piece]:
     from avatar_export.pictures import contact_sheet, png  # draws the avatar: slow, and not always wanted
 
@@ -94,7 +101,7 @@ WRITERS = (
     Writer("embedding.json", "engine", lambda export: embedding_json(export.avatar)),
     Writer("rig.glb", "engine", lambda export: rig_glb(export.avatar, export.influences), same_glb),
     Writer("splats.glb", "engine", lambda export: splats_glb(export.avatar), same_glb),
-    Writer(USDC, "engine", lambda export: [export.usdc], same_usd),
+    Writer(USDC, "engine", lambda export: [export.usdc], same_usd, _usd_problems),
     Writer("avatar.usdz", "engine", lambda export: usdz([(USDC, export.usdc)]), same_usdz),
     Writer("preview.png", "picture", _preview, same_picture),
 )

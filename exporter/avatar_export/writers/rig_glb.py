@@ -7,7 +7,7 @@ Plain float, no extension, no compression: importers reorder or refuse what is p
 mesh.extras.targetNames as engine_pose.target_names has them. There is no texture, so the first UV set is free to
 carry the vertex's row in rig.safetensors through importers that drop attributes with other names:
 u = row % 256, v = 2 + row // 256, exact in half floats; an importer that flips v leaves it below 0. `_VERTEX_ID`
-says the same as one float.
+says the same as one float. COLOR_0 is the colour of the Gaussians about each vertex in the binding pose.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from collections.abc import Iterator
 import numpy as np
 import pygltflib as gltf
 
+from avatar_export.ops.vertex_colour import linear_from_display, vertex_colours
 from avatar_export.writers.engine_mesh import EngineMesh, engine_mesh
 from avatar_export.writers.glb_builder import Array, GlbBuilder
 from avatar_runtime.avatar import I64, Avatar, Clip, Rig
@@ -28,7 +29,6 @@ MOST_JOINTS = 65_535  # JOINTS_n are u16
 MOST_VERTICES = 1 << 24  # _VERTEX_ID is a float
 MESH_NODE, ROOT_NODE, FIRST_JOINT = 0, 1, 2
 STILL = 1e-6  # metres, parts of 1: what moves less is rounding and gets no channel
-GREY = [0.56, 0.5, 0.47, 1.0]  # linear, about the brightness of skin
 
 
 def rig_glb(avatar: Avatar, influences: int = 4) -> Iterator[bytes | memoryview] | None:
@@ -45,7 +45,7 @@ def rig_glb(avatar: Avatar, influences: int = 4) -> Iterator[bytes | memoryview]
     if not len(mesh.triangles):
         return None
     builder = GlbBuilder(FILE)
-    _add_mesh(builder, mesh, influences)
+    _add_mesh(builder, mesh, influences, linear_from_display(vertex_colours(avatar, avatar.rig)))
     rest = engine_rest(avatar)
     _add_skeleton(builder, avatar.rig, rest)
     for clip in avatar.clips:
@@ -70,10 +70,13 @@ def _check_limits(rig: Rig) -> None:
             raise AvatarError(message, file=FILE, field=field)
 
 
-def _add_mesh(builder: GlbBuilder, mesh: EngineMesh, influences: int) -> None:
+def _add_mesh(builder: GlbBuilder, mesh: EngineMesh, influences: int, colour: Array) -> None:
+    """`colour`: [V, 3] linear light, of every row of the rig."""
     document = builder.document
     attributes = {"POSITION": builder.accessor(mesh.vertices, gltf.ARRAY_BUFFER, bounds=True)}
-    for name, array in _attributes(mesh, influences).items():
+    opaque = np.ones((len(mesh.vertex_id), 1))
+    coloured = {"COLOR_0": np.concatenate([colour[mesh.vertex_id], opaque], axis=1).astype(np.float32)}
+    for name, array in (_attributes(mesh, influences) | coloured).items():
         attributes[name] = builder.accessor(array, gltf.ARRAY_BUFFER)
     wide = len(mesh.vertices) > 65_535  # the largest index of a type restarts a strip, so it is no vertex
     corners = mesh.triangles.reshape(-1).astype(np.uint32 if wide else np.uint16)
@@ -87,7 +90,7 @@ def _add_mesh(builder: GlbBuilder, mesh: EngineMesh, influences: int) -> None:
         gltf.Material(
             name="avatar",
             pbrMetallicRoughness=gltf.PbrMetallicRoughness(
-                baseColorFactor=GREY, metallicFactor=0.0, roughnessFactor=0.9
+                baseColorFactor=[1.0, 1.0, 1.0, 1.0], metallicFactor=0.0, roughnessFactor=0.9
             ),
         )
     ]

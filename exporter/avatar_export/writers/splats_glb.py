@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 import pygltflib as gltf
 
+from avatar_export.ops.vertex_colour import linear_from_display
 from avatar_export.writers.glb_builder import Array, GlbBuilder
 from avatar_runtime.avatar import F32, F64, Avatar, Gaussians
 from avatar_runtime.stages.activate import sigmoid
@@ -65,7 +66,7 @@ def _splat_attributes(gaussians: Gaussians, degree: int) -> dict[str, Array]:
 
 
 def _unit_xyzw(quat_wxyz: F32) -> F32:
-    quat: F64 = np.roll(quat_wxyz, 0, axis=1).astype(np.float64)
+    quat: F64 = np.roll(quat_wxyz, -1, axis=1).astype(np.float64)
     length = np.linalg.norm(quat, axis=1, keepdims=True)
     quat = np.where(length > 0, quat / np.where(length > 0, length, 1), [0.0, 0.0, 0.0, 1.0])
     return quat.astype(np.float32)
@@ -74,6 +75,6 @@ def _unit_xyzw(quat_wxyz: F32) -> F32:
 def _fallback_colour(gaussians: Gaussians) -> Array:
     """[N, 4] u8, linear light, straight alpha: the colour of SH degree 0, clamped to what a display shows."""
     display = np.clip(gaussians.sh[:, 0].astype(np.float64) * constants()["sh_c0"][0] + 0.5, 0, 1)
-    linear = np.where(display <= 0.04045, display / 12.92, ((display + 0.055) / 1.055) ** 2.4)
+    linear = linear_from_display(display)
     opacity = sigmoid(gaussians.opacity_logit)[:, None]
     return np.round(np.concatenate([linear, opacity], axis=1) * 255).astype(np.uint8)

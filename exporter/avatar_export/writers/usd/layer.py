@@ -16,10 +16,8 @@ NO_PYTHON = ("subLayerOffsets",)  # metadata that has no Python type
 
 
 def layer_bytes(layer: Any) -> bytes:
-    """The layer as a crate file. Same contents authored in the same order: same bytes, in every process.
-
-    The library sorts paths before it writes and numbers tokens and values as it meets them; no date, name or
-    path of a file goes in. Other releases of the library, or builds of its hash tables, may pack otherwise.
+    """The layer as a crate file. The same contents give the same bytes in every process, whatever its threads, hash
+    seed and earlier work; no date or file name goes in. Another release of the library may pack them otherwise.
     """
     with TemporaryDirectory() as folder:
         file = Path(folder, f"layer{CRATE}")
