@@ -38,7 +38,7 @@ def talking_head(out: Path, sample: Path) -> list[Command]:
         *("--body-model", str(trained / "body" / "body_model.npz")),
         *("--poses", str(trained / "flame_params.json"), "--driving", str(trained / "driving.json")),
     )
-    talk = ("--clip", "flame_params", "--every", "2", "--zoom", "1.25", "--size", "288")
+    talk = ("--clip", "flame_params", "--every", "2", "--zoom", "1.15", "--size", "288")
     return [
         ("samples.make", str(sample), "--system", "splatting_head"),
         ("avatar_export", "convert", str(trained / "run"), *inputs, "-o", str(bundle)),

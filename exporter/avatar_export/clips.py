@@ -19,6 +19,7 @@ from avatar_export.driving.gltf_animation import read_clip
 from avatar_export.readers import fbx_clip, lam
 from avatar_export.readers.fbx_file import open_fbx
 from avatar_export.readers.pose_files import body_clip, is_pose_file, read_poses
+from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import Avatar, Blendshapes, Clip, Expression, Gaussians, Rig, Rules, SparseRows
 from avatar_runtime.codec import glb
 from avatar_runtime.codec.glb import Glb
@@ -152,7 +153,7 @@ def _tracked(avatar: Avatar, path: Path, name: str | None) -> list[Clip]:
 
 
 def _glb(avatar: Avatar, path: Path, name: str | None) -> list[Clip]:
-    data = takes.read_bytes(path, gltf_clip.MAX_FILE_BYTES)
+    data = read_bytes(path, gltf_clip.MAX_FILE_BYTES)
     return _gltf_clips(avatar, glb.decode(data, path.name), name)
 
 

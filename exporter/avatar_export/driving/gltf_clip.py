@@ -17,7 +17,7 @@ import numpy as np
 from avatar_export.driving.arkit import canonical, first_canonical
 from avatar_export.driving.gltf_animation import Clip, clip_names, read_clip
 from avatar_export.driving.sampler import Sampler, evaluate
-from avatar_export.driving.takes import read_bytes
+from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import F64, Avatar
 from avatar_runtime.codec import glb
 from avatar_runtime.codec.glb import Glb

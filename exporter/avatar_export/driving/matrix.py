@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from avatar_export.driving.arkit import ARKIT_NAMES, canonical
-from avatar_export.driving.takes import read_bytes
+from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.codec.glb import short
 from avatar_runtime.errors import AvatarError, no_such

@@ -9,8 +9,8 @@ from typing import NamedTuple
 from avatar_export.driving.frames import DrivingTake
 from avatar_export.driving.live_link_csv import is_live_link_csv, read_live_link_csv
 from avatar_export.driving.live_link_udp import is_live_link_udp, read_live_link_udp
+from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.errors import AvatarError
-from avatar_runtime.files import open_file
 
 MAX_FILE_BYTES = 256 << 20
 
@@ -38,15 +38,3 @@ def read_take(path: Path | str) -> DrivingTake:
             return reader.read(data, Path(path).name)
     known = " nor ".join(reader.what for reader in READERS)
     raise AvatarError(f"is neither {known}", file=Path(path).name)
-
-
-def read_bytes(path: Path, limit: int) -> bytes:
-    """The bytes of a file of at most `limit` bytes; AvatarError otherwise."""
-    try:
-        with open_file(path) as stream:
-            data = stream.read(limit + 1)
-    except OSError as error:
-        raise AvatarError(f"cannot be read: {error.strerror or error}", file=path.name) from None
-    if len(data) > limit:
-        raise AvatarError(f"is larger than {limit >> 20} MiB", file=path.name)
-    return data

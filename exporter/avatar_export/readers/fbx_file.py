@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_export.driving.takes import read_bytes
+from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import F64, I64
 from avatar_runtime.errors import AvatarError
 

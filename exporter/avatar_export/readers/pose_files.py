@@ -19,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from avatar_export.driving.takes import read_bytes
 from avatar_export.readers.archive import Archive
 from avatar_export.readers.arrays import parse_npy
 from avatar_export.readers.body_model import JOINT_NAMES
+from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import F32, F64, Clip, Rig
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec

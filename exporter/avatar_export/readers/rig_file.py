@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from avatar_export.driving.takes import read_bytes
 from avatar_export.readers.fbx_file import open_fbx
 from avatar_export.readers.fbx_rig import fbx_rig
 from avatar_export.readers.gltf_rig import GltfRig, read_rig
+from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import F64, I64, Rig
 from avatar_runtime.codec import glb
 from avatar_runtime.errors import AvatarError

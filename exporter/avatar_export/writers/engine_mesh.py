@@ -63,7 +63,8 @@ class EngineMesh:
         joints, weights = np.zeros((self.skin.rows, most), np.uint16), np.zeros((self.skin.rows, most))
         joints[at], weights[at] = self.skin.column[order][kept], weight[order][kept]
         total, shown = np.bincount(row, weight, self.skin.rows), weights.sum(axis=1)
-        weights[shown <= 0, 0], shown[shown <= 0] = 1, 1
+        nowhere = shown <= 0
+        joints[nowhere, 0], weights[nowhere, 0], shown[nowhere] = 0, 1, 1
         scaled = (weights / shown[:, None]).astype(np.float32)
         return Influences(
             np.where(scaled > 0, joints, 0).astype(np.uint16),
