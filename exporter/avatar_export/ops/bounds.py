@@ -41,7 +41,7 @@ def bounds(avatar: Avatar) -> dict[str, Any]:
 
 def _bounds(avatar: Avatar) -> dict[str, Any]:
     g = avatar.gaussians
-    reach = _reach(g.log_scale, g.quat_wxyz)
+    reach = _reach(np.exp(g.log_scale), g.quat_wxyz)
     rest = box(g.mean - reach, g.mean + reach)
     low, high = _swept(avatar)
     for mean, extent in _clip_frames(avatar):
@@ -112,13 +112,13 @@ def _clip_frames(avatar: Avatar) -> Iterator[tuple[F64, F64]]:
     for index in np.unique(np.linspace(0, len(frames) - 1, min(len(frames), CLIP_FRAMES)).astype(int)):
         clip, frame = frames[index]
         splats = player.animate(replace(clip_pose(avatar, clip, frame), world_from_avatar=np.eye(4)))
-        yield splats.mean.astype(np.float64), _reach(np.log(splats.scale), splats.quat_wxyz)
+        yield splats.mean.astype(np.float64), _reach(splats.scale, splats.quat_wxyz)
 
 
-def _reach(log_scale: F32, quat_wxyz: F32) -> F64:
+def _reach(scale: F32, quat_wxyz: F32) -> F64:
     """Half-size of each Gaussian's axis-aligned box at `SIGMAS` standard deviations, [N, 3]."""
     unit = quat_wxyz / np.maximum(np.linalg.norm(quat_wxyz, axis=1, keepdims=True), 1e-12)
-    axes = matrix_from_quat(unit) * np.exp(log_scale)[:, None, :]
+    axes = matrix_from_quat(unit) * scale[:, None, :]
     result: F64 = SIGMAS * np.sqrt(np.sum(axes.astype(np.float64) ** 2, axis=2))
     return result
 

@@ -1,0 +1,283 @@
+"""The pages on engines: every claim is marked, what they call tested has a test, and fragments marked to run do run."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from samples.make import make_gaussian_blendshapes
+
+from avatar_export.read import read
+from avatar_export.readers.options import ReadOptions
+from avatar_export.writers.bundle import write_bundle
+from avatar_export.writers.rig_glb import rig_glb
+from avatar_export.writers.usd.stage import rig_usdc
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.engine_pose import EnginePose, engine_pose, target_names
+from avatar_runtime.pose import Pose, joint_rotation
+from tests.avatars import JOINTS, full_avatar
+from tests.interop.clients import BLENDER, HERE, ROOT_NODE
+from tests.oracles.gltf_pose import File, State, quaternion_matrix
+
+Array = npt.NDArray[Any]
+
+TESTS = Path(__file__).parent
+DOCS = TESTS.parent / "docs"
+ENGINES = ("unity-gltfast", "unity-unitygltf", "unreal", "godot", "blender", "three", "babylon", "usd")
+OTHERS = ("README", "engine_pose")
+SECTIONS = (
+    "1. What to import",
+    "2. What the importer does",
+    "3. Settings",
+    "4. Vertex map",
+    "5. Play a pose",
+    "6. Splats",
+    "7. Limits",
+)
+TOPICS = (  # of section 2, in this order
+    "axes and units",
+    "triangle order",
+    "corner order",
+    "vertex order",
+    "splits and welds",
+    "unused vertices",
+    "`_VERTEX_ID`",
+    "TEXCOORD_0",
+    "morph targets",
+    "weight of 1",
+    "influences",
+    "joints and root",
+    "animations",
+)
+TESTED = re.compile(r"\*\*\[tested here:\s*([\w,\s]+)\]\*\*")
+MARK = re.compile(r"\*\*\[(tested here:\s*[\w,\s]+|source:\s*[^\]]+|unchecked)\]\*\*")
+UNUSED = 3  # a vertex that no triangle of the avatar uses
+HEIGHT_PARTS = 1e-5
+
+
+def text_of(page: str) -> str:
+    return (DOCS / f"{page}.md").read_text("utf-8")
+
+
+def fragments(page: str, kind: str) -> str:
+    """The fragments of one kind that a page has, one after the other."""
+    found = re.findall(rf"^```{kind}\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
+    assert found, f"{page} has no {kind}"
+    return "\n".join(found)
+
+
+def section(page: str, number: int) -> str:
+    """Text of a numbered section, without fragments."""
+    plain = re.sub(r"^```.*?^```$", "", text_of(page), flags=re.MULTILINE | re.DOTALL)
+    return re.split(r"^## .*$", plain, flags=re.MULTILINE)[number]
+
+
+def items(text: str) -> list[str]:
+    """The bullets of a text with the lines that belong to them."""
+    return [item for item in re.split(r"^- ", text, flags=re.MULTILINE)[1:] if item.strip()]
+
+
+def existing_tests() -> set[str]:
+    """Names of all test functions below tests/."""
+    return {
+        node.name
+        for path in TESTS.rglob("test_*.py")
+        if "node_modules" not in path.parts
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
+    }
+
+
+def test_what_is_called_tested_has_a_test() -> None:
+    named = {
+        (page, name)
+        for page in (*ENGINES, *OTHERS)
+        for names in TESTED.findall(text_of(page))
+        for name in re.split(r",\s*", names.strip())
+    }
+    known = existing_tests()
+    assert len(named) > 50
+    assert not sorted((page, name) for page, name in named if name not in known)
+
+
+def test_every_page_is_in_the_index_and_the_other_way_round() -> None:
+    linked = set(re.findall(r"\]\(([a-z_-]+)\.md\)", text_of("README")))
+    assert linked == {path.stem for path in DOCS.glob("*.md")} - {"README"} == {*ENGINES, "engine_pose"}
+
+
+@pytest.mark.parametrize("page", [*ENGINES, *OTHERS])
+def test_links_of_a_page_lead_somewhere(page: str) -> None:
+    for target, anchor in re.findall(r"\]\(([^)#]+)(#[^)]*)?\)", text_of(page)):
+        path = DOCS / target
+        assert path.exists(), target
+        headings = re.findall(r"^#+ (.*)$", path.read_text("utf-8"), re.MULTILINE)
+        slugs = {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+        assert not anchor or anchor[1:] in slugs, anchor
+
+
+@pytest.mark.parametrize("page", ENGINES)
+def test_a_page_has_the_sections_and_topics(page: str) -> None:
+    headings = tuple(re.findall(r"^## (.*)$", text_of(page), re.MULTILINE))
+    assert headings == SECTIONS
+    rows = re.findall(r"^\| (.*?) \|", section(page, 2), re.MULTILINE)
+    assert tuple(rows[1:]) == TOPICS
+    assert 60 <= len(text_of(page).splitlines()) <= 125
+
+
+@pytest.mark.parametrize("page", ENGINES)
+def test_every_claim_is_marked(page: str) -> None:
+    rows = [row for row in re.findall(r"^\|.*\|$", section(page, 2), re.MULTILINE)[2:]]
+    claims = rows + [item for number in (1, 2, 3, 5, 6, 7) for item in items(section(page, number))]
+    assert len(claims) >= len(TOPICS) + 8
+    assert not [claim for claim in claims if not MARK.search(claim)]
+
+
+# Fragments that run
+
+
+def posed_avatar() -> tuple[Avatar, Pose]:
+    """The small avatar with a vertex that no triangle uses, so that ids are no indices, and a pose with everything."""
+    avatar = full_avatar()
+    assert avatar.rig is not None
+    triangles = avatar.rig.triangles[(avatar.rig.triangles != UNUSED).all(axis=1)]
+    rng = np.random.default_rng(3)
+    world = joint_rotation([0.2, -1.0, 0.4])
+    world[:3, 3] = [0.1, -0.2, 0.3]
+    return replace(avatar, rig=replace(avatar.rig, triangles=triangles)), Pose(
+        {name: rng.uniform(-0.3, 1.2) for name in avatar.expression_names},
+        {name: joint_rotation(rng.normal(0, 0.4, 3)) for name in JOINTS},
+        {name: rng.uniform(0, 1) for name in avatar.late_morph_names},
+        world,
+    )
+
+
+def pose_document(avatar: Avatar, pose: EnginePose) -> dict[str, Any]:
+    """pose.json as docs/engine_pose.md writes it."""
+    nodes = [(ROOT_NODE, pose.root_translation, pose.root_rotation_xyzw, np.ones(3))]
+    nodes += zip(JOINTS, pose.translation, pose.rotation_xyzw, pose.scale, strict=True)
+    return {
+        "nodes": {
+            name: {"translation": t.tolist(), "rotation_xyzw": r.tolist(), "scale": s.tolist()}
+            for name, t, r, s in nodes
+        },
+        "weights": dict(zip(target_names(avatar), pose.weights.tolist(), strict=True)),
+    }
+
+
+def state_of(document: dict[str, Any]) -> State:
+    """pose.json as the oracle takes it."""
+    paths = ("translation", "rotation_xyzw", "scale")
+    return State(
+        *({name: node[path] for name, node in document["nodes"].items()} for path in paths),
+        document["weights"],
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """rig.glb, rig.usdc and pose.json of the small avatar."""
+    place = tmp_path_factory.mktemp("engine_docs")
+    avatar, pose = posed_avatar()
+    (place / "rig.glb").write_bytes(b"".join(rig_glb(avatar) or []))
+    (place / "rig.usdc").write_bytes(rig_usdc(avatar))
+    document = pose_document(avatar, engine_pose(avatar, pose))
+    (place / "pose.json").write_text(json.dumps(document), "utf-8")
+    return place
+
+
+def expected(folder: Path, sets: int = 1) -> Array:
+    """Posed vertices of rig.glb by the oracle."""
+    document = json.loads((folder / "pose.json").read_text("utf-8"))
+    return File((folder / "rig.glb").read_bytes()).posed(state_of(document), sets)
+
+
+def check(answer: dict[str, Any], posed: Array) -> None:
+    """The map from ids to vertices, and where the vertices went."""
+    ids = [row for row in range(len(posed) + 1) if row != UNUSED]
+    assert {int(row): vertex for row, vertex in answer["vertexOfId"]} == {row: k for k, row in enumerate(ids)}
+    found = np.reshape(answer["posed"], (-1, 3))
+    assert np.abs(found - posed).max() <= HEIGHT_PARTS * np.ptp(posed[:, 1])
+
+
+def run(command: list[str], folder: Path) -> str:
+    """Standard output of a program in `folder`."""
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    return done.stdout
+
+
+def run_node(page: str, program: str, folder: Path) -> dict[str, Any]:
+    """What the last line of a program says, as JSON."""
+    node, modules = shutil.which("node"), HERE / "node_modules"
+    if node is None or not (modules / ".package-lock.json").exists():
+        missing = "Node.js 18 or newer" if node is None else "tests/interop/node_modules"
+        pytest.fail(f"{missing} is missing: `make test` installs it", pytrace=False)
+    link = folder / "node_modules"
+    if not link.exists():
+        link.symlink_to(modules, target_is_directory=True)
+    (folder / f"{page}.mjs").write_text(program, "utf-8")
+    answer: dict[str, Any] = json.loads(run([node, f"{page}.mjs"], folder).splitlines()[-1])
+    return answer
+
+
+THREE = """
+gltf.scene.updateMatrixWorld(true);
+mesh.skeleton.update();
+const posed = [];
+for (let vertex = 0; vertex < uv.count; vertex++) {
+  posed.push(...mesh.getVertexPosition(vertex, mesh.position.clone()).applyMatrix4(mesh.matrixWorld).toArray());
+}
+console.log(JSON.stringify({ vertexOfId: [...vertexOfId], posed }));
+"""
+
+BABYLON = """
+[...loaded.meshes, ...loaded.transformNodes].forEach((node) => node.computeWorldMatrix(true));
+mesh.skeleton.prepare(true);
+const bare = mesh.getPositionData(true, true);
+const posed = [];
+for (let k = 0; k < bare.length; k += 3) {
+  posed.push(...Vector3.TransformCoordinates(Vector3.FromArray(bare, k), mesh.getWorldMatrix()).asArray());
+}
+const mirrored = await LoadAssetContainerAsync(url, new Scene(new NullEngine()), { pluginExtension: ".glb" });
+console.log(JSON.stringify({
+  vertexOfId: [...vertexOfId],
+  posed,
+  kinds: mesh.getVerticesDataKinds(),
+  roots: [loaded, mirrored].map((file) => [file.meshes[0].name, file.meshes[0].scaling.asArray()]),
+}));
+process.exit(0);
+"""
+
+
+@pytest.fixture(scope="module")
+def babylon(folder: Path) -> dict[str, Any]:
+    return run_node("babylon", fragments("babylon", "js run") + BABYLON, folder)
+
+
+def test_fragments_of_the_page_for_three_do_what_it_says(folder: Path) -> None:
+    check(run_node("three", fragments("three", "js run") + THREE, folder), expected(folder))
+
+
+def test_fragments_of_the_page_for_babylon_do_what_it_says(babylon: dict[str, Any], folder: Path) -> None:
+    check(babylon, expected(folder))
+
+
+def test_babylon_mirrors_unless_told_right_handed(babylon: dict[str, Any]) -> None:
+    assert babylon["roots"] == [["__root__", [1, 1, 1]], ["__root__", [1, 1, -1]]]
+
+
+def test_babylon_drops_custom_attributes(babylon: dict[str, Any]) -> None:
+    known = {"position", "normal", "uv", "matricesIndices", "matricesWeights", "color"}
+    assert set(babylon["kinds"]) <= known and "uv" in babylon["kinds"]
