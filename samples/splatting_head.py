@@ -48,13 +48,13 @@ HAIR_SHARE, BROW_SHARE = 0.2, 0.02  # of all Gaussians
 # them, from least squares (0) to all (1); and the most, ln, that they may be too wide in a frame that presses them.
 REGIONS = {
     SKIN: (0.95, 0.8, 1.15),
-    FEATURE: (0.75, 0.9, 1.65),
+    FEATURE: (0.62, 0.95, 1.45),
     FINE: (0.28, 0.2, 0.7),
     BACK: (1.3, 0.5, 1.0),
     SOCKET: (1.1, 0.5, 1.0),
     EYE: (0.6, 0.0, 1.0),
     IRIS: (0.3, 0.0, 1.0),
-    LIPS: (0.45, 0.8, 1.2),
+    LIPS: (0.3, 0.55, 0.7),
     SCALP: (1.9, 0.0, 1.0),
     TEETH: (0.7, 0.0, 1.0),
     GUMS: (1.1, 0.0, 1.0),

@@ -20,6 +20,7 @@ Array = npt.NDArray[Any]
 RECORDING = Path(__file__).parent / "drive" / "live_link_face_rom_300.csv"
 # Rows of the recording: a smile, a blink, then the jaw opens and closes twice.
 FIRST_ROW, FRAMES = 102, 80
+EASE = 8  # frames in which the face leaves and comes back to rest
 EXERCISES = (
     ("jawOpen",),
     ("eyeBlinkLeft", "eyeBlinkRight"),
@@ -64,11 +65,23 @@ def load_take(body: BodyModel, shape: Array) -> Take:
     for begin, (rest, gain) in AT_REST.items():
         columns = [k for k, name in enumerate(names) if name.startswith(begin)]
         weights[:, columns] = np.clip((weights[:, columns] - rest) * gain, 0, 1)
+    weights *= eased(FRAMES)[:, None]
     take = performed(body, shape, names, weights)
     turn = 2 * np.pi * np.arange(FRAMES)[:, None] / FRAMES
     for j, size in SWAY.items():
         take.pose[:, j] += (np.sin(turn * BEATS + START) * size).astype(np.float32)
     return take
+
+
+def eased(frames: int) -> Array:
+    """[frames] 0 at both ends, 1 in between: a take begins and ends with a face at rest, as people do.
+
+    The first frame's mesh is what Gaussians are embedded in, and the log_area rule swells them where a face at
+    rest is smaller than that mesh.
+    """
+    edge = np.minimum(np.arange(frames), np.arange(frames)[::-1]) / EASE
+    x = np.clip(edge, 0, 1)
+    return x * x * (3 - 2 * x)
 
 
 def exercises(body: BodyModel, shape: Array) -> Take:

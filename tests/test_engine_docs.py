@@ -281,3 +281,154 @@ def test_babylon_mirrors_unless_told_right_handed(babylon: dict[str, Any]) -> No
 def test_babylon_drops_custom_attributes(babylon: dict[str, Any]) -> None:
     known = {"position", "normal", "uv", "matricesIndices", "matricesWeights", "color"}
     assert set(babylon["kinds"]) <= known and "uv" in babylon["kinds"]
+
+
+PYTHON = """
+from tests.oracles.usd_pose import posed_by_usd
+posed = posed_by_usd(stage, 0).ravel().tolist()
+print(json.dumps({"vertexOfId": list(vertex_of_id.items()), "posed": posed, "primvars": [
+    primvar.GetName() for primvar in UsdGeom.PrimvarsAPI(mesh).GetPrimvars()
+]}))
+"""
+
+
+@pytest.fixture(scope="module")
+def usd(folder: Path) -> dict[str, Any]:
+    program = (
+        f"import sys\nsys.path.insert(0, {str(TESTS.parent)!r})\n" + fragments("usd", "python run") + PYTHON
+    )
+    answer: dict[str, Any] = json.loads(run([sys.executable, "-c", program], folder))
+    return answer
+
+
+def test_fragments_of_the_page_for_usd_do_what_it_says(usd: dict[str, Any]) -> None:
+    """With all influences, which an avatar of five has in eight."""
+    avatar, pose = posed_avatar()
+    state = state_of(pose_document(avatar, engine_pose(avatar, pose)))
+    check(usd, File(b"".join(rig_glb(avatar, 8) or [])).posed(state, 2))
+
+
+def test_usd_has_no_uv_set(usd: dict[str, Any]) -> None:
+    assert set(usd["primvars"]) == {
+        "primvars:avatar:vertexId",
+        "primvars:skel:geomBindTransform",
+        "primvars:skel:jointIndices",
+        "primvars:skel:jointWeights",
+    }
+
+
+BLENDER_PROGRAM = """
+import numpy as np
+shown = mesh.evaluated_get(bpy.context.evaluated_depsgraph_get())
+points = np.empty(3 * len(mesh.data.vertices), np.float32)
+shown.to_mesh().vertices.foreach_get("co", points)
+back = np.array(Z_UP.inverted() @ shown.matrix_world)
+posed = points.reshape(-1, 3) @ back[:3, :3].T + back[:3, 3]
+key.slider_min, key.slider_max = 0, 1
+cut = []
+for weight in (-0.5, 1.5):
+    key.value = weight
+    cut.append(key.value)
+print(json.dumps({
+    "vertexOfId": list(vertex_of_id.items()), "posed": posed.ravel().tolist(), "cut": cut,
+    "v": max(item.vector.y for item in mesh.data.uv_layers[0].uv),
+}))
+"""
+
+
+@pytest.fixture(scope="module")
+def blender(folder: Path) -> dict[str, Any]:
+    python = os.environ.get(BLENDER) or (sys.executable if find_spec("bpy") else None)
+    if python is None:
+        pytest.skip(f"Blender is not here: `pip install bpy`, or {BLENDER} names an interpreter that has it")
+    program = fragments("blender", "python run blender") + BLENDER_PROGRAM
+    answer: dict[str, Any] = json.loads(run([python, "-c", program], folder).splitlines()[-1])
+    return answer
+
+
+@pytest.mark.bpy
+def test_fragments_of_the_page_for_blender_do_what_it_says(blender: dict[str, Any], folder: Path) -> None:
+    check(blender, expected(folder))
+    assert blender["v"] <= -1
+
+
+@pytest.mark.bpy
+def test_blender_cuts_shape_keys_to_their_sliders(blender: dict[str, Any]) -> None:
+    assert blender["cut"] == [0, 1]
+
+
+def test_worked_example_prints_what_the_page_says(tmp_path: Path) -> None:
+    """On the rig of `make demo`, which any number of Gaussians has."""
+    sample = make_gaussian_blendshapes(tmp_path / "checkpoint", 300, form="dump")
+    avatar = read(sample / "model", ReadOptions(dataset=sample))
+    write_bundle(avatar, tmp_path / "out" / "demo" / "avatar", preview=False, engine_files=False)
+    said = run([sys.executable, "-c", fragments("engine_pose", "python run")], tmp_path)
+    assert said == fragments("engine_pose", "text output")
+    world = joint_rotation([0, np.pi / 2, 0])
+    world[:3, 3] = [0, 0, 0.5]
+    pose = Pose({"mouthSmileLeft": 0.8}, {"jaw": joint_rotation([np.pi / 9, 0, 0])}, {"left": 1.0}, world)
+    written = json.loads((tmp_path / "pose.json").read_text("utf-8"))
+    again = pose_document(avatar, engine_pose(avatar, pose))
+    assert list(written["weights"]) == list(again["weights"]) and list(written["nodes"]) == list(
+        again["nodes"]
+    )
+    for name, node in again["nodes"].items():
+        for path, value in node.items():
+            np.testing.assert_allclose(written["nodes"][name][path], value, atol=1e-7)
+    np.testing.assert_allclose([*written["weights"].values()], [*again["weights"].values()], atol=1e-7)
+
+
+# Claims of the pages that no other test shows
+
+
+def matrix(node: dict[str, list[float]]) -> Array:
+    """4x4 of translation, rotation, scale."""
+    result = np.eye(4)
+    result[:3, :3] = quaternion_matrix(node["rotation_xyzw"]) @ np.diag(node["scale"])
+    result[:3, 3] = node["translation"]
+    return result
+
+
+def unity(node: dict[str, list[float]]) -> dict[str, list[float]]:
+    """The first row of the table in docs/engine_pose.md."""
+    (tx, ty, tz), (x, y, z, w) = node["translation"], node["rotation_xyzw"]
+    return {"translation": [-tx, ty, tz], "rotation_xyzw": [x, -y, -z, w], "scale": node["scale"]}
+
+
+def unreal(node: dict[str, list[float]]) -> dict[str, list[float]]:
+    """The second row."""
+    (tx, ty, tz), (x, y, z, w), (sx, sy, sz) = node["translation"], node["rotation_xyzw"], node["scale"]
+    return {
+        "translation": [100 * tx, 100 * tz, 100 * ty],
+        "rotation_xyzw": [-x, -z, -y, w],
+        "scale": [sx, sz, sy],
+    }
+
+
+@pytest.mark.parametrize(
+    ("rule", "mirror"),
+    [
+        (unity, np.diag([-1.0, 1.0, 1.0, 1.0])),
+        (unreal, np.array([[100.0, 0, 0, 0], [0, 0, 100, 0], [0, 100, 0, 0], [0, 0, 0, 1]])),
+    ],
+    ids=["unity", "unreal"],
+)
+def test_mirrored_poses_give_the_mirrored_mesh(rule: Any, mirror: Array, folder: Path) -> None:
+    """A chain of mirrored nodes is the mirrored chain, so is what it skins: mirror M mirror^-1 for each node's M."""
+    nodes = json.loads((folder / "pose.json").read_text("utf-8"))["nodes"]
+    assert len(nodes) == 1 + len(JOINTS)
+    nodes["scaled"] = {**nodes["jaw"], "scale": [2.0, 0.5, 1.25]}
+    for node in nodes.values():
+        np.testing.assert_allclose(
+            matrix(rule(node)), mirror @ matrix(node) @ np.linalg.inv(mirror), rtol=0, atol=1e-9
+        )
+
+
+def test_every_vertex_has_a_uv_of_its_own(folder: Path) -> None:
+    uv = File((folder / "rig.glb").read_bytes()).attribute("TEXCOORD_0")
+    assert len(np.unique(uv, axis=0)) == len(uv) and (uv == np.round(uv)).all()
+
+
+def test_targets_move_positions_alone(folder: Path) -> None:
+    targets = File((folder / "rig.glb").read_bytes()).json["meshes"][0]["primitives"][0]["targets"]
+    assert targets and all(set(target) == {"POSITION"} for target in targets)

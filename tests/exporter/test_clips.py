@@ -5,6 +5,7 @@ from __future__ import annotations
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -100,6 +101,17 @@ def test_names_differ(tmp_path: Path) -> None:
     assert unique_name("a\n\x1b[2Jb", ()) == "a__[2Jb" and unique_name(" ", {"clip"}) == "clip_2"
 
 
+def test_names_of_one_file_differ(tmp_path: Path) -> None:
+    avatar, path = _avatar(tmp_path), tmp_path / "made.glb"
+
+    def twice(document: dict[str, Any]) -> None:
+        clip = document["animations"][0]
+        document["animations"] = [{**clip, "name": "nod_"}, {**clip, "name": "nod\x1b"}]
+
+    path.write_bytes(edited(path.read_bytes(), twice))
+    assert [clip.name for clip in clips_from(avatar, path)] == ["nod_", "nod__2"]
+
+
 def test_clips_of_a_glb_keep_the_rate_of_their_keys(tmp_path: Path) -> None:
     avatar, path = _avatar(tmp_path), tmp_path / "made.glb"
     assert clips_from(avatar, path)[0].fps == rig_files.FPS
@@ -115,7 +127,7 @@ def test_clips_of_a_glb_keep_the_rate_of_their_keys(tmp_path: Path) -> None:
 def test_clips_that_move_nothing_here_are_left_out(tmp_path: Path) -> None:
     avatar, path = _avatar(tmp_path), tmp_path / "made.glb"
 
-    def another(document: dict) -> None:
+    def another(document: dict[str, Any]) -> None:
         clip = document["animations"][0]
         document["nodes"].append({"name": "camera"})
         channel = {"sampler": 0, "target": {"node": len(document["nodes"]) - 1, "path": "rotation"}}

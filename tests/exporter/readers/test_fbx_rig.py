@@ -21,6 +21,7 @@ from avatar_export.readers import fbx_file
 from avatar_export.readers.fbx_file import open_fbx
 from avatar_export.readers.fbx_rig import FbxRig, fbx_rig
 from avatar_export.readers.rig_driving import expressions_named, rig_driving
+from avatar_runtime.avatar import Expression
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
@@ -80,7 +81,7 @@ def test_a_clip_goes_to_another_avatar_by_names(tmp_path: Path, name: str) -> No
     found = fbx_rig(open_fbx(path))
     names = tuple(joint if joint == name else f"my_{joint}" for joint in found.rig.joint_names)
     expression = "JawOpen" if name == "jawOpen" else "other"  # spelled otherwise
-    avatar = rig_avatar(replace(found.rig, joint_names=names), expressions_named((expression,)))
+    avatar = rig_avatar(replace(found.rig, joint_names=names), (Expression(expression),))
     (clip,) = clips_from(avatar, path)
     assert clip.expression_weights[-1, 0] == pytest.approx(0.5 if name == "jawOpen" else 0)
     still = np.abs(clip.joint_delta[-1] - np.eye(4)).max(axis=(1, 2)) < 1e-5

@@ -136,21 +136,95 @@ def test_vertices_that_touch_stay_two(tmp_path: Path) -> None:
     np.testing.assert_array_equal(rows[_mapped(rig, triangles, vertices).rows], order)
 
 
+def _joined(blocks: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    first = np.cumsum([0, *(len(points) for points, _ in blocks)])
+    triangles = np.concatenate([t + at for (_, t), at in zip(blocks, first, strict=False)])
+    return np.concatenate([points for points, _ in blocks]), triangles
+
+
+def _body() -> tuple[Array, Array]:
+    """A surface without symmetry, about a metre large."""
+    return rig_files.vertices().astype(np.float64)[np.unique(rig_files.sheet())], _local(rig_files.sheet())
+
+
+def _regular(rows: int, columns: int) -> tuple[Array, Array]:
+    """A grid that looks the same turned by half a turn."""
+    at = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = (part.ravel() for part in (at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]))
+    x, y = np.divmod(at.ravel(), columns)
+    points = np.stack([x / rows, y / columns, 0.1 * np.sin(4 * x / rows)], axis=1)
+    return points, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+
+
+CARD = (
+    np.array([[0, 0, 0], [0.02, 0, 0], [0.02, 0.03, 0], [0, 0.03, 0.0]]),
+    np.array([[0, 1, 2], [0, 2, 3]]),
+)
+
+
+def _cards(count: int, spread: float) -> list[tuple[Array, Array]]:
+    rng = np.random.default_rng(7)
+    return [(CARD[0] + rng.uniform(0, spread, 3), CARD[1]) for _ in range(count)]
+
+
 def test_alike_parts_by_where_they_are() -> None:
     """Two eyeballs, symmetric about their axes, and loose cards, on a body without symmetry, posed."""
     eye, eye_triangles = _globe(8, 12)
-    sheet = rig_files.vertices().astype(np.float64)
-    rng = np.random.default_rng(7)
-    card = np.array([[0, 0, 0], [0.02, 0, 0], [0.02, 0.03, 0], [0, 0.03, 0.0]])
-    blocks = [(sheet[np.unique(rig_files.sheet())], _local(rig_files.sheet()))]
-    blocks += [(0.03 * eye + at, eye_triangles) for at in ([0.2, 0.8, 0.1], [0.6, 0.8, 0.1])]
-    blocks += [(card + rng.uniform(0, 0.8, 3), np.array([[0, 1, 2], [0, 2, 3]])) for _ in range(30)]
-    first = np.cumsum([0, *(len(points) for points, _ in blocks)])
-    points = np.concatenate([points for points, _ in blocks])
-    triangles = np.concatenate([t + at for (_, t), at in zip(blocks, first, strict=False)])
+    eyes = [(0.03 * eye + at, eye_triangles) for at in ([0.2, 0.8, 0.1], [0.6, 0.8, 0.1])]
+    points, triangles = _joined([_body(), *eyes, *_cards(30, 0.8)])
     posed = points @ rodrigues(np.array([0.2, 1.1, -0.3])).T * 4 + [1, 2, 3]
-    vertices, shuffled, order = _shuffled(posed + rng.normal(0, 1e-3, posed.shape), triangles)
+    posed += np.random.default_rng(7).normal(0, 1e-3, posed.shape)
+    vertices, shuffled, order = _shuffled(posed, triangles)
     np.testing.assert_array_equal(_mapped(_bare(points, triangles), shuffled, vertices).rows, order)
+
+
+def test_alike_parts_on_a_bent_body() -> None:
+    """Where a part is, is said by the vertices near it: a body bent by 150 degrees has no one place."""
+    body, faces = _regular(40, 40)
+    near = body[np.random.default_rng(3).permutation(len(body))[:30]] + [0, 0, 0.03]
+    points, triangles = _joined([(body, faces[:-1]), *((CARD[0] + at, CARD[1]) for at in near)])
+    angle = np.radians(150) * points[:, 1]  # more, the higher up
+    arm = points[:, 2] + 1 / np.radians(150)  # so that nothing is stretched
+    bent = np.stack([points[:, 0], np.sin(angle) * arm, np.cos(angle) * arm], axis=1)
+    vertices, shuffled, order = _shuffled(bent, triangles)
+    np.testing.assert_array_equal(_mapped(_bare(points, triangles), shuffled, vertices).rows, order)
+
+
+def test_the_largest_part_is_placed_first() -> None:
+    """Nothing has a colour of its own: the body's place is taken from all of it, the cards' from the body."""
+    points, triangles = _joined([_regular(12, 9), *_cards(30, 0.8)])
+    posed = points @ rodrigues(np.array([0.3, 0.2, 0.5])).T
+    vertices, shuffled, order = _shuffled(posed, triangles)
+    np.testing.assert_array_equal(_mapped(_bare(points, triangles), shuffled, vertices).rows, order)
+
+
+def test_alike_parts_that_cannot_be_told_apart_are_still_matched() -> None:
+    """Cards nearer to one another than they moved: any of them will do, each one once."""
+    points, triangles = _joined([_body(), *_cards(30, 0.001)])
+    posed = points + np.random.default_rng(7).normal(0, 0.01, points.shape)
+    vertices, shuffled, order = _shuffled(posed, triangles)
+    rows = _mapped(_bare(points, triangles), shuffled, vertices).rows
+    assert len(np.unique(rows)) == len(points)
+    body = order < len(_body()[0])
+    np.testing.assert_array_equal(rows[body], order[body])
+
+
+def test_left_and_right_differ_without_any_place() -> None:
+    """A surface and its mirror image joined: turning direction alone tells the sides apart."""
+    points, triangles = _body()
+    edge = np.flatnonzero(points[:, 0] < 0.05)
+    other = np.arange(len(points)) + len(points)
+    other[edge] = edge
+    mirrored = np.concatenate([triangles, other[triangles][:, ::-1]])
+    used, mirrored = np.unique(mirrored, return_inverse=True)
+    mirrored = mirrored.reshape(-1, 3)
+    nowhere = np.zeros((len(used), 3), "f4")
+    _, shuffled, order = _shuffled(nowhere, mirrored)
+    found = isomorphism(
+        Surface(mirrored, len(used), nowhere), Surface(shuffled.astype(np.int64), len(used), nowhere)
+    )
+    assert found is not None
+    np.testing.assert_array_equal(order[found], np.arange(len(used)))
 
 
 def _local(triangles: Array) -> Array:
