@@ -286,9 +286,9 @@ def test_babylon_drops_custom_attributes(babylon: dict[str, Any]) -> None:
 PYTHON = """
 from tests.oracles.usd_pose import posed_by_usd
 posed = posed_by_usd(stage, 0).ravel().tolist()
-print(json.dumps({"vertexOfId": list(vertex_of_id.items()), "posed": posed, "primvars": [
-    primvar.GetName() for primvar in UsdGeom.PrimvarsAPI(mesh).GetPrimvars()
-]}))
+print(json.dumps({"vertexOfId": list(vertex_of_id.items()), "posed": posed, "primvars": {
+    primvar.GetName(): str(primvar.GetTypeName()) for primvar in UsdGeom.PrimvarsAPI(mesh).GetPrimvars()
+}}))
 """
 
 
@@ -309,12 +309,8 @@ def test_fragments_of_the_page_for_usd_do_what_it_says(usd: dict[str, Any]) -> N
 
 
 def test_usd_has_no_uv_set(usd: dict[str, Any]) -> None:
-    assert set(usd["primvars"]) == {
-        "primvars:avatar:vertexId",
-        "primvars:skel:geomBindTransform",
-        "primvars:skel:jointIndices",
-        "primvars:skel:jointWeights",
-    }
+    assert usd["primvars"]["primvars:avatar:vertexId"] == "int[]"
+    assert not [name for name, kind in usd["primvars"].items() if "Coord" in kind or name == "primvars:st"]
 
 
 BLENDER_PROGRAM = """
@@ -331,6 +327,7 @@ for weight in (-0.5, 1.5):
     cut.append(key.value)
 print(json.dumps({
     "vertexOfId": list(vertex_of_id.items()), "posed": posed.ravel().tolist(), "cut": cut,
+    "objects": {item.name: item.type for item in bpy.data.objects},
     "v": max(item.vector.y for item in mesh.data.uv_layers[0].uv),
 }))
 """
@@ -350,6 +347,12 @@ def blender(folder: Path) -> dict[str, Any]:
 def test_fragments_of_the_page_for_blender_do_what_it_says(blender: dict[str, Any], folder: Path) -> None:
     check(blender, expected(folder))
     assert blender["v"] <= -1
+
+
+@pytest.mark.bpy
+def test_blender_names_its_objects(blender: dict[str, Any]) -> None:
+    expected = {"avatar": "MESH", "avatar_root": "ARMATURE", "avatar_mesh": "EMPTY"}
+    assert expected.items() <= blender["objects"].items()
 
 
 @pytest.mark.bpy

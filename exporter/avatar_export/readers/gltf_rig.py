@@ -75,18 +75,8 @@ def read_rig(glb: Glb, *, join: bool = False) -> GltfRig:
     v = int(first[-1])
     morphs = _morphs(glb, parts, names, first)
     skeleton = read_skeleton(glb, skin_index)
-    skins = [
-        _influences(glb, a, skeleton.order, len(block), f"{p.where}.attributes")
-        for p, a, block in zip(parts, attributes, blocks, strict=True)
-    ]
+    skin, renormalised = _skin(glb, parts, attributes, skeleton.order, first)
     joints = len(skeleton.names)
-    rows, columns, weights = (np.concatenate(arrays) for arrays in zip(*skins, strict=True))
-    rows = rows + np.repeat(first[:-1], [len(row) for row, _, _ in skins])
-    skin, total, renormalised = unit_weights(rows, columns, weights, v, joints)
-    if not (total > 0).all():
-        row = int(np.argmin(total > 0))
-        at = int(np.searchsorted(first, row, side="right")) - 1
-        glb.fail(f"{parts[at].where}.attributes.WEIGHTS_0[{row - first[at]}]", "no joint has any weight")
     rig = Rig(
         vertices=np.concatenate(blocks),
         triangles=_triangles(glb, parts, first),
@@ -256,6 +246,24 @@ def _morphs(glb: Glb, parts: list[_Part], names: tuple[str, ...], first: I64) ->
             values.append(delta[moved])
     entries = {"position": np.concatenate(values)}
     return by_row(np.concatenate(rows), np.concatenate(columns), entries, int(first[-1]), len(names))
+
+
+def _skin(
+    glb: Glb, parts: list[_Part], attributes: list[Object], order: I64, first: I64
+) -> tuple[SparseRows, int]:
+    """(skin weights by vertex, vertices renormalised); the skin's joint i is column order[i]."""
+    found = [
+        _influences(glb, a, order, int(last - begin), f"{part.where}.attributes")
+        for part, a, begin, last in zip(parts, attributes, first, first[1:], strict=False)
+    ]
+    rows, columns, weights = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
+    rows = rows + np.repeat(first[:-1], [len(row) for row, _, _ in found])
+    skin, total, renormalised = unit_weights(rows, columns, weights, int(first[-1]), len(order))
+    if not (total > 0).all():
+        row = int(np.argmin(total > 0))
+        at = int(np.searchsorted(first, row, side="right")) - 1
+        glb.fail(f"{parts[at].where}.attributes.WEIGHTS_0[{row - first[at]}]", "no joint has any weight")
+    return skin, renormalised
 
 
 def _influences(glb: Glb, attributes: Object, order: I64, vertices: int, where: str) -> tuple[I64, I64, F64]:

@@ -270,3 +270,12 @@ def test_the_same_bytes_twice_and_in_another_process() -> None:
             check=True,
         )
         assert run.stdout.strip() == hashlib.sha256(first).hexdigest()
+
+
+def test_the_mesh_has_the_colours_of_its_gaussians_in_linear_light() -> None:
+    """Grey Gaussians of display value 0.5 are 0.214 in linear light; vertices that are left out take theirs along."""
+    avatar = full_avatar()
+    sh = np.zeros_like(avatar.gaussians.sh)
+    file = File(written(replace(avatar, gaussians=replace(avatar.gaussians, sh=sh))))
+    colour = file.attribute("COLOR_0")
+    np.testing.assert_allclose(colour, [[0.2140411, 0.2140411, 0.2140411, 1.0]] * VERTICES, atol=1e-5)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdSkel, UsdValidation, UsdVol
 
+from avatar_export.ops.vertex_colour import linear_from_display, vertex_colours
 from avatar_export.writers.usd.checks import usd_problems
 from avatar_export.writers.usd.layer import leads_outside, open_layer
 from avatar_export.writers.usd.mesh import influences
@@ -96,6 +97,9 @@ def test_the_mesh_keeps_numbers_and_names() -> None:
     )
     assert mesh.GetSubdivisionSchemeAttr().Get() == "none" and mesh.GetPurposeAttr().Get() == "proxy"
     assert UsdGeom.PrimvarsAPI(mesh).GetPrimvar("avatar:vertexId").GetInterpolation() == "vertex"
+    colour = linear_from_display(vertex_colours(loose, rig_of(loose)))[ids]
+    np.testing.assert_allclose(mesh.GetDisplayColorAttr().Get(), colour, rtol=1e-6)
+    assert mesh.GetDisplayColorPrimvar().GetInterpolation() == "vertex"
     binding = UsdSkel.BindingAPI(mesh)
     assert tuple(binding.GetBlendShapesAttr().Get()) == target_names(avatar)
     assert binding.GetJointIndicesPrimvar().GetElementSize() == 5

@@ -74,6 +74,7 @@ BROKEN: dict[str, tuple[Break, str]] = {
     "negative corner": (change(MESH, "faceVertexIndices", put(5, -1)), "faceVertexIndices holds -1"),
     "normals": (change(MESH, "normals", drop), "normals: 19 values for 20"),
     "vertex ids": (change(MESH, "primvars:avatar:vertexId", drop), "vertexId: 19 values for 20"),
+    "colours": (change(MESH, "primvars:displayColor", drop), "displayColor: 19 values for 20"),
     "point": (change(MESH, "points", put(2, Gf.Vec3f(np.nan))), "points are not finite"),
     "skeleton": (lambda s: skin(s).GetSkeletonRel().SetTargets([Sdf.Path("/gone")]), "leads to no Skeleton"),
     "element size": (

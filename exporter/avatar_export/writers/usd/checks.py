@@ -51,6 +51,7 @@ def _mesh(prim: Any) -> Iterator[str]:
     yield from _inside("faceVertexIndices", corners, len(points), "points")
     yield from _length("normals", _array(mesh.GetNormalsAttr()), len(points), "points")
     yield from _length(f"primvars:{VERTEX_ID}", _array(vertex_id.GetAttr()), len(points), "points")
+    yield from _length("displayColor", _array(mesh.GetDisplayColorAttr()), len(points), "points")
     yield from _finite("points", points)
 
 

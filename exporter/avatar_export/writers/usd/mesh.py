@@ -8,14 +8,17 @@ import numpy as np
 from pxr import Gf, Sdf, UsdGeom, UsdSkel
 
 from avatar_export.writers.engine_mesh import EngineMesh, entry_rows
-from avatar_export.writers.usd.values import box_of, floats, ints, prim_names, tokens, vec3f
+from avatar_export.writers.usd.values import Array, box_of, floats, ints, prim_names, tokens, vec3f
 from avatar_runtime.avatar import F32, U16, SparseRows
 
 VERTEX_ID = "avatar:vertexId"  # primvar: the vertex's row in rig.safetensors
 
 
-def author_mesh(stage: Any, path: str, mesh: EngineMesh, skeleton: str) -> Any:
-    """The Mesh prim, bound to the Skeleton prim at `skeleton`, with one BlendShape prim a target below it."""
+def author_mesh(stage: Any, path: str, mesh: EngineMesh, colour: Array, skeleton: str) -> Any:
+    """The Mesh prim, bound to the Skeleton prim at `skeleton`, with one BlendShape prim a target below it.
+
+    `colour`: [V, 3] linear light, of every row of the rig.
+    """
     prim = UsdGeom.Mesh.Define(stage, path)
     prim.CreatePurposeAttr(UsdGeom.Tokens.proxy)
     prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
@@ -28,6 +31,7 @@ def author_mesh(stage: Any, path: str, mesh: EngineMesh, skeleton: str) -> Any:
     primvars = UsdGeom.PrimvarsAPI(prim)
     vertex_id = primvars.CreatePrimvar(VERTEX_ID, Sdf.ValueTypeNames.IntArray, UsdGeom.Tokens.vertex)
     vertex_id.Set(ints(mesh.vertex_id))
+    prim.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex).Set(vec3f(colour[mesh.vertex_id]))
     binding = UsdSkel.BindingAPI.Apply(prim.GetPrim())
     binding.CreateSkeletonRel().SetTargets([Sdf.Path(skeleton)])
     binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1))

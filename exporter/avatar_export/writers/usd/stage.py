@@ -8,6 +8,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from avatar_export import GENERATOR
+from avatar_export.ops.vertex_colour import linear_from_display, vertex_colours
 from avatar_export.writers.engine_mesh import EngineMesh, engine_mesh
 from avatar_export.writers.usd.extent import corners, moved, posed_corners
 from avatar_export.writers.usd.layer import layer_bytes
@@ -69,7 +70,8 @@ def _author_rig(stage: Any, avatar: Avatar, rig: Rig, root: Any, splats: Any) ->
     mesh = engine_mesh(avatar)
     targets = tuple(target.name for target in mesh.targets) if len(mesh.vertices) else ()
     if len(mesh.vertices):
-        UsdGeom.Imageable(splats).SetProxyPrim(author_mesh(stage, MESH, mesh, SKELETON))
+        colour = linear_from_display(vertex_colours(avatar, rig))
+        UsdGeom.Imageable(splats).SetProxyPrim(author_mesh(stage, MESH, mesh, colour, SKELETON))
     UsdGeom.Scope.Define(stage, CLIPS)
     animations = _animations(avatar, rig)
     for animation in animations:
