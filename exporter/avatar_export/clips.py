@@ -24,7 +24,7 @@ from avatar_runtime.avatar import Avatar, Blendshapes, Clip, Expression, Gaussia
 from avatar_runtime.codec import glb
 from avatar_runtime.codec.glb import Glb
 from avatar_runtime.errors import AvatarError, no_such
-from avatar_runtime.pose import Pose, resolve
+from avatar_runtime.pose import Pose, clip_pose, resolve
 
 FPS = 30.0  # where the keys of a glTF clip lie on no even grid
 NOTHING = (
@@ -55,6 +55,14 @@ def clips_from(
     return tuple(unique)
 
 
+def unmatched(avatar: Avatar, path: Path, name: str) -> list[str]:
+    """What a glTF clip of a file moves and `avatar` has no joint or expression for; nothing of other files."""
+    document = _gltf(path)
+    if document is None or name not in gltf_clip.clips(document):
+        return []
+    return gltf_clip.unmatched(avatar, document, name)
+
+
 def clip_from_poses(avatar: Avatar, name: str, fps: float, poses: Sequence[Pose]) -> Clip:
     """`poses`, `fps` a second, as arrays in the order of the avatar's names.
 
@@ -75,16 +83,7 @@ def clip_from_poses(avatar: Avatar, name: str, fps: float, poses: Sequence[Pose]
 
 def clip_poses(avatar: Avatar, clip: Clip) -> list[Pose]:
     """The pose of every frame of one of the avatar's clips."""
-    joints = avatar.rig.joint_names if avatar.rig else ()
-    return [
-        Pose(
-            dict(zip(avatar.expression_names, map(float, clip.expression_weights[t]), strict=True)),
-            dict(zip(joints, clip.joint_delta[t].astype(np.float64), strict=True)),
-            dict(zip(avatar.late_morph_names, map(float, clip.late_weights[t]), strict=True)),
-            clip.world_from_avatar[t].astype(np.float64),
-        )
-        for t in range(clip.frames)
-    ]
+    return [clip_pose(avatar, clip, frame) for frame in range(clip.frames)]
 
 
 def first_frame(clip: Clip) -> Clip:
@@ -152,17 +151,19 @@ def _tracked(avatar: Avatar, path: Path, name: str | None) -> list[Clip]:
     return [body_clip(avatar.rig, read_poses(path), name or path.stem)]
 
 
-def _glb(avatar: Avatar, path: Path, name: str | None) -> list[Clip]:
-    data = read_bytes(path, gltf_clip.MAX_FILE_BYTES)
-    return _gltf_clips(avatar, glb.decode(data, path.name), name)
+def _gltf(path: Path) -> Glb | None:
+    """The glTF that holds a file's clips: a .glb itself, or what lies in a LAM zip; None for other files."""
+    if path.suffix.lower() == ".glb":
+        return glb.decode(read_bytes(path, gltf_clip.MAX_FILE_BYTES), path.name)
+    data = lam.clip_source(path) if lam.detect(path) else None
+    return None if data is None else glb.decode(data, lam.CLIPS)
 
 
-def _lam(avatar: Avatar, path: Path, name: str | None) -> list[Clip]:
-    data = lam.clip_source(path)
-    return [] if data is None else _gltf_clips(avatar, glb.decode(data, lam.CLIPS), name)
+def _gltf_clips(avatar: Avatar, path: Path, name: str | None) -> list[Clip]:
+    document = _gltf(path)
+    if document is None:
+        return []
 
-
-def _gltf_clips(avatar: Avatar, document: Glb, name: str | None) -> list[Clip]:
     def read(clip: str) -> Clip:
         fps = _rate(document, clip)
         return clip_from_poses(avatar, clip, fps, gltf_clip.clip_poses(avatar, document, clip, fps))
@@ -211,9 +212,9 @@ def _suffix(suffix: str) -> Callable[[Path], bool]:
 
 
 SOURCES: tuple[_Source, ...] = (
-    _Source(_suffix(".glb"), _glb),
+    _Source(_suffix(".glb"), _gltf_clips),
     _Source(_suffix(".fbx"), _fbx),
-    _Source(lam.detect, _lam),
+    _Source(lam.detect, _gltf_clips),
     _Source(is_pose_file, _tracked),
     _Source(lambda path: True, _recorded),
 )

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from avatar_export.clips import clips_from
+from avatar_export.clips import clips_from, unmatched
 from avatar_export.driving import drive, takes
 from avatar_export.driving.arkit import ARKIT_NAMES, canonical
 from avatar_export.mesh_sequence import read_meshes
@@ -95,7 +95,7 @@ def recorded(avatar: Avatar, path: Path, every: int) -> PoseSequence:
     return PoseSequence(drive.poses(avatar, take)[::every], take.fps / every, tuple(notes))
 
 
-def clip(avatar: Avatar, named: str, name: str | None, fps: float, every: int) -> PoseSequence:
+def clip(avatar: Avatar, named: str, name: str | None, every: int) -> PoseSequence:
     """A clip of the avatar by its name; else `named` is a file, of which the clip `name` or the first is played."""
     known = {known.name: known for known in avatar.clips}
     if named in known:
@@ -104,16 +104,21 @@ def clip(avatar: Avatar, named: str, name: str | None, fps: float, every: int) -
         return PoseSequence(poses, own.fps / every)
     if not Path(named).exists():
         raise no_such("clip of this avatar or file", named, tuple(known))
-    return _clip_of_file(avatar, Path(named), name, fps, every)
+    return _clip_of_file(avatar, Path(named), name, every)
 
 
-def _clip_of_file(avatar: Avatar, path: Path, name: str | None, fps: float, every: int) -> PoseSequence:
-    found = {clip.name: clip for clip in clips_from(avatar, path)}
+def _clip_of_file(avatar: Avatar, path: Path, name: str | None, every: int) -> PoseSequence:
+    bare = replace(avatar, clips=())  # else clips of the same name would be renamed
+    found = {clip.name: clip for clip in clips_from(bare, path)}
     if name is not None and name not in found:
         raise no_such("clip of this file", name, tuple(found), file=path.name)
     chosen = found[name] if name is not None else next(iter(found.values()))
     poses = [clip_pose(avatar, chosen, frame) for frame in range(0, chosen.frames, every)]
-    return PoseSequence(poses, chosen.fps / every, (f"clip {chosen.name!r} of {', '.join(found)}",))
+    notes = [f"clip {chosen.name!r} of {', '.join(found)}"]
+    strangers = unmatched(avatar, path, chosen.name)
+    if strangers:
+        notes.append(f"{len(strangers)} nodes of the clip have no joint here: {', '.join(strangers[:5])}")
+    return PoseSequence(poses, chosen.fps / every, tuple(notes))
 
 
 def meshes(

@@ -177,7 +177,7 @@ def test_arrays_that_are_no_meshes(tmp_path: Path) -> None:
 
 def test_a_clip_of_the_bundle_is_played_as_it_stands(splatting_head_avatar: Avatar) -> None:
     avatar = splatting_head_avatar
-    sequence: PoseSequence = clip(avatar, avatar.clips[0].name, None, 30.0, 2)
+    sequence: PoseSequence = clip(avatar, avatar.clips[0].name, None, 2)
     assert sequence.fps == avatar.clips[0].fps / 2
     player = Player(avatar)
     want = player.mesh(clip_pose(avatar, avatar.clips[0], 4))

@@ -48,10 +48,11 @@ def render(
         float | None,
         typer.Option(help="Units of --meshes in a metre; default: the avatar's training units.", min=1e-6),
     ] = None,
-    every: Annotated[int, typer.Option(help="Take each N-th frame of the recording.", min=1)] = 1,
+    every: Annotated[int, typer.Option(help="Take each N-th frame of the sequence.", min=1)] = 1,
     frames: Annotated[str | None, typer.Option(help="Only frames FIRST:END of the sequence.")] = None,
     fps: Annotated[
-        float, typer.Option(help="Frames a second, for --clip and --orbit.", min=0.1, max=240)
+        float,
+        typer.Option(help="Frames a second of --meshes and --orbit; clips have their own.", min=0.1, max=240),
     ] = 30.0,
     size: Annotated[str, typer.Option(help="Pixels, N or WxH.")] = "512",
     yaw: Annotated[float, typer.Option(help="Camera, degrees; positive: from the subject's left.")] = 0.0,
@@ -104,7 +105,7 @@ def render(
         if drive is not None:
             sequence = playing.recorded(avatar, drive, every)
         elif clip is not None:
-            sequence = playing.clip(avatar, clip, clip_name, fps, every)
+            sequence = playing.clip(avatar, clip, clip_name, every)
         elif meshes:
             sequence = playing.meshes(avatar, meshes, mesh_units, fps, every)
         elif orbit != 0 and out.suffix != ".png":

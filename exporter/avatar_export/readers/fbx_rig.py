@@ -18,7 +18,7 @@ from avatar_export.readers.rig_arrays import by_row, unit_weights
 from avatar_runtime.avatar import F64, I32, I64, Rig, SparseRows
 from avatar_runtime.errors import AvatarError
 
-# How far bind poses of two meshes on one skeleton may differ: metres, and entries of the 3x3.
+# How far bind poses of two meshes on one skeleton may differ: metres, and entries of the 3x3 by its largest.
 BIND_TOLERANCE = 1e-4
 MORPH_NOISE = 1e-6  # metres; most of what a real file stores is rounding, 4e-8 m (float32 of a centimetre)
 
@@ -97,7 +97,8 @@ def _rest(file: FbxFile, meshes: list[FbxMesh]) -> dict[int, F64]:
                     raise AvatarError("has a bind matrix without inverse", file=file.name, field=where)
             bone = bind @ np.linalg.inv(cluster.geometry_to_bone)
             off = file.in_metres(bone - rest.setdefault(cluster.bone, bone))
-            if not (np.abs(off) <= BIND_TOLERANCE * np.maximum(1, np.abs(bone).max())).all():
+            off[:3, :3] /= np.abs(bone[:3, :3]).max()
+            if not (np.abs(off) <= BIND_TOLERANCE).all():
                 raise AvatarError(
                     f"is bound in two poses ({np.abs(off).max():.3g} apart), the second by mesh {mesh.name[:60]!a}; "
                     "bind all meshes in one pose, or join them",

@@ -14,7 +14,7 @@ from avatar_runtime.avatar import F32, F64, Avatar, Rig
 from avatar_runtime.engine_pose import engine_pose, node_transforms, rest_nodes
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.player import take_rows
-from avatar_runtime.pose import Pose, joint_rotation, resolve
+from avatar_runtime.pose import Pose, clip_pose, joint_rotation, resolve
 from avatar_runtime.stages.joints import chain, pose_features
 from avatar_runtime.stages.morph import morph
 from avatar_runtime.stages.skin import skin
@@ -75,11 +75,7 @@ def residual_poses(avatar: Avatar) -> Iterator[Pose]:
     for clip in avatar.clips:
         most = min(CLIP_FRAMES, max(1, ALL_CLIP_FRAMES // len(avatar.clips)))
         for k in np.unique(np.linspace(0, clip.frames - 1, most).astype(np.int64)):
-            yield Pose(
-                dict(zip(avatar.expression_names, clip.expression_weights[k].tolist(), strict=True)),
-                dict(zip(joints, clip.joint_delta[k], strict=True)),
-                dict(zip(avatar.late_morph_names, clip.late_weights[k].tolist(), strict=True)),
-            )
+            yield replace(clip_pose(avatar, clip, int(k)), world_from_avatar=np.eye(4))
 
 
 def _rows(rig: Rig, mesh: EngineMesh) -> Rig:

@@ -137,7 +137,7 @@ def test_two_meshes_are_joined(tmp_path: Path) -> None:
 
 def test_meshes_bound_in_two_poses_are_refused(tmp_path: Path) -> None:
     with pytest.raises(AvatarError, match=r"made\.fbx: joint 'hip': is bound in two poses"):
-        _rig(tmp_path, Settings(meshes=2, second_bind_offset=5.0))
+        _rig(tmp_path, Settings(meshes=2, second_bind_offset=0.02))
 
 
 def test_left_handed_axes_are_refused(tmp_path: Path) -> None:
