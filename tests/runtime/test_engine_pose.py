@@ -24,6 +24,7 @@ from avatar_runtime.pose import Pose, joint_rotation, resolve
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.stages.joints import joints
 from tests.avatars import CORRECTIVE_JOINTS, EXPRESSIONS, JOINTS, LATE_MORPHS, full_avatar, surface_avatar
+from tests.exporter.writers.rigs import rig_of, scaled_at_rest
 from tests.measured import Measure
 
 Array = npt.NDArray[np.float64]
@@ -39,27 +40,6 @@ def posed(seed: int, angle: float = 0.7, world: Array | None = None) -> Pose:
         {name: rng.uniform(0, 1) for name in LATE_MORPHS},
         np.eye(4) if world is None else world,
     )
-
-
-def rig_of(avatar: Avatar) -> Rig:
-    assert avatar.rig is not None
-    return avatar.rig
-
-
-def rest_scaled(scale: tuple[float, float, float]) -> Avatar:
-    """`full_avatar` whose neck has this scale at rest."""
-    avatar = full_avatar()
-    rig = rig_of(avatar)
-    local = rig.rest_local.astype(np.float64)
-    local[1] = local[1] @ np.diag([*scale, 1.0])
-    world = local.copy()
-    for j, parent in enumerate(rig.parents):
-        if parent >= 0:
-            world[j] = world[parent] @ local[j]
-    inverse = np.linalg.inv(world).astype(np.float32)
-    return replace(
-        avatar, rig=replace(rig, rest_local=local.astype(np.float32), inverse_bind_matrix=inverse)
-    ).check()
 
 
 def composed(rig: Rig, pose: EnginePose) -> Array:
@@ -105,7 +85,7 @@ def test_unique_names_keep_what_stands_first() -> None:
 
 
 def test_rest_nodes_are_rigid_and_stand_where_the_joints_do() -> None:
-    avatar = rest_scaled((1.5, 0.7, 1.2))
+    avatar = scaled_at_rest(full_avatar(), (1.5, 0.7, 1.2))
     rig, nodes = rig_of(avatar), rest_nodes(rig_of(avatar))
     linear = nodes[:, :3, :3]
     np.testing.assert_allclose(linear @ linear.swapaxes(1, 2), np.tile(np.eye(3), (5, 1, 1)), atol=1e-12)
@@ -130,7 +110,7 @@ def test_nodes_reproduce_the_skin_matrices(seed: int, measured: Measure) -> None
 
 
 def test_an_even_rest_scale_loses_nothing() -> None:
-    avatar, pose = rest_scaled((1.5, 1.5, 1.5)), posed(3)
+    avatar, pose = scaled_at_rest(full_avatar(), (1.5, 1.5, 1.5)), posed(3)
     true = joints(rig_of(avatar), resolve(pose, avatar)).skin_matrix
     np.testing.assert_allclose(skin_matrices(avatar, engine_pose(avatar, pose)), true, atol=1e-6)
 
@@ -147,7 +127,7 @@ def test_scaled_and_mirrored_joints_are_exact() -> None:
 
 
 def test_shear_is_lost_but_no_joint_leaves_its_place() -> None:
-    avatar, pose = rest_scaled((2.0, 0.5, 1.0)), posed(5)
+    avatar, pose = scaled_at_rest(full_avatar(), (2.0, 0.5, 1.0)), posed(5)
     rig = rig_of(avatar)
     true = joints(rig, resolve(pose, avatar)).skin_matrix
     found = engine_pose(avatar, pose)
@@ -166,7 +146,7 @@ def test_a_joint_of_scale_0_does_not_stop_its_children() -> None:
 
 
 def test_node_transforms_are_the_chain_of_what_is_set() -> None:
-    avatar = rest_scaled((2.0, 0.5, 1.0))
+    avatar = scaled_at_rest(full_avatar(), (2.0, 0.5, 1.0))
     found = engine_pose(avatar, posed(6))
     np.testing.assert_allclose(
         node_transforms(rig_of(avatar), found), composed(rig_of(avatar), found), atol=1e-12
@@ -196,7 +176,7 @@ def test_world_from_avatar_goes_to_the_root_and_nowhere_else() -> None:
 
 
 def test_rest_is_the_rest_skeleton_without_weights() -> None:
-    avatar = rest_scaled((1.5, 0.7, 1.2))
+    avatar = scaled_at_rest(full_avatar(), (1.5, 0.7, 1.2))
     rest = engine_rest(avatar)
     np.testing.assert_allclose(composed(rig_of(avatar), rest), rest_nodes(rig_of(avatar)), atol=1e-12)
     assert not rest.weights.any() and len(rest.weights) == len(target_names(avatar))

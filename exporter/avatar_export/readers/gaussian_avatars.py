@@ -21,6 +21,7 @@ from avatar_export.readers.embedded_rig import embedded_rig, no_rig
 from avatar_export.readers.mesh_files import MAX_ARRAY_BYTES, read_mesh
 from avatar_export.readers.obj import TriangleMesh
 from avatar_export.readers.options import ReadOptions
+from avatar_export.readers.ownership import owned
 from avatar_export.readers.point_cloud import NAME, PointCloud, has_property, locate, read_ply
 from avatar_export.readers.rig_file import read_rig_file
 from avatar_export.readers.whole_files import read_bytes
@@ -63,7 +64,7 @@ def detect(path: Path) -> bool:
 
 def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar, in metres. Raises AvatarError where no mesh is given, and for data that is not what it claims."""
-    with surface.owned(SYSTEM):
+    with owned(SYSTEM):
         options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such choice or input")
         cloud = locate(path)
         if cloud is None:

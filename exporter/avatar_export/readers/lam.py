@@ -9,8 +9,7 @@ plain RGB.
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
@@ -21,6 +20,7 @@ from avatar_export.provenance import source_files
 from avatar_export.readers.archive import ZIP_FAULTS, Archive
 from avatar_export.readers.gltf_rig import GltfRig, read_rig
 from avatar_export.readers.options import ReadOptions
+from avatar_export.readers.ownership import owned
 from avatar_runtime.avatar import (
     Avatar,
     Blendshapes,
@@ -78,7 +78,7 @@ def read_lam(path: Path, *, rotation: str = "none") -> Avatar:
     `head_bone` as its web page draws it, `polar3` as skinning would.
     Raises AvatarError for missing, damaged or inconsistent files and for an unknown rule.
     """
-    with _owned():
+    with owned(SYSTEM):
         if rotation not in SKIN_ROTATIONS:
             raise AvatarError(f"{rotation!r} is none of {', '.join(SKIN_ROTATIONS)}", field="rotation")
         source = _Source(path)
@@ -91,20 +91,9 @@ def read_lam(path: Path, *, rotation: str = "none") -> Avatar:
 
 def clip_source(path: Path) -> bytes | None:
     """The bytes of animation.glb, None where there is none. Raises AvatarError as `read_lam`."""
-    with _owned():
+    with owned(SYSTEM):
         source = _Source(path)
         return source.read(CLIPS) if source.has(CLIPS) else None
-
-
-@contextmanager
-def _owned() -> Iterator[None]:
-    """Says whose an error of a codec is."""
-    try:
-        yield
-    except AvatarError as error:
-        if error.owner:
-            raise
-        raise AvatarError(error.message, file=error.file, field=error.field, owner=SYSTEM) from error
 
 
 class _Source:

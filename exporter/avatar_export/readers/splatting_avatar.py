@@ -18,6 +18,7 @@ from avatar_export.readers import surface
 from avatar_export.readers.embedded_rig import embedded_rig, no_rig
 from avatar_export.readers.mesh_files import read_mesh
 from avatar_export.readers.options import ReadOptions
+from avatar_export.readers.ownership import owned
 from avatar_export.readers.point_cloud import NAME, PointCloud, locate, read_ply
 from avatar_export.readers.splatting_avatar_files import (
     CONFIG,
@@ -82,7 +83,7 @@ def detect(path: Path) -> bool:
 
 def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar, in metres. Raises AvatarError for missing files, and for data that is not what it claims."""
-    with surface.owned(SYSTEM):
+    with owned(SYSTEM):
         options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such choice or input")
         cloud = locate(path)
         found = None if cloud is None else find_embedding(cloud)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -37,17 +35,6 @@ HEIGHTS = (0.15, 2.5)  # metres, from a baby's head to a tall man with an arm ra
 LEAST_UNITS, MOST_UNITS = 1e-6, 1e6
 
 Floats = npt.NDArray[np.floating[Any]]
-
-
-@contextmanager
-def owned(owner: str) -> Iterator[None]:
-    """Says whose an AvatarError is, where nobody has said so."""
-    try:
-        yield
-    except AvatarError as error:
-        if error.owner:
-            raise
-        raise AvatarError(error.message, file=error.file, field=error.field, owner=owner) from error
 
 
 def units_of(units: float) -> float:
