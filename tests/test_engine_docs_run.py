@@ -206,9 +206,9 @@ def test_fragments_of_the_page_for_usd_do_what_it_says(usd: dict[str, Any]) -> N
     check(usd, File(b"".join(rig_glb(avatar, 8) or [])).posed(state, 2))
 
 
-def test_usd_has_no_uv_set(usd: dict[str, Any]) -> None:
+def test_usd_has_the_ids_twice(usd: dict[str, Any]) -> None:
     assert usd["primvars"]["primvars:avatar:vertexId"] == "int[]"
-    assert not [name for name, kind in usd["primvars"].items() if "Coord" in kind or name == "primvars:st"]
+    assert usd["primvars"]["primvars:st"] == "texCoord2f[]"
 
 
 BLENDER_PROGRAM = """

@@ -144,3 +144,8 @@ def _columns(matrix: SparseRows) -> list[tuple[I64, F32]]:
     entry = entry[np.argsort(matrix.column[entry], kind="stable")]
     ends = np.searchsorted(matrix.column[entry], np.arange(matrix.columns + 1))
     return [(row[entry[a:b]], position[entry[a:b]]) for a, b in pairwise(ends)]
+
+
+def vertex_id_uv(vertex_id: I64) -> F32:
+    """[v, 2] float32: rows of rig.safetensors as a UV set that half floats hold exactly."""
+    return np.stack([vertex_id % 256, 2 + vertex_id // 256], axis=1).astype(np.float32)

@@ -18,9 +18,9 @@ import numpy as np
 import pygltflib as gltf
 
 from avatar_export.ops.vertex_colour import linear_from_display, vertex_colours
-from avatar_export.writers.engine_mesh import EngineMesh, engine_mesh
+from avatar_export.writers.engine_mesh import EngineMesh, engine_mesh, vertex_id_uv
 from avatar_export.writers.glb_builder import Array, GlbBuilder
-from avatar_runtime.avatar import I64, Avatar, Clip, Rig
+from avatar_runtime.avatar import Avatar, Clip, Rig
 from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_rest, rest_nodes, unique_names
 from avatar_runtime.errors import AvatarError
 
@@ -51,11 +51,6 @@ def rig_glb(avatar: Avatar, influences: int = 4) -> Iterator[bytes | memoryview]
     for clip in avatar.clips:
         _add_clip(builder, clip, engine_clip(avatar, clip), rest)
     return builder.pieces()
-
-
-def vertex_id_uv(vertex_id: I64) -> Array:
-    """[v, 2] float32: rows of rig.safetensors as a UV set that half floats hold exactly."""
-    return np.stack([vertex_id % 256, 2 + vertex_id // 256], axis=1).astype(np.float32)
 
 
 def _check_limits(rig: Rig) -> None:

@@ -97,6 +97,8 @@ def test_the_mesh_keeps_numbers_and_names() -> None:
     )
     assert mesh.GetSubdivisionSchemeAttr().Get() == "none" and mesh.GetPurposeAttr().Get() == "proxy"
     assert UsdGeom.PrimvarsAPI(mesh).GetPrimvar("avatar:vertexId").GetInterpolation() == "vertex"
+    u, v = np.array(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st").Get()).T
+    assert np.array_equal(u + 256 * (v - 2), ids)
     colour = linear_from_display(vertex_colours(loose, rig_of(loose)))[ids]
     np.testing.assert_allclose(mesh.GetDisplayColorAttr().Get(), colour, rtol=1e-6)
     assert mesh.GetDisplayColorPrimvar().GetInterpolation() == "vertex"

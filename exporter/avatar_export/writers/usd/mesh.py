@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, UsdGeom, UsdSkel
+from pxr import Gf, Sdf, UsdGeom, UsdSkel, Vt
 
-from avatar_export.writers.engine_mesh import EngineMesh, entry_rows
+from avatar_export.writers.engine_mesh import EngineMesh, entry_rows, vertex_id_uv
 from avatar_export.writers.usd.values import Array, box_of, floats, ints, prim_names, tokens, vec3f
 from avatar_runtime.avatar import F32, U16, SparseRows
 
@@ -31,6 +31,8 @@ def author_mesh(stage: Any, path: str, mesh: EngineMesh, colour: Array, skeleton
     primvars = UsdGeom.PrimvarsAPI(prim)
     vertex_id = primvars.CreatePrimvar(VERTEX_ID, Sdf.ValueTypeNames.IntArray, UsdGeom.Tokens.vertex)
     vertex_id.Set(ints(mesh.vertex_id))
+    uv = primvars.CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.vertex)
+    uv.Set(Vt.Vec2fArray.FromNumpy(vertex_id_uv(mesh.vertex_id)))
     prim.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex).Set(vec3f(colour[mesh.vertex_id]))
     binding = UsdSkel.BindingAPI.Apply(prim.GetPrim())
     binding.CreateSkeletonRel().SetTargets([Sdf.Path(skeleton)])
