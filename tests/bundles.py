@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from avatar_export.writers.bundle import write_bundle
+from avatar_runtime.avatar import Avatar
 from tests.avatars import full_avatar
 
 Document = dict[str, Any]
 
 
-def write(folder: Path) -> Path:
-    """The bundle of `full_avatar()`, its normative files only, in `folder`, which must not exist."""
-    write_bundle(full_avatar(), folder, preview=False, engine_files=False)
+def write(folder: Path, avatar: Avatar | None = None) -> Path:
+    """The bundle of `avatar`, by default `full_avatar()`, its normative files only, in the new folder `folder`."""
+    write_bundle(avatar or full_avatar(), folder, preview=False, engine_files=False)
     return folder
 
 

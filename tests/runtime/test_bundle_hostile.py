@@ -16,13 +16,18 @@ from avatar_runtime.bundle import load
 from avatar_runtime.codec import ply
 from avatar_runtime.errors import AvatarError
 from tests import bundles
+from tests.avatars import full_avatar, surface_avatar
 
 MANY = settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
-@pytest.fixture(scope="module")
-def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return bundles.write(tmp_path_factory.mktemp("bundle") / "good")
+AVATARS = {"skin": full_avatar, "surface": surface_avatar}
+
+
+@pytest.fixture(scope="module", params=AVATARS)
+def good(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("bundle") / "good"
+    return bundles.write(folder, AVATARS[request.param]())
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +71,16 @@ def headers(name: str, data: bytes) -> int:
     )
 
 
-@pytest.mark.parametrize("name", ["gaussians.ply", "blendshapes.safetensors", "rig.safetensors"])
+ARRAYS = [  # kind of avatar, file
+    ("skin", "gaussians.ply"),
+    ("skin", "blendshapes.safetensors"),
+    ("skin", "rig.safetensors"),
+    ("surface", "embedding.safetensors"),
+    ("surface", "clips.safetensors"),
+]
+
+
+@pytest.mark.parametrize(("good", "name"), ARRAYS, indirect=["good"])
 @pytest.mark.parametrize("part", ["header", "body"])
 def test_mangled_arrays(good: Path, scratch: Path, name: str, part: str) -> None:
     data = (good / name).read_bytes()
@@ -141,7 +155,7 @@ def test_manifest_values_of_any_kind(good: Path, scratch: Path) -> None:
     paths = places(document)
     outcomes = set()
 
-    @settings(MANY, max_examples=400)
+    @settings(MANY, max_examples=250)
     @given(st.lists(st.tuples(st.sampled_from(paths), JSON), min_size=1, max_size=2))
     def check(changes: list[tuple[tuple[Any, ...], Any]]) -> None:
         changed = json.loads(json.dumps(document))
