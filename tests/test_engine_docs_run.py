@@ -25,8 +25,10 @@ from avatar_export.writers.rig_glb import rig_glb
 from avatar_export.writers.usd.stage import rig_usdc
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.engine_pose import EnginePose, engine_pose, target_names
-from avatar_runtime.pose import Pose, joint_rotation
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose, clip_pose, joint_rotation
 from tests.avatars import JOINTS, full_avatar
+from tests.commands import Run
 from tests.interop.clients import BLENDER, HERE, ROOT_NODE
 from tests.oracles.gltf_pose import File, State, quaternion_matrix
 
@@ -63,8 +65,9 @@ def posed_avatar() -> tuple[Avatar, Pose]:
 
 def pose_document(avatar: Avatar, pose: EnginePose) -> dict[str, Any]:
     """pose.json as docs/engine_pose.md writes it."""
+    assert avatar.rig is not None
     nodes = [(ROOT_NODE, pose.root_translation, pose.root_rotation_xyzw, np.ones(3))]
-    nodes += zip(JOINTS, pose.translation, pose.rotation_xyzw, pose.scale, strict=True)
+    nodes += zip(avatar.rig.joint_names, pose.translation, pose.rotation_xyzw, pose.scale, strict=True)
     return {
         "nodes": {
             name: {"translation": t.tolist(), "rotation_xyzw": r.tolist(), "scale": s.tolist()}
@@ -204,6 +207,38 @@ def test_fragments_of_the_page_for_usd_do_what_it_says(usd: dict[str, Any]) -> N
     avatar, pose = posed_avatar()
     state = state_of(pose_document(avatar, engine_pose(avatar, pose)))
     check(usd, File(b"".join(rig_glb(avatar, 8) or [])).posed(state, 2))
+
+
+def test_the_fragment_for_usd_runs_on_a_body_without_targets(body_avatar: Avatar, tmp_path: Path) -> None:
+    pose = engine_pose(body_avatar, clip_pose(body_avatar, body_avatar.clips[0], 7))
+    (tmp_path / "rig.usdc").write_bytes(rig_usdc(body_avatar))
+    (tmp_path / "pose.json").write_text(json.dumps(pose_document(body_avatar, pose)), "utf-8")
+    program = (
+        f"import sys\nsys.path.insert(0, {str(TESTS.parent)!r})\n" + fragments("usd", "python run") + PYTHON
+    )
+    found = np.reshape(json.loads(run([sys.executable, "-c", program], tmp_path))["posed"], (-1, 3))
+    want = Player(body_avatar).mesh(clip_pose(body_avatar, body_avatar.clips[0], 7))
+    assert np.abs(found - want).max() <= HEIGHT_PARTS * np.ptp(want[:, 1])
+
+
+def test_the_pose_command_writes_what_the_page_says(request: pytest.FixtureRequest, tmp_path: Path) -> None:
+    command: Run = request.getfixturevalue("run")  # `run` is another thing in this file
+    avatar, posed = full_avatar(), tmp_path / "pose.json"
+    write_bundle(avatar, tmp_path / "avatar", preview=False, engine_files=False)
+    flags = ("-e", "mouthSmileLeft=0.8", "-j", "jaw=20,0,0", "--eyelid", "left=1")
+    assert command("pose", tmp_path / "avatar", "-o", posed, *flags)[0] == 0
+    wanted = Pose({"mouthSmileLeft": 0.8}, {"jaw": joint_rotation([np.radians(20), 0, 0])}, {"left": 1.0})
+    assert json.loads(posed.read_text("utf-8")) == pose_document(avatar, engine_pose(avatar, wanted))
+    assert command("pose", tmp_path / "avatar", "-o", posed, *flags)[0] == 2, "it is there already"
+    code, _, error = command(
+        "pose", tmp_path / "avatar", "-o", posed, "--clip", "nod", "--frame", "5", "--force"
+    )
+    assert code == 2 and "the clip has 5 frames" in error
+    assert (
+        command("pose", tmp_path / "avatar", "-o", posed, "--clip", "nod", "--frame", "4", "--force")[0] == 0
+    )
+    clip = engine_pose(avatar, clip_pose(avatar, avatar.clips[0], 4))
+    assert json.loads(posed.read_text("utf-8")) == pose_document(avatar, clip)
 
 
 def test_usd_has_the_ids_twice(usd: dict[str, Any]) -> None:

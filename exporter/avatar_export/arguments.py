@@ -16,6 +16,17 @@ Force = Annotated[bool, typer.Option("--force", help="Replace OUT if it exists."
 System = Annotated[
     str | None, typer.Option(help=f"Skip detection: {', '.join(r.system for r in READERS)}.", metavar="NAME")
 ]
+Expressions = Annotated[
+    list[str] | None, typer.Option("--expression", "-e", help="One of the avatar's own, NAME=WEIGHT.")
+]
+Arkit = Annotated[
+    list[str] | None,
+    typer.Option("--arkit", "-a", help="ARKit NAME=WEIGHT, through the avatar's driving."),
+]
+Turns = Annotated[
+    list[str] | None, typer.Option("--joint", "-j", help="NAME=X,Y,Z: rotation vector in degrees.")
+]
+Eyelids = Annotated[list[str] | None, typer.Option(help="NAME=WEIGHT.")]
 NUMBER = re.compile("[0-9]{1,6}")
 LARGEST = 1e6  # weights and degrees beyond are slips
 
@@ -46,8 +57,8 @@ def numbers(text: str, count: int) -> tuple[float, ...]:
 
 def size(text: str) -> tuple[int, int]:
     """(width, height) from N or WxH."""
-    width, _, height = text.partition("x")
-    if not (NUMBER.fullmatch(width) and NUMBER.fullmatch(height or width)):
+    width, by, height = text.partition("x")
+    if not (NUMBER.fullmatch(width) and (not by or NUMBER.fullmatch(height))):
         raise typer.BadParameter(f"{text!r} is not N or WxH", param_hint="--size")
     size = int(width), int(height or width)
     if not all(1 <= side <= 8192 for side in size):

@@ -1,4 +1,4 @@
-"""The command line: convert, inspect, validate, render, systems."""
+"""The command line: convert, inspect, validate, render, pose, systems."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import typer
 
 from avatar_export import GENERATOR, arguments
 from avatar_export.commands.convert import convert
+from avatar_export.commands.pose import pose
 from avatar_export.commands.render import render
 from avatar_export.console import Steps, facts_table, output, print_json
 from avatar_export.inspect import inspect as inspect_avatar
@@ -67,6 +68,7 @@ def validate(
 
 
 app.command()(render)
+app.command()(pose)
 
 
 @app.command()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from avatar_export.driving.drive import unreached
-from avatar_export.read import find, is_bundle
+from avatar_export.read import find, is_bundle, read_with
 from avatar_runtime.avatar import Avatar, Embedding, SparseRows
 from avatar_runtime.bundle import MANIFEST, load, opener, read_manifest
 from avatar_runtime.errors import AvatarError
@@ -31,7 +31,7 @@ def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
             "files": files,
         }
     reader = find(path, system)
-    avatar = reader.read(path, reader.without_rig).check()
+    avatar = read_with(reader, path, reader.without_rig)
     return {"kind": "source", "note": f"convert it to get {MANIFEST}", **summary(avatar)}
 
 
@@ -98,7 +98,8 @@ def _filled(sparse: SparseRows) -> str:
 
 def _driving(avatar: Avatar) -> dict[str, Any]:
     if avatar.driving.mode == "none":
-        return {"mode": "none", "note": "ARKit cannot drive this avatar; convert it with --driving FILE"}
+        way = "convert it with --driving FILE" if avatar.expressions else "it has no expressions"
+        return {"mode": "none", "note": f"ARKit cannot drive this avatar; {way}"}
     return {
         "mode": avatar.driving.mode,
         "head_joint": avatar.driving.head_joint,

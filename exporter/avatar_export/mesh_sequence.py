@@ -40,7 +40,8 @@ class MeshSequence(Sequence[F32]):
 
 
 def read_meshes(avatar: Avatar, paths: Sequence[Path], units: float | None) -> MeshSequence:
-    """The meshes in one .npz (`vertices` [T, V, 3] or [V, 3]) or in .obj files, one a frame, in this order.
+    """The meshes in one .npz (`vertices` [T, V, 3] or [V, 3]) or in .obj files, one a frame, in this order; of a
+    folder in the order of their names.
 
     `units`: units of the files in a metre; by default the avatar's training units, since the training code poses
     its mesh in them. Raises AvatarError for an avatar that is bound to no surface, another number of vertices,
@@ -49,6 +50,11 @@ def read_meshes(avatar: Avatar, paths: Sequence[Path], units: float | None) -> M
     embedding = avatar.embedding
     if embedding is None:
         raise AvatarError("this avatar sits on no mesh; --meshes goes with binding surface", field="--meshes")
+    folder = paths[0]
+    if len(paths) == 1 and folder.is_dir():
+        paths = sorted(folder.glob("*.obj"))
+        if not paths:
+            raise AvatarError("holds no .obj file", file=folder, field="--meshes")
     if len(paths) == 1 and paths[0].suffix.lower() == ".npz":
         frames: Sequence[F32 | Path] = list(_npz_frames(paths[0], embedding))
     elif all(path.suffix.lower() == ".obj" for path in paths):

@@ -54,9 +54,9 @@ def frame_camera(
 
 
 def robust_box(mean: npt.NDArray[np.floating[Any]]) -> Box:
-    """(low, high) of positions [N, 3] without the outermost half percent: stray ones do not shrink the view."""
+    """(low, high) of positions [N, 3] without the outermost thousandth: stray ones do not shrink the view."""
     mean = mean.astype(np.float64)
-    return np.percentile(mean, 0.5, axis=0), np.percentile(mean, 99.5, axis=0)
+    return np.percentile(mean, 0.1, axis=0), np.percentile(mean, 99.9, axis=0)
 
 
 def contact_sheet(avatar: Avatar, size: int = SHEET_SIZE) -> Pixels:

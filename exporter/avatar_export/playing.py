@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -61,7 +61,7 @@ def pose_from_flags(
     avatar: Avatar,
     expressions: dict[str, float],
     arkit: dict[str, float],
-    joints: dict[str, tuple[float, float, float]],  # rotation vectors, degrees
+    joints: Mapping[str, Sequence[float]],  # rotation vectors, degrees
     eyelids: dict[str, float],
 ) -> Pose:
     """One pose; ARKit names go through the avatar's driving, the rest is the avatar's own."""
@@ -95,15 +95,19 @@ def recorded(avatar: Avatar, path: Path, every: int) -> PoseSequence:
     return PoseSequence(drive.poses(avatar, take)[::every], take.fps / every, tuple(notes))
 
 
+def own_clip(avatar: Avatar, name: str, every: int) -> PoseSequence:
+    """A clip of the avatar by its name, each `every`-th frame. Raises AvatarError for a name it lacks."""
+    found = {clip.name: clip for clip in avatar.clips}
+    if name not in found:
+        raise no_such("clip of this avatar", name, tuple(found))
+    poses = [clip_pose(avatar, found[name], frame) for frame in range(0, found[name].frames, every)]
+    return PoseSequence(poses, found[name].fps / every)
+
+
 def clip(avatar: Avatar, named: str, name: str | None, every: int) -> PoseSequence:
     """A clip of the avatar by its name; else `named` is a file, of which the clip `name` or the first is played."""
-    known = {known.name: known for known in avatar.clips}
-    if named in known:
-        own = known[named]
-        poses = [clip_pose(avatar, own, frame) for frame in range(0, own.frames, every)]
-        return PoseSequence(poses, own.fps / every)
-    if not Path(named).exists():
-        raise no_such("clip of this avatar or file", named, tuple(known))
+    if any(clip.name == named for clip in avatar.clips) or not Path(named).exists():
+        return own_clip(avatar, named, every)
     return _clip_of_file(avatar, Path(named), name, every)
 
 

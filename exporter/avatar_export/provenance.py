@@ -12,6 +12,8 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.files import open_file
 
+DOUBT = "doubtful: "  # begins a note of the provenance that says something may be wrong
+
 
 def source_files(files: Mapping[str, Path]) -> list[dict[str, Any]]:
     """{path, bytes, sha256} of every file an avatar was read from; `files` gives the name to show for each.

@@ -51,8 +51,12 @@ def read(path: Path, options: ReadOptions | None = None, system: str | None = No
     """
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
-    reader = find(path, system)
-    avatar = reader.read(path, options or ReadOptions())
+    return read_with(find(path, system), path, options or ReadOptions())
+
+
+def read_with(reader: Reader, path: Path, options: ReadOptions) -> Avatar:
+    """The avatar that `reader` makes of `path`, with the clips that lie in it; checked."""
+    avatar = reader.read(path, options)
     if reader.holds_clips:
         avatar = replace(avatar, clips=clips_from(avatar, path, optional=True))
     return avatar.check()

@@ -63,6 +63,14 @@ def unique_names(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(taken)
 
 
+def node_names(rig: Rig) -> tuple[str, str]:
+    """(node above the joints, node of the mesh) in rig.glb: avatar_root and avatar_mesh, or with _2 beside a joint
+    of that name.
+    """
+    *_, root, mesh = unique_names([*rig.joint_names, "avatar_root", "avatar_mesh"])
+    return root, mesh
+
+
 def rest_nodes(rig: Rig) -> F64:
     """mesh_from_joint of the engine's rest skeleton, [J, 4, 4]: rigid, so that engines see scales of 1.
 

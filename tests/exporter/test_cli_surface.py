@@ -60,7 +60,7 @@ def test_the_rig_comes_from_a_body_model_and_its_poses_are_a_clip(
         *("convert", folder / "run", "-o", out, "--body-model", folder / "body" / "body_model.npz"),
         *("--poses", folder / "flame_params.json", "--no-preview", "--no-engine-files"),
     )
-    assert code == 0 and "1 clips" in text
+    assert code == 0 and "1 clip," in text
     assert "4 training units a metre" in notes
     assert {p.suffix for p in out.iterdir()} == {".json", ".ply", ".safetensors"}
     code, text, _ = run(

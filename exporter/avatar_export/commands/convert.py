@@ -15,7 +15,7 @@ from avatar_export.console import Steps, messages, output, print_json
 from avatar_export.driving.drive import driving_notes
 from avatar_export.driving.matrix import with_driving
 from avatar_export.inspect import summary
-from avatar_export.provenance import with_rights
+from avatar_export.provenance import DOUBT, with_rights
 from avatar_export.read import read
 from avatar_export.readers.inputs import found_driving
 from avatar_export.readers.options import ReadOptions
@@ -55,7 +55,9 @@ def convert(
     ] = None,
     mesh: Annotated[
         Path | None,
-        typer.Option(help="That mesh itself, .obj or .npz, in metres, where the checkpoint lacks it."),
+        typer.Option(
+            help="That mesh itself, .obj or .npz (vertices, faces), training units, where it is not stored."
+        ),
     ] = None,
     poses: Annotated[
         Path | None,
@@ -86,7 +88,10 @@ def convert(
     ] = None,
     clip: Annotated[
         list[Path] | None,
-        typer.Option(help="Recording, .glb, .fbx or pose file to carry along as a clip; may be repeated."),
+        typer.Option(
+            help="Recording (played through --driving), .glb, .fbx or pose file to carry along as a clip; may "
+            "be repeated."
+        ),
     ] = None,
     influences: Annotated[
         int, typer.Option(help="Joints a vertex of rig.glb has: 4, or 8 (JOINTS_1).")
@@ -151,13 +156,15 @@ def convert(
     if as_json:
         print_json({"out": str(out), "bytes": size, **summary(avatar)})
         return
-    clips = f", {len(avatar.clips)} clips" if avatar.clips else ""
+    count = len(avatar.clips)
+    clips = f", {count} clip{'s' * (count > 1)}" if count else ""
     output.print(
         f"{out}: {avatar.gaussians.count} Gaussians, {len(avatar.expressions)} expressions{clips}, "
         f"{size / 1e6:.1f} MB"
     )
-    for note in (*_notes(avatar), *_engine_notes(manifest["engine"] or {})):
-        messages.print(f"note: {note}")
+    notes = [*_notes(avatar), *_engine_notes(manifest["engine"] or {})]
+    for note in sorted(notes, key=lambda text: not text.startswith(DOUBT)):
+        messages.print(f"warning: {note}" if note.startswith(DOUBT) else f"note: {note}")
 
 
 def _engine_notes(engine: Mapping[str, Any]) -> list[str]:

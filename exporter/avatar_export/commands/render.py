@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from avatar_export import arguments, playing
+from avatar_export.commands.pose import flags_pose
 from avatar_export.console import Steps, messages, output
 from avatar_export.read import expect_bundle
 from avatar_runtime.bundle import load, warnings
@@ -20,17 +21,10 @@ def render(
     out: Annotated[
         Path, typer.Option("--out", "-o", help="FILE.png, FILE.webp (animated) or a folder of PNGs.")
     ],
-    expression: Annotated[
-        list[str] | None, typer.Option("--expression", "-e", help="One of the avatar's own, NAME=WEIGHT.")
-    ] = None,
-    arkit: Annotated[
-        list[str] | None,
-        typer.Option("--arkit", "-a", help="ARKit NAME=WEIGHT, through the avatar's driving."),
-    ] = None,
-    joint: Annotated[
-        list[str] | None, typer.Option("--joint", "-j", help="NAME=X,Y,Z: rotation vector in degrees.")
-    ] = None,
-    eyelid: Annotated[list[str] | None, typer.Option("--eyelid", help="NAME=WEIGHT.")] = None,
+    expression: arguments.Expressions = None,
+    arkit: arguments.Arkit = None,
+    joint: arguments.Turns = None,
+    eyelid: arguments.Eyelids = None,
     drive: Annotated[Path | None, typer.Option(help="Live Link Face recording: CSV or UDP packets.")] = None,
     clip: Annotated[
         str | None,
@@ -42,7 +36,10 @@ def render(
     clip_name: Annotated[str | None, typer.Option(help="Which clip of FILE; default: the first.")] = None,
     meshes: Annotated[
         list[Path] | None,
-        typer.Option(help="Posed meshes for a surface avatar: one .npz (vertices), or .obj files in order."),
+        typer.Option(
+            help="Posed meshes for a surface avatar: an .npz with vertices [frames, V, 3], a folder of .obj "
+            "in the order of their names, or this option again for each .obj."
+        ),
     ] = None,
     mesh_units: Annotated[
         float | None,
@@ -95,13 +92,7 @@ def render(
         expect_bundle(bundle)
         avatar = load(bundle)
         newer = warnings(bundle)
-        flags = playing.pose_from_flags(
-            avatar,
-            {k: arguments.numbers(v, 1)[0] for k, v in arguments.pairs(expression)},
-            {k: arguments.numbers(v, 1)[0] for k, v in arguments.pairs(arkit)},
-            {k: arguments.numbers(v, 3) for k, v in arguments.pairs(joint)},  # type: ignore[misc]
-            {k: arguments.numbers(v, 1)[0] for k, v in arguments.pairs(eyelid)},
-        )
+        flags = flags_pose(avatar, expression, arkit, joint, eyelid)
         if drive is not None:
             sequence = playing.recorded(avatar, drive, every)
         elif clip is not None:

@@ -31,6 +31,12 @@ NO_DRIVING = (
 )
 
 
+NOTHING_TO_DRIVE = (
+    "has no expression, eyelid or jaw that ARKit weights could drive; an avatar that is embedded in a mesh gets "
+    "them with its rig: convert it again with --rig or --body-model"
+)
+
+
 @dataclass(frozen=True)
 class LinearMap:
     """outputs = matrix @ inputs, for either mode."""
@@ -78,7 +84,8 @@ def linear_map(avatar: Avatar) -> LinearMap:
     """How the ARKit names reach `avatar`. Raises AvatarError for mode "none"."""
     maps: dict[str, Callable[[Avatar], LinearMap]] = {"names": _map_by_name, "matrix": _map_by_matrix}
     if avatar.driving.mode not in maps:
-        raise AvatarError(NO_DRIVING, owner=avatar.name, field="driving")
+        message = NO_DRIVING if avatar.expressions or avatar.late_morph_names else NOTHING_TO_DRIVE
+        raise AvatarError(message, owner=avatar.name, field="driving")
     return maps[avatar.driving.mode](avatar)
 
 

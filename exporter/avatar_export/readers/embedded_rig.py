@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from avatar_export.clips import clip_poses, clips_from, first_frame, rig_avatar
+from avatar_export.provenance import DOUBT
 from avatar_export.readers.body_model import BodyModel, read_body_model
 from avatar_export.readers.body_rig import bake_rig
 from avatar_export.readers.inputs import find_inputs
@@ -30,8 +31,8 @@ from avatar_runtime.pose import Pose
 POSE_FILES = ("flame_params.json", "poses.npz", "flame_param.npz")
 CLOSE = 1e-3  # metres: what rounding to six decimals, float32 and another's body model leave is far less
 NO_RIG = (
-    "no rig: give one by --rig FILE.glb|.fbx or --body-model; without it the avatar plays on posed vertices, "
-    "Player.frame(posed_vertices=...) or render --meshes"
+    "no rig: give one by --rig FILE.glb|.fbx or --body-model; without it there is no rig.glb, rig.usdc holds splats "
+    "alone, and the avatar plays on posed vertices, Player.frame(posed_vertices=...) or render --meshes"
 )
 
 
@@ -71,6 +72,10 @@ def embedded_rig(vertices: F32, triangles: U32, options: ReadOptions, owner: str
     _check_exists(options, owner)
     if options.body_model is not None:
         return _from_body_model(options.body_model, vertices, triangles, options, owner)
+    if options.poses is not None and options.dataset is None:
+        raise AvatarError(
+            "--poses moves a rig, and there is none: give --body-model or --rig, too", owner=owner
+        )
     return no_rig()
 
 
@@ -89,7 +94,8 @@ def _check_exists(options: ReadOptions, owner: str) -> None:
     for name in ("rig", "body_model", "shape", "poses"):
         path: Path | None = getattr(options, name)
         if path is not None and str(path) != "zero" and not path.is_file():
-            raise AvatarError("no such file", file=path, field=f"--{name.replace('_', '-')}", owner=owner)
+            what = "is no file" if path.exists() else "no such file"
+            raise AvatarError(what, file=path, field=f"--{name.replace('_', '-')}", owner=owner)
 
 
 def _from_file(path: Path, vertices: F32, triangles: U32, options: ReadOptions, owner: str) -> EmbeddedRig:
@@ -205,7 +211,7 @@ def _fit_notes(avatar: Avatar, vertices: F32, triangles: U32) -> list[str]:
     notes = [f"the rig {when} is the mesh to within {far:.3f} mm (rms {rms:.3f} mm)"]
     if far > 1e3 * CLOSE:
         notes.append(
-            "the mesh is in none of the poses that came with the rig, so these do not show that the rig fits; look "
+            f"{DOUBT}the mesh is in none of the poses that came with the rig, so these do not show that the rig fits; look "
             "whether the unit (--units), the identity (--shape) and the rig are right"
         )
     return notes

@@ -108,8 +108,12 @@ def _skinned_meshes(glb: Glb, join: bool) -> tuple[list[object], object]:
     alike = bool(nodes) and all(node["skin"] == nodes[0]["skin"] for node in nodes)
     if len(nodes) != 1 and not (join and alike):
         names = ", ".join(short(node.get("name", "unnamed")) for node in nodes[:4])
-        found = f"{len(nodes)} of them ({names})" if nodes else "none"
-        glb.fail("nodes", f"one node with a mesh and a skin is needed, there are {found}; join the meshes")
+        if not nodes:
+            glb.fail("nodes", "none has a mesh and a skin; did the tool that wrote the file drop the skin?")
+        glb.fail(
+            "nodes",
+            f"one with a mesh and a skin is needed, there are {len(nodes)} ({names}); join the meshes",
+        )
     meshes: list[object] = []
     for node in nodes:
         if node["mesh"] not in meshes:

@@ -31,6 +31,10 @@ def read_mesh(path: Path) -> TriangleMesh:
 
 def _read_npz(path: Path) -> TriangleMesh:
     with Archive(path) as archive:
+        missing = [key for key in ("vertices", "faces") if f"{key}.npy" not in archive.names]
+        if missing:
+            there = ", ".join(sorted(name.removesuffix(".npy") for name in archive.names)[:6])
+            raise AvatarError(f"needs arrays vertices and faces, and holds {there or 'nothing'}", file=path)
         stored_vertices = _rows(archive, "vertices", "f", "floats")
         faces = _rows(archive, "faces", "iu", "whole numbers").astype(np.int64)
     with np.errstate(over="ignore"):  # becomes infinite, which is refused

@@ -24,7 +24,7 @@ class ReadOptions:
     exact: bool = False  # keep every delta that is not exactly zero
     name: str | None = None  # of the avatar; default: from the source's name
     rig: Path | None = None  # .glb or .fbx: skin and morphs of the mesh that the Gaussians are embedded in
-    mesh: Path | None = None  # .obj or .npz: that mesh itself, where the checkpoint does not hold it
+    mesh: Path | None = None  # .obj or .npz, training units: that mesh itself, where the checkpoint lacks it
     poses: Path | None = None  # flame_params.json, poses.npz or flame_param.npz: identity and tracked poses
     units: float | None = None  # training units in a metre
     mesh_scaling: bool | None = None  # SplattingAvatar's with_mesh_scaling; None: as its config says

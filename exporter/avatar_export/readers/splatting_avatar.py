@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from avatar_export.provenance import source_files
+from avatar_export.provenance import DOUBT, source_files
 from avatar_export.readers import surface
 from avatar_export.readers.embedded_rig import embedded_rig, no_rig
 from avatar_export.readers.mesh_files import read_mesh
@@ -213,5 +213,5 @@ def _position_notes(avatar: Avatar, splats: Gaussians) -> list[str]:
     if not apart > APART * size:
         return []
     return [
-        f"x y z of {NAME} lie {1000 * apart:.3g} mm (median) from the embedding: another frame's, or not its mesh"
+        f"{DOUBT}x y z of {NAME} lie {1000 * apart:.3g} mm (median) from the embedding: another frame's, or not its mesh"
     ]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avatar_export.provenance import DOUBT
 from avatar_export.readers.embedded_rig import EmbeddedRig
 from avatar_export.readers.obj import TriangleMesh
 from avatar_runtime.avatar import (
@@ -120,7 +121,7 @@ def mesh_notes(vertices: F32, units: float) -> list[str]:
     if HEIGHTS[0] <= height <= HEIGHTS[1]:
         return []
     return [
-        f"the mesh is {height:.3g} m high at {units:g} training units a metre; --units sets another number"
+        f"{DOUBT}the mesh is {height:.3g} m high at {units:g} training units a metre; --units sets another number"
     ]
 
 

@@ -171,7 +171,11 @@ def _difference(m: _Meshes, triangles: U32) -> str:
         for t, v in ((triangles, len(m.vertices)), (rig_triangles, len(m.rig.vertices)))
     ]
     welded = len(np.unique(weld[rig_triangles.astype(np.int64)]))
+    alike = len(np.unique(triangles)) == welded and len(triangles) == len(rig_triangles)
+    hint = (
+        "; as many of each, so one may be wound the other way, or cut along other diagonals" if alike else ""
+    )
     return (
         f"the mesh has {counts[0]}, the rig {counts[1]}, {welded} once seams are closed, and no numbering "
-        "takes one to the other; give a rig of the very mesh that the avatar was trained on, triangulated alike"
+        f"takes one to the other{hint}; give a rig of the very mesh that the avatar was trained on, triangulated alike"
     )

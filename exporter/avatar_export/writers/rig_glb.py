@@ -21,7 +21,7 @@ from avatar_export.ops.vertex_colour import linear_from_display, vertex_colours
 from avatar_export.writers.engine_mesh import EngineMesh, engine_mesh, vertex_id_uv
 from avatar_export.writers.glb_builder import Array, GlbBuilder
 from avatar_runtime.avatar import Avatar, Clip, Rig
-from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_rest, rest_nodes, unique_names
+from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_rest, node_names, rest_nodes
 from avatar_runtime.errors import AvatarError
 
 FILE = "rig.glb"
@@ -117,7 +117,7 @@ def _attributes(mesh: EngineMesh, influences: int) -> dict[str, Array]:
 
 def _add_skeleton(builder: GlbBuilder, rig: Rig, rest: EnginePose) -> None:
     document = builder.document
-    *_, root_name, mesh_name = unique_names([*rig.joint_names, "avatar_root", "avatar_mesh"])
+    root_name, mesh_name = node_names(rig)
     document.nodes = [gltf.Node(name=mesh_name, mesh=0, skin=0), gltf.Node(name=root_name)]
     for name, translation, rotation in zip(
         rig.joint_names, rest.translation.tolist(), rest.rotation_xyzw.tolist(), strict=True

@@ -125,10 +125,10 @@ def _pop(owner: dict[str, Any], key: str) -> None:
 
 
 BAD: dict[str, tuple[Change, str]] = {
-    "no skinned mesh": (lambda d: _pop(_node(d, "mesh"), "skin"), "there are none"),
+    "no skinned mesh": (lambda d: _pop(_node(d, "mesh"), "skin"), "none has a mesh and a skin"),
     "two skinned meshes": (
         lambda d: d["nodes"].append({"mesh": 0, "skin": 0}),
-        "there are 2 of them (mesh, unnamed)",
+        "there are 2 (mesh, unnamed)",
     ),
     "no such mesh": (lambda d: _node(d, "mesh").update(mesh=4), "meshes[4]: does not exist"),
     "two primitives": (lambda d: d["meshes"][0]["primitives"].append({}), "there are 2, one is needed"),

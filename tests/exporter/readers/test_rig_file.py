@@ -138,7 +138,7 @@ def test_two_skins_are_refused(tmp_path: Path) -> None:
         document["nodes"][4]["skin"] = 1
 
     data = edited(rig_glb(rig_files.split(), nodes=True), second_skin)
-    with pytest.raises(AvatarError, match=r"there are 2 of them \(part0, part1\)"):
+    with pytest.raises(AvatarError, match=r"there are 2 \(part0, part1\)"):
         read_rig_file(_written(tmp_path, data))
 
 
