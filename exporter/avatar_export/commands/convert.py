@@ -164,7 +164,8 @@ def convert(
     )
     notes = [*_notes(avatar), *_engine_notes(manifest["engine"] or {})]
     for note in sorted(notes, key=lambda text: not text.startswith(DOUBT)):
-        messages.print(f"warning: {note}" if note.startswith(DOUBT) else f"note: {note}")
+        doubt = note.startswith(DOUBT)
+        messages.print(f"warning: {note.removeprefix(DOUBT)}" if doubt else f"note: {note}")
 
 
 def _engine_notes(engine: Mapping[str, Any]) -> list[str]:

@@ -211,7 +211,7 @@ def _fit_notes(avatar: Avatar, vertices: F32, triangles: U32) -> list[str]:
     notes = [f"the rig {when} is the mesh to within {far:.3f} mm (rms {rms:.3f} mm)"]
     if far > 1e3 * CLOSE:
         notes.append(
-            f"{DOUBT}the mesh is in none of the poses that came with the rig, so these do not show that the rig fits; look "
-            "whether the unit (--units), the identity (--shape) and the rig are right"
+            f"{DOUBT}the mesh is in none of the poses that came with the rig, so these do not show that the rig "
+            "fits; look whether the unit (--units), the identity (--shape) and the rig are right"
         )
     return notes

@@ -213,5 +213,6 @@ def _position_notes(avatar: Avatar, splats: Gaussians) -> list[str]:
     if not apart > APART * size:
         return []
     return [
-        f"{DOUBT}x y z of {NAME} lie {1000 * apart:.3g} mm (median) from the embedding: another frame's, or not its mesh"
+        f"{DOUBT}x y z of {NAME} lie {1000 * apart:.3g} mm (median) from the embedding: another frame's, or not "
+        "its mesh"
     ]
