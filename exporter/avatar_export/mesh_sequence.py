@@ -15,6 +15,7 @@ from avatar_runtime.avatar import F32, Avatar, Embedding
 from avatar_runtime.errors import AvatarError
 
 MAX_ARRAY_BYTES = 2 << 30
+FARTHEST = 1e9  # units from the origin
 PLAUSIBLE = 1.6  # factor by which a posed mesh may be larger or smaller than the canonical one
 
 
@@ -83,8 +84,9 @@ def _npz_frames(path: Path, embedding: Embedding) -> F32:
             file=path,
             field="vertices",
         )
-    if not np.isfinite(frames).all():
-        raise AvatarError("holds a number that is not finite", file=path, field="vertices")
+    if not (np.abs(frames) <= FARTHEST).all():
+        message = f"holds a number that is not finite or beyond {FARTHEST:g}"
+        raise AvatarError(message, file=path, field="vertices")
     return frames.astype(np.float32, copy=False)
 
 
@@ -99,6 +101,8 @@ def _obj_vertices(path: Path, embedding: Embedding) -> F32:
         raise AvatarError(
             "has other triangles than the embedding's mesh: its vertices are renumbered", file=path
         )
+    if not (np.abs(mesh.vertices) <= FARTHEST).all():
+        raise AvatarError(f"holds a vertex beyond {FARTHEST:g}", file=path)
     return mesh.vertices
 
 

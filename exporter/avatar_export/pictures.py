@@ -22,6 +22,7 @@ Pixels = npt.NDArray[np.uint8]
 Box = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
 FOV_Y = np.radians(20.0)
 MARGIN = 1.08
+FARTHEST = 1e12  # metres: what lies beyond, or is no number, is not looked for
 SHEET_SIZE = 288
 SHEET_COLUMNS = 5
 # Shown on a contact sheet where the avatar has them: a face's most telling shapes.
@@ -55,7 +56,7 @@ def frame_camera(
 
 def robust_box(mean: npt.NDArray[np.floating[Any]]) -> Box:
     """(low, high) of positions [N, 3] without the outermost thousandth: stray ones do not shrink the view."""
-    mean = mean.astype(np.float64)
+    mean = np.clip(np.nan_to_num(mean.astype(np.float64)), -FARTHEST, FARTHEST)
     return np.percentile(mean, 0.1, axis=0), np.percentile(mean, 99.9, axis=0)
 
 

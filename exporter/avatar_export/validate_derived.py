@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from avatar_export.writers import INFLUENCES, WRITERS, Export, Writer, engine_facts
-from avatar_runtime.avatar import Avatar
+from avatar_runtime.avatar import F32, F64, Avatar, Gaussians
 from avatar_runtime.bundle import MANIFEST, Open, checked_bytes
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.stages.surface import binding_pose
@@ -28,7 +28,10 @@ def derived_problems(avatar: Avatar, document: Mapping[str, Any], read: Open) ->
     engine = document["engine"]
     export = Export(avatar, engine["influences"] if engine else INFLUENCES[0])
     if engine:
-        yield from _figures(engine, engine_facts(export))
+        try:
+            yield from _figures(engine, engine_facts(export))
+        except AvatarError as error:
+            yield Problem(f"{MANIFEST}: $.engine", str(error))
     writers = {writer.path: writer for writer in WRITERS}
     for entry in document["files"]:
         name, writer = entry["path"], writers.get(entry["path"])
@@ -74,13 +77,20 @@ def _figures(said: Mapping[str, Any], found: Mapping[str, Any]) -> Iterator[Prob
 def _binding_pose(avatar: Avatar) -> Iterator[Problem]:
     if avatar.embedding is None:
         return
-    mean, quat = binding_pose(avatar.embedding, avatar.rules, avatar.training_per_bundle)
-    stored = avatar.gaussians
-    away = np.linalg.norm(stored.mean - mean, axis=1)
-    a, b = (q / np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-12) for q in (stored.quat_wxyz, quat))
-    turned = np.minimum(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
-    for field, error in (("xyz", away), ("rot", turned)):
-        row = int(np.argmax(error))
-        if not error[row] <= BINDING_TOLERANCE:
-            message = f"is {error[row]:.3g} away from what embedding.safetensors gives in the binding pose"
-            yield Problem(f"gaussians.ply: {field}[{row}]", message)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is too large to compare is a problem below
+        mean, quat = binding_pose(avatar.embedding, avatar.rules, avatar.training_per_bundle)
+        for field, error in zip(("xyz", "rot"), _apart(avatar.gaussians, mean, quat), strict=True):
+            row = int(np.argmax(error))
+            if not error[row] <= BINDING_TOLERANCE:
+                message = (
+                    f"is {error[row]:.3g} away from what embedding.safetensors gives in the binding pose"
+                )
+                yield Problem(f"gaussians.ply: {field}[{row}]", message)
+
+
+def _apart(stored: Gaussians, mean: F32, quat: F32) -> tuple[F64, F64]:
+    """[N] metres between the means, [N] distances between the unit quaternions, signs aside."""
+    away = np.linalg.norm(stored.mean.astype(np.float64) - mean, axis=1)
+    a, b = (q.astype(np.float64) for q in (stored.quat_wxyz, quat))
+    a, b = (q / np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-12) for q in (a, b))
+    return away, np.minimum(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))

@@ -26,6 +26,8 @@ from avatar_runtime.rules import (
 if TYPE_CHECKING:
     from avatar_runtime.avatar import Avatar, Gaussians, Rig
 
+UNITS = (1e-6, 1e6)  # training units in a metre
+
 
 def check_avatar(avatar: Avatar) -> None:
     """Raise AvatarError that names the field whose shape, type, range or value is wrong."""
@@ -211,10 +213,10 @@ def _check_numbers(avatar: Avatar) -> None:
     ):
         if not np.isfinite(np.array(values, np.float64)).all():
             raise AvatarError("must be finite", field=name)
-    if raster.near <= 0 or raster.low_pass < 0 or u <= 0:
-        raise AvatarError(
-            "near and training_per_bundle must be positive, low_pass not negative", field="raster"
-        )
+    if raster.near <= 0 or raster.low_pass < 0:
+        raise AvatarError("near must be positive, low_pass not negative", field="raster")
+    if not UNITS[0] <= u <= UNITS[1]:
+        raise AvatarError(f"is {u}; {UNITS[0]:g} to {UNITS[1]:g} make sense", field="training_per_bundle")
     if isinstance(raster.background, str) and raster.background not in BACKGROUNDS:
         raise AvatarError(
             f"{raster.background!r} is none of {', '.join(BACKGROUNDS)}", field="raster.background"

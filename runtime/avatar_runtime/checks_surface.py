@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 BARYCENTRIC_SUM = 1e-4  # how far the sum of a row may be off 1
 BARYCENTRIC_LEAST = -1e-3  # SplattingAvatar's triangle walk leaves weights down to this
+RATES = (1e-3, 1e4)  # frames a second of a clip
+RIGID = 1e-3  # how far R R^T may be off the identity
 
 
 def check_embedding(avatar: Avatar, e: Embedding) -> None:
@@ -68,8 +70,8 @@ def check_clip(clip: Clip, expressions: int, late: int, joints: int) -> None:
     where, t = f"clips.{clip.name}", clip.frames
     if t == 0:
         raise AvatarError("has no frame", field=where)
-    if not (np.isfinite(clip.fps) and clip.fps > 0):
-        raise AvatarError(f"fps is {clip.fps}; a positive number is needed", field=where)
+    if not RATES[0] <= clip.fps <= RATES[1]:
+        raise AvatarError(f"fps is {clip.fps}; {RATES[0]:g} to {RATES[1]:g} make sense", field=where)
     check_f32(f"{where}.expression_weights", clip.expression_weights, (t, expressions))
     check_f32(f"{where}.late_weights", clip.late_weights, (t, late))
     check_f32(f"{where}.joint_delta", clip.joint_delta, (t, joints, 4, 4))
@@ -77,3 +79,10 @@ def check_clip(clip: Clip, expressions: int, late: int, joints: int) -> None:
     for name, matrix in (("joint_delta", clip.joint_delta), ("world_from_avatar", clip.world_from_avatar)):
         if not (matrix[..., 3, :] == (0, 0, 0, 1)).all():
             raise AvatarError("holds a matrix that is not affine", field=f"{where}.{name}")
+    turn = clip.world_from_avatar[:, :3, :3].astype(np.float64)
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(turn @ np.swapaxes(turn, 1, 2) - np.eye(3)).max(axis=(1, 2))
+        rigid = (off <= RIGID) & (np.linalg.det(turn) > 0)
+    if not rigid.all():
+        message = "is not rigid: a rotation and a translation move the avatar as a whole"
+        raise AvatarError(message, field=f"{where}.world_from_avatar[{int(np.argmin(rigid))}]")

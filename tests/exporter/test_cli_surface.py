@@ -118,6 +118,10 @@ BAD_CONVERSIONS = {
     "a rule": (("--sh-direction", "sideways"), "none of inverse_rotation, world"),
     "a sign": (("--quaternion-sign", "plus"), "none of w_positive"),
     "influences": (("--influences", "5"), "none of 4, 8"),
+    "poses of no rig": (("--poses", "take.npz"), "--poses goes with a rig"),
+    "a shape of no rig": (("--shape", "shape.npy"), "--shape goes with a rig"),
+    "a shape beside a rig": (("--shape", "zero", "--rig", "x.glb"), "--shape goes with --body-model"),
+    "a scale of no body": (("--body-scale", "7"), "--body-scale is no option here"),
     "an option of another system": (("--eyelids", "x"), "--eyelids is no option here"),
 }
 
@@ -167,6 +171,7 @@ def test_arrays_that_are_no_meshes(tmp_path: Path) -> None:
         ("b", np.zeros((2, 20, 3), int), "expected floats"),
         ("c", np.full((20, 3), np.nan), "not finite"),
         ("d", np.zeros((0, 20, 3)), "expected floats"),
+        ("e", np.full((2, 20, 3), 1e300), "not finite or beyond"),
     ):
         np.savez(tmp_path / f"{name}.npz", vertices=array)
         with pytest.raises(AvatarError, match=message):

@@ -17,6 +17,7 @@ from PIL import Image
 from avatar_export.validate import validate
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar, Expression, SparseRows
+from avatar_runtime.codec import safetensors
 from avatar_runtime.errors import AvatarError
 from tests import bundles
 from tests.avatars import full_avatar, surface_avatar
@@ -150,6 +151,24 @@ def test_what_the_manifest_says_of_the_engine_files_is_measured_again(tmp_path: 
     ((path, message, warning),) = found(bundle)
     assert path == "avatar.json: $.engine.late_morph_mm" and not warning
     assert message.startswith("is 0.0, measured again ")
+
+
+def test_what_validators_of_the_format_miss_is_looked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bundle = derived(tmp_path, surface_avatar())
+    monkeypatch.setattr("avatar_export.writers.usd.checks.usd_problems", lambda data: ["a joint too many"])
+    assert found(bundle) == [("rig.usdc", "a joint too many", False)]
+
+
+def test_numbers_too_large_for_engines_are_a_problem_and_no_end(tmp_path: Path) -> None:
+    bundle = derived(tmp_path, full_avatar())
+    rig = dict(safetensors.decode((bundle / "rig.safetensors").read_bytes(), "rig"))
+    rest = rig["rest_local"].copy()
+    rest[1, 0, 3] = 3e38
+    (bundle / "rig.safetensors").write_bytes(b"".join(safetensors.encode(rig | {"rest_local": rest})))
+    bundles.sign(bundle)
+    assert "avatar.json: $.engine" in {path for path, _, _ in found(bundle)}
 
 
 def test_a_normative_file_may_not_be_called_derived(bundle: Path) -> None:

@@ -73,6 +73,19 @@ def test_bad_embeddings(name: str) -> None:
         replace(avatar, embedding=change(avatar.embedding)).check()
 
 
+@pytest.mark.parametrize("u", [1e300, 1e-300, 5e-324, 0.0, float("nan")])
+def test_units_that_no_formula_holds(u: float) -> None:
+    with pytest.raises(AvatarError, match="training_per_bundle"):
+        replace(surface_avatar(), training_per_bundle=u).check()
+
+
+def test_vertex_ids_are_the_corners_in_their_order() -> None:
+    embedding = surface_avatar().embedding
+    assert embedding is not None
+    triangles, tensors = embedding.triangles.tolist(), embedding_tensors(embedding)
+    assert tensors["vertex_ids"].tolist() == [triangles[t] for t in embedding.triangle.tolist()]
+
+
 def test_weights_that_the_released_code_leaves_are_kept() -> None:
     avatar = surface_avatar()
     assert avatar.embedding is not None
@@ -115,6 +128,15 @@ def test_what_goes_together(name: str) -> None:
 CLIPS: dict[str, tuple[dict[str, Any], str]] = {
     "no frame": ({"expression_weights": np.zeros((0, 4), np.float32)}, "clips.nod: has no frame"),
     "rate": ({"fps": 0.0}, "clips.nod: fps is 0.0"),
+    "absurd rate": ({"fps": 1e45}, "clips.nod: fps is 1e\\+45"),
+    "not rigid": (
+        {"world_from_avatar": np.tile(np.diag([2, 2, 2, 1]).astype(np.float32), (5, 1, 1))},
+        r"clips.nod.world_from_avatar\[0\]: is not rigid",
+    ),
+    "mirrored": (
+        {"world_from_avatar": np.tile(np.diag([-1, 1, 1, 1]).astype(np.float32), (5, 1, 1))},
+        r"clips.nod.world_from_avatar\[0\]: is not rigid",
+    ),
     "weights": (
         {"expression_weights": np.zeros((5, 3), np.float32)},
         "clips.nod.expression_weights: expected",

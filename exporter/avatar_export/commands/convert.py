@@ -64,7 +64,8 @@ def convert(
         typer.Option(help="flame_params.json, poses.npz or flame_param.npz: identity, and a clip."),
     ] = None,
     units: Annotated[
-        float | None, typer.Option(help="Training units in a metre (4 for SplattingAvatar heads).", min=1e-6)
+        float | None,
+        typer.Option(help="Training units in a metre (4 for SplattingAvatar heads).", min=1e-6, max=1e6),
     ] = None,
     mesh_scaling: Annotated[
         bool | None,

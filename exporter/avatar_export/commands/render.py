@@ -43,7 +43,9 @@ def render(
     ] = None,
     mesh_units: Annotated[
         float | None,
-        typer.Option(help="Units of --meshes in a metre; default: the avatar's training units.", min=1e-6),
+        typer.Option(
+            help="Units of --meshes in a metre; default: the avatar's training units.", min=1e-6, max=1e6
+        ),
     ] = None,
     every: Annotated[int, typer.Option(help="Take each N-th frame of the sequence.", min=1)] = 1,
     frames: Annotated[str | None, typer.Option(help="Only frames FIRST:END of the sequence.")] = None,
@@ -70,6 +72,8 @@ def render(
     arguments.one_of("--profile", profile, PROFILES)
     arguments.finite({"--yaw": yaw, "--pitch": pitch, "--zoom": zoom, "--orbit": orbit, "--fps": fps})
     posed = expression or arkit or joint or eyelid
+    if clip_name is not None and (clip is None or not Path(clip).exists()):
+        raise typer.BadParameter("names a clip of a --clip FILE", param_hint="--clip-name")
     moving = {"--drive": drive, "--clip": clip, "--meshes": meshes}
     arguments.exclude({**moving, "a pose (-e, -a, -j, --eyelid)": posed})
     if not any(moving.values()) and orbit == 0 and frames is not None:

@@ -65,17 +65,18 @@ def embedded_rig(vertices: F32, triangles: U32, options: ReadOptions, owner: str
     if options.rig is not None and options.body_model is not None:
         raise AvatarError("--rig and --body-model both give a rig; leave one away", owner=owner)
     if options.rig is not None:
+        if options.shape is not None:
+            raise AvatarError("--shape goes with --body-model; a --rig has its shape", owner=owner)
         _check_exists(options, owner)
         return _from_file(options.rig, vertices, triangles, options, owner)
+    asked = options
     if options.dataset is not None:
         options = _searched(options, options.dataset, owner)
-    _check_exists(options, owner)
     if options.body_model is not None:
+        _check_exists(options, owner)
         return _from_body_model(options.body_model, vertices, triangles, options, owner)
-    if options.poses is not None and options.dataset is None:
-        raise AvatarError(
-            "--poses moves a rig, and there is none: give --body-model or --rig, too", owner=owner
-        )
+    if given := [name for name in ("shape", "poses") if getattr(asked, name) is not None]:
+        raise AvatarError(f"--{given[0]} goes with a rig: give --body-model or --rig, too", owner=owner)
     return no_rig()
 
 

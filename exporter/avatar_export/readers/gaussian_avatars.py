@@ -43,7 +43,7 @@ FILES = (
 )
 WITHOUT_RIG = ReadOptions(no_rig=True)
 USED_OPTIONS = (
-    *("body_model", "body_scale", "shape", "dataset", "rig", "poses", "no_rig"),
+    *("body_model", "shape", "dataset", "rig", "poses", "no_rig"),
     *("mesh", "units", "sh_degree"),
     *("exact", "name"),  # exact: there are no deltas to drop
 )

@@ -13,6 +13,7 @@ from avatar_runtime.avatar import Avatar, Blendshapes, Group, Rules, SparseRows
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, clip_pose, joint_rotation
 from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.surface import binding_pose
 from tests.avatars import COUNT, GROUPS, JOINTS, LATE_MORPHS, full_avatar, surface_avatar
 
 PARTS = ("joints", "geometry", "correctives", "late_morphs", "joint_basis")
@@ -147,6 +148,48 @@ def test_gaussians_on_a_surface_stay_inside(seed: int, system: str) -> None:
     player = Player(avatar)
     for pose in poses(avatar, 60, seed, alone=False):
         assert overhang(player.animate(pose), box) <= SLACK
+
+
+def test_the_corner_that_moves_most_counts() -> None:
+    """One vertex a triangle flies off by a metre and takes the Gaussian along that sits on it."""
+    avatar = replace(surface_avatar(rules=SURFACES["splatting_avatar"]), clips=())
+    assert avatar.rig is not None and avatar.embedding is not None
+    morphs = scaled(avatar.rig.morphs, 0)
+    row = int(avatar.embedding.triangles[avatar.embedding.triangle[0], 0])
+    entry = int(morphs.row_ptr[row])
+    assert morphs.row_ptr[row + 1] > entry
+    morphs.values["position"][entry] = [0, 1, 0]
+    barycentric = avatar.embedding.barycentric.copy()
+    barycentric[avatar.embedding.triangle == avatar.embedding.triangle[0]] = [1, 0, 0]
+    avatar = replace(
+        avatar,
+        rig=replace(avatar.rig, morphs=morphs),
+        embedding=replace(avatar.embedding, barycentric=barycentric),
+    )
+    name = avatar.expression_names[int(morphs.column[entry])]
+    for weight in avatar.expressions[int(morphs.column[entry])].range:
+        splats = Player(avatar).animate(Pose({name: weight}))
+        assert overhang(splats, bounds(avatar)["swept"]) <= SLACK
+
+
+def test_heights_in_triangles_grow_with_them() -> None:
+    """An expression makes the whole mesh 1.8 times as large."""
+    avatar = replace(surface_avatar(rules=SURFACES["gaussian_avatars"]), clips=())
+    assert avatar.rig is not None and avatar.embedding is not None
+    v, k = len(avatar.rig.vertices), len(avatar.expressions)
+    morphs = SparseRows(
+        np.arange(v + 1, dtype=np.uint32), np.zeros(v, np.uint16), {"position": 0.8 * avatar.rig.vertices}, k
+    )
+    offset = np.tile(np.float32([0, 3, 0]), (COUNT, 1))
+    avatar = replace(
+        avatar,
+        rig=replace(avatar.rig, morphs=morphs),
+        embedding=replace(avatar.embedding, local_offset=offset, canonical_vertices=avatar.rig.vertices),
+    )
+    mean, quat = binding_pose(avatar.embedding, avatar.rules, avatar.training_per_bundle)
+    avatar = replace(avatar, gaussians=replace(avatar.gaussians, mean=mean, quat_wxyz=quat))
+    splats = Player(avatar).animate(Pose({avatar.expression_names[0]: 1.0}))
+    assert overhang(splats, bounds(avatar)["swept"]) <= SLACK
 
 
 @pytest.mark.parametrize("avatar", [full_avatar(), surface_avatar()], ids=["skin", "surface"])

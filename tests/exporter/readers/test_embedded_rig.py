@@ -211,7 +211,7 @@ def test_what_cannot_be(tmp_path: Path) -> None:
         (ReadOptions(rig=path, body_model=path), "me: --rig and --body-model both give a rig"),
         (ReadOptions(rig=tmp_path / "no.glb"), r"me: .*no\.glb: --rig: no such file"),
         (ReadOptions(body_model=tmp_path / "no.pkl"), "--body-model: no such file"),
-        (ReadOptions(poses=tmp_path / "no.npz"), "--poses: no such file"),
+        (ReadOptions(poses=tmp_path / "no.npz"), "--poses goes with a rig"),
         (ReadOptions(dataset=tmp_path / "no"), "--dataset: no such folder"),
     ):
         with pytest.raises(AvatarError, match=message):
