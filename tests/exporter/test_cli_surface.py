@@ -164,6 +164,21 @@ def test_triangles_in_another_order_are_the_same_mesh(tmp_path: Path) -> None:
     np.testing.assert_allclose(sequence[0], e.canonical_vertices, atol=2e-7)
 
 
+def test_a_folder_of_meshes_is_played_in_the_order_of_names(tmp_path: Path) -> None:
+    avatar = surface_avatar()
+    assert avatar.embedding is not None
+    vertices, triangles = avatar.embedding.canonical_vertices * 4, avatar.embedding.triangles.astype(int)
+    for number in (3, 10, 1, 2, 0):  # made in no order
+        write_obj(tmp_path / f"{number:02}.obj", vertices + 0.01 * number, triangles)
+    (tmp_path / "readme.txt").write_text("no mesh")
+    sequence = read_meshes(avatar, [tmp_path], None)
+    lift = [float((mesh - avatar.embedding.canonical_vertices).mean()) * 400 for mesh in sequence]
+    np.testing.assert_allclose(lift, [0, 1, 2, 3, 10], atol=1e-3)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(AvatarError, match=r"holds no \.obj"):
+        read_meshes(avatar, [tmp_path / "empty"], None)
+
+
 def test_arrays_that_are_no_meshes(tmp_path: Path) -> None:
     avatar = surface_avatar()
     for name, array, message in (

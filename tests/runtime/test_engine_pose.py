@@ -175,24 +175,6 @@ def test_world_from_avatar_goes_to_the_root_and_nowhere_else() -> None:
     np.testing.assert_array_equal(still.root_rotation_xyzw, [0, 0, 0, 1])
 
 
-def test_a_child_makes_up_for_what_its_parent_cannot_say() -> None:
-    """The neck is sheared, which its node cannot show; the jaw's origin is where it should be all the same."""
-    avatar = without_basis(full_avatar())
-    shear = np.eye(4)
-    shear[:3, :3] += [[0.2, 0.3, 0.0], [0.3, -0.1, 0.1], [0.0, 0.1, 0.1]]
-    pose = Pose({}, {"neck": shear, "jaw": joint_rotation([0.3, 0.2, 0.1])})
-    rig, found = rig_of(avatar), engine_pose(avatar, pose)
-    true = joints(rig, resolve(pose, avatar)).skin_matrix.astype(np.float64) @ rest_nodes(rig)
-    shown = node_transforms(rig, found)
-    neck, jaw = (rig.joint_names.index(name) for name in ("neck", "jaw"))
-    assert np.abs(shown[neck] - true[neck]).max() > 0.05, "the shear is lost"
-    np.testing.assert_allclose(shown[jaw, :3, 3], true[jaw, :3, 3], atol=1e-6)
-
-
-def without_basis(avatar: Avatar) -> Avatar:
-    return replace(avatar, rig=replace(rig_of(avatar), joint_basis=rig_of(avatar).joint_basis * 0))
-
-
 def test_rest_is_the_rest_skeleton_without_weights() -> None:
     avatar = scaled_at_rest(full_avatar(), (1.5, 0.7, 1.2))
     rest = engine_rest(avatar)

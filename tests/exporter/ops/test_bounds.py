@@ -180,7 +180,7 @@ def test_heights_in_triangles_grow_with_them() -> None:
     morphs = SparseRows(
         np.arange(v + 1, dtype=np.uint32), np.zeros(v, np.uint16), {"position": 0.8 * avatar.rig.vertices}, k
     )
-    offset = np.tile(np.float32([0, 3, 0]), (COUNT, 1))
+    offset = np.tile(np.float32([0, 30, 0]), (COUNT, 1))
     avatar = replace(
         avatar,
         rig=replace(avatar.rig, morphs=morphs),

@@ -110,6 +110,23 @@ def test_a_vertex_without_weight_and_one_with_a_negative_weight() -> None:
     assert joints[5].tolist() == [3, 0, 0, 0] and weights[5].tolist() == [1, 0, 0, 0]
 
 
+def test_a_vertex_with_nothing_but_negative_weights_goes_to_joint_0() -> None:
+    """As in rig.usdc: its first stored joint has no claim to it."""
+    rig = rig_of(full_avatar())
+    weights = np.zeros((VERTICES, len(rig.joint_names)), np.float32)
+    weights[:, 2] = 1
+    weights[5, 2], weights[5, 3] = -1, -0.5
+    skin = SparseRows(
+        np.arange(VERTICES + 1, dtype=np.uint32) + (np.arange(VERTICES + 1) > 5).astype(np.uint32),
+        np.nonzero(weights)[1].astype(np.uint16),
+        {"weight": weights[weights != 0]},
+        len(rig.joint_names),
+    )
+    file = File(written(with_rig(full_avatar(), skin=skin)))
+    assert file.attribute("JOINTS_0")[5].tolist() == [0, 0, 0, 0]
+    assert file.attribute("WEIGHTS_0")[5].tolist() == [1, 0, 0, 0]
+
+
 def test_a_target_that_moves_nothing_is_still_there() -> None:
     """As one row of zeros: some importers know no accessor without data."""
     rig = rig_of(full_avatar())
