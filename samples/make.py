@@ -45,6 +45,16 @@ def smooth_posedirs(head: Head, rng: np.random.Generator) -> Array:
     return posedirs
 
 
+def subject(full: bool) -> tuple[Head, BodyModel, Array]:
+    """The head, its body model and its identity; `full`: coarse, with pose correctives and a seeded identity."""
+    head, rng = load_head(), np.random.default_rng(SEED)
+    if full:
+        head = simplify(head, CONFORMANCE_CELL)
+    posedirs = smooth_posedirs(head, rng) if full else None
+    shape = rng.normal(0, 0.7, len(head.identity)) if full else np.zeros(len(head.identity))
+    return head, build_body_model(head, moving_joints=full, posedirs=posedirs), shape
+
+
 def make_gaussian_blendshapes(
     out: Path, gaussians: int | None = None, *, form: str = "dump", full: bool = False
 ) -> Path:
@@ -55,12 +65,7 @@ def make_gaussian_blendshapes(
     """
     if form not in FORMS:
         raise ValueError(f"form is one of {FORMS}, not {form!r}")
-    head, rng = load_head(), np.random.default_rng(SEED)
-    if full:
-        head = simplify(head, CONFORMANCE_CELL)
-    posedirs = smooth_posedirs(head, rng) if full else None
-    shape = rng.normal(0, 0.7, len(head.identity)) if full else np.zeros(len(head.identity))
-    body = build_body_model(head, moving_joints=full, posedirs=posedirs)
+    head, body, shape = subject(full)
     count = gaussians or (CONFORMANCE_GAUSSIANS if full else DEMO_GAUSSIANS)
     model = build_model(head, body, count, shape=shape, noise_seed=SEED if full else None)
     base = out / "gaussian_blendshapes"
@@ -100,12 +105,7 @@ def make_splatting_head(
     The embedding mesh is the first frame of flame_params.json, in metres times 4. `full`: the conformance
     avatar, a coarse head with an identity shape, pose correctives and random opacities and SH rest.
     """
-    head, rng = load_head(), np.random.default_rng(SEED)
-    if full:
-        head = simplify(head, CONFORMANCE_CELL)
-    posedirs = smooth_posedirs(head, rng) if full else None
-    shape = rng.normal(0, 0.7, len(head.identity)) if full else np.zeros(len(head.identity))
-    body = build_body_model(head, moving_joints=full, posedirs=posedirs)
+    head, body, shape = subject(full)
     take = load_take(body, shape)
     count = gaussians or (CONFORMANCE_GAUSSIANS if full else DEMO_GAUSSIANS)
     trained = build_head(head, body, take, count, sh_degree, noise_seed=SEED if full else None)

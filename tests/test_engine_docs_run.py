@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +26,7 @@ from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, clip_pose, joint_rotation
 from tests.avatars import JOINTS, full_avatar
 from tests.commands import Run
-from tests.interop.clients import BLENDER, HERE, ROOT_NODE
+from tests.interop.clients import HERE, ROOT_NODE, blender_program, node_program
 from tests.oracles.gltf_pose import File, State, quaternion_matrix
 
 Array = npt.NDArray[Any]
@@ -121,13 +118,9 @@ def run(command: list[str], folder: Path) -> str:
 
 def run_node(page: str, program: str, folder: Path) -> dict[str, Any]:
     """What the last line of a program says, as JSON."""
-    node, modules = shutil.which("node"), HERE / "node_modules"
-    if node is None or not (modules / ".package-lock.json").exists():
-        missing = "Node.js 18 or newer" if node is None else "tests/interop/node_modules"
-        pytest.fail(f"{missing} is missing: `make test` installs it", pytrace=False)
-    link = folder / "node_modules"
+    node, link = node_program(), folder / "node_modules"
     if not link.exists():
-        link.symlink_to(modules, target_is_directory=True)
+        link.symlink_to(HERE / "node_modules", target_is_directory=True)
     (folder / f"{page}.mjs").write_text(program, "utf-8")
     answer: dict[str, Any] = json.loads(run([node, f"{page}.mjs"], folder).splitlines()[-1])
     return answer
@@ -268,11 +261,8 @@ print(json.dumps({
 
 @pytest.fixture(scope="module")
 def blender(folder: Path) -> dict[str, Any]:
-    python = os.environ.get(BLENDER) or (sys.executable if find_spec("bpy") else None)
-    if python is None:
-        pytest.skip(f"Blender is not here: `pip install bpy`, or {BLENDER} names an interpreter that has it")
     program = fragments("blender", "python run blender") + BLENDER_PROGRAM
-    answer: dict[str, Any] = json.loads(run([python, "-c", program], folder).splitlines()[-1])
+    answer: dict[str, Any] = json.loads(run([blender_program(), "-c", program], folder).splitlines()[-1])
     return answer
 
 

@@ -1,5 +1,5 @@
 // Poses a rigged .glb with Babylon.js and its NullEngine. Job and answer as in clients.py.
-import { answer, indexOf, job, readBytes } from "./job.mjs"; // first: it takes standard output
+import { answer, indexOf, job, readBytes, takePoses } from "./job.mjs"; // first: it takes standard output
 import { NullEngine } from "@babylonjs/core/Engines/nullEngine.js";
 import { LoadAssetContainerAsync } from "@babylonjs/core/Loading/sceneLoader.js";
 import { Quaternion, Vector3 } from "@babylonjs/core/Maths/math.vector.js";
@@ -61,11 +61,7 @@ const arrays = { triangles: Uint32Array.from(mesh.getIndices()) };
 for (const kind of mesh.getVerticesDataKinds()) {
   arrays[`attribute/${kind}`] = Float32Array.from(mesh.getVerticesData(kind));
 }
-job.poses.forEach((pose, k) => {
-  toRest();
-  setPose(pose);
-  arrays[`pose/${k}`] = posed();
-});
+takePoses(arrays, toRest, setPose, posed);
 for (const { clip, times } of job.clips) {
   toRest();
   const group = loaded.animationGroups[indexOf(clip, loaded.animationGroups)];

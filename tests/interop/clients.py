@@ -67,19 +67,29 @@ def ask(client: str, **job: Any) -> Answer:
         return Answer(facts, unpack(out.read_bytes(), facts.pop("arrays")))
 
 
-def _node(client: str) -> list[str]:
+def node_program() -> str:
+    """Node.js, with the clients' libraries installed; fails the test where they are not."""
     node = shutil.which("node")
     if node is None or not (HERE / "node_modules" / ".package-lock.json").exists():
         missing = "Node.js 18 or newer" if node is None else "tests/interop/node_modules"
         pytest.fail(f"{missing} is missing: `make test` installs it", pytrace=False)
-    return [node, str(HERE / f"{client}.mjs")]
+    return node
 
 
-def _blender(client: str) -> list[str]:
+def _node(client: str) -> list[str]:
+    return [node_program(), str(HERE / f"{client}.mjs")]
+
+
+def blender_program() -> str:
+    """A Python that has Blender as a module; skips the test where there is none, since it takes a gigabyte."""
     python = os.environ.get(BLENDER) or (sys.executable if find_spec("bpy") else None)
     if python is None:
         pytest.skip(f"Blender is not here: `pip install bpy`, or {BLENDER} names an interpreter that has it")
-    return [python, str(HERE / f"{client}.py")]
+    return python
+
+
+def _blender(client: str) -> list[str]:
+    return [blender_program(), str(HERE / f"{client}.py")]
 
 
 def unpack(data: bytes, layout: Iterable[tuple[str, str, int]]) -> dict[str, Array]:

@@ -18,6 +18,15 @@ export function indexOf(name, items) {
   return found;
 }
 
+/** Every pose of the job, each from rest: its vertices go to arrays["pose/K"]. */
+export function takePoses(arrays, toRest, setPose, posed) {
+  job.poses.forEach((pose, k) => {
+    toRest();
+    setPose(pose);
+    arrays[`pose/${k}`] = posed();
+  });
+}
+
 /** Ends the client. `arrays`: name -> Float32Array, Uint32Array or Uint8Array. */
 export function answer(facts, arrays = {}) {
   const entries = Object.entries(arrays);

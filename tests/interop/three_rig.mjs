@@ -1,7 +1,7 @@
 // Poses a rigged .glb with three.js, without a browser. Job and answer as in clients.py.
 import * as THREE from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import { answer, indexOf, job, readBytes } from "./job.mjs";
+import { answer, indexOf, job, readBytes, takePoses } from "./job.mjs";
 
 globalThis.self ??= globalThis; // GLTFLoader asks it for URL
 
@@ -54,11 +54,7 @@ const arrays = { triangles: Uint32Array.from(geometry.index.array) };
 for (const [name, attribute] of Object.entries(geometry.attributes)) {
   arrays[`attribute/${name}`] = Float32Array.from(attribute.array);
 }
-job.poses.forEach((pose, k) => {
-  toRest();
-  setPose(pose);
-  arrays[`pose/${k}`] = posed();
-});
+takePoses(arrays, toRest, setPose, posed);
 for (const { clip, times } of job.clips) {
   toRest();
   const mixer = new THREE.AnimationMixer(gltf.scene);

@@ -11,6 +11,7 @@ import zipfile
 import zlib
 from collections.abc import Iterable, Iterator
 
+from avatar_export.readers.archive import ZIP_FAULTS
 from avatar_export.writers.usd.compare import same_usd
 from avatar_runtime.errors import AvatarError
 
@@ -81,7 +82,7 @@ def _contents(data: bytes) -> list[tuple[str, bytes]]:
             ):
                 raise AvatarError("must hold stored files only; convert again")
             return [(info.filename, archive.read(info)) for info in infos]
-    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError, EOFError, RuntimeError) as error:
+    except ZIP_FAULTS as error:
         raise AvatarError(f"is no sound zip ({error}); convert again") from None
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avatar_export.ops.vertex_colour import GREY, linear_from_display, vertex_colours
+from avatar_export.ops.vertex_colour import FINEST, GREY, linear_from_display, vertex_colours
 from avatar_runtime.avatar import Avatar
 from tests.avatars import full_avatar
 
@@ -40,6 +40,24 @@ def test_each_vertex_takes_what_is_nearest_to_it(splatting_head_avatar: Avatar) 
     found = vertex_colours(painted(avatar, (avatar.gaussians.mean - low) / span), avatar.rig)
     want = np.clip((avatar.embedding.canonical_vertices - low) / span, 0, 1)
     assert np.abs(found - want).mean() < 0.03
+
+
+def test_what_lies_a_cell_further_counts_by_how_near_it_is() -> None:
+    """In the middle of its cell a vertex has the colour of that cell alone, between two cells the mean of both."""
+    avatar = full_avatar()
+    assert avatar.rig is not None
+    cell = np.float32(1 / 64)
+    diagonal = FINEST * cell / np.sqrt(np.float32(3))
+    vertices = np.zeros_like(avatar.rig.vertices)
+    vertices[1], vertices[2:] = diagonal, [40.5 * cell] * 3
+    vertices[3, 0] += cell / 2
+    mean = np.tile(vertices[2], (avatar.gaussians.count, 1))
+    mean[::2, 0] += cell
+    red_and_blue = np.tile([[0.0, 0, 1], [1, 0, 0]], (avatar.gaussians.count // 2, 1))
+    avatar = painted(replace(avatar, gaussians=replace(avatar.gaussians, mean=mean)), red_and_blue)
+    found = vertex_colours(avatar, replace(avatar.rig, vertices=vertices))
+    np.testing.assert_allclose(found[2], [1, 0, 0], atol=2e-2)
+    np.testing.assert_allclose(found[3], [0.5, 0, 0.5], atol=2e-2)
 
 
 def test_invisible_gaussians_colour_nothing() -> None:

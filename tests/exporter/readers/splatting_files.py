@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 from plyfile import PlyData, PlyElement
+
+from avatar_export.readers import splatting_avatar
+from avatar_export.readers.options import ReadOptions
+from avatar_runtime.avatar import Avatar
 
 COUNT = 24
 # A lopsided octahedron, as the six decimals of an .obj say it; 0.2 high.
@@ -129,3 +134,25 @@ def write_gaussian_run(run: Path, a: Arrays, *, binding: Any = None, vertices: i
             expr=np.zeros((2, 5), "f4"),
         )
     return folder
+
+
+def read_run(path: Path, **options: Any) -> Avatar:
+    """The avatar of a run, by default without a rig."""
+    return splatting_avatar.read(path, ReadOptions(**{"no_rig": True, **options})).check()
+
+
+def notes_of(avatar: Avatar) -> list[str]:
+    """What the reader itself has to say; that there is no rig, its part for rigs says."""
+    return [note for note in avatar.provenance["notes"] if not note.startswith("no rig")]
+
+
+def put(key: str, *at: Any) -> Callable[[dict[str, Any]], None]:
+    """Puts the last of `at` to where the others lead."""
+
+    def change(document: dict[str, Any]) -> None:
+        owner: Any = document
+        for step in (key, *at[:-2]):
+            owner = owner[step]
+        owner[at[-2]] = at[-1]
+
+    return change

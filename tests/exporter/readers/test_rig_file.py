@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,13 @@ from avatar_export.readers.rig_file import RigFile, read_rig_file
 from avatar_runtime.avatar import Rig
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.player import Player
+from tests.avatars import full_avatar
 from tests.exporter.readers import fbx_files, rig_files
 from tests.exporter.readers.lam_files import edited
 from tests.exporter.readers.made import MANGLING, mangled, only_avatar_errors
 from tests.exporter.readers.rig_files import Part, rig_glb
 from tests.exporter.readers.test_lam_mangled import HOSTILE, _places, _set
+from tests.exporter.writers.rigs import rig_of
 from tests.shared_data import shared
 
 METRES = 1e-6
@@ -125,10 +128,7 @@ def test_driving_by_the_names_of_shapes_and_joints(tmp_path: Path) -> None:
 def test_joints_by_common_names(
     names: tuple[str, ...], head: str | None, eyes: tuple[str | None, ...]
 ) -> None:
-    class Named:
-        joint_names = names
-
-    driving = rig_driving(Named(), ())  # type: ignore[arg-type]
+    driving = rig_driving(replace(rig_of(full_avatar()), joint_names=names), ())
     assert driving.head_joint == head and (driving.left_eye_joint, driving.right_eye_joint) == eyes
 
 
