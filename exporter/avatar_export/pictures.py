@@ -62,7 +62,7 @@ def robust_box(mean: npt.NDArray[np.floating[Any]]) -> Box:
 
 def contact_sheet(avatar: Avatar, size: int = SHEET_SIZE) -> Pixels:
     """Neutral, ten expressions or moments of a clip, and more views, labelled, [H, W, 3]."""
-    player, poses = Player(avatar), sheet_poses(avatar)
+    player, poses = Player(avatar, "reference"), sheet_poses(avatar)
     box = robust_box(_means(player, [pose for _, pose, _ in poses]))
     cells = [
         (label, player.frame(pose, frame_camera(box, size, size, yaw)).rgb8()) for label, pose, yaw in poses

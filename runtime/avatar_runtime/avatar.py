@@ -45,6 +45,15 @@ class SparseRows:
     def entries(self) -> int:
         return len(self.column)
 
+    def take(self, rows: npt.NDArray[Any]) -> SparseRows:
+        """The rows named by `rows`, in that order."""
+        begin = self.row_ptr[rows].astype(np.int64)
+        count = self.row_ptr[rows + 1].astype(np.int64) - begin
+        ptr = np.concatenate([[0], np.cumsum(count)])
+        entry = np.arange(ptr[-1]) + np.repeat(begin - ptr[:-1], count)
+        values = {name: value[entry] for name, value in self.values.items()}
+        return SparseRows(ptr.astype(np.uint32), self.column[entry], values, self.columns)
+
     @staticmethod
     def empty(rows: int, columns: int, shapes: Mapping[str, tuple[int, ...]]) -> SparseRows:
         """No entries; `shapes` gives the trailing shape of each attribute."""

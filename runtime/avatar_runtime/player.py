@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F32, Avatar, Rig, SparseRows
+from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.backends import Backend, make_backend
 from avatar_runtime.camera import Camera
 from avatar_runtime.errors import AvatarError
-from avatar_runtime.pose import Pose, PoseArrays, resolve
-from avatar_runtime.stages.activate import Splats, activate
-from avatar_runtime.stages.bind import bind, bind_surface
-from avatar_runtime.stages.blend import blend
-from avatar_runtime.stages.joints import Joints, joints
-from avatar_runtime.stages.morph import morph
-from avatar_runtime.stages.project import project
-from avatar_runtime.stages.raster import Picture, raster
-from avatar_runtime.stages.skin import skin
-from avatar_runtime.stages.sort import sort
-from avatar_runtime.stages.surface import prepare
+from avatar_runtime.pose import Pose, resolve
+from avatar_runtime.posed import Clock, Posed, Poser
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.raster import Picture
 
-T = TypeVar("T")
 # Absurd numbers become infinite, and what is infinite is not drawn: no news for standard error.
 ABSURD = np.errstate(over="ignore", invalid="ignore")
 
@@ -35,7 +27,6 @@ class Frame:
     """One played frame."""
 
     picture: Picture
-    splats: Splats
     milliseconds: Mapping[str, float]  # by stage, wall time
 
     def rgba8(self) -> npt.NDArray[np.uint8]:
@@ -55,13 +46,21 @@ class Frame:
 
 
 class Player:
-    """Plays one avatar on the NumPy reference stages."""
+    """Plays one avatar on one backend: `reference`, `cpu` or `gl`; by default the fastest that needs no GPU."""
 
-    def __init__(self, avatar: Avatar) -> None:
+    def __init__(self, avatar: Avatar, backend: str | None = None, **options: Any) -> None:
+        """`options` are the backend's own. Raises AvatarError where what it needs is not installed."""
         self.avatar = avatar
-        self._anchors = _anchor_rig(avatar)
-        e = avatar.embedding
-        self._surface = None if e is None else prepare(e, avatar.rules, avatar.training_per_bundle)
+        self.backend: Backend = make_backend(backend, avatar, **options)
+        self._poser = Poser(avatar)
+
+    def posed(
+        self, pose: Pose, *, posed_vertices: npt.NDArray[Any] | None = None, clock: Clock | None = None
+    ) -> Posed:
+        """Stage `joints`: what a backend takes. Raises as `animate`."""
+        vertices = None if posed_vertices is None else _mesh_vertices(self.avatar, posed_vertices)
+        arrays = resolve(pose, self.avatar)
+        return (clock or Clock()).timed("joints", lambda: self._poser.posed(arrays, vertices))
 
     @ABSURD
     def animate(
@@ -77,32 +76,8 @@ class Player:
         rig makes of the pose; without a rig and without them the mesh is the canonical one.
         Raises ValueError for posed_vertices of another shape, or where nothing is bound to a surface.
         """
-        timed = _timer(milliseconds)
-        avatar, arrays = self.avatar, resolve(pose, self.avatar)
-        if posed_vertices is not None:
-            posed_vertices = _mesh_vertices(avatar, posed_vertices)
-        state: Joints | None = None
-        anchors: F32 | None = None
-        if avatar.rig is not None:
-            rig = avatar.rig
-            state = timed("joints", lambda: joints(rig, arrays))
-        if self._anchors is not None and state is not None:
-            anchors = self._anchor_vertices(self._anchors, arrays, state, timed)
-        blended = timed(
-            "blend", lambda: blend(avatar.gaussians, avatar.blendshapes, arrays.expression_weights)
-        )
-        surface = self._surface
-        if surface is not None:
-            vertices = posed_vertices
-            if vertices is None and avatar.rig is not None and state is not None:
-                vertices = _posed(avatar.rig, arrays, state, timed)
-            if vertices is None:
-                vertices = surface.embedding.canonical_vertices
-            bound = timed("bind", lambda: bind_surface(surface, blended, vertices, arrays.world_from_avatar))
-        else:
-            late, world = arrays.late_weights, arrays.world_from_avatar
-            bound = timed("bind", lambda: bind(avatar, blended, state, late, anchors, world))
-        return timed("activate", lambda: activate(bound))
+        clock = Clock({} if milliseconds is None else milliseconds)
+        return self.backend.animate(self.posed(pose, posed_vertices=posed_vertices, clock=clock), clock)
 
     @ABSURD
     def frame(
@@ -110,47 +85,32 @@ class Player:
         pose: Pose,
         camera: Camera,
         background: tuple[float, float, float] | None = None,
-        profile: str = "trainer",
+        profile: str | None = None,
         *,
         posed_vertices: npt.NDArray[Any] | None = None,
     ) -> Frame:
         """A picture of `pose` seen by `camera`; `background` defaults to the trainer's, or black.
 
-        `posed_vertices` as in `animate`.
+        `profile` defaults to the first of the backend's. `posed_vertices` as in `animate`. Raises ValueError for
+        a profile that the backend does not draw.
         """
-        milliseconds: dict[str, float] = {}
-        timed = _timer(milliseconds)
-        splats = self.animate(pose, milliseconds, posed_vertices=posed_vertices)
+        profile = self.backend.profiles[0] if profile is None else profile
+        if profile not in self.backend.profiles:
+            raise ValueError(f"{profile!r} is none of {', '.join(self.backend.profiles)}")
+        clock = Clock()
+        posed = self.posed(pose, posed_vertices=posed_vertices, clock=clock)
         settings = self.avatar.raster
         if background is None:
             background = (0.0, 0.0, 0.0) if isinstance(settings.background, str) else settings.background
-        colour = np.array(background, np.float32)
-        projected = timed("project", lambda: project(splats, camera, settings, self.avatar.sh_degree))
-        order = timed("sort", lambda: sort(projected))
-        picture = timed("raster", lambda: raster(projected, order, camera, colour, profile))
-        return Frame(picture, splats, milliseconds)
+        picture = self.backend.frame(posed, camera, np.array(background, np.float32), profile, clock)
+        return Frame(picture, clock.milliseconds)
 
     @ABSURD
     def mesh(self, pose: Pose) -> F32:
         """Posed vertices [V, 3] of the whole rig, mesh space. Raises AvatarError without a rig."""
-        rig = self.avatar.rig
-        if rig is None:
+        if self.avatar.rig is None:
             raise AvatarError("this avatar has no rig, so there is no mesh to pose", field="rig")
-        arrays = resolve(pose, self.avatar)
-        state = joints(rig, arrays)
-        return _posed(rig, arrays, state, _timer(None))
-
-    def _anchor_vertices(
-        self,
-        anchors: tuple[Rig, npt.NDArray[Any]],
-        arrays: PoseArrays,
-        state: Joints,
-        timed: Callable[..., Any],
-    ) -> F32:
-        rig, repeats = anchors
-        vertices = _posed(rig, arrays, state, timed)
-        result: F32 = vertices[repeats]
-        return result
+        return self.backend.mesh(self.posed(pose), Clock())
 
 
 def _mesh_vertices(avatar: Avatar, vertices: npt.NDArray[Any]) -> F32:
@@ -160,50 +120,6 @@ def _mesh_vertices(avatar: Avatar, vertices: npt.NDArray[Any]) -> F32:
     if np.shape(vertices) != want:
         raise ValueError(f"posed_vertices are {np.shape(vertices)}, the embedding's mesh has {want}")
     return np.asarray(vertices, np.float32)
-
-
-def _posed(rig: Rig, arrays: PoseArrays, state: Joints, timed: Callable[..., Any]) -> F32:
-    vertices = timed("morph", lambda: morph(rig, arrays.expression_weights, state.pose_feature))
-    posed: F32 = timed("skin", lambda: skin(rig, vertices, state.skin_matrix, arrays.late_weights))
-    return posed
-
-
-def _anchor_rig(avatar: Avatar) -> tuple[Rig, npt.NDArray[Any]] | None:
-    """The rig's anchor vertices alone, and their order with repeats; None where no group needs them."""
-    rig = avatar.rig
-    if rig is None or all(group.binding != "anchor" for group in avatar.groups):
-        return None
-    unique, repeats = np.unique(rig.anchor_vertices, return_inverse=True)
-    part = replace(
-        rig,
-        vertices=rig.vertices[unique],
-        morphs=take_rows(rig.morphs, unique),
-        correctives=take_rows(rig.correctives, unique),
-        late_morphs=take_rows(rig.late_morphs, unique),
-        skin=take_rows(rig.skin, unique),
-    )
-    return part, repeats
-
-
-def take_rows(sparse: SparseRows, rows: npt.NDArray[Any]) -> SparseRows:
-    """The rows named by `rows`, in that order."""
-    begin = sparse.row_ptr[rows].astype(np.int64)
-    count = sparse.row_ptr[rows + 1].astype(np.int64) - begin
-    ptr = np.concatenate([[0], np.cumsum(count)])
-    entry = np.arange(ptr[-1]) + np.repeat(begin - ptr[:-1], count)
-    values = {name: value[entry] for name, value in sparse.values.items()}
-    return SparseRows(ptr.astype(np.uint32), sparse.column[entry], values, sparse.columns)
-
-
-def _timer(milliseconds: dict[str, float] | None) -> Callable[[str, Callable[[], T]], T]:
-    def timed(stage: str, run: Callable[[], T]) -> T:
-        start = time.perf_counter()
-        result = run()
-        if milliseconds is not None:
-            milliseconds[stage] = milliseconds.get(stage, 0.0) + 1e3 * (time.perf_counter() - start)
-        return result
-
-    return timed
 
 
 def _bytes(values: F32) -> npt.NDArray[np.uint8]:

@@ -13,6 +13,7 @@ from avatar_runtime.pose import PoseArrays
 from avatar_runtime.rotation import homogeneous, translation_matrix
 from avatar_runtime.stages.bind import Bound, bind
 from avatar_runtime.stages.blend import blend
+from avatar_runtime.stages.groups import group_transforms
 from avatar_runtime.stages.joints import Joints
 from tests.golden import FRAMES, Array, BlendshapesGolden
 
@@ -154,8 +155,10 @@ def bound(model: GoldenModel, frame: dict[str, Array], world: Array | None = Non
     pose = model.pose(frame)
     blended = blend(model.avatar.gaussians, model.avatar.blendshapes, pose.expression_weights)
     anchors, state = model.posed_anchors(frame), golden_joints(frame)
+    groups = group_transforms(model.avatar, state, anchors)
+    world = np.eye(4) if world is None else world
     return bind(
-        model.avatar, blended, state, pose.late_weights, anchors, np.eye(4) if world is None else world
+        model.avatar, blended, state.skin_matrix, state.pose_feature, pose.late_weights, groups, world
     )
 
 

@@ -8,8 +8,9 @@ import pytest
 from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import homogeneous, polar, quat_from_matrix, quat_multiply
 from avatar_runtime.stages.activate import activate
-from avatar_runtime.stages.bind import anchor_transform, joint_mix, rows_of
+from avatar_runtime.stages.bind import rows_of
 from avatar_runtime.stages.blend import blend
+from avatar_runtime.stages.groups import anchor_transform, joint_mix
 from avatar_runtime.stages.joints import joints, rest_transforms
 from avatar_runtime.stages.morph import morph
 from avatar_runtime.stages.skin import skin, transform

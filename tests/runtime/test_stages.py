@@ -12,8 +12,9 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.pose import Pose, joint_rotation, resolve
 from avatar_runtime.rotation import homogeneous, matrix_from_quat, matrix_from_rotvec
 from avatar_runtime.stages.activate import activate
-from avatar_runtime.stages.bind import Bound, anchor_transform, bind
+from avatar_runtime.stages.bind import Bound, bind
 from avatar_runtime.stages.blend import blend
+from avatar_runtime.stages.groups import anchor_transform, group_transforms
 from avatar_runtime.stages.joints import Joints, joints, rest_transforms
 from avatar_runtime.stages.project import Projected, project
 from avatar_runtime.stages.skin import skin
@@ -35,10 +36,14 @@ def bound(avatar: Avatar, pose: Pose) -> Bound:
     arrays = resolve(pose, avatar)
     blended = blend(avatar.gaussians, avatar.blendshapes, arrays.expression_weights)
     state = anchors = None
+    matrix = np.zeros((0, 4, 4), np.float32)
+    feature = np.zeros(avatar.blendshapes.correctives.columns, np.float32)
     if avatar.rig is not None:
         state = joints(avatar.rig, arrays)
+        matrix, feature = state.skin_matrix, state.pose_feature
         anchors = avatar.rig.vertices[avatar.rig.anchor_vertices] + np.float32(0.01)
-    return bind(avatar, blended, state, arrays.late_weights, anchors, arrays.world_from_avatar)
+    groups = group_transforms(avatar, state, anchors)
+    return bind(avatar, blended, matrix, feature, arrays.late_weights, groups, arrays.world_from_avatar)
 
 
 def test_an_expression_alone_moves_joints_but_turns_nothing() -> None:
@@ -192,7 +197,7 @@ def test_an_expression_only_avatar_needs_no_joints() -> None:
 def test_an_anchor_group_needs_its_vertices() -> None:
     avatar, arrays = full_avatar(), resolve(Pose(), full_avatar())
     with pytest.raises(ValueError, match="anchor vertices"):
-        bind(avatar, avatar.gaussians, joints(avatar.rig, arrays), arrays.late_weights, None, np.eye(4))
+        group_transforms(avatar, joints(avatar.rig, arrays), None)
 
 
 def test_activate_leaves_training_space() -> None:

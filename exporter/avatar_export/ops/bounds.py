@@ -108,7 +108,7 @@ def _vertex_balls(avatar: Avatar, rig: Rig) -> tuple[F64, F64]:
 def _clip_frames(avatar: Avatar) -> Iterator[tuple[F64, F64]]:
     """([N, 3] means, [N, 3] half-sizes) at frames spread over the avatar's clips, without world_from_avatar."""
     frames = [(clip, frame) for clip in avatar.clips for frame in range(clip.frames)]
-    player = Player(avatar)
+    player = Player(avatar, "reference")
     for index in np.unique(np.linspace(0, len(frames) - 1, min(len(frames), CLIP_FRAMES)).astype(int)):
         clip, frame = frames[index]
         splats = player.animate(replace(clip_pose(avatar, clip, frame), world_from_avatar=np.eye(4)))

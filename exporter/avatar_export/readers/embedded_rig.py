@@ -25,7 +25,7 @@ from avatar_export.readers.subject_files import read_shape
 from avatar_export.readers.vertex_map import VertexMap, vertex_map
 from avatar_runtime.avatar import F32, F64, I64, U32, Avatar, Clip, Driving, Expression, Rig
 from avatar_runtime.errors import AvatarError
-from avatar_runtime.player import Player, take_rows
+from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 
 POSE_FILES = ("flame_params.json", "poses.npz", "flame_param.npz")
@@ -179,10 +179,10 @@ def renumbered(rig: Rig, rows: I64, triangles: U32) -> Rig:
         rig,
         vertices=rig.vertices[rows],
         triangles=triangles,
-        morphs=take_rows(rig.morphs, rows),
-        correctives=take_rows(rig.correctives, rows),
-        late_morphs=take_rows(rig.late_morphs, rows),
-        skin=take_rows(rig.skin, rows),
+        morphs=rig.morphs.take(rows),
+        correctives=rig.correctives.take(rows),
+        late_morphs=rig.late_morphs.take(rows),
+        skin=rig.skin.take(rows),
         anchor_vertices=np.zeros(0, np.uint32),
     )
 
@@ -202,7 +202,7 @@ def _fit_notes(avatar: Avatar, vertices: F32, triangles: U32) -> list[str]:
     poses = {"at rest": Pose()}
     for clip in avatar.clips[:1]:
         poses[f"in frame 0 of {clip.name!r}"] = clip_poses(avatar, first_frame(clip))[0]
-    player, used = Player(avatar), np.unique(triangles)
+    player, used = Player(avatar, "reference"), np.unique(triangles)
     off = {
         when: np.linalg.norm((player.mesh(pose) - vertices)[used].astype(np.float64), axis=1)
         for when, pose in poses.items()

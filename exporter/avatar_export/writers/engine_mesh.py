@@ -14,7 +14,6 @@ import numpy as np
 from avatar_runtime.avatar import F32, F64, I64, U16, U32, Avatar, SparseRows
 from avatar_runtime.engine_pose import target_names
 from avatar_runtime.errors import AvatarError
-from avatar_runtime.player import take_rows
 
 
 @dataclass(frozen=True)
@@ -88,7 +87,7 @@ def engine_mesh(avatar: Avatar) -> EngineMesh:
     columns = [
         column
         for matrix in (rig.morphs, rig.correctives, rig.late_morphs)
-        for column in _columns(take_rows(matrix, vertex_id))
+        for column in _columns(matrix.take(vertex_id))
     ]
     return EngineMesh(
         vertex_id.astype(np.int64),
@@ -97,7 +96,7 @@ def engine_mesh(avatar: Avatar) -> EngineMesh:
         _normals(vertices, triangles),
         triangles,
         tuple(Target(name, *column) for name, column in zip(target_names(avatar), columns, strict=True)),
-        take_rows(rig.skin, vertex_id),
+        rig.skin.take(vertex_id),
     )
 
 

@@ -13,7 +13,6 @@ from avatar_export.writers.engine_mesh import EngineMesh, Influences, engine_mes
 from avatar_runtime.avatar import F32, F64, Avatar, Rig
 from avatar_runtime.engine_pose import engine_pose, node_transforms, rest_nodes
 from avatar_runtime.errors import AvatarError
-from avatar_runtime.player import take_rows
 from avatar_runtime.pose import Pose, clip_pose, joint_rotation, resolve
 from avatar_runtime.stages.joints import chain, pose_features
 from avatar_runtime.stages.morph import morph
@@ -84,9 +83,9 @@ def _rows(rig: Rig, mesh: EngineMesh) -> Rig:
         rig,
         vertices=mesh.vertices,
         triangles=mesh.triangles,
-        morphs=take_rows(rig.morphs, mesh.vertex_id),
-        correctives=take_rows(rig.correctives, mesh.vertex_id),
-        late_morphs=take_rows(rig.late_morphs, mesh.vertex_id),
+        morphs=rig.morphs.take(mesh.vertex_id),
+        correctives=rig.correctives.take(mesh.vertex_id),
+        late_morphs=rig.late_morphs.take(mesh.vertex_id),
         skin=mesh.skin,
     )
 

@@ -1,0 +1,81 @@
+"""What plays the stages: one row each in BACKENDS, one interface, the same results."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.camera import Camera
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.posed import Clock, Posed
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.raster import Picture
+
+Arrays = Mapping[str, npt.NDArray[Any]]
+
+
+class Backend(Protocol):
+    """Plays one avatar. Stage `joints` is NumPy's in every backend and gives `Posed`; the rest is the backend's."""
+
+    profiles: tuple[str, ...]  # raster profiles that it draws
+
+    def mesh(self, posed: Posed, clock: Clock) -> F32:
+        """Stages morph and skin: posed vertices [V, 3] of the rig, mesh space."""
+        ...
+
+    def animate(self, posed: Posed, clock: Clock) -> Splats:
+        """Stages up to activate: Gaussians in world space."""
+        ...
+
+    def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Picture:
+        """All stages: the picture over `background` [3]."""
+        ...
+
+    def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
+        """One stage alone, from the inputs that `conformance.STAGE_ARRAYS` names to its outputs."""
+        ...
+
+
+@dataclass(frozen=True)
+class Row:
+    """Where a backend lives and what it takes to run it."""
+
+    module: str
+    library: str | None  # the library that it needs besides NumPy
+    extra: str | None  # the extra of this package that installs it
+
+
+BACKENDS: Mapping[str, Row] = {
+    "reference": Row("avatar_runtime.backends.reference", None, None),
+    "cpu": Row("avatar_runtime.backends.cpu", "numba", "fast"),
+    "gl": Row("avatar_runtime.backends.gl", "moderngl", "gl"),
+}
+
+
+def default_backend() -> str:
+    """`cpu` where Numba is installed, else `reference`."""
+    return "cpu" if importlib.util.find_spec("numba") else "reference"
+
+
+def make_backend(name: str | None, avatar: Avatar, **options: Any) -> Backend:
+    """The backend of that name for `avatar`; None takes the default.
+
+    Raises ValueError for an unknown name, AvatarError where its library is not installed.
+    """
+    name = default_backend() if name is None else name
+    if name not in BACKENDS:
+        raise ValueError(f"{name!r} is none of {', '.join(BACKENDS)}")
+    row = BACKENDS[name]
+    if row.library and importlib.util.find_spec(row.library) is None:
+        raise AvatarError(
+            f"needs {row.library}: pip install 'avatar-export[{row.extra}]'", field=f"backend {name}"
+        )
+    backend: Backend = importlib.import_module(row.module).make(avatar, **options)
+    return backend
