@@ -27,11 +27,11 @@ clean:
 	$(BIN)/python -m pip install --quiet --editable .
 	touch $@
 
-.venv/tested: .venv/installed
+.venv/tested: .venv/installed .ci/packages
+	sh .ci/packages tests
 	$(BIN)/python -m pip install --quiet --group dev
 	touch $@
 
-$(NODE_CLIENTS): tests/interop/package-lock.json
-	sh .ci/packages node
+$(NODE_CLIENTS): tests/interop/package-lock.json | .venv/tested
 	npm ci --prefix tests/interop --ignore-scripts --loglevel=error
 	touch $@

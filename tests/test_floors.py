@@ -1,4 +1,4 @@
-"""Imports point down: export -> runtime -> schema. Heavy libraries keep to a room."""
+"""Imports point down: export -> runtime -> shaders -> schema. Heavy libraries keep to a room."""
 
 from __future__ import annotations
 
@@ -15,11 +15,16 @@ FLOORS: dict[
     str, tuple[str, set[str]]
 ] = {  # package: (folder, what it may import besides the standard library)
     "avatar_schema": ("schema", {"jsonschema"}),
-    "avatar_runtime": ("runtime", {"avatar_schema", "numpy"}),
+    "avatar_shaders": ("engine_shaders", {"avatar_schema"}),
+    "avatar_runtime": (
+        "runtime",
+        {"avatar_schema", "avatar_shaders", "llvmlite", "moderngl", "numba", "numpy"},
+    ),
     "avatar_export": (
         "exporter",
         {
             "avatar_schema",
+            "avatar_shaders",
             "avatar_runtime",
             "numpy",
             "PIL",
@@ -34,8 +39,9 @@ FLOORS: dict[
 }
 HEAVY: dict[str, str | None] = {  # library: the one folder that may import it, None before there is one
     "torch": None,
-    "moderngl": None,
-    "numba": None,
+    "moderngl": "runtime/avatar_runtime/backends/gl",
+    "numba": "runtime/avatar_runtime/backends/cpu",
+    "llvmlite": "runtime/avatar_runtime/backends/cpu",
     "pxr": "exporter/avatar_export/writers/usd",
 }
 
@@ -69,9 +75,16 @@ def test_heavy_libraries_keep_to_their_room() -> None:
         assert any((ROOT / room).glob("*.py")), f"{room} is gone"
 
 
+def test_only_the_gl_backend_of_the_runtime_knows_the_shaders() -> None:
+    room = ROOT / "runtime/avatar_runtime/backends/gl"
+    for file in (ROOT / "runtime").rglob("*.py"):
+        assert room in file.parents or "avatar_shaders" not in set(imports(file)), file.relative_to(ROOT)
+
+
 def test_heavy_libraries_are_loaded_only_where_they_are_needed() -> None:
     program = (
-        f"import sys, avatar_export.cli, avatar_export.validate; print(*set({[*HEAVY]}) & sys.modules.keys())"
+        "import sys, avatar_export.cli, avatar_export.validate, avatar_runtime.backends, avatar_shaders.__main__;"
+        f"print(*set({[*HEAVY]}) & sys.modules.keys())"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, text=True)
     assert done.stdout.split() == []

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = {"avatar_schema", "avatar_runtime", "avatar_export"}
+PACKAGES = {"avatar_schema", "avatar_shaders", "avatar_runtime", "avatar_export"}
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +31,8 @@ def test_wheel_holds_exactly_our_packages(wheel: Path) -> None:
         "avatar_schema/v1/avatar.schema.json",
         "avatar_schema/v1/constants.json",
         "avatar_runtime/py.typed",
+        "avatar_shaders/reflection.json",
+        "avatar_shaders/hlsl/splat.hlsli",
     ):
         assert needed in names
     assert any(name.endswith("NOTICE.md") for name in names)
@@ -52,6 +54,14 @@ def test_wheel_runs_in_a_clean_environment(wheel: Path, tmp_path: Path) -> None:
     )
     ran = subprocess.run([str(python), "-c", code], check=True, capture_output=True, text=True, cwd=tmp_path)
     assert str(site) in ran.stdout
+    code = (
+        "import avatar_shaders as s; print(all(s.source(e, l) for l in ('hlsl', *s.LANGUAGES) for e in s.ENTRIES),"
+        "all(s.ENTRIES.keys() == s.reflection(l).keys() for l in s.LANGUAGES))"
+    )
+    shaders = subprocess.run(
+        [str(python), "-c", code], check=True, capture_output=True, text=True, cwd=tmp_path
+    )
+    assert shaders.stdout.split() == ["True", "True"]
     command = tmp_path / "env" / "bin" / "avatar-export"
     listed = subprocess.run(
         [str(command), "systems"], check=True, capture_output=True, text=True, cwd=tmp_path

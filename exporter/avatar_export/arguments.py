@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from avatar_export.read import READERS
+from avatar_runtime.backends import BACKENDS
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace OUT if it exists.")]
@@ -25,6 +26,13 @@ Arkit = Annotated[
 ]
 Turns = Annotated[
     list[str] | None, typer.Option("--joint", "-j", help="NAME=X,Y,Z: rotation vector in degrees.")
+]
+Backend = Annotated[
+    str | None,
+    typer.Option(
+        help=f"What computes: {', '.join(BACKENDS)}; default: cpu where Numba is installed, else reference.",
+        metavar="NAME",
+    ),
 ]
 Eyelids = Annotated[list[str] | None, typer.Option(help="NAME=WEIGHT.")]
 NUMBER = re.compile("[0-9]{1,6}")

@@ -1,4 +1,4 @@
-"""The command line: convert, inspect, validate, render, pose, systems."""
+"""The command line: convert, inspect, validate, conform, render, pose, systems."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from avatar_export import GENERATOR, arguments
+from avatar_export.commands.conform import conform
 from avatar_export.commands.convert import convert
 from avatar_export.commands.pose import pose
 from avatar_export.commands.render import render
@@ -17,6 +18,7 @@ from avatar_export.console import Steps, facts_table, output, print_json
 from avatar_export.inspect import inspect as inspect_avatar
 from avatar_export.read import READERS, expect_bundle
 from avatar_export.validate import validate as validate_bundle
+from avatar_runtime.bundle import handedness, opener, read_manifest
 from avatar_runtime.errors import AvatarError
 
 app = typer.Typer(
@@ -63,10 +65,12 @@ def validate(
         for problem in problems:
             output.print(f"{'warning' if problem.warning else 'error'}: {problem}")
         if not errors:
-            output.print(f"{bundle}: sound")
+            left = handedness(read_manifest(opener(bundle))) == "left"
+            output.print(f"{bundle}: sound{', left-handed' if left else ''}")
     raise typer.Exit(1 if errors else 0)
 
 
+app.command()(conform)
 app.command()(render)
 app.command()(pose)
 

@@ -11,7 +11,7 @@ import numpy as np
 from avatar_export.driving.drive import unreached
 from avatar_export.read import find, is_bundle, read_with
 from avatar_runtime.avatar import Avatar, Embedding, SparseRows
-from avatar_runtime.bundle import MANIFEST, load, opener, read_manifest
+from avatar_runtime.bundle import MANIFEST, handedness, load, opener, read_manifest
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.topology import topology_hash
 
@@ -27,6 +27,7 @@ def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
         return {
             "kind": "bundle",
             "version": manifest["asset"]["version"],
+            "handedness": handedness(manifest),
             **summary(avatar),
             "files": files,
         }

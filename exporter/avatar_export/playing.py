@@ -39,7 +39,8 @@ class View:
     orbit: float = 0.0  # degrees that the yaw moves over a sequence
     background: tuple[float, float, float] | None = None  # None: the trainer's
     transparent: bool = False
-    profile: str = "trainer"
+    profile: str | None = None  # None: the first that the backend draws
+    backend: str | None = None  # None: the runtime's default
 
 
 @dataclass(frozen=True)
@@ -139,8 +140,16 @@ def turntable(pose: Pose, fps: float) -> PoseSequence:
 
 
 def frames(avatar: Avatar, sequence: PoseSequence, view: View) -> Iterator[Pixels]:
-    """Pictures, one a pose; the camera stands where it sees all of them."""
-    player, count = Player(avatar), len(sequence.poses)
+    """Pictures, one a pose; the camera stands where it sees all of them.
+
+    Raises AvatarError for a profile that the backend does not draw, or where what the backend needs is missing.
+    """
+    player, count = Player(avatar, view.backend), len(sequence.poses)
+    drawn = player.backend.profiles
+    if view.profile is not None and view.profile not in drawn:
+        raise AvatarError(
+            f"is not drawn by backend {view.backend}: take {' or '.join(drawn)}", field=f"profile {view.profile}"
+        )
     box = framed(player, sequence)
     for index, pose in enumerate(sequence.poses):
         turn = view.orbit * index / max(count, 1)

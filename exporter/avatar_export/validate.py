@@ -15,9 +15,11 @@ import numpy.typing as npt
 from avatar_export.driving.arkit import canonical
 from avatar_export.ops.bounds import bounds
 from avatar_export.validate_derived import derived_problems
+from avatar_export.validate_reference import reference_problems
 from avatar_runtime.avatar import Avatar, SparseRows
-from avatar_runtime.bundle import MANIFEST, Open, checked_bytes, load, opener, read_manifest
+from avatar_runtime.bundle import MANIFEST, Open, checked_bytes, handedness, load, opener, read_manifest
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.handedness import mirrored, mirrored_boxes
 from avatar_runtime.pose import Pose, resolve
 from avatar_runtime.stages.joints import joints
 from avatar_schema.validate import Problem, manifest_problems
@@ -57,7 +59,9 @@ def validate(path: str | Path) -> list[Problem]:
             problems.append(_problem(error))
         return problems
     problems += [p for check in _CHECKS for p in check(avatar, document)]
-    return problems + list(derived_problems(avatar, document, read))
+    problems += derived_problems(avatar, document, read)
+    stored = avatar if handedness(document) == "right" else mirrored(avatar)
+    return problems + list(reference_problems(stored, document, read))
 
 
 def _problem(error: AvatarError) -> Problem:
@@ -175,6 +179,8 @@ def _bounds(avatar: Avatar, document: Mapping[str, Any]) -> Iterator[Problem]:
     """Boxes in the manifest against the Gaussians; `swept` may be another writer's, so only a warning."""
     with np.errstate(over="ignore", invalid="ignore"):
         computed = bounds(avatar)
+    if handedness(document) == "left":
+        computed = mirrored_boxes(computed)
     for name, box in computed.items():
         said = document["bounds"][name]
         tolerance = BOUNDS_TOLERANCE * (1 + np.ptp([box["min"], box["max"]], axis=0))

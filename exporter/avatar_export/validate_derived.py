@@ -9,7 +9,7 @@ import numpy as np
 
 from avatar_export.writers import INFLUENCES, WRITERS, Export, Writer, engine_facts
 from avatar_runtime.avatar import F32, F64, Avatar, Gaussians
-from avatar_runtime.bundle import MANIFEST, Open, checked_bytes
+from avatar_runtime.bundle import MANIFEST, Open, checked_bytes, handedness
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.stages.surface import binding_pose
 from avatar_schema.validate import Problem
@@ -26,7 +26,8 @@ def derived_problems(avatar: Avatar, document: Mapping[str, Any], read: Open) ->
     """
     yield from _binding_pose(avatar)
     engine = document["engine"]
-    export = Export(avatar, engine["influences"] if engine else INFLUENCES[0])
+    influences = engine["influences"] if engine else INFLUENCES[0]
+    export = Export(avatar, influences, handedness(document))
     if engine:
         try:
             yield from _figures(engine, engine_facts(export))
@@ -40,7 +41,7 @@ def derived_problems(avatar: Avatar, document: Mapping[str, Any], read: Open) ->
         elif writer.derived != entry["derived"]:
             want = "derived" if writer.derived else "not derived"
             yield Problem(f"{MANIFEST}: $.files", f"{name} is {want}, the manifest says otherwise")
-        elif writer.derived:
+        elif writer.derived and writer.part != "reference":  # which is played, not made again
             yield from _compared(writer, export, entry, read)
 
 

@@ -9,7 +9,7 @@ import math
 import mmap
 import stat
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from avatar_runtime.codec.embedding import read_embedding_tensors
 from avatar_runtime.codec.tensors import read_gaussian_tensors, read_rig_tensors
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.files import open_file
+from avatar_runtime.handedness import mirrored
 from avatar_runtime.topology import topology_hash
 from avatar_schema.validate import Problem, manifest_problems
 
@@ -30,8 +31,11 @@ Data = bytes | memoryview
 Open = Callable[[str, int], Data]  # (name, most bytes) -> contents
 
 
-def load(path: str | Path) -> Avatar:
-    """The avatar in a bundle folder or `.avatar.zip`. Derived files are not opened.
+def load(path: str | Path, *, as_stored: bool = False) -> Avatar:
+    """The avatar in a bundle folder or `.avatar.zip`, right-handed. Derived files are not opened.
+
+    `as_stored` leaves the avatar of a left-handed bundle in its frame, as a left-handed engine reads it: for vectors
+    that such a reader is checked against.
 
     Raises AvatarError for anything missing, altered, out of range or of a newer version. Bundles are data:
     nothing in them is executed.
@@ -49,7 +53,13 @@ def load(path: str | Path) -> Avatar:
             raise AvatarError(f"does not list {name}", file=MANIFEST, field="$.files")
         return checked_bytes(read, listed[name])
 
-    return _avatar(document, checked)
+    avatar = _avatar(document, checked)
+    return avatar if as_stored or handedness(document) == "right" else mirrored(avatar)
+
+
+def handedness(document: Mapping[str, Any]) -> str:
+    """Frame of the normative files, right or left, in a manifest that the schema accepts."""
+    return str(document["frame"]["handedness"])
 
 
 def opener(path: Path) -> Open:
@@ -80,7 +90,12 @@ def opener(path: Path) -> Open:
 
 def read_manifest(read: Open) -> dict[str, Any]:
     """avatar.json, parsed; not yet checked beyond being a JSON object."""
-    text = read(MANIFEST, MANIFEST_LIMIT)
+    return read_json(read, MANIFEST, MANIFEST_LIMIT)
+
+
+def read_json(read: Open, name: str, limit: int) -> dict[str, Any]:
+    """A JSON object of at most `limit` bytes, whose numbers every reader can hold."""
+    text = read(name, limit)
     try:
         document = json.loads(
             bytes(text),
@@ -91,9 +106,9 @@ def read_manifest(read: Open) -> dict[str, Any]:
         )
         json.dumps(document, ensure_ascii=False).encode()  # half a surrogate pair cannot be printed
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not JSON ({error})", file=MANIFEST) from None
+        raise AvatarError(f"is not JSON ({error})", file=name) from None
     if not isinstance(document, dict):
-        raise AvatarError("is not a JSON object", file=MANIFEST)
+        raise AvatarError("is not a JSON object", file=name)
     return document
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,19 @@ class Camera:
     tan_half_fov_y: float  # height / (2 fy)
     width: int
     height: int
+
+    def mirrored(self) -> Camera:
+        """The camera that sees of a world whose x is negated (`handedness.mirrored`) the same picture.
+
+        Camera space stays as it is, so camera_from_world takes S = diag(-1, 1, 1) first: its determinant is -1.
+        """
+        signs = np.array([-1, 1, 1, 1], np.float32)
+        return replace(
+            self,
+            camera_from_world=self.camera_from_world * signs,
+            clip_from_world=self.clip_from_world * signs,
+            centre=self.centre * signs[:3],
+        )
 
     @staticmethod
     def from_opencv(

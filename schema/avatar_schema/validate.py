@@ -28,12 +28,17 @@ class Problem:
 
 def manifest_problems(manifest: Any) -> list[Problem]:
     """Everything wrong with a parsed avatar.json. Versions first: a newer major hides all else."""
-    if not isinstance(manifest, dict):
+    return document_problems(manifest, "avatar")
+
+
+def document_problems(document: Any, name: str) -> list[Problem]:
+    """The same for a document with versions in `asset` and the schema called `name`."""
+    if not isinstance(document, dict):
         return [Problem("$", "is not a JSON object")]
-    problems = version_problems(manifest)
+    problems = version_problems(document)
     if any(not p.warning for p in problems):
         return problems
-    errors = islice(Draft202012Validator(schema("avatar")).iter_errors(manifest), MOST_PROBLEMS)
+    errors = islice(Draft202012Validator(schema(name)).iter_errors(document), MOST_PROBLEMS)
     for error in sorted(errors, key=lambda e: (e.json_path, e.message)):
         problems.append(Problem(error.json_path, _message(error)))
     return problems

@@ -62,6 +62,7 @@ RULES = {
     "$.rules.quaternion_sign": set_at("rules", "quaternion_sign", value="aligned"),
     "$.rules.normal": set_at("rules", "normal", value="raw"),
     "$.engine.influences": set_at("engine", value={"influences": 5}),
+    "$.frame.handedness": set_at("frame", "handedness", value="both"),
     "$.groups[1].binding": set_at("groups", 1, "binding", value="balloon"),
     "$.head_pose_in": set_at("head_pose_in", value="world"),
     "$.driving.mode": set_at("driving", "mode", value="network"),
@@ -72,7 +73,6 @@ RULES = {
 }
 CONSTANTS = {
     "$.format": set_at("format", value="avatar"),
-    "$.frame.handedness": set_at("frame", "handedness", value="left"),
     "$.frame.up": set_at("frame", "up", value="+Z"),
     "$.frame.face": set_at("frame", "face", value="-Z"),
     "$.frame.length_unit": set_at("frame", "length_unit", value="centimetre"),

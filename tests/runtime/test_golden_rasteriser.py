@@ -66,7 +66,7 @@ def evaluate(case: dict[str, Array]) -> dict[str, Array]:
     """The reference's outputs, by its names and types, from this project's stages."""
     camera, projected = camera_of(case), projected_of(case)
     order = sort(projected)
-    ids, ranges = tile_lists(projected.tiles, order, camera)
+    ids, ranges = tile_lists(projected.tiles, order, camera, 16)
     picture = raster(projected, order, camera, case["bg"])
     x0, y0, x1, y1 = projected.tiles.T
     return {

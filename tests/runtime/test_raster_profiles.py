@@ -168,7 +168,7 @@ def test_tile_lists_meet_brute_force(case: tuple[Array, Array, int, int]) -> Non
     rects, order, columns, rows = case
     eye = np.eye(4, dtype=np.float32)
     camera = Camera(eye, eye, eye[0, :3], 1.0, 1.0, 16 * columns - 3, 16 * rows)
-    ids, ranges = tile_lists(rects, order, camera)
+    ids, ranges = tile_lists(rects, order, camera, 16)
     got = [ids[begin:end].tolist() for begin, end in ranges]
     assert got == splat.tile_members(rects, order, columns, rows)
 

@@ -22,7 +22,8 @@ from avatar_export.readers.options import ReadOptions
 from avatar_export.writers import INFLUENCES
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.rules import QUATERNION_SIGNS, ROTATION_RULES, SH_DIRECTIONS
+from avatar_runtime.handedness import HANDEDNESS
+from avatar_runtime.rules import ROTATION_RULES, SH_DIRECTIONS, TRAINED_SIGNS
 
 VISIBLE_MM = 0.1
 
@@ -77,7 +78,7 @@ def convert(
     sh_degree: Annotated[int | None, typer.Option(help="Active SH degree.", min=0, max=3)] = None,
     quaternion_sign: Annotated[
         str | None,
-        typer.Option(help=f"{' or '.join(QUATERNION_SIGNS)} (pytorch3d before 0.7.6) at training."),
+        typer.Option(help=f"{' or '.join(TRAINED_SIGNS)} (pytorch3d before 0.7.6) at training."),
     ] = None,
     no_rig: Annotated[bool, typer.Option("--no-rig", help="Expressions only: no joints, no skin.")] = False,
     rotation: Annotated[
@@ -97,6 +98,12 @@ def convert(
     influences: Annotated[
         int, typer.Option(help="Joints a vertex of rig.glb has: 4, or 8 (JOINTS_1).")
     ] = INFLUENCES[0],
+    handedness: Annotated[
+        str,
+        typer.Option(
+            help=f"Frame of the normative files: {' or '.join(HANDEDNESS)} (Unity, Unreal). Those for engines stay."
+        ),
+    ] = HANDEDNESS[0],
     exact: Annotated[bool, typer.Option("--exact", help="Keep deltas that are mere rounding noise.")] = False,
     name: Annotated[str | None, typer.Option(help="Name of the avatar.")] = None,
     licence: Annotated[str | None, typer.Option(help="Licence of the avatar, for the manifest.")] = None,
@@ -108,13 +115,17 @@ def convert(
     no_engine_files: Annotated[
         bool, typer.Option("--no-engine-files", help="Write no glTF, USD and JSON.")
     ] = False,
+    no_reference: Annotated[
+        bool, typer.Option("--no-reference", help="Write no vectors and pictures for ports (`conform`).")
+    ] = False,
     force: arguments.Force = False,
     as_json: arguments.AsJson = False,
 ) -> None:
     """Write the bundle of a trained avatar."""
     arguments.one_of("--sh-direction", sh_direction, SH_DIRECTIONS)
-    arguments.one_of("--quaternion-sign", quaternion_sign, QUATERNION_SIGNS)
+    arguments.one_of("--quaternion-sign", quaternion_sign, TRAINED_SIGNS)
     arguments.one_of("--influences", influences, INFLUENCES)
+    arguments.one_of("--handedness", handedness, HANDEDNESS)
     options = ReadOptions(
         body_model=body_model,
         body_scale=body_scale,
@@ -149,19 +160,21 @@ def convert(
             out,
             preview=not no_preview,
             engine_files=not no_engine_files,
+            reference=not no_reference,
             influences=influences,
+            handedness=handedness,
             force=force,
             progress=lambda file: step(f"writing {file}"),
         )
     size = sum(entry["bytes"] for entry in manifest["files"])
     if as_json:
-        print_json({"out": str(out), "bytes": size, **summary(avatar)})
+        print_json({"out": str(out), "bytes": size, "handedness": handedness, **summary(avatar)})
         return
     count = len(avatar.clips)
     clips = f", {count} clip{'s' * (count > 1)}" if count else ""
     output.print(
         f"{out}: {avatar.gaussians.count} Gaussians, {len(avatar.expressions)} expressions{clips}, "
-        f"{size / 1e6:.1f} MB"
+        f"{size / 1e6:.1f} MB{', left-handed' if handedness == 'left' else ''}"
     )
     notes = [*_notes(avatar), *_engine_notes(manifest["engine"] or {})]
     for note in sorted(notes, key=lambda text: not text.startswith(DOUBT)):

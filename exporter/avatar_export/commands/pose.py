@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,6 +12,7 @@ import typer
 from avatar_export import arguments, playing
 from avatar_export.console import output
 from avatar_export.read import expect_bundle
+from avatar_export.text_files import refuse_existing, write_text
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.engine_pose import engine_pose, node_names, target_names
@@ -45,7 +45,8 @@ def pose(
             raise AvatarError(f"is {frame}, the clip has {len(poses)} frames", field="--frame")
         posed = poses[frame]
     text = json.dumps(pose_document(avatar, posed), indent=1, ensure_ascii=False) + "\n"
-    _write(out, text, force)
+    refuse_existing(out, force)
+    write_text(out, text)
     output.print(f"{out}: a node each joint, a weight each target of rig.glb and rig.usdc")
 
 
@@ -83,16 +84,3 @@ def pose_document(avatar: Avatar, posed: Pose) -> dict[str, Any]:
         },
         "weights": dict(zip(target_names(avatar), found.weights.tolist(), strict=True)),
     }
-
-
-def _write(out: Path, text: str, force: bool) -> None:
-    if out.exists() and not (force and out.is_file()):
-        raise AvatarError("exists; name another or pass --force", file=out)
-    partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
-    try:
-        partial.write_text(text, "utf-8")
-        partial.replace(out)
-    except OSError as error:
-        raise AvatarError(f"cannot be written ({error.strerror or error})", file=out) from None
-    finally:
-        partial.unlink(missing_ok=True)

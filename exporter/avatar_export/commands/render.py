@@ -11,6 +11,7 @@ from avatar_export import arguments, playing
 from avatar_export.commands.pose import flags_pose
 from avatar_export.console import Steps, messages, output
 from avatar_export.read import expect_bundle
+from avatar_runtime.backends import BACKENDS
 from avatar_runtime.bundle import load, warnings
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.stages.raster import PROFILES
@@ -64,12 +65,17 @@ def render(
     background: Annotated[
         str | None, typer.Option(help="R,G,B from 0 to 1, or `transparent`; default: the trainer's.")
     ] = None,
-    profile: Annotated[str, typer.Option(help=" or ".join(PROFILES) + ".")] = PROFILES[0],
+    profile: Annotated[
+        str | None,
+        typer.Option(help=f"{' or '.join(PROFILES)}; default: the first that the backend draws."),
+    ] = None,
+    backend: arguments.Backend = None,
     force: arguments.Force = False,
 ) -> None:
     """Draw a bundle: one pose, a recording or a clip."""
     width, height = arguments.size(size)
     arguments.one_of("--profile", profile, PROFILES)
+    arguments.one_of("--backend", backend, BACKENDS)
     arguments.finite({"--yaw": yaw, "--pitch": pitch, "--zoom": zoom, "--orbit": orbit, "--fps": fps})
     posed = expression or arkit or joint or eyelid
     if clip_name is not None and (clip is None or not Path(clip).exists()):
@@ -90,6 +96,7 @@ def render(
         arguments.background(background),
         background == "transparent",
         profile,
+        backend,
     )
     with Steps() as step:
         step("loading")

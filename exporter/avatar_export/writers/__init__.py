@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 from avatar_export.writers.embedding_json import embedding_json
+from avatar_export.writers.reference import REFERENCE_FILES, make_for, reference_files
 from avatar_export.writers.residual import engine_residual
 from avatar_export.writers.rig_glb import rig_glb
 from avatar_export.writers.same import same_bytes, same_picture
@@ -20,9 +21,12 @@ from avatar_runtime.codec import ply, safetensors
 from avatar_runtime.codec.clips import clip_tensors
 from avatar_runtime.codec.embedding import embedding_tensors
 from avatar_runtime.codec.tensors import gaussian_tensors, rig_tensors
+from avatar_runtime.conformance import Reference
+from avatar_runtime.handedness import mirrored
 
 Piece = bytes | memoryview
 PLY_COMMENTS = ("SplatRenderMode: default",)
+LEFT_COMMENT = "Handedness: left"  # x negated, for a left-handed viewer
 INFLUENCES = (4, 8)  # joints a vertex of rig.glb
 USDC = "rig.usdc"
 
@@ -31,8 +35,25 @@ USDC = "rig.usdc"
 class Export:
     """An avatar on its way into files, and what was asked of the files for engines."""
 
-    avatar: Avatar
+    avatar: Avatar  # right-handed, as are the files made for engines, whose importers convert
     influences: int = INFLUENCES[0]
+    handedness: str = "right"  # of the normative files
+    sha256: dict[str, str] = field(default_factory=dict)  # by path, of the normative files once they are written
+
+    @cached_property
+    def stored(self) -> Avatar:
+        """The avatar as the normative files hold it."""
+        return self.avatar if self.handedness == "right" else mirrored(self.avatar)
+
+    @cached_property
+    def reference(self) -> Reference:
+        """What reference/ holds; wanted once the normative files are written."""
+        return make_for(self.avatar, self.stored, self.handedness, self.sha256)
+
+    @cached_property
+    def reference_files(self) -> dict[str, bytes]:
+        """The files of reference/ by path."""
+        return reference_files(self.reference)
 
     @cached_property
     def usdc(self) -> bytes:
@@ -47,7 +68,7 @@ class Writer:
     """One file of the bundle."""
 
     path: str
-    part: str  # "avatar": normative, always written; "engine", "picture": derived, the runtime never opens it
+    part: str  # "avatar": normative, always written; "engine", "reference", "picture": derived, not read to play
     pieces: Callable[[Export], Iterable[Piece] | None]  # None: this avatar has no such file
     same: Callable[[bytes, bytes], str | None] = same_bytes  # what differs between two versions of it
     problems: Callable[[Export], Iterable[str]] = lambda _: ()  # what validators of the format would miss
@@ -58,25 +79,26 @@ class Writer:
 
 
 def _gaussians(export: Export) -> Iterable[Piece]:
-    return [ply.encode(export.avatar.gaussians, PLY_COMMENTS)]
+    comments = PLY_COMMENTS if export.handedness == "right" else (*PLY_COMMENTS, LEFT_COMMENT)
+    return [ply.encode(export.stored.gaussians, comments)]
 
 
 def _blendshapes(export: Export) -> Iterable[Piece]:
-    return safetensors.encode(gaussian_tensors(export.avatar))
+    return safetensors.encode(gaussian_tensors(export.stored))
 
 
 def _rig(export: Export) -> Iterable[Piece] | None:
-    rig = export.avatar.rig
+    rig = export.stored.rig
     return None if rig is None else safetensors.encode(rig_tensors(rig))
 
 
 def _embedding(export: Export) -> Iterable[Piece] | None:
-    embedding = export.avatar.embedding
+    embedding = export.stored.embedding
     return None if embedding is None else safetensors.encode(embedding_tensors(embedding))
 
 
 def _clips(export: Export) -> Iterable[Piece] | None:
-    clips = export.avatar.clips
+    clips = export.stored.clips
     return safetensors.encode(clip_tensors(clips)) if clips else None
 
 
@@ -92,17 +114,26 @@ def _preview(export: Export) -> Iterable[Piece]:
     return [png(contact_sheet(export.avatar))]
 
 
+def _reference(path: str) -> Writer:
+    def pieces(export: Export) -> Iterable[Piece] | None:
+        data = export.reference_files.get(path)
+        return None if data is None else [data]
+
+    return Writer(path, "reference", pieces)
+
+
 WRITERS = (
     Writer("gaussians.ply", "avatar", _gaussians),
     Writer("blendshapes.safetensors", "avatar", _blendshapes),
     Writer("rig.safetensors", "avatar", _rig),
     Writer("embedding.safetensors", "avatar", _embedding),
     Writer("clips.safetensors", "avatar", _clips),
-    Writer("embedding.json", "engine", lambda export: embedding_json(export.avatar)),
+    Writer("embedding.json", "engine", lambda export: embedding_json(export.stored, export.handedness)),
     Writer("rig.glb", "engine", lambda export: rig_glb(export.avatar, export.influences), same_glb),
     Writer("splats.glb", "engine", lambda export: splats_glb(export.avatar), same_glb),
     Writer(USDC, "engine", lambda export: [export.usdc], same_usd, _usd_problems),
     Writer("avatar.usdz", "engine", lambda export: usdz([(USDC, export.usdc)]), same_usdz),
+    *map(_reference, REFERENCE_FILES),
     Writer("preview.png", "picture", _preview, same_picture),
 )
 

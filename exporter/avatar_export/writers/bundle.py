@@ -16,10 +16,12 @@ import numpy as np
 from avatar_export import GENERATOR
 from avatar_export.ops.bounds import bounds
 from avatar_export.writers import INFLUENCES, WRITERS, Export, Piece, engine_facts
+from avatar_export.writers.reference import reference_facts
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, opener, read_manifest
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.handedness import HANDEDNESS, mirrored_boxes
 from avatar_schema.validate import manifest_problems
 
 FORMAT = "avatar-export"  # what avatar.json calls itself
@@ -33,19 +35,26 @@ def write_bundle(
     *,
     preview: bool = True,
     engine_files: bool = True,
+    reference: bool = True,
     influences: int = INFLUENCES[0],
+    handedness: str = "right",
     force: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
     """Write `avatar` to the folder `out`, or to a stored zip if it ends in `.zip`; returns the manifest.
 
-    `engine_files` are the derived glTF, USD and JSON; `influences` the most joints a vertex of rig.glb has, 4 or 8.
-    Same avatar, same options, same bytes. Raises AvatarError if the avatar is not sound, or `out` exists (with
-    `force`, an older bundle is replaced, anything else still refused). After a crash `out` is as it was before.
+    `engine_files` are the derived glTF, USD and JSON, `reference` vectors and pictures for ports; `influences` the
+    most joints a vertex of rig.glb has, 4 or 8. `handedness` "left" writes the normative files in a left-handed
+    frame; those for engines stay as their standards say. Same avatar, same options, same bytes. After a crash `out` is
+    as it was before. Raises AvatarError if the avatar is not sound, or `out` exists (with `force`, an older bundle is
+    replaced, anything else still refused), ValueError for an unknown handedness.
     """
+    if handedness not in HANDEDNESS:
+        raise ValueError(f"{handedness!r} is none of {', '.join(HANDEDNESS)}")
     avatar.check()
-    export = Export(avatar, influences)
-    parts = {"avatar"} | ({"engine"} if engine_files else set()) | ({"picture"} if preview else set())
+    export = Export(avatar, influences, handedness)
+    wanted = {"engine": engine_files, "reference": reference, "picture": preview}
+    parts = {"avatar", *(part for part, asked in wanted.items() if asked)}
     out = out.resolve()  # through a link to what it names; also "." gets a name
     _may_replace(out, force)
     partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
@@ -79,9 +88,15 @@ def _write(export: Export, sink: Sink, parts: set[str], progress: Callable[[str]
         files.append(
             {"path": writer.path, "bytes": meter.size, "sha256": meter.digest(), "derived": writer.derived}
         )
+        if not writer.derived:
+            export.sha256[writer.path] = meter.digest()
     progress(MANIFEST)
     engine = engine_facts(export) if "engine" in parts else None
-    document = codec.encode(export.avatar, files, bounds(export.avatar), GENERATOR, engine)
+    boxes = bounds(export.avatar)
+    if export.handedness == "left":
+        boxes = mirrored_boxes(boxes)
+    reference = reference_facts(export.reference) if "reference" in parts else None
+    document = codec.encode(export.stored, files, boxes, GENERATOR, engine, reference, export.handedness)
     problems = manifest_problems(document)
     if problems:
         raise AvatarError(problems[0].message, file=MANIFEST, field=problems[0].path)
@@ -114,7 +129,9 @@ class _Meter:
 
 def _folder_sink(folder: Path) -> Sink:
     def write(name: str, pieces: Iterable[Piece]) -> None:
-        with (folder / name).open("xb") as file:
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        with path.open("xb") as file:
             _pour(pieces, file)
 
     return write

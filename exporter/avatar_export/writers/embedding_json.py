@@ -19,22 +19,25 @@ FORMAT = "avatar-export.embedding"
 SURFACE_RULES = ("rotation", "position", "scale", "quaternion_sign", "sh_direction")
 
 
-def embedding_json(avatar: Avatar) -> Iterator[bytes] | None:
-    """The file in pieces, one tensor each; None for an avatar that sits on no mesh.
+def embedding_json(avatar: Avatar, handedness: str = "right") -> Iterator[bytes] | None:
+    """The file in pieces, one tensor each, of `avatar` as it is; None for one that sits on no mesh.
+
+    `handedness` says of which frame it is.
 
     Numbers are the shortest decimals that give the same float32 again. `schema/avatar_schema/v1/
     embedding.schema.json` describes it.
     """
-    return None if avatar.embedding is None else _pieces(avatar)
+    return None if avatar.embedding is None else _pieces(avatar, handedness)
 
 
-def _pieces(avatar: Avatar) -> Iterator[bytes]:
+def _pieces(avatar: Avatar, handedness: str) -> Iterator[bytes]:
     assert avatar.embedding is not None
     rules = asdict(avatar.rules)
     e = avatar.embedding
     head = {
         "format": FORMAT,
         "version": LATEST,
+        "handedness": handedness,
         "length_unit": "metre",
         "training_per_bundle": avatar.training_per_bundle,
         "rules": {name: rules[name] for name in SURFACE_RULES},

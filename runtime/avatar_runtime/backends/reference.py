@@ -16,7 +16,7 @@ from avatar_runtime.stages.bind import Bound, bind, bind_surface
 from avatar_runtime.stages.blend import blend
 from avatar_runtime.stages.groups import GroupTransforms
 from avatar_runtime.stages.morph import morph
-from avatar_runtime.stages.project import Projected, project, touched_tiles
+from avatar_runtime.stages.project import TILE, Projected, project, touched_tiles
 from avatar_runtime.stages.raster import PROFILES, Picture, raster
 from avatar_runtime.stages.skin import skin
 from avatar_runtime.stages.sort import sort
@@ -157,7 +157,7 @@ def _sort(backend: ReferenceBackend, x: Arrays, camera: Camera | None, profile: 
 def _raster(backend: ReferenceBackend, x: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
     assert camera is not None
     radius = x["radius"]
-    tiles = touched_tiles(x["centre"], radius.astype(np.float32)[:, None], camera)
+    tiles = touched_tiles(x["centre"], radius.astype(np.float32)[:, None], camera, TILE)
     tiles[radius == 0] = 0
     none = np.zeros(len(radius), np.float32)
     seen = Projected(x["centre"], none, x["conic"], x["opacity"], x["rgb"], radius, none, tiles)

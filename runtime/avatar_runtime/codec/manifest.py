@@ -23,7 +23,6 @@ from avatar_runtime.topology import topology_hash
 from avatar_schema import LATEST, schema
 
 FRAME = {
-    "handedness": "right",
     "up": "+Y",
     "face": "+Z",
     "length_unit": "metre",
@@ -37,10 +36,14 @@ def encode(
     bounds: Mapping[str, Any],
     generator: str,
     engine: Mapping[str, Any] | None = None,
+    reference: Mapping[str, Any] | None = None,
+    handedness: str = "right",
 ) -> dict[str, Any]:
-    """The manifest of a bundle that holds `files` ({path, bytes, sha256, derived}).
+    """The manifest of a bundle that holds `files` ({path, bytes, sha256, derived}) and `avatar` as it is.
 
     `engine`: how the files for engines were made and what they cannot say; None: there are none.
+    `reference`: who made reference/, and of which cases; None: there is none.
+    `handedness` is that of the frame in which `avatar` and `bounds` are.
     """
     b = avatar.blendshapes
     background = avatar.raster.background
@@ -50,7 +53,7 @@ def encode(
         "extensionsUsed": [],
         "extensionsRequired": [],
         "name": avatar.name,
-        "frame": FRAME,
+        "frame": {"handedness": handedness} | FRAME,
         "units": {"training_per_bundle": avatar.training_per_bundle},
         "gaussians": {
             "count": avatar.gaussians.count,
@@ -88,6 +91,7 @@ def encode(
         },
         "bounds": dict(bounds),
         "engine": None if engine is None else dict(engine),
+        "reference": None if reference is None else dict(reference),
         "files": files,
         "provenance": dict(avatar.provenance),
     }

@@ -17,6 +17,7 @@ from avatar_runtime.stages.activate import Splats
 from avatar_schema import constants
 
 f32 = np.float32
+TILE = int(constants()["tile"])
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def project(splats: Splats, camera: Camera, settings: RasterSettings, sh_degree:
         conic *= (f32(1) / det)[:, None]
         radius = _radius(cov, det)
         centre = _centre(splats.mean, camera)
-        tiles = touched_tiles(centre, radius[:, None], camera)
+        tiles = touched_tiles(centre, radius[:, None], camera, TILE)
         visible = (p[:, 2] > f32(settings.near)) & (det != 0) & np.isfinite(radius)
         visible &= (tiles[:, 2] > tiles[:, 0]) & (tiles[:, 3] > tiles[:, 1])
         rgb = splat_colour(splats, camera.centre, sh_degree)
@@ -108,9 +109,8 @@ def projected_covariance(p: F32, cov3d: F32, camera: Camera, low_pass: float) ->
     return np.stack([form(t0, t0) + f32(low_pass), form(t1, t0), form(t1, t1) + f32(low_pass)], axis=1)
 
 
-def touched_tiles(centre: F32, extent: F32, camera: Camera) -> I32:
-    """Tile rectangle [N, 4] (x0, y0, x1, y1) of centre +- extent, clamped to the picture."""
-    tile = int(constants()["tile"])
+def touched_tiles(centre: F32, extent: F32, camera: Camera, tile: int) -> I32:
+    """Rectangle [N, 4] (x0, y0, x1, y1) of tiles of `tile` pixels: centre +- extent, clamped to the picture."""
     grid = np.array([-(-camera.width // tile), -(-camera.height // tile)])
     # int() of a float beyond int32 is undefined; such a rectangle is cut at the picture's border anyway.
     low = np.clip((centre - extent) / f32(tile), -1e6, 1e6)

@@ -14,11 +14,14 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, I32
 from avatar_runtime.camera import Camera
-from avatar_runtime.stages.project import Projected, touched_tiles
+from avatar_runtime.stages.project import TILE, Projected, touched_tiles
 from avatar_schema import constants
 
 PROFILES = ("trainer", "engine")
-CHUNK = 64  # splats blended at once: large enough to vectorise, small enough for the cache and the early stop
+# Splats blended at once: large enough to vectorise, small enough for the cache and the trainer's early stop.
+CHUNK = {"trainer": 64, "engine": 256}
+# Pixels along a tile. No result of `engine` depends on it: smaller tiles hold fewer pairs that add nothing.
+TILES = {"trainer": TILE, "engine": TILE // 2}
 
 f32 = np.float32
 Index = npt.NDArray[np.int64]
@@ -30,8 +33,9 @@ class Picture:
 
     colour: F32  # [H, W, 3]
     transmittance: F32  # [H, W] what is left of the background; alpha = 1 - this
-    last: I32  # [H, W] 1-based position in the tile's list of the last splat added; 0: none
-    evaluations: int  # splat-pixel pairs whose exponent was computed
+    # What a GPU does not tell is None.
+    last: I32 | None = None  # [H, W] 1-based position in the tile's list of the last splat added; 0: none
+    evaluations: int | None = None  # splat-pixel pairs whose exponent was computed
 
 
 def raster(
@@ -40,9 +44,10 @@ def raster(
     """Blend the splats `order` names over `background` [3]. Raises ValueError for an unknown profile."""
     if profile not in PROFILES:
         raise ValueError(f"{profile!r} is none of {', '.join(PROFILES)}")
-    rects = projected.tiles if profile == "trainer" else engine_tiles(projected, camera)
-    ids, ranges = tile_lists(rects, order, camera)
-    height, width, tile = camera.height, camera.width, int(constants()["tile"])
+    tile = TILES[profile]
+    rects = projected.tiles if profile == "trainer" else engine_tiles(projected, camera, tile)
+    ids, ranges = tile_lists(rects, order, camera, tile)
+    height, width = camera.height, camera.width
     columns = -(-width // tile)
     colour = np.zeros((height, width, 3), np.float32)
     transmittance = np.ones((height, width), np.float32)
@@ -54,14 +59,14 @@ def raster(
         y0, x0 = tile * (index // columns), tile * (index % columns)
         window = (slice(y0, min(y0 + tile, height)), slice(x0, min(x0 + tile, width)))
         shape = transmittance[window].shape
-        blended = _blend_tile(projected, ids[begin:end], x0, y0, shape, profile == "trainer")
+        blended = _blend_tile(projected, ids[begin:end], x0, y0, shape, profile)
         colour[window], transmittance[window], last[window] = blended[:3]
         evaluations += blended[3]
     picture = colour + transmittance[..., None] * background.astype(np.float32)
     return Picture(picture, transmittance, last, evaluations)
 
 
-def engine_tiles(projected: Projected, camera: Camera) -> I32:
+def engine_tiles(projected: Projected, camera: Camera, tile: int) -> I32:
     """Tiles of the axis-aligned box in which alpha can reach 1/255, [N, 4]."""
     a, b, c = projected.conic.T.astype(np.float64)
     with np.errstate(all="ignore"):
@@ -70,14 +75,13 @@ def engine_tiles(projected: Projected, camera: Camera) -> I32:
         # An indefinite conic (cancelled determinant) bounds nothing: such a splat may reach the whole picture.
         half = np.sqrt(np.stack([c, a], axis=1) / det[:, None] * reach[:, None]) + 1.0
         half = np.where(det[:, None] > 0, half, 1e6).astype(np.float32)
-    rects = touched_tiles(projected.centre, half, camera)
+    rects = touched_tiles(projected.centre, half, camera, tile)
     rects[projected.radius == 0] = 0
     return rects
 
 
-def tile_lists(rects: I32, order: Index, camera: Camera) -> tuple[Index, npt.NDArray[np.int64]]:
+def tile_lists(rects: I32, order: Index, camera: Camera, tile: int) -> tuple[Index, npt.NDArray[np.int64]]:
     """(ids, [tiles, 2] begin and end in ids): every tile's splats in blending order, tiles row by row."""
-    tile = int(constants()["tile"])
     columns, rows = -(-camera.width // tile), -(-camera.height // tile)
     x0, y0, x1, y1 = rects[order].astype(np.int64).T
     wide = x1 - x0
@@ -92,7 +96,7 @@ def tile_lists(rects: I32, order: Index, camera: Camera) -> tuple[Index, npt.NDA
 
 
 def _blend_tile(
-    projected: Projected, ids: Index, x0: int, y0: int, shape: tuple[int, ...], stop: bool
+    projected: Projected, ids: Index, x0: int, y0: int, shape: tuple[int, ...], profile: str
 ) -> tuple[F32, F32, I32, int]:
     """(colour, transmittance, last, evaluations) of one tile of `shape` (rows, columns) at (x0, y0)."""
     ys, xs = np.mgrid[y0 : y0 + shape[0], x0 : x0 + shape[1]].reshape(2, -1).astype(np.float32)
@@ -100,9 +104,9 @@ def _blend_tile(
     left = np.ones(len(xs), np.float32)
     last = np.zeros(len(xs), np.int32)
     live = np.arange(len(xs))
-    evaluations = 0
-    for at in range(0, len(ids), CHUNK):
-        chunk = ids[at : at + CHUNK]
+    evaluations, stop, size = 0, profile == "trainer", CHUNK[profile]
+    for at in range(0, len(ids), size):
+        chunk = ids[at : at + size]
         alpha = _alpha(projected, chunk, xs[live], ys[live])
         evaluations += alpha.size
         after = np.multiply.accumulate(np.concatenate([left[None, live], 1 - alpha]), axis=0)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avatar_runtime.avatar import F32, F64, U32, Embedding, Rules
+from avatar_runtime.handedness import mirrored_matrices, mirrored_quats
 from avatar_runtime.rotation import matrix_from_quat, quat_from_matrix, quat_multiply
 from avatar_runtime.topology import vertex_triangles
 from avatar_schema import constants
@@ -113,9 +114,7 @@ def vertex_quaternions(surface: Surface, shape: TriangleShape) -> F64:
     Triangle quaternion: posed frame times inverse canonical frame, signed by the policy alone; neighbours of
     opposite sign cancel, as they do in the released code.
     """
-    turn = quat_from_matrix(shape.frame @ np.swapaxes(surface.canonical.frame, -1, -2))
-    if surface.rules.quaternion_sign == "w_positive":
-        turn = np.where(turn[:, :1] < 0, -turn, turn)
+    turn = SIGNED[surface.rules.quaternion_sign](shape.frame @ np.swapaxes(surface.canonical.frame, -1, -2))
     return _floored(surface, surface.canonical.size[:, None] * turn, float(constants()["quaternion_floor"]))
 
 
@@ -168,6 +167,21 @@ def _by_triangle(surface: Surface, shape: TriangleShape) -> F64:
     return result
 
 
+def _w_positive(turn: F64) -> F64:
+    quat = quat_from_matrix(turn)
+    return np.where(quat[:, :1] < 0, -quat, quat)
+
+
+def _largest_positive(turn: F64) -> F64:
+    result: F64 = quat_from_matrix(turn)
+    return result
+
+
+def _largest_positive_mirrored(turn: F64) -> F64:
+    """What largest_positive gives in the other frame: negative where y or z is the largest."""
+    return mirrored_quats(_largest_positive(mirrored_matrices(turn)))
+
+
 def _same_scale(surface: Surface, shape: TriangleShape, log_scale: F32) -> F32:
     return log_scale
 
@@ -188,6 +202,11 @@ def _triangle_linear(surface: Surface, shape: TriangleShape, log_scale: F32) -> 
     return result
 
 
+SIGNED = {
+    "w_positive": _w_positive,
+    "largest_positive": _largest_positive,
+    "largest_positive_mirrored": _largest_positive_mirrored,
+}
 POSITIONS = {"normal": _along_normal, "triangle_frame": _in_triangle}
 TURNS = {"vertex_quaternion": _by_vertices, "triangle_frame": _by_triangle}
 SCALES = {"none": _same_scale, "log_area": _log_area, "triangle_linear": _triangle_linear}

@@ -1,0 +1,403 @@
+// Generated from hlsl/bind_surface.hlsl, entry bind_surface, by `python -m avatar_shaders`; do not edit.
+// Tools: glslang 11:12.0.0, spirv-cross 2021.01.15+1.3.239.0-1
+#pragma clang diagnostic ignored "-Wmissing-prototypes"
+
+#include <metal_stdlib>
+#include <simd/simd.h>
+
+using namespace metal;
+
+struct Rows3
+{
+    float3 row0;
+    float3 row1;
+    float3 row2;
+};
+
+struct Rows4
+{
+    float4 row0;
+    float4 row1;
+    float4 row2;
+};
+
+struct BoundSplat
+{
+    float3 mean;
+    float4 quat_wxyz;
+    Rows3 sh_rotation;
+};
+
+struct TriangleShape
+{
+    Rows3 frame;
+    float size;
+    float3 across;
+};
+
+struct EmbedStatic
+{
+    uint _data[1];
+};
+
+struct BindSurfaceConstants
+{
+    uint count;
+    uint vertices;
+    uint triangles;
+    uint triangle_ids;
+    uint vertex_ids;
+    uint barycentric;
+    uint displacement;
+    uint local_offset;
+    uint local_quat;
+    uint canonical_size;
+    uint position_in_triangle;
+    uint turn_of_triangle;
+    uint scale_rule;
+    uint sh_world;
+    float area_damping;
+    float log_training_per_bundle;
+    float4 world_row0;
+    float4 world_row1;
+    float4 world_row2;
+    float4 world_quat_wxyz;
+};
+
+struct Mesh
+{
+    float4 _data[1];
+};
+
+struct Splats
+{
+    float4 _data[1];
+};
+
+static inline __attribute__((always_inline))
+uint embed_vertex(thread const uint& corner, thread const uint& row, const device EmbedStatic& EmbedStatic_1, constant BindSurfaceConstants& constants)
+{
+    return EmbedStatic_1._data[(constants.vertex_ids + (corner * constants.count)) + row];
+}
+
+static inline __attribute__((always_inline))
+float embed_value(thread const uint& section, thread const uint& plane, thread const uint& row, const device EmbedStatic& EmbedStatic_1, constant BindSurfaceConstants& constants)
+{
+    return as_type<float>(EmbedStatic_1._data[(section + (plane * constants.count)) + row]);
+}
+
+static inline __attribute__((always_inline))
+float3 bind_unit(thread const float3& v)
+{
+    return v / float3(fast::max(length(v), 1.0000000031710768509710513471353e-30));
+}
+
+static inline __attribute__((always_inline))
+Rows3 bind_columns(thread const float3& x, thread const float3& y, thread const float3& z)
+{
+    Rows3 m;
+    m.row0 = float3(x.x, y.x, z.x);
+    m.row1 = float3(x.y, y.y, z.y);
+    m.row2 = float3(x.z, y.z, z.z);
+    return m;
+}
+
+static inline __attribute__((always_inline))
+TriangleShape triangle_by_edge(thread const float3& p0, thread const float3& p1, thread const float3& p2)
+{
+    float3 e = p1 - p0;
+    float3 f = p2 - p0;
+    TriangleShape t;
+    t.across = cross(e, f);
+    float3 param = e;
+    float3 a0 = bind_unit(param);
+    float3 param_1 = cross(a0, f);
+    float3 a1 = bind_unit(param_1);
+    float3 param_2 = cross(a1, a0);
+    float3 a2 = -bind_unit(param_2);
+    float3 param_3 = a0;
+    float3 param_4 = a1;
+    float3 param_5 = a2;
+    t.frame = bind_columns(param_3, param_4, param_5);
+    t.size = (length(e) + abs(dot(a2, f))) / 2.0;
+    return t;
+}
+
+static inline __attribute__((always_inline))
+float3 rotate(thread const Rows3& m, thread const float3& v)
+{
+    return float3(dot(m.row0, v), dot(m.row1, v), dot(m.row2, v));
+}
+
+static inline __attribute__((always_inline))
+float3 surface_position(thread const uint& row, thread const float3& foot, thread const float3& weight, thread const float& size, const device EmbedStatic& EmbedStatic_1, constant BindSurfaceConstants& constants, const device Mesh& Mesh_1)
+{
+    uint param = 0u;
+    uint param_1 = row;
+    uint v0 = embed_vertex(param, param_1, EmbedStatic_1, constants);
+    uint param_2 = 1u;
+    uint param_3 = row;
+    uint v1 = embed_vertex(param_2, param_3, EmbedStatic_1, constants);
+    uint param_4 = 2u;
+    uint param_5 = row;
+    uint v2 = embed_vertex(param_4, param_5, EmbedStatic_1, constants);
+    if (constants.position_in_triangle != 0u)
+    {
+        float3 param_6 = Mesh_1._data[v0].xyz;
+        float3 param_7 = Mesh_1._data[v1].xyz;
+        float3 param_8 = Mesh_1._data[v2].xyz;
+        TriangleShape shape = triangle_by_edge(param_6, param_7, param_8);
+        uint param_9 = constants.local_offset;
+        uint param_10 = 0u;
+        uint param_11 = row;
+        uint param_12 = constants.local_offset;
+        uint param_13 = 1u;
+        uint param_14 = row;
+        uint param_15 = constants.local_offset;
+        uint param_16 = 2u;
+        uint param_17 = row;
+        float3 offset = float3(embed_value(param_9, param_10, param_11, EmbedStatic_1, constants), embed_value(param_12, param_13, param_14, EmbedStatic_1, constants), embed_value(param_15, param_16, param_17, EmbedStatic_1, constants));
+        Rows3 param_18 = shape.frame;
+        float3 param_19 = offset;
+        return foot + (rotate(param_18, param_19) * size);
+    }
+    float3 normal = ((Mesh_1._data[constants.vertices + v0].xyz * weight.x) + (Mesh_1._data[constants.vertices + v1].xyz * weight.y)) + (Mesh_1._data[constants.vertices + v2].xyz * weight.z);
+    uint param_20 = constants.displacement;
+    uint param_21 = 0u;
+    uint param_22 = row;
+    float3 param_23 = normal;
+    return foot + (bind_unit(param_23) * embed_value(param_20, param_21, param_22, EmbedStatic_1, constants));
+}
+
+static inline __attribute__((always_inline))
+float4 bind_unit4(thread const float4& v)
+{
+    return v / float4(fast::max(sqrt(dot(v, v)), 1.0000000031710768509710513471353e-30));
+}
+
+static inline __attribute__((always_inline))
+float4 quat_multiply(thread const float4& a, thread const float4& b)
+{
+    return float4((((a.x * b.x) - (a.y * b.y)) - (a.z * b.z)) - (a.w * b.w), (((a.x * b.y) + (a.y * b.x)) + (a.z * b.w)) - (a.w * b.z), (((a.x * b.z) - (a.y * b.w)) + (a.z * b.x)) + (a.w * b.y), (((a.x * b.w) + (a.y * b.z)) - (a.z * b.y)) + (a.w * b.x));
+}
+
+static inline __attribute__((always_inline))
+Rows3 matrix_from_quat(thread const float4& q)
+{
+    float w = q.x;
+    float x = q.y;
+    float y = q.z;
+    float z = q.w;
+    Rows3 r;
+    r.row0 = float3(1.0 - (2.0 * ((y * y) + (z * z))), 2.0 * ((x * y) - (w * z)), 2.0 * ((x * z) + (w * y)));
+    r.row1 = float3(2.0 * ((x * y) + (w * z)), 1.0 - (2.0 * ((x * x) + (z * z))), 2.0 * ((y * z) - (w * x)));
+    r.row2 = float3(2.0 * ((x * z) - (w * y)), 2.0 * ((y * z) + (w * x)), 1.0 - (2.0 * ((x * x) + (y * y))));
+    return r;
+}
+
+static inline __attribute__((always_inline))
+BoundSplat bind_by_turn(thread const float3& mean, thread const float4& turn, thread const float4& local_quat_wxyz)
+{
+    float4 param = turn;
+    float4 unit_turn = bind_unit4(param);
+    BoundSplat b;
+    b.mean = mean;
+    float4 param_1 = unit_turn;
+    float4 param_2 = local_quat_wxyz;
+    b.quat_wxyz = quat_multiply(param_1, param_2);
+    float4 param_3 = unit_turn;
+    b.sh_rotation = matrix_from_quat(param_3);
+    return b;
+}
+
+static inline __attribute__((always_inline))
+Rows3 identity_rows()
+{
+    Rows3 r;
+    r.row0 = float3(1.0, 0.0, 0.0);
+    r.row1 = float3(0.0, 1.0, 0.0);
+    r.row2 = float3(0.0, 0.0, 1.0);
+    return r;
+}
+
+static inline __attribute__((always_inline))
+float3 transform_point(thread const Rows4& m, thread const float3& p)
+{
+    return float3((((m.row0.x * p.x) + (m.row0.y * p.y)) + (m.row0.z * p.z)) + m.row0.w, (((m.row1.x * p.x) + (m.row1.y * p.y)) + (m.row1.z * p.z)) + m.row1.w, (((m.row2.x * p.x) + (m.row2.y * p.y)) + (m.row2.z * p.z)) + m.row2.w);
+}
+
+static inline __attribute__((always_inline))
+Rows3 linear_part(thread const Rows4& m)
+{
+    Rows3 r;
+    r.row0 = m.row0.xyz;
+    r.row1 = m.row1.xyz;
+    r.row2 = m.row2.xyz;
+    return r;
+}
+
+static inline __attribute__((always_inline))
+float3 rotate_inverse(thread const Rows3& m, thread const float3& v)
+{
+    return ((m.row0 * v.x) + (m.row1 * v.y)) + (m.row2 * v.z);
+}
+
+static inline __attribute__((always_inline))
+Rows3 multiply(thread const Rows3& a, thread const Rows3& b)
+{
+    Rows3 param = b;
+    float3 param_1 = a.row0;
+    Rows3 r;
+    r.row0 = rotate_inverse(param, param_1);
+    Rows3 param_2 = b;
+    float3 param_3 = a.row1;
+    r.row1 = rotate_inverse(param_2, param_3);
+    Rows3 param_4 = b;
+    float3 param_5 = a.row2;
+    r.row2 = rotate_inverse(param_4, param_5);
+    return r;
+}
+
+static inline __attribute__((always_inline))
+BoundSplat bind_place(thread BoundSplat& b, thread const Rows4& world, thread const float4& world_quat_wxyz)
+{
+    Rows4 param = world;
+    float3 param_1 = b.mean;
+    b.mean = transform_point(param, param_1);
+    float4 param_2 = world_quat_wxyz;
+    float4 param_3 = b.quat_wxyz;
+    b.quat_wxyz = quat_multiply(param_2, param_3);
+    Rows4 param_4 = world;
+    Rows3 param_5 = linear_part(param_4);
+    Rows3 param_6 = b.sh_rotation;
+    b.sh_rotation = multiply(param_5, param_6);
+    return b;
+}
+
+static inline __attribute__((always_inline))
+float3 scale_log_area(thread const float3& log_scale, thread const float& area, thread const float& canonical_area, thread const float& damping, thread const float& log_training_per_bundle)
+{
+    float ratio = (area + damping) / (canonical_area + damping);
+    return ((log_scale + float3(log_training_per_bundle)) * ratio) - float3(log_training_per_bundle);
+}
+
+static inline __attribute__((always_inline))
+float3 scale_triangle_linear(thread const float3& log_scale, thread const float& size, thread const float& canonical_size)
+{
+    return log_scale + float3(log(fast::max(size, 1.0000000031710768509710513471353e-30) / canonical_size));
+}
+
+static inline __attribute__((always_inline))
+float3 surface_scale(thread const float3& log_scale, thread const float& size, thread const float& canonical, constant BindSurfaceConstants& constants)
+{
+    if (constants.scale_rule == 1u)
+    {
+        float3 param = log_scale;
+        float param_1 = size;
+        float param_2 = canonical;
+        float param_3 = constants.area_damping;
+        float param_4 = constants.log_training_per_bundle;
+        return scale_log_area(param, param_1, param_2, param_3, param_4);
+    }
+    if (constants.scale_rule == 2u)
+    {
+        float3 param_5 = log_scale;
+        float param_6 = size;
+        float param_7 = canonical;
+        return scale_triangle_linear(param_5, param_6, param_7);
+    }
+    return log_scale;
+}
+
+static inline __attribute__((always_inline))
+void _bind_surface(thread const uint3& id, const device EmbedStatic& EmbedStatic_1, constant BindSurfaceConstants& constants, const device Mesh& Mesh_1, const device Mesh& Triangles, device Splats& Splats_1)
+{
+    uint row = id.x;
+    if (row >= constants.count)
+    {
+        return;
+    }
+    uint t = EmbedStatic_1._data[constants.triangle_ids + row];
+    uint param = 0u;
+    uint param_1 = row;
+    uint v0 = embed_vertex(param, param_1, EmbedStatic_1, constants);
+    uint param_2 = 1u;
+    uint param_3 = row;
+    uint v1 = embed_vertex(param_2, param_3, EmbedStatic_1, constants);
+    uint param_4 = 2u;
+    uint param_5 = row;
+    uint v2 = embed_vertex(param_4, param_5, EmbedStatic_1, constants);
+    uint param_6 = constants.barycentric;
+    uint param_7 = 0u;
+    uint param_8 = row;
+    uint param_9 = constants.barycentric;
+    uint param_10 = 1u;
+    uint param_11 = row;
+    uint param_12 = constants.barycentric;
+    uint param_13 = 2u;
+    uint param_14 = row;
+    float3 weight = float3(embed_value(param_6, param_7, param_8, EmbedStatic_1, constants), embed_value(param_9, param_10, param_11, EmbedStatic_1, constants), embed_value(param_12, param_13, param_14, EmbedStatic_1, constants));
+    float3 foot = ((Mesh_1._data[v0].xyz * weight.x) + (Mesh_1._data[v1].xyz * weight.y)) + (Mesh_1._data[v2].xyz * weight.z);
+    float4 turn = Triangles._data[constants.triangles + t];
+    if (constants.turn_of_triangle == 0u)
+    {
+        uint q = 2u * constants.vertices;
+        turn = ((Mesh_1._data[q + v0] * weight.x) + (Mesh_1._data[q + v1] * weight.y)) + (Mesh_1._data[q + v2] * weight.z);
+    }
+    float size = ((device float*)&Triangles._data[t])[3u];
+    uint param_15 = constants.local_quat;
+    uint param_16 = 0u;
+    uint param_17 = row;
+    uint param_18 = constants.local_quat;
+    uint param_19 = 1u;
+    uint param_20 = row;
+    uint param_21 = constants.local_quat;
+    uint param_22 = 2u;
+    uint param_23 = row;
+    uint param_24 = constants.local_quat;
+    uint param_25 = 3u;
+    uint param_26 = row;
+    float4 local_quat_wxyz = float4(embed_value(param_15, param_16, param_17, EmbedStatic_1, constants), embed_value(param_18, param_19, param_20, EmbedStatic_1, constants), embed_value(param_21, param_22, param_23, EmbedStatic_1, constants), embed_value(param_24, param_25, param_26, EmbedStatic_1, constants));
+    uint param_27 = row;
+    float3 param_28 = foot;
+    float3 param_29 = weight;
+    float param_30 = size;
+    float3 param_31 = surface_position(param_27, param_28, param_29, param_30, EmbedStatic_1, constants, Mesh_1);
+    float4 param_32 = turn;
+    float4 param_33 = local_quat_wxyz;
+    BoundSplat b = bind_by_turn(param_31, param_32, param_33);
+    if (constants.sh_world != 0u)
+    {
+        b.sh_rotation = identity_rows();
+    }
+    Rows4 world;
+    world.row0 = constants.world_row0;
+    world.row1 = constants.world_row1;
+    world.row2 = constants.world_row2;
+    BoundSplat param_34 = b;
+    Rows4 param_35 = world;
+    float4 param_36 = constants.world_quat_wxyz;
+    BoundSplat _1062 = bind_place(param_34, param_35, param_36);
+    b = _1062;
+    float3 log_scale = float3(((device float*)&Splats_1._data[(2u * constants.count) + row])[3u], ((device float*)&Splats_1._data[(3u * constants.count) + row])[3u], ((device float*)&Splats_1._data[(4u * constants.count) + row])[3u]);
+    uint param_37 = constants.canonical_size;
+    uint param_38 = 0u;
+    uint param_39 = row;
+    float3 param_40 = log_scale;
+    float param_41 = size;
+    float param_42 = embed_value(param_37, param_38, param_39, EmbedStatic_1, constants);
+    log_scale = surface_scale(param_40, param_41, param_42, constants);
+    Splats_1._data[row] = float4(b.mean, ((device float*)&Splats_1._data[row])[3u]);
+    Splats_1._data[constants.count + row] = b.quat_wxyz;
+    Splats_1._data[(2u * constants.count) + row] = float4(b.sh_rotation.row0, log_scale.x);
+    Splats_1._data[(3u * constants.count) + row] = float4(b.sh_rotation.row1, log_scale.y);
+    Splats_1._data[(4u * constants.count) + row] = float4(b.sh_rotation.row2, log_scale.z);
+}
+
+kernel void bind_surface(const device EmbedStatic& EmbedStatic_1 [[buffer(0)]], const device Mesh& Mesh_1 [[buffer(1)]], const device Mesh& Triangles [[buffer(2)]], device Splats& Splats_1 [[buffer(3)]], constant BindSurfaceConstants& constants [[buffer(8)]], uint3 gl_GlobalInvocationID [[thread_position_in_grid]])
+{
+    uint3 id = gl_GlobalInvocationID;
+    uint3 param = id;
+    _bind_surface(param, EmbedStatic_1, constants, Mesh_1, Triangles, Splats_1);
+}
+

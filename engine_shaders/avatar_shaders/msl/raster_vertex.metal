@@ -1,0 +1,125 @@
+// Generated from hlsl/raster.hlsl, entry raster_vertex, by `python -m avatar_shaders`; do not edit.
+// Tools: glslang 11:12.0.0, spirv-cross 2021.01.15+1.3.239.0-1
+#pragma clang diagnostic ignored "-Wmissing-prototypes"
+
+#include <metal_stdlib>
+#include <simd/simd.h>
+
+using namespace metal;
+
+struct QuadFragment
+{
+    float4 position;
+    float4 place;
+    float3 conic;
+    float3 rgb;
+};
+
+struct RasterConstants
+{
+    float2 picture_size;
+    float flip_y;
+};
+
+struct Quads
+{
+    float4 _data[1];
+};
+
+struct raster_vertex_out
+{
+    float4 _entryPointOutput_place [[user(locn0)]];
+    float3 _entryPointOutput_conic [[user(locn1)]];
+    float3 _entryPointOutput_rgb [[user(locn2)]];
+    float4 gl_Position [[position]];
+};
+
+struct raster_vertex_in
+{
+    float4 quad0 [[attribute(0)]];
+    float4 quad1 [[attribute(1)]];
+    float4 quad2 [[attribute(2)]];
+};
+
+static inline __attribute__((always_inline))
+float2 splat_corner(thread const float2& corner, thread const float2& centre, thread const float3& conic, thread const float& opacity, thread const float2& size)
+{
+    float reach = 2.0 * log(fast::max(opacity * 255.0, 1.0));
+    float det = ((conic.x * conic.z) - (conic.y * conic.y)) - (3.0000001061125658452510833740234e-07 * ((conic.x * conic.z) + (conic.y * conic.y)));
+    if (!(det > 0.0))
+    {
+        return (((corner * 0.5) + float2(0.5)) * size) - float2(0.5);
+    }
+    float mid = 0.5 * (conic.x + conic.z);
+    float half_gap = 0.5 * (conic.x - conic.z);
+    float larger = mid + sqrt((half_gap * half_gap) + (conic.y * conic.y));
+    float2 axis = select(float2(conic.y, larger - conic.x), float2(larger - conic.z, conic.y), bool2(half_gap >= 0.0));
+    float axis_length = length(axis);
+    axis = select(float2(1.0, 0.0), axis / float2(axis_length), bool2(axis_length > 0.0));
+    float across = fast::min(sqrt(reach / larger), 1000000.0) + 1.0;
+    float along = fast::min(sqrt((reach * larger) / det), 1000000.0) + 1.0;
+    return (centre + (axis * (corner.x * across))) + (float2(-axis.y, axis.x) * (corner.y * along));
+}
+
+static inline __attribute__((always_inline))
+float4 clip_from_pixels(thread const float2& pixel, thread const float& clip_depth, thread const float2& size, thread const float& flip_y)
+{
+    float2 ndc = (((pixel * 2.0) + float2(1.0)) / size) - float2(1.0);
+    return float4(ndc.x, (-flip_y) * ndc.y, clip_depth, 1.0);
+}
+
+static inline __attribute__((always_inline))
+QuadFragment quad_vertex(thread const uint& vertex0, thread const float4& place, thread const float3& conic, thread const float3& rgb, constant RasterConstants& constants)
+{
+    QuadFragment q;
+    q.place = place;
+    q.conic = conic;
+    q.rgb = rgb;
+    q.position = float4(2.0, 2.0, 0.0, 1.0);
+    if ((place.w * 255.0) >= 1.0)
+    {
+        float2 corner = float2(float(((vertex0 & 1u) != 0u) ? 1 : (-1)), float(((vertex0 & 2u) != 0u) ? 1 : (-1)));
+        float2 param = corner;
+        float2 param_1 = place.xy;
+        float3 param_2 = conic;
+        float param_3 = place.w;
+        float2 param_4 = constants.picture_size;
+        float2 pixel = splat_corner(param, param_1, param_2, param_3, param_4);
+        float2 param_5 = pixel;
+        float param_6 = place.z;
+        float2 param_7 = constants.picture_size;
+        float param_8 = constants.flip_y;
+        q.position = clip_from_pixels(param_5, param_6, param_7, param_8);
+    }
+    return q;
+}
+
+static inline __attribute__((always_inline))
+QuadFragment _raster_vertex(thread const float4& quad0, thread const float4& quad1, thread const float4& quad2, thread const uint& vertex0, constant RasterConstants& constants)
+{
+    uint param = vertex0;
+    float4 param_1 = quad0;
+    float3 param_2 = quad1.xyz;
+    float3 param_3 = quad2.xyz;
+    return quad_vertex(param, param_1, param_2, param_3, constants);
+}
+
+vertex raster_vertex_out raster_vertex(raster_vertex_in in [[stage_in]], constant RasterConstants& constants [[buffer(8)]], uint gl_VertexIndex [[vertex_id]])
+{
+    raster_vertex_out out = {};
+    float4 quad0 = in.quad0;
+    float4 quad1 = in.quad1;
+    float4 quad2 = in.quad2;
+    uint vertex0 = gl_VertexIndex;
+    float4 param = quad0;
+    float4 param_1 = quad1;
+    float4 param_2 = quad2;
+    uint param_3 = vertex0;
+    QuadFragment flattenTemp = _raster_vertex(param, param_1, param_2, param_3, constants);
+    out.gl_Position = flattenTemp.position;
+    out._entryPointOutput_place = flattenTemp.place;
+    out._entryPointOutput_conic = flattenTemp.conic;
+    out._entryPointOutput_rgb = flattenTemp.rgb;
+    return out;
+}
+

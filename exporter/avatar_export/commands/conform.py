@@ -1,0 +1,97 @@
+"""`avatar-export conform`: a bundle's own reference against a backend."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Column, Table
+
+from avatar_export import arguments
+from avatar_export.conform_report import (
+    COLUMNS,
+    Line,
+    facts,
+    failed_pictures,
+    html_report,
+    notes,
+    stage_lines,
+    verdict,
+)
+from avatar_export.console import Steps, messages, output, print_json
+from avatar_export.pictures import Pixels, png
+from avatar_export.read import expect_bundle
+from avatar_export.text_files import refuse_existing, write_text
+from avatar_export.validate_reference import read_reference
+from avatar_runtime.backends import BACKENDS, default_backend
+from avatar_runtime.bundle import load, opener, read_manifest
+from avatar_runtime.conformance import conform as run_conform
+from avatar_runtime.errors import AvatarError
+
+FILE_WIDTH = 120  # characters a line where no terminal says how many there are
+
+
+def conform(
+    bundle: Annotated[Path, typer.Argument(help="A bundle folder or .avatar.zip.")],
+    backend: arguments.Backend = None,
+    report: Annotated[Path | None, typer.Option(help="FILE.html to write: tables and pictures.")] = None,
+    pictures: Annotated[
+        Path | None,
+        typer.Option(help="Folder for pictures of cases that fail: reference, drawn, difference."),
+    ] = None,
+    force: arguments.Force = False,
+    as_json: arguments.AsJson = False,
+) -> None:
+    """Play a bundle's reference vectors stage by stage on a backend; exit code 1 if anything is off."""
+    arguments.one_of("--backend", backend, BACKENDS)
+    if report is not None:
+        refuse_existing(report, force)
+    if pictures is not None and pictures.exists():
+        raise AvatarError("exists; name another (a folder is never replaced)", file=pictures)
+    with Steps() as step:
+        step("loading")
+        expect_bundle(bundle)
+        avatar = load(bundle, as_stored=True)
+        read = opener(bundle)
+        reference = read_reference(read_manifest(read), read)
+        step("playing")
+        found = run_conform(avatar, reference, backend or default_backend())
+    if report is not None:
+        write_text(report, html_report(f"{avatar.name}, backend {found.backend}", found, reference))
+    drawn = failed_pictures(found)
+    if pictures is not None and drawn:
+        _save(pictures, drawn)
+    if as_json:
+        print_json(facts(found, reference))
+    else:
+        wide = output if output.is_terminal else Console(highlight=False, markup=False, width=FILE_WIDTH)
+        wide.print(_table(stage_lines(found, reference)))
+        output.print(f"{verdict(found)}; made by {reference.made_by}")
+        for note in notes(found, reference):
+            messages.print(f"note: {note}")
+    raise typer.Exit(0 if found.passed else 1)
+
+
+def _table(lines: list[Line]) -> Table:
+    table = Table(*(Column(name, no_wrap=True) for name in COLUMNS), box=None, pad_edge=False)
+    for line in lines:
+        table.add_row(*line.cells, style=None if line.passed else "bold red")
+    return table
+
+
+def _save(folder: Path, drawn: dict[str, Pixels]) -> None:
+    partial = folder.with_name(f".{folder.name}.{os.getpid()}.partial")
+    try:
+        partial.mkdir(parents=True)
+        for name, pixels in drawn.items():
+            (partial / name).write_bytes(png(pixels))
+        partial.rename(folder)
+    except OSError as error:
+        raise AvatarError(f"cannot be written ({error.strerror or error})", file=folder) from None
+    finally:
+        if partial.is_dir():
+            shutil.rmtree(partial)

@@ -1,0 +1,47 @@
+"""reference/: numbers for every stage and pictures, made by the runtime, that a port is held against."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from avatar_export import GENERATOR
+from avatar_export.reference_cases import CASES, reference_cases
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.conformance import Case, Reference, encode, make_reference
+from avatar_runtime.handedness import mirrored_pose
+from avatar_runtime.stages.raster import PROFILES
+
+FOLDER = "reference/"
+PICTURES = tuple(
+    f"{FOLDER}{case}.{profile}{kind}.png" for case in CASES for profile in PROFILES for kind in ("", ".alpha")
+)
+REFERENCE_FILES = (f"{FOLDER}cases.json", f"{FOLDER}vectors.safetensors", *PICTURES)
+
+
+def make_for(avatar: Avatar, stored: Avatar, handedness: str, sha256: Mapping[str, str]) -> Reference:
+    """The reference of a bundle, by backend `reference`, which every install has.
+
+    `stored` is `avatar` in the frame of the normative files, whose hashes `sha256` gives by path: they tell later
+    whether the reference still belongs to them.
+    """
+    cases = reference_cases(avatar)
+    if handedness == "left":
+        cases = tuple(map(_left, cases))
+    return replace(make_reference(stored, cases, generator=GENERATOR), files=dict(sha256))
+
+
+def reference_files(reference: Reference) -> dict[str, bytes]:
+    """The files by their path in the bundle, some of REFERENCE_FILES: an avatar without clips has fewer pictures."""
+    return {FOLDER + name: data for name, data in encode(reference).items()}
+
+
+def reference_facts(reference: Reference) -> dict[str, Any]:
+    """What the manifest says of it."""
+    cases = [{"name": c.case.name, "engine_psnr_db": c.engine_psnr_db} for c in reference.cases]
+    return {"made_by": reference.made_by, "cases": cases}
+
+
+def _left(case: Case) -> Case:
+    return replace(case, pose=mirrored_pose(case.pose), camera=case.camera.mirrored())

@@ -1,0 +1,45 @@
+"""How the kernels of this package are compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+# IEEE arithmetic in the order written; a division by 0 is infinite or no number, and raises nothing.
+OPTIONS = {"nogil": True, "fastmath": False, "error_model": "numpy"}
+
+
+def kernel(*, parallel: bool = False) -> Callable[[F], F]:
+    """Compiled at the first call for the types of its arguments, and kept on disk for the next process."""
+
+    def compiled(function: F) -> F:
+        dispatcher: Any = numba.njit(parallel=parallel, **OPTIONS)(function)
+        try:
+            dispatcher.enable_caching()
+        except RuntimeError:  # nowhere to write: the kernel is compiled anew in each process
+            return dispatcher  # type: ignore[no-any-return]
+        # Numba looks at the file of the kernel alone; what the kernel calls may stand in another one.
+        dispatcher._cache._cache_file._source_stamp = SOURCES
+        return dispatcher  # type: ignore[no-any-return]
+
+    return compiled
+
+
+def inlined(function: F) -> F:
+    """Compiled into every kernel that calls it."""
+    result: F = numba.njit(forceinline=True, **OPTIONS)(function)
+    return result
+
+
+def _sources() -> tuple[tuple[str, int, int], ...]:
+    """Name, time and size of every file of this package."""
+    found = [(path.name, path.stat()) for path in sorted(Path(__file__).parent.glob("*.py"))]
+    return tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in found)
+
+
+SOURCES = _sources()

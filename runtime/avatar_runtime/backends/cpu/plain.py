@@ -1,0 +1,277 @@
+"""An avatar as the plain arrays that the kernels take: always the same types and layout, indices checked.
+
+A kernel does not check an index, so every list of indices is checked here once. What the kernels only read is
+read-only for them: one compiled kernel then serves arrays of any owner.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import F32, F64, U16, U32, Avatar, Gaussians, Group, SparseRows
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.surface import Surface
+
+U8 = npt.NDArray[np.uint8]
+U64 = npt.NDArray[np.uint64]
+I32 = npt.NDArray[np.int32]
+Array = npt.NDArray[Any]
+
+BLOCK = 64  # Gaussians that a kernel takes at a time: their intermediate values stay in the nearest cache
+
+
+class Base(NamedTuple):
+    """Gaussians in training space."""
+
+    mean: F32  # [N, 3]
+    log_scale: F32  # [N, 3]
+    quat_wxyz: F32  # [N, 4]
+    opacity_logit: F32  # [N]
+    sh: F32  # [N, 3 K]
+
+
+class Geometry(NamedTuple):
+    """Blendshapes of position and rotation, stored by row; `mask` as `column_mask` makes it."""
+
+    row_ptr: U32  # [N + 1]
+    column: U16  # [E]
+    mask: U64  # [N]
+    mean: F32  # [E, 3]
+    quat_wxyz: F32  # [E, 4]
+
+
+class Appearance(NamedTuple):
+    """Blendshapes of scale, opacity and colour, stored by row."""
+
+    row_ptr: U32  # [N + 1]
+    column: U16  # [E]
+    mask: U64  # [N]
+    log_scale: F32  # [E, 3]
+    opacity_logit: F32  # [E]
+    sh: F32  # [E, 3 K]
+
+
+class Offsets(NamedTuple):
+    """Offsets of position by some weight, stored by row: correctives, late morphs, morphs of the mesh."""
+
+    row_ptr: U32  # [R + 1]
+    column: U16  # [E]
+    offset: F32  # [E, 3]
+
+
+class Influences(NamedTuple):
+    """Skin weights, stored by row."""
+
+    row_ptr: U32  # [R + 1]
+    joint: U16  # [E]
+    weight: F32  # [E]
+
+
+class Blocks(NamedTuple):
+    """Runs of at most BLOCK Gaussians of one group."""
+
+    first: I32  # [B]
+    count: I32  # [B]
+    group: I32  # [B]
+    matrix_by_row: U8  # [G] 1 where each Gaussian has a matrix of its own, from its skin weights
+    rotation_by_polar: U8  # [G] 1 where its rotation is that matrix's polar factor
+
+
+class Embedded(NamedTuple):
+    """Where each Gaussian sits on the mesh."""
+
+    triangle: U32  # [N]
+    vertex: U32  # [N, 3]
+    barycentric: F32  # [N, 3]
+    displacement: F32  # [N], or [0] for position rule triangle_frame
+    local_offset: F32  # [N, 3], or [0, 3] for position rule normal
+    local_quat_wxyz: F32  # [N, 4]
+
+
+class Mesh(NamedTuple):
+    """The triangles under the Gaussians and what the binding pose fixes of them."""
+
+    triangles: U32  # [F, 3]
+    frame: F64  # [F, 9] canonical, row-major
+    size: F64  # [F] canonical
+    vertex_triangle_ptr: U32  # [V + 1]
+    vertex_triangle: U32  # [3 F]
+
+
+class PosedArrays(NamedTuple):
+    """What a frame brings besides the avatar."""
+
+    expression_weights: F32  # [K]
+    expression_mask: U64  # [1], the bits that `column_mask` would give to those that are not 0
+    pose_feature: F32  # [9 C]
+    late_weights: F32  # [L]
+    skin_matrix: F32  # [J, 16]
+    group_matrix: F32  # [G, 12]
+    group_rotation: F32  # [G, 9]
+    world: F32  # [12], the first rows of world_from_avatar
+    world_quat: F32  # [4]
+
+
+class Out(NamedTuple):
+    """Splats as the fused kernels write them, in place."""
+
+    mean: F32  # [N, 3]
+    scale: F32  # [N, 3]
+    quat_wxyz: F32  # [N, 4]
+    opacity: F32  # [N]
+    sh: F32  # [N, 3 K]
+    sh_rotation: F32  # [N, 9]
+
+    def splats(self) -> Splats:
+        """The same memory, as the stages see it."""
+        n = len(self.mean)
+        return Splats(
+            self.mean,
+            self.scale,
+            self.quat_wxyz,
+            self.opacity,
+            self.sh.reshape(n, -1, 3),
+            self.sh_rotation.reshape(n, 3, 3),
+        )
+
+
+def plain(array: npt.ArrayLike, dtype: Any, shape: tuple[int, ...]) -> Array:
+    """`array` contiguous, of that type and read-only; copied only where it must be.
+
+    Raises ValueError where it has another shape.
+    """
+    result = np.require(array, dtype, ["C", "A"])
+    if result.shape != shape:
+        raise ValueError(f"an array of shape {result.shape} stands where {shape} is needed")
+    view = result.view()
+    view.flags.writeable = False
+    return view
+
+
+def column_mask(row_ptr: U32, column: U16) -> U64:
+    """[R] for each row the bits `column % 64` of its entries: a row that misses all active bits has no active entry."""
+    bits = np.left_shift(np.uint64(1), (column % 64).astype(np.uint64))
+    mask = np.zeros(len(row_ptr) - 1, np.uint64)
+    filled = np.flatnonzero(row_ptr[1:] > row_ptr[:-1])
+    if len(filled):
+        mask[filled] = np.bitwise_or.reduceat(bits, row_ptr[filled].astype(np.int64))
+    return mask
+
+
+def weight_mask(weights: F32) -> U64:
+    """[1] the bits `column % 64` of the weights that are not 0."""
+    columns = np.flatnonzero(weights).astype(np.uint64) % np.uint64(64)
+    return np.bitwise_or.reduce(np.left_shift(np.uint64(1), columns), initial=np.uint64(0), keepdims=True)
+
+
+def base(g: Gaussians) -> Base:
+    """The Gaussians before any blendshape."""
+    n = g.count
+    return Base(
+        plain(g.mean, np.float32, (n, 3)),
+        plain(g.log_scale, np.float32, (n, 3)),
+        plain(g.quat_wxyz, np.float32, (n, 4)),
+        plain(g.opacity_logit, np.float32, (n,)),
+        plain(g.sh.reshape(n, -1), np.float32, (n, 3 * g.sh.shape[1])),
+    )
+
+
+def geometry(sparse: SparseRows, rows: int) -> Geometry:
+    """Blendshapes.geometry. Raises ValueError where an index points nowhere; so do all below."""
+    ptr, column = _pattern(sparse, rows)
+    values = (_values(sparse, "mean", 3), _values(sparse, "quat_wxyz", 4))
+    return Geometry(ptr, column, plain(column_mask(ptr, column), np.uint64, (rows,)), *values)
+
+
+def appearance(sparse: SparseRows, rows: int, width: int) -> Appearance:
+    """Blendshapes.appearance of `width` SH values."""
+    ptr, column = _pattern(sparse, rows)
+    mask = plain(column_mask(ptr, column), np.uint64, (rows,))
+    logit = _values(sparse, "opacity_logit", 1).reshape(-1)
+    return Appearance(ptr, column, mask, _values(sparse, "log_scale", 3), logit, _values(sparse, "sh", width))
+
+
+def offsets(sparse: SparseRows, attribute: str, rows: int) -> Offsets:
+    """Blendshapes.correctives, late_morphs, and the same of a rig."""
+    return Offsets(*_pattern(sparse, rows), _values(sparse, attribute, 3))
+
+
+def influences(sparse: SparseRows, rows: int) -> Influences:
+    """Skin weights."""
+    return Influences(*_pattern(sparse, rows), _values(sparse, "weight", 1).reshape(-1))
+
+
+def blocks(groups: tuple[Group, ...], rotation_rule: str, rows: int) -> Blocks:
+    """The avatar's groups in blocks, in order."""
+    ends = [0, *(group.first + group.count for group in groups)]
+    if ends[-1] != rows or any(g.first != end or g.count < 0 for g, end in zip(groups, ends[:-1], strict=True)):
+        raise ValueError(f"the groups do not follow one another over the {rows} Gaussians")
+    cuts = [
+        (at, min(BLOCK, group.first + group.count - at), index)
+        for index, group in enumerate(groups)
+        for at in range(group.first, group.first + group.count, BLOCK)
+    ]
+    first, count, group = np.array(cuts, np.int32).reshape(-1, 3).T
+    by_row = np.array([group.binding == "skin" for group in groups], np.uint8)
+    by_polar = by_row * np.uint8(rotation_rule == "polar3")
+    parts = ((first, np.int32), (count, np.int32), (group, np.int32), (by_row, np.uint8), (by_polar, np.uint8))
+    return Blocks(*(plain(part, kind, part.shape) for part, kind in parts))
+
+
+def embedded(avatar: Avatar) -> Embedded:
+    """The avatar's embedding."""
+    e, n = avatar.embedding, avatar.gaussians.count
+    assert e is not None
+    by_normal = avatar.rules.position == "normal"
+    _below("triangle", e.triangle, len(e.triangles))
+    return Embedded(
+        plain(e.triangle, np.uint32, (n,)),
+        plain(e.vertex_ids, np.uint32, (n, 3)),
+        plain(e.barycentric, np.float32, (n, 3)),
+        plain(e.displacement, np.float32, (n if by_normal else 0,)),
+        plain(e.local_offset, np.float32, (0 if by_normal else n, 3)),
+        plain(e.local_quat_wxyz, np.float32, (n, 4)),
+    )
+
+
+def mesh(surface: Surface) -> Mesh:
+    """What `stages.surface.prepare` made of the canonical mesh."""
+    triangles, vertices = surface.embedding.triangles, len(surface.embedding.canonical_vertices)
+    f = len(triangles)
+    _below("triangles", triangles, vertices)
+    return Mesh(
+        plain(triangles, np.uint32, (f, 3)),
+        plain(surface.canonical.frame.reshape(f, 9), np.float64, (f, 9)),
+        plain(surface.canonical.size, np.float64, (f,)),
+        plain(surface.vertex_triangle_ptr, np.uint32, (vertices + 1,)),
+        plain(surface.vertex_triangle, np.uint32, (3 * f,)),
+    )
+
+
+def fresh_out(rows: int, width: int) -> Out:
+    """Room for `rows` splats of `width` SH values."""
+    shapes = ((rows, 3), (rows, 3), (rows, 4), (rows,), (rows, width), (rows, 9))
+    return Out(*(np.empty(shape, np.float32) for shape in shapes))
+
+
+def _pattern(sparse: SparseRows, rows: int) -> tuple[U32, U16]:
+    ptr = plain(sparse.row_ptr, np.uint32, (rows + 1,))
+    column = plain(sparse.column, np.uint16, (sparse.entries,))
+    if ptr[0] != 0 or int(ptr[-1]) != len(column) or (ptr[1:] < ptr[:-1]).any():
+        raise ValueError(f"row_ptr does not rise from 0 to the {len(column)} entries")
+    _below("column", column, sparse.columns)
+    return ptr, column
+
+
+def _values(sparse: SparseRows, attribute: str, width: int) -> F32:
+    values = sparse.values[attribute]
+    return plain(values.reshape(sparse.entries, -1) if sparse.entries else np.zeros((0, width)), np.float32,
+                 (sparse.entries, width))
+
+
+def _below(name: str, indices: Array, end: int) -> None:
+    if indices.size and int(indices.max()) >= end:
+        raise ValueError(f"{name} holds {int(indices.max())}, but there are {end}")

@@ -1,0 +1,40 @@
+"""How many threads the kernels use: a choice of each backend, never of the process."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+
+import numba
+
+MOST = 8  # by default: memory is the limit beyond
+
+_TURN = threading.Lock()
+
+
+def thread_count(threads: int | None) -> int:
+    """`threads`, or by default one a core up to MOST; never more than Numba may start.
+
+    Raises TypeError for what is no integer, ValueError for less than 1.
+    """
+    if threads is None:
+        return min(MOST, numba.config.NUMBA_NUM_THREADS)
+    if not isinstance(threads, int) or isinstance(threads, bool):
+        raise TypeError(f"threads is {threads!r}; a whole number is needed")
+    if threads < 1:
+        raise ValueError(f"threads is {threads}; at least 1 is needed")
+    return min(threads, int(numba.config.NUMBA_NUM_THREADS))
+
+
+@contextmanager
+def using(threads: int) -> Iterator[None]:
+    """Parallel kernels called inside run on `threads` threads; afterwards the caller's own number holds again."""
+    before = numba.get_num_threads()
+    # Numba's own pool, taken where neither TBB nor OpenMP is found, ends a process that enters it twice at once.
+    with _TURN if numba.threading_layer() == "workqueue" else nullcontext():
+        numba.set_num_threads(threads)
+        try:
+            yield
+        finally:
+            numba.set_num_threads(before)

@@ -1,0 +1,8 @@
+"""Backend `gl`: the generated shaders on OpenGL 4.3 or OpenGL ES 3.1, with a window or without one."""
+
+from __future__ import annotations
+
+from avatar_runtime.backends.gl.backend import GlBackend, draw_together, make
+from avatar_runtime.backends.gl.together import Together
+
+__all__ = ["GlBackend", "Together", "draw_together", "make"]

@@ -1,0 +1,156 @@
+"""The backend itself: one avatar in one context."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import moderngl
+
+from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.backends import Arrays
+from avatar_runtime.backends.gl.deform import Deformer
+from avatar_runtime.backends.gl.gpu import BUFFER_LIMIT, Gpu
+from avatar_runtime.backends.gl.programs import Programs, Shaders
+from avatar_runtime.backends.gl.stage import run_stage
+from avatar_runtime.backends.gl.steps import Steps, clocked
+from avatar_runtime.backends.gl.together import Together
+from avatar_runtime.backends.gl.transfer import take_sh, take_splats
+from avatar_runtime.camera import Camera
+from avatar_runtime.posed import Clock, Posed
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.raster import Picture
+
+
+def make(avatar: Avatar, **options: Any) -> GlBackend:
+    """The GPU backend for `avatar`; `options` as for `GlBackend`."""
+    return GlBackend(avatar, **options)
+
+
+class GlBackend:
+    """Plays one avatar on the GPU: static buffers are uploaded once, a pose and a camera a frame.
+
+    Pictures have profile `engine`. `release` gives the GPU's memory back; so does `with`.
+    """
+
+    profiles: tuple[str, ...] = ("engine",)
+
+    def __init__(
+        self,
+        avatar: Avatar,
+        context: moderngl.Context | None = None,
+        *,
+        es: bool = False,
+        buffer_limit: int = BUFFER_LIMIT,
+        shaders: Shaders | None = None,
+        target: str = "rgba32f",
+        order: str = "back_to_front",
+        timed: bool = False,
+    ) -> None:
+        """
+        context: moderngl context to live in, OpenGL 4.3 or OpenGL ES 3.1 or later; None makes one without a window,
+            OpenGL ES where `es`.
+        buffer_limit: bytes of the largest buffer; what is larger is split.
+        shaders: where the shader text comes from; None: package avatar_shaders.
+        target: rgba32f, in which conformance is stated, or rgba16f or rgba8, which round at every splat.
+        order: back_to_front, or front_to_back for targets with alpha.
+        timed: wait for the GPU after every stage, so that the clock tells them apart; else it has one entry, `gl`.
+
+        Raises AvatarError where no context can be made, a shader does not compile, or a part of the avatar that
+        cannot be split exceeds the limit; ValueError for an unknown target or order.
+        """
+        self.avatar, self._timed = avatar, timed
+        self.gpu = Gpu(context, es, buffer_limit)
+        try:
+            with self.gpu.current():
+                self.programs = Programs(self.gpu, shaders)
+                self.deformer = Deformer(self.gpu, self.programs, avatar)
+                self.scene = Together(
+                    self.gpu, self.programs, [self.deformer], target=target, order=order, timed=timed
+                )
+        except BaseException:
+            self.gpu.release()
+            raise
+
+    @property
+    def context(self) -> moderngl.Context:
+        """The moderngl context, for other avatars that are drawn together with this one."""
+        return self.gpu.context
+
+    def mesh(self, posed: Posed, clock: Clock) -> F32:
+        """Stages morph and skin of the rig: [V, 3], mesh space."""
+
+        def run(steps: Steps) -> F32:
+            self.deformer.set_pose(posed)
+            self.deformer.pose_mesh(steps)
+            return self.deformer.mesh.download()
+
+        with self.gpu.current():
+            return clocked(self.context, clock, self._timed, run)
+
+    def animate(self, posed: Posed, clock: Clock) -> Splats:
+        """Stages up to activate, downloaded."""
+
+        def run(steps: Steps) -> Splats:
+            self.deformer.deform(posed, steps)
+            chunks = self.deformer.chunks
+            found = take_splats(chunks)
+            sh = take_sh(chunks, self.avatar.gaussians.sh.shape[1])
+            return Splats(
+                found["mean"], found["scale"], found["quat_wxyz"], found["opacity"], sh, found["sh_rotation"]
+            )
+
+        with self.gpu.current():
+            return clocked(self.context, clock, self._timed, run)
+
+    def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Picture:
+        """All stages, downloaded; with a depth buffer, or several avatars: `scene.picture`, `draw_together`."""
+        return self.scene.picture([posed], camera, background, clock=clock)
+
+    def draw_into(
+        self, framebuffer: moderngl.Framebuffer, posed: Posed, camera: Camera, **options: Any
+    ) -> None:
+        """Draws onto a framebuffer of this context: `Together.draw_into` with one pose."""
+        self.scene.draw_into(framebuffer, [posed], camera, **options)
+
+    def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
+        """One stage alone."""
+        with self.gpu.current():
+            return run_stage(name, self.deformer, self.scene.drawing, inputs, camera)
+
+    def release(self) -> None:
+        """Gives back buffers, programs and pictures, and the context where it is our own."""
+        self.gpu.release()
+
+    def __enter__(self) -> GlBackend:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.release()
+
+
+def draw_together(
+    backends: Sequence[GlBackend],
+    *,
+    target: str = "rgba32f",
+    order: str = "back_to_front",
+    timed: bool = False,
+) -> Together:
+    """The avatars of `backends` in one scene: deform, one sort, one draw.
+
+    They share a context (`GlBackend(avatar, context=first.context)`), and what the scene holds is given back with the
+    first. Raises ValueError for none, or where contexts differ; AvatarError as `GlBackend`.
+    """
+    contexts = {id(backend.context) for backend in backends}
+    if len(contexts) != 1:
+        raise ValueError(f"{len(backends)} backends in {len(contexts)} contexts cannot be drawn together")
+    first = backends[0]
+    with first.gpu.current():
+        return Together(
+            first.gpu,
+            first.programs,
+            [backend.deformer for backend in backends],
+            target=target,
+            order=order,
+            timed=timed,
+        )

@@ -1,0 +1,148 @@
+"""OpenGL contexts without a window: desktop 4.3 or OpenGL ES 3.1, through EGL; and whose turn it is.
+
+moderngl makes desktop contexts itself. For OpenGL ES it takes a foreign one, made here with the few EGL calls that
+this needs.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import moderngl
+
+from avatar_runtime.errors import AvatarError
+
+DESKTOP, ES = 430, 310  # the least versions; compute shaders begin there
+NO_GL = (
+    "no OpenGL context can be made here ({why}): run on a machine with a GPU driver, or install Mesa's software one "
+    "(Debian: apt-get install libegl1 libgl1 libgles2 libegl-mesa0 libgl1-mesa-dri)"
+)
+
+# Khronos EGL registry
+_OPENGL_ES_API, _CONTEXT_MAJOR, _CONTEXT_MINOR, _NONE = 0x30A0, 0x3098, 0x30FB, 0x3038
+_PLATFORM_DEVICE, _PLATFORM_SURFACELESS = 0x313F, 0x31DD
+_DRAW, _READ = 0x3059, 0x305A
+_MOST_DEVICES = 16
+_SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "eglGetProcAddress": (C.c_void_p, (C.c_char_p,)),
+    "eglInitialize": (C.c_uint, (C.c_void_p, C.c_void_p, C.c_void_p)),
+    "eglBindAPI": (C.c_uint, (C.c_uint,)),
+    "eglCreateContext": (C.c_void_p, (C.c_void_p, C.c_void_p, C.c_void_p, C.c_void_p)),
+    "eglDestroyContext": (C.c_uint, (C.c_void_p, C.c_void_p)),
+    "eglMakeCurrent": (C.c_uint, (C.c_void_p, C.c_void_p, C.c_void_p, C.c_void_p)),
+    "eglGetCurrentContext": (C.c_void_p, ()),
+    "eglGetCurrentDisplay": (C.c_void_p, ()),
+    "eglGetCurrentSurface": (C.c_void_p, (C.c_int,)),
+}
+
+
+def own_context(es: bool) -> moderngl.Context:
+    """A context of our own: OpenGL ES 3.1, or desktop OpenGL 4.3.
+
+    Raises AvatarError, which says what to install, where none can be made.
+    """
+    try:
+        if es:
+            return moderngl.create_context(context=EsContext(), require=ES)
+        platform = {"backend": "egl"} if sys.platform.startswith("linux") else {}
+        return moderngl.create_context(require=DESKTOP, standalone=True, **platform)
+    except Exception as error:  # glcontext raises bare Exception, ctypes OSError, moderngl ValueError
+        raise AvatarError(NO_GL.format(why=error), field="backend gl") from error
+
+
+def language_of(context: moderngl.Context) -> str:
+    """The shader language that a context takes, `glsl430` or `glsl310es`. Raises AvatarError for an older one."""
+    es = context.info["GL_VERSION"].startswith("OpenGL ES")
+    need = ES if es else DESKTOP
+    if context.version_code < need:
+        raise AvatarError(
+            f"this context is OpenGL{' ES' if es else ''} {context.version_code / 100:.1f}; compute shaders need "
+            f"{need / 100:.1f}",
+            field="backend gl",
+        )
+    return "glsl310es" if es else "glsl430"
+
+
+@contextmanager
+def current(context: moderngl.Context) -> Iterator[None]:
+    """`context` is current inside; afterwards what EGL had current before is so again.
+
+    moderngl's own `with` leaves no context current, which a caller of ours does not expect.
+    """
+    egl = _egl() if sys.platform.startswith("linux") else None
+    before = None if egl is None else (egl.eglGetCurrentDisplay(), egl.eglGetCurrentContext())
+    surfaces = () if egl is None else (egl.eglGetCurrentSurface(_DRAW), egl.eglGetCurrentSurface(_READ))
+    context.__enter__()
+    try:
+        yield
+    finally:
+        if egl is not None and before is not None and before[1]:
+            egl.eglMakeCurrent(before[0], *surfaces, before[1])
+
+
+class EsContext:
+    """OpenGL ES 3.1 without a surface, as moderngl takes a foreign context."""
+
+    def __init__(self) -> None:
+        """Raises OSError where libEGL is missing or gives no such context."""
+        egl = _egl()
+        if egl is None:
+            raise OSError("libEGL.so.1 is missing")
+        egl.eglBindAPI(_OPENGL_ES_API)
+        wanted = (C.c_int * 5)(_CONTEXT_MAJOR, 3, _CONTEXT_MINOR, 1, _NONE)
+        for display in _displays(egl):
+            if egl.eglInitialize(display, None, None):
+                handle = egl.eglCreateContext(display, None, None, wanted)
+                if handle:
+                    self._egl, self._display, self._handle = egl, display, handle
+                    return
+        raise OSError("EGL has no display with OpenGL ES 3.1")
+
+    def load_opengl_function(self, name: str) -> int:
+        """The address of a GL function, 0 where there is none."""
+        return self._egl.eglGetProcAddress(name.encode()) or 0
+
+    def __enter__(self) -> EsContext:
+        self._egl.eglMakeCurrent(self._display, None, None, self._handle)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._egl.eglMakeCurrent(self._display, None, None, None)
+
+    def release(self) -> None:
+        """Gives the context back to EGL."""
+        self._egl.eglDestroyContext(self._display, self._handle)
+
+
+def _displays(egl: Any) -> Iterator[int]:
+    """Displays without a window: those of devices, as moderngl takes them, then Mesa's own."""
+    display = _extension(egl, "eglGetPlatformDisplayEXT", C.c_void_p, C.c_uint, C.c_void_p, C.c_void_p)
+    query = _extension(egl, "eglQueryDevicesEXT", C.c_uint, C.c_int, C.c_void_p, C.c_void_p)
+    devices, count = (C.c_void_p * _MOST_DEVICES)(), C.c_int(0)
+    if query is not None:
+        query(_MOST_DEVICES, devices, C.byref(count))
+    if display is not None:
+        for device in devices[: count.value]:
+            yield display(_PLATFORM_DEVICE, device, None)
+        yield display(_PLATFORM_SURFACELESS, None, None)
+
+
+def _extension(egl: Any, name: str, result: Any, *arguments: Any) -> Any:
+    address = egl.eglGetProcAddress(name.encode())
+    return C.CFUNCTYPE(result, *arguments)(address) if address else None
+
+
+def _egl() -> Any:
+    """libEGL with its signatures, None where it is missing."""
+    try:
+        egl = C.CDLL("libEGL.so.1")
+    except OSError:
+        return None
+    for name, (result, arguments) in _SIGNATURES.items():
+        function = getattr(egl, name)
+        function.restype, function.argtypes = result, arguments
+    return egl

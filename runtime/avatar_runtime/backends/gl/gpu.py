@@ -1,0 +1,87 @@
+"""A context and what we hold in it: buffers within the binding limit, and their release."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.backends.gl.context import current, language_of, own_context
+from avatar_runtime.errors import AvatarError
+
+BUFFER_LIMIT = 128 << 20  # bytes of one binding that WebGPU and most phones grant
+MOST_GROUPS, GROUP = 65535, 64  # thread groups of one dispatch, threads of one group
+MOST_ROWS = MOST_GROUPS * GROUP
+LEAST_LIMIT = 1024  # bytes; below that not even the constants of a frame have room
+
+
+class Gpu:
+    """One context, the shader language that it takes, and every buffer that we made in it."""
+
+    def __init__(self, context: moderngl.Context | None, es: bool, limit: int) -> None:
+        """`context` None makes one. Raises AvatarError where that fails or `context` is too old, ValueError for a
+        limit of less than 1024 bytes.
+        """
+        if limit < LEAST_LIMIT:
+            raise ValueError(f"buffer_limit is {limit} bytes; {LEAST_LIMIT} is the least")
+        self._own = context is None
+        self.context = own_context(es) if context is None else context
+        self.limit = limit
+        self.held: list[Any] = []  # everything that has a release()
+        with self.current():
+            self.language = language_of(self.context)
+
+    @contextmanager
+    def current(self) -> Iterator[None]:
+        """Our context is current inside; the caller's, if another, afterwards."""
+        with current(self.context):
+            yield
+
+    def buffer(self, what: str, content: npt.NDArray[Any] | int) -> moderngl.Buffer:
+        """A buffer with `content`, or of that many bytes. Raises AvatarError where it would exceed the limit."""
+        size = content if isinstance(content, int) else content.nbytes
+        if size > self.limit:
+            raise too_large(what, size, self.limit)
+        if isinstance(content, int) or size == 0:
+            made = self.context.buffer(reserve=max(size, 16))  # GL has no empty buffers
+        else:
+            made = self.context.buffer(np.ascontiguousarray(content).tobytes())
+        self.held.append(made)
+        return made
+
+    def hold(self, made: Any) -> Any:
+        """`made`, to be released with the rest."""
+        self.held.append(made)
+        return made
+
+    def drop(self, *made: Any) -> None:
+        """Releases single objects before their time."""
+        for item in made:
+            self.held.remove(item)
+            item.release()
+
+    def release(self) -> None:
+        """Gives everything back, and the context where it is our own."""
+        with self.current():
+            while self.held:
+                self.held.pop().release()
+        if self._own:
+            self.context.release()
+            self._own = False
+
+
+def too_large(what: str, size: int, limit: int) -> AvatarError:
+    """What to say of a buffer that cannot be split."""
+    return AvatarError(
+        f"{what} takes {size} bytes in one buffer, the limit is {limit}; raise buffer_limit, or prune the avatar",
+        field="backend gl",
+    )
+
+
+def groups(rows: int) -> int:
+    """Thread groups for a thread a row."""
+    return -(-rows // GROUP)

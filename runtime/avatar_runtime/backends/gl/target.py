@@ -1,0 +1,111 @@
+"""What is drawn into: a picture of floats or bytes, with a depth buffer for what stands in front."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import F32
+from avatar_runtime.backends.gl.gpu import Gpu
+from avatar_runtime.backends.gl.state import drawing_into
+from avatar_runtime.errors import AvatarError
+
+TARGETS = {"rgba32f": "f4", "rgba16f": "f2", "rgba8": "f1"}  # and moderngl's names of their components
+
+_HEADERS = {"glsl430": "#version 430\n", "glsl310es": "#version 310 es\nprecision highp float;\n"}
+_CORNERS = """
+void main() {
+    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}
+"""
+# No stage: OpenGL ES takes no depth values from memory, so they are drawn.
+_DEPTHS = """
+uniform highp sampler2D given;
+uniform int flip;
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    if (flip != 0) { at.y = textureSize(given, 0).y - 1 - at.y; }
+    gl_FragDepth = texelFetch(given, at, 0).r;
+}
+"""
+
+
+class Target:
+    """A picture of one size, its first row on top of the picture it shows."""
+
+    def __init__(self, gpu: Gpu, size: tuple[int, int], kind: str) -> None:
+        """`size` is (width, height). Raises AvatarError where the context cannot draw into that kind."""
+        self._gpu, self.size, self._dtype = gpu, size, TARGETS[kind]
+        context = gpu.context
+        self.texture = gpu.hold(context.texture(size, 4, dtype=self._dtype))
+        self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._depth = gpu.hold(context.depth_renderbuffer(size))
+        try:
+            self.framebuffer = gpu.hold(context.framebuffer([self.texture], self._depth))
+        except moderngl.Error as error:
+            raise AvatarError(f"this context cannot draw into {kind}: {error}", field="backend gl") from error
+        self._depth_alone = gpu.hold(context.framebuffer([], self._depth))
+        self._depth_program: moderngl.Program | None = None
+
+    def clear(self, depth: npt.NDArray[Any] | moderngl.Texture | None) -> None:
+        """Nothing in it, and `depth` [H, W] in front of which is drawn; None: far away."""
+        self.framebuffer.depth_mask = True  # clearing obeys it
+        self.framebuffer.clear(0, 0, 0, 0, depth=1.0)
+        self.framebuffer.depth_mask = False
+        if depth is not None:
+            self._draw_depth(depth)
+
+    def read(self) -> F32:
+        """[H, W, 4] premultiplied colour and alpha."""
+        dtype = "f1" if self._dtype == "f1" else "f4"
+        raw = self.framebuffer.read(components=4, dtype=dtype)
+        shape = (self.size[1], self.size[0], 4)
+        if dtype == "f1":
+            return np.frombuffer(raw, np.uint8).reshape(shape).astype(np.float32) / np.float32(255)
+        return np.frombuffer(raw, np.float32).reshape(shape).copy()
+
+    def release(self) -> None:
+        """Gives it back before the rest."""
+        self._gpu.drop(self._depth_alone, self.framebuffer, self.texture, self._depth)
+
+    def _draw_depth(self, depth: npt.NDArray[Any] | moderngl.Texture) -> None:
+        """An array's first row is the picture's top one, a texture's the bottom one, as GL draws."""
+        context, given = self._gpu.context, isinstance(depth, moderngl.Texture)
+        if given:
+            texture = depth
+        else:
+            values = np.ascontiguousarray(depth, np.float32)
+            texture = context.texture(self.size, 1, values.tobytes(), dtype="f4")
+        program = self._filler()
+        program["flip"] = int(given)
+        sampler = context.sampler(filter=(moderngl.NEAREST, moderngl.NEAREST), compare_func="")
+        texture.use(0)
+        sampler.use(0)
+        with drawing_into(context, self._depth_alone, moderngl.DEPTH_TEST):
+            context.depth_func = "1"  # always
+            self._vertices.render(moderngl.TRIANGLES, vertices=3)
+        sampler.clear(0)
+        sampler.release()
+        if not given:
+            texture.release()
+
+    def _filler(self) -> moderngl.Program:
+        if self._depth_program is None:
+            header = _HEADERS[self._gpu.language]
+            self._depth_program = self._gpu.hold(
+                self._gpu.context.program(header + _CORNERS, header + _DEPTHS)
+            )
+            self._vertices = self._gpu.hold(self._gpu.context.vertex_array(self._depth_program, []))
+        return self._depth_program
+
+
+def check_depth(depth: npt.NDArray[Any] | moderngl.Texture | None, size: tuple[int, int]) -> None:
+    """Raises ValueError for a depth of another size than the picture (width, height)."""
+    if depth is None:
+        return
+    found = depth.size if isinstance(depth, moderngl.Texture) else np.shape(depth)[::-1]
+    if tuple(found) != size:
+        raise ValueError(f"the depth is {found}, the picture {size} (width, height)")

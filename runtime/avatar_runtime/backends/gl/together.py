@@ -1,0 +1,102 @@
+"""Avatars in one picture: each is deformed, then all of them are sorted and drawn as one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import moderngl
+import numpy as np
+
+from avatar_runtime.avatar import F32
+from avatar_runtime.backends.gl.composite import Composite
+from avatar_runtime.backends.gl.deform import Deformer
+from avatar_runtime.backends.gl.draw import Depth, Drawing, over
+from avatar_runtime.backends.gl.gpu import Gpu
+from avatar_runtime.backends.gl.programs import Programs
+from avatar_runtime.backends.gl.steps import Steps, clocked
+from avatar_runtime.backends.gl.target import Target
+from avatar_runtime.camera import Camera
+from avatar_runtime.posed import Clock, Posed
+from avatar_runtime.stages.raster import Picture
+
+BLACK = np.zeros(3, np.float32)
+
+
+class Together:
+    """Avatars of one context that stand in one scene; `draw_together` makes one of several backends."""
+
+    def __init__(
+        self,
+        gpu: Gpu,
+        programs: Programs,
+        deformers: Sequence[Deformer],
+        *,
+        target: str,
+        order: str,
+        timed: bool,
+    ) -> None:
+        """The context is current. Options as for `GlBackend`; raises as that does."""
+        self._gpu, self._deformers, self._timed = gpu, deformers, timed
+        chunks = [chunk for deformer in deformers for chunk in deformer.chunks]
+        self.drawing = Drawing(gpu, programs, chunks, target, order)
+        self._composite = Composite(gpu, programs)
+
+    def picture(
+        self,
+        posed: Sequence[Posed],
+        camera: Camera,
+        background: F32 = BLACK,
+        *,
+        depth: Depth | None = None,
+        clock: Clock | None = None,
+    ) -> Picture:
+        """The picture over `background` [3], one pose an avatar; `last` and `evaluations` are None.
+
+        depth: of what else stands in the scene, in 0..1 as the camera's clip_from_world gives z / w: an array [H, W]
+            whose first row is the picture's top, or a moderngl depth texture as GL draws it, first row at the bottom.
+            A Gaussian whose mean lies behind is hidden at that pixel.
+
+        Raises ValueError for a depth of another size, or where poses and avatars are not as many.
+        """
+        with self._gpu.current():
+            accumulated = clocked(
+                self._gpu.context,
+                clock or Clock(),
+                self._timed,
+                lambda steps: self._accumulate(posed, camera, depth, steps).read(),
+            )
+        return over(accumulated, background)
+
+    def draw_into(
+        self,
+        framebuffer: moderngl.Framebuffer,
+        posed: Sequence[Posed],
+        camera: Camera,
+        *,
+        background: tuple[float, float, float] | None = None,
+        linear: bool = False,
+        depth: Depth | None = None,
+    ) -> None:
+        """Draws onto a framebuffer of this context, of the camera's size, its first row at the bottom as GL has it.
+
+        background: display-referred rgb in place of what the framebuffer holds; None: over that.
+        linear: the framebuffer holds linear light; the finished colour is converted, the blending is not.
+        depth: as in `picture`; the framebuffer's own depth texture will do.
+
+        Bound framebuffer, viewport, enabled flags, blend and depth functions are afterwards as before; programs,
+        vertex arrays and the bindings of buffers and textures are not. Raises ValueError for another size, or where
+        poses and avatars are not as many.
+        """
+        if tuple(framebuffer.size) != (camera.width, camera.height):
+            raise ValueError(f"the framebuffer is {framebuffer.size}, the camera {camera.width, camera.height}")
+        with self._gpu.current():
+            target = self._accumulate(posed, camera, depth, Steps(self._gpu.context, None))
+            self._composite.onto(framebuffer, target, background, linear)
+
+    def _accumulate(self, posed: Sequence[Posed], camera: Camera, depth: Depth | None, steps: Steps) -> Target:
+        for deformer, own in zip(self._deformers, posed, strict=True):
+            deformer.deform(own, steps)
+        for deformer in self._deformers:
+            steps.run("project", lambda deformer=deformer: deformer.project(camera))
+        steps.run("sort", self.drawing.sort.run)
+        return steps.run("raster", lambda: self.drawing.raster(camera, depth))

@@ -1,0 +1,26 @@
+"""The conformance kit: what every stage takes and gives, reference vectors, and how a backend or port is judged."""
+
+from __future__ import annotations
+
+from avatar_runtime.conformance.arrays import STAGE_ARRAYS
+from avatar_runtime.conformance.files import decode, encode
+from avatar_runtime.conformance.make import make_reference
+from avatar_runtime.conformance.model import Case, CaseVectors, Expected, Reference, Step, View
+from avatar_runtime.conformance.run import PictureRow, Report, Row, conform
+
+__all__ = [
+    "STAGE_ARRAYS",
+    "Case",
+    "CaseVectors",
+    "Expected",
+    "PictureRow",
+    "Reference",
+    "Report",
+    "Row",
+    "Step",
+    "View",
+    "conform",
+    "decode",
+    "encode",
+    "make_reference",
+]

@@ -1,0 +1,225 @@
+"""The stages as a port sees them: what goes in, what comes out, and how far from the reference it may lie."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import F32, Avatar
+
+# Half a unit in the last place of float32 at 1: what one operation may round by. Tolerances are multiples of it,
+# a few times the number of operations that lie between a stage's input and its output.
+ROUNDING = 2.0**-24
+
+
+@dataclass(frozen=True)
+class Array:
+    """One input or output: dtype, shape in symbols (see `sizes`), and for an output its tolerance.
+
+    An element may be off by atol * weight of its row + rtol * |reference|, with
+    atol = roundings * ROUNDING * max(floor, largest |reference|) and rtol = relative * ROUNDING.
+    """
+
+    name: str
+    dtype: str
+    shape: tuple[str | int, ...]
+    roundings: float = 0.0
+    relative: float = 0.0
+    floor: float | str = 0.0  # size of the terms that may cancel in the sum; "picture": its longer side
+    weight: str | None = None  # a key of WEIGHTS: how ill-conditioned each row is; then `floor` is not read
+    flips: str | None = None  # a key of FLIPS
+    when: str = "always"  # a key of WHEN
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage's table row."""
+
+    inputs: tuple[Array, ...]
+    outputs: tuple[Array, ...]
+    when: str = "always"
+
+
+def _f32(name: str, *shape: str | int, when: str = "always") -> Array:
+    return Array(name, "float32", shape, when=when)
+
+
+def _weights(conic: F32) -> F32:
+    """Per row: largest |entry| times ac / (ac - b^2), by which inverting the covariance amplifies rounding."""
+    a, b, c = conic.astype(np.float64).T
+    product = a * c
+    with np.errstate(all="ignore"):
+        amplified = np.where(product > b * b, product / (product - b * b), 0.0)
+    result: F32 = (np.abs(conic).max(axis=1, initial=0.0) * amplified).astype(np.float32)
+    return result
+
+
+WEIGHTS: Mapping[str, Callable[[F32], F32]] = {"conic": _weights}
+
+# Where two right answers differ by more than rounding. `sign`: q and -q are one rotation, told apart by rounding
+# near half a turn. `drawn`: the radius, a ceil, may be one off, and a row on the border of the picture or of the near
+# plane may be drawn or not; its other arrays are then not judged. `cutoff`: alpha at 1/255 and transmittance at 1e-4
+# are thresholds; a pixel on the other side moves by no more than FLIP_STEP times the brightest colour.
+FLIPS = ("sign", "drawn", "cutoff")
+FLIP_STEP = 4e-3  # a little over 1/255, the alpha that is lost or gained
+
+WHEN: Mapping[str, Callable[[Avatar], bool]] = {
+    "always": lambda avatar: True,
+    "rig": lambda avatar: avatar.rig is not None,
+    "anchor": lambda avatar: any(group.binding == "anchor" for group in avatar.groups),
+    "skin": lambda avatar: avatar.embedding is None,
+    "surface": lambda avatar: avatar.embedding is not None,
+}
+
+_WEIGHTS_IN = _f32("expression_weights", "K")
+_LATE_IN = _f32("late_weights", "L")
+
+STAGE_ARRAYS: Mapping[str, Stage] = {
+    "joints": Stage(
+        (
+            _WEIGHTS_IN,
+            Array("joint_delta", "float64", ("J", 4, 4)),
+            _f32("anchor_vertices", "A", 3, when="anchor"),
+        ),
+        (
+            # A chain of some ten products; 1 is the size of what cancels in R - I and in translations.
+            Array("skin_matrix", "float32", ("J", 4, 4), 64, floor=1.0),
+            Array("pose_feature", "float32", ("F",), 8, floor=1.0),
+            # The fit to the anchors and three Newton steps; a fit divides rounding by the anchors' spread.
+            Array("group_matrix", "float32", ("G", 3, 4), 256, floor=1.0),
+            Array("group_rotation", "float32", ("G", 3, 3), 256, floor=1.0),
+        ),
+        when="rig",
+    ),
+    "morph": Stage(
+        (_WEIGHTS_IN, _f32("pose_feature", "F")),
+        (Array("vertices", "float32", ("V", 3), 32),),  # a sum over expressions and features
+        when="rig",
+    ),
+    "skin": Stage(
+        (_f32("vertices", "V", 3), _f32("skin_matrix", "J", 4, 4), _LATE_IN),
+        (Array("posed_vertices", "float32", ("V", 3), 64),),  # a sum of matrices, one product, late morphs
+        when="rig",
+    ),
+    "blend": Stage(
+        (_WEIGHTS_IN,),
+        (
+            Array("mean", "float32", ("N", 3), 32),
+            Array("log_scale", "float32", ("N", 3), 32),
+            Array("quat_wxyz", "float32", ("N", 4), 32),
+            Array("opacity_logit", "float32", ("N",), 32),
+            Array("sh", "float32", ("N", "S", 3), 32),
+        ),
+    ),
+    "bind": Stage(
+        (
+            _f32("mean", "N", 3),
+            _f32("log_scale", "N", 3),
+            _f32("quat_wxyz", "N", 4),
+            _f32("group_matrix", "G", 3, 4),
+            _f32("group_rotation", "G", 3, 3),
+            Array("world_from_avatar", "float64", (4, 4)),
+            _f32("pose_feature", "F", when="skin"),
+            _f32("late_weights", "L", when="skin"),
+            _f32("skin_matrix", "J", 4, 4, when="skin"),
+            _f32("posed_vertices", "V", 3, when="surface"),
+        ),
+        (
+            Array("mean", "float32", ("N", 3), 128),
+            Array("log_scale", "float32", ("N", 3), 64),
+            # Three Newton steps, or a mean of vertex quaternions of either sign that cancels in part.
+            Array("quat_wxyz", "float32", ("N", 4), 256, flips="sign"),
+            Array("sh_rotation", "float32", ("N", 3, 3), 256, floor=1.0),
+        ),
+    ),
+    "activate": Stage(
+        (_f32("log_scale", "N", 3), _f32("quat_wxyz", "N", 4), _f32("opacity_logit", "N")),
+        (
+            # exp by way of exp2 rounds its argument, of size ten: about sixteen roundings, and a few of its own.
+            Array("scale", "float32", ("N", 3), relative=32),
+            Array("quat_wxyz", "float32", ("N", 4), 8, floor=1.0, flips="sign"),
+            Array("opacity", "float32", ("N",), relative=32),
+        ),
+    ),
+    "project": Stage(
+        (
+            _f32("mean", "N", 3),
+            _f32("scale", "N", 3),
+            _f32("quat_wxyz", "N", 4),
+            _f32("opacity", "N"),
+            _f32("sh", "N", "S", 3),
+            _f32("sh_rotation", "N", 3, 3),
+        ),
+        (
+            Array("radius", "int32", ("N",), flips="drawn"),
+            Array("centre", "float32", ("N", 2), 64, floor="picture"),
+            Array("depth", "float32", ("N",), 16),
+            Array("conic", "float32", ("N", 3), 128, weight="conic"),
+            Array("opacity", "float32", ("N",)),
+            Array("rgb", "float32", ("N", 3), 128, floor=1.0),  # sixteen terms of degree up to three
+        ),
+    ),
+    "sort": Stage(
+        (_f32("depth", "N"), Array("radius", "int32", ("N",))),
+        (Array("order", "int64", ("D",)),),  # the key is given to the bit, so the order is
+    ),
+    "raster": Stage(
+        (
+            _f32("centre", "N", 2),
+            _f32("conic", "N", 3),
+            _f32("opacity", "N"),
+            _f32("rgb", "N", 3),
+            Array("radius", "int32", ("N",)),
+            Array("order", "int64", ("D",)),
+            _f32("background", 3),
+        ),
+        (
+            # An exponent, its exp and one factor of transmittance a splat, over some tens of splats.
+            Array("colour", "float32", ("P", 3), 256, floor=1.0, flips="cutoff"),
+            Array("transmittance", "float32", ("P",), 256, floor=1.0, flips="cutoff"),
+        ),
+    ),
+}
+
+
+def stages_of(avatar: Avatar) -> tuple[str, ...]:
+    """The stages that `avatar` has, in order."""
+    return tuple(name for name, stage in STAGE_ARRAYS.items() if WHEN[stage.when](avatar))
+
+
+def inputs_of(stage: str, avatar: Avatar) -> tuple[Array, ...]:
+    """The inputs that a stage takes for `avatar`."""
+    return tuple(array for array in STAGE_ARRAYS[stage].inputs if WHEN[array.when](avatar))
+
+
+def sizes(avatar: Avatar) -> dict[str, int]:
+    """What the symbols stand for: N Gaussians, S SH coefficients, V vertices, A anchor vertices, K expressions,
+    L late morphs, J joints, F pose features, G groups. P (pixels kept) and D (splats drawn) differ by case.
+    """
+    rig, embedding = avatar.rig, avatar.embedding
+    vertices = 0 if rig is None else len(rig.vertices)
+    return {
+        "N": avatar.gaussians.count,
+        "S": avatar.gaussians.sh.shape[1],
+        "V": vertices if embedding is None else len(embedding.canonical_vertices),
+        "A": 0 if rig is None else len(rig.anchor_vertices),
+        "K": len(avatar.expressions),
+        "L": len(avatar.late_morph_names),
+        "J": 0 if rig is None else rig.joint_count,
+        "F": avatar.blendshapes.correctives.columns,
+        "G": len(avatar.groups),
+    }
+
+
+def tolerances(array: Array, want: npt.NDArray[np.generic], picture: int) -> tuple[float, float, F32 | None]:
+    """(atol, rtol, weight per row or None) of an output whose reference is `want`; `picture`: its longer side."""
+    rtol = array.relative * ROUNDING
+    if array.weight is not None:
+        weight = WEIGHTS[array.weight](want.astype(np.float32))
+        return array.roundings * ROUNDING, rtol, weight
+    floor = float(picture) if isinstance(array.floor, str) else array.floor
+    size = max(floor, float(np.abs(want.astype(np.float64)).max(initial=0.0)))
+    return array.roundings * ROUNDING * size, rtol, None

@@ -1,0 +1,128 @@
+"""Whether reference vectors are sound: arrays of the table's names and shapes, finite, ids within range."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.conformance.arrays import STAGE_ARRAYS, WHEN, Array, inputs_of, sizes
+from avatar_runtime.conformance.model import CaseVectors, Reference, Step, Tensor
+from avatar_runtime.errors import AvatarError
+
+FILE = "vectors.safetensors"
+
+
+def check_reference(reference: Reference) -> None:
+    """Raise AvatarError for what is unsound in itself, whatever avatar it is played with."""
+    names = [vectors.case.name for vectors in reference.cases]
+    for name in names:
+        if names.count(name) > 1:
+            raise AvatarError("is the name of two cases", file="cases.json", field=name)
+    for ids, field in ((reference.rows, "rows"), (reference.vertices, "vertices")):
+        if ids.dtype != np.int64 or ids.ndim != 1 or (np.diff(ids) <= 0).any() or (ids[:1] < 0).any():
+            raise AvatarError("must be increasing int64 ids", file=FILE, field=field)
+    known = {"N": len(reference.rows), "V": len(reference.vertices)}
+    for vectors in reference.cases:
+        _check_case(vectors)
+        _check_shapes(reference, vectors, dict(known))
+
+
+def check_fits(reference: Reference, avatar: Avatar, part: Avatar) -> None:
+    """Raise AvatarError where `reference` is not one of `avatar`, whose subset for it is `part`."""
+    known = sizes(part) | {"A": sizes(avatar)["A"]}
+    if (known["N"], known["V"]) != (len(reference.rows), len(reference.vertices)):
+        raise AvatarError(
+            f"names {len(reference.rows)} rows and {len(reference.vertices)} vertices, of this avatar they are "
+            f"{known['N']} and {known['V']}: the reference was made for another",
+            file=FILE,
+        )
+    for vectors in reference.cases:
+        for step in vectors.steps:
+            field = f"{vectors.case.name}/{step.stage}"
+            if not WHEN[STAGE_ARRAYS[step.stage].when](avatar):
+                raise AvatarError("is a stage that this avatar does not have", file="cases.json", field=field)
+            missing = {array.name for array in inputs_of(step.stage, avatar)} - step.inputs.keys()
+            if missing:
+                raise AvatarError(f"lacks {', '.join(sorted(missing))}", file="cases.json", field=field)
+        _check_shapes(reference, vectors, dict(known))
+
+
+def _check_case(vectors: CaseVectors) -> None:
+    """Numbers of pose and camera."""
+    case = vectors.case
+    camera = case.camera
+    matrices = (camera.camera_from_world, camera.clip_from_world, camera.centre)
+    for numbers in (*matrices, case.pose.world_from_avatar, *case.pose.joints.values()):
+        if not np.isfinite(numbers).all():
+            raise AvatarError("a matrix is not finite", file="cases.json", field=case.name)
+    if abs(float(np.linalg.det(camera.camera_from_world[:3, :3].astype(np.float64)))) < 1e-6:
+        raise AvatarError("camera_from_world has no inverse", file="cases.json", field=case.name)
+    if not np.isfinite(np.array(case.background, np.float32)).all():
+        raise AvatarError("background is not finite", file="cases.json", field=case.name)
+
+
+def _check_shapes(reference: Reference, vectors: CaseVectors, known: dict[str, int]) -> None:
+    """Arrays of every step; what `known` lacks is learned from the first array that has it."""
+    for step in vectors.steps:
+        known.pop("P", None)
+        table, field = STAGE_ARRAYS[step.stage], f"{vectors.case.name}/{step.stage}"
+        _check_arrays(reference.tensors, _named(table.inputs, step.inputs, field), known)
+        outputs = {array: expected.tensor for array, expected in step.outputs.items()}
+        _check_arrays(reference.tensors, _named(table.outputs, outputs, field), known)
+        for expected in step.outputs.values():
+            if expected.weight is not None:
+                rows = reference.tensors[expected.tensor].shape[:1]
+                weight = reference.tensors[expected.weight]
+                _expect(weight, "float32", rows, expected.weight)
+        _check_ids(reference, vectors, step)
+
+
+def _named(table: tuple[Array, ...], given: Mapping[str, str], field: str) -> list[tuple[Array, str]]:
+    arrays = {array.name: array for array in table}
+    for name in given:
+        if name not in arrays:
+            raise AvatarError(f"{name[:80]!r} is none of {', '.join(arrays)}", file="cases.json", field=field)
+    for array in table:
+        if array.when == "always" and array.name not in given:
+            raise AvatarError(f"lacks {array.name}", file="cases.json", field=field)
+    return [(arrays[name], tensor) for name, tensor in given.items()]
+
+
+def _check_arrays(
+    tensors: Mapping[str, Tensor], named: Iterable[tuple[Array, str]], known: dict[str, int]
+) -> None:
+    for array, name in named:
+        a = tensors[name]
+        if a.ndim == len(array.shape):
+            for symbol, length in zip(array.shape, a.shape, strict=True):
+                if isinstance(symbol, str):
+                    known.setdefault(symbol, length)
+        shape = tuple(known.get(s, -1) if isinstance(s, str) else s for s in array.shape)
+        _expect(a, array.dtype, shape, name)
+
+
+def _expect(a: Tensor, dtype: str, shape: tuple[int, ...], name: str) -> None:
+    if a.dtype != np.dtype(dtype) or a.shape != shape:
+        found = f"{a.dtype.name}{list(a.shape)}"
+        raise AvatarError(f"is {found}, expected {dtype}{list(shape)}", file=FILE, field=name)
+    if not np.isfinite(a).all():
+        raise AvatarError("holds a number that is not finite", file=FILE, field=name)
+
+
+def _check_ids(reference: Reference, vectors: CaseVectors, step: Step) -> None:
+    """What a stage uses as an index."""
+    camera, tensors = vectors.case.camera, reference.tensors
+    limits = []
+    if "order" in step.inputs:
+        limits.append((step.inputs["order"], len(reference.rows)))
+    if step.pixels is not None:
+        outputs = step.outputs.values()
+        kept = {len(tensors[expected.tensor]) for expected in outputs} or {0}
+        _expect(tensors[step.pixels], "int32", (max(kept),), step.pixels)
+        limits.append((step.pixels, camera.width * camera.height))
+    for name, limit in limits:
+        ids = tensors[name]
+        if ids.size and (int(ids.min()) < 0 or int(ids.max()) >= limit or len(np.unique(ids)) != ids.size):
+            raise AvatarError(f"must be different ids in 0..{limit - 1}", file=FILE, field=name)

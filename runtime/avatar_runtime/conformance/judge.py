@@ -1,0 +1,128 @@
+"""Compares what a stage gave with its reference, element by element."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import F64
+from avatar_runtime.conformance.arrays import FLIP_STEP
+from avatar_runtime.conformance.model import Expected, Step, Tensor
+
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How far one array lies from its reference."""
+
+    error: float  # largest absolute difference, flips apart
+    used: float  # largest share of the tolerance that an element takes up; 1 is the most that passes
+    flips: int  # rows or pixels on the other side of a threshold
+    most_flips: int
+    note: str = ""  # why nothing could be compared
+
+    @property
+    def passed(self) -> bool:
+        return self.used <= 1 and self.flips <= self.most_flips and not self.note
+
+
+def judge(step: Step, got: Mapping[str, Tensor], tensors: Mapping[str, Tensor]) -> dict[str, Verdict]:
+    """A verdict for every output of `step`, by array."""
+    drawn = _drawn_in_both(step, got, tensors)
+    brightest = (
+        max(1.0, float(np.abs(tensors[step.inputs["rgb"]]).max(initial=0.0))) if "rgb" in step.inputs else 1.0
+    )
+    verdicts = {}
+    for array, expected in step.outputs.items():
+        want = tensors[expected.tensor]
+        if array not in got or np.shape(got[array]) != want.shape:
+            found = "nothing" if array not in got else f"shape {list(np.shape(got[array]))}"
+            verdicts[array] = Verdict(np.inf, np.inf, 0, 0, f"gave {found}, expected {list(want.shape)}")
+            continue
+        have, want = np.asarray(got[array], np.float64), want.astype(np.float64)
+        weight = None if expected.weight is None else tensors[expected.weight].astype(np.float64)
+        if drawn is not None and expected.flips != "drawn":
+            have, want = have[drawn], want[drawn]
+            weight = None if weight is None else weight[drawn]
+        verdicts[array] = RULES[expected.flips](
+            have, want, _allowed(expected, want, weight), expected, brightest
+        )
+    return verdicts
+
+
+def _allowed(expected: Expected, want: F64, weight: F64 | None) -> F64:
+    rows = 1.0 if weight is None else weight.reshape(-1, *(1,) * (want.ndim - 1))
+    allowed: F64 = expected.atol * rows + expected.rtol * np.abs(want)
+    return allowed
+
+
+def _drawn_in_both(step: Step, got: Mapping[str, Tensor], tensors: Mapping[str, Tensor]) -> Mask | None:
+    """Of a stage with a radius: rows that are drawn, or not drawn, in both; None for any other stage."""
+    if "radius" not in step.outputs:
+        return None
+    want = tensors[step.outputs["radius"].tensor]
+    have = got.get("radius")
+    if have is None or have.shape != want.shape:
+        return np.ones(len(want), bool)
+    same: Mask = (have > 0) == (want > 0)
+    return same
+
+
+def _close(have: F64, want: F64, allowed: F64, expected: Expected, brightest: float) -> Verdict:
+    difference = _difference(have, want)
+    return Verdict(_largest(difference), _share(difference, allowed), 0, 0)
+
+
+def _either_sign(have: F64, want: F64, allowed: F64, expected: Expected, brightest: float) -> Verdict:
+    """q and -q are the same rotation."""
+    plus, minus = _difference(have, want), _difference(-have, want)
+    nearer = np.where((plus.max(axis=1) <= minus.max(axis=1))[:, None], plus, minus)
+    return Verdict(_largest(nearer), _share(nearer, allowed), 0, 0)
+
+
+def _ceil(have: F64, want: F64, allowed: F64, expected: Expected, brightest: float) -> Verdict:
+    """A whole number that may be one off, or gone; anything else is wrong."""
+    off = _difference(have, want)
+    flipped = (off == 1) | ((have == 0) != (want == 0))
+    error = _largest(off[~flipped])
+    return Verdict(error, 0.0 if error == 0 else np.inf, int(flipped.sum()), expected.most_flips)
+
+
+def _cutoff(have: F64, want: F64, allowed: F64, expected: Expected, brightest: float) -> Verdict:
+    """Pixels [P, ...]: those beyond the tolerance that a threshold explains are counted apart."""
+    difference = _difference(have, want)
+    over = (difference > allowed).reshape(len(want), -1).any(axis=1)
+    step = difference.reshape(len(want), -1).max(axis=1, initial=0.0)
+    flipped = over & (step <= FLIP_STEP * brightest)
+    left = difference[~flipped]
+    return Verdict(_largest(left), _share(left, allowed[~flipped]), int(flipped.sum()), expected.most_flips)
+
+
+RULES: Mapping[str | None, Callable[[F64, F64, F64, Expected, float], Verdict]] = {
+    None: _close,
+    "sign": _either_sign,
+    "drawn": _ceil,
+    "cutoff": _cutoff,
+}
+
+
+def _difference(have: F64, want: F64) -> F64:
+    """Magnitudes; what is not a number is infinitely wrong."""
+    with np.errstate(invalid="ignore"):
+        difference: F64 = np.nan_to_num(np.abs(have - want), nan=np.inf, posinf=np.inf)
+    return difference
+
+
+def _largest(difference: F64) -> float:
+    return float(difference.max(initial=0.0))
+
+
+def _share(difference: F64, allowed: F64) -> float:
+    """Largest difference / allowed; equal values take up nothing even where nothing is allowed."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(difference == 0, 0.0, difference / np.broadcast_to(allowed, difference.shape))
+    return _largest(share)

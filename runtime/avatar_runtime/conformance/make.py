@@ -1,0 +1,114 @@
+"""Makes reference vectors: runs the NumPy stages of some rows, each from what the stage before gave."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.backends import make_backend
+from avatar_runtime.conformance.arrays import STAGE_ARRAYS, inputs_of, stages_of, tolerances
+from avatar_runtime.conformance.model import Case, CaseVectors, Expected, Reference, Step, Tensor
+from avatar_runtime.conformance.pictures import draw, psnr_db, view
+from avatar_runtime.conformance.rows import kept_pixels, thinned
+from avatar_runtime.conformance.stages import at_pixels, run_stage
+from avatar_runtime.pose import resolve
+from avatar_runtime.posed import posed_mesh
+from avatar_runtime.stages.groups import group_transforms
+from avatar_runtime.stages.joints import joints
+from avatar_runtime.stages.raster import PROFILES
+from avatar_runtime.subset import Subset
+
+ROWS = 512  # Gaussians, and about as many vertices
+PIXELS = 4096  # of each stage raster
+FLIPS_IN = 512  # rows or pixels in which one more may flip
+
+
+def make_reference(
+    avatar: Avatar, cases: Iterable[Case], *, rows: int = ROWS, pixels: int = PIXELS, generator: str = ""
+) -> Reference:
+    """The reference of `avatar` for `cases`, by backend `reference`. Same avatar and cases, same result.
+
+    Raises AvatarError for a pose that names what the avatar lacks.
+    """
+    part = thinned(avatar, rows)
+    tensors: dict[str, Tensor] = {}
+    vectors = tuple(_case(avatar, part, case, tensors, pixels) for case in cases)
+    return Reference("runtime", generator, avatar.name, part.rows, part.vertices, tensors, vectors)
+
+
+def _case(avatar: Avatar, part: Subset, case: Case, tensors: dict[str, Tensor], pixels: int) -> CaseVectors:
+    backend = make_backend("reference", part.avatar)
+    latest: dict[str, str] = {}  # array -> the tensor that holds its newest value
+
+    def keep(step: str, arrays: Mapping[str, Tensor]) -> None:
+        for name, array in arrays.items():
+            latest[name] = f"{case.name}/{step}/{name}"
+            tensors[latest[name]] = array
+
+    keep("pose", _given(avatar, part, case))
+    steps = []
+    for stage in stages_of(avatar):
+        for profile in PROFILES if stage == "raster" else (None,):
+            inputs = {array.name: latest[array.name] for array in inputs_of(stage, avatar)}
+            given = {name: tensors[tensor] for name, tensor in inputs.items()}
+            outputs = run_stage(avatar, backend, stage, profile, given, case.camera)
+            where, label = None, stage if profile is None else f"{stage}.{profile}"
+            if profile is not None:
+                where = f"{case.name}/{label}/pixels"
+                tensors[where] = kept_pixels(outputs["transmittance"] < 1, pixels)
+                outputs = at_pixels(outputs, tensors[where])
+            keep(label, outputs)
+            expected = {name: _expected(stage, name, latest[name], tensors, case) for name in outputs}
+            steps.append(Step(stage, profile, inputs, expected, where))
+    drawn = draw(avatar, case, PROFILES)
+    return CaseVectors(
+        case,
+        tuple(steps),
+        {profile: view(picture) for profile, picture in drawn.items()},
+        psnr_db(drawn["engine"], drawn["trainer"]),
+    )
+
+
+def _given(avatar: Avatar, part: Subset, case: Case) -> dict[str, Tensor]:
+    """What a case starts from; stages replace what they make."""
+    arrays = resolve(case.pose, avatar)
+    still = group_transforms(avatar, None, None)
+    given: dict[str, Tensor] = {
+        "expression_weights": arrays.expression_weights,
+        "late_weights": arrays.late_weights,
+        "joint_delta": arrays.joint_delta,
+        "world_from_avatar": arrays.world_from_avatar,
+        "background": np.array(case.background, np.float32),
+    }
+    if avatar.rig is None:
+        given |= {
+            "skin_matrix": np.zeros((0, 4, 4), np.float32),
+            "pose_feature": np.zeros(avatar.blendshapes.correctives.columns, np.float32),
+            "group_matrix": still.matrix,
+            "group_rotation": still.rotation,
+        }
+        if part.avatar.embedding is not None:
+            given["posed_vertices"] = part.avatar.embedding.canonical_vertices
+    elif len(avatar.rig.anchor_vertices):
+        mesh = posed_mesh(avatar.rig, arrays, joints(avatar.rig, arrays))
+        given["anchor_vertices"] = mesh[avatar.rig.anchor_vertices]
+    return given
+
+
+def _expected(stage: str, name: str, tensor: str, tensors: dict[str, Tensor], case: Case) -> Expected:
+    array = next(array for array in STAGE_ARRAYS[stage].outputs if array.name == name)
+    want = tensors[tensor]
+    atol, rtol, weight = tolerances(array, want, max(case.camera.width, case.camera.height))
+    if weight is not None:
+        tensors[f"{tensor}.weight"] = weight
+    counted = array.flips in ("drawn", "cutoff")
+    return Expected(
+        tensor,
+        atol,
+        rtol,
+        None if weight is None else f"{tensor}.weight",
+        array.flips,
+        1 + len(want) // FLIPS_IN if counted else 0,
+    )

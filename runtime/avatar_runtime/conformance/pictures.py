@@ -1,0 +1,68 @@
+"""Pictures of the whole avatar: drawn, turned into bytes, compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.backends import make_backend
+from avatar_runtime.conformance.model import Case, View
+from avatar_runtime.player import ABSURD, Player
+from avatar_runtime.posed import Clock
+from avatar_runtime.stages.project import project
+from avatar_runtime.stages.raster import Picture, raster
+from avatar_runtime.stages.sort import sort
+
+BYTE_ROUNDING = 0.5
+
+
+@ABSURD
+def draw(avatar: Avatar, case: Case, profiles: Iterable[str]) -> dict[str, Picture]:
+    """The NumPy stages' picture in each profile; what lies before the raster is computed once."""
+    player = Player(avatar, "reference")
+    splats = make_backend("reference", avatar).animate(player.posed(case.pose), Clock())
+    seen = project(splats, case.camera, avatar.raster, avatar.sh_degree)
+    order, background = sort(seen), np.array(case.background, np.float32)
+    return {profile: raster(seen, order, case.camera, background, profile) for profile in profiles}
+
+
+def view(picture: Picture) -> View:
+    """Colour over the background and alpha, in bytes."""
+    return View(_bytes(picture.colour), _bytes(1 - picture.transmittance))
+
+
+def psnr_db(a: Picture, b: Picture) -> float | None:
+    """Peak signal (1) to noise of the colours where either draws something; None where they are equal."""
+    mask = (a.transmittance < 1) | (b.transmittance < 1)
+    return _psnr(a.colour[mask].astype(np.float64) - b.colour[mask])
+
+
+def compare(picture: Picture, want: View) -> tuple[float, float | None]:
+    """(largest difference of colour and alpha in units of 1/255, PSNR of the colour where either draws something).
+
+    The difference is that to the nearest value that rounds to the reference's byte, so rounding neither hides nor
+    makes one. The PSNR is that of the bytes; None where they are equal.
+    """
+    colour = np.clip(picture.colour, 0, 1).astype(np.float64) * 255 - want.colour
+    alpha = (1 - picture.transmittance.astype(np.float64)) * 255 - want.alpha
+    mask = (picture.transmittance < 1) | (want.alpha > 0)
+    worst = max(_largest(colour), _largest(alpha))
+    return worst, _psnr((view(picture).colour[mask] - want.colour[mask].astype(np.float64)) / 255)
+
+
+def _largest(difference: npt.NDArray[np.float64]) -> float:
+    """Largest magnitude beyond half a byte's step; what is not a number is infinitely wrong."""
+    beyond = np.nan_to_num(np.abs(difference) - BYTE_ROUNDING, nan=np.inf)
+    return float(beyond.max(initial=0.0))
+
+
+def _psnr(difference: npt.NDArray[np.float64]) -> float | None:
+    noise = float(np.mean(np.square(difference))) if difference.size else 0.0
+    return None if noise == 0 else float(-10 * np.log10(noise))
+
+
+def _bytes(values: F32) -> npt.NDArray[np.uint8]:
+    return (np.clip(np.nan_to_num(values), 0, 1) * 255 + 0.5).astype(np.uint8)

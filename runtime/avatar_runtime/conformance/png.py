@@ -1,0 +1,86 @@
+"""PNG of 8-bit grey and RGB pictures, both directions, as far as reference pictures need it."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+
+import numpy as np
+
+from avatar_runtime.conformance.model import U8
+from avatar_runtime.errors import AvatarError
+
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+COLOUR_TYPE = {1: 0, 3: 2}  # channels: grey, RGB
+NONE, SUB, UP = range(3)  # row filters
+
+
+def encode(picture: U8) -> bytes:
+    """PNG of [H, W] or [H, W, 3]; every row takes the filter that leaves the smallest differences."""
+    height, width = picture.shape[:2]
+    rows = picture.reshape(height, width, -1)
+    filtered = np.repeat(rows[None], 3, axis=0)
+    filtered[SUB, :, 1:] -= rows[:, :-1]
+    filtered[UP, 1:] -= rows[:-1]
+    flat = filtered.reshape(3, height, -1)
+    best = np.argmin(np.abs(flat.view(np.int8).astype(np.int64)).sum(axis=2), axis=0)
+    lines = np.concatenate([best[:, None].astype(np.uint8), flat[best, np.arange(height)]], axis=1)
+    header = struct.pack(">IIBBBBB", width, height, 8, COLOUR_TYPE[rows.shape[2]], 0, 0, 0)
+    parts = ((b"IHDR", header), (b"IDAT", zlib.compress(lines.tobytes(), 9)), (b"IEND", b""))
+    return SIGNATURE + b"".join(
+        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+        for kind, body in parts
+    )
+
+
+def decode(data: bytes | memoryview, shape: tuple[int, ...], file: str) -> U8:
+    """The picture of `shape` ([H, W] or [H, W, 3]) in a file that `encode` wrote.
+
+    Raises AvatarError for any other size or kind of PNG, and for a damaged one.
+    """
+    height, width, channels = shape[0], shape[1], (*shape, 1)[2]
+    want = struct.pack(">IIBBBBB", width, height, 8, COLOUR_TYPE[channels], 0, 0, 0)
+    chunks = list(_chunks(bytes(data), file))
+    if not chunks or chunks[0] != (b"IHDR", want):
+        kind = "grey" if channels == 1 else "RGB"
+        raise AvatarError(f"is no 8-bit {kind} PNG of {width}x{height} pixels", file=file)
+    packed = b"".join(body for kind, body in chunks if kind == b"IDAT")
+    size = height * (1 + width * channels)
+    try:
+        lines = zlib.decompressobj().decompress(packed, size + 1)
+    except zlib.error as error:
+        raise AvatarError(f"is damaged ({error})", file=file) from None
+    if len(lines) != size:
+        raise AvatarError(f"holds {len(lines)} bytes of rows, expected {size}", file=file)
+    rows = np.frombuffer(lines, np.uint8).reshape(height, -1)
+    return _unfiltered(rows[:, 0], rows[:, 1:].reshape(height, width, channels), file).reshape(shape)
+
+
+def _chunks(data: bytes, file: str) -> Iterator[tuple[bytes, bytes]]:
+    if not data.startswith(SIGNATURE):
+        raise AvatarError("is no PNG", file=file)
+    at = len(SIGNATURE)
+    while at < len(data):
+        size = int.from_bytes(data[at : at + 4], "big")
+        kind, body, check = data[at + 4 : at + 8], data[at + 8 : at + 8 + size], data[at + 8 + size :][:4]
+        if len(check) != 4 or int.from_bytes(check, "big") != zlib.crc32(kind + body):
+            raise AvatarError("is cut off or damaged", file=file)
+        yield kind, body
+        at += 12 + size
+
+
+def _unfiltered(filters: U8, rows: U8, file: str) -> U8:
+    if (filters > UP).any():
+        raise AvatarError(
+            "uses a row filter that avatar-export does not write: make the reference again", file=file
+        )
+    picture = np.zeros_like(rows)
+    for y, (kind, row) in enumerate(zip(filters, rows, strict=True)):
+        if kind == SUB:
+            picture[y] = np.cumsum(row, axis=0, dtype=np.uint8)
+        elif kind == UP and y:
+            picture[y] = row + picture[y - 1]
+        else:
+            picture[y] = row
+    return picture

@@ -1,0 +1,62 @@
+"""Which Gaussians, vertices and pixels of an avatar a reference keeps: few, spread, always the same."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import I32, I64, Avatar, Embedding
+from avatar_runtime.subset import Subset, subset
+
+
+def thinned(avatar: Avatar, most: int) -> Subset:
+    """At most `most` Gaussians of all groups and at most about as many vertices, as an avatar of its own."""
+    if avatar.embedding is not None:
+        return _on_surface(avatar, avatar.embedding, most)
+    vertices = 0 if avatar.rig is None else len(avatar.rig.vertices)
+    return subset(avatar, _of_groups(avatar, most), spread(vertices, most))
+
+
+def spread(count: int, most: int) -> I64:
+    """Up to `most` of 0..count-1, evenly, the first and the last among them."""
+    result: I64 = np.unique(np.linspace(0, count - 1, min(count, most)).astype(np.int64))
+    return result
+
+
+def kept_pixels(drawn: npt.NDArray[np.bool_], most: int) -> I32:
+    """Up to `most` pixels, three quarters of them drawn and one quarter not: where nothing is drawn is a result too."""
+    inside, outside = np.flatnonzero(drawn), np.flatnonzero(~drawn)
+    blank = min(len(outside), most // 4)
+    picked = (inside[spread(len(inside), most - blank)], outside[spread(len(outside), blank)])
+    result: I32 = np.sort(np.concatenate(picked)).astype(np.int32)
+    return result
+
+
+def _of_groups(avatar: Avatar, most: int) -> I64:
+    """Every group gets its share, a small one all it has, up to an even share."""
+    left, rows = most, []
+    by_size = sorted(avatar.groups, key=lambda group: group.count)
+    for index, group in enumerate(by_size):
+        share = min(group.count, left // (len(by_size) - index))
+        rows.append(group.first + spread(group.count, share))
+        left -= share
+    return np.sort(np.concatenate(rows))
+
+
+def _on_surface(avatar: Avatar, embedding: Embedding, most: int) -> Subset:
+    """All Gaussians of some triangles: their vertices' neighbours count as rows too, so triangles are few."""
+    used = np.unique(embedding.triangle)
+    wanted = min(len(used), most)
+    while True:
+        triangles = used[spread(len(used), wanted)]
+        rows = np.flatnonzero(np.isin(embedding.triangle, triangles))
+        part = subset(avatar, rows[spread(len(rows), most)], _no_vertices())
+        if len(part.vertices) <= most or wanted == 1:
+            return part
+        wanted = max(1, wanted * 3 // 4)
+
+
+def _no_vertices() -> npt.NDArray[Any]:
+    return np.zeros(0, np.int64)

@@ -1,0 +1,138 @@
+"""The same animated frame on every backend, interleaved in one run: milliseconds a stage, a frame, and ratios."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from avatar_export.pictures import frame_camera, robust_box
+from avatar_runtime.avatar import Avatar, Blendshapes, Gaussians, Group, SparseRows
+from avatar_runtime.camera import Camera
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose, joint_rotation
+
+Row = tuple[str, float, str]
+BACKENDS = {  # name in the rows: (backend, options, raster profile)
+    "reference": ("reference", {}, "trainer"),
+    "cpu_1_thread": ("cpu", {"threads": 1}, "trainer"),
+    "cpu_2_threads": ("cpu", {"threads": 2}, "trainer"),
+    "gl": ("gl", {"timed": True}, "engine"),
+}
+ROUNDS = 9
+SLOW = {"reference": 3}  # rounds of what takes a second a frame
+SIZE = 512
+TO_BIND = ("joints", "morph", "skin", "blend", "bind", "activate")
+STATIC = 1_000_000
+
+
+@dataclass
+class Measured:
+    """The rounds of one backend."""
+
+    wall: list[float] = field(default_factory=list)
+    cpu: list[float] = field(default_factory=list)
+    stages: list[dict[str, float]] = field(default_factory=list)
+
+    def stage(self, *names: str) -> float:
+        """Median of the sum of some stages, milliseconds."""
+        return statistics.median(sum(stages.get(name, 0.0) for name in names) for stages in self.stages)
+
+
+def busy_pose(avatar: Avatar, seed: int) -> Pose:
+    """Every expression and every joint at work, so that no sparse row is skipped."""
+    rng = np.random.default_rng(seed)
+    joints = avatar.rig.joint_names if avatar.rig else ()
+    return Pose(
+        {name: float(w) for name, w in zip(avatar.expression_names, rng.uniform(0.05, 0.4, 999), strict=False)},
+        {name: joint_rotation(rng.normal(0, 0.05, 3)) for name in joints},
+        {name: 0.3 for name in avatar.late_morph_names},
+    )
+
+
+def backend_rows(avatar: Avatar, names: tuple[str, ...] = tuple(BACKENDS)) -> list[Row]:
+    """Frames of `avatar` at 512x512 on each backend, one after the other in every round."""
+    camera = frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
+    players = {name: Player(avatar, BACKENDS[name][0], **BACKENDS[name][1]) for name in names}
+    measured = {name: Measured() for name in names}
+    evaluations: dict[str, float] = {}
+    for index in range(-1, ROUNDS):  # the first round compiles and fills caches
+        pose = busy_pose(avatar, index + 1)
+        for name, player in players.items():
+            if index >= SLOW.get(name, ROUNDS):
+                continue
+            _frame(player, pose, camera, BACKENDS[name][2], measured[name] if index >= 0 else Measured(), evaluations)
+    rows: list[Row] = []
+    for name, m in measured.items():
+        rows += [(f"{name}_frame_wall", statistics.median(m.wall), "ms")]
+        rows += [(f"{name}_frame_cpu", statistics.median(m.cpu), "ms")]
+        rows += [(f"{name}_joints_to_bind", m.stage(*TO_BIND), "ms")]
+        rows += [(f"{name}_{stage}", m.stage(stage), "ms") for stage in m.stages[0]]
+    for name in names:
+        if name != "reference" and "reference" in names:
+            ratio = statistics.median(measured["reference"].wall) / statistics.median(measured[name].wall)
+            rows.append((f"{name}_times_as_fast_as_reference", ratio, "1"))
+    return rows + [(f"{name}_evaluations_per_pixel", value, "1") for name, value in evaluations.items()]
+
+
+def _frame(
+    player: Player, pose: Pose, camera: Camera, profile: str, into: Measured, evaluations: dict[str, float]
+) -> None:
+    wall, cpu = time.perf_counter(), time.process_time()
+    frame = player.frame(pose, camera, profile=profile)
+    into.wall.append(1e3 * (time.perf_counter() - wall))
+    into.cpu.append(1e3 * (time.process_time() - cpu))
+    into.stages.append(dict(frame.milliseconds))
+    if frame.picture.evaluations is not None:
+        backend = type(player.backend).__name__
+        evaluations[f"{backend}_{profile}"] = frame.picture.evaluations / SIZE**2
+
+
+def static_rows(avatar: Avatar, count: int = STATIC) -> list[Row]:
+    """CPU milliseconds of a still picture of `count` Gaussians, made by scattering the avatar's own."""
+    still = scattered(avatar, count)
+    camera = frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
+    player = Player(still, "cpu", threads=1)
+    times = [cpu_milliseconds(lambda: player.frame(Pose(), camera)) for _ in range(4)][1:]
+    return [(f"cpu_static_{count}_frame_cpu", statistics.median(times), "ms")]
+
+
+def cpu_milliseconds(run: Callable[[], object]) -> float:
+    """CPU time of one call."""
+    before = time.process_time()
+    run()
+    return 1e3 * (time.process_time() - before)
+
+
+def scattered(avatar: Avatar, count: int) -> Avatar:
+    """`count` Gaussians without rig or shapes: copies of the avatar's, jittered and as much smaller as they are more."""
+    rng = np.random.default_rng(0)
+    g = avatar.gaussians
+    at = rng.integers(0, g.count, count)
+    finer = np.float32(np.log(g.count / count) / 3)
+    jitter = rng.normal(0, 1, (count, 3)).astype(np.float32) * np.exp(g.log_scale[at])
+    gaussians = Gaussians(
+        g.mean[at] + jitter, g.log_scale[at] + finer, g.quat_wxyz[at], g.opacity_logit[at], g.sh[at]
+    )
+    terms = g.sh.shape[1]
+    shapes = Blendshapes(
+        SparseRows.empty(count, 0, {"mean": (3,), "quat_wxyz": (4,)}),
+        SparseRows.empty(count, 0, {"log_scale": (3,), "opacity_logit": (), "sh": (terms, 3)}),
+        SparseRows.empty(count, 0, {"mean": (3,)}),
+        SparseRows.empty(count, 0, {"mean": (3,)}),
+    )
+    return replace(
+        avatar,
+        gaussians=gaussians,
+        groups=(Group("all", 0, count, "none"),),
+        expressions=(),
+        late_morph_names=(),
+        blendshapes=shapes,
+        skin=SparseRows.empty(count, 0, {"weight": ()}),
+        rig=None,
+        embedding=None,
+        clips=(),
+    )

@@ -1,0 +1,77 @@
+"""Avatars that reference vectors are made of: every value of every rule in one of them, no field that is zero."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Gaussians, Group, Rules, SparseRows
+from tests.avatars import full_avatar, surface_avatar
+from tests.conformance.edges import edge_gaussians
+
+
+def _skinned(rules: Rules, sh_degree: int) -> Avatar:
+    """All four bindings; rows of blendshapes and skin from empty to full."""
+    return replace(full_avatar(11), rules=rules, sh_degree=sh_degree).check()
+
+
+def _surface(rules: Rules, sh_degree: int, *, rigged: bool = True) -> Avatar:
+    return replace(surface_avatar(4, rules, rigged=rigged), sh_degree=sh_degree).check()
+
+
+def _still() -> Avatar:
+    """Neither rig nor mesh; one SH coefficient. Blendshapes and late morphs still move it."""
+    full = full_avatar(5)
+    appearance = full.blendshapes.appearance
+    colours = replace(appearance, values={**appearance.values, "sh": appearance.values["sh"][:, :1]})
+    blendshapes = replace(full.blendshapes, appearance=colours)
+    gaussians = replace(full.gaussians, sh=full.gaussians.sh[:, :1])
+    return replace(_unrigged(full, gaussians, blendshapes), sh_degree=0).check()
+
+
+def _edges() -> Avatar:
+    """What the raster decides by thresholds: `edges.py`. At rest it is as designed."""
+    full = full_avatar(6)
+    gaussians, b = edge_gaussians(), full.blendshapes
+    repeated = np.arange(gaussians.count) % full.gaussians.count
+    blendshapes = Blendshapes(
+        b.geometry.take(repeated), b.appearance.take(repeated), b.correctives, b.late_morphs.take(repeated)
+    )
+    return replace(_unrigged(full, gaussians, blendshapes), sh_degree=3).check()
+
+
+def _unrigged(full: Avatar, gaussians: Gaussians, blendshapes: Blendshapes) -> Avatar:
+    """`full` with other Gaussians and without all that a rig is needed for."""
+    count = gaussians.count
+    return replace(
+        full,
+        gaussians=gaussians,
+        groups=(Group("all", 0, count, "none"),),
+        rules=Rules("none"),
+        blendshapes=replace(blendshapes, correctives=SparseRows.empty(count, 0, {"mean": (3,)})),
+        skin=SparseRows.empty(count, 0, {"weight": ()}),
+        rig=None,
+        driving=Driving(),
+        clips=(),
+    )
+
+
+TURNED = "vertex_quaternion"
+FRAMED = Rules("triangle_frame", position="triangle_frame", scale="triangle_linear")
+
+AVATARS: Mapping[str, Callable[[], Avatar]] = {
+    "skin_polar": lambda: _skinned(Rules("polar3", anchor="unique"), 3),
+    "skin_head_bone": lambda: _skinned(Rules("head_bone", "neck", anchor="repeats"), 2),
+    "skin_unturned": lambda: _skinned(Rules("none", sh_direction="world"), 1),
+    "still": _still,
+    "surface_area": lambda: _surface(Rules(TURNED, scale="log_area"), 3),
+    "surface_world": lambda: _surface(
+        Rules(TURNED, sh_direction="world", quaternion_sign="largest_positive"), 2
+    ),
+    "surface_mirrored": lambda: _surface(Rules(TURNED, quaternion_sign="largest_positive_mirrored"), 1),
+    "surface_frame": lambda: _surface(FRAMED, 3),
+    "surface_unrigged": lambda: _surface(Rules(TURNED, scale="log_area"), 2, rigged=False),
+    "edges": _edges,
+}

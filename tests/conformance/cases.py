@@ -1,0 +1,132 @@
+"""The project's own conformance cases, as data: which avatar, which pose, which camera, and why.
+
+`regenerate.py` makes their vectors, `test_conformance.py` runs them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.camera import Camera
+from avatar_runtime.conformance import Case
+from avatar_runtime.pose import Pose
+from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+
+DATA = Path(__file__).parent / "data"
+ROWS, PIXELS = 512, 384  # kept of every case
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case of one avatar. Yaw, pitch and field of view are radians, distances metres."""
+
+    avatar: str  # a key of avatars.AVATARS
+    name: str
+    why: str
+    seed: int | None = None  # of the pose; None: the avatar is not posed
+    size: tuple[int, int] = (64, 48)
+    orbit: tuple[float, float, float, float] = (
+        0.35,
+        0.4,
+        0.2,
+        0.7,
+    )  # distance, yaw, pitch, vertical field of view
+    background: tuple[float, float, float] = (0.1, 0.25, 0.4)
+
+
+ASIDE = (0.3, -0.9, -0.35, 0.9)
+
+CASES: tuple[Row, ...] = (
+    Row("skin_polar", "rest", "the neutral pose: nothing moves, SH are still seen from the camera's side"),
+    Row(
+        "skin_polar",
+        "posed",
+        "late morphs unrotated, correctives, five joints a row, anchored and mixed mouth groups, rotations of "
+        "covariance and SH, the whole turned: rotation about the origin, wxyz or xyzw, SH left behind",
+        seed=1,
+    ),
+    Row("skin_polar", "aside", "another side, a picture that is no multiple of the tile", 2, (53, 37), ASIDE),
+    Row("skin_head_bone", "posed", "one joint turns all Gaussians, their own weights move them", seed=3),
+    Row(
+        "skin_unturned", "posed", "covariance and SH stay as they are, positions do not", seed=4, orbit=ASIDE
+    ),
+    Row(
+        "still",
+        "posed",
+        "blendshapes without a rig: negative weights, weights above 1, a weight of 0",
+        seed=5,
+    ),
+    Row(
+        "surface_area",
+        "posed",
+        "the ratio of areas multiplies the logarithm of the scale; displacement along the interpolated normal; "
+        "vertex quaternions averaged without a check of hemispheres, w made positive",
+        seed=6,
+    ),
+    Row("surface_area", "aside", "the same from another side", 7, (53, 37), ASIDE),
+    Row(
+        "surface_world", "posed", "SH seen along the world's direction; the largest component is positive", 8
+    ),
+    Row("surface_mirrored", "posed", "the sign policy of left-handed bundles", seed=9),
+    Row(
+        "surface_frame",
+        "posed",
+        "a triangle's own frame and edge scale, SH turned with it",
+        seed=10,
+        orbit=ASIDE,
+    ),
+    Row("surface_unrigged", "placed", "no rig: only the whole moves", seed=11),
+    Row(
+        "edges",
+        "thresholds",
+        "alpha at 0.99 and at 1/255, ties by id, z against distance, splats thinner than a pixel, the near plane, "
+        "the clamp of the Jacobian, colours below 0 and above 1, a quaternion without length",
+        orbit=(1.0, 0.0, 0.0, 1.2),
+    ),
+    Row("edges", "blended", "the same with expressions on every row", 12, (72, 56), (1.0, 0.0, 0.0, 1.2)),
+)
+
+
+def cases_of(name: str, avatar: Avatar) -> tuple[Case, ...]:
+    """The cases of the avatar called `name`, which is `avatar`."""
+    return tuple(_case(row, avatar) for row in CASES if row.avatar == name)
+
+
+def _case(row: Row, avatar: Avatar) -> Case:
+    distance, yaw, pitch, fov_y = row.orbit
+    camera = Camera.orbit(np.zeros(3), distance, yaw, pitch, fov_y, *row.size)
+    pose = Pose() if row.seed is None else _pose(avatar, np.random.default_rng(row.seed))
+    return Case(row.name, row.why, pose, camera, row.background)
+
+
+def _pose(avatar: Avatar, rng: np.random.Generator) -> Pose:
+    """Every input in use: joints far from rest, one expression exactly 0, the whole turned and moved."""
+    weights = rng.uniform(-0.4, 1.3, len(avatar.expressions))
+    weights[-1:] = 0
+    return Pose(
+        dict(zip(avatar.expression_names, _rounded(weights), strict=True)),
+        dict(_joints(avatar, rng)),
+        dict(
+            zip(
+                avatar.late_morph_names,
+                _rounded(rng.uniform(0.3, 1, len(avatar.late_morph_names))),
+                strict=True,
+            )
+        ),
+        homogeneous(matrix_from_rotvec(rng.normal(0, 0.3, 3)), rng.normal(0, 0.01, 3)),
+    )
+
+
+def _joints(avatar: Avatar, rng: np.random.Generator) -> Iterator[tuple[str, np.ndarray]]:
+    for name in avatar.rig.joint_names if avatar.rig else ():
+        yield name, homogeneous(matrix_from_rotvec(rng.normal(0, 0.35, 3)), rng.normal(0, 4e-3, 3))
+
+
+def _rounded(weights: np.ndarray) -> list[float]:
+    """Readable in cases.json."""
+    return [float(w) for w in np.round(weights, 3)]
