@@ -18,7 +18,7 @@ Document = dict[str, Any]
 
 def write(folder: Path, avatar: Avatar | None = None) -> Path:
     """The bundle of `avatar`, by default `full_avatar()`, its normative files only, in the new folder `folder`."""
-    write_bundle(avatar or full_avatar(), folder, preview=False, engine_files=False)
+    write_bundle(avatar or full_avatar(), folder, preview=False, engine_files=False, reference=False)
     return folder
 
 
@@ -52,8 +52,8 @@ def sign(folder: Path) -> None:
 def zipped(folder: Path, path: Path, compression: int = zipfile.ZIP_STORED) -> Path:
     """The bundle as one zip."""
     with zipfile.ZipFile(path, "w", compression) as archive:
-        for file in sorted(folder.iterdir()):
-            archive.write(file, file.name)
+        for file in sorted(path for path in folder.rglob("*") if path.is_file()):
+            archive.write(file, file.relative_to(folder))
     return path
 
 

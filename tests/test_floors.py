@@ -18,7 +18,7 @@ FLOORS: dict[
     "avatar_shaders": ("engine_shaders", {"avatar_schema"}),
     "avatar_runtime": (
         "runtime",
-        {"avatar_schema", "avatar_shaders", "llvmlite", "moderngl", "numba", "numpy"},
+        {"_moderngl", "avatar_schema", "avatar_shaders", "llvmlite", "moderngl", "numba", "numpy"},
     ),
     "avatar_export": (
         "exporter",
@@ -39,6 +39,7 @@ FLOORS: dict[
 }
 HEAVY: dict[str, str | None] = {  # library: the one folder that may import it, None before there is one
     "torch": None,
+    "_moderngl": "runtime/avatar_runtime/backends/gl",
     "moderngl": "runtime/avatar_runtime/backends/gl",
     "numba": "runtime/avatar_runtime/backends/cpu",
     "llvmlite": "runtime/avatar_runtime/backends/cpu",

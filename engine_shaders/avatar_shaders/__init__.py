@@ -43,6 +43,9 @@ ENTRIES: dict[str, Entry] = {
     "composite_vertex": Entry("composite.hlsl", "vertex", "raster"),
     "composite_pixel": Entry("composite.hlsl", "fragment", "raster"),
 }
+HLSL_ONLY: dict[str, Entry] = {  # for engines; GLES 3.1 need not have storage buffers in vertex shaders
+    "raster_vertex_fetch": Entry("raster.hlsl", "vertex", "raster"),
+}
 SUFFIXES = {
     "glsl430": {"compute": "comp", "vertex": "vert", "fragment": "frag"},
     "glsl310es": {"compute": "comp", "vertex": "vert", "fragment": "frag"},

@@ -1,4 +1,8 @@
-"""`python -m avatar_shaders`: writes constants.hlsli, glsl430/, glsl310es/, msl/ and reflection.json again."""
+"""`python -m avatar_shaders`: makes everything again that is made from hlsl/ and from the constants.
+
+That is hlsl/constants.hlsli, glsl430/, glsl310es/, msl/ and reflection.json, and in a checkout the copies in the
+engine folders beside this package.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +12,13 @@ from pathlib import Path
 
 from avatar_shaders import LANGUAGES
 from avatar_shaders.constants import constants_hlsli
-from avatar_shaders.generate import PACKAGE, generate_all
+from avatar_shaders.engines import engine_files
+from avatar_shaders.generate import HLSL, PACKAGE, generate_all
 from avatar_shaders.tools import ShaderError
 
-CONSTANTS = "hlsl/constants.hlsli"
+ENGINES = PACKAGE.parent
+IN_CHECKOUT = (ENGINES / "unity" / "package.json").is_file()  # an installed package has no engine folders
+MADE = "by `python -m avatar_shaders`; do not edit"
 
 
 def main() -> int:
@@ -21,41 +28,59 @@ def main() -> int:
     parser.add_argument("--hlsl", type=Path, help="generate from the HLSL of this folder")
     parser.add_argument("--out", type=Path, help="write below this folder")
     asked = parser.parse_args()
-    if asked.hlsl and not asked.out:
-        parser.error("--hlsl needs --out: text from other HLSL does not belong into the package")
+    if bool(asked.hlsl) != bool(asked.out) or (asked.hlsl and asked.check):
+        parser.error("--hlsl and --out go together, without --check")
     try:
-        return _check() if asked.check else _write(asked.hlsl, asked.out or PACKAGE)
+        if asked.hlsl:
+            write(asked.out, generate_all(asked.hlsl))
+        elif asked.check:
+            return _report(differing())
+        else:
+            (HLSL / "constants.hlsli").write_text(constants_hlsli(), "utf-8")  # all else includes it
+            files = made_files()
+            write(ENGINES, files)
+            for path in stale(files):
+                path.unlink()
     except ShaderError as error:
         print(f"avatar_shaders: {error}", file=sys.stderr)
         return 2
-
-
-def _write(hlsl: Path | None, out: Path) -> int:
-    if hlsl is None:
-        hlsl = PACKAGE / "hlsl"
-        (PACKAGE / CONSTANTS).write_text(constants_hlsli(), "utf-8")  # what follows includes it
-    texts = generate_all(hlsl)
-    for path in stale(out, texts):
-        path.unlink()
-    for name, text in texts.items():
-        (out / name).parent.mkdir(parents=True, exist_ok=True)
-        (out / name).write_text(text, "utf-8")
     return 0
 
 
-def _check() -> int:
-    texts = {CONSTANTS: constants_hlsli(), **generate_all()}
-    differing = [name for name, text in texts.items() if _text(PACKAGE / name) != text]
-    differing += [str(path.relative_to(PACKAGE)) for path in stale(PACKAGE, texts)]
-    for name in differing:
-        print(f"{name} differs: run python -m avatar_shaders")
-    return 1 if differing else 0
+def made_files() -> dict[str, str]:
+    """{path beside this package: text} of everything that is made. Raises ShaderError."""
+    texts = {"hlsl/constants.hlsli": constants_hlsli(), **generate_all()}
+    files = {f"{PACKAGE.name}/{path}": text for path, text in texts.items()}
+    return files | (engine_files(ENGINES) if IN_CHECKOUT else {})
 
 
-def stale(out: Path, texts: dict[str, str]) -> list[Path]:
-    """Generated files below `out` that nothing generates any more."""
-    present = sorted(path for language in LANGUAGES for path in (out / language).glob("*"))
-    return [path for path in present if str(path.relative_to(out)) not in texts]
+def differing() -> list[str]:
+    """Paths of made files that are missing, differ or are left over. Raises ShaderError."""
+    files = made_files()
+    wrong = [path for path, text in files.items() if _text(ENGINES / path) != text]
+    return wrong + [str(path.relative_to(ENGINES)) for path in stale(files)]
+
+
+def stale(files: dict[str, str]) -> list[Path]:
+    """Files of the made folders that nothing makes any more."""
+    folders = [PACKAGE / language for language in LANGUAGES]
+    folders += [ENGINES / "unity", ENGINES / "unreal"] if IN_CHECKOUT else []
+    present = [path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()]
+    made = [path for path in present if path.suffix == ".meta" or MADE in path.read_text("utf-8")]
+    return [path for path in made if str(path.relative_to(ENGINES)) not in files]
+
+
+def write(folder: Path, files: dict[str, str]) -> None:
+    """Write {path: text} below a folder."""
+    for path, text in files.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text(text, "utf-8")
+
+
+def _report(paths: list[str]) -> int:
+    for path in paths:
+        print(f"{path} differs: run python -m avatar_shaders")
+    return 1 if paths else 0
 
 
 def _text(path: Path) -> str | None:

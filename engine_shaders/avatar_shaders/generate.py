@@ -7,52 +7,54 @@ import re
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 from avatar_shaders import ENTRIES, LANGUAGES, path_of
 from avatar_shaders.reflect import interface
-from avatar_shaders.tools import cross, spirv, versions
+from avatar_shaders.tools import ShaderError, cross, spirv, versions
 
 PACKAGE = Path(__file__).parent
+HLSL = PACKAGE / "hlsl"
 _COMBINED = re.compile(r"SPIRV_Cross_Combined(\w+?)SPIRV_Cross_DummySampler")
+
+Texts = dict[tuple[str, str], str]
 
 
 def generate(
-    hlsl: Path, entries: Iterable[str] = tuple(ENTRIES), languages: Iterable[str] = LANGUAGES
-) -> dict[tuple[str, str], str]:
+    hlsl: Path = HLSL, entries: Iterable[str] = tuple(ENTRIES), languages: Iterable[str] = LANGUAGES
+) -> Texts:
     """{(language, entry): text} of the HLSL in a folder, which may be an altered copy of this package's.
 
-    Raises tools.ShaderError where something does not compile or a tool is missing.
+    Language "reflect" gives the interface as spirv-cross tells it (JSON). Raises tools.ShaderError where
+    something does not compile or a tool is missing.
     """
     chosen = tuple(languages)
     with ThreadPoolExecutor() as pool:
-        texts = pool.map(lambda entry: _texts(hlsl, entry, chosen), entries)
-        return {key: text for found in texts for key, text in found.items()}
+        found = pool.map(lambda entry: _texts(hlsl, entry, chosen), entries)
+        return {key: text for texts in found for key, text in texts.items()}
 
 
-def generate_all(hlsl: Path = PACKAGE / "hlsl") -> dict[str, str]:
+def generate_all(hlsl: Path = HLSL) -> dict[str, str]:
     """{path below the package: text} of all that is generated from a folder of HLSL. Raises tools.ShaderError."""
     texts = generate(hlsl, ENTRIES, (*LANGUAGES, "reflect"))
-    table = {"tools": versions(), "entries": {entry: _interface(texts, entry) for entry in ENTRIES}}
+    rows = {e: interface(e, ENTRIES[e], texts["reflect", e], texts["glsl430", e]) for e in ENTRIES}
     files = {path_of(entry, language): texts[language, entry] for entry in ENTRIES for language in LANGUAGES}
-    return files | {"reflection.json": json.dumps(table, indent=1) + "\n"}
+    return files | {"reflection.json": json.dumps({"tools": versions(), "entries": rows}, indent=1) + "\n"}
 
 
-def _interface(texts: dict[tuple[str, str], str], entry: str) -> dict[str, Any]:
-    return interface(entry, texts["reflect", entry], texts["glsl430", entry])
-
-
-def _texts(hlsl: Path, entry: str, languages: tuple[str, ...]) -> dict[tuple[str, str], str]:
+def _texts(hlsl: Path, entry: str, languages: tuple[str, ...]) -> Texts:
+    row, texts = ENTRIES[entry], {}
     module = spirv(hlsl, entry)
-    texts = {}
     for language in languages:
-        text = cross(module, entry, language)
-        texts[language, entry] = text if language == "reflect" else _with_header(text, entry, language)
+        try:
+            text = cross(module, language, vertex=row.kind == "vertex")
+        except ShaderError as error:
+            raise ShaderError(f"{row.hlsl}: {error} (entry {entry})", file=row.hlsl) from None
+        texts[language, entry] = text if language == "reflect" else _finished(text, language, entry)
     return texts
 
 
-def _with_header(text: str, entry: str, language: str) -> str:
-    """The text with its origin; GLSL ES wants #version in the first line."""
+def _finished(text: str, language: str, entry: str) -> str:
+    """The text with its origin, textures under their HLSL names. GLSL ES wants #version in the first line."""
     tools = ", ".join(f"{tool} {version}" for tool, version in versions().items())
     header = (
         f"// Generated from hlsl/{ENTRIES[entry].hlsl}, entry {entry}, by `python -m avatar_shaders`; do not edit.\n"

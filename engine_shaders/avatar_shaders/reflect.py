@@ -6,7 +6,7 @@ import json
 import re
 from typing import Any
 
-from avatar_shaders import ENTRIES, LANGUAGES
+from avatar_shaders import LANGUAGES, Entry
 from avatar_shaders.spirv import CONSTANTS_BINDING
 
 _HLSL = {  # as HLSL spells a type
@@ -17,16 +17,15 @@ _HLSL = {  # as HLSL spells a type
 _SHARED = re.compile(r"^shared (\w+) \w+((?:\[\d+\])*);", re.MULTILINE)
 
 
-def interface(entry: str, reflected: str, glsl: str) -> dict[str, Any]:
+def interface(name: str, row: Entry, reflected: str, glsl: str) -> dict[str, Any]:
     """One row of reflection.json; `glsl` is the entry's GLSL 4.30, in which shared memory is counted."""
     told = json.loads(reflected)
     types = told.get("types", {})
-    row = ENTRIES[entry]
     result: dict[str, Any] = {
         "hlsl": row.hlsl,
         "kind": row.kind,
         "stage": row.stage,
-        "entry_point": {language: entry if language == "msl" else "main" for language in LANGUAGES},
+        "entry_point": {language: name if language == "msl" else "main" for language in LANGUAGES},
         "storage": [_storage(s, types) for s in _by_binding(told.get("ssbos", []))],
         "uniform_blocks": [_block(u, types) for u in told.get("ubos", [])],
         "textures": [{"name": t["name"], "binding": t["binding"]} for t in told.get("separate_images", [])],

@@ -19,6 +19,8 @@ class Op(IntEnum):
     NAME = 5
     TYPE_POINTER = 32
     VARIABLE = 59
+    LOAD = 61
+    ACCESS_CHAIN = 65
     DECORATE = 71
 
 
@@ -38,13 +40,13 @@ class Storage(IntEnum):
 
 
 def with_bindings(module: bytes) -> bytes:
-    """A module with this project's binding numbers and a name for its constants.
+    """A module without unused resources, with this project's binding numbers and a name for its constants.
 
     Storage buffers get 0, 1, ... in the order of the numbers that come in (GLES 3.1 promises four only), the
     constants CONSTANTS_BINDING, textures 0, 1, ...
     """
     words = struct.unpack(f"<{len(module) // 4}I", module)
-    instructions = list(_instructions(words))
+    instructions = _without_unused(list(_instructions(words)))
     kinds = _kinds(instructions)
     bound = sorted((i for i in instructions if _binds(i)), key=lambda i: i[3])
     numbers: dict[int, int] = {}
@@ -67,6 +69,19 @@ def _instructions(words: Words) -> Iterator[Words]:
         length = words[at] >> 16
         yield words[at : at + length]
         at += length
+
+
+def _without_unused(instructions: list[Words]) -> list[Words]:
+    """Less the resources of the file that this entry does not touch, their names and decorations."""
+    used = {i[3] for i in instructions if _opcode(i) in (Op.LOAD, Op.ACCESS_CHAIN)}
+    resources = {i[2] for i in instructions if _opcode(i) == Op.VARIABLE and i[3] in tuple(Storage)}
+    unused = resources - used
+    return [
+        i
+        for i in instructions
+        if not (_opcode(i) == Op.VARIABLE and i[2] in unused)
+        and not (_opcode(i) in (Op.NAME, Op.DECORATE) and i[1] in unused)
+    ]
 
 
 def _opcode(instruction: Words) -> int:

@@ -9,7 +9,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-from avatar_shaders import ENTRIES
+from avatar_shaders import ENTRIES, HLSL_ONLY
 from avatar_shaders.spirv import with_bindings
 
 PACKAGES = {  # program: the Debian package that holds it
@@ -18,6 +18,9 @@ PACKAGES = {  # program: the Debian package that holds it
     "spirv-cross": "spirv-cross",
 }
 _STAGES = {"compute": "comp", "vertex": "vert", "fragment": "frag"}
+# Not optimised (-Od): the text that comes out keeps functions and names, and every operation rounds as the HLSL
+# says; the optimiser would make fma() of sums of products, which GLSL ES 3.10 does not have.
+_GLSLANG = ("-D", "-V", "-Od", "--auto-map-bindings", "--auto-map-locations")
 _GL = ("--combined-samplers-inherit-bindings", "--no-support-nonzero-baseinstance")
 _CROSS = {  # language: options of spirv-cross
     "glsl430": ("--version", "430", "--no-es", *_GL),
@@ -26,11 +29,11 @@ _CROSS = {  # language: options of spirv-cross
     "reflect": ("--reflect",),
 }
 _CLIP_Z = "--fixup-clipspace"  # HLSL writes clip z in 0..w, GL wants -w..w
-_ERROR = re.compile(r"^(?:ERROR: )?(?P<file>[^:\n]+):(?P<line>\d+): (?P<text>.+)$", re.MULTILINE)
+_FAULT = re.compile(r"^(?:ERROR: )?(?P<file>[^:\n]+):(?P<line>\d+): (?P<text>.+)$", re.MULTILINE)
 
 
 class ShaderError(Exception):
-    """A shader that does not compile, or a tool that is not there. One line: where, which tool, what it says."""
+    """A shader that does not compile, or a tool that is not there. One line: where, what, which tool says so."""
 
     def __init__(self, message: str, *, file: str | None = None, line: int | None = None):
         self.file, self.line = file, line
@@ -38,43 +41,42 @@ class ShaderError(Exception):
 
 
 def spirv(folder: Path, entry: str, *, options: tuple[str, ...] = ()) -> bytes:
-    """The validated SPIR-V of an entry whose HLSL lies in `folder`.
+    """The validated SPIR-V of an entry whose HLSL lies in `folder`; `options` go to glslang.
 
     Raises ShaderError, which names the file and line of the first fault, be it in an include.
     """
-    row = ENTRIES[entry]
-    source = folder / row.hlsl
-    if not source.is_file():
-        raise ShaderError(f"{source}: no such file (entry {entry})", file=row.hlsl)
+    row = (ENTRIES | HLSL_ONLY)[entry]
+    return compile_file(folder / row.hlsl, entry, row.kind, (f"-I{folder}", *options))
+
+
+def compile_file(file: Path, entry: str, kind: str, options: tuple[str, ...] = ()) -> bytes:
+    """The validated SPIR-V of an entry of any HLSL file. Raises ShaderError."""
+    if not file.is_file():
+        raise ShaderError(f"{file}: no such file (entry {entry})", file=file.name)
     with tempfile.TemporaryDirectory() as temporary:
         module = Path(temporary) / "module.spv"
-        # Not optimised (-Od): the text that comes out keeps functions and names, and no rounding step is lost
-        # to a fused or factored expression.
-        command = ["glslangValidator", "-D", "-V", "-Od", "--auto-map-bindings", "--auto-map-locations"]
-        command += ["-S", _STAGES[row.kind], "-e", entry, f"-I{folder}", "-o", str(module), *options]
-        done = _run([*command, str(source)])
+        command = ["glslangValidator", *_GLSLANG, "-S", _STAGES[kind], "-e", entry, *options]
+        done = _run([*command, "-o", str(module), str(file)])
         if done.returncode or not module.is_file():
-            raise _refused("glslangValidator", entry, folder, done.stdout.decode(errors="replace"))
+            raise _refused("glslangValidator", entry, file, done.stdout)
         checked = _run(["spirv-val", str(module)])
         if checked.returncode:
-            raise _refused("spirv-val", entry, folder, checked.stderr.decode(errors="replace"))
+            raise _refused("spirv-val", entry, file, checked.stdout + checked.stderr)
         return with_bindings(module.read_bytes())
 
 
-def cross(module: bytes, entry: str, language: str) -> str:
-    """A SPIR-V module of an entry as text of a language, or for "reflect" its interface as JSON."""
-    options = ["--remove-unused-variables", *_CROSS[language]]
-    if ENTRIES[entry].kind == "vertex" and language.startswith("glsl"):
-        options.append(_CLIP_Z)
-    done = _run(["spirv-cross", "-", *options], module)
+def cross(module: bytes, language: str, *, vertex: bool = False, options: tuple[str, ...] = ()) -> str:
+    """A module as text of a language, or for "reflect" its interface as JSON. Raises ShaderError."""
+    command = ["spirv-cross", "-", "--remove-unused-variables", *_CROSS[language], *options]
+    done = _run(command + [_CLIP_Z] * (vertex and language in ("glsl430", "glsl310es")), module)
     if done.returncode:
-        raise _refused("spirv-cross", entry, None, done.stderr.decode(errors="replace"))
+        raise ShaderError(f"{done.stderr.decode(errors='replace')} (spirv-cross to {language})")
     return done.stdout.decode()
 
 
 @cache
 def versions() -> dict[str, str]:
-    """What wrote the generated text: the versions of glslang and spirv-cross."""
+    """What wrote the generated text: versions of glslang and spirv-cross. Raises ShaderError."""
     glslang = _run(["glslangValidator", "--version"]).stdout.decode().splitlines()[0]
     return {"glslang": glslang.rpartition(" ")[2], "spirv-cross": _spirv_cross_version()}
 
@@ -94,21 +96,21 @@ def _run(command: list[str], data: bytes | None = None) -> subprocess.CompletedP
     try:
         return subprocess.run(command, input=data, capture_output=True)
     except FileNotFoundError:
-        package = PACKAGES.get(command[0], command[0])
-        raise ShaderError(
-            f"{command[0]} is not installed; on Debian: apt-get install {package}", file=None
-        ) from None
+        tool = command[0]
+        raise ShaderError(f"{tool} is not installed; on Debian: apt-get install {PACKAGES[tool]}") from None
 
 
-def _refused(tool: str, entry: str, folder: Path | None, text: str) -> ShaderError:
-    """The first fault of a tool's output as one line."""
-    source = ENTRIES[entry].hlsl
-    found = _ERROR.search(text)
+def _refused(tool: str, entry: str, file: Path, output: bytes) -> ShaderError:
+    """The first fault that a tool names, as one line."""
+    text = output.decode(errors="replace")
+    found = _FAULT.search(text)
     if found:
-        file = Path(found["file"])
-        name = str(file.relative_to(folder)) if folder and file.is_relative_to(folder) else file.name
-        where, line, message = name, int(found["line"]), found["text"]
-        via = "" if name == source else f", included by {source}"
-        return ShaderError(f"{where}:{line}: {message} ({tool}, entry {entry}{via})", file=where, line=line)
-    said = [part.strip() for part in text.splitlines() if part.strip() and not part.strip().endswith(source)]
-    return ShaderError(f"{source}: {'; '.join(said) or 'no message'} ({tool}, entry {entry})", file=source)
+        name, line = Path(found["file"]).name, int(found["line"])
+        via = "" if name == file.name else f", included by {file.name}"
+        return ShaderError(
+            f"{name}:{line}: {found['text']} ({tool}, entry {entry}{via})", file=name, line=line
+        )
+    said = [line.strip() for line in text.splitlines() if line.strip() not in ("", str(file))]
+    return ShaderError(
+        f"{file.name}: {'; '.join(said) or 'no message'} ({tool}, entry {entry})", file=file.name
+    )

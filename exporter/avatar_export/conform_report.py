@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.pictures import png
-from avatar_runtime.conformance import Expected, PictureRow, Reference, Report, Row, View
+from avatar_runtime.conformance import Expected, PictureRow, Reference, Report, Row
 
 Pixels = npt.NDArray[np.uint8]
 ENGINE_AGREES_DB = 65.0  # of profile engine against trainer, what a GPU's way of drawing should reach
@@ -59,13 +59,14 @@ def stage_lines(report: Report, reference: Reference) -> list[Line]:
 
 
 def facts(report: Report, reference: Reference) -> dict[str, Any]:
-    """All of it as JSON would have it."""
+    """All of it as JSON has it; a number that is not finite is null."""
     return {
         "backend": report.backend,
         "made_by": reference.made_by,
         "passed": report.passed,
         "first_failure": report.first_failure,
-        "rows": [dict(zip(COLUMNS, line.cells, strict=True)) for line in all_lines(report, reference)],
+        "stages": [_row_facts(row) for row in report.rows],
+        "pictures": [_picture_facts(picture) for picture in report.pictures],
         "engine_psnr_db": {c.case.name: c.engine_psnr_db for c in reference.cases},
         "notes": notes(report, reference),
     }
@@ -81,7 +82,9 @@ def notes(report: Report, reference: Reference) -> list[str]:
             said.append(f"case {case.case.name}: the profiles engine and trainer draw the same picture")
             continue
         short = "" if case.engine_psnr_db >= ENGINE_AGREES_DB else f", less than {ENGINE_AGREES_DB:g}"
-        said.append(f"case {case.case.name}: profile engine against trainer {case.engine_psnr_db:.1f} dB{short}")
+        said.append(
+            f"case {case.case.name}: profile engine against trainer {case.engine_psnr_db:.1f} dB{short}"
+        )
     return said
 
 
@@ -119,6 +122,22 @@ def html_report(title: str, report: Report, reference: Reference) -> str:
         _table(all_lines(report, reference)),
     ]
     return PAGE.format(title=html.escape(title), body="\n".join(parts))
+
+
+def _row_facts(row: Row) -> dict[str, Any]:
+    found = row.verdict
+    named = {name: getattr(row, name) for name in ("case", "stage", "profile", "array", "passed")}
+    numbers = {"error": _finite(found.error), "used": _finite(found.used), "flips": found.flips}
+    return {**named, **numbers, "note": found.note}
+
+
+def _picture_facts(picture: PictureRow) -> dict[str, Any]:
+    named = {name: getattr(picture, name) for name in ("case", "profile", "tolerance", "psnr_db", "passed")}
+    return {**named, "difference": _finite(picture.difference)}
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
 
 
 def _line(row: Row, reference: Reference) -> Line:

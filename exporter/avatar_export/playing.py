@@ -148,7 +148,8 @@ def frames(avatar: Avatar, sequence: PoseSequence, view: View) -> Iterator[Pixel
     drawn = player.backend.profiles
     if view.profile is not None and view.profile not in drawn:
         raise AvatarError(
-            f"is not drawn by backend {view.backend}: take {' or '.join(drawn)}", field=f"profile {view.profile}"
+            f"is not drawn by backend {view.backend}: take {' or '.join(drawn)}",
+            field=f"profile {view.profile}",
         )
     box = framed(player, sequence)
     for index, pose in enumerate(sequence.poses):

@@ -36,7 +36,7 @@ def reference_cases(avatar: Avatar) -> tuple[Case, ...]:
 
 
 def _poses(avatar: Avatar) -> Iterator[tuple[str, str, Pose, tuple[float, float]]]:
-    yield "rest", "nothing is posed: what differs here is in the files, the camera or the raster", Pose(), FRONT
+    yield "rest", "nothing is posed: files, camera, SH from the front, raster", Pose(), FRONT
     why = "every expression, joint and late morph that there is, the whole turned and moved: SH follow"
     yield "posed", why, every_input(avatar), ASIDE
     if avatar.clips:
@@ -78,4 +78,5 @@ def _anchors(avatar: Avatar) -> npt.NDArray[np.uint32]:
 
 def _spread(count: int, offset: int = 0) -> npt.NDArray[np.float64]:
     """`count` different numbers in 0.1..1."""
-    return 0.1 + 0.9 * np.modf((np.arange(count) + 1 + 0.3 * offset) * GOLDEN * (1 + offset))[0]
+    part: npt.NDArray[np.float64] = (np.arange(count) + 1 + 0.3 * offset) * GOLDEN * (1 + offset) % 1
+    return 0.1 + 0.9 * part

@@ -8,7 +8,7 @@ from typing import Any
 from avatar_export.writers.reference import FOLDER, REFERENCE_FILES, reference_facts
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, Data, Open, checked_bytes
-from avatar_runtime.conformance import Reference, conform, decode
+from avatar_runtime.conformance import Reference, Row, conform, decode
 from avatar_runtime.errors import AvatarError
 from avatar_schema.validate import Problem
 
@@ -37,9 +37,7 @@ def read_reference(document: Mapping[str, Any], read: Open) -> Reference:
     reference = _decoded(checked)
     normative = {path: entry["sha256"] for path, entry in listed.items() if not entry["derived"]}
     changed = sorted(
-        path
-        for path in {*normative, *reference.files}
-        if normative.get(path) != reference.files.get(path)
+        path for path in {*normative, *reference.files} if normative.get(path) != reference.files.get(path)
     )
     if changed:
         message = f"was made for another {' and '.join(changed)}; `convert` again makes it anew"
@@ -77,11 +75,14 @@ def reference_problems(stored: Avatar, document: Mapping[str, Any], read: Open) 
         yield Problem(f"{MANIFEST}: $.reference", f"is not what {CASES_FILE} says")
     for row in report.rows:
         if not row.passed:
-            found = row.verdict
-            off = found.note or f"is {found.error:.3g} off, {found.used:.3g} times the tolerance, {found.flips} flips"
-            off = f"{row.array} of case {row.case} {off}"
-            yield Problem(f"{FOLDER}vectors.safetensors: {row.stage}", off)
+            yield Problem(f"{FOLDER}vectors.safetensors: {row.stage}", _off(row))
     for picture in report.pictures:
         if not picture.passed:
             off = f"differs by up to {picture.difference:.3g} of 255, allowed {picture.tolerance:.3g}"
             yield Problem(f"{FOLDER}{picture.case}.{picture.profile}.png", off)
+
+
+def _off(row: Row) -> str:
+    found = row.verdict
+    times = f"{found.used:.3g} times the tolerance, {found.flips} flips"
+    return f"{row.array} of case {row.case} {found.note or f'is {found.error:.3g} off, {times}'}"

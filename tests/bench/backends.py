@@ -47,7 +47,10 @@ def busy_pose(avatar: Avatar, seed: int) -> Pose:
     rng = np.random.default_rng(seed)
     joints = avatar.rig.joint_names if avatar.rig else ()
     return Pose(
-        {name: float(w) for name, w in zip(avatar.expression_names, rng.uniform(0.05, 0.4, 999), strict=False)},
+        {
+            name: float(w)
+            for name, w in zip(avatar.expression_names, rng.uniform(0.05, 0.4, 999), strict=False)
+        },
         {name: joint_rotation(rng.normal(0, 0.05, 3)) for name in joints},
         {name: 0.3 for name in avatar.late_morph_names},
     )
@@ -64,7 +67,14 @@ def backend_rows(avatar: Avatar, names: tuple[str, ...] = tuple(BACKENDS)) -> li
         for name, player in players.items():
             if index >= SLOW.get(name, ROUNDS):
                 continue
-            _frame(player, pose, camera, BACKENDS[name][2], measured[name] if index >= 0 else Measured(), evaluations)
+            _frame(
+                player,
+                pose,
+                camera,
+                BACKENDS[name][2],
+                measured[name] if index >= 0 else Measured(),
+                evaluations,
+            )
     rows: list[Row] = []
     for name, m in measured.items():
         rows += [(f"{name}_frame_wall", statistics.median(m.wall), "ms")]

@@ -18,7 +18,10 @@ def _skinned(rules: Rules, sh_degree: int) -> Avatar:
 
 
 def _surface(rules: Rules, sh_degree: int, *, rigged: bool = True) -> Avatar:
-    return replace(surface_avatar(4, rules, rigged=rigged), sh_degree=sh_degree).check()
+    """On a mesh, where expressions still change scale, opacity and colour."""
+    made = surface_avatar(4, rules, rigged=rigged)
+    blendshapes = replace(made.blendshapes, appearance=full_avatar(4).blendshapes.appearance)
+    return replace(made, blendshapes=blendshapes, sh_degree=sh_degree).check()
 
 
 def _still() -> Avatar:

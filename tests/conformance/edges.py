@@ -82,7 +82,7 @@ def _near(rng: np.random.Generator) -> Iterator[Row]:
 
 def _outside(rng: np.random.Generator) -> Iterator[Row]:
     """Centres beyond the picture and beyond 1.3 times its angle: some reach in, some are culled."""
-    for x, y in ((1.05, 0.1), (-1.4, 0.3), (0.2, 1.0), (-0.1, -1.2), (1.6, 1.2), (9.0, 0.0), (0.0, -9.0)):
+    for x, y in ((1.05, 0.1), (-1.4, 0.3), (0.2, 1.0), (-0.1, -1.2), (1.6, 1.2), (4.0, 0.0), (0.0, -4.0)):
         yield at(x, y, 1.0), np.array([0.3, 0.2, 0.25]), _turn(rng), 0.0, rng.uniform(0, 1, 3)
 
 
@@ -96,7 +96,7 @@ def _faint(rng: np.random.Generator) -> Iterator[Row]:
 def _odd(rng: np.random.Generator) -> Iterator[Row]:
     """A quaternion of no length and ones that are not unit, colours below 0 and above 1, a splat behind all."""
     yield at(0.1, 0.4, 0.9), np.array([0.1, 0.03, 0.05]), np.zeros(4), 1.0, np.array([0.9, 0.5, 0.1])
-    for length in (0.01, 3.0, 40.0):
+    for length in (0.01, 0.5, 3.0):
         where = at(rng.uniform(-0.5, 0.5), rng.uniform(-0.4, 0.4), 1.0)
         yield where, np.array([0.09, 0.02, 0.04]), length * _turn(rng), 1.0, rng.uniform(0, 1, 3)
     yield at(-0.2, 0.3, 0.8), _round(0.05), _turn(rng), 2.0, np.array([-0.7, 0.4, -0.2])

@@ -13,8 +13,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from avatar_runtime.backends import reference
 from avatar_runtime.bundle import load
+from tests import bundles
 from tests.commands import Run
+
+PLAIN = ("--no-preview", "--no-engine-files", "--no-reference")
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +52,7 @@ def test_convert_writes_every_file(bundle: Path) -> None:
         "rig.usdc",
         "avatar.usdz",
         "preview.png",
+        "reference",
     }
     assert np.asarray(Image.open(bundle / "preview.png")).std() > 5
     avatar = load(bundle)
@@ -126,11 +131,9 @@ def test_validate(run: Run, bundle: Path, tmp_path: Path) -> None:
     code, text, _ = run("validate", bundle)
     assert code == 0
     assert "sound" in text
-    broken = tmp_path / "broken"
-    broken.mkdir()
-    for file in bundle.iterdir():
-        data = file.read_bytes()
-        (broken / file.name).write_bytes(data[:-4] + b"\0\0\0\0" if file.name == "gaussians.ply" else data)
+    broken = Path(shutil.copytree(bundle, tmp_path / "broken"))
+    data = (broken / "gaussians.ply").read_bytes()
+    (broken / "gaussians.ply").write_bytes(data[:-4] + b"\0\0\0\0")
     code, text, _ = run("validate", broken, "--json")
     assert code == 1
     assert any("gaussians.ply" in p["path"] + p["message"] for p in json.loads(text))
@@ -249,7 +252,7 @@ def test_frames_and_frame_rate(run: Run, bundle: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["x[/y]", "[red]x", "\x1b[31mx"])
 def test_a_name_is_text_and_no_markup(run: Run, sample_lam: Path, tmp_path: Path, name: str) -> None:
-    assert run("convert", sample_lam, "-o", tmp_path / "a", "--name", name, "--no-preview")[0] == 0
+    assert run("convert", sample_lam, "-o", tmp_path / "a", "--name", name, *PLAIN)[0] == 0
     code, text, _ = run("inspect", tmp_path / "a")
     assert code == 0
     assert name.replace("\x1b", "?") in text
@@ -272,12 +275,9 @@ def test_names_that_no_system_takes(run: Run, sample_lam: Path, tmp_path: Path) 
 
 
 def test_force_goes_through_a_link(run: Run, sample_lam: Path, tmp_path: Path) -> None:
-    assert run("convert", sample_lam, "-o", tmp_path / "real", "--no-preview")[0] == 0
+    assert run("convert", sample_lam, "-o", tmp_path / "real", *PLAIN)[0] == 0
     (tmp_path / "link").symlink_to(tmp_path / "real")
-    assert (
-        run("convert", sample_lam, "-o", tmp_path / "link", "--no-preview", "--force", "--name", "new")[0]
-        == 0
-    )
+    assert run("convert", sample_lam, "-o", tmp_path / "link", *PLAIN, "--force", "--name", "new")[0] == 0
     assert (tmp_path / "link").is_symlink()
     assert load(tmp_path / "real").name == "new"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["link", "real"]
@@ -317,6 +317,22 @@ def test_pipes_on_the_command_line_are_refused(
     assert not out.exists()
 
 
+def test_render_on_a_backend(run: Run, bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The one that is named draws, and a profile that it does not draw is refused."""
+    made = []
+    monkeypatch.setattr(reference, "make", lambda a: made.append(a) or reference.ReferenceBackend(a))
+    flags = ("--backend", "reference", "--size", "32", "-o")
+    assert run("render", bundle, *flags, tmp_path / "a.png", "--profile", "trainer")[0] == 0
+    assert len(made) == 1
+    monkeypatch.setattr(reference.ReferenceBackend, "profiles", ("engine",))
+    assert run("render", bundle, *flags, tmp_path / "b.png")[0] == 0, "its own profile is the default"
+    code, _, error = run("render", bundle, *flags, tmp_path / "c.png", "--profile", "trainer")
+    assert code == 2 and "profile trainer: is not drawn by backend reference: take engine" in error
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.png"]
+    first, second = (np.asarray(Image.open(tmp_path / name)) for name in ("a.png", "b.png"))
+    assert first.std() > 5 and (first != second).any()
+
+
 USER_ERRORS = {
     "unknown expression": (("-e", "jawOpenn=1"), "did you mean jawOpen"),
     "unknown ARKit name": (("-a", "eyeBlinkLeftt=1"), "eyeBlinkLeft"),
@@ -326,6 +342,7 @@ USER_ERRORS = {
     "not finite": (("-e", "jawOpen=nan"), "finite"),
     "size": (("--size", "0"), "pixels"),
     "profile": (("--profile", "best"), "trainer"),
+    "backend": (("--backend", "cuda"), "reference"),
     "absent recording": (("--drive", "nowhere.csv"), "nowhere.csv"),
     "frames of one picture": (("--frames", "9:10"), "one picture"),
     "frames beyond the end": (("--frames", "99:", "--orbit", "9", "-o", "x.webp"), "no frame"),
@@ -350,5 +367,7 @@ def test_render_user_errors(run: Run, bundle: Path, tmp_path: Path, name: str) -
 def test_two_conversions_give_the_same_bytes(run: Run, sample_lam: Path, tmp_path: Path) -> None:
     for name in ("a", "b"):
         assert run("convert", sample_lam, "-o", tmp_path / name, "--name", "head")[0] == 0
-    for file in (tmp_path / "a").iterdir():
-        assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes(), file.name
+    first, second = (bundles.contents(tmp_path / name) for name in ("a", "b"))
+    assert list(first) == list(second)
+    for name, data in first.items():
+        assert data == second[name], name

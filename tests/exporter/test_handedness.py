@@ -18,7 +18,7 @@ from avatar_export.driving.drive import pose_from_frame
 from avatar_export.driving.frames import DrivingFrame
 from avatar_export.validate import validate
 from avatar_export.writers.bundle import write_bundle
-from avatar_runtime.avatar import Avatar, Rules
+from avatar_runtime.avatar import Avatar, Expression, Rules
 from avatar_runtime.bundle import load
 from avatar_runtime.handedness import mirrored, mirrored_pose
 from avatar_schema import schema
@@ -158,7 +158,13 @@ def test_convert_inspect_and_validate_say_it(run: Run, sample_lam: Path, tmp_pat
 
 def test_driving_in_the_other_frame() -> None:
     """Weights reach the mirrored avatar through its own matrix as the mirrored pose; captured turns as SPEC.md says."""
-    avatar = replace(full_avatar(), driving=replace(full_avatar().driving, head_joint=None))
+    avatar = full_avatar()
+    outputs = ("joint/jaw/x", "joint/jaw/y", "joint/jaw/z", "expression/y", "eyelid/left")
+    avatar = replace(
+        avatar,
+        expressions=(*avatar.expressions[:3], Expression("y")),  # no axis, though it ends like one
+        driving=replace(avatar.driving, outputs=outputs, head_joint=None),
+    ).check()
     frame = DrivingFrame(0.0, {"jawOpen": 0.7, "eyeBlinkLeft": 0.4, "mouthSmileLeft": 0.9})
     found, want = pose_from_frame(mirrored(avatar), frame), mirrored_pose(pose_from_frame(avatar, frame))
     assert found.expressions == want.expressions and found.eyelids == want.eyelids

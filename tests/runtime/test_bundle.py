@@ -62,6 +62,7 @@ RULES = {
     "$.rules.quaternion_sign": set_at("rules", "quaternion_sign", value="aligned"),
     "$.rules.normal": set_at("rules", "normal", value="raw"),
     "$.engine.influences": set_at("engine", value={"influences": 5}),
+    "$.reference.made_by": set_at("reference", value={"made_by": "hand", "cases": []}),
     "$.frame.handedness": set_at("frame", "handedness", value="both"),
     "$.groups[1].binding": set_at("groups", 1, "binding", value="balloon"),
     "$.head_pose_in": set_at("head_pose_in", value="world"),

@@ -55,12 +55,17 @@ def tensors() -> set[str]:
     return rows | {name.replace("0.", "i.") for name in clip_tensors(avatar.clips[:1])}
 
 
+def _pattern(path: str) -> str:
+    """The page names the pictures of reference/ by case and profile."""
+    return re.sub(rf"^reference/\w+\.({'|'.join(PROFILES)})", "reference/CASE.PROFILE", path)
+
+
 OF_SURFACES = {"normal_floor", "quaternion_floor", "area_damping"}  # the rules name them, drawing does not
 NAMED = {
     "manifest keys": keys(schema("avatar")),
     "values of rules": values(schema("avatar")),
     "tensors": tensors(),
-    "files": {w.path for w in WRITERS} | {"avatar.json"},
+    "files": {_pattern(w.path) for w in WRITERS} | {"avatar.json"},
     "constants": set(constants()),
     "raster profiles": set(PROFILES),
     "PLY properties": {*ply.OPACITY, "x y z", "nx ny nz", "f_dc_0..2", "f_rest_*", "scale_0..2", "rot_0..3"},

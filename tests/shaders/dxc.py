@@ -17,7 +17,10 @@ from pathlib import Path
 
 Job = tuple[str, str, str, tuple[str, ...]]
 
-COMPILER = ("73e22d93-e6ce-47f3-b5bf-f0664f39c1b0", "228b4687-5a6a-4730-900c-9702b2203f54")  # class, interface
+COMPILER = (
+    "73e22d93-e6ce-47f3-b5bf-f0664f39c1b0",
+    "228b4687-5a6a-4730-900c-9702b2203f54",
+)  # class, interface
 UTILS = ("6245d6af-66e0-48fd-80b4-4d271796748c", "4605c4cb-2019-492a-ada4-65f20bb7d67f")
 RESULT = "58346cda-dde7-4497-9461-6f87af5e0659"
 # Slots of the virtual tables: on Linux IUnknown has a virtual destructor, which takes slots 3 and 4.

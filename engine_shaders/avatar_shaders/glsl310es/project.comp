@@ -37,7 +37,7 @@ struct SplatCamera
     vec2 tan_half_fov;
     vec2 size;
     float low_pass;
-    float near;
+    float near_z;
 };
 
 struct SeenSplat
@@ -53,7 +53,7 @@ layout(binding = 8, std140) uniform ProjectConstants
 {
     uint count;
     uint sh_degree;
-    float near;
+    float near_z;
     float low_pass;
     vec4 camera_row0;
     vec4 camera_row1;
@@ -95,7 +95,7 @@ SplatCamera project_camera()
     camera.tan_half_fov = constants.tan_half_fov;
     camera.size = constants.picture_size;
     camera.low_pass = constants.low_pass;
-    camera.near = constants.near;
+    camera.near_z = constants.near_z;
     return camera;
 }
 
@@ -197,7 +197,7 @@ SeenSplat project_splat(vec3 mean, vec3 scale, vec4 quat_wxyz, SplatCamera camer
     seen.depth = p.z;
     seen.conic = vec3(cov.z, -cov.y, cov.x) * (1.0 / det);
     bool finite = radius < 3.0000000054977557577780399428115e+38;
-    bool drawn = ((p.z > camera.near) && ((det < 0.0) || (det > 0.0))) && finite;
+    bool drawn = ((p.z > camera.near_z) && ((det < 0.0) || (det > 0.0))) && finite;
     vec2 param_7 = seen.centre;
     float param_8 = radius;
     vec2 param_9 = camera.size;

@@ -34,17 +34,16 @@ float blend_base(uint plane, uint row)
     return blend_value(base_plane + plane * count + row);
 }
 
-[numthreads(AVATAR_THREADS, 1, 1)]
-void blend(uint3 id : SV_DispatchThreadID)
+float3 blend_base3(uint plane, uint row)
 {
-    uint row = id.x;
-    if (row >= count)
-    {
-        return;
-    }
+    return float3(blend_base(plane, row), blend_base(plane + 1, row), blend_base(plane + 2, row));
+}
+
+BlendGeometry blended_geometry(uint row)
+{
     BlendGeometry g;
-    g.mean = float3(blend_base(0, row), blend_base(1, row), blend_base(2, row));
-    g.quat_wxyz = float4(blend_base(6, row), blend_base(7, row), blend_base(8, row), blend_base(9, row));
+    g.mean = blend_base3(0, row);
+    g.quat_wxyz = float4(blend_base(6, row), blend_base3(7, row));
     uint end = BlendStatic[geometry_ptr + row + 1];
     for (uint e = BlendStatic[geometry_ptr + row]; e < end; ++e)
     {
@@ -55,32 +54,81 @@ void blend(uint3 id : SV_DispatchThreadID)
             g = blend_geometry(g, weight, blend_value3(at + 1), float4(blend_value(at + 4), blend_value3(at + 5)));
         }
     }
+    return g;
+}
+
+BlendAppearance blended_appearance(uint row)
+{
     BlendAppearance a;
-    a.log_scale = float3(blend_base(3, row), blend_base(4, row), blend_base(5, row));
+    a.log_scale = blend_base3(3, row);
     a.opacity_logit = blend_base(10, row);
-    uint terms = 3 * sh_terms;
-    for (uint s = 0; s < terms; ++s)
+    uint end = BlendStatic[appearance_ptr + row + 1];
+    for (uint e = BlendStatic[appearance_ptr + row]; e < end; ++e)
     {
-        Sh[s * count + row] = blend_base(11 + s, row);
-    }
-    uint appearance_end = BlendStatic[appearance_ptr + row + 1];
-    for (uint i = BlendStatic[appearance_ptr + row]; i < appearance_end; ++i)
-    {
-        uint at = appearance_entry + (5 + terms) * i;
+        uint at = appearance_entry + (5 + 3 * sh_terms) * e;
         float weight = Pose[weights + BlendStatic[at]];
         if (weight != 0)
         {
             a = blend_appearance(a, weight, blend_value3(at + 1), blend_value(at + 4));
-            for (uint t = 0; t < terms; ++t)
-            {
-                uint plane = t * count + row;
-                Sh[plane] = blend_sh(Sh[plane], weight, blend_value(at + 5 + t));
-            }
         }
     }
+    return a;
+}
+
+void blend_store_sh(uint k, uint row, float3 coefficient)
+{
+    if (k < sh_terms)
+    {
+        uint at = 3 * k * count + row;
+        Sh[at] = coefficient.x;
+        Sh[at + count] = coefficient.y;
+        Sh[at + 2 * count] = coefficient.z;
+    }
+}
+
+// Four coefficients at once stay in registers while the entries go by; past the last one it stands in.
+void blend_sh_from(uint k, uint row)
+{
+    uint last = sh_terms - 1, stride = 5 + 3 * sh_terms;
+    uint t0 = 3 * k, t1 = 3 * min(k + 1, last), t2 = 3 * min(k + 2, last), t3 = 3 * min(k + 3, last);
+    float3 c0 = blend_base3(11 + t0, row), c1 = blend_base3(11 + t1, row);
+    float3 c2 = blend_base3(11 + t2, row), c3 = blend_base3(11 + t3, row);
+    uint end = BlendStatic[appearance_ptr + row + 1];
+    for (uint e = BlendStatic[appearance_ptr + row]; e < end; ++e)
+    {
+        uint at = appearance_entry + stride * e;
+        float weight = Pose[weights + BlendStatic[at]];
+        if (weight != 0)
+        {
+            c0 = blend_sh(c0, weight, blend_value3(at + 5 + t0));
+            c1 = blend_sh(c1, weight, blend_value3(at + 5 + t1));
+            c2 = blend_sh(c2, weight, blend_value3(at + 5 + t2));
+            c3 = blend_sh(c3, weight, blend_value3(at + 5 + t3));
+        }
+    }
+    blend_store_sh(k, row, c0);
+    blend_store_sh(k + 1, row, c1);
+    blend_store_sh(k + 2, row, c2);
+    blend_store_sh(k + 3, row, c3);
+}
+
+[numthreads(AVATAR_THREADS, 1, 1)]
+void blend(uint3 id : SV_DispatchThreadID)
+{
+    uint row = id.x;
+    if (row >= count)
+    {
+        return;
+    }
+    BlendGeometry g = blended_geometry(row);
+    BlendAppearance a = blended_appearance(row);
     Splats[row] = float4(g.mean, a.opacity_logit);
     Splats[count + row] = g.quat_wxyz;
     Splats[2 * count + row] = float4(1, 0, 0, a.log_scale.x);
     Splats[3 * count + row] = float4(0, 1, 0, a.log_scale.y);
     Splats[4 * count + row] = float4(0, 0, 1, a.log_scale.z);
+    for (uint k = 0; k < sh_terms; k += 4)
+    {
+        blend_sh_from(k, row);
+    }
 }

@@ -31,7 +31,7 @@ BlendAppearance blend_appearance(BlendAppearance a, float weight, float3 log_sca
     return a;
 }
 
-float blend_sh(float coefficient, float weight, float delta)
+float3 blend_sh(float3 coefficient, float weight, float3 delta)
 {
     return coefficient + weight * delta;
 }

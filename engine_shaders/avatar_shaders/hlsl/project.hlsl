@@ -10,7 +10,7 @@ RWStructuredBuffer<float4> Projected; // [3 count]: centre, depth, opacity; coni
 AVATAR_CONSTANTS(ProjectConstants)
     uint count;
     uint sh_degree; // the active one
-    float near;
+    float near_z;
     float low_pass;
     float4 camera_row0; // camera from world
     float4 camera_row1;
@@ -65,7 +65,7 @@ SplatCamera project_camera()
     camera.tan_half_fov = tan_half_fov;
     camera.size = picture_size;
     camera.low_pass = low_pass;
-    camera.near = near;
+    camera.near_z = near_z;
     return camera;
 }
 

@@ -18,7 +18,7 @@ struct SplatCamera
     float2 tan_half_fov;
     float2 size; // pixels
     float low_pass; // pixels squared
-    float near; // bundle units
+    float near_z; // bundle units
 };
 
 struct SeenSplat
@@ -83,7 +83,7 @@ SeenSplat project_splat(float3 mean, float3 scale, float4 quat_wxyz, SplatCamera
     seen.conic = float3(cov.z, -cov.y, cov.x) * (1.0 / det);
     // Written so that a value which is not a number fails.
     bool finite = radius < 3e38;
-    bool drawn = p.z > camera.near && (det < 0 || det > 0) && finite;
+    bool drawn = p.z > camera.near_z && (det < 0 || det > 0) && finite;
     drawn = drawn && touches_picture(seen.centre, radius, camera.size);
     seen.radius = drawn ? radius : 0;
     seen.clip_depth = saturate(dot(camera.clip_z, at) * reciprocal);

@@ -41,7 +41,7 @@ struct SplatCamera
     float2 tan_half_fov;
     float2 size;
     float low_pass;
-    float near;
+    float near_z;
 };
 
 struct SeenSplat
@@ -57,7 +57,7 @@ struct ProjectConstants
 {
     uint count;
     uint sh_degree;
-    float near;
+    float near_z;
     float low_pass;
     float4 camera_row0;
     float4 camera_row1;
@@ -100,7 +100,7 @@ SplatCamera project_camera(constant ProjectConstants& constants)
     camera.tan_half_fov = constants.tan_half_fov;
     camera.size = constants.picture_size;
     camera.low_pass = constants.low_pass;
-    camera.near = constants.near;
+    camera.near_z = constants.near_z;
     return camera;
 }
 
@@ -209,7 +209,7 @@ SeenSplat project_splat(thread const float3& mean, thread const float3& scale, t
     seen.depth = p.z;
     seen.conic = float3(cov.z, -cov.y, cov.x) * (1.0 / det);
     bool finite = radius < 3.0000000054977557577780399428115e+38;
-    bool drawn = ((p.z > camera.near) && ((det < 0.0) || (det > 0.0))) && finite;
+    bool drawn = ((p.z > camera.near_z) && ((det < 0.0) || (det > 0.0))) && finite;
     float2 param_7 = seen.centre;
     float param_8 = radius;
     float2 param_9 = camera.size;

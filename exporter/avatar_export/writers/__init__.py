@@ -38,7 +38,7 @@ class Export:
     avatar: Avatar  # right-handed, as are the files made for engines, whose importers convert
     influences: int = INFLUENCES[0]
     handedness: str = "right"  # of the normative files
-    sha256: dict[str, str] = field(default_factory=dict)  # by path, of the normative files once they are written
+    sha256: dict[str, str] = field(default_factory=dict)  # of normative files by path, once they are written
 
     @cached_property
     def stored(self) -> Avatar:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.camera import Camera
+
+Tensors = Mapping[str, npt.NDArray[Any]]
 
 # Half a unit in the last place of float32 at 1: what one operation may round by. Tolerances are multiples of it,
 # a few times the number of operations that lie between a stage's input and its output.
@@ -47,17 +51,22 @@ def _f32(name: str, *shape: str | int, when: str = "always") -> Array:
     return Array(name, "float32", shape, when=when)
 
 
-def _weights(conic: F32) -> F32:
-    """Per row: largest |entry| times ac / (ac - b^2), by which inverting the covariance amplifies rounding."""
-    a, b, c = conic.astype(np.float64).T
-    product = a * c
-    with np.errstate(all="ignore"):
-        amplified = np.where(product > b * b, product / (product - b * b), 0.0)
-    result: F32 = (np.abs(conic).max(axis=1, initial=0.0) * amplified).astype(np.float32)
-    return result
+def _inverted(inputs: Tensors, outputs: Tensors, camera: Camera) -> F32:
+    """Per row how far the conic moves when its covariance rounds: an inverse C moves by |C|^2 times that.
+
+    The covariance, in pixels squared, is what is left of terms as large as the splat's longest axis: little of a needle
+    seen from its end.
+    """
+    focal = max(camera.width / camera.tan_half_fov_x, camera.height / camera.tan_half_fov_y) / 2
+    drawn = outputs["radius"] > 0
+    depth = np.where(drawn, outputs["depth"], 1.0).astype(np.float64)
+    longest = inputs["scale"].max(axis=1, initial=0.0) * focal / depth
+    size = outputs["conic"][:, 0].astype(np.float64) + outputs["conic"][:, 2]
+    weight: F32 = np.where(drawn, size**2 * (longest**2 + 1), 0.0).astype(np.float32)
+    return weight
 
 
-WEIGHTS: Mapping[str, Callable[[F32], F32]] = {"conic": _weights}
+WEIGHTS: Mapping[str, Callable[[Tensors, Tensors, Camera], F32]] = {"conic": _inverted}
 
 # Where two right answers differ by more than rounding. `sign`: q and -q are one rotation, told apart by rounding
 # near half a turn. `drawn`: the radius, a ceil, may be one off, and a row on the border of the picture or of the near
@@ -131,17 +140,17 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
             Array("mean", "float32", ("N", 3), 128),
             Array("log_scale", "float32", ("N", 3), 64),
             # Three Newton steps, or a mean of vertex quaternions of either sign that cancels in part.
-            Array("quat_wxyz", "float32", ("N", 4), 256, flips="sign"),
-            Array("sh_rotation", "float32", ("N", 3, 3), 256, floor=1.0),
+            Array("quat_wxyz", "float32", ("N", 4), 128, flips="sign"),
+            Array("sh_rotation", "float32", ("N", 3, 3), 128, floor=1.0),
         ),
     ),
     "activate": Stage(
         (_f32("log_scale", "N", 3), _f32("quat_wxyz", "N", 4), _f32("opacity_logit", "N")),
         (
-            # exp by way of exp2 rounds its argument, of size ten: about sixteen roundings, and a few of its own.
-            Array("scale", "float32", ("N", 3), relative=32),
+            # exp by way of exp2 rounds an argument of up to 30: that moves the result by 30 roundings, twice.
+            Array("scale", "float32", ("N", 3), relative=64),
             Array("quat_wxyz", "float32", ("N", 4), 8, floor=1.0, flips="sign"),
-            Array("opacity", "float32", ("N",), relative=32),
+            Array("opacity", "float32", ("N",), relative=64),
         ),
     ),
     "project": Stage(
@@ -157,7 +166,7 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
             Array("radius", "int32", ("N",), flips="drawn"),
             Array("centre", "float32", ("N", 2), 64, floor="picture"),
             Array("depth", "float32", ("N",), 16),
-            Array("conic", "float32", ("N", 3), 128, weight="conic"),
+            Array("conic", "float32", ("N", 3), 32, weight="conic"),
             Array("opacity", "float32", ("N",)),
             Array("rgb", "float32", ("N", 3), 128, floor=1.0),  # sixteen terms of degree up to three
         ),
@@ -178,8 +187,8 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
         ),
         (
             # An exponent, its exp and one factor of transmittance a splat, over some tens of splats.
-            Array("colour", "float32", ("P", 3), 256, floor=1.0, flips="cutoff"),
-            Array("transmittance", "float32", ("P",), 256, floor=1.0, flips="cutoff"),
+            Array("colour", "float32", ("P", 3), 128, floor=1.0, flips="cutoff"),
+            Array("transmittance", "float32", ("P",), 128, floor=1.0, flips="cutoff"),
         ),
     ),
 }
@@ -214,12 +223,13 @@ def sizes(avatar: Avatar) -> dict[str, int]:
     }
 
 
-def tolerances(array: Array, want: npt.NDArray[np.generic], picture: int) -> tuple[float, float, F32 | None]:
-    """(atol, rtol, weight per row or None) of an output whose reference is `want`; `picture`: its longer side."""
-    rtol = array.relative * ROUNDING
-    if array.weight is not None:
-        weight = WEIGHTS[array.weight](want.astype(np.float32))
-        return array.roundings * ROUNDING, rtol, weight
-    floor = float(picture) if isinstance(array.floor, str) else array.floor
-    size = max(floor, float(np.abs(want.astype(np.float64)).max(initial=0.0)))
-    return array.roundings * ROUNDING * size, rtol, None
+def weights(array: Array, inputs: Tensors, outputs: Tensors, camera: Camera) -> F32 | None:
+    """Factor of each row's tolerance, for an output that has one."""
+    return None if array.weight is None else WEIGHTS[array.weight](inputs, outputs, camera)
+
+
+def tolerances(array: Array, want: npt.NDArray[Any], camera: Camera) -> tuple[float, float]:
+    """(atol, rtol) of an output whose reference is `want`."""
+    floor = float(max(camera.width, camera.height)) if isinstance(array.floor, str) else array.floor
+    size = 1.0 if array.weight else max(floor, float(np.abs(want.astype(np.float64)).max(initial=0.0)))
+    return array.roundings * ROUNDING * size, array.relative * ROUNDING

@@ -23,10 +23,28 @@ def check_reference(reference: Reference) -> None:
     for ids, field in ((reference.rows, "rows"), (reference.vertices, "vertices")):
         if ids.dtype != np.int64 or ids.ndim != 1 or (np.diff(ids) <= 0).any() or (ids[:1] < 0).any():
             raise AvatarError("must be increasing int64 ids", file=FILE, field=field)
+    if not len(reference.rows):
+        raise AvatarError("must name at least one Gaussian", file=FILE, field="rows")
     known = {"N": len(reference.rows), "V": len(reference.vertices)}
     for vectors in reference.cases:
         _check_case(vectors)
         _check_shapes(reference, vectors, dict(known))
+
+
+def check_rows(reference: Reference, avatar: Avatar) -> None:
+    """Raise AvatarError where `reference` names rows or vertices that `avatar` lacks."""
+    rig, embedding = avatar.rig, avatar.embedding
+    vertices = 0 if rig is None else len(rig.vertices)
+    if embedding is not None:
+        vertices = len(embedding.canonical_vertices)
+    for ids, count, field in (
+        (reference.rows, avatar.gaussians.count, "rows"),
+        (reference.vertices, vertices, "vertices"),
+    ):
+        if len(ids) and ids[-1] >= count:
+            raise AvatarError(
+                f"name {ids[-1]}, this avatar has {count}: made for another", file=FILE, field=field
+            )
 
 
 def check_fits(reference: Reference, avatar: Avatar, part: Avatar) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import make_backend
-from avatar_runtime.conformance.arrays import STAGE_ARRAYS, inputs_of, stages_of, tolerances
+from avatar_runtime.conformance.arrays import STAGE_ARRAYS, Array, inputs_of, stages_of, tolerances, weights
 from avatar_runtime.conformance.model import Case, CaseVectors, Expected, Reference, Step, Tensor
 from avatar_runtime.conformance.pictures import draw, psnr_db, view
 from avatar_runtime.conformance.rows import kept_pixels, thinned
@@ -60,7 +60,10 @@ def _case(avatar: Avatar, part: Subset, case: Case, tensors: dict[str, Tensor], 
                 tensors[where] = kept_pixels(outputs["transmittance"] < 1, pixels)
                 outputs = at_pixels(outputs, tensors[where])
             keep(label, outputs)
-            expected = {name: _expected(stage, name, latest[name], tensors, case) for name in outputs}
+            expected = {}
+            for array in STAGE_ARRAYS[stage].outputs:
+                weight = weights(array, given, outputs, case.camera)
+                expected[array.name] = _expected(array, latest[array.name], tensors, weight, case)
             steps.append(Step(stage, profile, inputs, expected, where))
     drawn = draw(avatar, case, PROFILES)
     return CaseVectors(
@@ -97,18 +100,15 @@ def _given(avatar: Avatar, part: Subset, case: Case) -> dict[str, Tensor]:
     return given
 
 
-def _expected(stage: str, name: str, tensor: str, tensors: dict[str, Tensor], case: Case) -> Expected:
-    array = next(array for array in STAGE_ARRAYS[stage].outputs if array.name == name)
+def _expected(
+    array: Array, tensor: str, tensors: dict[str, Tensor], weight: Tensor | None, case: Case
+) -> Expected:
+    """`weight` is kept beside the tensor."""
     want = tensors[tensor]
-    atol, rtol, weight = tolerances(array, want, max(case.camera.width, case.camera.height))
+    atol, rtol = tolerances(array, want, case.camera)
+    beside = None
     if weight is not None:
-        tensors[f"{tensor}.weight"] = weight
-    counted = array.flips in ("drawn", "cutoff")
-    return Expected(
-        tensor,
-        atol,
-        rtol,
-        None if weight is None else f"{tensor}.weight",
-        array.flips,
-        1 + len(want) // FLIPS_IN if counted else 0,
-    )
+        beside = f"{tensor}.weight"
+        tensors[beside] = weight
+    most = 1 + len(want) // FLIPS_IN if array.flips in ("drawn", "cutoff") else 0
+    return Expected(tensor, atol, rtol, beside, array.flips, most)

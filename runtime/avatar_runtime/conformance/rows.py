@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import I32, I64, Avatar, Embedding
 from avatar_runtime.subset import Subset, subset
+
+PATCHES = 8  # of a surface
 
 
 def thinned(avatar: Avatar, most: int) -> Subset:
@@ -46,17 +46,15 @@ def _of_groups(avatar: Avatar, most: int) -> I64:
 
 
 def _on_surface(avatar: Avatar, embedding: Embedding, most: int) -> Subset:
-    """All Gaussians of some triangles: their vertices' neighbours count as rows too, so triangles are few."""
-    used = np.unique(embedding.triangle)
-    wanted = min(len(used), most)
+    """Patches of neighbours: each Gaussian needs the triangles around its three vertices, which patches share."""
+    corners = embedding.canonical_vertices[embedding.vertex_ids]
+    foot = np.einsum("nc,ncx->nx", embedding.barycentric, corners)
+    seeds = foot[spread(len(foot), PATCHES)]
+    nearest = [np.argsort(np.sum((foot - seed) ** 2, axis=1), kind="stable")[:most] for seed in seeds]
+    each = -(-most // len(seeds))
     while True:
-        triangles = used[spread(len(used), wanted)]
-        rows = np.flatnonzero(np.isin(embedding.triangle, triangles))
-        part = subset(avatar, rows[spread(len(rows), most)], _no_vertices())
-        if len(part.vertices) <= most or wanted == 1:
+        rows = np.unique(np.concatenate([ids[:each] for ids in nearest]))[:most]
+        part = subset(avatar, rows, np.zeros(0, np.int64))
+        if len(part.vertices) <= most or each == 1:
             return part
-        wanted = max(1, wanted * 3 // 4)
-
-
-def _no_vertices() -> npt.NDArray[Any]:
-    return np.zeros(0, np.int64)
+        each = max(1, each * 3 // 4)

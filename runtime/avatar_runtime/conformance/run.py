@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.backends import Backend, default_backend, make_backend
+from avatar_runtime.backends import Backend, default_backend
 from avatar_runtime.conformance.arrays import STAGE_ARRAYS
-from avatar_runtime.conformance.checks import check_fits
+from avatar_runtime.conformance.checks import check_fits, check_rows
 from avatar_runtime.conformance.judge import Verdict, judge
 from avatar_runtime.conformance.model import CaseVectors, Reference, Step, View
 from avatar_runtime.conformance.pictures import compare, view
 from avatar_runtime.conformance.stages import at_pixels, run_stage
-from avatar_runtime.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.subset import subset
 
@@ -83,38 +83,40 @@ def conform(avatar: Avatar, reference: Reference, backend: str | None = None, **
     Raises AvatarError where the reference is not one of `avatar` or the backend's library is missing, ValueError for
     an unknown backend.
     """
-    n = avatar.gaussians.count
-    if not len(reference.rows) or reference.rows[-1] >= n:
-        raise AvatarError(f"must name rows in 0..{n - 1}: made for another avatar", field="reference rows")
-    vertices = _vertex_count(avatar)
-    if len(reference.vertices) and reference.vertices[-1] >= vertices:
-        raise AvatarError(f"must lie in 0..{vertices - 1}", field="reference vertices")
+    check_rows(reference, avatar)
     part = subset(avatar, reference.rows, reference.vertices).avatar
     check_fits(reference, avatar, part)
     target = str(options.get("target", "rgba32f"))
-    player = Player(avatar, backend, **options)
-    alone = make_backend(backend, part, **options)
     rows: list[Row] = []
     pictures: list[PictureRow] = []
     skipped: list[str] = []
-    for vectors in reference.cases:
-        for step in vectors.steps:
-            if step.profile is not None and step.profile not in alone.profiles:
-                skipped.append(f"{vectors.case.name}: {step.stage} in profile {step.profile}")
-                continue
-            rows += _stage_rows(avatar, alone, reference, vectors, step, target)
-        for profile, want in vectors.pictures.items():
-            if profile in player.backend.profiles:
-                pictures.append(_picture(player, vectors, profile, want, target))
-            else:
-                skipped.append(f"{vectors.case.name}: picture in profile {profile}")
+    with (
+        _released(Player(avatar, backend, **options)) as player,
+        _released(Player(part, backend, **options)) as alone,
+    ):
+        for vectors in reference.cases:
+            for step in vectors.steps:
+                if step.profile is not None and step.profile not in alone.backend.profiles:
+                    skipped.append(f"{vectors.case.name}: stage {step.stage} in profile {step.profile}")
+                    continue
+                rows += _stage_rows(avatar, alone.backend, reference, vectors, step, target)
+            for profile, want in vectors.pictures.items():
+                if profile in player.backend.profiles:
+                    pictures.append(_picture(player, vectors, profile, want, target))
+                else:
+                    skipped.append(f"{vectors.case.name}: picture in profile {profile}")
     return Report(backend or default_backend(), tuple(rows), tuple(pictures), tuple(skipped))
 
 
-def _vertex_count(avatar: Avatar) -> int:
-    if avatar.embedding is not None:
-        return len(avatar.embedding.canonical_vertices)
-    return 0 if avatar.rig is None else len(avatar.rig.vertices)
+@contextmanager
+def _released(player: Player) -> Iterator[Player]:
+    """A player whose backend gives back what it holds outside of Python, where it holds anything."""
+    try:
+        yield player
+    finally:
+        release = getattr(player.backend, "release", None)
+        if release is not None:
+            release()
 
 
 def _stage_rows(

@@ -130,7 +130,7 @@ VARIANTS: dict[str, Callable[[Avatar], Avatar]] = {
 @pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
 def test_variants_survive_the_round_trip(tmp_path: Path, name: str) -> None:
     avatar = VARIANTS[name](full_avatar()).check()
-    write_bundle(avatar, tmp_path / "out", preview=False, engine_files=False)
+    write_bundle(avatar, tmp_path / "out", preview=False, engine_files=False, reference=False)
     assert_same(avatar, load(tmp_path / "out"))
 
 
@@ -165,7 +165,7 @@ def test_the_zip_is_stored_and_holds_the_folder(tmp_path: Path, monkeypatch: pyt
 
 
 def test_a_rigless_avatar_has_no_rig_file(tmp_path: Path) -> None:
-    document = write_bundle(bare(), tmp_path / "out", preview=False, engine_files=False)
+    document = write_bundle(bare(), tmp_path / "out", preview=False, engine_files=False, reference=False)
     assert document["joints"] is None
     assert set(bundles.contents(tmp_path / "out")) == {
         "avatar.json",
@@ -203,7 +203,7 @@ def test_a_crash_leaves_everything_as_it_was(
 ) -> None:
     out = tmp_path / name
     if existing:
-        write_bundle(full_avatar(seed=9), out, preview=False)
+        write_bundle(full_avatar(seed=9), out, preview=False, reference=False)
     before = bundles.contents(out) if existing else None
     file, pieces, error = CRASHES[crash]
     broken = tuple(replace(w, pieces=pieces) if w.path == file else w for w in WRITERS)
@@ -224,7 +224,7 @@ def test_a_crash_at_the_manifest_leaves_nothing(
 
     monkeypatch.setattr(bundle, step, raises)
     with pytest.raises(Interrupted):
-        write_bundle(full_avatar(), tmp_path / "out", preview=False)
+        write_bundle(full_avatar(), tmp_path / "out", preview=False, reference=False)
     assert os.listdir(tmp_path) == []
 
 
@@ -232,7 +232,7 @@ def test_a_rename_that_fails_puts_the_old_bundle_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
-    write_bundle(full_avatar(seed=9), out, preview=False)
+    write_bundle(full_avatar(seed=9), out, preview=False, reference=False)
     before = bundles.contents(out)
     rename = Path.rename
 
@@ -243,7 +243,7 @@ def test_a_rename_that_fails_puts_the_old_bundle_back(
 
     monkeypatch.setattr(Path, "rename", fails)
     with pytest.raises(AvatarError, match="cannot be written"):
-        write_bundle(full_avatar(), out, force=True, preview=False)
+        write_bundle(full_avatar(), out, force=True, preview=False, reference=False)
     assert os.listdir(tmp_path) == ["out"]
     assert bundles.contents(out) == before
 
@@ -251,16 +251,16 @@ def test_a_rename_that_fails_puts_the_old_bundle_back(
 def refused(avatar: Avatar, out: Path, **options: Any) -> str:
     before = {p: p.is_file() and p.read_bytes() for p in sorted(out.parent.rglob("*"))}
     with pytest.raises(AvatarError) as caught:
-        write_bundle(avatar, out, preview=False, **options)
+        write_bundle(avatar, out, preview=False, reference=False, **options)
     assert {p: p.is_file() and p.read_bytes() for p in sorted(out.parent.rglob("*"))} == before
     return str(caught.value)
 
 
 def test_what_exists_is_only_replaced_by_force_and_only_if_it_is_a_bundle(tmp_path: Path) -> None:
     for name in NAMES:
-        write_bundle(full_avatar(seed=9), tmp_path / name, preview=False)
+        write_bundle(full_avatar(seed=9), tmp_path / name, preview=False, reference=False)
         assert "exists; pass --force" in refused(full_avatar(), tmp_path / name)
-        write_bundle(full_avatar(), tmp_path / name, preview=False, force=True)
+        write_bundle(full_avatar(), tmp_path / name, preview=False, reference=False, force=True)
         assert_same(load(tmp_path / name), full_avatar())
     photos = tmp_path / "photos"
     photos.mkdir()
@@ -271,7 +271,7 @@ def test_what_exists_is_only_replaced_by_force_and_only_if_it_is_a_bundle(tmp_pa
         assert "exists; pass --force" in refused(full_avatar(), path)
         assert "exists and is no bundle; it is left alone" in refused(full_avatar(), path, force=True)
     (tmp_path / "empty").mkdir()
-    write_bundle(full_avatar(), tmp_path / "empty", preview=False, force=True)
+    write_bundle(full_avatar(), tmp_path / "empty", preview=False, reference=False, force=True)
 
 
 def test_any_other_zip_is_left_alone(tmp_path: Path) -> None:
@@ -302,6 +302,6 @@ def test_the_layout_in_memory_does_not_show(tmp_path: Path) -> None:
     avatar = full_avatar()
     g = avatar.gaussians
     odd = replace(avatar, gaussians=replace(g, mean=np.asfortranarray(g.mean), sh=np.asfortranarray(g.sh)))
-    write_bundle(avatar, tmp_path / "a", preview=False)
-    write_bundle(odd, tmp_path / "b", preview=False)
+    write_bundle(avatar, tmp_path / "a", preview=False, reference=False)
+    write_bundle(odd, tmp_path / "b", preview=False, reference=False)
     assert bundles.contents(tmp_path / "a") == bundles.contents(tmp_path / "b")

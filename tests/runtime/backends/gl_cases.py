@@ -18,10 +18,13 @@ from avatar_runtime.pose import Pose, clip_pose
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.rules import QUATERNION_SIGNS, SH_DIRECTIONS, SKIN_ROTATIONS, SURFACE_RULES
 from tests.avatars import full_avatar, surface_avatar
+from tests.measured import Measure
 
 Arrays = dict[str, Any]
 BACKGROUND = np.array([0.25, 0.5, 1.0], np.float32)
 SIZE = (200, 160)
+STAGE_LIMIT, RASTER_LIMIT, PICTURE_LIMIT = 1e-5, 2e-6, 1 / 255
+FLOORS = {"rgb": 0.5}  # the constant that SH colours are added to; a colour near 0 is what cancels with it
 
 
 def camera(distance: float = 0.6) -> Camera:
@@ -60,11 +63,11 @@ def pose_of(avatar: Avatar) -> Pose:
     return Pose(world_from_avatar=other.clips[0].world_from_avatar[2].astype(np.float64))
 
 
-def stage_inputs(avatar: Avatar, seen: Camera) -> dict[str, tuple[Arrays, Arrays]]:
+def stage_inputs(avatar: Avatar, seen: Camera, pose: Pose | None = None) -> dict[str, tuple[Arrays, Arrays]]:
     """{stage: (inputs, outputs)} of one frame on the reference."""
     player = Player(avatar, "reference")
     assert isinstance(player.backend, ReferenceBackend)
-    posed = player.posed(pose_of(avatar))
+    posed = player.posed(pose or pose_of(avatar))
     found: dict[str, tuple[Arrays, Arrays]] = {}
     known: Arrays = {
         **{name: getattr(posed, name) for name in ("expression_weights", "late_weights", "pose_feature")},
@@ -109,12 +112,31 @@ def backend(avatar: Avatar, **options: Any) -> Iterator[GlBackend]:
         made.release()
 
 
-def relative(got: Any, want: Any) -> float:
-    """The largest difference, as a part of the largest value of the same row (of the whole where a row is one value)."""
+def check_stage(stage: str, got: Arrays, want: Arrays, measured: Measure) -> None:
+    """Outputs of one stage alone: 1e-5 relative, a picture 2e-6 absolute, integers equal."""
+    assert got.keys() == want.keys(), stage
+    for array, expected in want.items():
+        what, found = f"{stage} {array}", got[array]
+        assert found.dtype == expected.dtype and found.shape == expected.shape, what
+        if expected.dtype.kind == "i":
+            np.testing.assert_array_equal(found, expected, what)
+        elif stage == "raster":
+            worst = float(np.abs(found - expected).max())
+            measured("gl raster fed golden splats, absolute", worst)
+            assert worst <= RASTER_LIMIT, what
+        else:
+            worst = relative(found, expected, FLOORS.get(array, 0.0))
+            measured(f"gl stage {stage}, relative", worst)
+            assert worst <= STAGE_LIMIT, what
+
+
+def relative(got: Any, want: Any, floor: float = 0.0) -> float:
+    """The largest difference, as a part of the largest value of its row, or of `floor` where that is larger."""
     a, b = np.asarray(got, np.float64), np.asarray(want, np.float64)
     assert a.shape == b.shape
     if a.size == 0:
         return 0.0
-    rows = np.abs(b) if b.ndim == 1 else np.abs(b).reshape(len(b), -1).max(axis=1).reshape(-1, *[1] * (b.ndim - 1))
+    rows = np.abs(b).reshape(len(b), -1).max(axis=1)
+    scale = np.maximum(rows, floor).reshape(-1, *[1] * (b.ndim - 1))
     difference = np.abs(a - b)
-    return float(np.max(np.divide(difference, rows, out=difference.copy(), where=rows > 0)))
+    return float(np.max(np.divide(difference, scale, out=difference.copy(), where=scale > 0)))

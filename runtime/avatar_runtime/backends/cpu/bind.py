@@ -1,8 +1,4 @@
-"""Stage `bind` of a block of Gaussians that joints or groups carry.
-
-A block's values lie in planes: value p of Gaussian `lane` stands at planes[p * BLOCK + lane]. With such constant
-distances LLVM makes vector instructions of the loops over lanes.
-"""
+"""Stage `bind` of a block of Gaussians that joints or groups carry."""
 
 from __future__ import annotations
 
@@ -12,8 +8,18 @@ from avatar_runtime.avatar import F32
 from avatar_runtime.backends.cpu.blend import offset_of
 from avatar_runtime.backends.cpu.jit import inlined
 from avatar_runtime.backends.cpu.plain import BLOCK, Blocks, Influences, Offsets, PosedArrays
+from avatar_runtime.backends.cpu.planes import (
+    LATE,
+    MATRIX,
+    MEAN,
+    TURN,
+    matrix_at,
+    quat_at,
+    set_quat,
+    set_turn,
+    turn_at,
+)
 from avatar_runtime.backends.cpu.rotation import (
-    Matrix,
     matrix_multiply,
     newton_step,
     quat_from_matrix,
@@ -22,16 +28,7 @@ from avatar_runtime.backends.cpu.rotation import (
 from avatar_schema import constants
 
 ZERO, ONE = np.float32(0), np.float32(1)
-SHORTEST = np.float32(1e-12)  # a quaternion no longer than this is not made unit
 POLAR_STEPS = int(constants()["polar_steps"])
-
-# Where the planes begin.
-MATRIX = 0  # 12, row-major 3x4 of positions
-TURN = 12 * BLOCK  # 9, row-major rotation
-MEAN = 21 * BLOCK  # 3
-QUAT = 24 * BLOCK  # 4
-LATE = 28 * BLOCK  # 3
-PLANES = 31 * BLOCK
 
 
 @inlined
@@ -46,7 +43,7 @@ def bind_block(
     planes: F32,
 ) -> None:
     """Carries one block, whose blended values stand in MEAN and QUAT."""
-    first, count, group = blocks.first[block], blocks.count[block], blocks.group[block]
+    first, count, group = blocks.begin[block], blocks.size[block], blocks.group[block]
     for lane in range(count):
         x, y, z = offset_of(first + lane, correctives, posed.pose_feature)
         planes[MEAN + lane] += x
@@ -109,7 +106,7 @@ def carry(count: int, planes: F32) -> None:
             moved = planes[at] * x + planes[at + BLOCK] * y + planes[at + 2 * BLOCK] * z
             moved += planes[at + 3 * BLOCK]
             planes[MEAN + BLOCK * row + lane] = moved + planes[LATE + BLOCK * row + lane]
-        turn = quat_from_matrix(matrix_at(TURN + lane, 3 * BLOCK, planes), ONE)
+        turn = quat_from_matrix(turn_at(lane, planes), ONE)
         set_quat(lane, quat_multiply(turn, quat_at(lane, planes)), planes)
 
 
@@ -132,42 +129,4 @@ def place(count: int, sh_world: bool, world: F32, world_quat: F32, planes: F32) 
             set_turn(lane, turn, planes)
     else:
         for lane in range(count):
-            set_turn(lane, matrix_multiply(turn, matrix_at(TURN + lane, 3 * BLOCK, planes)), planes)
-
-
-@inlined
-def matrix_at(at: int, row: int, p: F32) -> Matrix:
-    """The 3x3 matrix whose rows begin at `at` and lie `row` apart."""
-    second, third = at + row, at + 2 * row
-    return (
-        p[at],
-        p[at + BLOCK],
-        p[at + 2 * BLOCK],
-        p[second],
-        p[second + BLOCK],
-        p[second + 2 * BLOCK],
-        p[third],
-        p[third + BLOCK],
-        p[third + 2 * BLOCK],
-    )
-
-
-@inlined
-def set_turn(lane: int, m: Matrix, planes: F32) -> None:
-    """TURN of one lane is `m`."""
-    for k in range(9):
-        planes[TURN + k * BLOCK + lane] = m[k]
-
-
-@inlined
-def quat_at(lane: int, planes: F32) -> tuple[float, float, float, float]:
-    """QUAT of one lane."""
-    at = QUAT + lane
-    return planes[at], planes[at + BLOCK], planes[at + 2 * BLOCK], planes[at + 3 * BLOCK]
-
-
-@inlined
-def set_quat(lane: int, q: tuple[float, float, float, float], planes: F32) -> None:
-    """QUAT of one lane is `q`."""
-    for k in range(4):
-        planes[QUAT + k * BLOCK + lane] = q[k]
+            set_turn(lane, matrix_multiply(turn, turn_at(lane, planes)), planes)

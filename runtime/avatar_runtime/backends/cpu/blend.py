@@ -1,81 +1,131 @@
-"""Stage `blend` of one Gaussian: base + sum_k w_k delta_k in training space, its sparse rows read as stored."""
+"""Stage `blend` of a block: base + sum_k w_k delta_k in training space, each sparse row read as stored.
+
+First the entries of weight other than 0 are listed without a branch, then they alone are read: a branch an entry
+would be guessed wrong at every second active one, and memory be waited for each time.
+"""
 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
-from avatar_runtime.avatar import F32
-from avatar_runtime.backends.cpu.jit import inlined
-from avatar_runtime.backends.cpu.plain import Appearance, Base, Geometry, Offsets, PosedArrays
+from avatar_runtime.avatar import F32, U32
+from avatar_runtime.backends.cpu.jit import Scalar, inlined
+from avatar_runtime.backends.cpu.plain import BLOCK, U8, Base, Deltas, Offsets, PosedArrays
+from avatar_runtime.backends.cpu.planes import MEAN
 
 ZERO = np.float32(0)
+Ends = npt.NDArray[np.int64]
 
 
 @inlined
-def blend_geometry(i: int, base: Base, geometry: Geometry, posed: PosedArrays) -> tuple[float, ...]:
-    """Position (3) and raw quaternion (4) of Gaussian `i`."""
-    x = y = z = qw = qx = qy = qz = ZERO
-    if geometry.mask[i] & posed.expression_mask[0]:
-        for e in range(geometry.row_ptr[i], geometry.row_ptr[i + 1]):
+def list_active(first: int, count: int, deltas: Deltas, posed: PosedArrays, entry: U32, end: Ends) -> None:
+    """Lists in `entry` the active entries of `count` rows; those of lane l end before end[l], where l + 1 begins."""
+    n = 0
+    for lane in range(count):
+        i = first + lane
+        if deltas.mask[i] & posed.expression_mask[0]:
+            for e in range(deltas.row_ptr[i], deltas.row_ptr[i + 1]):
+                entry[n] = e
+                n += posed.expression_weights[deltas.column[e]] != ZERO
+        end[lane] = n
+
+
+@inlined
+def blend_geometry(
+    first: int,
+    count: int,
+    base: Base,
+    geometry: Deltas,
+    posed: PosedArrays,
+    entry: U32,
+    end: Ends,
+    planes: F32,
+) -> None:
+    """MEAN and raw QUAT of `count` Gaussians from `first`; `entry` and `end` are room."""
+    list_active(first, count, geometry, posed, entry, end)
+    delta, begin = geometry.values, 0
+    for lane in range(count):
+        x = y = z = qw = qx = qy = qz = ZERO
+        for j in range(begin, end[lane]):
+            e = entry[j]
             w = posed.expression_weights[geometry.column[e]]
-            if w != ZERO:
-                x += geometry.mean[e, 0] * w
-                y += geometry.mean[e, 1] * w
-                z += geometry.mean[e, 2] * w
-                qw += geometry.quat_wxyz[e, 0] * w
-                qx += geometry.quat_wxyz[e, 1] * w
-                qy += geometry.quat_wxyz[e, 2] * w
-                qz += geometry.quat_wxyz[e, 3] * w
-    mean, quat = base.mean, base.quat_wxyz
-    return (
-        mean[i, 0] + x,
-        mean[i, 1] + y,
-        mean[i, 2] + z,
-        quat[i, 0] + qw,
-        quat[i, 1] + qx,
-        quat[i, 2] + qy,
-        quat[i, 3] + qz,
-    )
+            x += delta[e, 0] * w
+            y += delta[e, 1] * w
+            z += delta[e, 2] * w
+            qw += delta[e, 3] * w
+            qx += delta[e, 4] * w
+            qy += delta[e, 5] * w
+            qz += delta[e, 6] * w
+        begin = end[lane]
+        i, at = first + lane, MEAN + lane
+        planes[at] = base.mean[i, 0] + x
+        planes[at + BLOCK] = base.mean[i, 1] + y
+        planes[at + 2 * BLOCK] = base.mean[i, 2] + z
+        planes[at + 3 * BLOCK] = base.quat_wxyz[i, 0] + qw  # QUAT follows MEAN
+        planes[at + 4 * BLOCK] = base.quat_wxyz[i, 1] + qx
+        planes[at + 5 * BLOCK] = base.quat_wxyz[i, 2] + qy
+        planes[at + 6 * BLOCK] = base.quat_wxyz[i, 3] + qz
 
 
 @inlined
-def blend_shape(i: int, base: Base, appearance: Appearance, posed: PosedArrays) -> tuple[float, ...]:
-    """Log scale (3) and opacity logit of Gaussian `i`."""
+def blend_shape(
+    i: int, base: Base, shape: Deltas, posed: PosedArrays, entry: U32, begin: int, end: int
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Log scale (3) and opacity logit of Gaussian `i`, whose active entries stand in entry[begin:end]."""
     x = y = z = logit = ZERO
-    if appearance.mask[i] & posed.expression_mask[0]:
-        for e in range(appearance.row_ptr[i], appearance.row_ptr[i + 1]):
-            w = posed.expression_weights[appearance.column[e]]
-            if w != ZERO:
-                x += appearance.log_scale[e, 0] * w
-                y += appearance.log_scale[e, 1] * w
-                z += appearance.log_scale[e, 2] * w
-                logit += appearance.opacity_logit[e] * w
+    for j in range(begin, end):
+        e = entry[j]
+        w = posed.expression_weights[shape.column[e]]
+        x += shape.values[e, 0] * w
+        y += shape.values[e, 1] * w
+        z += shape.values[e, 2] * w
+        logit += shape.values[e, 3] * w
     scale = base.log_scale
     return scale[i, 0] + x, scale[i, 1] + y, scale[i, 2] + z, base.opacity_logit[i] + logit
 
 
 @inlined
-def blend_sh(i: int, base: Base, appearance: Appearance, posed: PosedArrays, out: F32) -> None:
-    """SH of Gaussian `i`, into row `i` of `out` [N, 3 K]."""
-    width = out.shape[1]
-    if not appearance.mask[i] & posed.expression_mask[0]:
-        for k in range(width):
-            out[i, k] = base.sh[i, k]
-        return
-    for k in range(width):
-        out[i, k] = ZERO
-    for e in range(appearance.row_ptr[i], appearance.row_ptr[i + 1]):
-        w = posed.expression_weights[appearance.column[e]]
-        if w != ZERO:
-            for k in range(width):
-                out[i, k] += appearance.sh[e, k] * w
-    for k in range(width):
-        out[i, k] = base.sh[i, k] + out[i, k]
+def blend_sh(
+    i: int, base: Base, colour: Deltas, posed: PosedArrays, entry: U32, begin: int, end: int, out: F32
+) -> None:
+    """SH of Gaussian `i`, into row `i` of `out` [N, 3 K]; its active entries stand in entry[begin:end]."""
+    row, start = out[i], base.sh[i]
+    for k in range(len(row)):
+        row[k] = start[k]
+    for j in range(begin, end):
+        e = entry[j]
+        w, delta = posed.expression_weights[colour.column[e]], colour.values[e]
+        for k in range(len(row)):
+            row[k] += delta[k] * w
 
 
 @inlined
-def offset_of(i: int, offsets: Offsets, weights: F32) -> tuple[float, float, float]:
-    """Sum over row `i` of weight * offset."""
+def colour_block(
+    first: int,
+    count: int,
+    base: Base,
+    colour: Deltas,
+    posed: PosedArrays,
+    entry: U32,
+    end: Ends,
+    touched: U8,
+    out: F32,
+) -> None:
+    """SH of `count` Gaussians from `first`, where an expression moves them or did in the frame before."""
+    list_active(first, count, colour, posed, entry, end)
+    begin = 0
+    for lane in range(count):
+        i, last = first + lane, end[lane]
+        if last > begin or touched[i, 1]:
+            blend_sh(i, base, colour, posed, entry, begin, last, out)
+            touched[i, 1] = last > begin
+        begin = last
+
+
+@inlined
+def offset_of(i: int, offsets: Offsets, weights: F32) -> tuple[Scalar, Scalar, Scalar]:
+    """Sum over row `i` of weight * offset; offsets of weight 0 are not read."""
     x = y = z = ZERO
     for e in range(offsets.row_ptr[i], offsets.row_ptr[i + 1]):
         w = weights[offsets.column[e]]

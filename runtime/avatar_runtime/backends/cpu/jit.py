@@ -8,10 +8,12 @@ from typing import Any, TypeVar
 
 import numba
 
+# A float32 or float64, as the caller has it: what a formula for both takes and gives.
+Scalar = Any
 F = TypeVar("F", bound=Callable[..., Any])
 
 # IEEE arithmetic in the order written; a division by 0 is infinite or no number, and raises nothing.
-OPTIONS = {"nogil": True, "fastmath": False, "error_model": "numpy"}
+OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": False, "error_model": "numpy"}
 
 
 def kernel(*, parallel: bool = False) -> Callable[[F], F]:

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic
+from numba import extending, types
+
+from avatar_runtime.backends.cpu.jit import inlined
+
+intrinsic: Callable[[Callable[..., Any]], Any] = extending.intrinsic
 
 f32 = np.float32
 LOG2_E = f32(1.4426950408889634)
-MINUS_LN_2 = f32(-0.6931471805599453)
+LN_2 = f32(0.6931471805599453)
 ROUNDER = f32(3 << 22)  # adding 1.5 * 2^23 leaves the nearest integer in the low bits of a float32
 LEAST_EXPONENT = f32(-87)  # e^-87 is the last normal float32; far below 1/255 of any opacity
 # e^t - 1 - t over t^2 for |t| <= ln 2 / 2, least largest relative error of e^t: 1.1e-7.
 C2, C3, C4, C5 = f32(0.4999923), f32(0.16667115), f32(0.04189033), f32(0.0083125)
 
+# ln(1 + t) over t for 0 <= t <= 1, least largest error of ln: 7e-5.
+L1, L2, L3, L4 = f32(0.99744896), f32(-0.47130118), f32(0.22568545), f32(-0.05875697)
 
-@intrinsic  # type: ignore[untyped-decorator]
+
+@intrinsic
 def fma(typing: Any, a: Any, b: Any, c: Any) -> Any:
     """a b + c of float32, rounded once."""
 
@@ -28,7 +35,7 @@ def fma(typing: Any, a: Any, b: Any, c: Any) -> Any:
     return types.float32(types.float32, types.float32, types.float32), emit
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def add_to_exponent(typing: Any, value: Any, rounded: Any) -> Any:
     """value 2^n, n from the low bits of ROUNDER + n; the result must be a normal float32."""
 
@@ -41,7 +48,7 @@ def add_to_exponent(typing: Any, value: Any, rounded: Any) -> Any:
     return types.float32(types.float32, types.float32), emit
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def lowest_bit(typing: Any, mask: Any) -> Any:
     """Index of the lowest set bit of a uint32 that is not 0."""
 
@@ -51,7 +58,7 @@ def lowest_bit(typing: Any, mask: Any) -> Any:
     return types.uint64(types.uint32), emit
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def lanes_above(typing: Any, values: Any, at: Any, bound: Any) -> Any:
     """Bit i of the uint32: values[at + i] > bound, i < 16, of contiguous float32; not a number is not above."""
 
@@ -69,17 +76,44 @@ def lanes_above(typing: Any, values: Any, at: Any, bound: Any) -> Any:
     return types.uint32(values, types.int64, types.float32), emit
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def float_bits(typing: Any, value: Any) -> Any:
     """The bits of a float32."""
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         return builder.bitcast(values[0], ir.IntType(32))
 
-    return types.uint32(types.float32), emit
+    return types.int32(types.float32), emit
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
+def float_of(typing: Any, bits: Any) -> Any:
+    """The float32 of these bits, the low 32 of an integer."""
+
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.bitcast(values[0], ir.FloatType())
+
+    return types.float32(types.int32), emit
+
+
+@intrinsic
+def prefetch(typing: Any, values: Any, at: Any) -> Any:
+    """Ask for the cache line of element `at`, counted through the whole of a contiguous array."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array, offset = arguments
+        start = builder.gep(context.make_array(signature.args[0])(context, builder, array).data, [offset])
+        byte, word = ir.IntType(8).as_pointer(), ir.IntType(32)
+        function_type = ir.FunctionType(ir.VoidType(), [byte, word, word, word])
+        function = builder.module.declare_intrinsic("llvm.prefetch", [byte], function_type)
+        read, keep, data = (ir.Constant(word, value) for value in (0, 3, 1))
+        builder.call(function, [builder.bitcast(start, byte), read, keep, data])
+        return context.get_dummy_value()
+
+    return types.none(values, types.int64), emit
+
+
+@intrinsic
 def take_next(typing: Any, counter: Any) -> Any:
     """The value of counter[0], an int64 array that threads share, and one more in its place."""
 
@@ -90,11 +124,22 @@ def take_next(typing: Any, counter: Any) -> Any:
     return types.int64(counter), emit
 
 
-@njit(forceinline=True)
-def exponential(x: float) -> float:
+@inlined
+def exponential(x: np.float32) -> np.float32:
     """e^x for x <= 0, relative error 2e-7; at least e^-87. Exactly 1 at 0. NaN gives e^-87."""
     bounded = x if x > LEAST_EXPONENT else LEAST_EXPONENT
     rounded = fma(bounded, LOG2_E, ROUNDER)
-    t = fma(rounded - ROUNDER, MINUS_LN_2, bounded)
+    t = fma(rounded - ROUNDER, -LN_2, bounded)
     series = fma(fma(fma(C5, t, C4), t, C3), t, C2)
-    return add_to_exponent(fma(fma(series, t, f32(1)), t, f32(1)), rounded)
+    result: np.float32 = add_to_exponent(fma(fma(series, t, f32(1)), t, f32(1)), rounded)
+    return result
+
+
+@inlined
+def rough_log(x: np.float32) -> np.float32:
+    """ln x of a positive float32 to within 1e-4; negative for 0 and below, large for what is not finite."""
+    bits = np.int32(float_bits(x))
+    fraction = float_of(np.int32(bits & 0x7FFFFF | 0x3F800000)) - f32(1)
+    series = fma(fma(fma(L4, fraction, L3), fraction, L2), fraction, L1)
+    result: np.float32 = fma(f32(np.int32(bits >> 23)) - f32(127), LN_2, series * fraction)
+    return result

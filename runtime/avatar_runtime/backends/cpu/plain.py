@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F32, F64, U16, U32, Avatar, Gaussians, Group, SparseRows
+from avatar_runtime.avatar import F32, F64, U16, U32, Avatar, Gaussians, Group, Rig, SparseRows
+from avatar_runtime.rotation import quat_from_matrix
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.surface import Surface
 
@@ -20,6 +21,11 @@ U64 = npt.NDArray[np.uint64]
 I32 = npt.NDArray[np.int32]
 Array = npt.NDArray[Any]
 
+# What `posed_arrays` takes, as the conformance kit names it.
+FRAME = (
+    *("expression_weights", "pose_feature", "late_weights", "skin_matrix"),
+    *("group_matrix", "group_rotation", "world_from_avatar"),
+)
 BLOCK = 64  # Gaussians that a kernel takes at a time: their intermediate values stay in the nearest cache
 
 
@@ -33,25 +39,23 @@ class Base(NamedTuple):
     sh: F32  # [N, 3 K]
 
 
-class Geometry(NamedTuple):
-    """Blendshapes of position and rotation, stored by row; `mask` as `column_mask` makes it."""
+class Deltas(NamedTuple):
+    """Blendshapes of some attributes side by side, stored by row; `mask` as `column_mask` makes it."""
 
     row_ptr: U32  # [N + 1]
     column: U16  # [E]
     mask: U64  # [N]
-    mean: F32  # [E, 3]
-    quat_wxyz: F32  # [E, 4]
+    values: F32  # [E, W]
 
 
-class Appearance(NamedTuple):
-    """Blendshapes of scale, opacity and colour, stored by row."""
+class Blendable(NamedTuple):
+    """What stage `blend` reads of an avatar."""
 
-    row_ptr: U32  # [N + 1]
-    column: U16  # [E]
-    mask: U64  # [N]
-    log_scale: F32  # [E, 3]
-    opacity_logit: F32  # [E]
-    sh: F32  # [E, 3 K]
+    base: Base
+    geometry: Deltas  # W = 7: position, quaternion
+    shape: Deltas  # W = 4: log scale, opacity logit
+    colour: Deltas  # W = 3 K: SH
+    room: int  # the most entries that a block has in any of them
 
 
 class Offsets(NamedTuple):
@@ -73,8 +77,8 @@ class Influences(NamedTuple):
 class Blocks(NamedTuple):
     """Runs of at most BLOCK Gaussians of one group."""
 
-    first: I32  # [B]
-    count: I32  # [B]
+    begin: I32  # [B]
+    size: I32  # [B]
     group: I32  # [B]
     matrix_by_row: U8  # [G] 1 where each Gaussian has a matrix of its own, from its skin weights
     rotation_by_polar: U8  # [G] 1 where its rotation is that matrix's polar factor
@@ -99,6 +103,49 @@ class Mesh(NamedTuple):
     size: F64  # [F] canonical
     vertex_triangle_ptr: U32  # [V + 1]
     vertex_triangle: U32  # [3 F]
+
+
+class Ridden(NamedTuple):
+    """A posed mesh's triangles and vertices as the surface rules read them; written anew each frame."""
+
+    across: F64  # [F, 3] edge cross edge
+    size: F64  # [F] area, or edge length for rule triangle_frame
+    turn: F64  # [F, 4] of vertex_quaternion: canonical area times the turn since the binding pose; else of the frame
+    frame: F64  # [F, 9] row-major, for rule triangle_frame
+    normal: F64  # [V, 3]
+    quat: F64  # [V, 4]
+
+
+class RigArrays(NamedTuple):
+    """A rig's mesh."""
+
+    template: F32  # [V, 3]
+    morphs: Offsets
+    correctives: Offsets
+    late_morphs: Offsets
+    skin: Influences
+
+
+class Sizes(NamedTuple):
+    """How much a frame brings."""
+
+    expressions: int
+    features: int
+    late: int
+    joints: int
+    groups: int
+
+    @staticmethod
+    def of(avatar: Avatar) -> Sizes:
+        """Of what `Posed` holds for `avatar`."""
+        rig = avatar.rig
+        return Sizes(
+            len(avatar.expressions),
+            avatar.blendshapes.correctives.columns if rig is None else 9 * len(rig.corrective_joints),
+            len(avatar.late_morph_names),
+            0 if rig is None else rig.joint_count,
+            len(avatar.groups),
+        )
 
 
 class PosedArrays(NamedTuple):
@@ -161,10 +208,60 @@ def column_mask(row_ptr: U32, column: U16) -> U64:
     return mask
 
 
-def weight_mask(weights: F32) -> U64:
-    """[1] the bits `column % 64` of the weights that are not 0."""
+@np.errstate(all="ignore")  # absurd numbers become infinite, and what is infinite is not drawn
+def posed_arrays(
+    sizes: Sizes,
+    expression_weights: Array | None = None,
+    pose_feature: Array | None = None,
+    late_weights: Array | None = None,
+    skin_matrix: Array | None = None,  # [J, 4, 4]
+    group_matrix: Array | None = None,  # [G, 3, 4]
+    group_rotation: Array | None = None,  # [G, 3, 3]
+    world_from_avatar: Array | None = None,  # [4, 4]
+) -> PosedArrays:
+    """A frame's small arrays; what a stage does not read may be missing.
+
+    Raises ValueError where one has another shape than the avatar needs.
+    """
+
+    def given(array: Array | None, *shape: int) -> Array:
+        flat = (shape[0], int(np.prod(shape[1:]))) if len(shape) > 2 else shape
+        if array is None:
+            return plain(np.zeros(flat), np.float32, flat)
+        return plain(plain(array, np.float32, shape).reshape(flat), np.float32, flat)
+
+    weights = given(expression_weights, sizes.expressions)
     columns = np.flatnonzero(weights).astype(np.uint64) % np.uint64(64)
-    return np.bitwise_or.reduce(np.left_shift(np.uint64(1), columns), initial=np.uint64(0), keepdims=True)
+    mask = np.bitwise_or.reduce(np.left_shift(np.uint64(1), columns), initial=np.uint64(0), keepdims=True)
+    world = (
+        np.eye(4, dtype=np.float32)
+        if world_from_avatar is None
+        else plain(world_from_avatar, np.float32, (4, 4))
+    )
+    return PosedArrays(
+        weights,
+        plain(mask, np.uint64, (1,)),
+        given(pose_feature, sizes.features),
+        given(late_weights, sizes.late),
+        given(skin_matrix, sizes.joints, 4, 4),
+        given(group_matrix, sizes.groups, 3, 4),
+        given(group_rotation, sizes.groups, 3, 3),
+        plain(world[:3].reshape(12), np.float32, (12,)),
+        plain(quat_from_matrix(world[:3, :3]), np.float32, (4,)),
+    )
+
+
+def blendable(avatar: Avatar) -> Blendable:
+    """The avatar's Gaussians and their blendshapes.
+
+    Raises ValueError where an index points nowhere; so do all below.
+    """
+    shapes, sizes = avatar.blendshapes, (avatar.gaussians.count, len(avatar.expressions))
+    geometry = deltas(shapes.geometry, ("mean", "quat_wxyz"), *sizes)
+    shape = deltas(shapes.appearance, ("log_scale", "opacity_logit"), *sizes)
+    colour = deltas(shapes.appearance, ("sh",), *sizes)
+    room = max(most_entries(part.row_ptr) for part in (geometry, shape, colour))
+    return Blendable(base(avatar.gaussians), geometry, shape, colour, room)
 
 
 def base(g: Gaussians) -> Base:
@@ -179,35 +276,46 @@ def base(g: Gaussians) -> Base:
     )
 
 
-def geometry(sparse: SparseRows, rows: int) -> Geometry:
-    """Blendshapes.geometry. Raises ValueError where an index points nowhere; so do all below."""
-    ptr, column = _pattern(sparse, rows)
-    values = (_values(sparse, "mean", 3), _values(sparse, "quat_wxyz", 4))
-    return Geometry(ptr, column, plain(column_mask(ptr, column), np.uint64, (rows,)), *values)
+def deltas(sparse: SparseRows, attributes: tuple[str, ...], rows: int, columns: int) -> Deltas:
+    """The entries in which any of `attributes` is not 0.
+
+    A copy: in memory that NumPy takes for a large array the system uses large pages, and reading here and there is
+    twice as fast as in that of a file.
+    """
+    ptr, column = _pattern(sparse, rows, columns)
+    parts = [sparse.values[name].reshape(len(column), -1) for name in attributes] if len(column) else []
+    widths = [int(np.prod(sparse.values[name].shape[1:])) for name in attributes]
+    values = (
+        np.concatenate(parts, axis=1, dtype=np.float32) if parts else np.zeros((0, sum(widths)), np.float32)
+    )
+    used = (values != 0).any(axis=1)
+    if not used.all():
+        ptr = np.concatenate([[0], np.cumsum(used)])[ptr].astype(np.uint32)
+        column, values = column[used], values[used]
+    return Deltas(
+        plain(ptr, np.uint32, (rows + 1,)),
+        plain(column, np.uint16, (len(column),)),
+        plain(column_mask(ptr, column), np.uint64, (rows,)),
+        plain(values, np.float32, (len(column), sum(widths))),
+    )
 
 
-def appearance(sparse: SparseRows, rows: int, width: int) -> Appearance:
-    """Blendshapes.appearance of `width` SH values."""
-    ptr, column = _pattern(sparse, rows)
-    mask = plain(column_mask(ptr, column), np.uint64, (rows,))
-    logit = _values(sparse, "opacity_logit", 1).reshape(-1)
-    return Appearance(ptr, column, mask, _values(sparse, "log_scale", 3), logit, _values(sparse, "sh", width))
-
-
-def offsets(sparse: SparseRows, attribute: str, rows: int) -> Offsets:
+def offsets(sparse: SparseRows, attribute: str, rows: int, columns: int) -> Offsets:
     """Blendshapes.correctives, late_morphs, and the same of a rig."""
-    return Offsets(*_pattern(sparse, rows), _values(sparse, attribute, 3))
+    return Offsets(*_pattern(sparse, rows, columns), _values(sparse, attribute, 3))
 
 
-def influences(sparse: SparseRows, rows: int) -> Influences:
+def influences(sparse: SparseRows, rows: int, joints: int) -> Influences:
     """Skin weights."""
-    return Influences(*_pattern(sparse, rows), _values(sparse, "weight", 1).reshape(-1))
+    return Influences(*_pattern(sparse, rows, joints), _values(sparse, "weight", 1).reshape(-1))
 
 
 def blocks(groups: tuple[Group, ...], rotation_rule: str, rows: int) -> Blocks:
     """The avatar's groups in blocks, in order."""
     ends = [0, *(group.first + group.count for group in groups)]
-    if ends[-1] != rows or any(g.first != end or g.count < 0 for g, end in zip(groups, ends[:-1], strict=True)):
+    if ends[-1] != rows or any(
+        g.first != end or g.count < 0 for g, end in zip(groups, ends[:-1], strict=True)
+    ):
         raise ValueError(f"the groups do not follow one another over the {rows} Gaussians")
     cuts = [
         (at, min(BLOCK, group.first + group.count - at), index)
@@ -217,8 +325,20 @@ def blocks(groups: tuple[Group, ...], rotation_rule: str, rows: int) -> Blocks:
     first, count, group = np.array(cuts, np.int32).reshape(-1, 3).T
     by_row = np.array([group.binding == "skin" for group in groups], np.uint8)
     by_polar = by_row * np.uint8(rotation_rule == "polar3")
-    parts = ((first, np.int32), (count, np.int32), (group, np.int32), (by_row, np.uint8), (by_polar, np.uint8))
+    parts = (
+        (first, np.int32),
+        (count, np.int32),
+        (group, np.int32),
+        (by_row, np.uint8),
+        (by_polar, np.uint8),
+    )
     return Blocks(*(plain(part, kind, part.shape) for part, kind in parts))
+
+
+def most_entries(row_ptr: U32) -> int:
+    """The most entries of BLOCK rows one after another."""
+    end = np.append(row_ptr[BLOCK:], np.full(BLOCK, row_ptr[-1]))[: len(row_ptr)]
+    return int((end - row_ptr).max())
 
 
 def embedded(avatar: Avatar) -> Embedded:
@@ -251,25 +371,46 @@ def mesh(surface: Surface) -> Mesh:
     )
 
 
+def rig_arrays(rig: Rig, sizes: Sizes) -> RigArrays:
+    """The rig's mesh."""
+    v = len(rig.vertices)
+    return RigArrays(
+        plain(rig.vertices, np.float32, (v, 3)),
+        offsets(rig.morphs, "position", v, sizes.expressions),
+        offsets(rig.correctives, "position", v, sizes.features),
+        offsets(rig.late_morphs, "position", v, sizes.late),
+        influences(rig.skin, v, sizes.joints),
+    )
+
+
+def fresh_ridden(mesh: Mesh) -> Ridden:
+    """Room for one posed mesh."""
+    f, v = len(mesh.triangles), len(mesh.vertex_triangle_ptr) - 1
+    return Ridden(*(np.zeros(shape) for shape in ((f, 3), (f,), (f, 4), (f, 9), (v, 3), (v, 4))))
+
+
 def fresh_out(rows: int, width: int) -> Out:
     """Room for `rows` splats of `width` SH values."""
     shapes = ((rows, 3), (rows, 3), (rows, 4), (rows,), (rows, width), (rows, 9))
     return Out(*(np.empty(shape, np.float32) for shape in shapes))
 
 
-def _pattern(sparse: SparseRows, rows: int) -> tuple[U32, U16]:
+def _pattern(sparse: SparseRows, rows: int, columns: int) -> tuple[U32, U16]:
     ptr = plain(sparse.row_ptr, np.uint32, (rows + 1,))
     column = plain(sparse.column, np.uint16, (sparse.entries,))
     if ptr[0] != 0 or int(ptr[-1]) != len(column) or (ptr[1:] < ptr[:-1]).any():
         raise ValueError(f"row_ptr does not rise from 0 to the {len(column)} entries")
-    _below("column", column, sparse.columns)
+    _below("column", column, columns)
     return ptr, column
 
 
 def _values(sparse: SparseRows, attribute: str, width: int) -> F32:
     values = sparse.values[attribute]
-    return plain(values.reshape(sparse.entries, -1) if sparse.entries else np.zeros((0, width)), np.float32,
-                 (sparse.entries, width))
+    return plain(
+        values.reshape(sparse.entries, -1) if sparse.entries else np.zeros((0, width)),
+        np.float32,
+        (sparse.entries, width),
+    )
 
 
 def _below(name: str, indices: Array, end: int) -> None:

@@ -10,11 +10,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from numba import njit, prange
+from numba import prange
 
-from avatar_runtime.avatar import F32, I32, I64
-from avatar_runtime.backends.cpu.lanes import exponential, fma, lanes_above, lowest_bit, take_next
+from avatar_runtime.avatar import F32, I32, I64, U32
+from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime.backends.cpu.lanes import exponential, fma, lanes_above, lowest_bit, prefetch, take_next
 from avatar_runtime.backends.cpu.screen import (
     BLUE,
     CENTRE_X,
@@ -44,10 +44,8 @@ CACHE_LINE = 64  # bytes; a vector that lies across two lines costs twice
 
 ALL_BLOCKS = u32(0xFFFF)
 
-U32 = npt.NDArray[np.uint32]
 
-
-@njit(cache=True, error_model="numpy", parallel=True)
+@kernel(parallel=True)
 def blend_tiles(
     splats: F32,  # [N, COLUMNS] as `screen.py` says
     members: U32,  # [P] ids, tile by tile, front to back
@@ -70,7 +68,7 @@ def blend_tiles(
     return evaluations.sum()
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def _work(
     counter: I64,
     splats: F32,
@@ -100,7 +98,7 @@ def _work(
         _write(state, positions, x0, y0, background, colour, transmittance, last)
 
 
-@njit(forceinline=True)
+@inlined
 def _aligned(count: int) -> F32:
     """[count] float32 from the start of a cache line."""
     room = np.empty(count + CACHE_LINE // 4, np.float32)
@@ -108,7 +106,7 @@ def _aligned(count: int) -> F32:
     return room[skip : skip + count]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def _blend(
     state: F32,
     positions: I32,
@@ -129,6 +127,9 @@ def _blend(
     open_blocks, blocks = ALL_BLOCKS, 0
     for begin in range(0, len(mine), BATCH):
         count = min(BATCH, len(mine) - begin)
+        for k in range(begin + BATCH, min(begin + 2 * BATCH, len(mine))):
+            prefetch(splats, COLUMNS * np.int64(mine[k]))
+            prefetch(splats, COLUMNS * np.int64(mine[k]) + COLUMNS - 1)
         for k in range(count):
             masks[k] = _look_up(batch, least, k, splats, mine[begin + k], x0, y0) & open_blocks
         for k in range(count):
@@ -138,7 +139,9 @@ def _blend(
                 mask &= mask - u32(1)
                 left = x0 + f32(u32(4) * (u32(block) & u32(3)))
                 top = y0 + f32(u32(4) * (u32(block) >> u32(2)))
-                _blend_block(state, positions, BLOCK * block, batch, k, left, top, stop, np.int32(begin + k + 1))
+                _blend_block(
+                    state, positions, BLOCK * block, batch, k, left, top, stop, np.int32(begin + k + 1)
+                )
                 blocks += 1
         open_blocks = _open(state, closed)
         if not open_blocks:
@@ -146,8 +149,10 @@ def _blend(
     return blocks
 
 
-@njit(forceinline=True, error_model="numpy")
-def _look_up(batch: F32, least: F32, k: int, splats: F32, splat: int, x0: float, y0: float) -> int:
+@inlined
+def _look_up(
+    batch: F32, least: F32, k: int, splats: F32, splat: int, x0: np.float32, y0: np.float32
+) -> np.uint32:
     """Copy a splat into row k of `batch`; returns the blocks that it can reach, one bit each.
 
     The least value of the conic's form over a block lies, unless the centre is inside, on the side nearest in
@@ -166,12 +171,21 @@ def _look_up(batch: F32, least: F32, k: int, splats: F32, splat: int, x0: float,
         at_u = a * near_u * near_u + f32(2) * b * near_u * v + c * v * v
         at_v = a * u * u + f32(2) * b * u * near_v + c * near_v * near_v
         least[block] = min(at_u, at_v)
-    return ALL_BLOCKS ^ lanes_above(least, 0, reach)
+    beyond: np.uint32 = lanes_above(least, 0, reach)
+    return u32(ALL_BLOCKS ^ beyond)
 
 
-@njit(forceinline=True, error_model="numpy")
+@inlined
 def _blend_block(
-    state: F32, last: I32, base: int, batch: F32, k: int, left: float, top: float, stop: float, position: int
+    state: F32,
+    last: I32,
+    base: int,
+    batch: F32,
+    k: int,
+    left: np.float32,
+    top: np.float32,
+    stop: np.float32,
+    position: np.int32,
 ) -> None:
     """Blend splat k of the batch into the block whose first pixel is (left, top).
 
@@ -199,8 +213,8 @@ def _blend_block(
         last[lane + LAST_LANES] = position if added else last[lane + LAST_LANES]
 
 
-@njit(forceinline=True)
-def _open(state: F32, closed: float) -> int:
+@inlined
+def _open(state: F32, closed: np.float32) -> np.uint32:
     """The blocks where a pixel can still take a splat, one bit each."""
     mask = u32(0)
     for block in range(LANES):
@@ -209,7 +223,7 @@ def _open(state: F32, closed: float) -> int:
     return mask
 
 
-@njit(cache=True)
+@kernel()
 def _write(
     state: F32, positions: I32, x0: int, y0: int, background: F32, colour: F32, transmittance: F32, last: I32
 ) -> None:

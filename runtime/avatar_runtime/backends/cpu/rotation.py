@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 
-from avatar_runtime.backends.cpu.jit import inlined
+from avatar_runtime.backends.cpu.jit import Scalar, inlined
 
-Quat = tuple[float, float, float, float]
-Matrix = tuple[float, ...]  # 9, row-major
+Quat = tuple[Scalar, Scalar, Scalar, Scalar]
+Matrix = tuple[Scalar, ...]  # 9, row-major
 
 HALF = np.float32(0.5)
 
@@ -31,7 +31,7 @@ def quat_multiply(a: Quat, b: Quat) -> Quat:
 
 
 @inlined
-def matrix_from_quat(q: Quat, one: float) -> Matrix:
+def matrix_from_quat(q: Quat, one: Scalar) -> Matrix:
     """Rotation matrix of a unit quaternion."""
     w, x, y, z = q
     two = one + one
@@ -49,7 +49,7 @@ def matrix_from_quat(q: Quat, one: float) -> Matrix:
 
 
 @inlined
-def quat_from_matrix(m: Matrix, one: float) -> Quat:
+def quat_from_matrix(m: Matrix, one: Scalar) -> Quat:
     """Unit quaternion of a rotation matrix; its largest component is positive, the first of equals."""
     m00, m01, m02, m10, m11, m12, m20, m21, m22 = m
     zero = one - one

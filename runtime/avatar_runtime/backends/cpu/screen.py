@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numba import njit
+import numpy.typing as npt
 
-from avatar_runtime.avatar import F32, I32, I64
+from avatar_runtime.avatar import F32, I32, I64, U32
+from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime.backends.cpu.lanes import rough_log
 from avatar_runtime.camera import Camera
 from avatar_schema import constants
 
@@ -22,12 +25,11 @@ U_OF_V, V_OF_U = 10, 11  # where the form is least along x for a given y, and al
 f32, f64 = np.float32, np.float64
 TILE = int(constants()["tile"])
 ALPHA_MIN_DENOMINATOR = f32(constants()["alpha_min_denominator"])
-FAR = f32(1e6)  # tiles; stage `project` cuts rectangles there before they become integers
-# exp, log and the product with the opacity are each right to 1e-6 of alpha.
-REACH_SLACK = f32(1e-3)
+REACH_SLACK = f32(2e-3)  # twice the error of `rough_log`, and what exp and the product with the opacity round
 # Both forms (the definition's and the cull's) round each of 6 operations by 6e-8 of terms that add up to at
 # most 4 * condition times the form, condition = ac / (ac - bb).
 SLACK_OF_CONDITION = f32(4e-6)
+FAR = f32(1e6)  # pixels, what the definition takes for the half extents of what is unbounded
 LEAST_DETERMINANT = f32(4e-5)  # of ac; below, the slack is a tenth of the reach and det itself is unsure
 
 
@@ -54,79 +56,81 @@ class Screen:
         )
 
 
-@njit(forceinline=True)
+def read_only(values: npt.NDArray[Any], dtype: type[np.generic] = np.float32) -> npt.NDArray[Any]:
+    """`values` as the kernels take what they only read: contiguous and read-only, whoever owns it."""
+    view = np.ascontiguousarray(values, dtype).view()
+    view.flags.writeable = False
+    return view
+
+
+@inlined
 def tile_grid(width: int, height: int) -> tuple[int, int]:
     """Tiles across and down."""
     return -(-width // TILE), -(-height // TILE)
 
 
-@njit(forceinline=True, error_model="numpy")
-def tile_edge(pixel: float, tiles: int) -> int:
-    """The tile that `pixel` lies in, cut at the picture's border; not a number gives 0."""
+@inlined
+def tile_edge(pixel: np.float32, tiles: int) -> np.float32:
+    """The tile that `pixel` lies in, cut at the picture's border; its fraction is still there. NaN gives 0."""
     tile = pixel / f32(TILE)
-    if not abs(tile) < FAR:
-        tile = FAR if tile > f32(0) else f32(0)
-    return np.int32(min(max(np.int64(tile), 0), tiles))
+    tile = tile if tile > f32(0) else f32(0)
+    return f32(tiles) if tile > f32(tiles) else tile
 
 
-@njit(forceinline=True, error_model="numpy")
-def touch(tiles: I32, x: float, y: float, half_x: float, half_y: float, columns: int, rows: int) -> bool:
-    """Write the tiles of a box about (x, y) into `tiles` [4]; False where there are none."""
-    tiles[0], tiles[1] = tile_edge(x - half_x, columns), tile_edge(y - half_y, rows)
-    tiles[2] = tile_edge((x + half_x) + f32(TILE) - f32(1), columns)
-    tiles[3] = tile_edge((y + half_y) + f32(TILE) - f32(1), rows)
-    return tiles[2] > tiles[0] and tiles[3] > tiles[1]
+@inlined
+def tile_end(pixel: np.float32, tiles: int) -> np.float32:
+    """One past the last tile that a box which ends at `pixel` touches; otherwise as `tile_edge`."""
+    return tile_edge(pixel + f32(TILE) - f32(1), tiles)
 
 
-@njit(forceinline=True, error_model="numpy")
-def touch_engine(tiles: I32, splat: F32, columns: int, rows: int) -> None:
+@inlined
+def touch_engine(tiles: I32, splats: F32, i: int, columns: int, rows: int) -> None:
     """Write the tiles of the box in which alpha can reach 1/255."""
-    a, b, c, reach = splat[CONIC_XX], splat[CONIC_XY], splat[CONIC_YY], splat[REACH]
+    x, y, reach = splats[i, CENTRE_X], splats[i, CENTRE_Y], splats[i, REACH]
+    a, b, c = splats[i, CONIC_XX], splats[i, CONIC_XY], splats[i, CONIC_YY]
     if reach < f32(np.inf):
-        reach = max(reach, f32(0))
-        factor = reach / (a * c - b * b)
+        factor = max(reach, f32(0)) / (a * c - b * b)
         half_x, half_y = np.sqrt(c * factor) + f32(1), np.sqrt(a * factor) + f32(1)
     else:
-        half_x, half_y = _exact_box(f64(a), f64(b), f64(c), splat[OPACITY])
-    touch(tiles, splat[CENTRE_X], splat[CENTRE_Y], half_x, half_y, columns, rows)
+        half_x, half_y = _exact_box(f64(a), f64(b), f64(c), splats[i, OPACITY])
+    tiles[i, 0], tiles[i, 1] = tile_edge(x - half_x, columns), tile_edge(y - half_y, rows)
+    tiles[i, 2], tiles[i, 3] = tile_end(x + half_x, columns), tile_end(y + half_y, rows)
 
 
-@njit(error_model="numpy")
-def _exact_box(a: float, b: float, c: float, opacity: float) -> tuple[float, float]:
+@kernel()
+def _exact_box(
+    a: np.float64, b: np.float64, c: np.float64, opacity: np.float32
+) -> tuple[np.float32, np.float32]:
     """Half extents of a needle's box, as the definition computes them in double."""
     determinant = a * c - b * b
     if not determinant > 0:  # an indefinite conic bounds nothing
-        return f32(FAR), f32(FAR)
+        return FAR, FAR
     reach = 2 * np.log(max(f64(opacity) * f64(ALPHA_MIN_DENOMINATOR), 1.0))
     return f32(np.sqrt(c / determinant * reach) + 1.0), f32(np.sqrt(a / determinant * reach) + 1.0)
 
 
-@njit(forceinline=True, error_model="numpy")
-def set_reach(splat: F32) -> None:
-    """Write what the cull of blocks needs, from the conic and the opacity.
+@inlined
+def reach_of(a: np.float32, b: np.float32, c: np.float32, opacity: np.float32) -> np.float32:
+    """The conic's form beyond which alpha is surely below 1/255; negative where it is so everywhere.
 
-    The reach is 2 ln(255 opacity) and slack for every rounding, negative where alpha is below 1/255 everywhere.
+    2 ln(255 opacity) and slack for every rounding; infinite where the conic is too thin, or no ellipse.
     """
-    a, b, c = splat[CONIC_XX], splat[CONIC_XY], splat[CONIC_YY]
-    splat[U_OF_V], splat[V_OF_U] = -b / a, -b / c
     product = a * c
     determinant = product - b * b
-    if determinant > LEAST_DETERMINANT * product:
-        reach = f32(2) * np.log(ALPHA_MIN_DENOMINATOR * splat[OPACITY]) + f32(2) * REACH_SLACK
-        splat[REACH] = reach * (f32(1) + SLACK_OF_CONDITION * (product / determinant))
-    else:  # also where something is not a number
-        splat[REACH] = f32(np.inf)
+    reach = f32(2) * rough_log(ALPHA_MIN_DENOMINATOR * opacity) + REACH_SLACK
+    reach *= f32(1) + SLACK_OF_CONDITION * (product / determinant)
+    return reach if determinant > LEAST_DETERMINANT * product else f32(np.inf)
 
 
-@njit(forceinline=True)
-def count_tiles(counts: I64, tiles: I32, columns: int) -> None:
-    """Count one splat in each of its tiles."""
-    for row in range(tiles[1], tiles[3]):
-        for column in range(tiles[0], tiles[2]):
-            counts[row * columns + column] += 1
+@inlined
+def count_tiles(counts: I64, worker: int, tiles: I32, i: int, columns: int) -> None:
+    """Count splat i in each of its tiles."""
+    for row in range(tiles[i, 1], tiles[i, 3]):
+        for column in range(tiles[i, 0], tiles[i, 2]):
+            counts[worker, row * columns + column] += 1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def fill_screen(
     centre: F32,  # [N, 2]
     conic: F32,  # [N, 3]
@@ -138,21 +142,32 @@ def fill_screen(
     engine: bool,
     splats: F32,  # [N, COLUMNS] out
     tiles: I32,  # [N, 4] out
-    counts: I64,  # [1, tiles] out; comes as zeros
 ) -> None:
-    """A screen from what stage `project` gives."""
+    """A screen's rows and tiles from what stage `project` gives."""
     columns, rows = tile_grid(width, height)
     for i in range(len(radius)):
-        splat = splats[i]
+        x, y, size = centre[i, 0], centre[i, 1], f32(radius[i])
+        a, b, c = conic[i, 0], conic[i, 1], conic[i, 2]
+        splats[i, CENTRE_X], splats[i, CENTRE_Y], splats[i, OPACITY] = x, y, opacity[i]
+        splats[i, CONIC_XX], splats[i, CONIC_XY], splats[i, CONIC_YY] = a, b, c
+        splats[i, RED], splats[i, GREEN], splats[i, BLUE] = rgb[i, 0], rgb[i, 1], rgb[i, 2]
+        splats[i, REACH] = reach_of(a, b, c, opacity[i])
+        splats[i, U_OF_V], splats[i, V_OF_U] = -b / a, -b / c
         tiles[i, :] = np.int32(0)
-        splat[CENTRE_X], splat[CENTRE_Y], splat[OPACITY] = centre[i, 0], centre[i, 1], opacity[i]
-        splat[CONIC_XX], splat[CONIC_XY], splat[CONIC_YY] = conic[i, 0], conic[i, 1], conic[i, 2]
-        splat[RED], splat[GREEN], splat[BLUE] = rgb[i, 0], rgb[i, 1], rgb[i, 2]
-        set_reach(splat)
-        if radius[i] == 0:
-            continue
-        if engine:
-            touch_engine(tiles[i], splat, columns, rows)
-        else:
-            touch(tiles[i], centre[i, 0], centre[i, 1], f32(radius[i]), f32(radius[i]), columns, rows)
-        count_tiles(counts[0], tiles[i], columns)
+        if radius[i] != 0 and engine:
+            touch_engine(tiles, splats, i, columns, rows)
+        elif radius[i] != 0:
+            tiles[i, 0], tiles[i, 1] = tile_edge(x - size, columns), tile_edge(y - size, rows)
+            tiles[i, 2], tiles[i, 3] = tile_end(x + size, columns), tile_end(y + size, rows)
+
+
+@kernel()
+def count_all(
+    tiles: I32,  # [N, 4]
+    order: U32,  # [drawn] ids
+    columns: int,
+    counts: I64,  # [1, tiles] out; comes as zeros
+) -> None:
+    """Count the splats of `order` in their tiles."""
+    for i in order:
+        count_tiles(counts, 0, tiles, i, columns)

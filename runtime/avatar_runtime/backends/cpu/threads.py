@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 
 import numba
+from numba.core import config
 
 MOST = 8  # by default: memory is the limit beyond
 
@@ -19,12 +20,17 @@ def thread_count(threads: int | None) -> int:
     Raises TypeError for what is no integer, ValueError for less than 1.
     """
     if threads is None:
-        return min(MOST, numba.config.NUMBA_NUM_THREADS)
+        return min(MOST, _most())
     if not isinstance(threads, int) or isinstance(threads, bool):
         raise TypeError(f"threads is {threads!r}; a whole number is needed")
     if threads < 1:
         raise ValueError(f"threads is {threads}; at least 1 is needed")
-    return min(threads, int(numba.config.NUMBA_NUM_THREADS))
+    return min(threads, _most())
+
+
+def _most() -> int:
+    """As many threads as Numba may start in this process: one a core, or what NUMBA_NUM_THREADS says."""
+    return int(config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
 @contextmanager
@@ -32,7 +38,7 @@ def using(threads: int) -> Iterator[None]:
     """Parallel kernels called inside run on `threads` threads; afterwards the caller's own number holds again."""
     before = numba.get_num_threads()
     # Numba's own pool, taken where neither TBB nor OpenMP is found, ends a process that enters it twice at once.
-    with _TURN if numba.threading_layer() == "workqueue" else nullcontext():
+    with _TURN if numba.threading_layer() == "workqueue" else nullcontext():  # type: ignore[attr-defined]
         numba.set_num_threads(threads)
         try:
             yield

@@ -35,7 +35,7 @@ class Composite:
         framebuffer.viewport = (0, 0, *target.size)
         with drawing_into(self._context, framebuffer, moderngl.BLEND):
             self._context.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
-            self._context.blend_equation = moderngl.FUNC_ADD
+            self._context.blend_equation = moderngl.FUNC_ADD, moderngl.FUNC_ADD
             target.texture.use(self._unit)
             self._constants.bind()
             self._vertices.render(moderngl.TRIANGLES, vertices=3)

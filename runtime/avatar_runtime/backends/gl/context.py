@@ -41,15 +41,18 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 
 
 def own_context(es: bool) -> moderngl.Context:
-    """A context of our own: OpenGL ES 3.1, or desktop OpenGL 4.3.
+    """A context of our own: OpenGL ES 3.1, or desktop OpenGL 4.3; current only where none was.
 
     Raises AvatarError, which says what to install, where none can be made.
     """
     try:
-        if es:
-            return moderngl.create_context(context=EsContext(), require=ES)
-        platform = {"backend": "egl"} if sys.platform.startswith("linux") else {}
-        return moderngl.create_context(require=DESKTOP, standalone=True, **platform)
+        with kept_current():
+            settings: dict[str, Any] = {"require": DESKTOP, "standalone": True}
+            if es:
+                settings = {"require": ES, "context": EsContext().__enter__()}
+            elif sys.platform.startswith("linux"):
+                settings["backend"] = "egl"
+            return moderngl.create_context(**settings)
     except Exception as error:  # glcontext raises bare Exception, ctypes OSError, moderngl ValueError
         raise AvatarError(NO_GL.format(why=error), field="backend gl") from error
 
@@ -73,15 +76,30 @@ def current(context: moderngl.Context) -> Iterator[None]:
 
     moderngl's own `with` leaves no context current, which a caller of ours does not expect.
     """
-    egl = _egl() if sys.platform.startswith("linux") else None
-    before = None if egl is None else (egl.eglGetCurrentDisplay(), egl.eglGetCurrentContext())
-    surfaces = () if egl is None else (egl.eglGetCurrentSurface(_DRAW), egl.eglGetCurrentSurface(_READ))
-    context.__enter__()
+    with kept_current():
+        context.__enter__()  # type: ignore[no-untyped-call]
+        yield
+
+
+@contextmanager
+def kept_current() -> Iterator[None]:
+    """What EGL has current now is so afterwards; where that is nothing, it stays as it will be."""
+    before = _current()
     try:
         yield
     finally:
-        if egl is not None and before is not None and before[1]:
-            egl.eglMakeCurrent(before[0], *surfaces, before[1])
+        _make_current(before)
+
+
+def let_go(context: moderngl.Context) -> None:
+    """Ends a context of our own; where it was current, none is."""
+    before = _current()
+    context.__enter__()  # type: ignore[no-untyped-call]
+    own = _current()
+    context.__exit__(None, None, None)  # type: ignore[no-untyped-call]
+    if before != own:
+        _make_current(before)
+    context.release()
 
 
 class EsContext:
@@ -116,6 +134,21 @@ class EsContext:
     def release(self) -> None:
         """Gives the context back to EGL."""
         self._egl.eglDestroyContext(self._display, self._handle)
+
+
+def _current() -> tuple[int | None, ...] | None:
+    """(display, draw surface, read surface, context) that EGL has current, None for none and where there is no EGL."""
+    egl = _egl() if sys.platform.startswith("linux") else None
+    if egl is None or not egl.eglGetCurrentContext():
+        return None
+    surfaces = egl.eglGetCurrentSurface(_DRAW), egl.eglGetCurrentSurface(_READ)
+    return egl.eglGetCurrentDisplay(), *surfaces, egl.eglGetCurrentContext()
+
+
+def _make_current(held: tuple[int | None, ...] | None) -> None:
+    egl = _egl()
+    if egl is not None and held is not None:
+        egl.eglMakeCurrent(*held)
 
 
 def _displays(egl: Any) -> Iterator[int]:

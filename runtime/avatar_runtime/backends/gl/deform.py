@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from avatar_runtime.backends.gl.layout import (
     heap,
     pose_sections,
 )
-from avatar_runtime.backends.gl.mesh import Mesh
+from avatar_runtime.backends.gl.mesh import Mesh, Turns, run_all
 from avatar_runtime.backends.gl.programs import Dispatch, Programs, Values
 from avatar_runtime.backends.gl.steps import Steps
 from avatar_runtime.camera import Camera
@@ -33,7 +32,9 @@ from avatar_runtime.stages.surface import Surface, prepare
 from avatar_schema import constants
 
 SCALE_RULES = {"none": 0, "log_area": 1, "triangle_linear": 2}
-NO_WORLD = {f"world_row{i}": np.eye(4, dtype=np.float32)[i] for i in range(3)} | {"world_quat_wxyz": (1, 0, 0, 0)}
+NO_WORLD = {f"world_row{i}": np.eye(4, dtype=np.float32)[i] for i in range(3)} | {
+    "world_quat_wxyz": (1, 0, 0, 0)
+}
 NO_CAMERA: dict[str, Any] = {
     **{name: np.zeros(4) for name in ("camera_row0", "camera_row1", "camera_row2", "eye")},
     **{f"clip_row{i}": np.zeros(4) for i in range(4)},
@@ -61,8 +62,8 @@ class Chunk:
             "BlendStatic": gpu.buffer("BlendStatic", blended.words),
         }
         values = {"count": run.count, "sh_terms": g.sh.shape[1], "sh_degree": avatar.sh_degree, **deformer.at}
-        settings = {"near": avatar.raster.near, "low_pass": avatar.raster.low_pass, **NO_CAMERA}
-        self.blend = programs.dispatch("blend", run.count, buffers, values | blended.offsets)
+        settings = {"near_z": avatar.raster.near, "low_pass": avatar.raster.low_pass, **NO_CAMERA}
+        self.blend = programs.dispatch("blend", run.count, buffers, {**values, **blended.offsets})
         self.activate = programs.dispatch("activate", run.count, buffers, values)
         self.project = programs.dispatch("project", run.count, buffers, values | settings)
         self.bind: list[tuple[int | None, Dispatch]]  # with the group whose transform it takes
@@ -95,7 +96,13 @@ class Deformer:
         self.at: Values = still.offsets
         self.pose = gpu.buffer("Pose", still.words)
         self._pose_words = len(still.words)
-        self.mesh = Mesh(gpu, programs, avatar, self.surface, self.pose, self.at)
+        vertices = 0 if avatar.rig is None else len(avatar.rig.vertices)
+        if e is not None:
+            vertices = len(e.canonical_vertices)
+        self.mesh = Mesh(gpu, programs, avatar.rig, vertices, self.pose, self.at)
+        self.turns: Turns | None = None
+        if self.surface is not None:
+            self.turns = Turns(gpu, programs, self.surface, self.mesh)
         self.chunks = [Chunk(self, run) for run in gaussian_runs(avatar, gpu.limit)]
 
     def deform(self, posed: Posed, steps: Steps) -> None:
@@ -157,17 +164,17 @@ class Deformer:
 
     def blend(self) -> None:
         """Stage blend."""
-        self._run(chunk.blend for chunk in self.chunks)
+        run_all(self.gpu, (chunk.blend for chunk in self.chunks))
 
     def bind(self) -> None:
         """Stage bind; on a surface it reads the mesh as it lies."""
-        if self.surface is not None:
-            self.mesh.turn()
-        self._run(kernel for chunk in self.chunks for _, kernel in chunk.bind)
+        if self.turns is not None:
+            self.turns.run()
+        run_all(self.gpu, (kernel for chunk in self.chunks for _, kernel in chunk.bind))
 
     def activate(self) -> None:
         """Stage activate."""
-        self._run(chunk.activate for chunk in self.chunks)
+        run_all(self.gpu, (chunk.activate for chunk in self.chunks))
 
     def project(self, camera: Camera) -> None:
         """Stage project."""
@@ -180,13 +187,13 @@ class Deformer:
         }
         for chunk in self.chunks:
             chunk.project.constants.set(seen)
-        self._run(chunk.project for chunk in self.chunks)
+        run_all(self.gpu, (chunk.project for chunk in self.chunks))
 
     def on_surface(self, run: Run, buffers: dict[str, Any], values: Values) -> Dispatch:
         """Kernel bind_surface of one chunk."""
-        surface = self.surface
-        assert surface is not None
-        packed, per_metre = embed_heap(surface, run), surface.training_per_bundle
+        surface, turns = self.surface, self.turns
+        assert surface is not None and turns is not None
+        packed, unit = embed_heap(surface, run), surface.training_per_bundle
         return self.programs.dispatch(
             "bind_surface",
             run.count,
@@ -194,7 +201,7 @@ class Deformer:
                 **buffers,
                 "EmbedStatic": self.gpu.buffer("EmbedStatic", packed.words),
                 "Mesh": self.mesh.buffer,
-                "Triangles": self.mesh.triangles,
+                "Triangles": turns.triangles,
             },
             {
                 **values,
@@ -206,12 +213,14 @@ class Deformer:
                 "turn_of_triangle": surface.rules.rotation == "triangle_frame",
                 "scale_rule": SCALE_RULES[surface.rules.scale],
                 "sh_world": surface.rules.sh_direction == "world",
-                "area_damping": constants()["area_damping"] / per_metre**2,
-                "log_training_per_bundle": np.log(per_metre),
+                "area_damping": constants()["area_damping"] / unit**2,
+                "log_training_per_bundle": np.log(unit),
             },
         )
 
-    def on_joints(self, run: Run, buffers: dict[str, Any], values: Values) -> list[tuple[int | None, Dispatch]]:
+    def on_joints(
+        self, run: Run, buffers: dict[str, Any], values: Values
+    ) -> list[tuple[int | None, Dispatch]]:
         """Kernel bind_skin of one chunk, once for each group that has rows in it."""
         packed, rules = bind_heap(self.avatar, run), self.avatar.rules
         static = self.gpu.buffer("BindStatic", packed.words)
@@ -230,15 +239,13 @@ class Deformer:
                 **{f"group_{what}_row{i}": np.zeros(4) for what in ("matrix", "rotation") for i in range(3)},
             }
             kernel = self.programs.dispatch(
-                "bind_skin", rows, {**buffers, "BindStatic": static}, {**values, **packed.offsets, **NO_WORLD, **own}
+                "bind_skin",
+                rows,
+                {**buffers, "BindStatic": static},
+                {**values, **packed.offsets, **NO_WORLD, **own},
             )
             made.append((index, kernel))
         return made
-
-    def _run(self, kernels: Iterable[Dispatch]) -> None:
-        for kernel in kernels:
-            kernel.run()
-        self.gpu.context.memory_barrier()
 
 
 def overlap(group: Group, run: Run) -> tuple[int, int]:
@@ -246,4 +253,3 @@ def overlap(group: Group, run: Run) -> tuple[int, int]:
     first = max(group.first, run.first)
     end = min(group.first + group.count, run.first + run.count)
     return first - run.first, max(end - first, 0)
-

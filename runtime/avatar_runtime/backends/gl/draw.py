@@ -31,7 +31,9 @@ Depth = npt.NDArray[Any] | moderngl.Texture
 class Drawing:
     """Chunks that are drawn together, and what it takes."""
 
-    def __init__(self, gpu: Gpu, programs: Programs, chunks: Sequence[Chunk], target: str, order: str) -> None:
+    def __init__(
+        self, gpu: Gpu, programs: Programs, chunks: Sequence[Chunk], target: str, order: str
+    ) -> None:
         """Raises ValueError for an unknown target or order, AvatarError as `Sort`."""
         for value, known in ((target, TARGETS), (order, ORDERS)):
             if value not in known:
@@ -47,7 +49,10 @@ class Drawing:
         names = [item["name"] for item in programs.table["raster_vertex"]["inputs"]]
         self._quads = gpu.hold(gpu.context.vertex_array(self._program, [(quads, "4f 4f 4f/i", *names)]))
         self._pieces = [
-            (min(piece, self.sort.count - begin), self._gathers(quads, begin, min(piece, self.sort.count - begin)))
+            (
+                min(piece, self.sort.count - begin),
+                self._gathers(quads, begin, min(piece, self.sort.count - begin)),
+            )
             for begin in range(0, self.sort.count, max(piece, 1))
         ]
 
@@ -59,7 +64,8 @@ class Drawing:
         flags = moderngl.BLEND if depth is None else moderngl.BLEND | moderngl.DEPTH_TEST
         target.clear(depth)
         with drawing_into(context, target.framebuffer, flags):
-            context.blend_func, context.blend_equation = ORDERS[self._order], moderngl.FUNC_ADD
+            context.blend_func = ORDERS[self._order]
+            context.blend_equation = moderngl.FUNC_ADD, moderngl.FUNC_ADD
             context.depth_func = "<="
             for instances, gathers in self._pieces:
                 for kernel in gathers:
@@ -96,4 +102,6 @@ class Drawing:
 def over(accumulated: F32, background: F32) -> Picture:
     """Premultiplied colour and alpha [H, W, 4] over `background` [3]."""
     transmittance = 1 - accumulated[..., 3]
-    return Picture(accumulated[..., :3] + transmittance[..., None] * background.astype(np.float32), transmittance)
+    return Picture(
+        accumulated[..., :3] + transmittance[..., None] * background.astype(np.float32), transmittance
+    )

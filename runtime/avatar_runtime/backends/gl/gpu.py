@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.backends.gl.context import current, language_of, own_context
+from avatar_runtime.backends.gl.context import current, language_of, let_go, own_context
 from avatar_runtime.errors import AvatarError
 
 BUFFER_LIMIT = 128 << 20  # bytes of one binding that WebGPU and most phones grant
@@ -70,7 +70,7 @@ class Gpu:
             while self.held:
                 self.held.pop().release()
         if self._own:
-            self.context.release()
+            let_go(self.context)
             self._own = False
 
 
@@ -80,8 +80,3 @@ def too_large(what: str, size: int, limit: int) -> AvatarError:
         f"{what} takes {size} bytes in one buffer, the limit is {limit}; raise buffer_limit, or prune the avatar",
         field="backend gl",
     )
-
-
-def groups(rows: int) -> int:
-    """Thread groups for a thread a row."""
-    return -(-rows // GROUP)

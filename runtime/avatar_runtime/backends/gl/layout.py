@@ -107,9 +107,7 @@ def vertex_runs(rig: Rig, limit: int) -> tuple[Run, ...]:
         2 * WORD,
         ((rig.morphs.row_ptr, 4 * WORD), (rig.correctives.row_ptr, 4 * WORD)),
     )
-    skin = Cost(
-        WORD * 2, 2 * WORD, ((rig.late_morphs.row_ptr, 4 * WORD), (rig.skin.row_ptr, 2 * WORD))
-    )
+    skin = Cost(WORD * 2, 2 * WORD, ((rig.late_morphs.row_ptr, 4 * WORD), (rig.skin.row_ptr, 2 * WORD)))
     return runs("vertex", len(rig.vertices), (morph, skin), limit)
 
 
@@ -138,7 +136,13 @@ def blend_heap(avatar: Avatar, run: Run) -> Heap:
     g, rows = avatar.gaussians, slice(run.first, run.first + run.count)
     n = run.count
     base = planes(
-        [g.mean[rows], g.log_scale[rows], g.quat_wxyz[rows], g.opacity_logit[rows, None], g.sh[rows].reshape(n, -1)]
+        [
+            g.mean[rows],
+            g.log_scale[rows],
+            g.quat_wxyz[rows],
+            g.opacity_logit[rows, None],
+            g.sh[rows].reshape(n, -1),
+        ]
     )
     shapes = avatar.blendshapes
     return heap(
@@ -184,7 +188,9 @@ def surface_heap(surface: Surface) -> Heap:
     return heap(
         {
             "triangle_plane": planes([triangles]),
-            "canonical_frame": planes([surface.canonical.frame.astype(np.float32).reshape(len(triangles), 9)]),
+            "canonical_frame": planes(
+                [surface.canonical.frame.astype(np.float32).reshape(len(triangles), 9)]
+            ),
             "canonical_size": surface.canonical.size.astype(np.float32),
             "vertex_triangle_ptr": surface.vertex_triangle_ptr,
             "vertex_triangle": surface.vertex_triangle,

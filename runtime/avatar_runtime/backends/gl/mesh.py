@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 
 import moderngl
 import numpy as np
 
-from avatar_runtime.avatar import F32, Avatar, Rig
+from avatar_runtime.avatar import F32, Rig
 from avatar_runtime.backends.gl.gpu import Gpu
 from avatar_runtime.backends.gl.layout import (
     FLOAT4,
@@ -29,31 +29,28 @@ SIGNS = {"largest_positive": 0, "w_positive": 1, "largest_positive_mirrored": 2}
 
 
 class Mesh:
-    """The vertices of one avatar, posed. Buffers and kernels are made when first needed."""
+    """The vertices of one avatar, posed. Buffers and kernels are made when first asked for."""
 
     def __init__(
-        self, gpu: Gpu, programs: Programs, avatar: Avatar, surface: Surface | None, pose: moderngl.Buffer, at: Values
+        self, gpu: Gpu, programs: Programs, rig: Rig | None, count: int, pose: moderngl.Buffer, at: Values
     ) -> None:
-        """`pose` is the Pose buffer, `at` where its sections begin."""
-        self._gpu, self._programs, self._rig, self._surface = gpu, programs, avatar.rig, surface
+        """`count` vertices; `pose` is the Pose buffer, `at` where its sections begin."""
+        self.count = count
+        self._gpu, self._programs, self._rig = gpu, programs, rig
         self._pose, self._at = pose, at
-        if surface is not None:
-            self.count = len(surface.embedding.canonical_vertices)
-        else:
-            self.count = 0 if avatar.rig is None else len(avatar.rig.vertices)
+
+    @cached_property
+    def buffer(self) -> moderngl.Buffer:
+        """Mesh. Raises AvatarError where it exceeds the limit."""
+        return self._gpu.buffer(f"the mesh of {self.count} vertices", FLOAT4 * MESH_PLANES * self.count)
 
     def morph(self) -> None:
         """Stage morph."""
-        self._run(self._morph)
+        run_all(self._gpu, self._morph)
 
     def skin(self) -> None:
         """Stage skin, in place."""
-        self._run(self._skin)
-
-    def turn(self) -> None:
-        """First part of stage bind for Gaussians on a surface: triangles, then vertices."""
-        for kernel in self._turn:
-            self._run([kernel])
+        run_all(self._gpu, self._skin)
 
     def upload(self, vertices: F32) -> None:
         """Positions [V, 3] in place of those that the rig makes."""
@@ -65,18 +62,6 @@ class Mesh:
         """Positions [V, 3]."""
         plane = np.frombuffer(self.buffer.read(FLOAT4 * self.count), np.float32)
         return plane.reshape(self.count, 4)[:, :3].copy()
-
-    @cached_property
-    def buffer(self) -> moderngl.Buffer:
-        """Mesh."""
-        return self._gpu.buffer(f"the mesh of {self.count} vertices", FLOAT4 * MESH_PLANES * self.count)
-
-    @cached_property
-    def triangles(self) -> moderngl.Buffer:
-        """Triangles."""
-        assert self._surface is not None
-        count = len(self._surface.embedding.triangles)
-        return self._gpu.buffer(f"the mesh of {count} triangles", FLOAT4 * TRIANGLE_PLANES * count)
 
     @cached_property
     def _morph(self) -> list[Dispatch]:
@@ -93,36 +78,47 @@ class Mesh:
         for run in vertex_runs(rig, self._gpu.limit):
             heap = pack(rig, run)
             buffers = {static: self._gpu.buffer(static, heap.words), "Pose": self._pose, "Mesh": self.buffer}
-            values = {**heap.offsets, **self._at, "first": run.first, "count": run.count, "vertices": self.count}
-            made.append(self._programs.dispatch(entry, run.count, buffers, values))
+            rows = {"first": run.first, "count": run.count, "vertices": self.count}
+            made.append(
+                self._programs.dispatch(entry, run.count, buffers, {**heap.offsets, **self._at, **rows})
+            )
         return made
 
-    @cached_property
-    def _turn(self) -> list[Dispatch]:
-        surface = self._surface
-        assert surface is not None
-        heap = surface_heap(surface)
-        triangles, per_metre = len(surface.embedding.triangles), surface.training_per_bundle**2
+
+class Turns:
+    """How the triangles and vertices under the Gaussians have turned: the first steps of stage bind."""
+
+    def __init__(self, gpu: Gpu, programs: Programs, surface: Surface, mesh: Mesh) -> None:
+        """Raises AvatarError for a mesh that exceeds the limit: it cannot be split."""
+        self._gpu = gpu
+        heap, count = surface_heap(surface), len(surface.embedding.triangles)
+        what, area = f"the surface of {count} triangles", surface.training_per_bundle**2
+        self.triangles = gpu.buffer(what, FLOAT4 * TRIANGLE_PLANES * count)
         buffers = {
-            "SurfaceStatic": self._gpu.buffer(f"the surface of {triangles} triangles", heap.words),
-            "Mesh": self.buffer,
+            "SurfaceStatic": gpu.buffer(what, heap.words),
+            "Mesh": mesh.buffer,
             "Triangles": self.triangles,
         }
         values = {
             **heap.offsets,
-            "triangles": triangles,
-            "vertices": self.count,
+            "triangles": count,
+            "vertices": mesh.count,
             "frame_by_edge": surface.rules.rotation == "triangle_frame",
             "quaternion_sign": SIGNS[surface.rules.quaternion_sign],
-            "normal_floor": constants()["normal_floor"] / per_metre,
-            "quaternion_floor": constants()["quaternion_floor"] / per_metre,
+            "normal_floor": constants()["normal_floor"] / area,
+            "quaternion_floor": constants()["quaternion_floor"] / area,
         }
-        return [
-            self._programs.dispatch("bind_triangles", triangles, buffers, values),
-            self._programs.dispatch("bind_vertices", self.count, buffers, values),
-        ]
+        self._by_triangle = programs.dispatch("bind_triangles", count, buffers, values)
+        self._by_vertex = programs.dispatch("bind_vertices", mesh.count, buffers, values)
 
-    def _run(self, kernels: list[Dispatch]) -> None:
-        for kernel in kernels:
-            kernel.run()
-        self._gpu.context.memory_barrier()
+    def run(self) -> None:
+        """Triangles, then vertices."""
+        run_all(self._gpu, [self._by_triangle])
+        run_all(self._gpu, [self._by_vertex])
+
+
+def run_all(gpu: Gpu, kernels: Iterable[Dispatch]) -> None:
+    """Kernels that do not read each other's results, and a barrier for those who do."""
+    for kernel in kernels:
+        kernel.run()
+    gpu.context.memory_barrier()

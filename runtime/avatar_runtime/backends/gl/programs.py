@@ -12,7 +12,7 @@ import moderngl
 import numpy as np
 
 import avatar_shaders
-from avatar_runtime.backends.gl.gpu import GROUP, Gpu
+from avatar_runtime.backends.gl.gpu import GROUP, MOST_GROUPS, Gpu
 from avatar_runtime.errors import AvatarError
 
 Values = Mapping[str, Any]
@@ -85,19 +85,33 @@ class Programs:
         self._compute: dict[str, moderngl.ComputeShader] = {}
 
     def dispatch(
-        self, entry: str, rows: int, buffers: Mapping[str, moderngl.Buffer], values: Values, block: int = GROUP
+        self,
+        entry: str,
+        rows: int,
+        buffers: Mapping[str, moderngl.Buffer],
+        values: Values,
+        block: int = GROUP,
     ) -> Dispatch:
-        """Kernel `entry` over `rows` rows, `block` of them a group; buffers by the shader's names."""
+        """Kernel `entry` over `rows` rows, `block` of them a group; buffers by the shader's names.
+
+        Raises AvatarError for more rows than one dispatch has, or where the driver does not compile the shader.
+        """
+        groups = -(-rows // block)
+        if groups > MOST_GROUPS:
+            raise AvatarError(
+                f"{rows} rows are more than the {MOST_GROUPS * block} of one dispatch; prune the avatar",
+                field=f"backend gl: {entry}",
+            )
         table = self.table[entry]
         bound = tuple((buffers[item["name"]], item["binding"]) for item in table["storage"])
-        return Dispatch(self._kernel(entry), bound, self.constants(entry, values), -(-rows // block))
+        return Dispatch(self._kernel(entry), bound, self.constants(entry, values), groups)
 
     def constants(self, entry: str, values: Values) -> Constants:
         """The constants of `entry`, with their first values."""
         return Constants(self._gpu, entry, self.table[entry]["uniform_blocks"][0], values)
 
     def draw(self, vertex: str, pixel: str) -> moderngl.Program:
-        """A vertex and a pixel shader, linked. Raises AvatarError as `compute`."""
+        """A vertex and a pixel shader, linked. Raises AvatarError as `dispatch`."""
         language = self._gpu.language
         try:
             made = self._gpu.context.program(

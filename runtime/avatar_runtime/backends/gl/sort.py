@@ -73,4 +73,5 @@ class Sort:
     def take(self) -> npt.NDArray[np.int64]:
         """Ids of the drawn, front to back."""
         pairs = np.frombuffer(self.pairs.read(PAIR * self.count), np.uint32).reshape(-1, 2)
-        return pairs[pairs[:, 0] != NOT_DRAWN, 1].astype(np.int64)
+        order: npt.NDArray[np.int64] = pairs[pairs[:, 0] != NOT_DRAWN, 1].astype(np.int64)
+        return order

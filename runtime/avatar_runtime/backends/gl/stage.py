@@ -25,7 +25,9 @@ Outputs = dict[str, Any]
 POSE_ARRAYS = ("expression_weights", "pose_feature", "late_weights", "skin_matrix")
 
 
-def run_stage(name: str, deformer: Deformer, drawing: Drawing, inputs: Arrays, camera: Camera | None) -> Outputs:
+def run_stage(
+    name: str, deformer: Deformer, drawing: Drawing, inputs: Arrays, camera: Camera | None
+) -> Outputs:
     """Outputs of stage `name` as `conformance.STAGE_ARRAYS` names them."""
     given = {array: np.asarray(inputs[array], np.float32) for array in POSE_ARRAYS if array in inputs}
     deformer.set_weights(**given)
@@ -99,7 +101,7 @@ def _raster(deformer: Deformer, drawing: Drawing, x: Arrays, camera: Camera | No
     return {"colour": picture.colour, "transmittance": picture.transmittance}
 
 
-RUN: dict[str, Callable[[Deformer, Drawing, Arrays, "Camera | None"], Outputs]] = {
+RUN: dict[str, Callable[[Deformer, Drawing, Arrays, Camera | None], Outputs]] = {
     "morph": _morph,
     "skin": _skin,
     "blend": _blend,

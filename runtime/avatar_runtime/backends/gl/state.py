@@ -9,9 +9,10 @@ from __future__ import annotations
 import ctypes as C
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import moderngl
-from _moderngl import DefaultLoader
+from _moderngl import DefaultLoader  # type: ignore[import-untyped]
 
 _BLEND_FUNCTION = (0x80C9, 0x80C8, 0x80CB, 0x80CA)  # source and destination of colour, then of alpha
 _BLEND_EQUATION = (0x8009, 0x883D)
@@ -31,7 +32,8 @@ _COMPARISONS = {
 @contextmanager
 def drawing_into(context: moderngl.Context, framebuffer: moderngl.Framebuffer, flags: int) -> Iterator[None]:
     """Inside, `framebuffer` is drawn into with `flags` alone enabled; afterwards all is what it was."""
-    blend, equation = _get(*_BLEND_FUNCTION), _get(*_BLEND_EQUATION)
+    blend: Any = _get(*_BLEND_FUNCTION)
+    equation: Any = _get(*_BLEND_EQUATION)
     (depth,) = _get(_DEPTH_FUNCTION)
     scope = context.scope(framebuffer, flags)
     try:

@@ -41,20 +41,20 @@ class Target:
         self._gpu, self.size, self._dtype = gpu, size, TARGETS[kind]
         context = gpu.context
         self.texture = gpu.hold(context.texture(size, 4, dtype=self._dtype))
+        # On OpenGL ES floats need not be filterable, and a texture that is filtered nonetheless reads as black.
         self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self._depth = gpu.hold(context.depth_renderbuffer(size))
         try:
             self.framebuffer = gpu.hold(context.framebuffer([self.texture], self._depth))
         except moderngl.Error as error:
             raise AvatarError(f"this context cannot draw into {kind}: {error}", field="backend gl") from error
+        self.framebuffer.depth_mask = False  # splats do not hide each other
         self._depth_alone = gpu.hold(context.framebuffer([], self._depth))
         self._depth_program: moderngl.Program | None = None
 
     def clear(self, depth: npt.NDArray[Any] | moderngl.Texture | None) -> None:
         """Nothing in it, and `depth` [H, W] in front of which is drawn; None: far away."""
-        self.framebuffer.depth_mask = True  # clearing obeys it
-        self.framebuffer.clear(0, 0, 0, 0, depth=1.0)
-        self.framebuffer.depth_mask = False
+        self.framebuffer.clear(0, 0, 0, 0)
         if depth is not None:
             self._draw_depth(depth)
 
@@ -70,18 +70,20 @@ class Target:
     def release(self) -> None:
         """Gives it back before the rest."""
         self._gpu.drop(self._depth_alone, self.framebuffer, self.texture, self._depth)
+        if self._depth_program is not None:
+            self._gpu.drop(self._vertices, self._depth_program)
 
     def _draw_depth(self, depth: npt.NDArray[Any] | moderngl.Texture) -> None:
         """An array's first row is the picture's top one, a texture's the bottom one, as GL draws."""
-        context, given = self._gpu.context, isinstance(depth, moderngl.Texture)
-        if given:
-            texture = depth
+        context = self._gpu.context
+        if isinstance(depth, moderngl.Texture):
+            texture, own = depth, None
         else:
             values = np.ascontiguousarray(depth, np.float32)
-            texture = context.texture(self.size, 1, values.tobytes(), dtype="f4")
+            texture = own = context.texture(self.size, 1, values.tobytes(), dtype="f4")
         program = self._filler()
-        program["flip"] = int(given)
-        sampler = context.sampler(filter=(moderngl.NEAREST, moderngl.NEAREST), compare_func="")
+        program["flip"] = int(own is None)
+        sampler = context.sampler(filter=(moderngl.NEAREST, moderngl.NEAREST))
         texture.use(0)
         sampler.use(0)
         with drawing_into(context, self._depth_alone, moderngl.DEPTH_TEST):
@@ -89,8 +91,8 @@ class Target:
             self._vertices.render(moderngl.TRIANGLES, vertices=3)
         sampler.clear(0)
         sampler.release()
-        if not given:
-            texture.release()
+        if own is not None:
+            own.release()
 
     def _filler(self) -> moderngl.Program:
         if self._depth_program is None:

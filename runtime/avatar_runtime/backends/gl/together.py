@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -88,15 +89,19 @@ class Together:
         poses and avatars are not as many.
         """
         if tuple(framebuffer.size) != (camera.width, camera.height):
-            raise ValueError(f"the framebuffer is {framebuffer.size}, the camera {camera.width, camera.height}")
+            raise ValueError(
+                f"the framebuffer is {framebuffer.size}, the camera {camera.width, camera.height}"
+            )
         with self._gpu.current():
             target = self._accumulate(posed, camera, depth, Steps(self._gpu.context, None))
             self._composite.onto(framebuffer, target, background, linear)
 
-    def _accumulate(self, posed: Sequence[Posed], camera: Camera, depth: Depth | None, steps: Steps) -> Target:
+    def _accumulate(
+        self, posed: Sequence[Posed], camera: Camera, depth: Depth | None, steps: Steps
+    ) -> Target:
         for deformer, own in zip(self._deformers, posed, strict=True):
             deformer.deform(own, steps)
         for deformer in self._deformers:
-            steps.run("project", lambda deformer=deformer: deformer.project(camera))
+            steps.run("project", partial(deformer.project, camera))
         steps.run("sort", self.drawing.sort.run)
         return steps.run("raster", lambda: self.drawing.raster(camera, depth))

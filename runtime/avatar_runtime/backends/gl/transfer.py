@@ -82,7 +82,9 @@ def take_projected(chunks: Sequence[Chunk]) -> dict[str, npt.NDArray[Any]]:
     planes = _joined(parts, PROJECTED_PLANES)
     found: dict[str, npt.NDArray[Any]] = {}
     for name, (plane, first, count) in PROJECTED_PLACES.items():
-        found[name] = planes[plane, :, first : first + count].reshape(-1, *([count] if count > 1 else [])).copy()
+        found[name] = (
+            planes[plane, :, first : first + count].reshape(-1, *([count] if count > 1 else [])).copy()
+        )
     found["radius"] = found["radius"].astype(np.int32)
     return found
 

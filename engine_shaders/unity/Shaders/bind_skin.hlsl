@@ -1,0 +1,125 @@
+// Copy of avatar_shaders/hlsl/bind_skin.hlsl, by `python -m avatar_shaders`; do not edit.
+// Stage `bind` for bindings skin, anchor, joint_mix and none: one dispatch a group, one thread a Gaussian.
+// Reads: BindStatic, Pose. Writes: Splats.
+#include "platform_core.hlsl"
+#include "bind_core.hlsl"
+
+StructuredBuffer<uint> BindStatic; // sections at the offsets below
+StructuredBuffer<float> Pose;
+RWStructuredBuffer<float4> Splats; // [5 count]: mean and opacity; quaternion; 3 rows of sh_rotation with scale in w
+
+AVATAR_CONSTANTS(BindSkinConstants)
+    uint count; // Gaussians of the chunk
+    uint first; // the group's are first .. first + rows
+    uint rows;
+    uint corrective_ptr; // count + 1
+    uint corrective_entry; // of 4: feature, delta
+    uint late_ptr; // count + 1
+    uint late_entry; // of 4: late morph, delta
+    uint skin_ptr; // count + 1
+    uint skin_entry; // of 2: joint, weight
+    uint features; // in Pose
+    uint late; // in Pose
+    uint joints; // in Pose, 12 floats a joint
+    uint matrix_by_row; // 1: binding skin; 0: the group's matrix
+    uint rotation_by_polar; // 1: rotation rule polar3 of a skinned group; 0: the group's rotation
+    uint sh_world; // 1: SH stay in the world's frame
+    uint unused;
+    float4 group_matrix_row0; // mesh from binding mesh
+    float4 group_matrix_row1;
+    float4 group_matrix_row2;
+    float4 group_rotation_row0;
+    float4 group_rotation_row1;
+    float4 group_rotation_row2;
+    float4 world_row0; // world from avatar, rigid
+    float4 world_row1;
+    float4 world_row2;
+    float4 world_quat_wxyz;
+AVATAR_CONSTANTS_END
+
+float3 bind_delta(uint at)
+{
+    return float3(asfloat(BindStatic[at + 1]), asfloat(BindStatic[at + 2]), asfloat(BindStatic[at + 3]));
+}
+
+float3 bind_corrected(float3 mean, uint row)
+{
+    uint end = BindStatic[corrective_ptr + row + 1];
+    for (uint e = BindStatic[corrective_ptr + row]; e < end; ++e)
+    {
+        uint at = corrective_entry + 4 * e;
+        mean += Pose[features + BindStatic[at]] * bind_delta(at);
+    }
+    return mean;
+}
+
+float3 bind_late(uint row)
+{
+    float3 sum = float3(0, 0, 0);
+    uint end = BindStatic[late_ptr + row + 1];
+    for (uint e = BindStatic[late_ptr + row]; e < end; ++e)
+    {
+        uint at = late_entry + 4 * e;
+        sum = late_add(sum, Pose[late + BindStatic[at]], bind_delta(at));
+    }
+    return sum;
+}
+
+Rows4 bind_skin_matrix(uint row)
+{
+    Rows4 blended = skin_none();
+    uint end = BindStatic[skin_ptr + row + 1];
+    for (uint e = BindStatic[skin_ptr + row]; e < end; ++e)
+    {
+        uint at = joints + 12 * BindStatic[skin_entry + 2 * e];
+        Rows4 m;
+        m.row0 = float4(Pose[at], Pose[at + 1], Pose[at + 2], Pose[at + 3]);
+        m.row1 = float4(Pose[at + 4], Pose[at + 5], Pose[at + 6], Pose[at + 7]);
+        m.row2 = float4(Pose[at + 8], Pose[at + 9], Pose[at + 10], Pose[at + 11]);
+        blended = skin_add(blended, asfloat(BindStatic[skin_entry + 2 * e + 1]), m);
+    }
+    return blended;
+}
+
+[numthreads(AVATAR_THREADS, 1, 1)]
+void bind_skin(uint3 id : SV_DispatchThreadID)
+{
+    if (id.x >= rows)
+    {
+        return;
+    }
+    uint row = first + id.x;
+    Rows4 transform;
+    transform.row0 = group_matrix_row0;
+    transform.row1 = group_matrix_row1;
+    transform.row2 = group_matrix_row2;
+    Rows3 rotation;
+    rotation.row0 = group_rotation_row0.xyz;
+    rotation.row1 = group_rotation_row1.xyz;
+    rotation.row2 = group_rotation_row2.xyz;
+    if (matrix_by_row != 0)
+    {
+        transform = bind_skin_matrix(row);
+        if (rotation_by_polar != 0)
+        {
+            rotation = polar(linear_part(transform));
+        }
+    }
+    Rows4 world;
+    world.row0 = world_row0;
+    world.row1 = world_row1;
+    world.row2 = world_row2;
+    float4 mean = Splats[row];
+    BoundSplat b = bind_by_matrix(
+        transform, rotation, bind_corrected(mean.xyz, row), bind_late(row), Splats[count + row]);
+    if (sh_world != 0)
+    {
+        b.sh_rotation = identity_rows();
+    }
+    b = bind_place(b, world, world_quat_wxyz);
+    Splats[row] = float4(b.mean, mean.w);
+    Splats[count + row] = b.quat_wxyz;
+    Splats[2 * count + row] = float4(b.sh_rotation.row0, Splats[2 * count + row].w);
+    Splats[3 * count + row] = float4(b.sh_rotation.row1, Splats[3 * count + row].w);
+    Splats[4 * count + row] = float4(b.sh_rotation.row2, Splats[4 * count + row].w);
+}

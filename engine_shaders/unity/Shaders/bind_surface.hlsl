@@ -1,0 +1,114 @@
+// Copy of avatar_shaders/hlsl/bind_surface.hlsl, by `python -m avatar_shaders`; do not edit.
+// Stage `bind` for binding surface, last step, one thread a Gaussian: it rides on its triangle.
+// Reads: EmbedStatic, Mesh, Triangles. Writes: Splats.
+#include "platform_core.hlsl"
+#include "bind_core.hlsl"
+
+StructuredBuffer<uint> EmbedStatic; // sections at the offsets below
+StructuredBuffer<float4> Mesh; // [3 vertices]: positions, normals, quaternions wxyz
+StructuredBuffer<float4> Triangles; // [2 triangles]: edge x edge and size; quaternion wxyz
+RWStructuredBuffer<float4> Splats; // [5 count]: mean and opacity; quaternion; 3 rows of sh_rotation with scale in w
+
+AVATAR_CONSTANTS(BindSurfaceConstants)
+    uint count;
+    uint vertices;
+    uint triangles;
+    uint triangle_ids; // a triangle a Gaussian
+    uint vertex_ids; // 3 planes
+    uint barycentric; // 3 planes
+    uint displacement; // a float a Gaussian, position rule normal
+    uint local_offset; // 3 planes, position rule triangle_frame
+    uint local_quat; // 4 planes, wxyz
+    uint canonical_size; // a float a Gaussian: of its triangle in the binding pose
+    uint position_in_triangle; // 1: position rule triangle_frame; 0: normal
+    uint turn_of_triangle; // 1: rotation rule triangle_frame; 0: vertex_quaternion
+    uint scale_rule; // 0 none, 1 log_area, 2 triangle_linear
+    uint sh_world; // 1: SH stay in the world's frame
+    float area_damping; // bundle units squared
+    float log_training_per_bundle;
+    float4 world_row0; // world from avatar, rigid
+    float4 world_row1;
+    float4 world_row2;
+    float4 world_quat_wxyz;
+AVATAR_CONSTANTS_END
+
+float embed_value(uint section, uint plane, uint row)
+{
+    return asfloat(EmbedStatic[section + plane * count + row]);
+}
+
+uint embed_vertex(uint corner, uint row)
+{
+    return EmbedStatic[vertex_ids + corner * count + row];
+}
+
+float3 surface_position(uint row, float3 foot, float3 weight, float size)
+{
+    uint v0 = embed_vertex(0, row), v1 = embed_vertex(1, row), v2 = embed_vertex(2, row);
+    if (position_in_triangle != 0)
+    {
+        TriangleShape shape = triangle_by_edge(Mesh[v0].xyz, Mesh[v1].xyz, Mesh[v2].xyz);
+        float3 offset = float3(
+            embed_value(local_offset, 0, row), embed_value(local_offset, 1, row), embed_value(local_offset, 2, row));
+        return foot + size * rotate(shape.frame, offset);
+    }
+    float3 normal = weight.x * Mesh[vertices + v0].xyz
+        + weight.y * Mesh[vertices + v1].xyz
+        + weight.z * Mesh[vertices + v2].xyz;
+    return foot + embed_value(displacement, 0, row) * bind_unit(normal);
+}
+
+float3 surface_scale(float3 log_scale, float size, float canonical)
+{
+    if (scale_rule == 1)
+    {
+        return scale_log_area(log_scale, size, canonical, area_damping, log_training_per_bundle);
+    }
+    if (scale_rule == 2)
+    {
+        return scale_triangle_linear(log_scale, size, canonical);
+    }
+    return log_scale;
+}
+
+[numthreads(AVATAR_THREADS, 1, 1)]
+void bind_surface(uint3 id : SV_DispatchThreadID)
+{
+    uint row = id.x;
+    if (row >= count)
+    {
+        return;
+    }
+    uint t = EmbedStatic[triangle_ids + row];
+    uint v0 = embed_vertex(0, row), v1 = embed_vertex(1, row), v2 = embed_vertex(2, row);
+    float3 weight = float3(
+        embed_value(barycentric, 0, row), embed_value(barycentric, 1, row), embed_value(barycentric, 2, row));
+    float3 foot = weight.x * Mesh[v0].xyz + weight.y * Mesh[v1].xyz + weight.z * Mesh[v2].xyz;
+    float4 turn = Triangles[triangles + t];
+    if (turn_of_triangle == 0)
+    {
+        uint q = 2 * vertices;
+        turn = weight.x * Mesh[q + v0] + weight.y * Mesh[q + v1] + weight.z * Mesh[q + v2];
+    }
+    float size = Triangles[t].w;
+    float4 local_quat_wxyz = float4(
+        embed_value(local_quat, 0, row), embed_value(local_quat, 1, row),
+        embed_value(local_quat, 2, row), embed_value(local_quat, 3, row));
+    BoundSplat b = bind_by_turn(surface_position(row, foot, weight, size), turn, local_quat_wxyz);
+    if (sh_world != 0)
+    {
+        b.sh_rotation = identity_rows();
+    }
+    Rows4 world;
+    world.row0 = world_row0;
+    world.row1 = world_row1;
+    world.row2 = world_row2;
+    b = bind_place(b, world, world_quat_wxyz);
+    float3 log_scale = float3(Splats[2 * count + row].w, Splats[3 * count + row].w, Splats[4 * count + row].w);
+    log_scale = surface_scale(log_scale, size, embed_value(canonical_size, 0, row));
+    Splats[row] = float4(b.mean, Splats[row].w);
+    Splats[count + row] = b.quat_wxyz;
+    Splats[2 * count + row] = float4(b.sh_rotation.row0, log_scale.x);
+    Splats[3 * count + row] = float4(b.sh_rotation.row1, log_scale.y);
+    Splats[4 * count + row] = float4(b.sh_rotation.row2, log_scale.z);
+}

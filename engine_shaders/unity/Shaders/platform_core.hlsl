@@ -1,0 +1,18 @@
+// Copy of avatar_shaders/hlsl/platform.hlsli, by `python -m avatar_shaders`; do not edit.
+// What differs between engines. Reads: nothing. Writes: nothing.
+//
+// Constants stand in a cbuffer, or loose (define AVATAR_LOOSE_CONSTANTS) where the engine gathers them by name.
+#ifndef AVATAR_PLATFORM_HLSLI
+#define AVATAR_PLATFORM_HLSLI
+
+#ifdef AVATAR_LOOSE_CONSTANTS
+#define AVATAR_CONSTANTS(name)
+#define AVATAR_CONSTANTS_END
+#else
+#define AVATAR_CONSTANTS(name) cbuffer name {
+#define AVATAR_CONSTANTS_END };
+#endif
+
+#define AVATAR_THREADS 64
+
+#endif

@@ -1,0 +1,57 @@
+// Copy of avatar_shaders/hlsl/raster.hlsl, by `python -m avatar_shaders`; do not edit.
+// Stage `raster`, drawing: 4 vertices (a strip) an instance, one instance a splat.
+// Reads: Quads (raster_vertex_fetch alone; raster_vertex takes it as instance attributes). Writes: nothing.
+#include "platform_core.hlsl"
+#include "raster_core.hlsl"
+
+StructuredBuffer<float4> Quads; // [3 instances]: centre, clip depth, opacity; conic, 0; rgb, 0
+
+AVATAR_CONSTANTS(RasterConstants)
+    float2 picture_size; // pixels
+    float flip_y; // 1 Direct3D, -1 OpenGL; see clip_from_pixels
+AVATAR_CONSTANTS_END
+
+struct QuadFragment
+{
+    float4 position : SV_Position;
+    nointerpolation float4 place : TEXCOORD0; // centre, clip depth, opacity
+    nointerpolation float3 conic : TEXCOORD1;
+    nointerpolation float3 rgb : TEXCOORD2;
+};
+
+QuadFragment quad_vertex(uint vertex, float4 place, float3 conic, float3 rgb)
+{
+    QuadFragment q;
+    q.place = place;
+    q.conic = conic;
+    q.rgb = rgb;
+    q.position = float4(2, 2, 0, 1); // nothing to see: all four corners in one place outside
+    if (place.w * AVATAR_ALPHA_MIN_DENOMINATOR >= 1)
+    {
+        float2 corner = float2((vertex & 1) != 0 ? 1 : -1, (vertex & 2) != 0 ? 1 : -1);
+        float2 pixel = splat_corner(corner, place.xy, conic, place.w, picture_size);
+        q.position = clip_from_pixels(pixel, place.z, picture_size, flip_y);
+    }
+    return q;
+}
+
+QuadFragment raster_vertex(
+    float4 quad0 : TEXCOORD0, float4 quad1 : TEXCOORD1, float4 quad2 : TEXCOORD2, uint vertex : SV_VertexID)
+{
+    return quad_vertex(vertex, quad0, quad1.xyz, quad2.xyz);
+}
+
+QuadFragment raster_vertex_fetch(uint vertex : SV_VertexID, uint instance : SV_InstanceID)
+{
+    return quad_vertex(vertex, Quads[3 * instance], Quads[3 * instance + 1].xyz, Quads[3 * instance + 2].xyz);
+}
+
+float4 raster_pixel(QuadFragment q) : SV_Target
+{
+    float alpha = splat_alpha(q.place.xy - (q.position.xy - 0.5), q.conic, q.place.w);
+    if (alpha <= 0)
+    {
+        discard;
+    }
+    return splat_fragment(q.rgb, alpha);
+}

@@ -1,0 +1,65 @@
+// Copy of avatar_shaders/hlsl/raster.hlsli, by `python -m avatar_shaders`; do not edit.
+// Core of stage `raster`, profile `engine`: one front-parallel quad a splat, alpha from the fragment's position.
+// Reads: nothing. Writes: nothing.
+//
+// Blend premultiplied into a float target, back to front (ONE, ONE_MINUS_SRC_ALPHA) or front to back
+// (ONE_MINUS_DST_ALPHA, ONE); colours are display-referred and stay so until `composite`.
+#ifndef AVATAR_RASTER_HLSLI
+#define AVATAR_RASTER_HLSLI
+
+#include "constants_core.hlsl"
+
+// Alpha of a splat at `offset` = centre - pixel; 0 where it is below 1/255 or the conic is indefinite.
+float splat_alpha(float2 offset, float3 conic, float opacity)
+{
+    float power = -0.5 * (conic.x * offset.x * offset.x + conic.z * offset.y * offset.y)
+        - conic.y * offset.x * offset.y;
+    float alpha = min(AVATAR_ALPHA_MAX, opacity * exp(power));
+    return power > 0 || alpha < 1.0 / AVATAR_ALPHA_MIN_DENOMINATOR ? 0.0 : alpha;
+}
+
+// Premultiplied colour and alpha of a fragment.
+float4 splat_fragment(float3 rgb, float alpha)
+{
+    return float4(rgb * alpha, alpha);
+}
+
+// A corner (-1 or 1 each) of the rectangle that holds every pixel with alpha >= 1/255, in pixels.
+float2 splat_corner(float2 corner, float2 centre, float3 conic, float opacity, float2 size)
+{
+    float reach = 2 * log(max(opacity * AVATAR_ALPHA_MIN_DENOMINATOR, 1.0));
+    // The determinant less what rounding may have added to it: too large a quad costs little, too small shows.
+    float det = conic.x * conic.z - conic.y * conic.y - 3e-7 * (conic.x * conic.z + conic.y * conic.y);
+    if (!(det > 0))
+    {
+        return (0.5 * corner + 0.5) * size - 0.5;
+    }
+    float mid = 0.5 * (conic.x + conic.z), half_gap = 0.5 * (conic.x - conic.z);
+    float larger = mid + sqrt(half_gap * half_gap + conic.y * conic.y);
+    float2 axis = half_gap >= 0 ? float2(larger - conic.z, conic.y) : float2(conic.y, larger - conic.x);
+    float axis_length = length(axis);
+    axis = axis_length > 0 ? axis / axis_length : float2(1, 0);
+    float across = min(sqrt(reach / larger), 1e6) + 1;
+    float along = min(sqrt(reach * larger / det), 1e6) + 1;
+    return centre + corner.x * across * axis + corner.y * along * float2(-axis.y, axis.x);
+}
+
+// Clip position of a point in pixels (pixel centres at integers, y down). flip_y = 1 where clip y points up and
+// the target's first row is the top one (Direct3D), -1 where the first row is the bottom one (OpenGL).
+float4 clip_from_pixels(float2 pixel, float clip_depth, float2 size, float flip_y)
+{
+    float2 ndc = (2 * pixel + 1) / size - 1;
+    return float4(ndc.x, -flip_y * ndc.y, clip_depth, 1);
+}
+
+float3 linear_from_display(float3 srgb)
+{
+    float3 low = srgb / 12.92;
+    float3 high = pow(max((srgb + 0.055) / 1.055, 0.0), 2.4);
+    return float3(
+        srgb.x <= 0.04045 ? low.x : high.x,
+        srgb.y <= 0.04045 ? low.y : high.y,
+        srgb.z <= 0.04045 ? low.z : high.z);
+}
+
+#endif

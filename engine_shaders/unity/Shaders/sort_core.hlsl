@@ -1,0 +1,26 @@
+// Copy of avatar_shaders/hlsl/sort.hlsli, by `python -m avatar_shaders`; do not edit.
+// Core of stage `sort`: keys and digits of a stable radix sort by (view z, id).
+// Reads: nothing. Writes: nothing.
+//
+// Least digit first, 8 passes of 4 bits. A drawn splat's view z is positive, so its bits order as its value does.
+#ifndef AVATAR_SORT_HLSLI
+#define AVATAR_SORT_HLSLI
+
+#define AVATAR_SORT_DIGITS 16
+#define AVATAR_SORT_ITEMS 16
+#define AVATAR_SORT_BLOCK (AVATAR_THREADS * AVATAR_SORT_ITEMS)
+#define AVATAR_SORT_SCAN_THREADS 128
+
+static const uint AVATAR_NOT_DRAWN = 0xFFFFFFFFu;
+
+uint sort_key(float depth, float radius)
+{
+    return radius > 0 ? asuint(depth) : AVATAR_NOT_DRAWN;
+}
+
+uint sort_digit(uint key, uint shift)
+{
+    return (key >> shift) & (AVATAR_SORT_DIGITS - 1);
+}
+
+#endif

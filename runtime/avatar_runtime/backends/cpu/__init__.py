@@ -1,0 +1,194 @@
+"""Backend `cpu`: the stages as kernels that Numba compiles, with the results of backend `reference`.
+
+Blend, bind and activate are one pass, timed as `bind`; what no expression moves is not written again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.backends import Arrays
+from avatar_runtime.backends.cpu import alone, plain
+from avatar_runtime.backends.cpu import mesh as mesh_kernels
+from avatar_runtime.backends.cpu.carriers import Carrier, RidingGaussians, SkinnedGaussians
+from avatar_runtime.backends.cpu.draw import STAGES, draw
+from avatar_runtime.backends.cpu.threads import thread_count, using
+from avatar_runtime.camera import Camera
+from avatar_runtime.posed import Clock, Posed
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.raster import PROFILES, Picture
+
+
+def make(avatar: Avatar, threads: int | None = None) -> CpuBackend:
+    """The kernels for `avatar` on `threads` threads (one a core, at most 8, by default).
+
+    Raises ValueError for less than one thread, and for an avatar whose indices point outside its arrays.
+    """
+    return CpuBackend(avatar, thread_count(threads))
+
+
+class CpuBackend:
+    """Plays one avatar. One frame at a time: it draws from arrays of its own, which each frame writes anew."""
+
+    profiles = PROFILES
+
+    def __init__(self, avatar: Avatar, threads: int) -> None:
+        self.avatar = avatar
+        self.threads = threads
+        self._sizes = plain.Sizes.of(avatar)
+        self._blendable = plain.blendable(avatar)
+        self._rig = None if avatar.rig is None else plain.rig_arrays(avatar.rig, self._sizes)
+        carrier = SkinnedGaussians if avatar.embedding is None else RidingGaussians
+        self._carrier: Carrier = carrier(avatar, self._blendable)
+        self._out = plain.fresh_out(*self._blendable.base.sh.shape)
+        self._touched = np.ones((avatar.gaussians.count, 2), np.uint8)
+
+    def mesh(self, posed: Posed, clock: Clock) -> F32:
+        """Stages morph and skin of the rig."""
+        p = self._posed(posed)
+        vertices = clock.timed("morph", lambda: self._morph(p))
+        return clock.timed("skin", lambda: self._skin(vertices, p))
+
+    def animate(self, posed: Posed, clock: Clock) -> Splats:
+        """Stages up to activate, in arrays of the caller's own."""
+        out = plain.fresh_out(*self._out.sh.shape)
+        self._animate(posed, np.ones_like(self._touched), out, clock)
+        return out.splats()
+
+    def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Picture:
+        """All stages."""
+        self._animate(posed, self._touched, self._out, clock)
+        s, avatar = self._out.splats(), self.avatar
+        return draw(
+            s.mean,
+            s.scale,
+            s.quat_wxyz,
+            s.opacity,
+            s.sh,
+            s.sh_rotation,
+            camera,
+            avatar.raster,
+            avatar.sh_degree,
+            background,
+            profile,
+            self.threads,
+            clock,
+        )
+
+    def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
+        """One stage alone. Raises KeyError for an unknown stage, ValueError for arrays of the wrong shape."""
+        if name in RUN:
+            return RUN[name](self, inputs)
+        return STAGES[name](self.avatar, inputs, camera, profile, self.threads)
+
+    def _animate(self, posed: Posed, touched: plain.U8, out: plain.Out, clock: Clock) -> None:
+        vertices = self._vertices(posed, clock)
+        p = self._posed(posed)
+
+        def run() -> None:
+            with using(self.threads):
+                self._carrier.animate(p, vertices, touched, out, self.threads)
+
+        clock.timed("bind", run)
+
+    def _morph(self, posed: plain.PosedArrays) -> F32:
+        rig = self._rig
+        assert rig is not None
+        out = np.empty(rig.template.shape, np.float32)
+        mesh_kernels.morph(
+            rig.template, rig.morphs, rig.correctives, posed.expression_weights, posed.pose_feature, out
+        )
+        return out
+
+    def _skin(self, vertices: npt.NDArray[Any], posed: plain.PosedArrays) -> F32:
+        rig = self._rig
+        assert rig is not None
+        given = plain.plain(vertices, np.float32, rig.template.shape)
+        out = np.empty(given.shape, np.float32)
+        mesh_kernels.skin(given, rig.skin, posed.skin_matrix, rig.late_morphs, posed.late_weights, out)
+        return out
+
+    def _vertices(self, posed: Posed, clock: Clock) -> F32 | None:
+        embedding = self.avatar.embedding
+        if embedding is None:
+            return None
+        if posed.vertices is not None:
+            return posed.vertices
+        return embedding.canonical_vertices if self._rig is None else self.mesh(posed, clock)
+
+    def _given(self, inputs: Arrays, names: Iterable[str]) -> plain.PosedArrays:
+        """What a stage alone is given of a frame."""
+        return plain.posed_arrays(self._sizes, **{name: inputs[name] for name in names})
+
+    def _posed(self, posed: Posed) -> plain.PosedArrays:
+        return plain.posed_arrays(
+            self._sizes,
+            posed.expression_weights,
+            posed.pose_feature,
+            posed.late_weights,
+            posed.skin_matrix,
+            posed.groups.matrix,
+            posed.groups.rotation,
+            posed.world_from_avatar,
+        )
+
+
+def _morph(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
+    names = ("expression_weights", "pose_feature")
+    return {"vertices": backend._morph(backend._given(x, names))}
+
+
+def _skin(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
+    posed = backend._given(x, ("skin_matrix", "late_weights"))
+    return {"posed_vertices": backend._skin(x["vertices"], posed)}
+
+
+def _blend(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
+    n, width = backend._blendable.base.sh.shape
+    shapes = ((n, 3), (n, 3), (n, 4), (n,), (n, width))
+    out = plain.Base(*(np.empty(shape, np.float32) for shape in shapes))
+    alone.blend(
+        *backend._blendable, backend._given(x, ("expression_weights",)), np.ones((n, 2), np.uint8), out
+    )
+    return out._asdict() | {"sh": out.sh.reshape(n, -1, 3)}
+
+
+def _bind(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
+    n = len(backend._blendable.base.mean)
+    blended = backend._blendable.base._replace(
+        mean=plain.plain(x["mean"], np.float32, (n, 3)),
+        log_scale=plain.plain(x["log_scale"], np.float32, (n, 3)),
+        quat_wxyz=plain.plain(x["quat_wxyz"], np.float32, (n, 4)),
+    )
+    posed = backend._given(x, (name for name in plain.FRAME if name in x))
+    out = backend._carrier.bind(blended, posed, x.get("posed_vertices"))
+    rotation = out.sh_rotation.reshape(n, 3, 3)
+    return {"mean": out.mean, "log_scale": out.scale, "quat_wxyz": out.quat_wxyz, "sh_rotation": rotation}
+
+
+def _activate(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
+    n = len(backend._blendable.base.mean)
+    out = plain.fresh_out(n, 0)
+    alone.activate(
+        plain.plain(x["log_scale"], np.float32, (n, 3)),
+        plain.plain(x["quat_wxyz"], np.float32, (n, 4)),
+        plain.plain(x["opacity_logit"], np.float32, (n,)),
+        out.scale,
+        out.quat_wxyz,
+        out.opacity,
+    )
+    return {"scale": out.scale, "quat_wxyz": out.quat_wxyz, "opacity": out.opacity}
+
+
+RUN: dict[str, Callable[[CpuBackend, Arrays], dict[str, Any]]] = {
+    "morph": _morph,
+    "skin": _skin,
+    "blend": _blend,
+    "bind": _bind,
+    "activate": _activate,
+}

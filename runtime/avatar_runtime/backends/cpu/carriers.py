@@ -1,0 +1,110 @@
+"""What carries an avatar's Gaussians: its joints and groups, or a mesh. One class each, with the same methods."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.backends.cpu import plain
+from avatar_runtime.backends.cpu.riding import SCALE_RULES, animate_riding, bind_riding
+from avatar_runtime.backends.cpu.skinned import animate_skinned, bind_skinned
+from avatar_runtime.backends.cpu.surface import triangle_turns, vertex_sums
+from avatar_runtime.stages.surface import prepare
+from avatar_schema import constants
+
+# rule quaternion_sign -> (w is made positive, the frame in which the largest component is: 1 this, -1 mirrored in x)
+SIGN_RULES = {
+    "w_positive": (True, 1.0),
+    "largest_positive": (False, 1.0),
+    "largest_positive_mirrored": (False, -1.0),
+}
+
+
+class Carrier(Protocol):
+    """Stages blend, bind and activate of one avatar."""
+
+    def animate(
+        self, posed: plain.PosedArrays, vertices: F32 | None, touched: plain.U8, out: plain.Out, threads: int
+    ) -> None:
+        """Writes the splats of a frame into `out`."""
+        ...
+
+    def bind(self, blended: plain.Base, posed: plain.PosedArrays, vertices: F32 | None) -> plain.Out:
+        """Stage `bind` alone; its log scale in `scale`."""
+        ...
+
+
+class SkinnedGaussians:
+    """Gaussians that joints or groups carry."""
+
+    def __init__(self, avatar: Avatar, blendable: plain.Blendable) -> None:
+        n, shapes, sizes = avatar.gaussians.count, avatar.blendshapes, plain.Sizes.of(avatar)
+        self._blendable = blendable
+        self._bound = (
+            plain.offsets(shapes.correctives, "mean", n, sizes.features),
+            plain.offsets(shapes.late_morphs, "mean", n, sizes.late),
+            plain.influences(avatar.skin, n, sizes.joints),
+            plain.blocks(avatar.groups, avatar.rules.rotation, n),
+            avatar.rules.sh_direction == "world",
+        )
+
+    def animate(
+        self, posed: plain.PosedArrays, vertices: F32 | None, touched: plain.U8, out: plain.Out, threads: int
+    ) -> None:
+        animate_skinned(*self._blendable, *self._bound, posed, touched, out, threads)
+
+    def bind(self, blended: plain.Base, posed: plain.PosedArrays, vertices: F32 | None) -> plain.Out:
+        out = plain.fresh_out(len(blended.mean), 0)
+        bind_skinned(blended.mean, blended.quat_wxyz, *self._bound, posed, out)
+        return out._replace(scale=blended.log_scale)
+
+
+class RidingGaussians:
+    """Gaussians on a mesh."""
+
+    def __init__(self, avatar: Avatar, blendable: plain.Blendable) -> None:
+        assert avatar.embedding is not None
+        self._blendable = blendable
+        self._embedded = plain.embedded(avatar)
+        self._mesh = plain.mesh(prepare(avatar.embedding, avatar.rules, avatar.training_per_bundle))
+        self._ridden = plain.fresh_ridden(self._mesh)
+        self._by_vertex = avatar.rules.rotation == "vertex_quaternion"
+        self._sign = SIGN_RULES[avatar.rules.quaternion_sign]
+        # An area in training units is u^2 times one in bundle units.
+        normal, quaternion, damping = (
+            float(constants()[name]) / avatar.training_per_bundle**2
+            for name in ("normal_floor", "quaternion_floor", "area_damping")
+        )
+        self._floors = (normal, quaternion)
+        self._scale = (SCALE_RULES[avatar.rules.scale], float(np.log(avatar.training_per_bundle)), damping)
+        self._sh_world = avatar.rules.sh_direction == "world"
+
+    def animate(
+        self, posed: plain.PosedArrays, vertices: F32 | None, touched: plain.U8, out: plain.Out, threads: int
+    ) -> None:
+        animate_riding(
+            *self._blendable,
+            *self._under(vertices),
+            *self._scale,
+            self._sh_world,
+            posed,
+            touched,
+            out,
+            threads,
+        )
+
+    def bind(self, blended: plain.Base, posed: plain.PosedArrays, vertices: F32 | None) -> plain.Out:
+        out = plain.fresh_out(len(blended.mean), 0)
+        bind_riding(blended.log_scale, *self._under(vertices), *self._scale, self._sh_world, posed, out)
+        return out
+
+    def _under(self, vertices: F32 | None) -> tuple[plain.Embedded, plain.Mesh, plain.Ridden, F32, bool]:
+        """The posed mesh as both passes over Gaussians take it."""
+        assert vertices is not None
+        posed = plain.plain(vertices, np.float32, (len(self._ridden.normal), 3))
+        triangle_turns(posed, self._mesh, self._by_vertex, *self._sign, self._ridden)
+        if self._by_vertex:
+            vertex_sums(self._mesh, *self._floors, self._ridden)
+        return self._embedded, self._mesh, self._ridden, posed, self._by_vertex

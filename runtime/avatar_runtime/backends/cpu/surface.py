@@ -1,0 +1,274 @@
+"""Stage `bind` of Gaussians that ride on a triangle mesh: triangles, then vertices, then Gaussians.
+
+Summed in float64 as in stages/surface.py, which has the sources: the sign of a triangle's quaternion is a decision.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from avatar_runtime.avatar import F32, F64
+from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
+from avatar_runtime.backends.cpu.plain import BLOCK, Array, Embedded, Mesh, Ridden
+from avatar_runtime.backends.cpu.planes import MEAN, set_quat, set_turn
+from avatar_runtime.backends.cpu.rotation import (
+    Quat,
+    matrix_from_quat,
+    matrix_multiply,
+    quat_from_matrix,
+    quat_multiply,
+)
+from avatar_runtime.stages.surface import TINY
+
+Vector = tuple[Scalar, Scalar, Scalar]
+ZERO, ONE, HALF = 0.0, 1.0, 0.5
+
+# Planes of float64. Of triangles:
+EDGES = 0  # 6: two edges from corner 0
+CANONICAL = 6 * BLOCK  # 9, row-major: the canonical frame
+ACROSS = 15 * BLOCK  # 3: edge cross edge
+SIZE = 18 * BLOCK
+WAY = 19 * BLOCK  # 4: quaternion, posed from canonical or world from triangle
+FRAME = 23 * BLOCK  # 9, row-major
+TRIANGLE_PLANES = 32 * BLOCK
+# Of Gaussians:
+FOOT = 0  # 3
+RISE = 3 * BLOCK  # 3: from the foot to the mean
+SWING = 6 * BLOCK  # 4: the mesh's turn, any length
+LOCAL = 10 * BLOCK  # 4: quaternion before the mesh turns it
+HEIGHT = 14 * BLOCK
+GAUSSIAN_PLANES = 15 * BLOCK
+
+
+@inlined
+def cross(a: Vector, b: Vector) -> Vector:
+    """a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@inlined
+def norm(a: Vector) -> Scalar:
+    """|a|."""
+    return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+
+
+@inlined
+def unit(a: Vector) -> Vector:
+    """a / |a|, finite where a has no length."""
+    length = norm(a)
+    if length < TINY:
+        length = TINY
+    return a[0] / length, a[1] / length, a[2] / length
+
+
+@kernel()
+def triangle_turns(
+    vertices: F32,  # [V, 3] posed
+    mesh: Mesh,
+    by_vertex: bool,  # rotation rule vertex_quaternion
+    w_positive: bool,
+    mirror: float,
+    ridden: Ridden,
+) -> None:
+    """What the rules read of the posed triangles; the sign policy of quaternions as in `turns_from_canonical`."""
+    p = np.empty(TRIANGLE_PLANES, np.float64)
+    for first in range(0, len(mesh.triangles), BLOCK):
+        count = min(BLOCK, len(mesh.triangles) - first)
+        for lane in range(count):
+            triangle = first + lane
+            a, b, c = mesh.triangles[triangle, 0], mesh.triangles[triangle, 1], mesh.triangles[triangle, 2]
+            for k in range(3):
+                origin = np.float64(vertices[a, k])
+                p[EDGES + k * BLOCK + lane] = np.float64(vertices[b, k]) - origin
+                p[EDGES + (k + 3) * BLOCK + lane] = np.float64(vertices[c, k]) - origin
+            for k in range(9):
+                p[CANONICAL + k * BLOCK + lane] = mesh.frame[triangle, k]
+        if by_vertex:
+            turns_from_canonical(count, w_positive, mirror, p)
+            for lane in range(count):
+                triangle = first + lane
+                ridden.size[triangle] = p[SIZE + lane]
+                for k in range(3):
+                    ridden.across[triangle, k] = p[ACROSS + k * BLOCK + lane]
+                for k in range(4):
+                    ridden.turn[triangle, k] = mesh.size[triangle] * p[WAY + k * BLOCK + lane]
+        else:
+            frames(count, p)
+            for lane in range(count):
+                triangle = first + lane
+                ridden.size[triangle] = p[SIZE + lane]
+                for k in range(9):
+                    ridden.frame[triangle, k] = p[FRAME + k * BLOCK + lane]
+                for k in range(4):
+                    ridden.turn[triangle, k] = p[WAY + k * BLOCK + lane]
+
+
+@inlined
+def turns_from_canonical(count: int, w_positive: bool, mirror: float, p: F64) -> None:
+    """ACROSS, SIZE (area) and WAY: posed frame times inverse canonical frame, as a quaternion.
+
+    With `mirror` -1 its sign is chosen in the frame mirrored in x, with 1 in this one.
+    """
+    for lane in range(count):
+        at = EDGES + lane
+        e = (p[at], p[at + BLOCK], p[at + 2 * BLOCK])
+        f = (p[at + 3 * BLOCK], p[at + 4 * BLOCK], p[at + 5 * BLOCK])
+        across = cross(e, f)
+        x = unit(cross(e, unit(across)))
+        y, z = unit(cross(e, x)), unit(e)
+        posed = (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
+        at = CANONICAL + lane
+        inverse = (
+            p[at],
+            p[at + 3 * BLOCK],
+            p[at + 6 * BLOCK],
+            p[at + BLOCK],
+            p[at + 4 * BLOCK],
+            p[at + 7 * BLOCK],
+            p[at + 2 * BLOCK],
+            p[at + 5 * BLOCK],
+            p[at + 8 * BLOCK],
+        )
+        m00, m01, m02, m10, m11, m12, m20, m21, m22 = matrix_multiply(posed, inverse)
+        seen = (m00, m01 * mirror, m02 * mirror, m10 * mirror, m11, m12, m20 * mirror, m21, m22)
+        w, i, j, k = quat_from_matrix(seen, ONE)
+        sign = -ONE if w_positive and w < ZERO else ONE
+        p[ACROSS + lane], p[ACROSS + BLOCK + lane], p[ACROSS + 2 * BLOCK + lane] = across
+        p[SIZE + lane] = norm(across) / 2.0
+        set_way(lane, (sign * w, sign * i, sign * mirror * j, sign * mirror * k), p)
+
+
+@inlined
+def frames(count: int, p: F64) -> None:
+    """FRAME, SIZE (edge length) and WAY by rule triangle_frame."""
+    for lane in range(count):
+        at = EDGES + lane
+        e = (p[at], p[at + BLOCK], p[at + 2 * BLOCK])
+        f = (p[at + 3 * BLOCK], p[at + 4 * BLOCK], p[at + 5 * BLOCK])
+        x = unit(e)
+        y = unit(cross(x, f))
+        across = unit(cross(y, x))
+        z = (-across[0], -across[1], -across[2])
+        frame = (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
+        p[SIZE + lane] = (norm(e) + abs(z[0] * f[0] + z[1] * f[1] + z[2] * f[2])) / 2.0
+        for k in range(9):
+            p[FRAME + k * BLOCK + lane] = frame[k]
+        set_way(lane, quat_from_matrix(frame, ONE), p)
+
+
+@inlined
+def set_way(lane: int, quat: Quat, p: F64) -> None:
+    """WAY of one lane becomes `quat`."""
+    for k in range(4):
+        p[WAY + k * BLOCK + lane] = quat[k]
+
+
+@kernel()
+def vertex_sums(mesh: Mesh, normal_floor: float, quaternion_floor: float, ridden: Ridden) -> None:
+    """Normals and quaternions of vertices: sums over their triangles, divided by their length or the floor."""
+    for v in range(len(ridden.normal)):
+        nx = ny = nz = qw = qx = qy = qz = ZERO
+        for at in range(mesh.vertex_triangle_ptr[v], mesh.vertex_triangle_ptr[v + 1]):
+            t = mesh.vertex_triangle[at]
+            nx += ridden.across[t, 0]
+            ny += ridden.across[t, 1]
+            nz += ridden.across[t, 2]
+            qw += ridden.turn[t, 0]
+            qx += ridden.turn[t, 1]
+            qy += ridden.turn[t, 2]
+            qz += ridden.turn[t, 3]
+        length = max(math.sqrt(nx * nx + ny * ny + nz * nz), normal_floor)
+        ridden.normal[v, 0] = nx / length
+        ridden.normal[v, 1] = ny / length
+        ridden.normal[v, 2] = nz / length
+        length = max(math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz), quaternion_floor)
+        ridden.quat[v, 0] = qw / length
+        ridden.quat[v, 1] = qx / length
+        ridden.quat[v, 2] = qy / length
+        ridden.quat[v, 3] = qz / length
+
+
+@inlined
+def ride_block(
+    first: int,
+    count: int,
+    embedded: Embedded,
+    vertices: F32,
+    by_vertex: bool,
+    ridden: Ridden,
+    p: F64,
+    planes: F32,
+) -> None:
+    """MEAN, QUAT and TURN of `count` Gaussians from `first` on the posed mesh; `p` is room."""
+    for lane in range(count):
+        i = first + lane
+        for k in range(4):
+            p[LOCAL + k * BLOCK + lane] = embedded.local_quat_wxyz[i, k]
+        for k in range(3):
+            p[FOOT + k * BLOCK + lane] = at_corners(i, embedded, vertices, k)
+    if by_vertex:
+        for lane in range(count):
+            i = first + lane
+            p[HEIGHT + lane] = embedded.displacement[i]
+            for k in range(3):
+                p[RISE + k * BLOCK + lane] = at_corners(i, embedded, ridden.normal, k)
+            for k in range(4):
+                p[SWING + k * BLOCK + lane] = at_corners(i, embedded, ridden.quat, k)
+        rise(count, p)
+    else:
+        for lane in range(count):
+            i = first + lane
+            t = embedded.triangle[i]
+            for k in range(3):
+                along = (
+                    ridden.frame[t, 3 * k] * embedded.local_offset[i, 0]
+                    + ridden.frame[t, 3 * k + 1] * embedded.local_offset[i, 1]
+                    + ridden.frame[t, 3 * k + 2] * embedded.local_offset[i, 2]
+                )
+                p[RISE + k * BLOCK + lane] = ridden.size[t] * along
+            for k in range(4):
+                p[SWING + k * BLOCK + lane] = ridden.turn[t, k]
+    swing(count, p, planes)
+
+
+@inlined
+def at_corners(i: int, embedded: Embedded, by_vertex: Array, k: int) -> Scalar:
+    """Component `k` of a vertex quantity at the foot of Gaussian `i`."""
+    a, b, c = embedded.vertex[i, 0], embedded.vertex[i, 1], embedded.vertex[i, 2]
+    u, v, w = embedded.barycentric[i, 0], embedded.barycentric[i, 1], embedded.barycentric[i, 2]
+    return (
+        np.float64(u) * np.float64(by_vertex[a, k])
+        + np.float64(v) * np.float64(by_vertex[b, k])
+        + np.float64(w) * np.float64(by_vertex[c, k])
+    )
+
+
+@inlined
+def rise(count: int, p: F64) -> None:
+    """RISE becomes HEIGHT along itself."""
+    for lane in range(count):
+        at, height = RISE + lane, p[HEIGHT + lane]
+        x, y, z = unit((p[at], p[at + BLOCK], p[at + 2 * BLOCK]))
+        p[at] = height * x
+        p[at + BLOCK] = height * y
+        p[at + 2 * BLOCK] = height * z
+
+
+@inlined
+def swing(count: int, p: F64, planes: F32) -> None:
+    """MEAN is FOOT + RISE, QUAT the LOCAL one after the unit SWING, TURN the matrix of that swing; in float32."""
+    for lane in range(count):
+        for k in range(3):
+            planes[MEAN + k * BLOCK + lane] = p[FOOT + k * BLOCK + lane] + p[RISE + k * BLOCK + lane]
+        at = SWING + lane
+        w, x, y, z = p[at], p[at + BLOCK], p[at + 2 * BLOCK], p[at + 3 * BLOCK]
+        length = math.sqrt(w * w + x * x + y * y + z * z)
+        if length < TINY:
+            length = TINY
+        turn = (w / length, x / length, y / length, z / length)
+        at = LOCAL + lane
+        local = (p[at], p[at + BLOCK], p[at + 2 * BLOCK], p[at + 3 * BLOCK])
+        set_quat(lane, quat_multiply(turn, local), planes)
+        set_turn(lane, matrix_from_quat(turn, ONE), planes)

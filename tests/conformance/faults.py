@@ -1,0 +1,199 @@
+"""Mistakes that real ports make, as replacements in a copy of the HLSL, and the case and stage that catch each."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import avatar_shaders
+from avatar_shaders.generate import HLSL, generate
+
+
+@dataclass(frozen=True)
+class Fault:
+    """`before` stands once in a file of hlsl/ and becomes `after`; every stage of `stages` then fails, no other."""
+
+    name: str
+    who: str  # whose mistake it is or was
+    file: str
+    before: str
+    after: str
+    avatar: str  # a key of avatars.AVATARS whose cases catch it
+    stages: tuple[str, ...]
+
+
+FAULTS: tuple[Fault, ...] = (
+    Fault(
+        "transposed_sh_rotation",
+        "ports that turn the direction the way the splat turns",
+        "project.hlsl",
+        "rotate_inverse(sh_rotation, towards",
+        "rotate(sh_rotation, towards",
+        "skin_polar",
+        ("project",),
+    ),
+    Fault(
+        "quarter_low_pass",
+        "focal length of twice the pixels (viewport times P00), so that 0.3 becomes 0.075: two engine viewers",
+        "project.hlsl",
+        "camera.low_pass = low_pass;",
+        "camera.low_pass = low_pass / 4;",
+        "edges",
+        ("project",),
+    ),
+    Fault(
+        "quaternion_xyzw",
+        "glTF's and most engines' order read where wxyz is stored",
+        "splat.hlsli",
+        "Rows3 r = matrix_from_quat(quat_wxyz);",
+        "Rows3 r = matrix_from_quat(quat_wxyz.wxyz);",
+        "skin_polar",
+        ("project",),
+    ),
+    Fault(
+        "quaternion_xyzw_bound",
+        "the same where the binding turns the splat",
+        "bind.hlsli",
+        "b.quat_wxyz = quat_multiply(quat_from_matrix(rotation), quat_wxyz);",
+        "b.quat_wxyz = quat_multiply(quat_from_matrix(rotation), quat_wxyz.wxyz);",
+        "skin_polar",
+        ("bind",),
+    ),
+    Fault(
+        "rotation_about_origin",
+        "skinning of a web viewer: bones turn splats about the origin of the mesh",
+        "bind.hlsli",
+        "b.mean = transform_point(transform, mean) + late;",
+        "b.mean = rotate(linear_part(transform), mean) + late;",
+        "skin_polar",
+        ("bind",),
+    ),
+    Fault(
+        "sh_not_turned",
+        "viewers that evaluate SH in the rest pose",
+        "bind.hlsli",
+        "b.sh_rotation = rotation;",
+        "b.sh_rotation = identity_rows();",
+        "skin_polar",
+        ("bind",),
+    ),
+    Fault(
+        "linear_blend",
+        "colours made linear splat by splat before they are blended",
+        "raster.hlsl",
+        "splat_fragment(q.rgb, alpha)",
+        "splat_fragment(linear_from_display(q.rgb), alpha)",
+        "edges",
+        ("raster",),
+    ),
+    Fault(
+        "distance_as_depth",
+        "viewers that sort by distance from the eye",
+        "project.hlsli",
+        "seen.depth = p.z;",
+        "seen.depth = length(p);",
+        "edges",
+        ("project",),
+    ),
+    Fault(
+        "alpha_not_clamped",
+        "quads without the clamp of alpha to 0.99, which hardly shows in a picture",
+        "raster.hlsli",
+        "min(AVATAR_ALPHA_MAX, opacity * exp(power))",
+        "opacity * exp(power)",
+        "edges",
+        ("raster",),
+    ),
+    Fault(
+        "linear_scale_rule",
+        "the ratio of areas applied to the scale, where the trainer applies it to its logarithm",
+        "bind.hlsli",
+        "return (log_scale + log_training_per_bundle) * ratio - log_training_per_bundle;",
+        "return log_scale + log(ratio);",
+        "surface_area",
+        ("bind",),
+    ),
+    Fault(
+        "late_morphs_negative",
+        "eyelids that open where they should close, on mesh and splats",
+        "skin.hlsli",
+        "return posed + weight * delta;",
+        "return posed - weight * delta;",
+        "skin_polar",
+        ("skin", "bind"),
+    ),
+    Fault(
+        "hemisphere_check",
+        "vertex quaternions brought to one hemisphere, which the released code does not do",
+        "bind.hlsli",
+        "turn.x < 0;",
+        "turn.x < 0 && false;",
+        "surface_area",
+        ("bind",),
+    ),
+    Fault(
+        "cut_off_at_8_sigma2",
+        "quads that end at sqrt(8) standard deviations",
+        "raster.hlsli",
+        "power > 0 ||",
+        "power > 0 || power < -4 ||",
+        "edges",
+        ("raster",),
+    ),
+    Fault(
+        "opacity_compensated",
+        "antialiasing that dims thin splats, on by default in one viewer",
+        "project.hlsl",
+        "Projected[row] = float4(seen.centre, seen.depth, mean.w);",
+        "Projected[row] = float4(seen.centre, seen.depth, mean.w * saturate(1 - seen.conic.x * low_pass));",
+        "edges",
+        ("project",),
+    ),
+    Fault(
+        "small_splats_culled",
+        "viewers that drop the smallest splats",
+        "project.hlsli",
+        "drawn = drawn && touches_picture",
+        "drawn = drawn && radius > 3 && touches_picture",
+        "edges",
+        ("project",),
+    ),
+    Fault(
+        "jacobian_not_clamped",
+        "the clamp at 1.3 times the field of view left out",
+        "project.hlsli",
+        "float2 xy = min(limit, max(-limit, p.xy / p.z)) * p.z;",
+        "float2 xy = p.xy;",
+        "edges",
+        ("project",),
+    ),
+)
+
+
+class FaultyShaders:
+    """What `avatar_shaders` is to the backend, from a copy of its HLSL in `folder` with one mistake in it."""
+
+    def __init__(self, fault: Fault, folder: Path) -> None:
+        shutil.copytree(HLSL, folder, dirs_exist_ok=True)
+        file = folder / fault.file
+        text = file.read_text("utf-8")
+        assert text.count(fault.before) == 1, f"{fault.file} has no single {fault.before!r}"
+        file.write_text(text.replace(fault.before, fault.after), "utf-8")
+        self.folder, self.file = folder, fault.file
+
+    def source(self, entry: str, language: str) -> str:
+        if self.file not in included(self.folder, avatar_shaders.ENTRIES[entry].hlsl):
+            return avatar_shaders.source(entry, language)
+        return generate(self.folder, [entry], [language])[language, entry]
+
+    def reflection(self, language: str) -> dict[str, Any]:
+        return avatar_shaders.reflection(language)
+
+
+def included(folder: Path, file: str) -> set[str]:
+    """The file and all that it includes."""
+    names = re.findall(r'#include "(\S+)"', (folder / file).read_text("utf-8"))
+    return {file}.union(*(included(folder, name) for name in names))

@@ -1,0 +1,155 @@
+"""Every case through every backend, from the committed vectors; and the vectors against the cases."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.conformance import STAGE_ARRAYS, Report, conform
+from avatar_runtime.conformance.arrays import WHEN
+from avatar_runtime.rules import QUATERNION_SIGNS, ROTATION_RULES, SCALE_RULES, SH_DIRECTIONS
+from avatar_runtime.stages import STAGES
+from avatar_runtime.stages.raster import PROFILES
+from tests.conformance.avatars import AVATARS
+from tests.conformance.cases import CASES, DATA, cases_of
+from tests.conformance.references import committed
+from tests.measured import Measure
+
+BACKENDS: Mapping[str, tuple[str, dict[str, Any]]] = {  # name of the test -> backend, its options
+    "reference": ("reference", {}),
+    "cpu": ("cpu", {}),
+    "gl": ("gl", {}),
+    "gl_es": ("gl", {"es": True}),
+    "gl_rgba16f": ("gl", {"target": "rgba16f"}),  # rgba8 cuts colours above 1, which these cases have
+}
+
+
+@pytest.mark.parametrize("avatar", AVATARS)
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_backend_conforms(backend: str, avatar: str, measured: Measure) -> None:
+    name, options = BACKENDS[backend]
+    reference = committed(avatar)
+    report = conform(AVATARS[avatar](), reference, name, **options)
+    failures = [(r.case, r.stage, r.profile, r.array, r.verdict) for r in report.rows if not r.passed]
+    assert not failures
+    assert [(p.case, p.profile, p.difference) for p in report.pictures if not p.passed] == []
+    assert report.passed and report.first_failure is None
+    assert_complete(report, avatar, name)
+    used = max(row.verdict.used for row in report.rows)
+    measured(f"conformance, {backend}: a stage, share of its tolerance", used)
+    worst = max(picture.difference for picture in report.pictures)
+    measured(f"conformance, {backend}: a picture, 1/255", worst)
+
+
+def assert_complete(report: Report, avatar: str, backend: str) -> None:
+    """Every array of every stage of every case was judged, but for what the backend says it does not draw."""
+    made = AVATARS[avatar]()
+    profiles = ("engine",) if backend == "gl" else PROFILES
+    want = {
+        (row.name, stage, profile, array.name)
+        for row in CASES
+        if row.avatar == avatar
+        for stage, table in STAGE_ARRAYS.items()
+        if WHEN[table.when](made)
+        for profile in (profiles if stage == "raster" else (None,))
+        for array in table.outputs
+    }
+    assert {(r.case, r.stage, r.profile, r.array) for r in report.rows} == want
+    drawn = {(row.name, profile) for row in CASES if row.avatar == avatar for profile in profiles}
+    assert {(p.case, p.profile) for p in report.pictures} == drawn
+    assert len(report.skipped) == 2 * len(drawn) * (len(PROFILES) - len(profiles))
+
+
+@pytest.mark.parametrize("avatar", AVATARS)
+def test_committed_vectors_are_of_the_cases(avatar: str) -> None:
+    """A case that was changed has to be regenerated."""
+    want = cases_of(avatar, AVATARS[avatar]())
+    vectors = committed(avatar).cases
+    assert [(v.case.name, v.case.why, v.case.background) for v in vectors] == [
+        (case.name, case.why, case.background) for case in want
+    ]
+    for case, found in zip(want, (v.case for v in vectors), strict=True):
+        assert found.pose.expressions == case.pose.expressions
+        assert found.pose.eyelids == case.pose.eyelids
+        assert found.pose.joints.keys() == case.pose.joints.keys()
+        for joint, matrix in case.pose.joints.items():
+            np.testing.assert_allclose(found.pose.joints[joint], matrix, atol=1e-12)
+        np.testing.assert_allclose(found.pose.world_from_avatar, case.pose.world_from_avatar, atol=1e-12)
+        np.testing.assert_allclose(found.camera.clip_from_world, case.camera.clip_from_world, atol=1e-6)
+        assert (found.camera.width, found.camera.height) == (case.camera.width, case.camera.height)
+
+
+@pytest.mark.parametrize("avatar", AVATARS)
+def test_tolerances_are_a_few_roundings(avatar: str) -> None:
+    """At most 2e-5 of the largest value, or of 1 where all are 0; of a conic, whose rows are judged one by one, of a row's, but for needles."""
+    reference = committed(avatar)
+    for vectors in reference.cases:
+        for step in vectors.steps:
+            for array, expected in step.outputs.items():
+                want = np.abs(reference.tensors[expected.tensor].astype(np.float64))
+                allowed = expected.atol + expected.rtol * want
+                if expected.weight is None:
+                    share = allowed.max(initial=0.0) / (want.max(initial=0.0) or 1.0)
+                else:
+                    drawn = want.any(axis=1)
+                    weighted = expected.atol * reference.tensors[expected.weight][drawn]
+                    share = float(np.median(weighted / want[drawn].max(axis=1)))
+                assert share <= 2e-5, (vectors.case.name, step.stage, array)
+
+
+def test_committed_files_are_those_of_the_avatars_and_small() -> None:
+    assert {folder.name for folder in DATA.iterdir()} == set(AVATARS) == {row.avatar for row in CASES}
+    assert sum(file.stat().st_size for file in DATA.rglob("*")) < 1.5e6
+
+
+def test_avatars_have_every_value_of_every_rule() -> None:
+    avatars = [make() for make in AVATARS.values()]
+    rules = [avatar.rules for avatar in avatars]
+    assert {r.rotation for r in rules} == set(ROTATION_RULES)
+    assert {r.scale for r in rules} == set(SCALE_RULES)
+    assert {r.sh_direction for r in rules} == set(SH_DIRECTIONS)
+    turned = {r.quaternion_sign for r in rules if r.rotation == "vertex_quaternion"}
+    assert turned == set(QUATERNION_SIGNS)
+    assert {avatar.sh_degree for avatar in avatars} == {0, 1, 2, 3}
+    assert tuple(STAGE_ARRAYS) == STAGES
+
+
+@pytest.mark.parametrize("avatar", AVATARS)
+def test_no_field_of_an_avatar_is_zero(avatar: str) -> None:
+    """A stage that leaves something out would else pass."""
+    made = AVATARS[avatar]()
+    for name, values in fields_of(made).items():
+        assert np.count_nonzero(values) > 0.5 * values.size, name
+
+
+def fields_of(avatar: Avatar) -> dict[str, Any]:
+    """Arrays with elements: of Gaussians, blendshapes, embedding and rig."""
+    g, b, e, rig = avatar.gaussians, avatar.blendshapes, avatar.embedding, avatar.rig
+    arrays = {name: getattr(g, name) for name in ("mean", "log_scale", "quat_wxyz", "opacity_logit", "sh")}
+    for part in ("geometry", "appearance", "correctives", "late_morphs"):
+        arrays |= {f"{part}.{name}": v for name, v in getattr(b, part).values.items()}
+    if e is not None:
+        arrays |= {
+            name: getattr(e, name)
+            for name in ("barycentric", "displacement", "local_offset", "local_quat_wxyz")
+        }
+    if rig is not None:
+        arrays["joint_basis"] = rig.joint_basis
+        for part in ("morphs", "correctives", "late_morphs"):
+            arrays[f"rig.{part}"] = getattr(rig, part).values["position"]
+    return {name: values for name, values in arrays.items() if values.size}
+
+
+def test_cases_use_every_input() -> None:
+    """Weights of all signs and 0, joints far from rest, late morphs, a placed avatar."""
+    poses = [vectors.case.pose for avatar in AVATARS for vectors in committed(avatar).cases]
+    weights = np.concatenate([list(p.expressions.values()) for p in poses if p.expressions])
+    assert weights.min() < 0 < 1 < weights.max() and (weights == 0).any()
+    for vectors in committed("skin_polar").cases[1:]:
+        turns = [np.trace(m[:3, :3]) for m in vectors.case.pose.joints.values()]
+        assert max(turns) < 2.99 and min(vectors.case.pose.eyelids.values()) > 0.2
+        assert not np.allclose(vectors.case.pose.world_from_avatar, np.eye(4))

@@ -1,0 +1,202 @@
+"""reference/ of a bundle: small, the same every time, of every input that the avatar has, and of this avatar."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image
+from safetensors.numpy import load as load_tensors
+
+from avatar_export.read import read
+from avatar_export.reference_cases import every_input, reference_cases, seen
+from avatar_export.validate import validate
+from avatar_export.writers.bundle import write_bundle
+from avatar_export.writers.reference import REFERENCE_FILES
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.bundle import load
+from avatar_runtime.conformance import Case, conform, decode
+from avatar_runtime.player import Player
+from avatar_runtime.stages import STAGES
+from tests import bundles
+from tests.avatars import full_avatar, surface_avatar
+from tests.measured import Measure
+from tests.shared_data import shared
+
+MOST_BYTES, MOST_ROWS, SIDE = 2_000_000, 512, 256
+SAMPLES = ("blendshapes_avatar", "lam_avatar", "splatting_head_sh3_avatar", "body_avatar")
+
+
+def written(avatar: Avatar, folder: Path, **options: Any) -> Path:
+    write_bundle(avatar, folder, preview=False, engine_files=False, **options)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return written(full_avatar(), tmp_path_factory.mktemp("reference") / "out")
+
+
+def document(bundle: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((bundle / "reference" / "cases.json").read_text("utf-8"))
+    return found
+
+
+def pixels(bundle: Path, name: str) -> npt.NDArray[np.float64]:
+    data = (bundle / "reference" / name).read_bytes()
+    return np.asarray(Image.open(io.BytesIO(data)), np.float64)
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_small_and_sound_on_every_system(
+    name: str, request: pytest.FixtureRequest, tmp_path: Path, measured: Measure
+) -> None:
+    avatar: Avatar = request.getfixturevalue(name)
+    bundle = written(avatar, tmp_path / "out")
+    files = {path: data for path, data in bundles.contents(bundle).items() if path.startswith("reference/")}
+    assert set(files) <= set(REFERENCE_FILES)
+    size = sum(map(len, files.values()))
+    measured("size of reference/, MB", size / 1e6)
+    assert size <= MOST_BYTES
+    cases = document(bundle)["cases"]
+    assert [case["name"] for case in cases] == ["rest", "posed", "clip"][: 3 if avatar.clips else 2]
+    assert [s["stage"] for s in cases[0]["stages"]] == [*STAGES[:-1], "raster", "raster"]
+    tensors = load_tensors(files["reference/vectors.safetensors"])
+    assert 30 < len(tensors["rows"]) <= MOST_ROWS
+    assert max(shape for t in tensors.values() if t.dtype == np.float32 for shape in t.shape[:1]) <= 4096
+    for case in cases:
+        drawn = pixels(bundle, f"{case['name']}.engine.alpha.png")
+        assert drawn.shape == (SIDE, SIDE)
+        assert 0.05 < (drawn > 128).mean() < 0.9
+        border = np.concatenate([drawn[0], drawn[-1], drawn[:, 0], drawn[:, -1]])
+        assert np.median(border) == 0, "the camera sees the whole"
+        if case["engine_psnr_db"] is not None:
+            measured("engine against trainer at 256x256, samples, dB", case["engine_psnr_db"])
+
+
+def test_small_on_a_real_avatar(tmp_path: Path) -> None:
+    bundle = written(read(shared("lam/p2-1.zip")), tmp_path / "out")
+    assert sum(path.stat().st_size for path in (bundle / "reference").iterdir()) <= MOST_BYTES
+
+
+def test_the_posed_case_leaves_no_input_at_rest() -> None:
+    avatar = full_avatar()
+    pose = every_input(avatar)
+    weights = list(pose.expressions.values())
+    assert tuple(pose.expressions) == avatar.expression_names
+    assert all(weights) and len({abs(w) for w in weights}) == len(weights), "a swap of two would show"
+    for expression in avatar.expressions:
+        low, high = expression.range
+        assert low <= pose.expressions[expression.name] <= high
+    assert set(pose.eyelids) == set(avatar.late_morph_names) and all(pose.eyelids.values())
+    assert avatar.rig is not None
+    assert set(pose.joints) == set(avatar.rig.joint_names)
+    turns = [m[:3, :3] for m in (*pose.joints.values(), pose.world_from_avatar)]
+    for turn in turns:
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+        assert (np.abs(turn - np.eye(3))[~np.eye(3, dtype=bool)] > 1e-4).all(), "about no axis of the frame"
+    assert (pose.world_from_avatar[:3, 3] != 0).all()
+    for name in ("expressions", "eyelids", "joints"):
+        assert len(getattr(pose, name)) == len(
+            {np.asarray(v).tobytes() for v in getattr(pose, name).values()}
+        )
+
+
+def test_the_camera_looks_at_the_pose() -> None:
+    avatar = full_avatar()
+    pose = every_input(avatar)
+    far = replace(pose, world_from_avatar=pose.world_from_avatar + [[0, 0, 0, 5.0], *np.zeros((3, 4))])
+    low, high = seen(avatar, far)
+    mean = Player(avatar, "reference").animate(far).mean
+    assert ((low >= mean.min(axis=0) - 1e-6) & (high <= mean.max(axis=0) + 1e-6) & (high > low)).all()
+
+
+def test_what_an_avatar_lacks_is_not_asked_for() -> None:
+    bare = replace(surface_avatar(rigged=False), late_morph_names=(), clips=())
+    names = {case.name: case.pose for case in reference_cases(bare)}
+    assert list(names) == ["rest", "posed"]
+    assert not names["posed"].joints and not names["posed"].eyelids
+
+
+def test_all_tensors_of_the_posed_case_hold_values(bundle: Path) -> None:
+    tensors = load_tensors((bundle / "reference" / "vectors.safetensors").read_bytes())
+    posed = {name: t for name, t in tensors.items() if name.startswith("posed/")}
+    assert len(posed) > 30
+    for name, tensor in posed.items():
+        assert name.endswith("background") or (tensor != 0).any(), name
+
+
+def test_pictures_are_of_the_whole_avatar(bundle: Path) -> None:
+    avatar = load(bundle)
+    player = Player(avatar, "reference")
+    for case in reference_cases(avatar):
+        for profile in ("trainer", "engine"):
+            picture = player.frame(case.pose, case.camera, case.background, profile).picture
+            colour = 255 * np.clip(picture.colour, 0, 1).astype(np.float64)
+            alpha = 255 * (1 - picture.transmittance.astype(np.float64))
+            assert colour.max() > 50
+            assert np.abs(pixels(bundle, f"{case.name}.{profile}.png") - colour).max() <= 0.501
+            assert np.abs(pixels(bundle, f"{case.name}.{profile}.alpha.png") - alpha).max() <= 0.501
+
+
+def test_the_manifest_says_who_made_it_and_how_far_the_profiles_lie_apart(
+    tmp_path: Path, splatting_head_sh3_avatar: Avatar
+) -> None:
+    bundle = written(splatting_head_sh3_avatar, tmp_path / "out")
+    said = bundles.manifest(bundle)["reference"]
+    assert said["made_by"] == document(bundle)["made_by"] == "runtime"
+    player = Player(splatting_head_sh3_avatar, "reference")
+    for entry, case in zip(said["cases"], reference_cases(splatting_head_sh3_avatar), strict=True):
+        a, b = (player.frame(case.pose, case.camera, (0, 0, 0), p).picture for p in ("engine", "trainer"))
+        drawn = (a.transmittance < 1) | (b.transmittance < 1)
+        noise = np.mean((a.colour[drawn].astype(np.float64) - b.colour[drawn]) ** 2)
+        assert entry["name"] == case.name
+        assert entry["engine_psnr_db"] == pytest.approx(10 * np.log10(1 / noise), abs=1e-6)
+
+
+def test_it_can_be_left_out(tmp_path: Path) -> None:
+    bundle = written(full_avatar(), tmp_path / "out", reference=False)
+    assert bundles.manifest(bundle)["reference"] is None
+    assert not (bundle / "reference").exists()
+
+
+def test_it_says_which_files_it_was_made_for(bundle: Path) -> None:
+    normative = {e["path"]: e["sha256"] for e in bundles.manifest(bundle)["files"] if not e["derived"]}
+    assert len(normative) == 4
+    assert document(bundle)["files"] == normative
+
+
+def test_the_same_pictures_from_a_left_handed_bundle(tmp_path: Path) -> None:
+    right, left = (written(full_avatar(), tmp_path / side, handedness=side) for side in ("right", "left"))
+    for file in sorted((right / "reference").glob("*.png")):
+        off = np.abs(pixels(right, file.name) - pixels(left, file.name))
+        assert off.max() <= 1, file.name
+    stored = load(left, as_stored=True)
+    reference = decode(lambda name, most: (left / "reference" / name).read_bytes())
+    assert conform(stored, reference, "reference").passed
+    assert validate(left) == []
+    a, b = (load_tensors((side / "reference" / "vectors.safetensors").read_bytes()) for side in (right, left))
+    assert np.array_equal(a["posed/bind/mean"] * [-1, 1, 1], b["posed/bind/mean"])
+
+
+def test_absurd_numbers_are_no_end(tmp_path: Path) -> None:
+    """Finite and legal, but beyond what float32 can project: nothing of it is drawn, and vectors stay finite."""
+    avatar = full_avatar()
+    mean = avatar.gaussians.mean.copy()
+    mean[3] = 3e38
+    bundle = written(replace(avatar, gaussians=replace(avatar.gaussians, mean=mean)), tmp_path / "out")
+    assert document(bundle)["cases"]
+
+
+def test_cases_are_the_same_every_time() -> None:
+    def numbers(case: Case) -> list[Any]:
+        return [case.name, *case.pose.expressions.values(), case.camera.clip_from_world.tobytes()]
+
+    first, second = (list(map(numbers, reference_cases(full_avatar()))) for _ in range(2))
+    assert first == second

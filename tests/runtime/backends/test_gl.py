@@ -1,0 +1,283 @@
+"""What backend `gl` offers beside the stages: limits, targets, orders, depth, several avatars, whose context it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, replace
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+
+import avatar_shaders
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.backends.gl import GlBackend, draw_together
+from avatar_runtime.backends.gl.context import own_context
+from avatar_runtime.backends.gl.gpu import Gpu
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.player import Player
+from avatar_runtime.posed import Clock
+from avatar_runtime.stages import STAGES
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.project import project
+from avatar_runtime.stages.raster import raster
+from avatar_runtime.stages.sort import sort
+from avatar_runtime.subset import subset
+from tests.avatars import full_avatar, surface_avatar
+from tests.measured import Measure
+from tests.runtime.backends.gl_cases import (
+    BACKGROUND,
+    SIZE,
+    backend,
+    camera,
+    pose_of,
+    posed_of,
+    reference_picture,
+)
+
+FULL, SURFACE = full_avatar(3), surface_avatar(3)
+WIDTH, HEIGHT = SIZE
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["desktop", "es"])
+def context(request: pytest.FixtureRequest) -> Iterator[moderngl.Context]:
+    made = own_context(es=request.param)
+    yield made
+    made.release()
+
+
+def picture(gl: GlBackend, **options: Any) -> Any:
+    return gl.scene.picture([posed_of(gl)], camera(), BACKGROUND, **options)
+
+
+def same(a: Any, b: Any) -> bool:
+    return np.array_equal(a.colour, b.colour) and np.array_equal(a.transmittance, b.transmittance)
+
+
+@pytest.mark.parametrize("avatar", [FULL, SURFACE], ids=["joints", "surface"])
+def test_a_small_limit_is_never_exceeded(
+    avatar: Avatar, context: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same bytes come out of many small buffers; sizes are those that GL reserved."""
+    sizes: list[int] = []
+    reserve = moderngl.Context.buffer
+
+    def noted(*arguments: Any, **options: Any) -> moderngl.Buffer:
+        made = reserve(*arguments, **options)
+        sizes.append(made.size)
+        return made
+
+    with backend(avatar, context=context) as gl:
+        want, splats = picture(gl), gl.animate(posed_of(gl), Clock())
+    monkeypatch.setattr(moderngl.Context, "buffer", noted)
+    with backend(avatar, context=context, buffer_limit=1600) as gl:
+        assert len(gl.deformer.chunks) > 5
+        got, found = picture(gl), gl.animate(posed_of(gl), Clock())
+        gl.mesh(posed_of(gl), Clock())
+    assert 1000 < max(sizes) <= 1600
+    assert same(got, want)
+    for field in fields(splats):
+        np.testing.assert_array_equal(getattr(found, field.name), getattr(splats, field.name))
+
+
+def test_what_no_limit_can_split(context: moderngl.Context) -> None:
+    with pytest.raises(AvatarError, match=r"backend gl: Gaussian 1 takes 1228 bytes .* limit is 1100"):
+        GlBackend(FULL, context, buffer_limit=1100)
+    with pytest.raises(
+        AvatarError, match=r"backend gl: the surface of 20 triangles takes 1364 bytes .* limit is 1300"
+    ):
+        GlBackend(SURFACE, context, buffer_limit=1300)
+    with pytest.raises(ValueError, match="buffer_limit is 10 bytes; 1024 is the least"):
+        GlBackend(FULL, context, buffer_limit=10)
+
+
+def test_more_rows_than_a_dispatch_has(context: moderngl.Context) -> None:
+    with (
+        backend(FULL, context=context) as gl,
+        pytest.raises(AvatarError, match="activate: 4194241 rows are more than"),
+    ):
+        gl.programs.dispatch("activate", 65535 * 64 + 1, {}, {})
+
+
+@pytest.mark.parametrize("avatar", [FULL, SURFACE], ids=["joints", "surface"])
+def test_no_gaussians_no_vertices(avatar: Avatar, context: moderngl.Context) -> None:
+    none = subset(avatar, np.zeros(0, int), np.zeros(0, int)).avatar
+    with backend(none, context=context) as gl:
+        got = gl.frame(
+            Player(avatar, "reference").posed(pose_of(avatar)), camera(), BACKGROUND, "engine", Clock()
+        )
+        assert (got.colour == BACKGROUND).all() and (got.transmittance == 1).all()
+
+
+def test_both_blend_orders(context: moderngl.Context) -> None:
+    want = reference_picture(FULL, camera())
+    for order in ("back_to_front", "front_to_back"):
+        with backend(FULL, context=context, order=order) as gl:
+            got = picture(gl)
+        assert np.abs(got.colour - want.colour).max() <= 1e-5
+        assert np.abs(got.transmittance - want.transmittance).max() <= 1e-5
+
+
+# One rounding a splat: halves have 11 bits, bytes 8; up to about 20 splats lie on one pixel here.
+@pytest.mark.parametrize(("target", "limit"), [("rgba16f", 2 / 255), ("rgba8", 6 / 255)])
+def test_smaller_targets(target: str, limit: float, context: moderngl.Context, measured: Measure) -> None:
+    want = reference_picture(FULL, camera())
+    for order in ("back_to_front", "front_to_back"):
+        with backend(FULL, context=context, target=target, order=order) as gl:
+            got = picture(gl)
+        inside = want.colour.max(axis=2) <= 1  # bytes hold no more than 1
+        worst = float(np.abs(got.colour - want.colour)[inside].max())
+        measured(f"gl {target} {order}, 1/255", 255 * worst)
+        assert 1e-5 < worst <= limit
+        assert 1e-5 < np.abs(got.transmittance - want.transmittance).max() <= limit
+
+
+def test_unknown_options_are_a_callers_mistake(context: moderngl.Context) -> None:
+    with pytest.raises(ValueError, match="'rgba64' is none of rgba32f, rgba16f, rgba8"):
+        GlBackend(FULL, context, target="rgba64")
+    with pytest.raises(ValueError, match="'sideways' is none of back_to_front, front_to_back"):
+        GlBackend(FULL, context, order="sideways")
+
+
+def seen_by_reference(parts: list[Splats], hidden: Any = None) -> Any:
+    """The reference's picture of concatenated splats, without those whose z / w lies behind `hidden`."""
+    joined = Splats(*(np.concatenate([getattr(s, f.name) for s in parts]) for f in fields(Splats)))
+    projected = project(joined, camera(), FULL.raster, FULL.sh_degree)
+    if hidden is not None:
+        at = np.append(joined.mean, np.ones((len(joined.mean), 1)), axis=1) @ camera().clip_from_world.T
+        keep = at[:, 2] / at[:, 3] <= hidden
+        projected = replace(projected, radius=np.where(keep, projected.radius, 0))
+    return raster(projected, sort(projected), camera(), BACKGROUND, "engine")
+
+
+def test_depth_hides_what_lies_behind(context: moderngl.Context) -> None:
+    """Left half: a plane in the middle of the splats; right half: far away."""
+    splats = Player(FULL, "reference").animate(pose_of(FULL))
+    at = np.append(splats.mean, np.ones((len(splats.mean), 1)), axis=1) @ camera().clip_from_world.T
+    window = at[:, 2] / at[:, 3]
+    plane = float(np.median(window))
+    assert np.abs(window - plane).min() > 1e-5  # no splat on the plane, where rounding would decide
+    depth = np.ones((HEIGHT, WIDTH), np.float32)
+    depth[20:, : WIDTH // 2] = plane
+    whole, cut = seen_by_reference([splats]), seen_by_reference([splats], plane)
+    assert np.abs(whole.colour - cut.colour)[:, : WIDTH // 2].max() > 0.1
+    mixed = np.where(depth[..., None] < 1, cut.colour, whole.colour)
+    for order in ("back_to_front", "front_to_back"):
+        with backend(FULL, context=context, order=order) as gl:
+            assert np.abs(picture(gl, depth=depth).colour - mixed).max() <= 1 / 255
+            assert np.abs(picture(gl).colour - whole.colour).max() <= 1 / 255  # and is forgotten after
+            with pytest.raises(ValueError, match=r"the depth is \(4, 3\), the picture \(200, 160\)"):
+                picture(gl, depth=np.ones((3, 4), np.float32))
+
+
+def test_what_lies_at_the_far_plane_is_not_hidden(context: moderngl.Context) -> None:
+    far = camera().clip_from_world.copy()
+    far[2] *= 1000  # z / w beyond 1 for every splat
+    seen = replace(camera(), clip_from_world=far)
+    with backend(FULL, context=context) as gl:
+        want = gl.scene.picture([posed_of(gl)], seen, BACKGROUND)
+        assert want.transmittance.min() < 0.1
+        assert same(
+            gl.scene.picture([posed_of(gl)], seen, BACKGROUND, depth=np.ones((HEIGHT, WIDTH), np.float32)),
+            want,
+        )
+
+
+def test_several_avatars_in_one_draw(context: moderngl.Context) -> None:
+    """Interleaved in depth: as the reference draws their splats as one avatar's."""
+    other = replace(SURFACE, raster=FULL.raster)
+    parts = [Player(avatar, "reference").animate(pose_of(avatar)) for avatar in (FULL, other)]
+    want = seen_by_reference(parts)
+    for limit in (1 << 20, 1600):
+        with (
+            backend(FULL, context=context, buffer_limit=limit) as first,
+            backend(other, context=context, buffer_limit=limit) as second,
+        ):
+            together = draw_together([first, second])
+            posed = [posed_of(first), posed_of(second)]
+            assert np.abs(together.picture(posed, camera(), BACKGROUND).colour - want.colour).max() <= 1 / 255
+            alone = picture(first)
+            assert same(alone, draw_together([first]).picture(posed[:1], camera(), BACKGROUND))
+            with pytest.raises(ValueError, match="argument 2 is shorter"):
+                together.picture(posed[:1], camera())
+
+
+def test_avatars_of_different_contexts_are_not_drawn_together(context: moderngl.Context) -> None:
+    several = pytest.raises(ValueError, match="2 backends in 2 contexts cannot be drawn together")
+    with backend(FULL, context=context) as first, backend(FULL) as second, several:
+        draw_together([first, second])
+    with pytest.raises(ValueError, match="0 backends"):
+        draw_together([])
+
+
+def test_stage_times_where_asked(context: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a wait for the GPU after each stage, and without one."""
+    waits: list[None] = []
+    monkeypatch.setattr(moderngl.Context, "finish", lambda context: waits.append(None))
+    for timed, want in ((False, {"gl"}), (True, set(STAGES) - {"joints"})):
+        clock = Clock()
+        with backend(SURFACE, context=context, timed=timed) as gl:
+            gl.frame(posed_of(gl), camera(), BACKGROUND, "engine", clock)
+        assert clock.milliseconds.keys() == want
+        assert all(spent > 0 for spent in clock.milliseconds.values())
+        assert len(waits) == (len(want) if timed else 0)
+
+
+class Altered:
+    """The shaders, but for one that is altered."""
+
+    def __init__(self, entry: str, old: str, new: str) -> None:
+        self.entry, self.old, self.new = entry, old, new
+
+    def source(self, entry: str, language: str) -> str:
+        text = avatar_shaders.source(entry, language)
+        if entry != self.entry:
+            return text
+        assert self.old in text
+        return text.replace(self.old, self.new)
+
+    def reflection(self, language: str) -> Any:
+        return avatar_shaders.reflection(language)
+
+
+def test_a_shader_that_does_not_compile(context: moderngl.Context) -> None:
+    language = Gpu(context, False, 1 << 20).language
+    for entry, named in (("blend", "blend"), ("raster_pixel", "raster_vertex and raster_pixel")):
+        broken = Altered(entry, "void main()\n{", "void main()\n{ undeclared = 1;")
+        with pytest.raises(AvatarError, match=f"shader {named} \\({language}\\): .*undeclared") as caught:
+            GlBackend(FULL, context, shaders=broken)
+        assert "\n" not in str(caught.value)
+
+
+def test_shaders_from_elsewhere_are_those_that_run(context: moderngl.Context) -> None:
+    with backend(FULL, context=context, shaders=Altered("project", "0.5", "0.25")) as gl:
+        assert np.abs(picture(gl).colour - reference_picture(FULL, camera()).colour).max() > 0.05
+
+
+def test_the_size_may_change_from_frame_to_frame(context: moderngl.Context) -> None:
+    small = replace(camera(), width=40, height=30)
+    with backend(FULL, context=context) as gl:
+        want = picture(gl, depth=np.ones((HEIGHT, WIDTH), np.float32))
+        held = len(gl.gpu.held)
+        got = gl.scene.picture([posed_of(gl)], small, BACKGROUND, depth=np.ones((30, 40), np.float32))
+        assert len(gl.gpu.held) == held
+        assert got.colour.shape == (30, 40, 3)
+        assert np.abs(got.colour - reference_picture(FULL, small).colour).max() <= 1 / 255
+        assert same(picture(gl), want)
+
+
+def test_frames_are_the_same_every_time(context: moderngl.Context) -> None:
+    with backend(FULL, context=context) as gl:
+        want = picture(gl)
+        gl.stage("sort", {"depth": np.ones(48, np.float32), "radius": np.ones(48, np.int32)}, None, "engine")
+        assert same(picture(gl), want)
+
+
+def test_everything_is_given_back(context: moderngl.Context) -> None:
+    with GlBackend(SURFACE, context) as gl:
+        picture(gl)
+        held = list(gl.gpu.held)
+        assert len(held) > 20
+    assert not gl.gpu.held
+    assert all(isinstance(item.mglo, moderngl.InvalidObject) for item in held)

@@ -1,0 +1,191 @@
+"""Making and running references: what is kept, what is refused, what a broken backend looks like."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avatar_runtime.backends import reference as reference_backend
+from avatar_runtime.conformance import Case, Reference, conform, encode, make_reference
+from avatar_runtime.conformance.pictures import compare, view
+from avatar_runtime.conformance.rows import kept_pixels, thinned
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose
+from avatar_runtime.stages.raster import Picture
+from tests.avatars import full_avatar, surface_avatar
+from tests.runtime.conformance.made import CAMERA, avatar, reference
+
+
+def test_the_same_avatar_gives_the_same_bytes() -> None:
+    case = reference().cases[0].case
+    again = make_reference(avatar(), [case], rows=16, pixels=64, generator="made for tests")
+    assert encode(again) == encode(reference())
+
+
+def test_rows_are_of_every_group_and_few() -> None:
+    made = avatar()
+    part = thinned(made, 16)
+    assert len(part.rows) == 16 and len(part.vertices) == 16
+    for group in made.groups:
+        assert np.count_nonzero((part.rows >= group.first) & (part.rows < group.first + group.count)) == 4
+    assert len(thinned(made, 512).rows) == made.gaussians.count
+
+
+def test_rows_on_a_surface_keep_their_vertices_few() -> None:
+    part = thinned(surface_avatar(3), 16)
+    assert 1 <= len(part.rows) <= 16 and part.avatar.embedding is not None
+    assert len(part.vertices) == len(part.avatar.embedding.canonical_vertices)
+
+
+def test_pixels_are_drawn_ones_and_some_that_are_not() -> None:
+    drawn = np.zeros((30, 40), bool)
+    drawn[10:20, 10:30] = True
+    kept = kept_pixels(drawn, 64)
+    assert len(kept) == len(np.unique(kept)) == 64
+    assert np.count_nonzero(drawn.ravel()[kept]) == 48
+    assert len(kept_pixels(drawn, 5000)) == 200 + 1000
+    assert len(kept_pixels(drawn * False, 64)) == 16
+
+
+def test_a_stage_plays_its_rows_as_the_whole_avatar_does() -> None:
+    """Rows of a subset are what the whole gives at them."""
+    made, case = avatar(), reference().cases[0].case
+    splats = Player(made, "reference").animate(case.pose)
+    rows = reference().rows
+    tensors = reference().tensors
+    np.testing.assert_array_equal(tensors["nod/bind/mean"], splats.mean[rows])
+    np.testing.assert_array_equal(tensors["nod/activate/scale"], splats.scale[rows])
+    np.testing.assert_array_equal(tensors["nod/blend/sh"], splats.sh[rows])
+    mesh = Player(made, "reference").mesh(case.pose)
+    np.testing.assert_array_equal(tensors["nod/skin/posed_vertices"], mesh[reference().vertices])
+
+
+def broken(stage: str, array: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Backend `reference` with a bit too much in one array of one stage."""
+    right = reference_backend.RUN[stage]
+
+    def wrong(*args: Any) -> dict[str, Any]:
+        outputs = right(*args)
+        return outputs | {array: outputs[array] + np.asarray(0.01, outputs[array].dtype)}
+
+    monkeypatch.setitem(reference_backend.RUN, stage, wrong)
+
+
+@pytest.mark.parametrize(
+    ("stage", "array"),
+    [
+        ("morph", "vertices"),
+        ("skin", "posed_vertices"),
+        ("blend", "log_scale"),
+        ("bind", "sh_rotation"),
+        ("activate", "opacity"),
+        ("project", "rgb"),
+        ("raster", "transmittance"),
+    ],
+)
+def test_one_broken_stage_is_the_one_that_fails(
+    stage: str, array: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken(stage, array, monkeypatch)
+    report = conform(avatar(), reference(), "reference")
+    assert {(row.stage, row.array) for row in report.rows if not row.passed} == {(stage, array)}
+    assert report.first_failure == stage and not report.passed
+
+
+def test_a_broken_order_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = reference_backend.RUN["sort"]
+    monkeypatch.setitem(reference_backend.RUN, "sort", lambda *a: {"order": right(*a)["order"][::-1]})
+    assert conform(avatar(), reference(), "reference").first_failure == "sort"
+
+
+def test_a_picture_that_differs_is_told_when_all_stages_pass() -> None:
+    """The avatar's other rows are in the picture alone."""
+    made = avatar()
+    other = np.setdiff1d(np.arange(made.gaussians.count), reference().rows)
+    logits = made.gaussians.opacity_logit.copy()
+    logits[other] = 6.0
+    changed = replace(made, gaussians=replace(made.gaussians, opacity_logit=logits))
+    report = conform(changed, reference(), "reference")
+    assert all(row.passed for row in report.rows)
+    assert report.first_failure == "picture"
+    assert not any(picture.passed for picture in report.pictures)
+    assert all(picture.psnr_db is not None and picture.psnr_db < 40 for picture in report.pictures)
+
+
+@pytest.mark.parametrize(("steps", "passes"), [(1, True), (2, False), (-2, False)])
+@pytest.mark.parametrize("what", ["colour", "alpha"])
+def test_a_picture_may_be_one_step_off(what: str, steps: int, passes: bool) -> None:
+    vectors = reference().cases[0]
+    shifted = {
+        profile: replace(
+            want, **{what: np.clip(getattr(want, what).astype(int) + steps, 0, 255).astype(np.uint8)}
+        )
+        for profile, want in vectors.pictures.items()
+    }
+    report = conform(avatar(), replace(reference(), cases=(replace(vectors, pictures=shifted),)), "reference")
+    assert report.passed == passes
+
+
+def test_a_profile_that_is_not_drawn_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reference_backend.ReferenceBackend, "profiles", ("engine",))
+    report = conform(avatar(), reference(), "reference")
+    assert report.passed
+    assert report.skipped == ("nod: stage raster in profile trainer", "nod: picture in profile trainer")
+
+
+def without(values: Reference, stage: str, array: str) -> Reference:
+    vectors = values.cases[0]
+    steps = [
+        replace(s, inputs={k: v for k, v in s.inputs.items() if (s.stage, k) != (stage, array)})
+        for s in vectors.steps
+    ]
+    return replace(values, cases=(replace(vectors, steps=tuple(steps)),))
+
+
+def without_mesh(values: Reference) -> Reference:
+    return replace(values, vertices=values.vertices[:0])
+
+
+@pytest.mark.parametrize(
+    ("made", "values", "said"),
+    [
+        (
+            lambda: full_avatar(2),
+            lambda: replace(reference(), rows=reference().rows + 40),
+            "made for another",
+        ),
+        (lambda: full_avatar(2), lambda: replace(reference(), vertices=reference().vertices + 9), "another"),
+        (lambda: surface_avatar(2), reference, "another"),
+        (lambda: replace(full_avatar(2), rig=None), reference, "another"),
+        (lambda: replace(full_avatar(2), rig=None), lambda: without_mesh(reference()), "does not have"),
+        (lambda: full_avatar(2), lambda: without(reference(), "bind", "skin_matrix"), "skin_matrix"),
+        (
+            lambda: full_avatar(2),
+            lambda: without(reference(), "joints", "anchor_vertices"),
+            "anchor_vertices",
+        ),
+    ],
+)
+def test_a_reference_of_another_avatar_is_refused(made: Any, values: Any, said: str) -> None:
+    with pytest.raises(AvatarError, match=said):
+        conform(made(), values(), "reference")
+
+
+def test_a_pose_that_the_avatar_lacks_is_refused() -> None:
+    with pytest.raises(AvatarError, match="jawOpne"):
+        make_reference(avatar(), [Case("x", "", Pose({"jawOpne": 1.0}), CAMERA)])
+
+
+def test_rounding_to_bytes_neither_hides_nor_makes_a_difference() -> None:
+    colour = np.linspace(0, 1, 48, dtype=np.float32).reshape(4, 4, 3)
+    picture = Picture(colour, 1 - colour[..., 0], np.zeros((4, 4), np.int32), 0)
+    want = view(picture)
+    assert compare(picture, want) == (pytest.approx(0, abs=1e-4), None)
+    off = replace(picture, colour=np.clip(colour - np.float32(1.2 / 255), 0, 1))
+    difference, psnr = compare(off, want)
+    assert 0.7 <= difference <= 1.7 and psnr is not None and psnr > 40
+    assert compare(replace(picture, colour=colour * np.float32(np.nan)), want)[0] == np.inf

@@ -1,0 +1,76 @@
+"""HLSL that Unity's FXC (shader model 5) takes, cores that any engine can include, headers that tell the truth."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from avatar_shaders import ENTRIES, HLSL_ONLY
+from avatar_shaders.generate import HLSL
+from avatar_shaders.reflect import interface
+from avatar_shaders.tools import cross, spirv
+
+FILES = sorted(path.name for path in HLSL.iterdir())
+CORES = [name for name in FILES if name.endswith(".hlsli")]
+FORBIDDEN = {
+    "wave intrinsics": r"\b(Wave|Quad)(Active|Prefix|Read|Is|Match|Get|All|Any)\w*\s*\(",
+    "half or a minimum precision": r"\b(half[1-4]?|min16\w*)\b",
+    "64 bits": r"\b(double|int64_t|uint64_t)\b",
+    "#pragma once": r"#\s*pragma\s+once",
+    "shader model 6": r"\b(enum|template|auto|using|operator|ConstantBuffer)\b",
+    "attributes of Vulkan": r"\[\[",
+    "engine macros": r"\b(UNITY_|SHADER_API|COMPILER_|_ProjectionParams)",
+    # words that FXC keeps for itself and newer compilers do not, and macros of Windows' C++ headers
+    "a reserved name": r"\b(?:float|uint|int|bool)\d?\s+(?:asm|compile|line|linear|pass|point|sample|sampler|shared"
+    r"|string|technique|texture|triangle|vector|matrix|centroid|precise|near|far)\b",
+}
+RESOURCES = r"\b(RW)?(StructuredBuffer|ByteAddressBuffer|Buffer|Texture\w+)\s*<|\bcbuffer\b|\bgroupshared\b"
+REGISTER = r"\bregister\s*\("
+
+
+def code(name: str) -> str:
+    """Text without comments; macro definitions are left out where `name` is the platform's."""
+    text = re.sub(r"//.*", "", (HLSL / name).read_text("utf-8"))
+    return re.sub(r"^#define.*$", "", text, flags=re.MULTILINE) if name == "platform.hlsli" else text
+
+
+@pytest.mark.parametrize("what", FORBIDDEN)
+def test_no_file_uses(what: str) -> None:
+    found = {name: re.search(FORBIDDEN[what], code(name)) for name in FILES}
+    assert not {name: match[0] for name, match in found.items() if match}
+
+
+@pytest.mark.parametrize("name", CORES)
+def test_a_core_binds_nothing_and_may_be_included_twice(name: str) -> None:
+    assert not re.search(RESOURCES, code(name))
+    guard = f"AVATAR_{name.removesuffix('.hlsli').upper()}_HLSLI"
+    assert f"#ifndef {guard}\n#define {guard}\n" in (HLSL / name).read_text("utf-8")
+
+
+def test_nothing_has_a_fixed_register() -> None:
+    assert not [name for name in FILES if re.search(REGISTER, code(name))]
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_includes_lie_in_the_same_folder(name: str) -> None:
+    included = re.findall(r"#\s*include\s+(\S+)", code(name))
+    assert {path.strip('"') for path in included} <= set(CORES)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_headers_name_what_is_bound(name: str) -> None:
+    text = (HLSL / name).read_text("utf-8")
+    header = " ".join(re.findall(r"\A(?://.*\n)+", text)[0].replace("\n//", " ").split())
+    told = re.search(r"Reads: (.*?)\. Writes: (.*?)\.", header)
+    assert told, "no Reads: ... Writes: ..."
+    reads, writes = (set(re.findall(r"[A-Z]\w+", re.sub(r"\(.*?\)", "", part))) for part in told.groups())
+    bound = [
+        interface(entry, row, cross(spirv(HLSL, entry), "reflect"), "")
+        for entry, row in (ENTRIES | HLSL_ONLY).items()
+        if row.hlsl == name
+    ]
+    assert reads == {s["name"] for row in bound for s in row["storage"] if s["readonly"]} | {
+        t["name"] for row in bound for t in row["textures"]
+    }
+    assert writes == {s["name"] for row in bound for s in row["storage"] if not s["readonly"]}
