@@ -10,7 +10,7 @@ export function readReference(text, buffer) {
   return { ...JSON.parse(text), tensors };
 }
 
-// The largest share of its tolerance that an element of `got` takes up; above 1 it fails.
+// The largest share of its tolerance that an element of `got` takes up: it holds if that is <= 1 (NaN is not).
 export function toleranceUsed({ tensor, weight, atol, rtol }, got, tensors) {
   const want = tensors[tensor], weights = weight ? tensors[weight.tensor] : [1], width = want.length / weights.length;
   const share = (w, i) => Math.abs(got[i] - w) / (atol * weights[Math.floor(i / width)] + rtol * Math.abs(w));

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.conformance import STAGE_ARRAYS, Report, conform
+from avatar_runtime.conformance import STAGE_ARRAYS, Report, conform, make_reference
 from avatar_runtime.conformance.arrays import WHEN
 from avatar_runtime.rules import QUATERNION_SIGNS, ROTATION_RULES, SCALE_RULES, SH_DIRECTIONS
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
 from tests.conformance.avatars import AVATARS
-from tests.conformance.cases import CASES, DATA, cases_of
+from tests.conformance.cases import CASES, DATA, PIXELS, ROWS, cases_of
 from tests.conformance.references import committed
 from tests.measured import Measure
 
@@ -84,8 +85,29 @@ def test_committed_vectors_are_of_the_cases(avatar: str) -> None:
 
 
 @pytest.mark.parametrize("avatar", AVATARS)
+def test_committed_tolerances_are_those_of_the_table(avatar: str) -> None:
+    made = AVATARS[avatar]()
+    fresh = make_reference(made, cases_of(avatar, made), rows=ROWS, pixels=PIXELS)
+    tensors = committed(avatar).tensors
+    for vectors, want in zip(committed(avatar).cases, fresh.cases, strict=True):
+        assert [(s.stage, s.profile, s.inputs) for s in vectors.steps] == [
+            (s.stage, s.profile, s.inputs) for s in want.steps
+        ]
+        for found, wanted in zip(vectors.steps, want.steps, strict=True):
+            assert found.outputs.keys() == wanted.outputs.keys()
+            for array, expected in wanted.outputs.items():
+                approximately = replace(found.outputs[array], atol=expected.atol)
+                assert approximately == expected
+                assert found.outputs[array].atol == pytest.approx(expected.atol, rel=1e-4)
+                assert expected.most_flips <= 1
+                if expected.weight is not None:
+                    weight = fresh.tensors[expected.weight]
+                    np.testing.assert_allclose(tensors[expected.weight], weight, rtol=1e-3)
+
+
+@pytest.mark.parametrize("avatar", AVATARS)
 def test_tolerances_are_a_few_roundings(avatar: str) -> None:
-    """At most 2e-5 of the largest value, or of 1 where all are 0; of a conic, whose rows are judged one by one, of a row's, but for needles."""
+    """At most 2e-5 of the largest value, or of 1 where all are 0; of a row's for a conic, but for needles."""
     reference = committed(avatar)
     for vectors in reference.cases:
         for step in vectors.steps:

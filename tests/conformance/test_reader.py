@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from avatar_runtime.conformance import encode
 from avatar_runtime.conformance.files import ROWS, VERTICES, step_tensors
 from tests.conformance.avatars import AVATARS
 from tests.conformance.cases import DATA
@@ -47,6 +50,19 @@ def test_javascript_reads_every_tensor_and_passes_two_stages(avatar: str) -> Non
     stages = {(case.case.name, stage) for case in reference.cases for stage in ("activate", "sort")}
     assert {(case, stage) for case, stage, _, _ in found["used"]} == stages
     assert all(share is not None and share <= 1 for _, _, _, share in found["used"])
+
+
+def test_javascript_says_what_is_beyond_its_tolerance(tmp_path: Path) -> None:
+    reference = committed("still")
+    name = "posed/activate/scale"
+    altered = replace(
+        reference, tensors={**reference.tensors, name: reference.tensors[name] * np.float32(1.0001)}
+    )
+    for file, data in encode(altered).items():
+        (tmp_path / file).write_bytes(data)
+    shares = {(stage, array): share for _, stage, array, share in answer(tmp_path)["used"]}
+    assert {key for key, share in shares.items() if share > 1} == {("activate", "scale")}
+    assert shares["activate", "scale"] == pytest.approx(1e-4 / (64 * 2.0**-24), rel=0.05)
 
 
 def test_the_reader_fits_into_twenty_lines() -> None:

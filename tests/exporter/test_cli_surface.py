@@ -58,7 +58,7 @@ def test_the_rig_comes_from_a_body_model_and_its_poses_are_a_clip(
     out, folder = tmp_path / "head", sample_splatting_head
     code, text, notes = run(
         *("convert", folder / "run", "-o", out, "--body-model", folder / "body" / "body_model.npz"),
-        *("--poses", folder / "flame_params.json", "--no-preview", "--no-engine-files"),
+        *("--poses", folder / "flame_params.json", "--no-preview", "--no-engine-files", "--no-reference"),
     )
     assert code == 0 and "1 clip," in text
     assert "4 training units a metre" in notes

@@ -126,10 +126,12 @@ WRONG = {
 
 
 @pytest.mark.parametrize("stage", WRONG)
-def test_the_stage_that_is_off_is_named_first(run: Run, bundle: Path, stage: str) -> None:
+def test_the_stage_that_is_off_is_named_first(run: Run, bundle: Path, tmp_path: Path, stage: str) -> None:
     edit_vectors(bundle, WRONG[stage])
-    code, text, _ = run("conform", bundle, "--backend", "reference")
+    pictures = tmp_path / "pictures"
+    code, text, _ = run("conform", bundle, "--backend", "reference", "--pictures", pictures)
     assert code == 1
+    assert len(list(pictures.iterdir())) == 6, "of the one case that fails"
     assert f"fails first at {stage};" in text
     label = stage if stage != "raster" else "raster engine"
     lines = table(text)
@@ -165,6 +167,8 @@ def test_pictures_of_what_fails(run: Run, bundle: Path, tmp_path: Path) -> None:
     Image.fromarray(spoilt).save(path)
     unfilter(path)
     bundles.sign(bundle)
+    (problem,) = validate(bundle)
+    assert problem.path == "reference/clip.engine.png" and "of 255, allowed 1" in problem.message
     out = tmp_path / "new" / "pictures"
     code, text, _ = run("conform", bundle, "--backend", "reference", "--pictures", out)
     assert code == 1 and "fails first at picture;" in text

@@ -1,10 +1,13 @@
-"""Backend `cpu` up to activate: every rule against the reference, and against what released code computed."""
+"""Backend `cpu` up to activate: every rule against the reference, and against what the released code computed."""
 
 from __future__ import annotations
 
+import importlib.util
+import pickle
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -12,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from avatar_runtime.avatar import Avatar, Blendshapes, Expression, Rules, SparseRows
-from avatar_runtime.backends import cpu, make_backend, reference
-from avatar_runtime.backends.cpu import skinned, threads
-from avatar_runtime.backends.cpu.jit import SOURCES
+from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Expression, Gaussians, Rules, SparseRows
+from avatar_runtime.backends import make_backend
+from avatar_runtime.backends.cpu.jit import SOURCES, kernel
+from avatar_runtime.backends.cpu.skinned import animate_skinned
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
@@ -24,7 +27,7 @@ from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.rules import ANCHOR_RULES, QUATERNION_SIGNS, SH_DIRECTIONS, SKIN_ROTATIONS, SURFACE_RULES
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.groups import group_transforms
-from tests.avatars import COUNT, full_avatar, surface_avatar
+from tests.avatars import full_avatar, surface_avatar
 from tests.golden import FRAMES, BlendshapesGolden
 from tests.measured import Measure
 from tests.runtime.golden_model import GoldenModel, golden_joints
@@ -33,34 +36,367 @@ Array = npt.NDArray[Any]
 FIELDS = ("mean", "scale", "quat_wxyz", "opacity", "sh", "sh_rotation")
 RELATIVE = 1e-5
 CAMERA = Camera.orbit(np.zeros(3), 0.6, 0.3, 0.1, 0.5, 48, 40)
+RULES = [
+    Rules(rotation, "neck", direction, anchor)
+    for rotation in SKIN_ROTATIONS
+    for direction in SH_DIRECTIONS
+    for anchor in ANCHOR_RULES
+]
+SURFACES = [
+    (Rules(rotation, None, direction, position=position, scale=scale, quaternion_sign=sign), rigged)
+    for rotation, position, scale in SURFACE_RULES
+    for sign in QUATERNION_SIGNS
+    for direction in SH_DIRECTIONS
+    for rigged in (True, False)
+]
 
 
 def random_pose(avatar: Avatar, seed: int) -> Pose:
-    """About half of the weights 0, every joint turned and moved; every second pose is placed in the world."""
+    """About half of the weights are 0, every joint turns and moves; every second pose is placed in the world."""
     rng = np.random.default_rng(seed)
     names = avatar.expression_names
     weights = np.where(rng.uniform(size=len(names)) < 0.5, 0, rng.uniform(-0.4, 1.2, len(names)))
     joints = avatar.rig.joint_names if avatar.rig else ()
-    turns = {j: homogeneous(matrix_from_rotvec(rng.normal(0, 0.5, 3)), rng.normal(0, 0.01, 3)) for j in joints}
+    turns = {
+        j: homogeneous(matrix_from_rotvec(rng.normal(0, 0.5, 3)), rng.normal(0, 0.01, 3)) for j in joints
+    }
     lids = {name: float(rng.uniform(0, 1)) * (seed % 3 > 0) for name in avatar.late_morph_names}
     world = homogeneous(matrix_from_rotvec(rng.normal(0, 1, 3)), rng.normal(0, 0.1, 3))
     return Pose(dict(zip(names, weights, strict=True)), turns, lids, world if seed % 2 else np.eye(4))
 
 
 def wide_avatar() -> Avatar:
-    """`full_avatar` with each Gaussian 45 times over and 130 expressions: many blocks, more columns than mask bits."""
+    """`full_avatar` with its Gaussians 45 times over and 193 expressions, of which four move something.
+
+    Groups of many blocks, and columns that share a bit of the masks.
+    """
     avatar = full_avatar(5)
+    assert avatar.rig is not None
+    moving = np.array([0, 64, 65, 192], np.uint16)
     rows = np.concatenate([np.tile(np.arange(g.first, g.first + g.count), 45) for g in avatar.groups])
     g, b = avatar.gaussians, avatar.blendshapes
 
-    def apart(sparse: SparseRows) -> SparseRows:
-        taken = sparse.take(rows)
-        return replace(taken, column=(taken.column * 43).astype(np.uint16), columns=130)
+    def spread(sparse: SparseRows) -> SparseRows:
+        return replace(sparse, column=moving[sparse.column], columns=193)
 
+    basis = np.zeros((193, *avatar.rig.joint_basis.shape[1:]), np.float32)
+    basis[moving] = avatar.rig.joint_basis
     return replace(
         avatar,
-        gaussians=replace(
-            g, **{name: getattr(g, name)[rows] for name in (*FIELDS[:1], *("log_scale", "quat_wxyz"), "sh")}
+        gaussians=Gaussians(
+            g.mean[rows], g.log_scale[rows], g.quat_wxyz[rows], g.opacity_logit[rows], g.sh[rows]
         ),
-        blendshapes=b,
+        groups=tuple(
+            replace(group, first=45 * group.first, count=45 * group.count) for group in avatar.groups
+        ),
+        expressions=tuple(Expression(f"exp_{k:03d}") for k in range(193)),
+        blendshapes=Blendshapes(
+            spread(b.geometry.take(rows)),
+            spread(b.appearance.take(rows)),
+            b.correctives.take(rows),
+            b.late_morphs.take(rows),
+        ),
+        skin=avatar.skin.take(rows),
+        rig=replace(avatar.rig, morphs=spread(avatar.rig.morphs), joint_basis=basis),
+        driving=Driving(),
+        clips=(),
+    ).check()
+
+
+def half_turned(avatar: Avatar, rng: np.random.Generator) -> Array:
+    """The canonical mesh turned by about half a turn and crumpled: there the sign policies part. [V, 3]."""
+    assert avatar.embedding is not None
+    axis = rng.normal(0, 1, 3)
+    turn = matrix_from_rotvec(np.pi * axis / np.linalg.norm(axis))
+    canonical = avatar.embedding.canonical_vertices
+    return canonical @ turn.T + rng.normal(0, 5e-3, canonical.shape)
+
+
+def agree(got: Splats, want: Splats, measured: Measure) -> None:
+    """Each array within RELATIVE of the largest value of its kind, of its own value for scales."""
+    for name in FIELDS:
+        a, b = getattr(got, name), getattr(want, name)
+        assert a.dtype == np.float32 and a.shape == b.shape and a.flags.c_contiguous
+        size = np.abs(b) if name == "scale" else np.abs(b).max()
+        error = float((np.abs(a - b) / size).max())
+        measured(f"cpu animate, {name}, relative", error)
+        assert error <= RELATIVE, name
+
+
+def same_bits(a: Splats, b: Splats) -> None:
+    for name in FIELDS:
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name), err_msg=name)
+
+
+@pytest.mark.parametrize("rules", RULES, ids=lambda r: f"{r.rotation}-{r.sh_direction}-{r.anchor}")
+def test_skin_and_groups(rules: Rules, measured: Measure) -> None:
+    avatar = replace(full_avatar(3), rules=rules)
+    fast, slow = Player(avatar, "cpu", threads=1), Player(avatar, "reference")
+    for seed in range(4):
+        pose = random_pose(avatar, seed)
+        agree(fast.animate(pose), slow.animate(pose), measured)
+
+
+@pytest.mark.parametrize(
+    ("rules", "rigged"),
+    SURFACES,
+    ids=[f"{r.rotation}-{r.scale}-{r.quaternion_sign}-{r.sh_direction}-{rigged}" for r, rigged in SURFACES],
+)
+def test_surfaces(rules: Rules, rigged: bool, measured: Measure) -> None:
+    avatar = surface_avatar(2, rules, rigged=rigged)
+    fast, slow = Player(avatar, "cpu", threads=1), Player(avatar, "reference")
+    rng = np.random.default_rng(0)
+    for seed in range(3):
+        pose = random_pose(avatar, seed)
+        agree(fast.animate(pose), slow.animate(pose), measured)
+        vertices = half_turned(avatar, rng)
+        got = fast.animate(pose, posed_vertices=vertices)
+        agree(got, slow.animate(pose, posed_vertices=vertices), measured)
+
+
+def test_the_sign_policies_part_in_these_poses() -> None:
+    """Else test_surfaces would not tell them apart."""
+    found = []
+    for sign in QUATERNION_SIGNS:
+        avatar = surface_avatar(2, Rules("vertex_quaternion", quaternion_sign=sign), rigged=False)
+        vertices = half_turned(avatar, np.random.default_rng(0))
+        found.append(Player(avatar, "cpu").animate(Pose(), posed_vertices=vertices).quat_wxyz)
+    assert all(np.abs(a - b).max() > 0.1 for a, b in zip(found, [*found[1:], found[0]], strict=True))
+
+
+@pytest.mark.parametrize("size", [2e-4, 3e-3])
+def test_floors_of_fine_meshes(size: float, measured: Measure) -> None:
+    """Triangles so small that the floors of normals and quaternions, and the damping of areas, are felt."""
+    avatar = surface_avatar(1, Rules("vertex_quaternion", scale="log_area"), rigged=False)
+    assert avatar.embedding is not None
+    shrunk = (avatar.embedding.canonical_vertices * (size / 0.06)).astype(np.float32)
+    avatar = replace(avatar, embedding=replace(avatar.embedding, canonical_vertices=shrunk))
+    vertices = shrunk + np.random.default_rng(1).normal(0, size / 10, shrunk.shape)
+    got = Player(avatar, "cpu").animate(Pose(), posed_vertices=vertices)
+    agree(got, Player(avatar, "reference").animate(Pose(), posed_vertices=vertices), measured)
+
+
+@pytest.mark.parametrize("surface", [False, True])
+def test_many_blocks_on_one_and_two_threads(surface: bool, measured: Measure) -> None:
+    avatar = surface_avatar(1) if surface else wide_avatar()
+    one, two = Player(avatar, "cpu", threads=1), Player(avatar, "cpu", threads=2)
+    for seed in range(3):
+        pose = random_pose(avatar, seed)
+        got = one.animate(pose)
+        same_bits(got, two.animate(pose))
+        agree(got, Player(avatar, "reference").animate(pose), measured)
+
+
+@pytest.mark.parametrize("surface", [False, True])
+def test_a_frame_keeps_nothing_of_the_one_before(surface: bool) -> None:
+    """Frames reuse their arrays and skip what no expression moves; the picture must not show it."""
+    avatar = surface_avatar(1) if surface else wide_avatar()
+    player = Player(avatar, "cpu", threads=1)
+    poses = [random_pose(avatar, 1), Pose(), random_pose(avatar, 2), Pose({avatar.expression_names[0]: 0.7})]
+    for pose in poses:
+        fresh = Player(avatar, "cpu", threads=1).frame(pose, CAMERA).picture
+        np.testing.assert_array_equal(player.frame(pose, CAMERA).picture.colour, fresh.colour)
+
+
+def test_splats_belong_to_the_caller() -> None:
+    avatar = wide_avatar()
+    player = Player(avatar, "cpu")
+    splats = player.animate(random_pose(avatar, 1))
+    before = {name: getattr(splats, name).copy() for name in FIELDS}
+    player.frame(random_pose(avatar, 2), CAMERA)
+    player.animate(random_pose(avatar, 3))
+    for name in FIELDS:
+        np.testing.assert_array_equal(getattr(splats, name), before[name], err_msg=name)
+        getattr(splats, name)[:] = np.nan  # writable, and read by nobody else
+    again = Player(avatar, "cpu").animate(random_pose(avatar, 1))
+    np.testing.assert_array_equal(player.animate(random_pose(avatar, 1)).sh, again.sh)
+
+
+def test_mesh(measured: Measure) -> None:
+    avatar = full_avatar(4)
+    for seed in range(4):
+        pose = random_pose(avatar, seed)
+        want = Player(avatar, "reference").mesh(pose)
+        error = float(np.abs(Player(avatar, "cpu").mesh(pose) - want).max() / np.abs(want).max())
+        measured("cpu mesh, relative", error)
+        assert error <= RELATIVE
+
+
+def stage_inputs(avatar: Avatar, posed: Posed) -> dict[str, dict[str, Array]]:
+    """Golden-like inputs of each stage, by the reference."""
+    reference = make_backend("reference", avatar)
+    frame = {
+        "expression_weights": posed.expression_weights,
+        "late_weights": posed.late_weights,
+        "pose_feature": posed.pose_feature,
+        "skin_matrix": posed.skin_matrix,
+        "group_matrix": posed.groups.matrix,
+        "group_rotation": posed.groups.rotation,
+        "world_from_avatar": posed.world_from_avatar,
+    }
+    morphed = reference.stage("morph", frame, None, "trainer")
+    skinned = reference.stage("skin", frame | morphed, None, "trainer")
+    blended = reference.stage("blend", frame, None, "trainer")
+    bound = reference.stage("bind", frame | skinned | blended, None, "trainer")
+    return {
+        "morph": frame,
+        "skin": frame | morphed,
+        "blend": frame,
+        "bind": frame | skinned | blended,
+        "activate": blended | bound,
+    }
+
+
+@pytest.mark.parametrize("stage", ["morph", "skin", "blend", "bind", "activate"])
+@pytest.mark.parametrize("kind", ["skin", "vertex_quaternion", "triangle_frame"])
+def test_a_stage_alone(stage: str, kind: str) -> None:
+    surfaces = {rules[0]: Rules(rules[0], position=rules[1], scale=rules[2]) for rules in SURFACE_RULES}
+    avatar = full_avatar(6) if kind == "skin" else surface_avatar(6, surfaces[kind])
+    fast, slow = make_backend("cpu", avatar), make_backend("reference", avatar)
+    for seed in range(2):
+        posed = Player(avatar, "reference").posed(random_pose(avatar, seed))
+        inputs = stage_inputs(avatar, posed)[stage]
+        got, want = (backend.stage(stage, inputs, None, "trainer") for backend in (fast, slow))
+        assert got.keys() == want.keys()
+        for name, value in want.items():
+            assert got[name].dtype == np.float32
+            np.testing.assert_allclose(
+                got[name], value, rtol=RELATIVE, atol=1e-6 * np.abs(value).max(), err_msg=name
+            )
+
+
+@pytest.fixture(scope="module")
+def model(blendshapes_golden: BlendshapesGolden) -> GoldenModel:
+    return GoldenModel(blendshapes_golden)
+
+
+@pytest.mark.parametrize("index", range(len(FRAMES)))
+def test_the_released_codes_own_results(model: GoldenModel, index: int) -> None:
+    """Blend, bind and activate from the released Gaussian Blendshapes code's joints to its splats."""
+    frame, avatar = model.frames[index], model.avatar
+    pose, state = model.pose(frame), golden_joints(frame)
+    groups = group_transforms(avatar, state, model.posed_anchors(frame))
+    posed = Posed(
+        pose.expression_weights, pose.late_weights, state.pose_feature, state.skin_matrix, groups, np.eye(4)
     )
+    got = make_backend("cpu", avatar, threads=2).animate(posed, Clock())
+    for group, name in zip(avatar.groups, ("face", "upper", "lower"), strict=True):
+        rows = slice(group.first, group.first + group.count)
+        np.testing.assert_allclose(got.mean[rows], frame[f"{name}_xyz"], rtol=0, atol=1e-6)
+        np.testing.assert_allclose(got.quat_wxyz[rows], frame[f"{name}_rotation"], rtol=0, atol=2e-6)
+        np.testing.assert_allclose(got.scale[rows], frame[f"{name}_scale"], rtol=2e-6)
+        np.testing.assert_allclose(got.opacity[rows, None], frame[f"{name}_opacity"], rtol=0, atol=2e-6)
+
+
+def test_absurd_poses_raise_and_warn_nothing() -> None:
+    avatar = full_avatar(0)
+    huge = Pose({name: 3e38 for name in avatar.expression_names}, {}, {"left": -3e38})
+    broken = Pose(joints={"jaw": np.diag([0.0, 0, 0, 1])}, world_from_avatar=np.full((4, 4), 1e300))
+    flat = Pose({}, {"root": np.diag([1e30, 1e-30, -1, 1])})
+    for pose in (huge, broken, flat):
+        Player(avatar, "cpu").animate(pose)
+        Player(avatar, "cpu").frame(pose, CAMERA)
+
+
+@pytest.mark.parametrize("rules", [Rules(r[0], position=r[1], scale=r[2]) for r in SURFACE_RULES])
+def test_absurd_meshes_raise_and_warn_nothing(rules: Rules) -> None:
+    avatar = surface_avatar(0, rules)
+    for value in (0.0, np.nan, np.inf, 3e38):
+        vertices = np.full((20, 3), value, np.float32)
+        Player(avatar, "cpu").animate(Pose(), posed_vertices=vertices)
+        Player(avatar, "cpu").frame(Pose(), CAMERA, posed_vertices=vertices)
+
+
+def test_what_is_absurd_in_the_reference_is_absurd_here() -> None:
+    avatar = replace(full_avatar(0), rules=Rules("polar3", "neck"))
+    pose = Pose({avatar.expression_names[0]: 3e38}, {"jaw": np.diag([0.0, 0, 0, 1])})
+    got, want = Player(avatar, "cpu").animate(pose), Player(avatar, "reference").animate(pose)
+    for name in ("mean", "scale", "opacity", "sh"):
+        np.testing.assert_array_equal(
+            np.isfinite(getattr(got, name)), np.isfinite(getattr(want, name)), err_msg=name
+        )
+
+
+@pytest.mark.parametrize("threads", [0, -1])
+def test_less_than_one_thread_is_refused(threads: int) -> None:
+    with pytest.raises(ValueError, match=f"threads is {threads}; at least 1"):
+        Player(full_avatar(), "cpu", threads=threads)
+
+
+@pytest.mark.parametrize("threads", [1.0, True, "2"])
+def test_a_number_of_threads_is_whole(threads: Any) -> None:
+    with pytest.raises(TypeError, match="whole number"):
+        Player(full_avatar(), "cpu", threads=threads)
+
+
+def test_the_callers_number_of_threads_stays() -> None:
+    numba.set_num_threads(1)
+    try:
+        Player(full_avatar(), "cpu", threads=2).frame(Pose(), CAMERA)
+        assert numba.get_num_threads() == 1
+    finally:
+        numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
+
+
+def test_indices_that_point_nowhere_are_refused() -> None:
+    """A kernel would read what lies behind the array."""
+    avatar = full_avatar()
+    b = avatar.blendshapes
+    ends = b.geometry.row_ptr.copy()
+    ends[5] = 60000
+    joint = avatar.skin.column.copy()
+    joint[3] = 5
+    wrong = (
+        replace(avatar, blendshapes=replace(b, geometry=replace(b.geometry, row_ptr=ends))),
+        replace(avatar, skin=replace(avatar.skin, column=joint)),
+        replace(avatar, groups=(*avatar.groups[:-1], replace(avatar.groups[-1], count=9))),
+    )
+    for case in wrong:
+        with pytest.raises(ValueError):
+            make_backend("cpu", case)
+    surface = surface_avatar()
+    assert surface.embedding is not None
+    triangle = surface.embedding.triangle.copy()
+    triangle[0] = 20
+    with pytest.raises((ValueError, IndexError)):
+        make_backend("cpu", replace(surface, embedding=replace(surface.embedding, triangle=triangle)))
+
+
+def test_a_stage_refuses_arrays_of_another_shape() -> None:
+    backend = make_backend("cpu", full_avatar())
+    for weights in (np.zeros(3, np.float32), np.zeros((4, 1), np.float32)):
+        with pytest.raises(ValueError, match="shape"):
+            backend.stage("blend", {"expression_weights": weights}, None, "trainer")
+
+
+def test_an_unreadable_index_of_kernels_is_dropped(tmp_path: Path) -> None:
+    """Pickles of another version may name classes that are gone."""
+    source = tmp_path / "old.py"
+    source.write_text("def twice(x):\n    return 2 * x\n")
+    spec = importlib.util.spec_from_file_location("old", source)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert kernel()(module.twice)(2) == 4
+    (index,) = (tmp_path / "__pycache__").glob("*.nbi")
+    version = pickle.dumps(numba.__version__)
+    index.write_bytes(version + b"cavatar_runtime.backends.cpu.arrays\nGone\n.")
+    again = kernel()(module.twice)
+    assert again(3) == 6
+    assert sum(again.stats.cache_misses.values()) == 1
+
+
+def test_kernels_come_from_disk_in_the_next_process() -> None:
+    """And are compiled anew when any file of the package has changed, not only the kernel's own."""
+    Player(full_avatar(), "cpu").animate(Pose())
+    assert animate_skinned._cache._cache_file._source_stamp == SOURCES
+    program = (
+        "from tests.avatars import full_avatar\n"
+        "from avatar_runtime.player import Player\n"
+        "from avatar_runtime.pose import Pose\n"
+        "from avatar_runtime.backends.cpu.skinned import animate_skinned\n"
+        "Player(full_avatar(), 'cpu').animate(Pose())\n"
+        "print(sum(animate_skinned.stats.cache_hits.values()), len(animate_skinned.stats.cache_misses))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, text=True)
+    assert done.stdout.split() == ["1", "0"], done.stderr

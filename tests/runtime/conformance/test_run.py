@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import reference as reference_backend
 from avatar_runtime.conformance import Case, Reference, conform, encode, make_reference
 from avatar_runtime.conformance.pictures import compare, view
@@ -35,10 +36,26 @@ def test_rows_are_of_every_group_and_few() -> None:
     assert len(thinned(made, 512).rows) == made.gaussians.count
 
 
+def fine_surface() -> Avatar:
+    """The Gaussians of `surface_avatar`, each on a triangle of its own of a flat mesh of 20 by 20 vertices."""
+    made = surface_avatar(3, rigged=False)
+    assert made.embedding is not None
+    y, x = np.mgrid[:20, :20].reshape(2, -1)
+    corner = (20 * y + x)[(x < 19) & (y < 19)]
+    mesh = replace(
+        made.embedding,
+        canonical_vertices=np.stack([x, y, 0 * x], axis=1).astype(np.float32),
+        triangles=np.stack([corner, corner + 1, corner + 20], axis=1).astype(np.uint32),
+        triangle=(7 * np.arange(made.gaussians.count)).astype(np.uint32),
+    )
+    return replace(made, embedding=mesh)
+
+
 def test_rows_on_a_surface_keep_their_vertices_few() -> None:
-    part = thinned(surface_avatar(3), 16)
-    assert 1 <= len(part.rows) <= 16 and part.avatar.embedding is not None
-    assert len(part.vertices) == len(part.avatar.embedding.canonical_vertices)
+    wide = thinned(surface_avatar(3), 20)
+    assert len(wide.rows) == 20 and len(wide.vertices) <= 20
+    fine = thinned(fine_surface(), 120)
+    assert 8 <= len(fine.rows) < 48 and 60 <= len(fine.vertices) <= 120
 
 
 def test_pixels_are_drawn_ones_and_some_that_are_not() -> None:
@@ -135,6 +152,19 @@ def test_a_profile_that_is_not_drawn_is_said(monkeypatch: pytest.MonkeyPatch) ->
     report = conform(avatar(), reference(), "reference")
     assert report.passed
     assert report.skipped == ("nod: stage raster in profile trainer", "nod: picture in profile trainer")
+
+
+def test_backends_give_back_what_they_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+    released = []
+    monkeypatch.setattr(
+        reference_backend.ReferenceBackend, "release", lambda self: released.append(self), raising=False
+    )
+    conform(avatar(), reference(), "reference")
+    assert len(released) == len(set(released)) == 2
+    monkeypatch.setitem(reference_backend.RUN, "sort", lambda *a: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        conform(avatar(), reference(), "reference")
+    assert len(set(released)) == 4
 
 
 def without(values: Reference, stage: str, array: str) -> Reference:

@@ -15,6 +15,7 @@ from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.backends import Arrays
 from avatar_runtime.backends.cpu import alone, plain
 from avatar_runtime.backends.cpu import mesh as mesh_kernels
+from avatar_runtime.backends.cpu.arrays import U8, Base, Out, PosedArrays, Sizes
 from avatar_runtime.backends.cpu.carriers import Carrier, RidingGaussians, SkinnedGaussians
 from avatar_runtime.backends.cpu.draw import STAGES, draw
 from avatar_runtime.backends.cpu.threads import thread_count, using
@@ -40,7 +41,7 @@ class CpuBackend:
     def __init__(self, avatar: Avatar, threads: int) -> None:
         self.avatar = avatar
         self.threads = threads
-        self._sizes = plain.Sizes.of(avatar)
+        self._sizes = Sizes.of(avatar)
         self._blendable = plain.blendable(avatar)
         self._rig = None if avatar.rig is None else plain.rig_arrays(avatar.rig, self._sizes)
         carrier = SkinnedGaussians if avatar.embedding is None else RidingGaussians
@@ -86,7 +87,7 @@ class CpuBackend:
             return RUN[name](self, inputs)
         return STAGES[name](self.avatar, inputs, camera, profile, self.threads)
 
-    def _animate(self, posed: Posed, touched: plain.U8, out: plain.Out, clock: Clock) -> None:
+    def _animate(self, posed: Posed, touched: U8, out: Out, clock: Clock) -> None:
         vertices = self._vertices(posed, clock)
         p = self._posed(posed)
 
@@ -96,7 +97,7 @@ class CpuBackend:
 
         clock.timed("bind", run)
 
-    def _morph(self, posed: plain.PosedArrays) -> F32:
+    def _morph(self, posed: PosedArrays) -> F32:
         rig = self._rig
         assert rig is not None
         out = np.empty(rig.template.shape, np.float32)
@@ -105,7 +106,7 @@ class CpuBackend:
         )
         return out
 
-    def _skin(self, vertices: npt.NDArray[Any], posed: plain.PosedArrays) -> F32:
+    def _skin(self, vertices: npt.NDArray[Any], posed: PosedArrays) -> F32:
         rig = self._rig
         assert rig is not None
         given = plain.plain(vertices, np.float32, rig.template.shape)
@@ -121,11 +122,11 @@ class CpuBackend:
             return posed.vertices
         return embedding.canonical_vertices if self._rig is None else self.mesh(posed, clock)
 
-    def _given(self, inputs: Arrays, names: Iterable[str]) -> plain.PosedArrays:
+    def _given(self, inputs: Arrays, names: Iterable[str]) -> PosedArrays:
         """What a stage alone is given of a frame."""
         return plain.posed_arrays(self._sizes, **{name: inputs[name] for name in names})
 
-    def _posed(self, posed: Posed) -> plain.PosedArrays:
+    def _posed(self, posed: Posed) -> PosedArrays:
         return plain.posed_arrays(
             self._sizes,
             posed.expression_weights,
@@ -151,7 +152,7 @@ def _skin(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
 def _blend(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
     n, width = backend._blendable.base.sh.shape
     shapes = ((n, 3), (n, 3), (n, 4), (n,), (n, width))
-    out = plain.Base(*(np.empty(shape, np.float32) for shape in shapes))
+    out = Base(*(np.empty(shape, np.float32) for shape in shapes))
     alone.blend(
         *backend._blendable, backend._given(x, ("expression_weights",)), np.ones((n, 2), np.uint8), out
     )

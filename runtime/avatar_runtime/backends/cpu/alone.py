@@ -6,9 +6,9 @@ import numpy as np
 
 from avatar_runtime.avatar import F32
 from avatar_runtime.backends.cpu.activate import activate_opacity, activate_scale, unit_quats
+from avatar_runtime.backends.cpu.arrays import BLOCK, U8, Base, Deltas, PosedArrays
 from avatar_runtime.backends.cpu.blend import blend_geometry, blend_shape, colour_block, list_active
 from avatar_runtime.backends.cpu.jit import kernel
-from avatar_runtime.backends.cpu.plain import BLOCK, U8, Base, Deltas, PosedArrays
 from avatar_runtime.backends.cpu.planes import MEAN, PLANES, QUAT, load, store
 
 

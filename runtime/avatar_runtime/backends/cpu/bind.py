@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from avatar_runtime.avatar import F32
+from avatar_runtime.backends.cpu.arrays import BLOCK, Blocks, Influences, Offsets, PosedArrays
 from avatar_runtime.backends.cpu.blend import offset_of
 from avatar_runtime.backends.cpu.jit import inlined
-from avatar_runtime.backends.cpu.plain import BLOCK, Blocks, Influences, Offsets, PosedArrays
 from avatar_runtime.backends.cpu.planes import (
     LATE,
     MATRIX,

@@ -1,21 +1,35 @@
 """Stage `blend` of a block: base + sum_k w_k delta_k in training space, each sparse row read as stored.
 
-First the entries of weight other than 0 are listed without a branch, then they alone are read: a branch an entry
-would be guessed wrong at every second active one, and memory be waited for each time.
+First the entries of weight other than 0 are listed, from the bits of their columns, then they alone are read: a
+branch an entry would be guessed wrong at every second active one, and memory be waited for each time.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
+from numba import types
 
 from avatar_runtime.avatar import F32, U32
+from avatar_runtime.backends.cpu.arrays import BLOCK, U8, Base, Deltas, Offsets, PosedArrays
 from avatar_runtime.backends.cpu.jit import Scalar, inlined
-from avatar_runtime.backends.cpu.plain import BLOCK, U8, Base, Deltas, Offsets, PosedArrays
+from avatar_runtime.backends.cpu.lanes import intrinsic
 from avatar_runtime.backends.cpu.planes import MEAN
 
-ZERO = np.float32(0)
+ZERO, BIT = np.float32(0), np.uint64(1)
 Ends = npt.NDArray[np.int64]
+
+
+@intrinsic
+def bit_count(typing: Any, bits: Any) -> Any:
+    """How many bits of a uint64 are 1."""
+
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.ctpop(values[0])
+
+    return types.int64(types.uint64), emit
 
 
 @inlined
@@ -23,11 +37,21 @@ def list_active(first: int, count: int, deltas: Deltas, posed: PosedArrays, entr
     """Lists in `entry` the active entries of `count` rows; those of lane l end before end[l], where l + 1 begins."""
     n = 0
     for lane in range(count):
-        i = first + lane
-        if deltas.mask[i] & posed.expression_mask[0]:
-            for e in range(deltas.row_ptr[i], deltas.row_ptr[i + 1]):
-                entry[n] = e
-                n += posed.expression_weights[deltas.column[e]] != ZERO
+        e = np.int64(deltas.row_ptr[first + lane])
+        for word in range(deltas.mask.shape[1]):
+            own = deltas.mask[first + lane, word]
+            active = own & posed.expression_mask[word]
+            if active == own:
+                for k in range(bit_count(own)):
+                    entry[n + k] = e + k
+                n += bit_count(own)
+            else:
+                while active:
+                    following = active & (active - BIT)
+                    entry[n] = e + bit_count(own & ((active ^ following) - BIT))
+                    n += 1
+                    active = following
+            e += bit_count(own)
         end[lane] = n
 
 

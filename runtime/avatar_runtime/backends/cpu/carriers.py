@@ -8,6 +8,17 @@ import numpy as np
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.backends.cpu import plain
+from avatar_runtime.backends.cpu.arrays import (
+    U8,
+    Base,
+    Blendable,
+    Embedded,
+    Mesh,
+    Out,
+    PosedArrays,
+    Ridden,
+    Sizes,
+)
 from avatar_runtime.backends.cpu.riding import SCALE_RULES, animate_riding, bind_riding
 from avatar_runtime.backends.cpu.skinned import animate_skinned, bind_skinned
 from avatar_runtime.backends.cpu.surface import triangle_turns, vertex_sums
@@ -25,13 +36,11 @@ SIGN_RULES = {
 class Carrier(Protocol):
     """Stages blend, bind and activate of one avatar."""
 
-    def animate(
-        self, posed: plain.PosedArrays, vertices: F32 | None, touched: plain.U8, out: plain.Out, threads: int
-    ) -> None:
+    def animate(self, posed: PosedArrays, vertices: F32 | None, touched: U8, out: Out, threads: int) -> None:
         """Writes the splats of a frame into `out`."""
         ...
 
-    def bind(self, blended: plain.Base, posed: plain.PosedArrays, vertices: F32 | None) -> plain.Out:
+    def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
         """Stage `bind` alone; its log scale in `scale`."""
         ...
 
@@ -39,8 +48,8 @@ class Carrier(Protocol):
 class SkinnedGaussians:
     """Gaussians that joints or groups carry."""
 
-    def __init__(self, avatar: Avatar, blendable: plain.Blendable) -> None:
-        n, shapes, sizes = avatar.gaussians.count, avatar.blendshapes, plain.Sizes.of(avatar)
+    def __init__(self, avatar: Avatar, blendable: Blendable) -> None:
+        n, shapes, sizes = avatar.gaussians.count, avatar.blendshapes, Sizes.of(avatar)
         self._blendable = blendable
         self._bound = (
             plain.offsets(shapes.correctives, "mean", n, sizes.features),
@@ -50,12 +59,10 @@ class SkinnedGaussians:
             avatar.rules.sh_direction == "world",
         )
 
-    def animate(
-        self, posed: plain.PosedArrays, vertices: F32 | None, touched: plain.U8, out: plain.Out, threads: int
-    ) -> None:
+    def animate(self, posed: PosedArrays, vertices: F32 | None, touched: U8, out: Out, threads: int) -> None:
         animate_skinned(*self._blendable, *self._bound, posed, touched, out, threads)
 
-    def bind(self, blended: plain.Base, posed: plain.PosedArrays, vertices: F32 | None) -> plain.Out:
+    def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
         out = plain.fresh_out(len(blended.mean), 0)
         bind_skinned(blended.mean, blended.quat_wxyz, *self._bound, posed, out)
         return out._replace(scale=blended.log_scale)
@@ -64,7 +71,7 @@ class SkinnedGaussians:
 class RidingGaussians:
     """Gaussians on a mesh."""
 
-    def __init__(self, avatar: Avatar, blendable: plain.Blendable) -> None:
+    def __init__(self, avatar: Avatar, blendable: Blendable) -> None:
         assert avatar.embedding is not None
         self._blendable = blendable
         self._embedded = plain.embedded(avatar)
@@ -81,9 +88,7 @@ class RidingGaussians:
         self._scale = (SCALE_RULES[avatar.rules.scale], float(np.log(avatar.training_per_bundle)), damping)
         self._sh_world = avatar.rules.sh_direction == "world"
 
-    def animate(
-        self, posed: plain.PosedArrays, vertices: F32 | None, touched: plain.U8, out: plain.Out, threads: int
-    ) -> None:
+    def animate(self, posed: PosedArrays, vertices: F32 | None, touched: U8, out: Out, threads: int) -> None:
         animate_riding(
             *self._blendable,
             *self._under(vertices),
@@ -95,12 +100,12 @@ class RidingGaussians:
             threads,
         )
 
-    def bind(self, blended: plain.Base, posed: plain.PosedArrays, vertices: F32 | None) -> plain.Out:
+    def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
         out = plain.fresh_out(len(blended.mean), 0)
         bind_riding(blended.log_scale, *self._under(vertices), *self._scale, self._sh_world, posed, out)
         return out
 
-    def _under(self, vertices: F32 | None) -> tuple[plain.Embedded, plain.Mesh, plain.Ridden, F32, bool]:
+    def _under(self, vertices: F32 | None) -> tuple[Embedded, Mesh, Ridden, F32, bool]:
         """The posed mesh as both passes over Gaussians take it."""
         assert vertices is not None
         posed = plain.plain(vertices, np.float32, (len(self._ridden.normal), 3))

@@ -8,6 +8,8 @@ from typing import Any, TypeVar
 
 import numba
 
+from avatar_schema import constants
+
 # A float32 or float64, as the caller has it: what a formula for both takes and gives.
 Scalar = Any
 F = TypeVar("F", bound=Callable[..., Any])
@@ -25,8 +27,7 @@ def kernel(*, parallel: bool = False) -> Callable[[F], F]:
             dispatcher.enable_caching()
         except RuntimeError:  # nowhere to write: the kernel is compiled anew in each process
             return dispatcher  # type: ignore[no-any-return]
-        # Numba looks at the file of the kernel alone; what the kernel calls may stand in another one.
-        dispatcher._cache._cache_file._source_stamp = SOURCES
+        _watch_all_sources(dispatcher._cache)
         return dispatcher  # type: ignore[no-any-return]
 
     return compiled
@@ -38,10 +39,24 @@ def inlined(function: F) -> F:
     return result
 
 
-def _sources() -> tuple[tuple[str, int, int], ...]:
-    """Name, time and size of every file of this package."""
+def _watch_all_sources(cache: Any) -> None:
+    """Numba looks at the file of the kernel alone; what the kernel calls may stand in another one.
+
+    An index that another version of this package wrote may name what is no more, and is then no good at all.
+    """
+    index = cache._cache_file
+    index._source_stamp = SOURCES
+    try:
+        index._load_index()
+    except Exception:  # whatever unpickling raises
+        cache.flush()
+
+
+def _sources() -> tuple[str, ...]:
+    """Name, time and size of every file of this package, and the constants that are compiled in."""
     found = [(path.name, path.stat()) for path in sorted(Path(__file__).parent.glob("*.py"))]
-    return tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in found)
+    files = (f"{name} {stat.st_mtime_ns} {stat.st_size}" for name, stat in found)
+    return (*files, repr(sorted(constants().items())))
 
 
 SOURCES = _sources()

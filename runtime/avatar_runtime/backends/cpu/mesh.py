@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from avatar_runtime.avatar import F32
+from avatar_runtime.backends.cpu.arrays import Influences, Offsets
 from avatar_runtime.backends.cpu.blend import offset_of
 from avatar_runtime.backends.cpu.jit import kernel
-from avatar_runtime.backends.cpu.plain import Influences, Offsets
 
 ZERO = np.float32(0)
 

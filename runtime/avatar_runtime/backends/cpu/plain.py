@@ -1,188 +1,42 @@
-"""An avatar as the plain arrays that the kernels take: always the same types and layout, indices checked.
+"""An avatar as the plain arrays that the kernels take.
 
-A kernel does not check an index, so every list of indices is checked here once. What the kernels only read is
-read-only for them: one compiled kernel then serves arrays of any owner.
+A kernel does not check an index, so every list of indices is checked here, once.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F32, F64, U16, U32, Avatar, Gaussians, Group, Rig, SparseRows
+from avatar_runtime.avatar import F32, U16, U32, Avatar, Gaussians, Group, Rig, SparseRows
+from avatar_runtime.backends.cpu.arrays import (
+    BLOCK,
+    U64,
+    Array,
+    Base,
+    Blendable,
+    Blocks,
+    Deltas,
+    Embedded,
+    Influences,
+    Mesh,
+    Offsets,
+    Out,
+    PosedArrays,
+    Ridden,
+    RigArrays,
+    Sizes,
+)
 from avatar_runtime.rotation import quat_from_matrix
-from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.surface import Surface
-
-U8 = npt.NDArray[np.uint8]
-U64 = npt.NDArray[np.uint64]
-I32 = npt.NDArray[np.int32]
-Array = npt.NDArray[Any]
 
 # What `posed_arrays` takes, as the conformance kit names it.
 FRAME = (
     *("expression_weights", "pose_feature", "late_weights", "skin_matrix"),
     *("group_matrix", "group_rotation", "world_from_avatar"),
 )
-BLOCK = 64  # Gaussians that a kernel takes at a time: their intermediate values stay in the nearest cache
-
-
-class Base(NamedTuple):
-    """Gaussians in training space."""
-
-    mean: F32  # [N, 3]
-    log_scale: F32  # [N, 3]
-    quat_wxyz: F32  # [N, 4]
-    opacity_logit: F32  # [N]
-    sh: F32  # [N, 3 K]
-
-
-class Deltas(NamedTuple):
-    """Blendshapes of some attributes side by side, stored by row; `mask` as `column_mask` makes it."""
-
-    row_ptr: U32  # [N + 1]
-    column: U16  # [E]
-    mask: U64  # [N]
-    values: F32  # [E, W]
-
-
-class Blendable(NamedTuple):
-    """What stage `blend` reads of an avatar."""
-
-    base: Base
-    geometry: Deltas  # W = 7: position, quaternion
-    shape: Deltas  # W = 4: log scale, opacity logit
-    colour: Deltas  # W = 3 K: SH
-    room: int  # the most entries that a block has in any of them
-
-
-class Offsets(NamedTuple):
-    """Offsets of position by some weight, stored by row: correctives, late morphs, morphs of the mesh."""
-
-    row_ptr: U32  # [R + 1]
-    column: U16  # [E]
-    offset: F32  # [E, 3]
-
-
-class Influences(NamedTuple):
-    """Skin weights, stored by row."""
-
-    row_ptr: U32  # [R + 1]
-    joint: U16  # [E]
-    weight: F32  # [E]
-
-
-class Blocks(NamedTuple):
-    """Runs of at most BLOCK Gaussians of one group."""
-
-    begin: I32  # [B]
-    size: I32  # [B]
-    group: I32  # [B]
-    matrix_by_row: U8  # [G] 1 where each Gaussian has a matrix of its own, from its skin weights
-    rotation_by_polar: U8  # [G] 1 where its rotation is that matrix's polar factor
-
-
-class Embedded(NamedTuple):
-    """Where each Gaussian sits on the mesh."""
-
-    triangle: U32  # [N]
-    vertex: U32  # [N, 3]
-    barycentric: F32  # [N, 3]
-    displacement: F32  # [N], or [0] for position rule triangle_frame
-    local_offset: F32  # [N, 3], or [0, 3] for position rule normal
-    local_quat_wxyz: F32  # [N, 4]
-
-
-class Mesh(NamedTuple):
-    """The triangles under the Gaussians and what the binding pose fixes of them."""
-
-    triangles: U32  # [F, 3]
-    frame: F64  # [F, 9] canonical, row-major
-    size: F64  # [F] canonical
-    vertex_triangle_ptr: U32  # [V + 1]
-    vertex_triangle: U32  # [3 F]
-
-
-class Ridden(NamedTuple):
-    """A posed mesh's triangles and vertices as the surface rules read them; written anew each frame."""
-
-    across: F64  # [F, 3] edge cross edge
-    size: F64  # [F] area, or edge length for rule triangle_frame
-    turn: F64  # [F, 4] of vertex_quaternion: canonical area times the turn since the binding pose; else of the frame
-    frame: F64  # [F, 9] row-major, for rule triangle_frame
-    normal: F64  # [V, 3]
-    quat: F64  # [V, 4]
-
-
-class RigArrays(NamedTuple):
-    """A rig's mesh."""
-
-    template: F32  # [V, 3]
-    morphs: Offsets
-    correctives: Offsets
-    late_morphs: Offsets
-    skin: Influences
-
-
-class Sizes(NamedTuple):
-    """How much a frame brings."""
-
-    expressions: int
-    features: int
-    late: int
-    joints: int
-    groups: int
-
-    @staticmethod
-    def of(avatar: Avatar) -> Sizes:
-        """Of what `Posed` holds for `avatar`."""
-        rig = avatar.rig
-        return Sizes(
-            len(avatar.expressions),
-            avatar.blendshapes.correctives.columns if rig is None else 9 * len(rig.corrective_joints),
-            len(avatar.late_morph_names),
-            0 if rig is None else rig.joint_count,
-            len(avatar.groups),
-        )
-
-
-class PosedArrays(NamedTuple):
-    """What a frame brings besides the avatar."""
-
-    expression_weights: F32  # [K]
-    expression_mask: U64  # [1], the bits that `column_mask` would give to those that are not 0
-    pose_feature: F32  # [9 C]
-    late_weights: F32  # [L]
-    skin_matrix: F32  # [J, 16]
-    group_matrix: F32  # [G, 12]
-    group_rotation: F32  # [G, 9]
-    world: F32  # [12], the first rows of world_from_avatar
-    world_quat: F32  # [4]
-
-
-class Out(NamedTuple):
-    """Splats as the fused kernels write them, in place."""
-
-    mean: F32  # [N, 3]
-    scale: F32  # [N, 3]
-    quat_wxyz: F32  # [N, 4]
-    opacity: F32  # [N]
-    sh: F32  # [N, 3 K]
-    sh_rotation: F32  # [N, 9]
-
-    def splats(self) -> Splats:
-        """The same memory, as the stages see it."""
-        n = len(self.mean)
-        return Splats(
-            self.mean,
-            self.scale,
-            self.quat_wxyz,
-            self.opacity,
-            self.sh.reshape(n, -1, 3),
-            self.sh_rotation.reshape(n, 3, 3),
-        )
 
 
 def plain(array: npt.ArrayLike, dtype: Any, shape: tuple[int, ...]) -> Array:
@@ -198,13 +52,14 @@ def plain(array: npt.ArrayLike, dtype: Any, shape: tuple[int, ...]) -> Array:
     return view
 
 
-def column_mask(row_ptr: U32, column: U16) -> U64:
-    """[R] for each row the bits `column % 64` of its entries: a row that misses all active bits has no active entry."""
-    bits = np.left_shift(np.uint64(1), (column % 64).astype(np.uint64))
-    mask = np.zeros(len(row_ptr) - 1, np.uint64)
-    filled = np.flatnonzero(row_ptr[1:] > row_ptr[:-1])
-    if len(filled):
-        mask[filled] = np.bitwise_or.reduceat(bits, row_ptr[filled].astype(np.int64))
+def column_mask(row_ptr: U32, column: U16, columns: int) -> U64:
+    """[R, ceil(columns / 64)] for each row a bit for each of its columns."""
+    mask = np.zeros((len(row_ptr) - 1, -(-columns // 64)), np.uint64)
+    row = np.repeat(np.arange(len(mask)), (row_ptr[1:] - row_ptr[:-1]).astype(np.int64))
+    for word in range(mask.shape[1]):
+        here = column // 64 == word
+        bits = np.left_shift(np.uint64(1), (column[here] % 64).astype(np.uint64))
+        np.bitwise_or.at(mask[:, word], row[here], bits)
     return mask
 
 
@@ -231,8 +86,8 @@ def posed_arrays(
         return plain(plain(array, np.float32, shape).reshape(flat), np.float32, flat)
 
     weights = given(expression_weights, sizes.expressions)
-    columns = np.flatnonzero(weights).astype(np.uint64) % np.uint64(64)
-    mask = np.bitwise_or.reduce(np.left_shift(np.uint64(1), columns), initial=np.uint64(0), keepdims=True)
+    active = np.flatnonzero(weights).astype(np.uint16)
+    mask = column_mask(np.array([0, len(active)], np.uint32), active, len(weights))[0]
     world = (
         np.eye(4, dtype=np.float32)
         if world_from_avatar is None
@@ -240,7 +95,7 @@ def posed_arrays(
     )
     return PosedArrays(
         weights,
-        plain(mask, np.uint64, (1,)),
+        plain(mask, np.uint64, mask.shape),
         given(pose_feature, sizes.features),
         given(late_weights, sizes.late),
         given(skin_matrix, sizes.joints, 4, 4),
@@ -292,10 +147,11 @@ def deltas(sparse: SparseRows, attributes: tuple[str, ...], rows: int, columns: 
     if not used.all():
         ptr = np.concatenate([[0], np.cumsum(used)])[ptr].astype(np.uint32)
         column, values = column[used], values[used]
+    mask = column_mask(ptr, column, columns)
     return Deltas(
         plain(ptr, np.uint32, (rows + 1,)),
         plain(column, np.uint16, (len(column),)),
-        plain(column_mask(ptr, column), np.uint64, (rows,)),
+        plain(mask, np.uint64, mask.shape),
         plain(values, np.float32, (len(column), sum(widths))),
     )
 

@@ -7,8 +7,8 @@ instructions of a loop over lanes; of a loop over rows of several arrays it does
 from __future__ import annotations
 
 from avatar_runtime.avatar import F32
+from avatar_runtime.backends.cpu.arrays import BLOCK
 from avatar_runtime.backends.cpu.jit import inlined
-from avatar_runtime.backends.cpu.plain import BLOCK
 from avatar_runtime.backends.cpu.rotation import Matrix, Quat
 
 # Where the values begin.

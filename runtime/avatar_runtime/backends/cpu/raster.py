@@ -38,11 +38,11 @@ ALPHA_MAX = f32(constants()["alpha_max"])
 ALPHA_MIN = f32(1) / f32(constants()["alpha_min_denominator"])
 BATCH = 32  # splats looked up at once, between two looks at which blocks are still open
 LANES = 16  # pixels of a block, and blocks of a tile
-RED_LANES, GREEN_LANES, BLUE_LANES, LAST_LANES = u64(16), u64(32), u64(48), u64(64)
-BLOCK = u64(80)  # a block's state: 16 transmittances, 16 of each colour, 16 last positions
-CACHE_LINE = 64  # bytes; a vector that lies across two lines costs twice
-
 ALL_BLOCKS = u32(0xFFFF)
+# Where a block's state keeps, after 16 transmittances, 16 of each colour and 16 last positions.
+RED_LANES, GREEN_LANES, BLUE_LANES, LAST_LANES = LANES, 2 * LANES, 3 * LANES, 4 * LANES
+BLOCK = 5 * LANES
+CACHE_LINE = 64  # bytes; a vector that lies across two lines costs twice
 
 
 @kernel(parallel=True)
@@ -83,7 +83,7 @@ def _work(
 ) -> int:
     """Blend tiles until none is left."""
     columns = -(-transmittance.shape[1] // TILE)
-    state = _aligned(LANES * 80)
+    state = _aligned(LANES * BLOCK)
     batch = _aligned(BATCH * COLUMNS).reshape(BATCH, COLUMNS)
     masks, least = np.empty(BATCH, np.uint32), _aligned(LANES)
     positions = state.view(np.int32)
@@ -122,8 +122,8 @@ def _blend(
 ) -> int:
     """Blend the splats `mine` into the tile at (x0, y0); returns how many times a block took one."""
     for block in range(LANES):
-        for lane in range(80):
-            state[block * 80 + lane] = f32(1) if lane < LANES else f32(0)
+        for lane in range(BLOCK):
+            state[block * BLOCK + lane] = f32(1) if lane < LANES else f32(0)
     open_blocks, blocks = ALL_BLOCKS, 0
     for begin in range(0, len(mine), BATCH):
         count = min(BATCH, len(mine) - begin)
@@ -140,7 +140,7 @@ def _blend(
                 left = x0 + f32(u32(4) * (u32(block) & u32(3)))
                 top = y0 + f32(u32(4) * (u32(block) >> u32(2)))
                 _blend_block(
-                    state, positions, BLOCK * block, batch, k, left, top, stop, np.int32(begin + k + 1)
+                    state, positions, u64(BLOCK) * block, batch, k, left, top, stop, np.int32(begin + k + 1)
                 )
                 blocks += 1
         open_blocks = _open(state, closed)
@@ -179,7 +179,7 @@ def _look_up(
 def _blend_block(
     state: F32,
     last: I32,
-    base: int,
+    base: np.uint64,
     batch: F32,
     k: int,
     left: np.float32,
@@ -205,12 +205,12 @@ def _blend_block(
         seen = (power <= f32(0)) & (alpha >= ALPHA_MIN)
         added = seen & (after >= stop)
         weight = before * alpha if added else f32(0)
-        unseen = -abs(before) if seen else before
-        state[lane] = after if added else unseen
-        state[lane + RED_LANES] = fma(weight, red, state[lane + RED_LANES])
-        state[lane + GREEN_LANES] = fma(weight, green, state[lane + GREEN_LANES])
-        state[lane + BLUE_LANES] = fma(weight, blue, state[lane + BLUE_LANES])
-        last[lane + LAST_LANES] = position if added else last[lane + LAST_LANES]
+        kept = -abs(before) if seen else before
+        state[lane] = after if added else kept
+        state[lane + u64(RED_LANES)] = fma(weight, red, state[lane + u64(RED_LANES)])
+        state[lane + u64(GREEN_LANES)] = fma(weight, green, state[lane + u64(GREEN_LANES)])
+        state[lane + u64(BLUE_LANES)] = fma(weight, blue, state[lane + u64(BLUE_LANES)])
+        last[lane + u64(LAST_LANES)] = position if added else last[lane + u64(LAST_LANES)]
 
 
 @inlined
@@ -218,7 +218,7 @@ def _open(state: F32, closed: np.float32) -> np.uint32:
     """The blocks where a pixel can still take a splat, one bit each."""
     mask = u32(0)
     for block in range(LANES):
-        if lanes_above(state, block * 80, closed):
+        if lanes_above(state, block * BLOCK, closed):
             mask |= u32(1 << block)
     return mask
 
@@ -231,8 +231,10 @@ def _write(
     for y in range(y0, min(y0 + TILE, transmittance.shape[0])):
         for x in range(x0, min(x0 + TILE, transmittance.shape[1])):
             row, column = y - y0, x - x0
-            lane = 80 * (4 * (row // 4) + column // 4) + 4 * (row % 4) + column % 4
+            block = 4 * (row >> 2) + (column >> 2)
+            lane = BLOCK * block + 4 * (row & 3) + (column & 3)
             left = abs(state[lane])
-            transmittance[y, x], last[y, x] = left, positions[lane + 64]
-            for channel in range(3):
-                colour[y, x, channel] = state[lane + 16 * (1 + channel)] + left * background[channel]
+            transmittance[y, x], last[y, x] = left, positions[lane + LAST_LANES]
+            colour[y, x, 0] = state[lane + RED_LANES] + left * background[0]
+            colour[y, x, 1] = state[lane + GREEN_LANES] + left * background[1]
+            colour[y, x, 2] = state[lane + BLUE_LANES] + left * background[2]

@@ -9,10 +9,7 @@ import numpy as np
 
 from avatar_runtime.avatar import F32
 from avatar_runtime.backends.cpu.activate import activate_opacity, activate_scale, unit_quats
-from avatar_runtime.backends.cpu.bind import place
-from avatar_runtime.backends.cpu.blend import blend_shape, colour_block, list_active
-from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
-from avatar_runtime.backends.cpu.plain import (
+from avatar_runtime.backends.cpu.arrays import (
     BLOCK,
     U8,
     Base,
@@ -23,6 +20,9 @@ from avatar_runtime.backends.cpu.plain import (
     PosedArrays,
     Ridden,
 )
+from avatar_runtime.backends.cpu.bind import place
+from avatar_runtime.backends.cpu.blend import blend_shape, colour_block, list_active
+from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
 from avatar_runtime.backends.cpu.planes import MEAN, PLANES, QUAT, TURN, store
 from avatar_runtime.backends.cpu.surface import GAUSSIAN_PLANES, ride_block
 from avatar_runtime.stages.surface import TINY

@@ -7,10 +7,7 @@ import numpy as np
 
 from avatar_runtime.avatar import F32, U32
 from avatar_runtime.backends.cpu.activate import activate_opacity, activate_scale, unit_quats
-from avatar_runtime.backends.cpu.bind import bind_block
-from avatar_runtime.backends.cpu.blend import Ends, blend_geometry, blend_shape, colour_block, list_active
-from avatar_runtime.backends.cpu.jit import inlined, kernel
-from avatar_runtime.backends.cpu.plain import (
+from avatar_runtime.backends.cpu.arrays import (
     BLOCK,
     U8,
     Base,
@@ -21,6 +18,9 @@ from avatar_runtime.backends.cpu.plain import (
     Out,
     PosedArrays,
 )
+from avatar_runtime.backends.cpu.bind import bind_block
+from avatar_runtime.backends.cpu.blend import Ends, blend_geometry, blend_shape, colour_block, list_active
+from avatar_runtime.backends.cpu.jit import inlined, kernel
 from avatar_runtime.backends.cpu.planes import MEAN, PLANES, QUAT, TURN, load, store
 
 

@@ -10,8 +10,8 @@ import math
 import numpy as np
 
 from avatar_runtime.avatar import F32, F64
+from avatar_runtime.backends.cpu.arrays import BLOCK, Array, Embedded, Mesh, Ridden
 from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
-from avatar_runtime.backends.cpu.plain import BLOCK, Array, Embedded, Mesh, Ridden
 from avatar_runtime.backends.cpu.planes import MEAN, set_quat, set_turn
 from avatar_runtime.backends.cpu.rotation import (
     Quat,

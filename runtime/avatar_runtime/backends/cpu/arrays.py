@@ -1,0 +1,177 @@
+"""What the kernels take: groups of plain arrays, always of the types named here and contiguous.
+
+What a kernel only reads is read-only for it, so that one compiled kernel serves arrays of any owner.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.avatar import F32, F64, U16, U32, Avatar
+from avatar_runtime.stages.activate import Splats
+
+U8 = npt.NDArray[np.uint8]
+U64 = npt.NDArray[np.uint64]
+I32 = npt.NDArray[np.int32]
+Array = npt.NDArray[Any]
+
+BLOCK = 64  # Gaussians that a kernel takes at a time: their intermediate values stay in the nearest cache
+
+
+class Base(NamedTuple):
+    """Gaussians in training space."""
+
+    mean: F32  # [N, 3]
+    log_scale: F32  # [N, 3]
+    quat_wxyz: F32  # [N, 4]
+    opacity_logit: F32  # [N]
+    sh: F32  # [N, 3 K]
+
+
+class Deltas(NamedTuple):
+    """Blendshapes of some attributes side by side, stored by row; `mask` as `column_mask` makes it."""
+
+    row_ptr: U32  # [N + 1]
+    column: U16  # [E]
+    mask: U64  # [N, ceil(K / 64)]
+    values: F32  # [E, W]
+
+
+class Blendable(NamedTuple):
+    """What stage `blend` reads of an avatar."""
+
+    base: Base
+    geometry: Deltas  # W = 7: position, quaternion
+    shape: Deltas  # W = 4: log scale, opacity logit
+    colour: Deltas  # W = 3 K: SH
+    room: int  # the most entries that a block has in any of them
+
+
+class Offsets(NamedTuple):
+    """Offsets of position by some weight, stored by row: correctives, late morphs, morphs of the mesh."""
+
+    row_ptr: U32  # [R + 1]
+    column: U16  # [E]
+    offset: F32  # [E, 3]
+
+
+class Influences(NamedTuple):
+    """Skin weights, stored by row."""
+
+    row_ptr: U32  # [R + 1]
+    joint: U16  # [E]
+    weight: F32  # [E]
+
+
+class Blocks(NamedTuple):
+    """Runs of at most BLOCK Gaussians of one group."""
+
+    begin: I32  # [B]
+    size: I32  # [B]
+    group: I32  # [B]
+    matrix_by_row: U8  # [G] 1 where each Gaussian has a matrix of its own, from its skin weights
+    rotation_by_polar: U8  # [G] 1 where its rotation is that matrix's polar factor
+
+
+class Embedded(NamedTuple):
+    """Where each Gaussian sits on the mesh."""
+
+    triangle: U32  # [N]
+    vertex: U32  # [N, 3]
+    barycentric: F32  # [N, 3]
+    displacement: F32  # [N], or [0] for position rule triangle_frame
+    local_offset: F32  # [N, 3], or [0, 3] for position rule normal
+    local_quat_wxyz: F32  # [N, 4]
+
+
+class Mesh(NamedTuple):
+    """The triangles under the Gaussians and what the binding pose fixes of them."""
+
+    triangles: U32  # [F, 3]
+    frame: F64  # [F, 9] canonical, row-major
+    size: F64  # [F] canonical
+    vertex_triangle_ptr: U32  # [V + 1]
+    vertex_triangle: U32  # [3 F]
+
+
+class Ridden(NamedTuple):
+    """A posed mesh's triangles and vertices as the surface rules read them; written anew each frame."""
+
+    across: F64  # [F, 3] edge cross edge
+    size: F64  # [F] area, or edge length for rule triangle_frame
+    turn: F64  # [F, 4] of vertex_quaternion: canonical area times the turn since the binding pose; else of the frame
+    frame: F64  # [F, 9] row-major, for rule triangle_frame
+    normal: F64  # [V, 3]
+    quat: F64  # [V, 4]
+
+
+class RigArrays(NamedTuple):
+    """A rig's mesh."""
+
+    template: F32  # [V, 3]
+    morphs: Offsets
+    correctives: Offsets
+    late_morphs: Offsets
+    skin: Influences
+
+
+class Sizes(NamedTuple):
+    """How much a frame brings."""
+
+    expressions: int
+    features: int
+    late: int
+    joints: int
+    groups: int
+
+    @staticmethod
+    def of(avatar: Avatar) -> Sizes:
+        """Of what `Posed` holds for `avatar`."""
+        rig = avatar.rig
+        return Sizes(
+            len(avatar.expressions),
+            avatar.blendshapes.correctives.columns if rig is None else 9 * len(rig.corrective_joints),
+            len(avatar.late_morph_names),
+            0 if rig is None else rig.joint_count,
+            len(avatar.groups),
+        )
+
+
+class PosedArrays(NamedTuple):
+    """What a frame brings besides the avatar."""
+
+    expression_weights: F32  # [K]
+    expression_mask: U64  # [ceil(K / 64)] a bit for each that is not 0
+    pose_feature: F32  # [9 C]
+    late_weights: F32  # [L]
+    skin_matrix: F32  # [J, 16]
+    group_matrix: F32  # [G, 12]
+    group_rotation: F32  # [G, 9]
+    world: F32  # [12], the first rows of world_from_avatar
+    world_quat: F32  # [4]
+
+
+class Out(NamedTuple):
+    """Splats as the fused kernels write them, in place."""
+
+    mean: F32  # [N, 3]
+    scale: F32  # [N, 3]
+    quat_wxyz: F32  # [N, 4]
+    opacity: F32  # [N]
+    sh: F32  # [N, 3 K]
+    sh_rotation: F32  # [N, 9]
+
+    def splats(self) -> Splats:
+        """The same memory, as the stages see it."""
+        n = len(self.mean)
+        return Splats(
+            self.mean,
+            self.scale,
+            self.quat_wxyz,
+            self.opacity,
+            self.sh.reshape(n, -1, 3),
+            self.sh_rotation.reshape(n, 3, 3),
+        )
