@@ -3,8 +3,12 @@
     python -m tests.bench [--gaussians 70000] [--keep FOLDER]
 
 The checkpoints (0.9 GB as a dump, 3.4 GB raw) are generated first; that time does not count. Besides the face's
-Gaussians they hold a fifth as many for the teeth.
+Gaussians they hold a fifth as many for the teeth; the head on which backends are compared has `--gaussians` in all.
 CPU time and peak resident memory are those of one fresh process a conversion.
+
+    python -m tests.bench --only backends
+
+compares the backends alone; `python -m tests.bench.gl_speed` gives frames per second on a GPU.
 """
 
 from __future__ import annotations
@@ -32,6 +36,7 @@ from avatar_runtime.player import Frame, Player
 from avatar_runtime.pose import clip_pose
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
+from tests.bench.backends import backend_rows, static_rows
 from tests.psnr import profile_psnr
 
 RESULTS = Path(__file__).parent / "results"
@@ -47,14 +52,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--gaussians", type=int, default=70_000)
     parser.add_argument("--keep", type=Path, help="make the checkpoints here, and use them if they are there")
+    parser.add_argument("--only", choices=PARTS, help="measure this part alone")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
-        rows = measure(args.keep or Path(scratch), args.gaussians)
+        folder = args.keep or Path(scratch)
+        rows = [
+            row
+            for name in ([args.only] if args.only else PARTS)
+            for row in PARTS[name](folder, args.gaussians)
+        ]
     save(rows, args.gaussians)
 
 
-def measure(folder: Path, gaussians: int) -> list[Row]:
-    """(what, value, unit) of every figure."""
+def conversion_rows(folder: Path, gaussians: int) -> list[Row]:
+    """Converting, loading and playing on NumPy."""
     rows: list[Row] = []
     bundle = folder / "bundle_dump"
     for form in FORMS:
@@ -74,7 +85,38 @@ def measure(folder: Path, gaussians: int) -> list[Row]:
     for profile in PROFILES:
         rows += stage_rows(avatar, profile)
     rows.append(("engine_against_trainer", profile_psnr(avatar, arkit_pose(avatar, POSE), SIZE), "dB"))
-    return rows + surface_rows(folder, gaussians)
+    return rows
+
+
+def head(folder: Path, gaussians: int) -> Avatar:
+    """The sample head with `gaussians` in all, teeth too, and 51 expressions."""
+    base, out = folder / "head" / "gaussian_blendshapes", folder / "bundle_head"
+    if not base.exists():
+        make(folder / "head", round(gaussians / 1.2), "dump")
+    converted((str(base / "model"), "--dataset", str(base), "--driving", str(base / "driving.json")), out)
+    return load(out)
+
+
+def compared_rows(folder: Path, gaussians: int) -> list[Row]:
+    """One animated head on every backend, a still million on `cpu`, and the first frame of a new process."""
+    avatar = head(folder, gaussians)
+    rows = backend_rows(avatar) + static_rows(avatar)
+    return [*rows, ("cpu_second_start", second_start(folder / "bundle_head"), "s")]
+
+
+def second_start(bundle: Path) -> float:
+    """Seconds from a fresh process's `Player(avatar, "cpu")` to its first picture, kernels being on disk."""
+    program = (
+        "import sys, time; from avatar_runtime.bundle import load; from avatar_runtime.player import Player\n"
+        "from avatar_runtime.pose import Pose; from avatar_export.pictures import frame_camera, robust_box\n"
+        "avatar = load(sys.argv[1]); camera = frame_camera(robust_box(avatar.gaussians.mean), 512, 512)\n"
+        "start = time.perf_counter(); Player(avatar, 'cpu').frame(Pose(), camera); print(time.perf_counter() - start)"
+    )
+    times = []
+    for _ in range(REPEATS):
+        done = subprocess.run([sys.executable, "-c", program, str(bundle)], check=True, capture_output=True)
+        times.append(float(done.stdout))
+    return statistics.median(times)
 
 
 def surface_rows(folder: Path, gaussians: int) -> list[Row]:
@@ -91,13 +133,16 @@ def surface_rows(folder: Path, gaussians: int) -> list[Row]:
     cpu, peak = converted((str(base / "run"), *inputs), out)
     rows: list[Row] = [("convert_surface_cpu", cpu, "s"), ("convert_surface_peak_rss", peak, "MB")]
     avatar = load(out)
-    player, times = Player(avatar), dict[str, list[float]]()
-    for frame in range(min(avatar.clips[0].frames, 3 * REPEATS)):
-        milliseconds: dict[str, float] = {}
-        player.animate(clip_pose(avatar, avatar.clips[0], frame), milliseconds)
-        for stage, value in milliseconds.items():
-            times.setdefault(stage, []).append(value)
-    return rows + [(f"surface_{stage}", statistics.median(values), "ms") for stage, values in times.items()]
+    for name, backend in (("surface", "reference"), ("surface_cpu", "cpu")):
+        player, times = Player(avatar, backend), dict[str, list[float]]()
+        player.animate(clip_pose(avatar, avatar.clips[0], 0))
+        for frame in range(min(avatar.clips[0].frames, 3 * REPEATS)):
+            milliseconds: dict[str, float] = {}
+            player.animate(clip_pose(avatar, avatar.clips[0], frame), milliseconds)
+            for stage, value in milliseconds.items():
+                times.setdefault(stage, []).append(value)
+        rows += [(f"{name}_{stage}", statistics.median(values), "ms") for stage, values in times.items()]
+    return rows
 
 
 def make(out: Path, gaussians: int, form: str) -> None:
@@ -123,7 +168,7 @@ def converted(arguments: tuple[str, ...], out: Path) -> tuple[float, float]:
 
 def stage_rows(avatar: Avatar, profile: str) -> list[Row]:
     """Median milliseconds a stage, and evaluations a pixel."""
-    player, camera = Player(avatar), frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
+    player, camera = Player(avatar, "reference"), frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
     pose = arkit_pose(avatar, POSE)
     frames: list[Frame] = [player.frame(pose, camera, profile=profile) for _ in range(REPEATS)]
     per_pixel = frames[0].picture.evaluations / SIZE**2
@@ -169,6 +214,12 @@ def save(rows: list[Row], gaussians: int) -> None:
             print(f"{what:36s} {value:12.4g} {unit}")
     print(path)
 
+
+PARTS: dict[str, Callable[[Path, int], list[Row]]] = {
+    "conversion": conversion_rows,
+    "surface": surface_rows,
+    "backends": compared_rows,
+}
 
 if __name__ == "__main__":
     main()

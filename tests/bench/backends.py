@@ -118,7 +118,7 @@ def cpu_milliseconds(run: Callable[[], object]) -> float:
 
 
 def scattered(avatar: Avatar, count: int) -> Avatar:
-    """`count` Gaussians without rig or shapes: copies of the avatar's, jittered and as much smaller as they are more."""
+    """`count` Gaussians without rig or shapes: jittered copies, the smaller the more."""
     rng = np.random.default_rng(0)
     g = avatar.gaussians
     at = rng.integers(0, g.count, count)
