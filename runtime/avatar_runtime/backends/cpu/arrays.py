@@ -100,12 +100,11 @@ class Mesh(NamedTuple):
 class Ridden(NamedTuple):
     """A posed mesh's triangles and vertices as the surface rules read them; written anew each frame."""
 
-    across: F64  # [F, 3] edge cross edge
-    size: F64  # [F] area, or edge length for rule triangle_frame
-    turn: F64  # [F, 4] of vertex_quaternion: canonical area times the turn since the binding pose; else of the frame
-    frame: F64  # [F, 9] row-major, for rule triangle_frame
-    normal: F64  # [V, 3]
-    quat: F64  # [V, 4]
+    size: F64  # [F] area, or edge length for rotation rule triangle_frame
+    # [F, 13] of vertex_quaternion: edge cross edge (3), canonical area times the turn since the binding pose (4);
+    # of triangle_frame: the frame, row-major (9), and its quaternion (4)
+    triangle: F64
+    vertex: F64  # [V, 7] normal (3) and quaternion (4), for vertex_quaternion
 
 
 class RigArrays(NamedTuple):

@@ -242,7 +242,7 @@ def rig_arrays(rig: Rig, sizes: Sizes) -> RigArrays:
 def fresh_ridden(mesh: Mesh) -> Ridden:
     """Room for one posed mesh."""
     f, v = len(mesh.triangles), len(mesh.vertex_triangle_ptr) - 1
-    return Ridden(*(np.zeros(shape) for shape in ((f, 3), (f,), (f, 4), (f, 9), (v, 3), (v, 4))))
+    return Ridden(*(np.zeros(shape) for shape in ((f,), (f, 13), (v, 7))))
 
 
 def fresh_out(rows: int, width: int) -> Out:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+import numba
 import numpy as np
 
 from avatar_runtime.avatar import F32, F64
@@ -14,7 +15,6 @@ from avatar_runtime.backends.cpu.arrays import BLOCK, Array, Embedded, Mesh, Rid
 from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
 from avatar_runtime.backends.cpu.planes import MEAN, set_quat, set_turn
 from avatar_runtime.backends.cpu.rotation import (
-    Quat,
     matrix_from_quat,
     matrix_multiply,
     quat_from_matrix,
@@ -28,11 +28,10 @@ ZERO, ONE, HALF = 0.0, 1.0, 0.5
 # Planes of float64. Of triangles:
 EDGES = 0  # 6: two edges from corner 0
 CANONICAL = 6 * BLOCK  # 9, row-major: the canonical frame
-ACROSS = 15 * BLOCK  # 3: edge cross edge
-SIZE = 18 * BLOCK
-WAY = 19 * BLOCK  # 4: quaternion, posed from canonical or world from triangle
-FRAME = 23 * BLOCK  # 9, row-major
-TRIANGLE_PLANES = 32 * BLOCK
+CANONICAL_SIZE = 15 * BLOCK
+SIZE = 16 * BLOCK
+RESULT = 17 * BLOCK  # 13: what `Ridden.triangle` holds
+TRIANGLE_PLANES = 30 * BLOCK
 # Of Gaussians:
 FOOT = 0  # 3
 RISE = 3 * BLOCK  # 3: from the foot to the mean
@@ -63,7 +62,7 @@ def unit(a: Vector) -> Vector:
     return a[0] / length, a[1] / length, a[2] / length
 
 
-@kernel()
+@kernel(parallel=True)
 def triangle_turns(
     vertices: F32,  # [V, 3] posed
     mesh: Mesh,
@@ -71,43 +70,42 @@ def triangle_turns(
     w_positive: bool,
     mirror: float,
     ridden: Ridden,
+    threads: int,
 ) -> None:
     """What the rules read of the posed triangles; the sign policy of quaternions as in `turns_from_canonical`."""
-    p = np.empty(TRIANGLE_PLANES, np.float64)
-    for first in range(0, len(mesh.triangles), BLOCK):
-        count = min(BLOCK, len(mesh.triangles) - first)
-        for lane in range(count):
-            triangle = first + lane
-            a, b, c = mesh.triangles[triangle, 0], mesh.triangles[triangle, 1], mesh.triangles[triangle, 2]
-            for k in range(3):
-                origin = np.float64(vertices[a, k])
-                p[EDGES + k * BLOCK + lane] = np.float64(vertices[b, k]) - origin
-                p[EDGES + (k + 3) * BLOCK + lane] = np.float64(vertices[c, k]) - origin
-            for k in range(9):
-                p[CANONICAL + k * BLOCK + lane] = mesh.frame[triangle, k]
-        if by_vertex:
-            turns_from_canonical(count, w_positive, mirror, p)
+    values = 7 if by_vertex else 13
+    for thread in numba.prange(threads):
+        p = np.empty(TRIANGLE_PLANES, np.float64)
+        for first in range(thread * BLOCK, len(mesh.triangles), threads * BLOCK):
+            count = min(BLOCK, len(mesh.triangles) - first)
             for lane in range(count):
-                triangle = first + lane
-                ridden.size[triangle] = p[SIZE + lane]
-                for k in range(3):
-                    ridden.across[triangle, k] = p[ACROSS + k * BLOCK + lane]
-                for k in range(4):
-                    ridden.turn[triangle, k] = mesh.size[triangle] * p[WAY + k * BLOCK + lane]
-        else:
-            frames(count, p)
+                load_triangle(first + lane, lane, vertices, mesh, p)
+            if by_vertex:
+                turns_from_canonical(count, w_positive, mirror, p)
+            else:
+                frames(count, p)
             for lane in range(count):
-                triangle = first + lane
-                ridden.size[triangle] = p[SIZE + lane]
-                for k in range(9):
-                    ridden.frame[triangle, k] = p[FRAME + k * BLOCK + lane]
-                for k in range(4):
-                    ridden.turn[triangle, k] = p[WAY + k * BLOCK + lane]
+                ridden.size[first + lane] = p[SIZE + lane]
+                for k in range(values):
+                    ridden.triangle[first + lane, k] = p[RESULT + k * BLOCK + lane]
+
+
+@inlined
+def load_triangle(triangle: int, lane: int, vertices: F32, mesh: Mesh, p: F64) -> None:
+    """EDGES and CANONICAL of one lane."""
+    a, b, c = mesh.triangles[triangle, 0], mesh.triangles[triangle, 1], mesh.triangles[triangle, 2]
+    for k in range(3):
+        origin = np.float64(vertices[a, k])
+        p[EDGES + k * BLOCK + lane] = np.float64(vertices[b, k]) - origin
+        p[EDGES + (k + 3) * BLOCK + lane] = np.float64(vertices[c, k]) - origin
+    for k in range(9):
+        p[CANONICAL + k * BLOCK + lane] = mesh.frame[triangle, k]
+    p[CANONICAL_SIZE + lane] = mesh.size[triangle]
 
 
 @inlined
 def turns_from_canonical(count: int, w_positive: bool, mirror: float, p: F64) -> None:
-    """ACROSS, SIZE (area) and WAY: posed frame times inverse canonical frame, as a quaternion.
+    """SIZE (area) and RESULT: edge cross edge; posed frame times inverse canonical frame as a quaternion, by area.
 
     With `mirror` -1 its sign is chosen in the frame mirrored in x, with 1 in this one.
     """
@@ -134,15 +132,26 @@ def turns_from_canonical(count: int, w_positive: bool, mirror: float, p: F64) ->
         m00, m01, m02, m10, m11, m12, m20, m21, m22 = matrix_multiply(posed, inverse)
         seen = (m00, m01 * mirror, m02 * mirror, m10 * mirror, m11, m12, m20 * mirror, m21, m22)
         w, i, j, k = quat_from_matrix(seen, ONE)
-        sign = -ONE if w_positive and w < ZERO else ONE
-        p[ACROSS + lane], p[ACROSS + BLOCK + lane], p[ACROSS + 2 * BLOCK + lane] = across
+        area = p[CANONICAL_SIZE + lane]
+        if w_positive and w < ZERO:
+            area = -area
         p[SIZE + lane] = norm(across) / 2.0
-        set_way(lane, (sign * w, sign * i, sign * mirror * j, sign * mirror * k), p)
+        values = (
+            across[0],
+            across[1],
+            across[2],
+            area * w,
+            area * i,
+            area * (mirror * j),
+            area * (mirror * k),
+        )
+        for row in range(7):
+            p[RESULT + row * BLOCK + lane] = values[row]
 
 
 @inlined
 def frames(count: int, p: F64) -> None:
-    """FRAME, SIZE (edge length) and WAY by rule triangle_frame."""
+    """SIZE (edge length) and RESULT: frame by rule triangle_frame, and its quaternion."""
     for lane in range(count):
         at = EDGES + lane
         e = (p[at], p[at + BLOCK], p[at + 2 * BLOCK])
@@ -153,41 +162,36 @@ def frames(count: int, p: F64) -> None:
         z = (-across[0], -across[1], -across[2])
         frame = (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
         p[SIZE + lane] = (norm(e) + abs(z[0] * f[0] + z[1] * f[1] + z[2] * f[2])) / 2.0
+        quat = quat_from_matrix(frame, ONE)
         for k in range(9):
-            p[FRAME + k * BLOCK + lane] = frame[k]
-        set_way(lane, quat_from_matrix(frame, ONE), p)
-
-
-@inlined
-def set_way(lane: int, quat: Quat, p: F64) -> None:
-    """WAY of one lane becomes `quat`."""
-    for k in range(4):
-        p[WAY + k * BLOCK + lane] = quat[k]
+            p[RESULT + k * BLOCK + lane] = frame[k]
+        for k in range(4):
+            p[RESULT + (9 + k) * BLOCK + lane] = quat[k]
 
 
 @kernel()
 def vertex_sums(mesh: Mesh, normal_floor: float, quaternion_floor: float, ridden: Ridden) -> None:
     """Normals and quaternions of vertices: sums over their triangles, divided by their length or the floor."""
-    for v in range(len(ridden.normal)):
+    for v in range(len(ridden.vertex)):
         nx = ny = nz = qw = qx = qy = qz = ZERO
         for at in range(mesh.vertex_triangle_ptr[v], mesh.vertex_triangle_ptr[v + 1]):
             t = mesh.vertex_triangle[at]
-            nx += ridden.across[t, 0]
-            ny += ridden.across[t, 1]
-            nz += ridden.across[t, 2]
-            qw += ridden.turn[t, 0]
-            qx += ridden.turn[t, 1]
-            qy += ridden.turn[t, 2]
-            qz += ridden.turn[t, 3]
+            nx += ridden.triangle[t, 0]
+            ny += ridden.triangle[t, 1]
+            nz += ridden.triangle[t, 2]
+            qw += ridden.triangle[t, 3]
+            qx += ridden.triangle[t, 4]
+            qy += ridden.triangle[t, 5]
+            qz += ridden.triangle[t, 6]
         length = max(math.sqrt(nx * nx + ny * ny + nz * nz), normal_floor)
-        ridden.normal[v, 0] = nx / length
-        ridden.normal[v, 1] = ny / length
-        ridden.normal[v, 2] = nz / length
+        ridden.vertex[v, 0] = nx / length
+        ridden.vertex[v, 1] = ny / length
+        ridden.vertex[v, 2] = nz / length
         length = max(math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz), quaternion_floor)
-        ridden.quat[v, 0] = qw / length
-        ridden.quat[v, 1] = qx / length
-        ridden.quat[v, 2] = qy / length
-        ridden.quat[v, 3] = qz / length
+        ridden.vertex[v, 3] = qw / length
+        ridden.vertex[v, 4] = qx / length
+        ridden.vertex[v, 5] = qy / length
+        ridden.vertex[v, 6] = qz / length
 
 
 @inlined
@@ -203,46 +207,44 @@ def ride_block(
 ) -> None:
     """MEAN, QUAT and TURN of `count` Gaussians from `first` on the posed mesh; `p` is room."""
     for lane in range(count):
-        i = first + lane
+        at_corners(first + lane, lane, embedded, vertices, FOOT, p)
         for k in range(4):
-            p[LOCAL + k * BLOCK + lane] = embedded.local_quat_wxyz[i, k]
-        for k in range(3):
-            p[FOOT + k * BLOCK + lane] = at_corners(i, embedded, vertices, k)
+            p[LOCAL + k * BLOCK + lane] = embedded.local_quat_wxyz[first + lane, k]
     if by_vertex:
         for lane in range(count):
-            i = first + lane
-            p[HEIGHT + lane] = embedded.displacement[i]
-            for k in range(3):
-                p[RISE + k * BLOCK + lane] = at_corners(i, embedded, ridden.normal, k)
-            for k in range(4):
-                p[SWING + k * BLOCK + lane] = at_corners(i, embedded, ridden.quat, k)
+            p[HEIGHT + lane] = embedded.displacement[first + lane]
+            at_corners(first + lane, lane, embedded, ridden.vertex, RISE, p)  # SWING follows RISE
         rise(count, p)
     else:
         for lane in range(count):
-            i = first + lane
-            t = embedded.triangle[i]
-            for k in range(3):
-                along = (
-                    ridden.frame[t, 3 * k] * embedded.local_offset[i, 0]
-                    + ridden.frame[t, 3 * k + 1] * embedded.local_offset[i, 1]
-                    + ridden.frame[t, 3 * k + 2] * embedded.local_offset[i, 2]
-                )
-                p[RISE + k * BLOCK + lane] = ridden.size[t] * along
-            for k in range(4):
-                p[SWING + k * BLOCK + lane] = ridden.turn[t, k]
+            in_triangle(first + lane, lane, embedded, ridden, p)
     swing(count, p, planes)
 
 
 @inlined
-def at_corners(i: int, embedded: Embedded, by_vertex: Array, k: int) -> Scalar:
-    """Component `k` of a vertex quantity at the foot of Gaussian `i`."""
+def at_corners(i: int, lane: int, embedded: Embedded, by_vertex: Array, to: int, p: F64) -> None:
+    """Vertex quantities at the foot of Gaussian `i`, in the planes from `to`."""
     a, b, c = embedded.vertex[i, 0], embedded.vertex[i, 1], embedded.vertex[i, 2]
-    u, v, w = embedded.barycentric[i, 0], embedded.barycentric[i, 1], embedded.barycentric[i, 2]
-    return (
-        np.float64(u) * np.float64(by_vertex[a, k])
-        + np.float64(v) * np.float64(by_vertex[b, k])
-        + np.float64(w) * np.float64(by_vertex[c, k])
-    )
+    u = np.float64(embedded.barycentric[i, 0])
+    v = np.float64(embedded.barycentric[i, 1])
+    w = np.float64(embedded.barycentric[i, 2])
+    for k in range(by_vertex.shape[1]):
+        p[to + k * BLOCK + lane] = u * by_vertex[a, k] + v * by_vertex[b, k] + w * by_vertex[c, k]
+
+
+@inlined
+def in_triangle(i: int, lane: int, embedded: Embedded, ridden: Ridden, p: F64) -> None:
+    """RISE and SWING of Gaussian `i` by its triangle's frame."""
+    t = embedded.triangle[i]
+    x = np.float64(embedded.local_offset[i, 0])
+    y = np.float64(embedded.local_offset[i, 1])
+    z = np.float64(embedded.local_offset[i, 2])
+    for k in range(3):
+        along = ridden.triangle[t, 3 * k] * x + ridden.triangle[t, 3 * k + 1] * y
+        along += ridden.triangle[t, 3 * k + 2] * z
+        p[RISE + k * BLOCK + lane] = ridden.size[t] * along
+    for k in range(4):
+        p[SWING + k * BLOCK + lane] = ridden.triangle[t, 9 + k]
 
 
 @inlined
