@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import settings
 
-from tests.golden import UNPACK, BlendshapesGolden
+from tests.golden import ON, UNPACK, BlendshapesGolden
 
 # The same examples on every run, and no failure because the machine was busy.
 settings.register_profile("steady", derandomize=True, deadline=None)
@@ -18,6 +18,13 @@ def blendshapes_golden(
 ) -> BlendshapesGolden:
     """The Gaussian Blendshapes vectors: as committed, and in full where the optional data is present."""
     return UNPACK[request.param](tmp_path_factory.mktemp(f"gaussian_blendshapes_{request.param}"))
+
+
+@pytest.fixture(params=list(ON))
+def backend(request: pytest.FixtureRequest) -> str:
+    """Each backend that draws both profiles: the released codes' numbers judge them all."""
+    name: str = request.param
+    return name
 
 
 pytest_plugins = ["tests.commands", "tests.measured", "tests.samples_made"]

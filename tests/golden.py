@@ -38,6 +38,9 @@ PLANES_FILTER = [
     }
 ]
 
+# backend that the released codes' numbers judge: what stands behind a name in its figures
+ON = {"reference": "", "cpu": " on cpu"}
+
 
 def dumps(arrays: Mapping[str, Array]) -> bytes:
     """Arrays as an xz of byte planes: a line of JSON ([name, dtype, shape, distinct words]), then the data.

@@ -21,6 +21,7 @@ from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.project import splat_colour
 from tests.golden import (
     HEAD_SURFACE_CASES,
+    ON,
     SMALL_SURFACE_CASES,
     SurfaceCase,
     head_surface_case,
@@ -82,9 +83,9 @@ def avatar(case: SurfaceCase, tmp_path: Path, u: float, **options: Any) -> Avata
     return read(case.run, ReadOptions(units=u, **options))
 
 
-def posed(played: Avatar, case: SurfaceCase, pose: str, u: float) -> Splats:
+def posed(played: Avatar, case: SurfaceCase, pose: str, u: float, backend: str) -> Splats:
     vertices = (case.posed_vertices(pose) / u).astype(np.float32)
-    return Player(played).animate(Pose(), posed_vertices=vertices)
+    return Player(played, backend).animate(Pose(), posed_vertices=vertices)
 
 
 def colour_error(splats: Splats, expected: Array, eyes: Array, u: float) -> float:
@@ -96,12 +97,14 @@ def colour_error(splats: Splats, expected: Array, eyes: Array, u: float) -> floa
 
 
 @pytest.mark.parametrize("u", UNITS)
-def test_every_pose(case: SurfaceCase, name: str, u: float, tmp_path: Path, measured: Measure) -> None:
-    static, system = case.static(), name.split("/")[0]
+def test_every_pose(
+    case: SurfaceCase, name: str, u: float, backend: str, tmp_path: Path, measured: Measure
+) -> None:
+    static, system = case.static(), name.split("/")[0] + ON[backend]
     played = avatar(case, tmp_path, u)
     inner = avatar(case, tmp_path, u, sh_direction="inverse_rotation") if SPLATTING in name else played
     for pose in case.pose_names():
-        expected, splats = case.expected(pose), posed(played, case, pose, u)
+        expected, splats = case.expected(pose), posed(played, case, pose, u, backend)
         scale = expected["scale_on" if SPLATTING in name else "scale"]
         figures = {
             "xyz": (worst(splats.mean * np.float64(u), expected["xyz"]), XYZ),
@@ -112,7 +115,7 @@ def test_every_pose(case: SurfaceCase, name: str, u: float, tmp_path: Path, meas
         limit = CANCELLED.get((name, pose), COLOUR)
         if "rgb_world_direction" in expected:
             eyes = static["camera_centres"]
-            turned = posed(inner, case, pose, u)
+            turned = posed(inner, case, pose, u, backend)
             inside = colour_error(turned, expected["rgb_embedded_direction"], eyes, u)
             figures["colour along R^T d"] = (inside, limit)
             figures["colour"] = (colour_error(splats, expected["rgb_world_direction"], eyes, u), COLOUR)
@@ -130,7 +133,9 @@ def test_every_pose(case: SurfaceCase, name: str, u: float, tmp_path: Path, meas
 
 
 @pytest.mark.parametrize("u", UNITS)
-def test_the_older_sign_policy(case: SurfaceCase, u: float, tmp_path: Path, measured: Measure) -> None:
+def test_the_older_sign_policy(
+    case: SurfaceCase, u: float, backend: str, tmp_path: Path, measured: Measure
+) -> None:
     poses = [pose for pose in case.pose_names() if "rotation_alt" in case.expected(pose)]
     if not poses:
         assert GAUSSIAN in case.folder.as_posix() or "head_x4" in case.folder.name
@@ -138,18 +143,20 @@ def test_the_older_sign_policy(case: SurfaceCase, u: float, tmp_path: Path, meas
     older = avatar(case, tmp_path, u, quaternion_sign="largest_positive")
     differs = False
     for pose in poses:
-        expected, splats = case.expected(pose), posed(older, case, pose, u)
+        expected, splats = case.expected(pose), posed(older, case, pose, u, backend)
         error = degrees(splats.quat_wxyz, expected["rotation_alt"])
-        measured("splatting_avatar, older sign policy, degrees", error)
+        measured(f"splatting_avatar{ON[backend]}, older sign policy, degrees", error)
         assert error <= DEGREES, pose
         differs |= degrees(expected["rotation"], expected["rotation_alt"]) > 1
     assert differs, "the vectors tell the two policies apart"
 
 
-def test_without_mesh_scaling_no_pose_changes_the_scale(case: SurfaceCase, tmp_path: Path) -> None:
+def test_without_mesh_scaling_no_pose_changes_the_scale(
+    case: SurfaceCase, backend: str, tmp_path: Path
+) -> None:
     if GAUSSIAN in case.folder.as_posix():
         return
     still = avatar(case, tmp_path, 4.0, mesh_scaling=False)
     for pose in case.pose_names():
-        splats = posed(still, case, pose, 4.0)
+        splats = posed(still, case, pose, 4.0, backend)
         assert worst(splats.scale * 4.0 / case.static()["scale_off"], 1) <= SCALE

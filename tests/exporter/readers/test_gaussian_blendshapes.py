@@ -19,7 +19,7 @@ from avatar_runtime.pose import Pose, resolve
 from avatar_runtime.rotation import homogeneous
 from avatar_runtime.stages.blend import blend
 from avatar_runtime.stages.project import sh_colour
-from tests.golden import FRAMES, BlendshapesGolden
+from tests.golden import FRAMES, ON, BlendshapesGolden
 from tests.measured import Measure
 
 FORMS = ("dump", "raw")
@@ -75,7 +75,11 @@ def worst(got: Any, want: Any) -> float:
 
 @pytest.mark.parametrize("index", FRAMES)
 def test_every_step_meets_the_released_code(
-    played: tuple[Avatar, Any], blendshapes_golden: BlendshapesGolden, index: int, measured: Measure
+    played: tuple[Avatar, Any],
+    blendshapes_golden: BlendshapesGolden,
+    index: int,
+    backend: str,
+    measured: Measure,
 ) -> None:
     avatar, rows = played
     frame = blendshapes_golden.frame(index)
@@ -86,12 +90,17 @@ def test_every_step_meets_the_released_code(
     assert worst(blended.sh[rows], frame["face_1_blended_sh"]) <= 2e-6
     assert worst(blended.log_scale[rows], frame["face_1_blended_scale_log"]) <= 2e-6
     assert worst(blended.opacity_logit[rows], frame["face_1_blended_opacity_logit"][:, 0]) <= 2e-6
-    splats = Player(avatar).animate(pose)
+    splats = Player(avatar, backend).animate(pose)
     face = avatar.groups[0].count
     sets = {"face": rows, "upper": face + np.arange(TEETH), "lower": face + TEETH + np.arange(TEETH)}
     for name, at in sets.items():
-        measured("Gaussian Blendshapes, positions, m", worst(splats.mean[at], frame[f"{name}_xyz"]))
-        measured("Gaussian Blendshapes, quaternions", worst(splats.quat_wxyz[at], frame[f"{name}_rotation"]))
+        measured(
+            f"Gaussian Blendshapes{ON[backend]}, positions, m", worst(splats.mean[at], frame[f"{name}_xyz"])
+        )
+        measured(
+            f"Gaussian Blendshapes{ON[backend]}, quaternions",
+            worst(splats.quat_wxyz[at], frame[f"{name}_rotation"]),
+        )
         assert worst(splats.mean[at], frame[f"{name}_xyz"]) <= 1e-6
         assert worst(splats.quat_wxyz[at], frame[f"{name}_rotation"]) <= 2e-6
         scale = frame[f"{name}_scale"].astype(np.float64)
@@ -99,7 +108,7 @@ def test_every_step_meets_the_released_code(
         assert worst(splats.opacity[at], frame[f"{name}_opacity"][:, 0]) <= 2e-6
         assert splats.sh_rotation is not None
         seen = rotated_sh_error(splats.sh[at], splats.sh_rotation[at], frame[f"{name}_sh"])
-        measured("Gaussian Blendshapes, colour along R^T d against the rotated SH", seen)
+        measured(f"Gaussian Blendshapes{ON[backend]}, colour along R^T d against the rotated SH", seen)
         assert seen <= 2e-6
 
 
@@ -119,10 +128,12 @@ def rotated_sh_error(sh: Any, rotation: Any, rotated: Any) -> float:
 
 
 @pytest.mark.parametrize("index", FRAMES)
-def test_mesh(played: tuple[Avatar, Any], blendshapes_golden: BlendshapesGolden, index: int) -> None:
+def test_mesh(
+    played: tuple[Avatar, Any], blendshapes_golden: BlendshapesGolden, index: int, backend: str
+) -> None:
     avatar, _ = played
     frame = blendshapes_golden.frame(index)
-    vertices = Player(avatar).mesh(pose_of(avatar, frame))
+    vertices = Player(avatar, backend).mesh(pose_of(avatar, frame))
     assert worst(vertices[blendshapes_golden.vertex_rows], frame["mesh_vertices"]) <= 1e-6
 
 

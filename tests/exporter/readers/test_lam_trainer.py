@@ -14,6 +14,7 @@ from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, joint_rotation
 from avatar_runtime.stages.project import sh_colour
 from tests.exporter.readers import lam_files
+from tests.golden import ON
 from tests.measured import Measure
 from tests.oracles.lam_trainer import LamTrainer
 from tests.shared_data import shared
@@ -53,7 +54,7 @@ def _pose(avatar: Avatar, seed: int) -> Pose:
 
 
 @pytest.mark.parametrize("seed", range(POSES))
-def test_positions_are_the_trainers(lam_zip: Path, seed: int, measured: Measure) -> None:
+def test_positions_are_the_trainers(lam_zip: Path, seed: int, backend: str, measured: Measure) -> None:
     avatar = read_lam(lam_zip)
     oracle = LamTrainer(_member(lam_zip, "offset.ply"), _member(lam_zip, "skin.glb"))
     pose = _pose(avatar, seed)
@@ -61,9 +62,9 @@ def test_positions_are_the_trainers(lam_zip: Path, seed: int, measured: Measure)
     step = POSES if avatar.gaussians.count > 1000 else 1
     rows = range(seed % step, avatar.gaussians.count, step)
     want = oracle.positions(pose.expressions, pose.joints, rows)
-    got = Player(avatar).animate(pose).mean[rows.start :: step]
+    got = Player(avatar, backend).animate(pose).mean[rows.start :: step]
     away = float(np.linalg.norm(got - want, axis=1).max())
-    measured("LAM, positions, m", away)
+    measured(f"LAM{ON[backend]}, positions, m", away)
     assert away <= METRES
     if seed:
         moved = np.linalg.norm(want - avatar.gaussians.mean[rows.start :: step], axis=1)

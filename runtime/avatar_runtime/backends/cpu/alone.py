@@ -25,7 +25,7 @@ def blend(
 ) -> None:
     """Base + blendshapes of every Gaussian, in training space, into `out`."""
     planes = np.empty(PLANES, np.float32)
-    entry = np.empty(room + 1, np.uint32)
+    entry = np.empty(room, np.uint32)
     end = np.empty(BLOCK, np.int64)
     for first in range(0, len(base.mean), BLOCK):
         count = min(BLOCK, len(base.mean) - first)

@@ -91,7 +91,7 @@ class RidingGaussians:
     def animate(self, posed: PosedArrays, vertices: F32 | None, touched: U8, out: Out, threads: int) -> None:
         animate_riding(
             *self._blendable,
-            *self._under(vertices, threads),
+            *self._under(vertices),
             *self._scale,
             self._sh_world,
             posed,
@@ -102,14 +102,14 @@ class RidingGaussians:
 
     def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
         out = plain.fresh_out(len(blended.mean), 0)
-        bind_riding(blended.log_scale, *self._under(vertices, 1), *self._scale, self._sh_world, posed, out)
+        bind_riding(blended.log_scale, *self._under(vertices), *self._scale, self._sh_world, posed, out)
         return out
 
-    def _under(self, vertices: F32 | None, threads: int) -> tuple[Embedded, Mesh, Ridden, F32, bool]:
+    def _under(self, vertices: F32 | None) -> tuple[Embedded, Mesh, Ridden, F32, bool]:
         """The posed mesh as both passes over Gaussians take it."""
         assert vertices is not None
         posed = plain.plain(vertices, np.float32, (len(self._ridden.vertex), 3))
-        triangle_turns(posed, self._mesh, self._by_vertex, *self._sign, self._ridden, threads)
+        triangle_turns(posed, self._mesh, self._by_vertex, *self._sign, self._ridden)
         if self._by_vertex:
             vertex_sums(self._mesh, *self._floors, self._ridden)
         return self._embedded, self._mesh, self._ridden, posed, self._by_vertex

@@ -53,37 +53,82 @@ def animate_riding(
     threads: int,
 ) -> None:
     """Writes the splats of a frame into `out`; the same bits whatever the number of threads."""
-    n = len(base.mean)
     for thread in numba.prange(threads):
-        planes = np.empty(PLANES, np.float32)
-        fine = np.empty(GAUSSIAN_PLANES, np.float64)
-        entry = np.empty(room + 1, np.uint32)
-        end = np.empty(BLOCK, np.int64)
-        for first in range(thread * BLOCK, n, threads * BLOCK):
-            count = min(BLOCK, n - first)
-            ride_block(first, count, embedded, vertices, by_vertex, ridden, fine, planes)
-            place(count, sh_world, posed.world, posed.world_quat, planes)
-            unit_quats(count, planes)
-            store(first, count, planes, MEAN, out.mean)
-            store(first, count, planes, QUAT, out.quat_wxyz)
-            store(first, count, planes, TURN, out.sh_rotation)
-            colour_block(first, count, base, colour, posed, entry, end, touched, out.sh)
-            list_active(first, count, shape, posed, entry, end)
-            begin = 0
-            for lane in range(count):
-                i, last = first + lane, end[lane]
-                changed = last > begin or touched[i, 0]
-                if changed or scale_rule != SAME:
-                    x, y, z, logit = blend_shape(i, base, shape, posed, entry, begin, last)
-                    factor = stretch(embedded.triangle[i], mesh, ridden, scale_rule, damping)
-                    x = stretched(x, factor, scale_rule, log_unit)
-                    y = stretched(y, factor, scale_rule, log_unit)
-                    z = stretched(z, factor, scale_rule, log_unit)
-                    activate_scale(i, x, y, z, out.scale)
-                    if changed:
-                        activate_opacity(i, logit, out.opacity)
-                        touched[i, 0] = last > begin
-                begin = last
+        # A call, since Numba drops a loop whose own stores go to the arrays of a tuple.
+        animate_share(
+            thread,
+            threads,
+            base,
+            shape,
+            colour,
+            room,
+            embedded,
+            mesh,
+            ridden,
+            vertices,
+            by_vertex,
+            scale_rule,
+            log_unit,
+            damping,
+            sh_world,
+            posed,
+            touched,
+            out,
+        )
+
+
+@inlined
+def animate_share(
+    thread: int,
+    threads: int,
+    base: Base,
+    shape: Deltas,
+    colour: Deltas,
+    room: int,
+    embedded: Embedded,
+    mesh: Mesh,
+    ridden: Ridden,
+    vertices: F32,
+    by_vertex: bool,
+    scale_rule: int,
+    log_unit: float,
+    damping: float,
+    sh_world: bool,
+    posed: PosedArrays,
+    touched: U8,
+    out: Out,
+) -> None:
+    """Every `threads`-th block from block `thread`."""
+    n = len(base.mean)
+    planes = np.empty(PLANES, np.float32)
+    fine = np.empty(GAUSSIAN_PLANES, np.float64)
+    entry = np.empty(room, np.uint32)
+    end = np.empty(BLOCK, np.int64)
+    for first in range(thread * BLOCK, n, threads * BLOCK):
+        count = min(BLOCK, n - first)
+        ride_block(first, count, embedded, vertices, by_vertex, ridden, fine, planes)
+        place(count, sh_world, posed.world, posed.world_quat, planes)
+        unit_quats(count, planes)
+        store(first, count, planes, MEAN, out.mean)
+        store(first, count, planes, QUAT, out.quat_wxyz)
+        store(first, count, planes, TURN, out.sh_rotation)
+        colour_block(first, count, base, colour, posed, entry, end, touched, out.sh)
+        list_active(first, count, shape, posed, entry, end)
+        begin = 0
+        for lane in range(count):
+            i, last = first + lane, end[lane]
+            changed = last > begin or touched[i, 0]
+            if changed or scale_rule != SAME:
+                x, y, z, logit = blend_shape(i, base, shape, posed, entry, begin, last)
+                factor = stretch(embedded.triangle[i], mesh, ridden, scale_rule, damping)
+                x = stretched(x, factor, scale_rule, log_unit)
+                y = stretched(y, factor, scale_rule, log_unit)
+                z = stretched(z, factor, scale_rule, log_unit)
+                activate_scale(i, x, y, z, out.scale)
+                if changed:
+                    activate_opacity(i, logit, out.opacity)
+                    touched[i, 0] = last > begin
+            begin = last
 
 
 @kernel()

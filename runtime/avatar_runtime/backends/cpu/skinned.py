@@ -43,19 +43,58 @@ def animate_skinned(
 ) -> None:
     """Writes the splats of a frame into `out`; the same bits whatever the number of threads."""
     for thread in numba.prange(threads):
-        planes = np.empty(PLANES, np.float32)
-        entry = np.empty(room + 1, np.uint32)  # one more: the list's next place is written before it is taken
-        end = np.empty(BLOCK, np.int64)
-        for block in range(thread, len(blocks.begin), threads):
-            first, count = blocks.begin[block], blocks.size[block]
-            blend_geometry(first, count, base, geometry, posed, entry, end, planes)
-            bind_block(block, blocks, correctives, late_morphs, skin, sh_world, posed, planes)
-            unit_quats(count, planes)
-            store(first, count, planes, MEAN, out.mean)
-            store(first, count, planes, QUAT, out.quat_wxyz)
-            store(first, count, planes, TURN, out.sh_rotation)
-            activate_shapes(first, count, base, shape, posed, entry, end, touched, out)
-            colour_block(first, count, base, colour, posed, entry, end, touched, out.sh)
+        # A call, since Numba drops a loop whose own stores go to the arrays of a tuple.
+        animate_share(
+            thread,
+            threads,
+            base,
+            geometry,
+            shape,
+            colour,
+            room,
+            correctives,
+            late_morphs,
+            skin,
+            blocks,
+            sh_world,
+            posed,
+            touched,
+            out,
+        )
+
+
+@inlined
+def animate_share(
+    thread: int,
+    threads: int,
+    base: Base,
+    geometry: Deltas,
+    shape: Deltas,
+    colour: Deltas,
+    room: int,
+    correctives: Offsets,
+    late_morphs: Offsets,
+    skin: Influences,
+    blocks: Blocks,
+    sh_world: bool,
+    posed: PosedArrays,
+    touched: U8,
+    out: Out,
+) -> None:
+    """Every `threads`-th block from block `thread`."""
+    planes = np.empty(PLANES, np.float32)
+    entry = np.empty(room, np.uint32)
+    end = np.empty(BLOCK, np.int64)
+    for block in range(thread, len(blocks.begin), threads):
+        first, count = blocks.begin[block], blocks.size[block]
+        blend_geometry(first, count, base, geometry, posed, entry, end, planes)
+        bind_block(block, blocks, correctives, late_morphs, skin, sh_world, posed, planes)
+        unit_quats(count, planes)
+        store(first, count, planes, MEAN, out.mean)
+        store(first, count, planes, QUAT, out.quat_wxyz)
+        store(first, count, planes, TURN, out.sh_rotation)
+        activate_shapes(first, count, base, shape, posed, entry, end, touched, out)
+        colour_block(first, count, base, colour, posed, entry, end, touched, out.sh)
 
 
 @kernel()

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from avatar_runtime.avatar import F32, F64
@@ -62,7 +61,7 @@ def unit(a: Vector) -> Vector:
     return a[0] / length, a[1] / length, a[2] / length
 
 
-@kernel(parallel=True)
+@kernel()
 def triangle_turns(
     vertices: F32,  # [V, 3] posed
     mesh: Mesh,
@@ -70,24 +69,21 @@ def triangle_turns(
     w_positive: bool,
     mirror: float,
     ridden: Ridden,
-    threads: int,
 ) -> None:
     """What the rules read of the posed triangles; the sign policy of quaternions as in `turns_from_canonical`."""
-    values = 7 if by_vertex else 13
-    for thread in numba.prange(threads):
-        p = np.empty(TRIANGLE_PLANES, np.float64)
-        for first in range(thread * BLOCK, len(mesh.triangles), threads * BLOCK):
-            count = min(BLOCK, len(mesh.triangles) - first)
-            for lane in range(count):
-                load_triangle(first + lane, lane, vertices, mesh, p)
-            if by_vertex:
-                turns_from_canonical(count, w_positive, mirror, p)
-            else:
-                frames(count, p)
-            for lane in range(count):
-                ridden.size[first + lane] = p[SIZE + lane]
-                for k in range(values):
-                    ridden.triangle[first + lane, k] = p[RESULT + k * BLOCK + lane]
+    p = np.empty(TRIANGLE_PLANES, np.float64)
+    for first in range(0, len(mesh.triangles), BLOCK):
+        count = min(BLOCK, len(mesh.triangles) - first)
+        for lane in range(count):
+            load_triangle(first + lane, lane, vertices, mesh, p)
+        if by_vertex:
+            turns_from_canonical(count, w_positive, mirror, p)
+        else:
+            frames(count, p)
+        for lane in range(count):
+            ridden.size[first + lane] = p[SIZE + lane]
+            for k in range(7 if by_vertex else 13):
+                ridden.triangle[first + lane, k] = p[RESULT + k * BLOCK + lane]
 
 
 @inlined
@@ -207,13 +203,13 @@ def ride_block(
 ) -> None:
     """MEAN, QUAT and TURN of `count` Gaussians from `first` on the posed mesh; `p` is room."""
     for lane in range(count):
-        at_corners(first + lane, lane, embedded, vertices, FOOT, p)
+        at_corners(first + lane, lane, embedded, vertices, 3, FOOT, p)
         for k in range(4):
             p[LOCAL + k * BLOCK + lane] = embedded.local_quat_wxyz[first + lane, k]
     if by_vertex:
         for lane in range(count):
             p[HEIGHT + lane] = embedded.displacement[first + lane]
-            at_corners(first + lane, lane, embedded, ridden.vertex, RISE, p)  # SWING follows RISE
+            at_corners(first + lane, lane, embedded, ridden.vertex, 7, RISE, p)  # SWING follows RISE
         rise(count, p)
     else:
         for lane in range(count):
@@ -222,13 +218,13 @@ def ride_block(
 
 
 @inlined
-def at_corners(i: int, lane: int, embedded: Embedded, by_vertex: Array, to: int, p: F64) -> None:
-    """Vertex quantities at the foot of Gaussian `i`, in the planes from `to`."""
+def at_corners(i: int, lane: int, embedded: Embedded, by_vertex: Array, size: int, to: int, p: F64) -> None:
+    """The `size` vertex quantities at the foot of Gaussian `i`, in the planes from `to`."""
     a, b, c = embedded.vertex[i, 0], embedded.vertex[i, 1], embedded.vertex[i, 2]
     u = np.float64(embedded.barycentric[i, 0])
     v = np.float64(embedded.barycentric[i, 1])
     w = np.float64(embedded.barycentric[i, 2])
-    for k in range(by_vertex.shape[1]):
+    for k in range(size):
         p[to + k * BLOCK + lane] = u * by_vertex[a, k] + v * by_vertex[b, k] + w * by_vertex[c, k]
 
 
