@@ -71,8 +71,8 @@ PICTURES = (
 
 
 def render(bundle: Path, picture: Path, *options: str) -> Command:
-    """Draw a bundle into a file."""
-    return ("avatar_export", "render", str(bundle), "-o", str(picture), *options)
+    """Draw a bundle into a file, on the backend that gives the same bytes whatever is installed."""
+    return ("avatar_export", "render", str(bundle), "-o", str(picture), "--backend", "reference", *options)
 
 
 def main(out: Path) -> None:

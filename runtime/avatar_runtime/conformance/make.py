@@ -109,7 +109,8 @@ def bent(vertices: F32) -> F32:
     x, y, z = (vertices - (low + high) / 2).T
     turn = np.pi / 2 * y / max(high[1] - low[1], 1e-6)
     twisted = np.stack([np.cos(turn) * x + np.sin(turn) * z, y, np.cos(turn) * z - np.sin(turn) * x], axis=1)
-    return (twisted * [1.2, 1, 1] + (low + high) / 2).astype(np.float32)
+    result: F32 = (twisted * [1.2, 1, 1] + (low + high) / 2).astype(np.float32)
+    return result
 
 
 def _expected(

@@ -27,6 +27,7 @@ from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.rules import ANCHOR_RULES, QUATERNION_SIGNS, SH_DIRECTIONS, SKIN_ROTATIONS, SURFACE_RULES
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.groups import group_transforms
+from avatar_runtime.subset import subset
 from tests.avatars import full_avatar, surface_avatar
 from tests.golden import FRAMES, BlendshapesGolden
 from tests.measured import Measure
@@ -164,7 +165,7 @@ def test_the_sign_policies_part_in_these_poses() -> None:
     assert all(np.abs(a - b).max() > 0.1 for a, b in zip(found, [*found[1:], found[0]], strict=True))
 
 
-@pytest.mark.parametrize("size", [2e-4, 3e-3])
+@pytest.mark.parametrize("size", [3e-5, 1e-4, 3e-3])
 def test_floors_of_fine_meshes(size: float, measured: Measure) -> None:
     """Triangles so small that the floors of normals and quaternions, and the damping of areas, are felt."""
     avatar = surface_avatar(1, Rules("vertex_quaternion", scale="log_area"), rigged=False)
@@ -360,6 +361,17 @@ def test_indices_that_point_nowhere_are_refused() -> None:
     triangle[0] = 20
     with pytest.raises((ValueError, IndexError)):
         make_backend("cpu", replace(surface, embedding=replace(surface.embedding, triangle=triangle)))
+
+
+@pytest.mark.parametrize("surface", [False, True])
+def test_no_gaussians_and_one(surface: bool) -> None:
+    avatar = surface_avatar() if surface else full_avatar()
+    for rows in (np.zeros(0, np.int64), np.array([30])):
+        part = subset(avatar, rows, np.arange(20)).avatar
+        got = Player(part, "cpu").animate(random_pose(part, 1))
+        want = Player(part, "reference").animate(random_pose(part, 1))
+        np.testing.assert_allclose(got.mean, want.mean, atol=1e-7)
+        assert got.sh.shape == (len(rows), 16, 3)
 
 
 def test_a_stage_refuses_arrays_of_another_shape() -> None:

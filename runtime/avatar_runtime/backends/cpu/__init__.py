@@ -156,7 +156,7 @@ def _blend(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
     alone.blend(
         *backend._blendable, backend._given(x, ("expression_weights",)), np.ones((n, 2), np.uint8), out
     )
-    return out._asdict() | {"sh": out.sh.reshape(n, -1, 3)}
+    return out._asdict() | {"sh": out.sh.reshape(n, width // 3, 3)}
 
 
 def _bind(backend: CpuBackend, x: Arrays) -> dict[str, Any]:

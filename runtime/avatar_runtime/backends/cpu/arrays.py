@@ -165,12 +165,12 @@ class Out(NamedTuple):
 
     def splats(self) -> Splats:
         """The same memory, as the stages see it."""
-        n = len(self.mean)
+        n, width = self.sh.shape
         return Splats(
             self.mean,
             self.scale,
             self.quat_wxyz,
             self.opacity,
-            self.sh.reshape(n, -1, 3),
+            self.sh.reshape(n, width // 3, 3),
             self.sh_rotation.reshape(n, 3, 3),
         )

@@ -127,7 +127,7 @@ def base(g: Gaussians) -> Base:
         plain(g.log_scale, np.float32, (n, 3)),
         plain(g.quat_wxyz, np.float32, (n, 4)),
         plain(g.opacity_logit, np.float32, (n,)),
-        plain(g.sh.reshape(n, -1), np.float32, (n, 3 * g.sh.shape[1])),
+        plain(g.sh.reshape(n, 3 * g.sh.shape[1]), np.float32, (n, 3 * g.sh.shape[1])),
     )
 
 
