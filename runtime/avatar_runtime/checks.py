@@ -24,7 +24,7 @@ from avatar_runtime.rules import (
 )
 
 if TYPE_CHECKING:
-    from avatar_runtime.avatar import Avatar, Gaussians, Rig
+    from avatar_runtime.avatar import Avatar, Gaussians, Rig, Rules
 
 UNITS = (1e-6, 1e6)  # training units in a metre
 
@@ -134,19 +134,28 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
         raise AvatarError(f"must lie in 0..{j - 1}", field="rig.corrective_joints")
 
 
+def check_rule_values(rules: Rules) -> None:
+    """Raise AvatarError for a rule of unknown value; no stage may be run before."""
+    for name, value, known in (
+        ("rotation", rules.rotation, ROTATION_RULES),
+        ("sh_direction", rules.sh_direction, SH_DIRECTIONS),
+        ("anchor", rules.anchor, ANCHOR_RULES),
+        ("position", rules.position, POSITION_RULES),
+        ("scale", rules.scale, SCALE_RULES),
+        ("quaternion_sign", rules.quaternion_sign, QUATERNION_SIGNS),
+    ):
+        _one_of(f"rules.{name}", value, known)
+
+
+def _one_of(name: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise AvatarError(f"{value!r} is none of {', '.join(known)}", field=name)
+
+
 def _check_rules(avatar: Avatar) -> None:
     rules = avatar.rules
-    for name, value, known in (
-        ("rules.rotation", rules.rotation, ROTATION_RULES),
-        ("rules.sh_direction", rules.sh_direction, SH_DIRECTIONS),
-        ("rules.anchor", rules.anchor, ANCHOR_RULES),
-        ("rules.position", rules.position, POSITION_RULES),
-        ("rules.scale", rules.scale, SCALE_RULES),
-        ("rules.quaternion_sign", rules.quaternion_sign, QUATERNION_SIGNS),
-        ("head_pose_in", avatar.head_pose_in, HEAD_POSE_IN),
-    ):
-        if value not in known:
-            raise AvatarError(f"{value!r} is none of {', '.join(known)}", field=name)
+    check_rule_values(rules)
+    _one_of("head_pose_in", avatar.head_pose_in, HEAD_POSE_IN)
     _check_surface_rules(avatar)
     _check_numbers(avatar)
     names = avatar.rig.joint_names if avatar.rig else ()

@@ -25,6 +25,7 @@ from avatar_runtime.avatar import (
     Rules,
     SparseRows,
 )
+from avatar_runtime.checks import check_rule_values
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.stages.surface import binding_pose
 from avatar_schema import constants
@@ -133,6 +134,7 @@ def surface_avatar(
 
     All its Gaussians are one group, nothing but the mesh moves them.
     """
+    check_rule_values(rules)
     with np.errstate(all="ignore"):  # absurd numbers become infinite, which check() refuses
         mean, quat_wxyz = binding_pose(embedding, rules, units)
     n, k = gaussians.count, len(rig.expressions)
