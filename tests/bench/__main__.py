@@ -36,7 +36,7 @@ from avatar_runtime.player import Frame, Player
 from avatar_runtime.pose import clip_pose
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
-from tests.bench.backends import backend_rows, static_rows
+from tests.bench.backends import backend_rows, dense_rows, static_rows
 from tests.psnr import profile_psnr
 
 RESULTS = Path(__file__).parent / "results"
@@ -100,7 +100,7 @@ def head(folder: Path, gaussians: int) -> Avatar:
 def compared_rows(folder: Path, gaussians: int) -> list[Row]:
     """One animated head on every backend, a still million on `cpu`, and the first frame of a new process."""
     avatar = head(folder, gaussians)
-    rows = backend_rows(avatar) + static_rows(avatar)
+    rows = backend_rows(avatar) + dense_rows(avatar) + static_rows(avatar)
     return [*rows, ("cpu_second_start", second_start(folder / "bundle_head"), "s")]
 
 

@@ -101,6 +101,33 @@ def _frame(
         evaluations[f"{backend}_{profile}"] = frame.picture.evaluations / SIZE**2
 
 
+def dense_rows(avatar: Avatar) -> list[Row]:
+    """`cpu` up to bind where expressions change SH and opacity too, which the sample's do not."""
+    rows: list[Row] = []
+    filled = with_sh_deltas(avatar)
+    for threads in (1, 2):
+        player, stages = Player(filled, "cpu", threads=threads), Measured()
+        for index in range(-1, ROUNDS):
+            milliseconds: dict[str, float] = {}
+            camera = frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
+            milliseconds |= player.frame(busy_pose(avatar, index + 1), camera).milliseconds
+            stages.stages += [milliseconds] if index >= 0 else []
+        rows.append((f"cpu_{threads}_sh_deltas_joints_to_bind", stages.stage(*TO_BIND), "ms"))
+    return rows
+
+
+def with_sh_deltas(avatar: Avatar) -> Avatar:
+    """The avatar with small random deltas of SH and opacity at every entry of its sparse appearance."""
+    rng = np.random.default_rng(0)
+    appearance = avatar.blendshapes.appearance
+    values = {
+        name: value if name == "log_scale" else rng.normal(0, 0.01, value.shape).astype(np.float32)
+        for name, value in appearance.values.items()
+    }
+    shapes = replace(avatar.blendshapes, appearance=replace(appearance, values=values))
+    return replace(avatar, blendshapes=shapes)
+
+
 def static_rows(avatar: Avatar, count: int = STATIC) -> list[Row]:
     """CPU milliseconds of a still picture of `count` Gaussians, made by scattering the avatar's own."""
     still = scattered(avatar, count)
