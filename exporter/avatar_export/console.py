@@ -53,6 +53,8 @@ def _rows(key: str, value: Any) -> list[tuple[str, str]]:
 
 
 def _text(value: Any) -> str:
+    if isinstance(value, dict):
+        return _text(value.get("path", ", ".join(f"{k} {_text(v)}" for k, v in value.items())))
     if isinstance(value, list | tuple):
         shown = ", ".join(map(_text, value[:12]))
         return f"{len(value)}: {shown}{', ...' if len(value) > 12 else ''}" if len(value) > 3 else shown

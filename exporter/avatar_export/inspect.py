@@ -29,6 +29,7 @@ def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
             "version": manifest["asset"]["version"],
             "handedness": handedness(manifest),
             **summary(avatar),
+            "reference": _reference(manifest["reference"]),
             "files": files,
         }
     reader = find(path, system)
@@ -80,6 +81,17 @@ def summary(avatar: Avatar) -> dict[str, Any]:
         "background": avatar.raster.background,
         "provenance": dict(avatar.provenance),
     }
+
+
+def _reference(facts: dict[str, Any] | None) -> dict[str, Any] | None:
+    """Who made the reference vectors, and by case how far profile engine lies from trainer."""
+    if facts is None:
+        return None
+    lies = {case["name"]: case["engine_psnr_db"] for case in facts["cases"]}
+    shown = {
+        name: "equal" if db is None else f"engine against trainer {db:.1f} dB" for name, db in lies.items()
+    }
+    return {"made_by": facts["made_by"], **shown}
 
 
 def _embedding(embedding: Embedding) -> dict[str, Any]:

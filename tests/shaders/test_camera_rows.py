@@ -33,7 +33,7 @@ def perspective() -> np.ndarray:
 
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_rows_from_an_engines_matrices(mirrored: bool) -> None:
-    """In a left-handed world (x negated) the engine's own view matrix has the other determinant; nothing else changes."""
+    """In a left-handed world (x negated) the view matrix has the other determinant; nothing else changes."""
     mirror = np.diag([-1.0, 1, 1, 1]) if mirrored else np.eye(4)
     view = look_at(EYE, np.zeros(3)) @ mirror
     g = perspective()
