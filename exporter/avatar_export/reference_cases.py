@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
-from avatar_export.pictures import Box, frame_camera, robust_box
+from avatar_export.pictures import FARTHEST, Box, frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.camera import Camera
 from avatar_runtime.conformance import Case
+from avatar_runtime.conformance.make import ROWS
+from avatar_runtime.conformance.rows import thinned
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, clip_pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.subset import subset
+from avatar_schema import constants
 
 SIZE = 256  # pixels, of a picture
+TILE = int(constants()["tile"])
+CLOSE_SIZE = 2 * TILE + 1  # its last tiles reach far beyond it: splats far aside are drawn
 FRAMED = 2048  # Gaussians that a camera is set by
 GOLDEN = (np.sqrt(5) - 1) / 2  # its multiples modulo 1 are all different and evenly spread
 LARGEST_WEIGHT = 3.0  # ranges of expressions are cut to +- this
@@ -24,25 +30,37 @@ WORLD_TURN = (0.15, 0.6, -0.1)  # rotation vector, radians
 WORLD_MOVE = (0.04, -0.03, 0.06)  # metres
 FRONT = (0.0, 0.0)  # yaw, pitch of the camera, radians
 ASIDE = (0.35, 0.2)
-CASES = ("rest", "posed", "clip")
+NARROWEST, WIDEST = 1e-3, 4.0  # tangent of half the field of view
+STEPS = 64  # between which a camera from within is chosen
+Points = npt.NDArray[np.float64]
+DRAWN = ("rest", "posed", "clip")  # cases with pictures
 
 
 def reference_cases(avatar: Avatar) -> tuple[Case, ...]:
-    """Those of CASES that `avatar` can show: at rest, with every input that it has, amid its first clip."""
-    return tuple(
-        Case(name, why, pose, frame_camera(seen(avatar, pose), SIZE, SIZE, *view))
-        for name, why, pose, view in _poses(avatar)
-    )
+    """At rest, with every input that `avatar` has, the same from within it, and amid its first clip.
 
-
-def _poses(avatar: Avatar) -> Iterator[tuple[str, str, Pose, tuple[float, float]]]:
-    yield "rest", "nothing is posed: files, camera, SH from the front, raster", Pose(), FRONT
-    why = "every expression, joint and late morph that there is, the whole turned and moved: SH follow"
-    yield "posed", why, every_input(avatar), ASIDE
+    The one from within is of vectors alone; the avatar without a clip has no case `clip`.
+    """
+    posed = every_input(avatar)
+    rest = "nothing is posed: files, camera, SH from the front, raster"
+    every = "every expression, joint and late morph that there is, the whole turned and moved: SH follow"
+    close = "from within: behind the camera, before the near plane, beyond the Jacobian's clamp, on no tile"
+    cases = [
+        Case("rest", rest, Pose(), _framed(avatar, Pose(), FRONT)),
+        Case("posed", every, posed, _framed(avatar, posed, ASIDE)),
+        Case("close", close, posed, close_camera(avatar, posed), pictures=False),
+    ]
     if avatar.clips:
         clip = avatar.clips[0]
         frame = clip.frames // 2
-        yield "clip", f"frame {frame} of clip {clip.name!r}", clip_pose(avatar, clip, frame), ASIDE
+        pose = clip_pose(avatar, clip, frame)
+        why = f"frame {frame} of clip {clip.name!r}"
+        cases.append(Case("clip", why, pose, _framed(avatar, pose, ASIDE)))
+    return tuple(cases)
+
+
+def _framed(avatar: Avatar, pose: Pose, view: tuple[float, float]) -> Camera:
+    return frame_camera(seen(avatar, pose), SIZE, SIZE, *view)
 
 
 def every_input(avatar: Avatar) -> Pose:
@@ -67,13 +85,57 @@ def seen(avatar: Avatar, pose: Pose) -> Box:
     """Where the Gaussians are in `pose`, by an even choice of them: the box a camera is set by."""
     count = avatar.gaussians.count
     rows = np.unique(np.linspace(0, count - 1, min(count, FRAMED)).astype(np.int64))
-    few = subset(avatar, rows, np.arange(0)) if avatar.rig is None else subset(avatar, rows, _anchors(avatar))
-    return robust_box(Player(few.avatar, "reference").animate(pose).mean)
+    return robust_box(_means(avatar, rows, pose))
 
 
-def _anchors(avatar: Avatar) -> npt.NDArray[np.uint32]:
-    assert avatar.rig is not None
-    return avatar.rig.anchor_vertices
+def close_camera(avatar: Avatar, pose: Pose) -> Camera:
+    """A camera amid the Gaussians that a reference keeps, for what stage project decides by thresholds.
+
+    It looks along the longest way through them. Where it stands and how wide it sees are chosen so that none of
+    these is rare: behind it, before the near plane, drawn, drawn beyond the Jacobian's clamp, on no tile.
+    """
+    found = _means(avatar, thinned(avatar, ROWS).rows, pose).astype(np.float64)
+    mean = np.clip(np.nan_to_num(found), -FARTHEST, FARTHEST)
+    middle = np.median(mean, axis=0)
+    along = np.linalg.svd(mean - middle, full_matrices=False)[2][0]
+    near, depth = avatar.raster.near, (mean - middle) @ along
+    low, high = np.percentile(depth, [2, 98])
+    eye = max(np.linspace(low - near, high, STEPS), key=lambda at: _along(depth - at, near))
+    yaw, pitch = np.arctan2(-along[0], -along[2]), np.arcsin(np.clip(-along[1], -1, 1))
+    camera = partial(
+        Camera.orbit, middle, -float(eye), float(yaw), float(pitch), width=CLOSE_SIZE, height=CLOSE_SIZE
+    )
+    view = camera(fov_y=1.0).camera_from_world.astype(np.float64)
+    x, y, z = (mean @ view[:3, :3].T + view[:3, 3])[depth - eye > near].T
+    tangents = np.geomspace(NARROWEST, WIDEST, STEPS)
+    return camera(
+        fov_y=float(2 * np.arctan(max(tangents, key=lambda tangent: _across(x / z, y / z, tangent))))
+    )
+
+
+def _along(z: Points, near: float) -> float:
+    """How evenly depths are spread; those beyond the near plane count twice, since the next choice divides them."""
+    behind, beyond = np.count_nonzero(z <= 0), np.count_nonzero(z > near)
+    return _evenly(behind, len(z) - behind - beyond, beyond, beyond)
+
+
+def _across(x: Points, y: Points, tangent: float) -> float:
+    """How evenly directions x/z, y/z are spread over the picture, what is drawn beyond the clamp, and no tile."""
+    aside = np.maximum(np.abs(x), np.abs(y)) > constants()["frustum_clamp"] * tangent
+    pixel = ((np.stack([x, y]) / tangent + 1) * CLOSE_SIZE - 1) / 2
+    drawn = ((pixel >= 0) & (pixel < CLOSE_SIZE - 1 + TILE)).all(axis=0)
+    return _evenly(*map(np.count_nonzero, (drawn & ~aside, drawn & aside, ~drawn)))
+
+
+def _evenly(*counts: int) -> float:
+    """Largest where the same total is shared evenly; a count of 0 weighs most."""
+    return float(np.sum(np.log1p(counts)))
+
+
+def _means(avatar: Avatar, rows: npt.NDArray[np.int64], pose: Pose) -> npt.NDArray[np.float32]:
+    """Posed positions of some Gaussians."""
+    vertices = np.arange(0) if avatar.rig is None else avatar.rig.anchor_vertices
+    return Player(subset(avatar, rows, vertices).avatar, "reference").animate(pose).mean
 
 
 def _spread(count: int, offset: int = 0) -> npt.NDArray[np.float64]:

@@ -164,6 +164,11 @@ vec3 projected_covariance(vec3 p, Covariance s, SplatCamera camera)
     return vec3(project_form(param, param_1, param_2) + camera.low_pass, project_form(param_3, param_4, param_5), project_form(param_6, param_7, param_8) + camera.low_pass);
 }
 
+bool is_finite(float x)
+{
+    return (floatBitsToUint(x) & 2139095040u) != 2139095040u;
+}
+
 bool touches_picture(vec2 centre, float extent, vec2 size)
 {
     vec2 grid = ceil(size / vec2(16.0));
@@ -196,12 +201,14 @@ SeenSplat project_splat(vec3 mean, vec3 scale, vec4 quat_wxyz, SplatCamera camer
     seen.centre = (ndc * (camera.size * 0.5)) + ((camera.size * 0.5) - vec2(0.5));
     seen.depth = p.z;
     seen.conic = vec3(cov.z, -cov.y, cov.x) * (1.0 / det);
-    bool finite = radius < 3.0000000054977557577780399428115e+38;
-    bool drawn = ((p.z > camera.near_z) && ((det < 0.0) || (det > 0.0))) && finite;
-    vec2 param_7 = seen.centre;
+    float param_7 = det;
     float param_8 = radius;
-    vec2 param_9 = camera.size;
-    drawn = drawn && touches_picture(param_7, param_8, param_9);
+    float param_9 = seen.centre.x + seen.centre.y;
+    bool sound = ((is_finite(param_7) && (abs(det) > 0.0)) && is_finite(param_8)) && is_finite(param_9);
+    vec2 param_10 = seen.centre;
+    float param_11 = radius;
+    vec2 param_12 = camera.size;
+    bool drawn = (sound && (p.z > camera.near_z)) && touches_picture(param_10, param_11, param_12);
     seen.radius = drawn ? radius : 0.0;
     seen.clip_depth = clamp(dot(camera.clip_z, at) * reciprocal, 0.0, 1.0);
     return seen;
@@ -241,8 +248,8 @@ vec3 sh_band3(vec3 d, vec3 k9, vec3 k10, vec3 k11, vec3 k12, vec3 k13, vec3 k14,
     float xx = d.x * d.x;
     float yy = d.y * d.y;
     float zz = d.z * d.z;
-    vec3 _560 = ((((((k9 * (((-0.590043604373931884765625) * d.y) * ((3.0 * xx) - yy))) + (k10 * ((2.8906114101409912109375 * (d.x * d.y)) * d.z))) + (k11 * (((-0.4570457935333251953125) * d.y) * (((4.0 * zz) - xx) - yy)))) + (k12 * ((0.3731763362884521484375 * d.z) * (((2.0 * zz) - (3.0 * xx)) - (3.0 * yy))))) + (k13 * (((-0.4570457935333251953125) * d.x) * (((4.0 * zz) - xx) - yy)))) + (k14 * ((1.44530570507049560546875 * d.z) * (xx - yy)))) + (k15 * (((-0.590043604373931884765625) * d.x) * (xx - (3.0 * yy))));
-    return _560;
+    vec3 _564 = ((((((k9 * (((-0.590043604373931884765625) * d.y) * ((3.0 * xx) - yy))) + (k10 * ((2.8906114101409912109375 * (d.x * d.y)) * d.z))) + (k11 * (((-0.4570457935333251953125) * d.y) * (((4.0 * zz) - xx) - yy)))) + (k12 * ((0.3731763362884521484375 * d.z) * (((2.0 * zz) - (3.0 * xx)) - (3.0 * yy))))) + (k13 * (((-0.4570457935333251953125) * d.x) * (((4.0 * zz) - xx) - yy)))) + (k14 * ((1.44530570507049560546875 * d.z) * (xx - yy)))) + (k15 * (((-0.590043604373931884765625) * d.x) * (xx - (3.0 * yy))));
+    return _564;
 }
 
 vec3 splat_colour(vec3 d, uint row)

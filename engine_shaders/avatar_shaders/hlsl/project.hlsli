@@ -8,6 +8,12 @@
 
 #include "splat.hlsli"
 
+// Neither infinite nor no number.
+bool is_finite(float x)
+{
+    return (asuint(x) & 0x7F800000u) != 0x7F800000u;
+}
+
 struct SplatCamera
 {
     Rows4 camera_from_world;
@@ -81,10 +87,9 @@ SeenSplat project_splat(float3 mean, float3 scale, float4 quat_wxyz, SplatCamera
     seen.centre = ndc * (0.5 * camera.size) + (0.5 * camera.size - 0.5);
     seen.depth = p.z;
     seen.conic = float3(cov.z, -cov.y, cov.x) * (1.0 / det);
-    // Written so that a value which is not a number fails.
-    bool finite = radius < 3e38;
-    bool drawn = p.z > camera.near_z && (det < 0 || det > 0) && finite;
-    drawn = drawn && touches_picture(seen.centre, radius, camera.size);
+    // A compiler may take what is not a number for a number that it compares as it likes: the bits do not lie.
+    bool sound = is_finite(det) && abs(det) > 0 && is_finite(radius) && is_finite(seen.centre.x + seen.centre.y);
+    bool drawn = sound && p.z > camera.near_z && touches_picture(seen.centre, radius, camera.size);
     seen.radius = drawn ? radius : 0;
     seen.clip_depth = saturate(dot(camera.clip_z, at) * reciprocal);
     return seen;

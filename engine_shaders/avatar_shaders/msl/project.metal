@@ -175,6 +175,12 @@ float3 projected_covariance(thread const float3& p, thread const Covariance& s, 
 }
 
 static inline __attribute__((always_inline))
+bool is_finite(thread const float& x)
+{
+    return (as_type<uint>(x) & 2139095040u) != 2139095040u;
+}
+
+static inline __attribute__((always_inline))
 bool touches_picture(thread const float2& centre, thread const float& extent, thread const float2& size)
 {
     float2 grid = ceil(size / float2(16.0));
@@ -208,12 +214,14 @@ SeenSplat project_splat(thread const float3& mean, thread const float3& scale, t
     seen.centre = (ndc * (camera.size * 0.5)) + ((camera.size * 0.5) - float2(0.5));
     seen.depth = p.z;
     seen.conic = float3(cov.z, -cov.y, cov.x) * (1.0 / det);
-    bool finite = radius < 3.0000000054977557577780399428115e+38;
-    bool drawn = ((p.z > camera.near_z) && ((det < 0.0) || (det > 0.0))) && finite;
-    float2 param_7 = seen.centre;
+    float param_7 = det;
     float param_8 = radius;
-    float2 param_9 = camera.size;
-    drawn = drawn && touches_picture(param_7, param_8, param_9);
+    float param_9 = seen.centre.x + seen.centre.y;
+    bool sound = ((is_finite(param_7) && (abs(det) > 0.0)) && is_finite(param_8)) && is_finite(param_9);
+    float2 param_10 = seen.centre;
+    float param_11 = radius;
+    float2 param_12 = camera.size;
+    bool drawn = (sound && (p.z > camera.near_z)) && touches_picture(param_10, param_11, param_12);
     seen.radius = drawn ? radius : 0.0;
     seen.clip_depth = fast::clamp(dot(camera.clip_z, at) * reciprocal, 0.0, 1.0);
     return seen;
@@ -259,8 +267,8 @@ float3 sh_band3(thread const float3& d, thread const float3& k9, thread const fl
     float xx = d.x * d.x;
     float yy = d.y * d.y;
     float zz = d.z * d.z;
-    float3 _560 = ((((((k9 * (((-0.590043604373931884765625) * d.y) * ((3.0 * xx) - yy))) + (k10 * ((2.8906114101409912109375 * (d.x * d.y)) * d.z))) + (k11 * (((-0.4570457935333251953125) * d.y) * (((4.0 * zz) - xx) - yy)))) + (k12 * ((0.3731763362884521484375 * d.z) * (((2.0 * zz) - (3.0 * xx)) - (3.0 * yy))))) + (k13 * (((-0.4570457935333251953125) * d.x) * (((4.0 * zz) - xx) - yy)))) + (k14 * ((1.44530570507049560546875 * d.z) * (xx - yy)))) + (k15 * (((-0.590043604373931884765625) * d.x) * (xx - (3.0 * yy))));
-    return _560;
+    float3 _564 = ((((((k9 * (((-0.590043604373931884765625) * d.y) * ((3.0 * xx) - yy))) + (k10 * ((2.8906114101409912109375 * (d.x * d.y)) * d.z))) + (k11 * (((-0.4570457935333251953125) * d.y) * (((4.0 * zz) - xx) - yy)))) + (k12 * ((0.3731763362884521484375 * d.z) * (((2.0 * zz) - (3.0 * xx)) - (3.0 * yy))))) + (k13 * (((-0.4570457935333251953125) * d.x) * (((4.0 * zz) - xx) - yy)))) + (k14 * ((1.44530570507049560546875 * d.z) * (xx - yy)))) + (k15 * (((-0.590043604373931884765625) * d.x) * (xx - (3.0 * yy))));
+    return _564;
 }
 
 static inline __attribute__((always_inline))

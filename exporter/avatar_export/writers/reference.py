@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from avatar_export import GENERATOR
-from avatar_export.reference_cases import CASES, reference_cases
+from avatar_export.reference_cases import DRAWN, reference_cases
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.conformance import Case, Reference, encode, make_reference
 from avatar_runtime.handedness import mirrored_pose
@@ -15,7 +15,7 @@ from avatar_runtime.stages.raster import PROFILES
 
 FOLDER = "reference/"
 PICTURES = tuple(
-    f"{FOLDER}{case}.{profile}{kind}.png" for case in CASES for profile in PROFILES for kind in ("", ".alpha")
+    f"{FOLDER}{case}.{profile}{kind}.png" for case in DRAWN for profile in PROFILES for kind in ("", ".alpha")
 )
 REFERENCE_FILES = (f"{FOLDER}cases.json", f"{FOLDER}vectors.safetensors", *PICTURES)
 
@@ -38,8 +38,9 @@ def reference_files(reference: Reference) -> dict[str, bytes]:
 
 
 def reference_facts(reference: Reference) -> dict[str, Any]:
-    """What the manifest says of it."""
-    cases = [{"name": c.case.name, "engine_psnr_db": c.engine_psnr_db} for c in reference.cases]
+    """What the manifest says of it: who made it, and of each case with pictures how far the profiles lie apart."""
+    drawn = [c for c in reference.cases if c.pictures]
+    cases = [{"name": c.case.name, "engine_psnr_db": c.engine_psnr_db} for c in drawn]
     return {"made_by": reference.made_by, "cases": cases}
 
 

@@ -124,7 +124,7 @@ def _tensor(name: str, tensors: Mapping[str, Tensor]) -> dict[str, Any]:
 def _case(vectors: CaseVectors, tensors: Mapping[str, Tensor]) -> dict[str, Any]:
     case, camera, pose = vectors.case, vectors.case.camera, vectors.case.pose
     named = {profile: _picture_names(case.name, profile) for profile in vectors.pictures}
-    return {
+    said = {
         "name": case.name,
         "why": case.why,
         "pose": {
@@ -147,8 +147,8 @@ def _case(vectors: CaseVectors, tensors: Mapping[str, Tensor]) -> dict[str, Any]
         "pictures": [
             {"profile": p, "colour": colour, "alpha": alpha} for p, (colour, alpha) in named.items()
         ],
-        "engine_psnr_db": vectors.engine_psnr_db,
     }
+    return said | ({"engine_psnr_db": vectors.engine_psnr_db} if vectors.pictures else {})
 
 
 def _step(step: Step, tensors: Mapping[str, Tensor]) -> dict[str, Any]:
@@ -199,6 +199,7 @@ def _decode_case(said: Mapping[str, Any]) -> Case:
                 int(camera["height"]),
             ),
             (red, green, blue),
+            bool(said["pictures"]),
         )
 
 

@@ -20,13 +20,14 @@ MADE_BY = ("runtime", "trainer")
 
 @dataclass(frozen=True)
 class Case:
-    """One pose seen by one camera over one background, drawn in every raster profile."""
+    """One pose seen by one camera over one background."""
 
     name: str  # a-z, 0-9 and _; also that of its pictures
     why: str  # what it catches
     pose: Pose
     camera: Camera
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)  # display-referred
+    pictures: bool = True  # whether the whole avatar is drawn, in every raster profile
 
 
 @dataclass(frozen=True)
@@ -66,10 +67,11 @@ class CaseVectors:
 
     case: Case
     steps: tuple[Step, ...]
-    pictures: Mapping[str, View] = field(default_factory=dict)  # by raster profile
-    engine_psnr_db: float | None = (
-        None  # profile engine against trainer, in float32, where either draws; None: equal
-    )
+    pictures: Mapping[str, View] = field(
+        default_factory=dict
+    )  # by raster profile; none where the case has none
+    # Of the pictures, profile engine against trainer, in float32, where either draws; None: equal, or no pictures.
+    engine_psnr_db: float | None = None
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,46 @@ def test_frame_and_animate(name: str, context: moderngl.Context, measured: Measu
             assert relative(gl.mesh(posed_of(gl), Clock()), mesh) <= STAGE_LIMIT
 
 
+ABSURD = {
+    "mean": (1e6, -1e20, 1e38, np.inf, -np.inf, np.nan),
+    "scale": (np.exp(20), np.exp(38), 1e19, 3e38, np.inf, np.nan, 0),
+    "quat_wxyz": (1e10, 1e30, np.inf, np.nan),
+    "opacity": (0.0, 1e-30),
+}
+
+
+def test_absurd_numbers_are_culled_as_the_reference_culls_them(context: moderngl.Context) -> None:
+    """What overflows on the way to the screen has no radius; nothing else of the picture changes."""
+    avatar = AVATARS["full"]
+    inputs, _ = stage_inputs(avatar, camera())["project"]
+    inputs, row = {name: np.array(value) for name, value in inputs.items()}, 0
+    for name, values in ABSURD.items():
+        for value in values:
+            inputs[name].reshape(avatar.gaussians.count, -1)[row, 0] = value
+            row += 1
+    assert row < avatar.gaussians.count
+    with np.errstate(all="ignore"):
+        want = ReferenceBackend(avatar).stage("project", inputs, camera(), "engine")
+    assert 0 < (want["radius"][:row] == 0).sum() < row
+    with backend(avatar, context=context) as gl:
+        got = gl.stage("project", inputs, camera(), "engine")
+    np.testing.assert_array_equal(got["radius"] == 0, want["radius"] == 0)
+    np.testing.assert_array_equal(got["radius"][row:], want["radius"][row:])
+    assert np.isfinite(got["conic"]).all() and np.isfinite(got["centre"]).all()
+
+
+def test_an_overflowing_splat_paints_nothing(context: moderngl.Context) -> None:
+    avatar = AVATARS["full"]
+    log_scale = avatar.gaussians.log_scale.copy()
+    log_scale[0] = (20, 19, 18)
+    huge = replace(avatar, gaussians=replace(avatar.gaussians, log_scale=log_scale)).check()
+    with np.errstate(all="ignore"):
+        want = reference_picture(huge, camera())
+    with backend(huge, context=context) as gl:
+        got = gl.frame(posed_of(gl), camera(), BACKGROUND, "engine", Clock())
+    assert np.abs(got.colour - want.colour).max() <= PICTURE_LIMIT
+
+
 def test_an_eye_among_the_splats(context: moderngl.Context) -> None:
     """Near, far off axis and behind: the frustum clamp, the near plane, splats of no radius."""
     avatar = AVATARS["full"]

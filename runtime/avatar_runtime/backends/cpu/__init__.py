@@ -5,6 +5,7 @@ Blend, bind and activate are one pass, timed as `bind`; what no expression moves
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -34,7 +35,7 @@ def make(avatar: Avatar, threads: int | None = None) -> CpuBackend:
 
 
 class CpuBackend:
-    """Plays one avatar. One frame at a time: it draws from arrays of its own, which each frame writes anew."""
+    """Plays one avatar, for several threads in turn: it draws from arrays of its own, which each frame writes anew."""
 
     profiles = PROFILES
 
@@ -48,6 +49,7 @@ class CpuBackend:
         self._carrier: Carrier = carrier(avatar, self._blendable)
         self._out = plain.fresh_out(*self._blendable.base.sh.shape)
         self._touched = np.ones((avatar.gaussians.count, 2), np.uint8)
+        self._turn = threading.Lock()  # held while _out and _touched are written or read
 
     def mesh(self, posed: Posed, clock: Clock) -> F32:
         """Stages morph and skin of the rig."""
@@ -63,23 +65,24 @@ class CpuBackend:
 
     def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Picture:
         """All stages."""
-        self._animate(posed, self._touched, self._out, clock)
-        s, avatar = self._out.splats(), self.avatar
-        return draw(
-            s.mean,
-            s.scale,
-            s.quat_wxyz,
-            s.opacity,
-            s.sh,
-            s.sh_rotation,
-            camera,
-            avatar.raster,
-            avatar.sh_degree,
-            background,
-            profile,
-            self.threads,
-            clock,
-        )
+        with self._turn:
+            self._animate(posed, self._touched, self._out, clock)
+            s, avatar = self._out.splats(), self.avatar
+            return draw(
+                s.mean,
+                s.scale,
+                s.quat_wxyz,
+                s.opacity,
+                s.sh,
+                s.sh_rotation,
+                camera,
+                avatar.raster,
+                avatar.sh_degree,
+                background,
+                profile,
+                self.threads,
+                clock,
+            )
 
     def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
         """One stage alone. Raises KeyError for an unknown stage, ValueError for arrays of the wrong shape."""

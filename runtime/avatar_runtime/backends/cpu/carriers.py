@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Protocol
 
 import numpy as np
@@ -87,26 +88,29 @@ class RidingGaussians:
         self._floors = (normal, quaternion)
         self._scale = (SCALE_RULES[avatar.rules.scale], float(np.log(avatar.training_per_bundle)), damping)
         self._sh_world = avatar.rules.sh_direction == "world"
+        self._turn = threading.Lock()  # held while _ridden is written or read
 
     def animate(self, posed: PosedArrays, vertices: F32 | None, touched: U8, out: Out, threads: int) -> None:
-        animate_riding(
-            *self._blendable,
-            *self._under(vertices),
-            *self._scale,
-            self._sh_world,
-            posed,
-            touched,
-            out,
-            threads,
-        )
+        with self._turn:
+            animate_riding(
+                *self._blendable,
+                *self._under(vertices),
+                *self._scale,
+                self._sh_world,
+                posed,
+                touched,
+                out,
+                threads,
+            )
 
     def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
         out = plain.fresh_out(len(blended.mean), 0)
-        bind_riding(blended.log_scale, *self._under(vertices), *self._scale, self._sh_world, posed, out)
+        with self._turn:
+            bind_riding(blended.log_scale, *self._under(vertices), *self._scale, self._sh_world, posed, out)
         return out
 
     def _under(self, vertices: F32 | None) -> tuple[Embedded, Mesh, Ridden, F32, bool]:
-        """The posed mesh as both passes over Gaussians take it."""
+        """The posed mesh as both passes over Gaussians take it; `_turn` must be held."""
         assert vertices is not None
         posed = plain.plain(vertices, np.float32, (len(self._ridden.vertex), 3))
         triangle_turns(posed, self._mesh, self._by_vertex, *self._sign, self._ridden)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
@@ -21,11 +22,15 @@ def thread_count(threads: int | None) -> int:
     """
     if threads is None:
         return min(MOST, _most())
-    if not isinstance(threads, int) or isinstance(threads, bool):
+    try:
+        count = operator.index(threads)
+    except TypeError:
+        count = None
+    if count is None or isinstance(threads, bool):
         raise TypeError(f"threads is {threads!r}; a whole number is needed")
-    if threads < 1:
+    if count < 1:
         raise ValueError(f"threads is {threads}; at least 1 is needed")
-    return min(threads, _most())
+    return min(count, _most())
 
 
 def _most() -> int:

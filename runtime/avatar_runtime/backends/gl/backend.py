@@ -30,7 +30,8 @@ def make(avatar: Avatar, **options: Any) -> GlBackend:
 class GlBackend:
     """Plays one avatar on the GPU: static buffers are uploaded once, a pose and a camera a frame.
 
-    Pictures have profile `engine`. `release` gives the GPU's memory back; so does `with`.
+    Pictures have profile `engine`. `release` gives the GPU's memory back; so does `with`; nothing plays after it. A
+    context belongs to the thread that made it, and so does what plays in it.
     """
 
     profiles: tuple[str, ...] = ("engine",)
@@ -49,7 +50,7 @@ class GlBackend:
     ) -> None:
         """
         context: moderngl context to live in, OpenGL 4.3 or OpenGL ES 3.1 or later; None makes one without a window,
-            OpenGL ES where `es`.
+            OpenGL ES where `es`, which goes with None alone.
         buffer_limit: bytes of the largest buffer; what is larger is split.
         shaders: where the shader text comes from; None: package avatar_shaders.
         target: rgba32f, in which conformance is stated, or rgba16f or rgba8, which round at every splat.
@@ -57,7 +58,8 @@ class GlBackend:
         timed: wait for the GPU after every stage, so that the clock tells them apart; else it has one entry, `gl`.
 
         Raises AvatarError where no context can be made, a shader does not compile, or a part of the avatar that
-        cannot be split exceeds the limit; ValueError for an unknown target or order.
+        cannot be split exceeds the limit; ValueError for an unknown target or order, a limit out of range, `es` with a
+        context.
         """
         self.avatar, self._timed = avatar, timed
         self.gpu = Gpu(context, es, buffer_limit)

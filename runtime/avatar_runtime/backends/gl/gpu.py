@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -17,6 +18,7 @@ BUFFER_LIMIT = 128 << 20  # bytes of one binding that WebGPU and most phones gra
 MOST_GROUPS, GROUP = 65535, 64  # thread groups of one dispatch, threads of one group
 MOST_ROWS = MOST_GROUPS * GROUP
 LEAST_LIMIT = 1024  # bytes; below that not even the constants of a frame have room
+LARGEST_LIMIT = (1 << 31) - 1  # bytes; sizes in OpenGL's interface are signed
 
 
 class Gpu:
@@ -24,10 +26,12 @@ class Gpu:
 
     def __init__(self, context: moderngl.Context | None, es: bool, limit: int) -> None:
         """`context` None makes one. Raises AvatarError where that fails or `context` is too old, ValueError for a
-        limit of less than 1024 bytes.
+        limit out of range and for `es` with a context, TypeError for a limit that is no whole number.
         """
-        if limit < LEAST_LIMIT:
-            raise ValueError(f"buffer_limit is {limit} bytes; {LEAST_LIMIT} is the least")
+        if not LEAST_LIMIT <= operator.index(limit) <= LARGEST_LIMIT:
+            raise ValueError(f"buffer_limit is {limit} bytes; {LEAST_LIMIT} to {LARGEST_LIMIT} are taken")
+        if context is not None and es:
+            raise ValueError("es asks for a context of OpenGL ES; the context given is taken as it is")
         self._own = context is None
         self.context = own_context(es) if context is None else context
         self.limit = limit

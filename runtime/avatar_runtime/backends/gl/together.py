@@ -99,6 +99,8 @@ class Together:
     def _accumulate(
         self, posed: Sequence[Posed], camera: Camera, depth: Depth | None, steps: Steps
     ) -> Target:
+        if len(posed) != len(self._deformers):
+            raise ValueError(f"{len(posed)} poses for {len(self._deformers)} avatars")
         for deformer, own in zip(self._deformers, posed, strict=True):
             deformer.deform(own, steps)
         for deformer in self._deformers:
