@@ -17,6 +17,7 @@ from avatar_runtime.conformance import Expected, PictureRow, Reference, Report, 
 Pixels = npt.NDArray[np.uint8]
 ENGINE_AGREES_DB = 65.0  # of profile engine against trainer, what a GPU's way of drawing should reach
 GAIN = 32  # a difference of 8/255 is white in the picture of differences
+MOST_PERCENT = 999  # of a tolerance; more is not worth a number
 COLUMNS = ("stage", "case", "array", "max error", "tolerance", "used", "flips", "verdict")
 
 
@@ -32,6 +33,7 @@ class Line:
     used: str  # the largest part of its tolerance that an element takes up
     flips: str
     passed: bool
+    worst: str = ""  # of what fails: which element, what was given, what is expected
 
     @property
     def cells(self) -> tuple[str, ...]:
@@ -65,9 +67,9 @@ def facts(report: Report, reference: Reference) -> dict[str, Any]:
         "made_by": reference.made_by,
         "passed": report.passed,
         "first_failure": report.first_failure,
-        "stages": [_row_facts(row) for row in report.rows],
+        "stages": [_row_facts(row, _expected(reference, row)) for row in report.rows],
         "pictures": [_picture_facts(picture) for picture in report.pictures],
-        "engine_psnr_db": {c.case.name: c.engine_psnr_db for c in reference.cases},
+        "engine_psnr_db": {c.case.name: c.engine_psnr_db for c in reference.cases if c.pictures},
         "notes": notes(report, reference),
     }
 
@@ -76,8 +78,14 @@ def notes(report: Report, reference: Reference) -> list[str]:
     """What the table does not say: what was passed over, and how far the two raster profiles lie apart."""
     said = []
     if report.skipped:
-        said.append(f"backend {report.backend} does not draw, so passed over: {'; '.join(report.skipped)}")
+        why = "not given" if report.backend is None else f"backend {report.backend} does not draw"
+        said.append(f"{why}, so passed over: {'; '.join(report.skipped)}")
+    if report.backend is None:
+        said.append("pictures are not judged where outputs are given")
+        return said
     for case in reference.cases:
+        if not case.pictures:
+            continue
         if case.engine_psnr_db is None:
             said.append(f"case {case.case.name}: the profiles engine and trainer draw the same picture")
             continue
@@ -90,9 +98,13 @@ def notes(report: Report, reference: Reference) -> list[str]:
 
 def verdict(report: Report) -> str:
     """One sentence."""
-    if report.passed:
-        return f"backend {report.backend} repeats the reference"
-    return f"backend {report.backend} fails first at {report.first_failure}"
+    who = "what was given" if report.backend is None else f"backend {report.backend}"
+    return f"{who} repeats the reference" if report.passed else f"{who} fails first at {report.first_failure}"
+
+
+def worst_elements(lines: Iterable[Line]) -> list[str]:
+    """Of every line that fails and has one."""
+    return [f"{line.stage}, case {line.case}: {line.worst}" for line in lines if line.worst]
 
 
 def failed_pictures(report: Report) -> dict[str, Pixels]:
@@ -124,16 +136,25 @@ def html_report(title: str, report: Report, reference: Reference) -> str:
     return PAGE.format(title=html.escape(title), body="\n".join(parts))
 
 
-def _row_facts(row: Row) -> dict[str, Any]:
-    found = row.verdict
+def _row_facts(row: Row, expected: Expected) -> dict[str, Any]:
+    """`worst.tolerance` is what that element may be off by: atol times its row's weight + rtol |want|."""
+    found, element = row.verdict, row.verdict.worst
     named = {name: getattr(row, name) for name in ("case", "stage", "profile", "array", "passed")}
     numbers = {"error": _finite(found.error), "used": _finite(found.used), "flips": found.flips}
-    return {**named, **numbers, "note": found.note}
+    allowed = {"most_flips": expected.most_flips, "atol": expected.atol, "rtol": expected.rtol}
+    worst = element and {
+        "index": list(element.index),
+        **row.place,
+        "got": _finite(element.got),
+        "want": element.want,
+        "tolerance": element.allowed,
+    }
+    return {**named, **numbers, **allowed, "worst": worst, "note": found.note}
 
 
 def _picture_facts(picture: PictureRow) -> dict[str, Any]:
     named = {name: getattr(picture, name) for name in ("case", "profile", "tolerance", "psnr_db", "passed")}
-    return {**named, "difference": _finite(picture.difference)}
+    return {**named, "difference": _finite(picture.difference), "unit": 1 / 255}
 
 
 def _finite(value: float) -> float | None:
@@ -150,10 +171,26 @@ def _line(row: Row, reference: Reference) -> Line:
         row.array,
         found.note or f"{found.error:.2g}",
         _tolerance(expected),
-        f"{100 * found.used:.0f} %" if np.isfinite(found.used) else "",
+        _percent(found.used),
         flips,
         row.passed,
+        "" if row.passed else _worst(row),
     )
+
+
+def _percent(used: float) -> str:
+    return f"{100 * used:.0f} %" if 100 * used <= MOST_PERCENT else f">{MOST_PERCENT} %"
+
+
+def _worst(row: Row) -> str:
+    """`mean[12, 0] of gaussian 3491: got 0.1, expected 0.2`."""
+    element = row.verdict.worst
+    if element is None:
+        return ""
+    names = {"gaussian": "Gaussian"}
+    place = ", ".join(f"{names.get(name, name)} {value}" for name, value in row.place.items())
+    of = f" of {'pixel ' if 'x' in row.place else ''}{place}" if place else ""
+    return f"{row.array}{list(element.index)}{of}: got {element.got:.9g}, expected {element.want:.9g}"
 
 
 def _picture_line(picture: PictureRow) -> Line:
@@ -161,12 +198,17 @@ def _picture_line(picture: PictureRow) -> Line:
         f"picture {picture.profile}",
         picture.case,
         "colour, alpha",
-        f"{picture.difference:.2g}/255",
-        f"{picture.tolerance:.2g}/255",
-        f"{100 * picture.difference / picture.tolerance:.0f} %",
+        f"{_steps(picture.difference)}/255",
+        f"{_steps(picture.tolerance)}/255",
+        _percent(picture.difference / picture.tolerance),
         "",
         picture.passed,
     )
+
+
+def _steps(difference: float) -> str:
+    """Parts of 255."""
+    return f"{difference:.1f}" if difference > 1 else f"{difference:.2g}"
 
 
 def _expected(reference: Reference, row: Row) -> Expected:
@@ -193,10 +235,10 @@ def _shown(picture: PictureRow) -> dict[str, Pixels]:
 
 
 def _table(lines: Iterable[Line]) -> str:
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in COLUMNS)
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in (*COLUMNS, "worst element"))
     body = "".join(
         f'<tr class="{"good" if line.passed else "bad"}">'
-        + "".join(f"<td>{html.escape(cell)}</td>" for cell in line.cells)
+        + "".join(f"<td>{html.escape(cell)}</td>" for cell in (*line.cells, line.worst))
         + "</tr>\n"
         for line in lines
     )
@@ -216,7 +258,7 @@ def _figure(picture: PictureRow, why: str) -> str:
     psnr = "equal" if picture.psnr_db is None else f"{picture.psnr_db:.1f} dB"
     text = (
         f"{picture.case}, profile {picture.profile}: {why}. Reference, drawn, difference x {GAIN}; up to "
-        f"{picture.difference:.2g} of 255, {psnr}"
+        f"{_steps(picture.difference)} of 255, {psnr}"
     )
     return f"<figure>{images}<figcaption>{html.escape(text)}</figcaption></figure>"
 
@@ -229,7 +271,7 @@ PAGE = """<!doctype html>
 body {{ font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 70em; padding: 0 1em; }}
 table {{ border-collapse: collapse; }}
 th, td {{ padding: 0.1em 0.8em 0.1em 0; text-align: left; font-variant-numeric: tabular-nums; }}
-tr.bad td:last-child, p.bad {{ color: #b00020; font-weight: bold; }}
+tr.bad td:nth-child(8), p.bad {{ color: #b00020; font-weight: bold; }}
 figure {{ margin: 1em 0; }}
 img {{ image-rendering: pixelated; margin-right: 4px; }}
 </style>

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import numpy.typing as npt
 
 from avatar_export.pictures import FARTHEST, Box, frame_camera, robust_box
-from avatar_runtime.avatar import Avatar
+from avatar_runtime.avatar import Avatar, RasterSettings
 from avatar_runtime.camera import Camera
 from avatar_runtime.conformance import Case
 from avatar_runtime.conformance.make import ROWS
 from avatar_runtime.conformance.rows import thinned
-from avatar_runtime.player import Player
+from avatar_runtime.player import ABSURD, Player
 from avatar_runtime.pose import Pose, clip_pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.project import project
 from avatar_runtime.subset import subset
 from avatar_schema import constants
 
 SIZE = 256  # pixels, of a picture
-TILE = int(constants()["tile"])
-CLOSE_SIZE = 2 * TILE + 1  # its last tiles reach far beyond it: splats far aside are drawn
+CLOSE_SIZE = (
+    2 * int(constants()["tile"]) + 1
+)  # its last tiles reach far beyond it: splats far aside are drawn
 FRAMED = 2048  # Gaussians that a camera is set by
 GOLDEN = (np.sqrt(5) - 1) / 2  # its multiples modulo 1 are all different and evenly spread
 LARGEST_WEIGHT = 3.0  # ranges of expressions are cut to +- this
@@ -85,46 +86,47 @@ def seen(avatar: Avatar, pose: Pose) -> Box:
     """Where the Gaussians are in `pose`, by an even choice of them: the box a camera is set by."""
     count = avatar.gaussians.count
     rows = np.unique(np.linspace(0, count - 1, min(count, FRAMED)).astype(np.int64))
-    return robust_box(_means(avatar, rows, pose))
+    return robust_box(_animated(avatar, rows, pose).mean)
 
 
+@ABSURD
 def close_camera(avatar: Avatar, pose: Pose) -> Camera:
     """A camera amid the Gaussians that a reference keeps, for what stage project decides by thresholds.
 
     It looks along the longest way through them. Where it stands and how wide it sees are chosen so that none of
     these is rare: behind it, before the near plane, drawn, drawn beyond the Jacobian's clamp, on no tile.
     """
-    found = _means(avatar, thinned(avatar, ROWS).rows, pose).astype(np.float64)
-    mean = np.clip(np.nan_to_num(found), -FARTHEST, FARTHEST)
+    splats = _animated(avatar, thinned(avatar, ROWS).rows, pose)
+    mean = np.clip(np.nan_to_num(splats.mean.astype(np.float64)), -FARTHEST, FARTHEST)
     middle = np.median(mean, axis=0)
     along = np.linalg.svd(mean - middle, full_matrices=False)[2][0]
     near, depth = avatar.raster.near, (mean - middle) @ along
     low, high = np.percentile(depth, [2, 98])
     eye = max(np.linspace(low - near, high, STEPS), key=lambda at: _along(depth - at, near))
     yaw, pitch = np.arctan2(-along[0], -along[2]), np.arcsin(np.clip(-along[1], -1, 1))
-    camera = partial(
-        Camera.orbit, middle, -float(eye), float(yaw), float(pitch), width=CLOSE_SIZE, height=CLOSE_SIZE
-    )
-    view = camera(fov_y=1.0).camera_from_world.astype(np.float64)
-    x, y, z = (mean @ view[:3, :3].T + view[:3, 3])[depth - eye > near].T
-    tangents = np.geomspace(NARROWEST, WIDEST, STEPS)
-    return camera(
-        fov_y=float(2 * np.arctan(max(tangents, key=lambda tangent: _across(x / z, y / z, tangent))))
-    )
+    orbit = (middle, -float(eye), float(yaw), float(pitch))
+    cameras = [
+        Camera.orbit(*orbit, float(2 * np.arctan(tangent)), CLOSE_SIZE, CLOSE_SIZE)
+        for tangent in np.geomspace(NARROWEST, WIDEST, STEPS)
+    ]
+    return max(cameras, key=lambda camera: _across(splats, camera, avatar.raster))
 
 
 def _along(z: Points, near: float) -> float:
     """How evenly depths are spread; those beyond the near plane count twice, since the next choice divides them."""
-    behind, beyond = np.count_nonzero(z <= 0), np.count_nonzero(z > near)
+    behind, beyond = int((z <= 0).sum()), int((z > near).sum())
     return _evenly(behind, len(z) - behind - beyond, beyond, beyond)
 
 
-def _across(x: Points, y: Points, tangent: float) -> float:
-    """How evenly directions x/z, y/z are spread over the picture, what is drawn beyond the clamp, and no tile."""
-    aside = np.maximum(np.abs(x), np.abs(y)) > constants()["frustum_clamp"] * tangent
-    pixel = ((np.stack([x, y]) / tangent + 1) * CLOSE_SIZE - 1) / 2
-    drawn = ((pixel >= 0) & (pixel < CLOSE_SIZE - 1 + TILE)).all(axis=0)
-    return _evenly(*map(np.count_nonzero, (drawn & ~aside, drawn & aside, ~drawn)))
+def _across(splats: Splats, camera: Camera, settings: RasterSettings) -> float:
+    """How evenly what lies beyond the near plane is spread over the picture, aside beyond the clamp, and no tile."""
+    drawn = project(splats, camera, settings, 0).radius > 0
+    view = camera.camera_from_world
+    x, y, z = (splats.mean @ view[:3, :3].T + view[:3, 3]).T
+    tangent = constants()["frustum_clamp"] * camera.tan_half_fov_x
+    aside = np.maximum(np.abs(x), np.abs(y)) > tangent * z
+    hidden = ~drawn & (z > settings.near)
+    return _evenly(int((drawn & ~aside).sum()), int((drawn & aside).sum()), int(hidden.sum()))
 
 
 def _evenly(*counts: int) -> float:
@@ -132,10 +134,10 @@ def _evenly(*counts: int) -> float:
     return float(np.sum(np.log1p(counts)))
 
 
-def _means(avatar: Avatar, rows: npt.NDArray[np.int64], pose: Pose) -> npt.NDArray[np.float32]:
-    """Posed positions of some Gaussians."""
+def _animated(avatar: Avatar, rows: npt.NDArray[np.int64], pose: Pose) -> Splats:
+    """Some Gaussians in `pose`."""
     vertices = np.arange(0) if avatar.rig is None else avatar.rig.anchor_vertices
-    return Player(subset(avatar, rows, vertices).avatar, "reference").animate(pose).mean
+    return Player(subset(avatar, rows, vertices).avatar, "reference").animate(pose)
 
 
 def _spread(count: int, offset: int = 0) -> npt.NDArray[np.float64]:

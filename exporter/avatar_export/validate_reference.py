@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 from avatar_export.writers.reference import FOLDER, REFERENCE_FILES, reference_facts
@@ -34,7 +35,8 @@ def read_reference(document: Mapping[str, Any], read: Open) -> Reference:
             raise AvatarError(f"is {entry['bytes']} bytes, expected at most {most}", file=FOLDER + name)
         return checked_bytes(read, entry)
 
-    reference = _decoded(checked)
+    with named_in_full():
+        reference = decode(checked)
     normative = {path: entry["sha256"] for path, entry in listed.items() if not entry["derived"]}
     changed = sorted(
         path for path in {*normative, *reference.files} if normative.get(path) != reference.files.get(path)
@@ -45,14 +47,15 @@ def read_reference(document: Mapping[str, Any], read: Open) -> Reference:
     return reference
 
 
-def _decoded(read: Open) -> Reference:
-    """`decode`, whose errors name files by their place in the bundle."""
+@contextmanager
+def named_in_full() -> Iterator[None]:
+    """Errors of the kit name its files by their place in the bundle."""
     try:
-        return decode(read)
+        yield
     except AvatarError as error:
-        inside = error.file is None or error.file in (MANIFEST,) or error.file.startswith(FOLDER)
-        file = error.file if inside else f"{FOLDER}{error.file}"
-        raise AvatarError(error.message, file=file, field=error.field) from None
+        if error.file is None or FOLDER + error.file not in REFERENCE_FILES:
+            raise
+        raise AvatarError(error.message, file=FOLDER + error.file, field=error.field) from None
 
 
 def reference_problems(stored: Avatar, document: Mapping[str, Any], read: Open) -> Iterator[Problem]:
@@ -66,7 +69,8 @@ def reference_problems(stored: Avatar, document: Mapping[str, Any], read: Open) 
         return
     try:
         reference = read_reference(document, read)
-        report = conform(stored, reference, "reference")
+        with named_in_full():
+            report = conform(stored, reference, "reference")
     except AvatarError as error:
         where = ": ".join(part for part in (error.file, error.field) if part) or CASES_FILE
         yield Problem(where, error.message)
@@ -78,7 +82,7 @@ def reference_problems(stored: Avatar, document: Mapping[str, Any], read: Open) 
             yield Problem(f"{FOLDER}vectors.safetensors: {row.stage}", _off(row))
     for picture in report.pictures:
         if not picture.passed:
-            off = f"differs by up to {picture.difference:.3g} of 255, allowed {picture.tolerance:.3g}"
+            off = f"differs by up to {picture.difference:.1f} of 255, allowed {picture.tolerance:g}"
             yield Problem(f"{FOLDER}{picture.case}.{picture.profile}.png", off)
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Gaussians, Group, Rules, SparseRows
+from avatar_runtime.stages.surface import binding_pose
 from tests.avatars import full_avatar, surface_avatar
 from tests.conformance.edges import edge_gaussians
 
@@ -22,6 +23,16 @@ def _surface(rules: Rules, sh_degree: int, *, rigged: bool = True) -> Avatar:
     made = surface_avatar(4, rules, rigged=rigged)
     blendshapes = replace(made.blendshapes, appearance=full_avatar(4).blendshapes.appearance)
     return replace(made, blendshapes=blendshapes, sh_degree=sh_degree).check()
+
+
+def _fine() -> Avatar:
+    """Triangles so small in training units that about half the vertices' normals and quaternions meet their floor."""
+    made = _surface(Rules(TURNED, scale="log_area"), 2)
+    assert made.embedding is not None
+    units = 0.007  # training units a metre
+    mean, quat_wxyz = binding_pose(made.embedding, made.rules, units)
+    gaussians = replace(made.gaussians, mean=mean, quat_wxyz=quat_wxyz)
+    return replace(made, gaussians=gaussians, training_per_bundle=units).check()
 
 
 def _still() -> Avatar:
@@ -76,5 +87,6 @@ AVATARS: Mapping[str, Callable[[], Avatar]] = {
     "surface_mirrored": lambda: _surface(Rules(TURNED, quaternion_sign="largest_positive_mirrored"), 1),
     "surface_frame": lambda: _surface(FRAMED, 3),
     "surface_unrigged": lambda: _surface(Rules(TURNED, scale="log_area"), 2, rigged=False),
+    "surface_fine": _fine,
     "edges": _edges,
 }

@@ -80,6 +80,12 @@ CASES: tuple[Row, ...] = (
         seed=10,
         orbit=ASIDE,
     ),
+    Row(
+        "surface_fine",
+        "posed",
+        "vertex normals and quaternions divided by their floors, areas in training units",
+        seed=13,
+    ),
     Row("surface_unrigged", "placed", "no rig: only the whole moves", seed=11),
     Row(
         "edges",

@@ -1,11 +1,12 @@
 // Plays what JavaScript can of a folder of reference vectors, through the reader that ports start from: stages activate
-// and sort of every case, judged by the stated tolerances. Standard input: the folder. Standard output: JSON.
+// and sort of every case, and every other stage by its own reference, all judged by `holds`. Standard input: JSON with
+// the folder and `changes`, {tensor: {index: number}} to what is given. Standard output: JSON.
 import { readFileSync } from "node:fs";
-import { readReference, toleranceUsed } from "../../engine_shaders/web/read_reference.mjs";
+import { holds, readReference } from "../../engine_shaders/web/read_reference.mjs";
 
-const folder = readFileSync(0, "utf8").trim();
+const { folder, changes } = JSON.parse(readFileSync(0, "utf8"));
 const bytes = readFileSync(`${folder}/vectors.safetensors`);
-const reference = readReference(
+const { cases, tensors } = readReference(
   readFileSync(`${folder}/cases.json`, "utf8"),
   bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length),
 );
@@ -21,26 +22,32 @@ const STAGES = {
   },
   sort({ depth, radius }) {
     const drawn = [...depth.keys()].filter((id) => radius[id] > 0);
-    const order = drawn.sort((a, b) => depth[a] - depth[b] || a - b);
-    return { order: order.map(BigInt) };
+    return { order: drawn.sort((a, b) => depth[a] - depth[b] || a - b) };
   },
 };
 
-// Tolerance used; 2 where an order differs anywhere, since its key is given to the bit.
-function share(stage, output, got) {
-  const want = reference.tensors[output.tensor];
-  if (got.length !== want.length) return null;
-  return stage === "sort" ? 2 * got.some((id, i) => id !== want[i]) : toleranceUsed(output, got, reference.tensors);
+function given(name, numbers) {
+  const altered = Array.from(numbers, Number);
+  for (const [index, number] of Object.entries(changes[name] ?? {}))
+    if (number === "end") altered.length = index;
+    else altered[index] = number === "nan" ? NaN : number;
+  return altered;
 }
 
-const used = [];
-for (const { name, stages } of reference.cases) {
-  for (const { stage, inputs, outputs } of stages.filter((s) => s.stage in STAGES)) {
-    const given = Object.fromEntries(Object.entries(inputs).map(([k, v]) => [k, reference.tensors[v.tensor]]));
-    const got = STAGES[stage](given);
-    for (const [array, output] of Object.entries(outputs)) used.push([name, stage, array, share(stage, output, got[array])]);
+const judged = [];
+for (const { name, stages } of cases) {
+  for (const { stage, inputs, outputs } of stages) {
+    const takes = Object.fromEntries(Object.entries(inputs).map(([k, v]) => [k, tensors[v.tensor]]));
+    const gives = STAGES[stage]?.(takes) ?? {};
+    const got = {};
+    for (const [array, { tensor }] of Object.entries(outputs)) got[array] = given(tensor, gives[array] ?? tensors[tensor]);
+    const wanted = outputs.radius && tensors[outputs.radius.tensor];
+    const apart = (row) => wanted && (got.radius[row] > 0) !== (wanted[row] > 0);
+    const brightest = Math.max(1, ...(takes.rgb ?? []).map(Math.abs));
+    for (const [array, output] of Object.entries(outputs))
+      judged.push([output.tensor, holds(output, got[array], tensors, apart, brightest)]);
   }
 }
 const sum = (tensor) => tensor.reduce((total, x) => total + Number(x), 0);
-const sums = Object.fromEntries(Object.entries(reference.tensors).map(([name, t]) => [name, [t.length, sum(t)]]));
-process.stdout.write(JSON.stringify({ used, sums }));
+const sums = Object.fromEntries(Object.entries(tensors).map(([name, t]) => [name, [t.length, sum(t)]]));
+process.stdout.write(JSON.stringify({ judged, sums }));

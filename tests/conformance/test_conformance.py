@@ -15,6 +15,8 @@ from avatar_runtime.conformance.arrays import WHEN
 from avatar_runtime.rules import QUATERNION_SIGNS, ROTATION_RULES, SCALE_RULES, SH_DIRECTIONS
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
+from avatar_runtime.stages.surface import Surface
+from avatar_runtime.stages.surface import _floored as floored
 from tests.conformance.avatars import AVATARS
 from tests.conformance.cases import CASES, DATA, PIXELS, ROWS, cases_of
 from tests.conformance.references import committed
@@ -164,6 +166,31 @@ def fields_of(avatar: Avatar) -> dict[str, Any]:
         for part in ("morphs", "correctives", "late_morphs"):
             arrays[f"rig.{part}"] = getattr(rig, part).values["position"]
     return {name: values for name, values in arrays.items() if values.size}
+
+
+def undivided(surface: Surface, by_triangle: Any, floor: float) -> Any:
+    return floored(surface, by_triangle, floor * surface.training_per_bundle**2)
+
+
+def ignored(surface: Surface, by_triangle: Any, floor: float) -> Any:
+    return floored(surface, by_triangle, 0.0)
+
+
+@pytest.mark.parametrize("wrong", [undivided, ignored])
+@pytest.mark.parametrize(("columns", "arrays"), [(3, {"mean"}), (4, {"quat_wxyz", "sh_rotation"})])
+def test_the_floors_of_a_fine_mesh_are_judged(
+    wrong: Any, columns: int, arrays: set[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of vertex normals, of three columns, and of vertex quaternions."""
+
+    def planted(surface: Surface, by_triangle: Any, floor: float) -> Any:
+        rule = wrong if by_triangle.shape[1] == columns else floored
+        return rule(surface, by_triangle, floor)
+
+    avatar = AVATARS["surface_fine"]()
+    monkeypatch.setattr("avatar_runtime.stages.surface._floored", planted)
+    report = conform(avatar, committed("surface_fine"), "reference")
+    assert {(row.stage, row.array) for row in report.rows if not row.passed} == {("bind", a) for a in arrays}
 
 
 def test_cases_use_every_input() -> None:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from avatar_runtime.conformance import encode
 from avatar_runtime.conformance.files import ROWS, VERTICES, step_tensors
 from tests.conformance.avatars import AVATARS
 from tests.conformance.cases import DATA
@@ -22,10 +20,12 @@ HERE = Path(__file__).parent
 READER = HERE.parents[1] / "engine_shaders" / "web" / "read_reference.mjs"
 
 
-def answer(folder: Path) -> dict[str, Any]:
+def answer(folder: Path, **changes: dict[int, float | str]) -> dict[str, Any]:
+    """What `reader.mjs` says; `changes` are to what is given for a tensor, __ for / and ___ for a dot in its name."""
+    named = {name.replace("___", ".").replace("__", "/"): change for name, change in changes.items()}
     done = subprocess.run(
         [node_program(), str(HERE / "reader.mjs")],
-        input=str(folder),
+        input=json.dumps({"folder": str(folder), "changes": named}),
         capture_output=True,
         text=True,
         timeout=60,
@@ -36,8 +36,12 @@ def answer(folder: Path) -> dict[str, Any]:
     return found
 
 
+def failing(avatar: str, **changes: dict[int, float | str]) -> set[str]:
+    return {tensor for tensor, holds in answer(DATA / avatar, **changes)["judged"] if not holds}
+
+
 @pytest.mark.parametrize("avatar", AVATARS)
-def test_javascript_reads_every_tensor_and_passes_two_stages(avatar: str) -> None:
+def test_javascript_reads_every_tensor_and_two_stages_hold(avatar: str) -> None:
     reference, found = committed(avatar), answer(DATA / avatar)
     names = {ROWS, VERTICES}.union(*(step_tensors(s) for v in reference.cases for s in v.steps))
     assert found["sums"].keys() == names
@@ -47,22 +51,64 @@ def test_javascript_reads_every_tensor_and_passes_two_stages(avatar: str) -> Non
         assert total == pytest.approx(
             float(reference.tensors[name].astype("float64").sum()), rel=1e-9, abs=1e-9
         )
-    stages = {(case.case.name, stage) for case in reference.cases for stage in ("activate", "sort")}
-    assert {(case, stage) for case, stage, _, _ in found["used"]} == stages
-    assert all(share is not None and share <= 1 for _, _, _, share in found["used"])
+    outputs = {e.tensor for v in reference.cases for step in v.steps for e in step.outputs.values()}
+    assert {tensor for tensor, _ in found["judged"]} == outputs
+    assert all(holds for _, holds in found["judged"])
 
 
-def test_javascript_says_what_is_beyond_its_tolerance(tmp_path: Path) -> None:
-    reference = committed("still")
+def value(tensor: str, index: int, avatar: str = "edges") -> float:
+    return float(committed(avatar).tensors[tensor].ravel()[index])
+
+
+def drawn_rows() -> list[int]:
+    return [int(row) for row in np.flatnonzero(committed("edges").tensors["thresholds/project/radius"])]
+
+
+def test_javascript_says_what_is_beyond_its_tolerance() -> None:
     name = "posed/activate/scale"
-    altered = replace(
-        reference, tensors={**reference.tensors, name: reference.tensors[name] * np.float32(1.0001)}
-    )
-    for file, data in encode(altered).items():
-        (tmp_path / file).write_bytes(data)
-    shares = {(stage, array): share for _, stage, array, share in answer(tmp_path)["used"]}
-    assert {key for key, share in shares.items() if share > 1} == {("activate", "scale")}
-    assert shares["activate", "scale"] == pytest.approx(1e-4 / (64 * 2.0**-24), rel=0.05)
+    scale = value(name, 4, "still")
+    assert failing("still", posed__activate__scale={4: scale * (1 + 60 * 2.0**-24)}) == set()
+    assert failing("still", posed__activate__scale={4: scale * (1 + 70 * 2.0**-24)}) == {name}
+    assert failing("still", posed__activate__scale={4: "nan"}) == {name}
+    length = committed("still").tensors[name].size
+    assert failing("still", posed__activate__scale={length - 3: "end"}) == {name}
+    assert failing("still", posed__activate__scale={length: 1.0}) == {name}
+
+
+def test_javascript_knows_that_a_quaternion_has_two_signs() -> None:
+    name = "posed/bind/quat_wxyz"
+    turned = {i: -value(name, i, "skin_polar") for i in range(8, 12)}
+    assert failing("skin_polar", posed__bind__quat_wxyz=turned) == set()
+    assert failing("skin_polar", posed__bind__quat_wxyz={8: turned[8]}) == {name}
+    mean = {i: -value("posed/bind/mean", i, "skin_polar") for i in range(6, 9)}
+    assert failing("skin_polar", posed__bind__mean=mean) == {"posed/bind/mean"}
+
+
+def test_javascript_compares_an_order_to_the_bit() -> None:
+    name = "thresholds/sort/order"
+    first, second = (value(name, i) for i in (0, 1))
+    assert failing("edges", thresholds__sort__order={0: second, 1: first}) == {name}
+
+
+def test_javascript_allows_what_may_flip_and_no_more() -> None:
+    radius, depth = "thresholds/project/radius", "thresholds/project/depth"
+    a, b = drawn_rows()[:2]
+    assert failing("edges", thresholds__project__radius={a: value(radius, a) + 1}) == set()
+    assert failing("edges", thresholds__project__radius={a: value(radius, a) + 2}) == {radius}
+    hidden = int(np.flatnonzero(committed("edges").tensors[radius] == 0)[0])
+    for row in (a, hidden):
+        assert failing("edges", thresholds__project__radius={row: "nan"}) == {radius}
+    gone = {a: 0}
+    assert failing("edges", thresholds__project__radius=gone, thresholds__project__depth=gone) == set()
+    assert failing("edges", thresholds__project__depth=gone) == {depth}
+    both = {row: value(radius, row) - 1 for row in (a, b)}
+    assert failing("edges", thresholds__project__radius=both) == {radius}
+    name = "thresholds/raster.engine/transmittance"
+    off = {0: value(name, 0) + 3e-3}
+    assert failing("edges", thresholds__raster___engine__transmittance=off) == set()
+    off[1] = value(name, 1) + 3e-3
+    assert failing("edges", thresholds__raster___engine__transmittance=off) == {name}
+    assert failing("edges", thresholds__raster___engine__transmittance={0: value(name, 0) + 0.5}) == {name}
 
 
 def test_the_reader_fits_into_twenty_lines() -> None:

@@ -21,7 +21,6 @@ from safetensors.numpy import save as save_tensors
 from avatar_export.validate import validate
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.backends.reference import ReferenceBackend
-from avatar_runtime.conformance import png
 from avatar_runtime.stages import STAGES
 from tests import bundles
 from tests.avatars import full_avatar
@@ -159,19 +158,85 @@ def test_a_backend_that_is_wrong(run: Run, good: Path, monkeypatch: pytest.Monke
     assert "sh_rotation" in next(line for line in text.splitlines() if line.startswith("bind"))
 
 
+def test_the_element_that_is_off_is_named(run: Run, bundle: Path, tmp_path: Path) -> None:
+    edit_vectors(bundle, lambda tensors: tensors["posed/bind/mean"].__setitem__((5, 1), 0.75))
+    kept = load_tensors((bundle / VECTORS).read_bytes())
+    page = tmp_path / "report.html"
+    code, text, _ = run("conform", bundle, "--backend", "reference", "--report", page)
+    words = rf"bind, case posed: mean\[5, 1\] of Gaussian {kept['rows'][5]}: got -?0\.\d+, expected 0\.75$"
+    assert code == 1 and re.search(words, text, re.MULTILINE), text
+    assert re.search(r"^bind .* >999 % +FAILS", text, re.MULTILINE)
+    (line,) = re.findall(words, text, re.MULTILINE)
+    assert f"<td>{line.split(': ', 1)[1]}</td>" in page.read_text("utf-8")
+    facts = json.loads(run("conform", bundle, "--backend", "reference", "--json")[1])
+    (row,) = [row for row in facts["stages"] if not row["passed"] and row["stage"] == "bind"]
+    worst = row["worst"]
+    assert (worst["index"], worst["gaussian"], worst["want"]) == ([5, 1], kept["rows"][5], 0.75)
+    assert abs(worst["got"] - 0.75) == pytest.approx(row["error"])
+    assert worst["tolerance"] == row["atol"] > 0 and row["rtol"] == 0
+    assert all(picture["unit"] == 1 / 255 for picture in facts["pictures"])
+
+
+def outputs_of(bundle: Path) -> dict[str, Any]:
+    """What a port that is right would give."""
+    tensors = load_tensors((bundle / VECTORS).read_bytes())
+    cases = json.loads((bundle / CASES).read_text("utf-8"))["cases"]
+    named = [o["tensor"] for c in cases for s in c["stages"] for o in s["outputs"].values()]
+    return {name: tensors[name] for name in named}
+
+
+def test_a_ports_own_outputs(run: Run, good: Path, tmp_path: Path) -> None:
+    file, page = tmp_path / "mine.safetensors", tmp_path / "report.html"
+    tensors = outputs_of(good)
+    file.write_bytes(save_tensors(tensors))
+    code, text, error = run("conform", good, "--outputs", file, "--report", page)
+    assert code == 0 and "what was given repeats the reference" in text, text + error
+    assert "not given" not in error and "pictures are not judged" in error
+    assert list(table(text)) == ["stage", *STAGES[:-1], "raster trainer", "raster engine"]
+    assert "outputs mine.safetensors" in page.read_text("utf-8")
+    tensors["posed/skin/posed_vertices"] = tensors["posed/skin/posed_vertices"] + np.float32(0.01)
+    file.write_bytes(save_tensors({name: t for name, t in tensors.items() if "/skin/" in name}))
+    code, text, error = run("conform", good, "--outputs", file)
+    assert code == 1 and "what was given fails first at skin" in text
+    assert re.search(r"skin, case posed: posed_vertices\[\d+, \d\] of vertex \d+: got", text)
+    assert "not given, so passed over: rest: stage joints; " in error
+    facts = json.loads(run("conform", good, "--outputs", file, "--json")[1])
+    assert facts["backend"] is None and facts["first_failure"] == "skin" and facts["pictures"] == []
+
+
+@pytest.mark.parametrize(
+    ("tensors", "words"),
+    [
+        ({"posed/skin/vertices": np.zeros(3)}, "mine.safetensors: 'posed/skin/vertices' is no output"),
+        ({}, "mine.safetensors: holds no output"),
+        (None, "mine.safetensors: cannot be read"),
+    ],
+)
+def test_outputs_that_cannot_be_used_are_one_line(
+    run: Run, good: Path, tmp_path: Path, tensors: dict[str, Any] | None, words: str
+) -> None:
+    file = tmp_path / "mine.safetensors"
+    if tensors is not None:
+        file.write_bytes(save_tensors(tensors))
+    code, _, error = run("conform", good, "--outputs", file)
+    assert (code, error.count("\n")) == (2, 1) and words in error, error
+    code, _, error = run("conform", good, "--outputs", file, "--backend", "reference")
+    assert code == 2 and "--outputs and --backend exclude each other" in error
+
+
 def test_pictures_of_what_fails(run: Run, bundle: Path, tmp_path: Path) -> None:
     path = bundle / "reference" / "clip.engine.png"
     before = np.asarray(Image.open(path))
     spoilt = before.copy()
     spoilt[100:108, 40:48] ^= 64
     Image.fromarray(spoilt).save(path)
-    unfilter(path)
     bundles.sign(bundle)
     (problem,) = validate(bundle)
     assert problem.path == "reference/clip.engine.png" and "of 255, allowed 1" in problem.message
     out = tmp_path / "new" / "pictures"
     code, text, _ = run("conform", bundle, "--backend", "reference", "--pictures", out)
     assert code == 1 and "fails first at picture;" in text
+    assert re.search(r"picture engine +clip .* 6[34]\.\d/255 +1/255 +>999 % +FAILS", text)
     assert table(text)["picture engine"] == "FAILS"
     names = sorted(file.name for file in out.iterdir())
     assert names == [f"clip.{p}.{kind}.png" for p in ("engine", "trainer") for kind in ("diff", "got", "ref")]
@@ -182,11 +247,6 @@ def test_pictures_of_what_fails(run: Run, bundle: Path, tmp_path: Path) -> None:
     assert shown["clip.engine.diff.png"][:90].max() == 0
     code, _, error = run("conform", bundle, "--backend", "reference", "--pictures", out)
     assert (code, error.count("\n")) == (2, 1) and "exists" in error
-
-
-def unfilter(path: Path) -> None:
-    """Write a picture as the kit's own writer would, whose reader takes two row filters only."""
-    path.write_bytes(png.encode(np.asarray(Image.open(path))))
 
 
 def test_the_report_needs_nothing_else(run: Run, tmp_path: Path) -> None:
@@ -250,7 +310,7 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
     "another document": (lambda b: edit_cases(b, lambda d: d.pop("cases")), f"{CASES}: $: 'cases'"),
     "rows beyond the avatar": (
         lambda b: edit_vectors(b, put("rows", lambda t: t + 7)),
-        "made for another",
+        f"{VECTORS}: rows: name 54, this avatar has 48: made for another",
     ),
     "cut vectors": (
         lambda b: (cut(b / VECTORS), bundles.sign(b))[1],
@@ -271,11 +331,32 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
         lambda b: bundles.edit(b, lambda d: unlist(d, "reference/rest.engine.png")),
         "avatar.json: $.files: does not list reference/rest.engine.png",
     ),
+    "a stage that is gone": (
+        lambda b: edit_cases(b, lambda d: drop_stage(d, "bind")),
+        f"{CASES}: case posed lacks stage bind",
+    ),
+    "a tolerance that judges nothing": (
+        lambda b: edit_cases(b, lambda d: d["cases"][1]["stages"][4]["outputs"]["mean"].update(atol=1e5)),
+        f"{CASES}: posed/bind: mean may be 1e+05 ",
+    ),
+    "an expression of another avatar": (
+        lambda b: edit_cases(b, lambda d: d["cases"][1]["pose"]["expressions"].update(grin=0.5)),
+        f"{CASES}: posed: 'grin' is no expression of this avatar",
+    ),
+    "a joint of another avatar": (
+        lambda b: edit_cases(b, lambda d: d["cases"][1]["pose"]["joints"].update(tail=[0] * 16)),
+        f"{CASES}: posed: 'tail' is no joint of this avatar",
+    ),
     "a picture elsewhere": (
         lambda b: edit_cases(b, lambda d: d["cases"][0]["pictures"][0].update(colour="../preview.png")),
         f"{CASES}: ",
     ),
 }
+
+
+def drop_stage(document: dict[str, Any], stage: str) -> None:
+    stages = document["cases"][1]["stages"]
+    stages.remove(next(s for s in stages if s["stage"] == stage))
 
 
 def cut(path: Path) -> None:

@@ -1,4 +1,4 @@
-"""`avatar-export conform`: a bundle's own reference against a backend."""
+"""`avatar-export conform`: a bundle's own reference against a backend, or against what a port gave."""
 
 from __future__ import annotations
 
@@ -21,23 +21,34 @@ from avatar_export.conform_report import (
     notes,
     stage_lines,
     verdict,
+    worst_elements,
 )
 from avatar_export.console import Steps, messages, output, print_json
 from avatar_export.pictures import Pixels, png
 from avatar_export.read import expect_bundle
 from avatar_export.text_files import refuse_existing, write_text
-from avatar_export.validate_reference import read_reference
+from avatar_export.validate_reference import named_in_full, read_reference
+from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import BACKENDS, default_backend
 from avatar_runtime.bundle import load, opener, read_manifest
+from avatar_runtime.codec import safetensors
+from avatar_runtime.conformance import Reference, Report, conform_outputs
 from avatar_runtime.conformance import conform as run_conform
 from avatar_runtime.errors import AvatarError
 
+MOST_BYTES = 64 << 20  # of a port's outputs; a reference has tenths of that
 FILE_WIDTH = 120  # characters a line where no terminal says how many there are
 
 
 def conform(
     bundle: Annotated[Path, typer.Argument(help="A bundle folder or .avatar.zip.")],
     backend: arguments.Backend = None,
+    outputs: Annotated[
+        Path | None,
+        typer.Option(
+            help="FILE.safetensors: what a port gave, by the names that cases.json has for outputs; nothing is played."
+        ),
+    ] = None,
     report: Annotated[Path | None, typer.Option(help="FILE.html to write: tables and pictures.")] = None,
     pictures: Annotated[
         Path | None,
@@ -48,6 +59,7 @@ def conform(
 ) -> None:
     """Play a bundle's reference vectors stage by stage on a backend; exit code 1 if anything is off."""
     arguments.one_of("--backend", backend, BACKENDS)
+    arguments.exclude({"--outputs": outputs, "--backend": backend})
     if report is not None:
         refuse_existing(report, force)
     if pictures is not None and pictures.exists():
@@ -58,10 +70,15 @@ def conform(
         avatar = load(bundle, as_stored=True)
         read = opener(bundle)
         reference = read_reference(read_manifest(read), read)
-        step("playing")
-        found = run_conform(avatar, reference, backend or default_backend())
+        step("playing" if outputs is None else "comparing")
+        with named_in_full():
+            if outputs is None:
+                found = run_conform(avatar, reference, backend or default_backend())
+            else:
+                found = _given(avatar, reference, outputs)
     if report is not None:
-        write_text(report, html_report(f"{avatar.name}, backend {found.backend}", found, reference))
+        who = f"outputs {outputs.name}" if outputs is not None else f"backend {found.backend}"
+        write_text(report, html_report(f"{avatar.name}, {who}", found, reference))
     drawn = failed_pictures(found)
     if pictures is not None and drawn:
         _save(pictures, drawn)
@@ -69,11 +86,26 @@ def conform(
         print_json(facts(found, reference))
     else:
         wide = output if output.is_terminal else Console(highlight=False, markup=False, width=FILE_WIDTH)
-        wide.print(_table(stage_lines(found, reference)))
+        lines = stage_lines(found, reference)
+        wide.print(_table(lines))
+        for text in worst_elements(lines):
+            output.print(text, soft_wrap=True)
         output.print(f"{verdict(found)}; made by {reference.made_by}")
         for note in notes(found, reference):
             messages.print(f"note: {note}")
     raise typer.Exit(0 if found.passed else 1)
+
+
+def _given(avatar: Avatar, reference: Reference, file: Path) -> Report:
+    """What the outputs in a file are worth; errors name the file."""
+    try:
+        if file.stat().st_size > MOST_BYTES:
+            raise AvatarError(f"is {file.stat().st_size} bytes, expected at most {MOST_BYTES}")
+        return conform_outputs(avatar, reference, safetensors.decode(file.read_bytes(), str(file)))
+    except OSError as error:
+        raise AvatarError(f"cannot be read ({error.strerror or error})", file=file) from None
+    except AvatarError as error:
+        raise AvatarError(error.message, file=error.file or file, field=error.field) from None
 
 
 def _table(lines: list[Line]) -> Table:

@@ -6,7 +6,7 @@ from avatar_runtime.conformance.arrays import STAGE_ARRAYS
 from avatar_runtime.conformance.files import decode, encode
 from avatar_runtime.conformance.make import make_reference
 from avatar_runtime.conformance.model import Case, CaseVectors, Expected, Reference, Step, View
-from avatar_runtime.conformance.run import PictureRow, Report, Row, conform
+from avatar_runtime.conformance.run import PictureRow, Report, Row, conform, conform_outputs
 
 __all__ = [
     "STAGE_ARRAYS",
@@ -20,6 +20,7 @@ __all__ = [
     "Step",
     "View",
     "conform",
+    "conform_outputs",
     "decode",
     "encode",
     "make_reference",

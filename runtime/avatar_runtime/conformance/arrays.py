@@ -228,8 +228,13 @@ def weights(array: Array, inputs: Tensors, outputs: Tensors, camera: Camera) -> 
     return None if array.weight is None else WEIGHTS[array.weight](inputs, outputs, camera)
 
 
+def floor_of(array: Array, camera: Camera) -> float:
+    """Size of the terms that may cancel in an output."""
+    return float(max(camera.width, camera.height)) if isinstance(array.floor, str) else array.floor
+
+
 def tolerances(array: Array, want: npt.NDArray[Any], camera: Camera) -> tuple[float, float]:
     """(atol, rtol) of an output whose reference is `want`."""
-    floor = float(max(camera.width, camera.height)) if isinstance(array.floor, str) else array.floor
+    floor = floor_of(array, camera)
     size = 1.0 if array.weight else max(floor, float(np.abs(want.astype(np.float64)).max(initial=0.0)))
     return array.roundings * ROUNDING * size, array.relative * ROUNDING

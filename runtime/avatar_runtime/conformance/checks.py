@@ -7,11 +7,14 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.conformance.arrays import STAGE_ARRAYS, WHEN, Array, inputs_of, sizes
-from avatar_runtime.conformance.model import CaseVectors, Reference, Step, Tensor
+from avatar_runtime.conformance.arrays import STAGE_ARRAYS, WHEN, Array, floor_of, inputs_of, sizes, stages_of
+from avatar_runtime.conformance.model import CaseVectors, Expected, Reference, Step, Tensor
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.stages.raster import PROFILES
 
-FILE = "vectors.safetensors"
+CASES, VECTORS = "cases.json", "vectors.safetensors"
+LOOSEST = 1e-2  # part of the largest value that a tolerance may be: beyond, it would judge nothing
+ROWS_A_FLIP = 64  # at least so many of them for each that may flip
 FARTHEST = 1e6  # of any matrix; what lies beyond overflows in stages that square it
 
 
@@ -20,12 +23,12 @@ def check_reference(reference: Reference) -> None:
     names = [vectors.case.name for vectors in reference.cases]
     for name in names:
         if names.count(name) > 1:
-            raise AvatarError("is the name of two cases", file="cases.json", field=name)
+            raise AvatarError("is the name of two cases", file=CASES, field=name)
     for ids, field in ((reference.rows, "rows"), (reference.vertices, "vertices")):
         if ids.dtype != np.int64 or ids.ndim != 1 or (np.diff(ids) <= 0).any() or (ids[:1] < 0).any():
-            raise AvatarError("must be increasing int64 ids", file=FILE, field=field)
+            raise AvatarError("must be increasing int64 ids", file=VECTORS, field=field)
     if not len(reference.rows):
-        raise AvatarError("must name at least one Gaussian", file=FILE, field="rows")
+        raise AvatarError("must name at least one Gaussian", file=VECTORS, field="rows")
     known = {"N": len(reference.rows), "V": len(reference.vertices)}
     for vectors in reference.cases:
         _check_case(vectors)
@@ -44,7 +47,7 @@ def check_rows(reference: Reference, avatar: Avatar) -> None:
     ):
         if len(ids) and ids[-1] >= count:
             raise AvatarError(
-                f"name {ids[-1]}, this avatar has {count}: made for another", file=FILE, field=field
+                f"name {ids[-1]}, this avatar has {count}: made for another", file=VECTORS, field=field
             )
 
 
@@ -55,17 +58,30 @@ def check_fits(reference: Reference, avatar: Avatar, part: Avatar) -> None:
         raise AvatarError(
             f"names {len(reference.rows)} rows and {len(reference.vertices)} vertices, of this avatar they are "
             f"{known['N']} and {known['V']}: the reference was made for another",
-            file=FILE,
+            file=VECTORS,
         )
     for vectors in reference.cases:
         for step in vectors.steps:
             field = f"{vectors.case.name}/{step.stage}"
             if not WHEN[STAGE_ARRAYS[step.stage].when](avatar):
-                raise AvatarError("is a stage that this avatar does not have", file="cases.json", field=field)
+                raise AvatarError("is a stage that this avatar does not have", file=CASES, field=field)
             missing = {array.name for array in inputs_of(step.stage, avatar)} - step.inputs.keys()
             if missing:
-                raise AvatarError(f"lacks {', '.join(sorted(missing))}", file="cases.json", field=field)
+                raise AvatarError(f"lacks {', '.join(sorted(missing))}", file=CASES, field=field)
+        _check_steps(vectors, avatar)
         _check_shapes(reference, vectors, dict(known))
+
+
+def _check_steps(vectors: CaseVectors, avatar: Avatar) -> None:
+    """Every stage that the avatar has, once, in order."""
+    found = [(step.stage, step.profile) for step in vectors.steps]
+    want = [(s, p) for s in stages_of(avatar) for p in (PROFILES if s == "raster" else (None,))]
+    for stage, profile in want:
+        named = stage if profile is None else f"{stage} in profile {profile}"
+        if (stage, profile) not in found:
+            raise AvatarError(f"case {vectors.case.name} lacks stage {named}", file=CASES)
+    if found != want:
+        raise AvatarError(f"case {vectors.case.name} has its stages twice or out of order", file=CASES)
 
 
 def _check_case(vectors: CaseVectors) -> None:
@@ -75,11 +91,11 @@ def _check_case(vectors: CaseVectors) -> None:
     matrices = (camera.camera_from_world, camera.clip_from_world, camera.centre)
     for numbers in (*matrices, case.pose.world_from_avatar, *case.pose.joints.values()):
         if not (np.abs(numbers) <= FARTHEST).all():
-            raise AvatarError(f"a matrix goes beyond {FARTHEST:g}", file="cases.json", field=case.name)
+            raise AvatarError(f"a matrix goes beyond {FARTHEST:g}", file=CASES, field=case.name)
     if abs(float(np.linalg.det(camera.camera_from_world[:3, :3].astype(np.float64)))) < 1e-6:
-        raise AvatarError("camera_from_world has no inverse", file="cases.json", field=case.name)
+        raise AvatarError("camera_from_world has no inverse", file=CASES, field=case.name)
     if not np.isfinite(np.array(case.background, np.float32)).all():
-        raise AvatarError("background is not finite", file="cases.json", field=case.name)
+        raise AvatarError("background is not finite", file=CASES, field=case.name)
 
 
 def _check_shapes(reference: Reference, vectors: CaseVectors, known: dict[str, int]) -> None:
@@ -95,17 +111,41 @@ def _check_shapes(reference: Reference, vectors: CaseVectors, known: dict[str, i
                 rows = reference.tensors[expected.tensor].shape[:1]
                 weight = reference.tensors[expected.weight]
                 _expect(weight, "float32", rows, expected.weight)
+        for array in table.outputs:
+            _check_tolerance(array, step.outputs[array.name], reference.tensors, vectors, field)
         _check_ids(reference, vectors, step)
+
+
+def _check_tolerance(
+    array: Array, expected: Expected, tensors: Mapping[str, Tensor], vectors: CaseVectors, field: str
+) -> None:
+    """What is allowed is small against the array, or where terms cancel against those; a whole number is exact.
+
+    Where rows have weights, the middle one counts: a needle's may be large.
+    """
+    want = tensors[expected.tensor].astype(np.float64)
+    allowed = expected.atol
+    if expected.weight is not None:
+        weight = tensors[expected.weight][want.any(axis=tuple(range(1, want.ndim)))]
+        allowed *= float(np.median(weight)) if len(weight) else 0.0
+    size = max(float(np.abs(want).max(initial=0.0)), floor_of(array, vectors.case.camera))
+    most = 0.0 if array.dtype.startswith("int") else LOOSEST
+    if allowed > most * size or expected.rtol > most:
+        message = f"{array.name} may be {allowed:.3g} + {expected.rtol:.3g} |x| off values up to {size:.3g}"
+        raise AvatarError(f"{message}: that would judge nothing", file=CASES, field=field)
+    if expected.most_flips > 1 + len(want) // ROWS_A_FLIP:
+        message = f"{expected.most_flips} of {len(want)} rows of {array.name} may flip"
+        raise AvatarError(f"{message}: that would judge nothing", file=CASES, field=field)
 
 
 def _named(table: tuple[Array, ...], given: Mapping[str, str], field: str) -> list[tuple[Array, str]]:
     arrays = {array.name: array for array in table}
     for name in given:
         if name not in arrays:
-            raise AvatarError(f"{name[:80]!r} is none of {', '.join(arrays)}", file="cases.json", field=field)
+            raise AvatarError(f"{name[:80]!r} is none of {', '.join(arrays)}", file=CASES, field=field)
     for array in table:
         if array.when == "always" and array.name not in given:
-            raise AvatarError(f"lacks {array.name}", file="cases.json", field=field)
+            raise AvatarError(f"lacks {array.name}", file=CASES, field=field)
     return [(arrays[name], tensor) for name, tensor in given.items()]
 
 
@@ -125,9 +165,9 @@ def _check_arrays(
 def _expect(a: Tensor, dtype: str, shape: tuple[int, ...], name: str) -> None:
     if a.dtype != np.dtype(dtype) or a.shape != shape:
         found = f"{a.dtype.name}{list(a.shape)}"
-        raise AvatarError(f"is {found}, expected {dtype}{list(shape)}", file=FILE, field=name)
+        raise AvatarError(f"is {found}, expected {dtype}{list(shape)}", file=VECTORS, field=name)
     if not np.isfinite(a).all():
-        raise AvatarError("holds a number that is not finite", file=FILE, field=name)
+        raise AvatarError("holds a number that is not finite", file=VECTORS, field=name)
 
 
 def _check_ids(reference: Reference, vectors: CaseVectors, step: Step) -> None:
@@ -144,4 +184,4 @@ def _check_ids(reference: Reference, vectors: CaseVectors, step: Step) -> None:
     for name, limit in limits:
         ids = tensors[name]
         if ids.size and (int(ids.min()) < 0 or int(ids.max()) >= limit or len(np.unique(ids)) != ids.size):
-            raise AvatarError(f"must be different ids in 0..{limit - 1}", file=FILE, field=name)
+            raise AvatarError(f"must be different ids in 0..{limit - 1}", file=VECTORS, field=name)

@@ -13,7 +13,7 @@ from avatar_runtime.bundle import Open, read_json
 from avatar_runtime.camera import Camera
 from avatar_runtime.codec import safetensors
 from avatar_runtime.conformance import png
-from avatar_runtime.conformance.checks import check_reference
+from avatar_runtime.conformance.checks import CASES, VECTORS, check_reference
 from avatar_runtime.conformance.model import (
     Case,
     CaseVectors,
@@ -28,7 +28,6 @@ from avatar_runtime.pose import Pose
 from avatar_schema import LATEST
 from avatar_schema.validate import document_problems
 
-CASES, VECTORS = "cases.json", "vectors.safetensors"
 ROWS, VERTICES = "rows", "vertices"  # tensors
 CASES_LIMIT, VECTORS_LIMIT, PICTURE_LIMIT = 4 << 20, 64 << 20, 4 << 20  # bytes; ours are tenths of that
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,17 @@ from avatar_runtime.conformance.arrays import FLIP_STEP
 from avatar_runtime.conformance.model import Expected, Step, Tensor
 
 Mask = npt.NDArray[np.bool_]
+Compared = tuple[F64, Mask]  # differences, and which rows lie on the other side of a threshold
+
+
+@dataclass(frozen=True)
+class Element:
+    """One element of an array, and what it should be."""
+
+    index: tuple[int, ...]  # the row first
+    got: float
+    want: float
+    allowed: float  # how far apart the two may be; 0 for one that counts as a flip
 
 
 @dataclass(frozen=True)
@@ -24,6 +35,9 @@ class Verdict:
     flips: int  # rows or pixels on the other side of a threshold
     most_flips: int
     note: str = ""  # why nothing could be compared; `used` is then infinite
+    worst: Element | None = field(
+        default=None, compare=False
+    )  # that takes up most, or the largest of too many flips
 
     @property
     def passed(self) -> bool:
@@ -45,13 +59,26 @@ def judge(step: Step, got: Mapping[str, Tensor], tensors: Mapping[str, Tensor]) 
             continue
         have, want = np.asarray(got[array], np.float64), want.astype(np.float64)
         weight = None if expected.weight is None else tensors[expected.weight].astype(np.float64)
+        allowed = np.broadcast_to(_allowed(expected, want, weight), want.shape)
+        difference, flipped = RULES[expected.flips](have, want, allowed, brightest)
         if drawn is not None and expected.flips != "drawn":
-            have, want = have[drawn], want[drawn]
-            weight = None if weight is None else weight[drawn]
-        verdicts[array] = RULES[expected.flips](
-            have, want, _allowed(expected, want, weight), expected, brightest
-        )
+            difference = np.where(drawn.reshape(-1, *(1,) * (want.ndim - 1)), difference, 0.0)
+        verdicts[array] = _verdict(have, want, allowed, difference, flipped, expected.most_flips)
     return verdicts
+
+
+def _verdict(have: F64, want: F64, allowed: F64, difference: F64, flipped: Mask, most: int) -> Verdict:
+    """`flipped` [rows] are judged by their number alone."""
+    flips = int(flipped.sum())
+    left = np.where(flipped.reshape(-1, *(1,) * (want.ndim - 1)), 0.0, difference)
+    share = _share(left, allowed)
+    error, used = _largest(left), _largest(share)
+    if not want.size:
+        return Verdict(error, used, flips, most)
+    by = share if used > 1 or flips <= most else difference - left
+    at = tuple(map(int, np.unravel_index(int(np.argmax(by)), want.shape)))
+    limit = 0.0 if by is not share else float(allowed[at])
+    return Verdict(error, used, flips, most, worst=Element(at, float(have[at]), float(want[at]), limit))
 
 
 def _allowed(expected: Expected, want: F64, weight: F64 | None) -> F64:
@@ -72,37 +99,33 @@ def _drawn_in_both(step: Step, got: Mapping[str, Tensor], tensors: Mapping[str, 
     return same
 
 
-def _close(have: F64, want: F64, allowed: F64, expected: Expected, brightest: float) -> Verdict:
-    difference = _difference(have, want)
-    return Verdict(_largest(difference), _share(difference, allowed), 0, 0)
+def _close(have: F64, want: F64, allowed: F64, brightest: float) -> Compared:
+    return _difference(have, want), np.zeros(len(want), bool)
 
 
-def _either_sign(have: F64, want: F64, allowed: F64, expected: Expected, brightest: float) -> Verdict:
+def _either_sign(have: F64, want: F64, allowed: F64, brightest: float) -> Compared:
     """q and -q are the same rotation."""
     plus, minus = _difference(have, want), _difference(-have, want)
     nearer = np.where((plus.max(axis=1) <= minus.max(axis=1))[:, None], plus, minus)
-    return Verdict(_largest(nearer), _share(nearer, allowed), 0, 0)
+    return nearer, np.zeros(len(want), bool)
 
 
-def _ceil(have: F64, want: F64, allowed: F64, expected: Expected, brightest: float) -> Verdict:
+def _ceil(have: F64, want: F64, allowed: F64, brightest: float) -> Compared:
     """A whole number that may be one off, or gone; anything else is wrong."""
     off = _difference(have, want)
-    flipped = (off == 1) | ((have == 0) != (want == 0))
-    error = _largest(off[~flipped])
-    return Verdict(error, 0.0 if error == 0 else np.inf, int(flipped.sum()), expected.most_flips)
+    return off, np.isfinite(off) & ((off == 1) | ((have == 0) != (want == 0)))
 
 
-def _cutoff(have: F64, want: F64, allowed: F64, expected: Expected, brightest: float) -> Verdict:
+def _cutoff(have: F64, want: F64, allowed: F64, brightest: float) -> Compared:
     """Pixels [P, ...]: those beyond the tolerance that a threshold explains are counted apart."""
     difference = _difference(have, want)
-    over = (difference > allowed).reshape(len(want), -1).any(axis=1)
-    step = difference.reshape(len(want), -1).max(axis=1, initial=0.0)
-    flipped = over & (step <= FLIP_STEP * brightest)
-    left = difference[~flipped]
-    return Verdict(_largest(left), _share(left, allowed[~flipped]), int(flipped.sum()), expected.most_flips)
+    rest = tuple(range(1, want.ndim))
+    over = (difference > allowed).any(axis=rest)
+    step = difference.max(axis=rest, initial=0.0)
+    return difference, over & (step <= FLIP_STEP * brightest)
 
 
-RULES: Mapping[str | None, Callable[[F64, F64, F64, Expected, float], Verdict]] = {
+RULES: Mapping[str | None, Callable[[F64, F64, F64, float], Compared]] = {
     None: _close,
     "sign": _either_sign,
     "drawn": _ceil,
@@ -121,8 +144,8 @@ def _largest(difference: F64) -> float:
     return float(difference.max(initial=0.0))
 
 
-def _share(difference: F64, allowed: F64) -> float:
-    """Largest difference / allowed; equal values take up nothing even where nothing is allowed."""
+def _share(difference: F64, allowed: F64) -> F64:
+    """Difference / allowed; equal values take up nothing even where nothing is allowed."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(difference == 0, 0.0, difference / np.broadcast_to(allowed, difference.shape))
-    return _largest(share)
+        share: F64 = np.where(difference == 0, 0.0, difference / allowed)
+    return share

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,12 +10,14 @@ from typing import Any
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import Backend, default_backend
 from avatar_runtime.conformance.arrays import STAGE_ARRAYS
-from avatar_runtime.conformance.checks import check_fits, check_rows
+from avatar_runtime.conformance.checks import CASES, check_fits, check_rows
 from avatar_runtime.conformance.judge import Verdict, judge
-from avatar_runtime.conformance.model import CaseVectors, Reference, Step, View
+from avatar_runtime.conformance.model import CaseVectors, Reference, Step, Tensor, View
 from avatar_runtime.conformance.pictures import compare, view
 from avatar_runtime.conformance.stages import at_pixels, run_stage
+from avatar_runtime.errors import AvatarError, no_such
 from avatar_runtime.player import Player
+from avatar_runtime.pose import resolve
 from avatar_runtime.subset import subset
 
 # Units of 1/255 that colours may be off by in a picture, by the kind of target (option `target` of a backend that has
@@ -32,6 +34,7 @@ class Row:
     profile: str | None  # of stage raster
     array: str
     verdict: Verdict
+    place: Mapping[str, int]  # of verdict.worst: Gaussian or vertex id, or x and y of the pixel
 
     @property
     def passed(self) -> bool:
@@ -57,12 +60,12 @@ class PictureRow:
 
 @dataclass(frozen=True)
 class Report:
-    """What a backend made of a reference."""
+    """What a backend, or a port that gave its outputs, made of a reference."""
 
-    backend: str
+    backend: str | None  # None: a port
     rows: tuple[Row, ...]
     pictures: tuple[PictureRow, ...]
-    skipped: tuple[str, ...]  # what the backend does not draw, in words
+    skipped: tuple[str, ...]  # what the backend does not draw, or the port did not give, in words
 
     @property
     def passed(self) -> bool:
@@ -83,9 +86,7 @@ def conform(avatar: Avatar, reference: Reference, backend: str | None = None, **
     Raises AvatarError where the reference is not one of `avatar` or the backend's library is missing, ValueError for
     an unknown backend.
     """
-    check_rows(reference, avatar)
-    part = subset(avatar, reference.rows, reference.vertices).avatar
-    check_fits(reference, avatar, part)
+    part = _checked(avatar, reference)
     target = str(options.get("target", "rgba32f"))
     rows: list[Row] = []
     pictures: list[PictureRow] = []
@@ -97,7 +98,7 @@ def conform(avatar: Avatar, reference: Reference, backend: str | None = None, **
         for vectors in reference.cases:
             for step in vectors.steps:
                 if step.profile is not None and step.profile not in alone.backend.profiles:
-                    skipped.append(f"{vectors.case.name}: stage {step.stage} in profile {step.profile}")
+                    skipped.append(_in_words(vectors, step))
                     continue
                 rows += _stage_rows(avatar, alone.backend, reference, vectors, step, target)
             for profile, want in vectors.pictures.items():
@@ -106,6 +107,52 @@ def conform(avatar: Avatar, reference: Reference, backend: str | None = None, **
                 else:
                     skipped.append(f"{vectors.case.name}: picture in profile {profile}")
     return Report(backend or default_backend(), tuple(rows), tuple(pictures), tuple(skipped))
+
+
+def conform_outputs(avatar: Avatar, reference: Reference, tensors: Mapping[str, Tensor]) -> Report:
+    """What a port gave for the stages' reference inputs: arrays named and shaped as `reference` has its outputs.
+
+    Numbers of any type are compared by value. A stage of which nothing is there is not judged, of one that is there in
+    part the rest fails. Raises AvatarError where the reference is not one of `avatar`, for a name that is no output,
+    and where there is none at all.
+    """
+    _checked(avatar, reference)
+    known = {e.tensor for c in reference.cases for step in c.steps for e in step.outputs.values()}
+    for name in tensors:
+        if name not in known:
+            raise no_such("output of this reference", name, sorted(known))
+    if not tensors:
+        raise AvatarError("holds no output of any stage")
+    rows: list[Row] = []
+    skipped: list[str] = []
+    for vectors in reference.cases:
+        for step in vectors.steps:
+            named = {array: expected.tensor for array, expected in step.outputs.items()}
+            got = {array: tensors[name] for array, name in named.items() if name in tensors}
+            if got:
+                rows += _rows(reference, vectors, step, got)
+            else:
+                skipped.append(_in_words(vectors, step))
+    return Report(None, tuple(rows), (), tuple(skipped))
+
+
+def _checked(avatar: Avatar, reference: Reference) -> Avatar:
+    """The part of `avatar` that the stages of its `reference` play."""
+    check_rows(reference, avatar)
+    part = subset(avatar, reference.rows, reference.vertices).avatar
+    check_fits(reference, avatar, part)
+    for vectors in reference.cases:
+        try:
+            resolve(vectors.case.pose, avatar)
+        except AvatarError as error:
+            field = ": ".join(filter(None, (vectors.case.name, error.field)))
+            raise AvatarError(error.message, file=CASES, field=field) from None
+    return part
+
+
+def _in_words(vectors: CaseVectors, step: Step) -> str:
+    profile = "" if step.profile is None else f" in profile {step.profile}"
+    return f"{vectors.case.name}: stage {step.stage}{profile}"
 
 
 @contextmanager
@@ -129,8 +176,29 @@ def _stage_rows(
         if target != "rgba32f":
             coarse = {name: replace(e, atol=COLOUR_STEPS[target] / 255) for name, e in step.outputs.items()}
             step = replace(step, outputs=coarse)
+    return _rows(reference, vectors, step, got)
+
+
+def _rows(reference: Reference, vectors: CaseVectors, step: Step, got: Mapping[str, Tensor]) -> Iterator[Row]:
     for array, verdict in judge(step, got, reference.tensors).items():
-        yield Row(vectors.case.name, step.stage, step.profile, array, verdict)
+        place = _place(reference, vectors, step, array, verdict)
+        yield Row(vectors.case.name, step.stage, step.profile, array, verdict, place)
+
+
+def _place(
+    reference: Reference, vectors: CaseVectors, step: Step, array: str, verdict: Verdict
+) -> dict[str, int]:
+    """What the worst element is of, where its row stands for a Gaussian, a vertex or a pixel."""
+    if verdict.worst is None:
+        return {}
+    row = verdict.worst.index[0]
+    if step.pixels is not None:
+        pixel, width = int(reference.tensors[step.pixels][row]), vectors.case.camera.width
+        return {"x": pixel % width, "y": pixel // width}
+    rows = {out.name: out.shape[0] for out in STAGE_ARRAYS[step.stage].outputs}[array]
+    if rows == "N":
+        return {"gaussian": int(reference.rows[row])}
+    return {"vertex": int(reference.vertices[row])} if rows == "V" else {}
 
 
 def _picture(player: Player, vectors: CaseVectors, profile: str, want: View, target: str) -> PictureRow:

@@ -21,9 +21,10 @@ from avatar_export.writers.bundle import write_bundle
 from avatar_export.writers.reference import REFERENCE_FILES
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
-from avatar_runtime.conformance import Case, conform, decode
+from avatar_runtime.conformance import Case, Reference, conform, decode, make_reference
 from avatar_runtime.player import Player
 from avatar_runtime.stages import STAGES
+from avatar_runtime.stages import project as stage_project
 from tests import bundles
 from tests.avatars import full_avatar, surface_avatar
 from tests.measured import Measure
@@ -65,12 +66,15 @@ def test_small_and_sound_on_every_system(
     measured("size of reference/, MB", size / 1e6)
     assert size <= MOST_BYTES
     cases = document(bundle)["cases"]
-    assert [case["name"] for case in cases] == ["rest", "posed", "clip"][: 3 if avatar.clips else 2]
+    assert [case["name"] for case in cases] == ["rest", "posed", "close", "clip"][: 4 if avatar.clips else 3]
     assert [s["stage"] for s in cases[0]["stages"]] == [*STAGES[:-1], "raster", "raster"]
     tensors = load_tensors(files["reference/vectors.safetensors"])
     assert 30 < len(tensors["rows"]) <= MOST_ROWS
     assert max(shape for t in tensors.values() if t.dtype == np.float32 for shape in t.shape[:1]) <= 4096
+    assert [case["name"] for case in cases if not case["pictures"]] == ["close"]
     for case in cases:
+        if not case["pictures"]:
+            continue
         drawn = pixels(bundle, f"{case['name']}.engine.alpha.png")
         assert drawn.shape == (SIDE, SIDE)
         assert 0.05 < (drawn > 128).mean() < 0.9
@@ -122,7 +126,7 @@ def test_the_camera_looks_at_the_pose() -> None:
 def test_what_an_avatar_lacks_is_not_asked_for() -> None:
     bare = replace(surface_avatar(rigged=False), late_morph_names=(), clips=())
     names = {case.name: case.pose for case in reference_cases(bare)}
-    assert list(names) == ["rest", "posed"]
+    assert list(names) == ["rest", "posed", "close"]
     assert not names["posed"].joints and not names["posed"].eyelids
 
 
@@ -134,10 +138,74 @@ def test_all_tensors_of_the_posed_case_hold_values(bundle: Path) -> None:
         assert name.endswith("background") or (tensor != 0).any(), name
 
 
+def drawn_case(case: Case) -> bool:
+    return case.pictures
+
+
+def only_close(avatar: Avatar) -> Reference:
+    (case,) = (case for case in reference_cases(avatar) if case.name == "close")
+    return make_reference(avatar, [case])
+
+
+@pytest.mark.parametrize("name", [*SAMPLES, "full", "surface"])
+def test_a_reference_has_what_projection_decides_by_thresholds(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    """Rows behind the camera, before the near plane, drawn beyond the clamp, on no tile: more than may flip."""
+    made = {"full": full_avatar, "surface": surface_avatar}
+    avatar: Avatar = made[name]() if name in made else request.getfixturevalue(name)
+    reference = only_close(avatar)
+    camera, tensors = reference.cases[0].case.camera, reference.tensors
+    mean = tensors["close/bind/mean"].astype(np.float64)
+    x, y, z = camera.camera_from_world[:3, :3] @ mean.T + camera.camera_from_world[:3, 3:]
+    drawn, near = tensors["close/project/radius"] > 0, avatar.raster.near
+    beyond = np.maximum(np.abs(x), np.abs(y)) > 1.3 * camera.tan_half_fov_x * z
+    rows = {
+        "behind": z < 0,
+        "before the near plane": (z > 0) & (z < near),
+        "drawn": drawn,
+        "drawn beyond the clamp": drawn & beyond,
+        "on no tile": ~drawn & (z > near),
+    }
+    (step,) = (step for step in reference.cases[0].steps if step.stage == "project")
+    most = step.outputs["radius"].most_flips
+    assert min(np.count_nonzero(mask) for mask in rows.values()) > most, rows
+
+
+def no_near_plane(avatar: Avatar, monkeypatch: pytest.MonkeyPatch) -> Avatar:
+    return replace(avatar, raster=replace(avatar.raster, near=-1e9))
+
+
+def no_clamp(avatar: Avatar, monkeypatch: pytest.MonkeyPatch) -> Avatar:
+    numbers = {**stage_project.constants(), "frustum_clamp": 1e9}
+    monkeypatch.setattr(stage_project, "constants", lambda: numbers)
+    return avatar
+
+
+def no_tile_cull(avatar: Avatar, monkeypatch: pytest.MonkeyPatch) -> Avatar:
+    monkeypatch.setattr(
+        stage_project, "touched_tiles", lambda centre, *_: np.tile([0, 0, 1, 1], (len(centre), 1))
+    )
+    return avatar
+
+
+@pytest.mark.parametrize("plant", [no_near_plane, no_clamp, no_tile_cull])
+@pytest.mark.parametrize("name", SAMPLES)
+def test_a_reference_judges_what_projection_leaves_out(
+    name: str, plant: Any, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    avatar: Avatar = request.getfixturevalue(name)
+    reference = only_close(avatar)
+    assert conform(avatar, reference, "reference").passed
+    report = conform(plant(avatar, monkeypatch), reference, "reference")
+    assert {row.stage for row in report.rows if not row.passed} >= {"project"}
+    assert report.first_failure == "project"
+
+
 def test_pictures_are_of_the_whole_avatar(bundle: Path) -> None:
     avatar = load(bundle)
     player = Player(avatar, "reference")
-    for case in reference_cases(avatar):
+    for case in filter(drawn_case, reference_cases(avatar)):
         for profile in ("trainer", "engine"):
             picture = player.frame(case.pose, case.camera, case.background, profile).picture
             colour = 255 * np.clip(picture.colour, 0, 1).astype(np.float64)
@@ -154,7 +222,8 @@ def test_the_manifest_says_who_made_it_and_how_far_the_profiles_lie_apart(
     said = bundles.manifest(bundle)["reference"]
     assert said["made_by"] == document(bundle)["made_by"] == "runtime"
     player = Player(splatting_head_sh3_avatar, "reference")
-    for entry, case in zip(said["cases"], reference_cases(splatting_head_sh3_avatar), strict=True):
+    cases = filter(drawn_case, reference_cases(splatting_head_sh3_avatar))
+    for entry, case in zip(said["cases"], cases, strict=True):
         a, b = (player.frame(case.pose, case.camera, (0, 0, 0), p).picture for p in ("engine", "trainer"))
         drawn = (a.transmittance < 1) | (b.transmittance < 1)
         noise = np.mean((a.colour[drawn].astype(np.float64) - b.colour[drawn]) ** 2)

@@ -6,6 +6,7 @@ import importlib.util
 import pickle
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Expression, Gaus
 from avatar_runtime.backends import make_backend
 from avatar_runtime.backends.cpu.jit import SOURCES, kernel
 from avatar_runtime.backends.cpu.skinned import animate_skinned
+from avatar_runtime.backends.cpu.threads import thread_count
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
@@ -189,6 +191,40 @@ def test_many_blocks_on_one_and_two_threads(surface: bool, measured: Measure) ->
 
 
 @pytest.mark.parametrize("surface", [False, True])
+def test_every_expression_at_work(surface: bool, measured: Measure) -> None:
+    """Then no list of the active entries is made; a frame with one expression at rest has one again."""
+    avatar = surface_avatar(1) if surface else wide_avatar()
+    fast, slow = Player(avatar, "cpu", threads=1), Player(avatar, "reference")
+    weights = dict(zip(avatar.expression_names, np.random.default_rng(0).uniform(0.1, 1, 193), strict=False))
+    for pose in (Pose(weights), Pose(weights | {avatar.expression_names[0]: 0})):
+        agree(fast.animate(pose), slow.animate(pose), measured)
+
+
+def test_scales_and_opacities_of_any_size(measured: Measure) -> None:
+    """From the least normal float32 to the largest, and beyond, against float64."""
+    avatar = full_avatar(0)
+    n = avatar.gaussians.count
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        log_scale = rng.uniform(-86.9, 88.7, (n, 3)).astype(np.float32)
+        logit = rng.uniform(-86, 86, n).astype(np.float32)
+        quats = np.ones((n, 4), np.float32)
+        inputs = {"log_scale": log_scale, "quat_wxyz": quats, "opacity_logit": logit}
+        got = make_backend("cpu", avatar).stage("activate", inputs, None, "trainer")
+        want = {"scale": np.exp(log_scale.astype(float)), "opacity": 1 / (1 + np.exp(-logit.astype(float)))}
+        for name, value in want.items():
+            error = float((np.abs(got[name] - value) / value).max())
+            measured(f"cpu activate, {name}, relative to float64", error)
+            assert error <= 1e-6
+    absurd = np.array([[88.8, np.inf, np.nan]], np.float32).repeat(n, 0)
+    got = make_backend("cpu", avatar).stage("activate", inputs | {"log_scale": absurd}, None, "trainer")
+    np.testing.assert_array_equal(got["scale"], np.array([[np.inf, np.inf, np.nan]]).repeat(n, 0))
+    assert make_backend("cpu", avatar).stage(
+        "activate", inputs | {"log_scale": np.full((n, 3), -3e38, np.float32)}, None, "trainer"
+    )["scale"].max() <= np.float32(1.7e-38)
+
+
+@pytest.mark.parametrize("surface", [False, True])
 def test_a_frame_keeps_nothing_of_the_one_before(surface: bool) -> None:
     """Frames reuse their arrays and skip what no expression moves; the picture must not show it."""
     avatar = surface_avatar(1) if surface else wide_avatar()
@@ -197,6 +233,30 @@ def test_a_frame_keeps_nothing_of_the_one_before(surface: bool) -> None:
     for pose in poses:
         fresh = Player(avatar, "cpu", threads=1).frame(pose, CAMERA).picture
         np.testing.assert_array_equal(player.frame(pose, CAMERA).picture.colour, fresh.colour)
+
+
+@pytest.mark.parametrize("surface", [False, True])
+def test_one_player_for_three_threads(surface: bool) -> None:
+    """Its arrays are its own: frames asked for at the same time must not be drawn from one another's."""
+    avatar = surface_avatar(1) if surface else wide_avatar()
+    player, poses = Player(avatar, "cpu", threads=1), [random_pose(avatar, seed) for seed in range(30)]
+
+    def played(first: int) -> list[tuple[Array, Array]]:
+        turned = poses[first:] + poses[:first]
+        return [(player.frame(p, CAMERA).picture.colour, player.animate(p).mean) for p in turned]
+
+    want = played(0)
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    try:
+        with ThreadPoolExecutor(3) as pool:
+            got = list(pool.map(played, range(3)))
+    finally:
+        sys.setswitchinterval(before)
+    for k in range(3):
+        for (colour, mean), (own_colour, own_mean) in zip(got[k], want[k:] + want[:k], strict=True):
+            np.testing.assert_array_equal(colour, own_colour)
+            np.testing.assert_array_equal(mean, own_mean)
 
 
 def test_splats_belong_to_the_caller() -> None:
@@ -324,7 +384,12 @@ def test_less_than_one_thread_is_refused(threads: int) -> None:
         Player(full_avatar(), "cpu", threads=threads)
 
 
-@pytest.mark.parametrize("threads", [1.0, True, "2"])
+@pytest.mark.parametrize("threads", [np.int32(2), np.uint8(2)])
+def test_numpys_whole_numbers_are_threads(threads: Any) -> None:
+    assert Player(full_avatar(), "cpu", threads=threads).backend.threads == thread_count(2)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("threads", [1.0, True, "2", np.bool_(True), np.ones(2, int)])
 def test_a_number_of_threads_is_whole(threads: Any) -> None:
     with pytest.raises(TypeError, match="whole number"):
         Player(full_avatar(), "cpu", threads=threads)

@@ -145,6 +145,13 @@ def stage_of(document: Document, stage: str) -> Document:
             ),
             "expected float32[16, 3]",
         ),
+        (lambda d: stage_of(d, "bind")["outputs"]["mean"].update(atol=1e4), "judge nothing"),
+        (lambda d: stage_of(d, "bind")["outputs"]["mean"].update(atol=0.01), "judge nothing"),
+        (lambda d: stage_of(d, "bind")["outputs"]["mean"].update(rtol=0.011), "judge nothing"),
+        (lambda d: stage_of(d, "project")["outputs"]["conic"].update(atol=1), "judge nothing"),
+        (lambda d: stage_of(d, "project")["outputs"]["radius"].update(atol=1), "judge nothing"),
+        (lambda d: stage_of(d, "project")["outputs"]["radius"].update(most_flips=3), "judge nothing"),
+        (lambda d: stage_of(d, "sort")["outputs"]["order"].update(rtol=1e-3), "judge nothing"),
         (lambda d: d["cases"][0]["camera"].update(width=41), "41x24"),
         (lambda d: d["cases"][0]["camera"].update(width=100000), "width"),
         (lambda d: d["cases"][0]["camera"].update(camera_from_world=[0] * 16), "no inverse"),
@@ -156,6 +163,11 @@ def stage_of(document: Document, stage: str) -> Document:
 )
 def test_a_document_that_is_wrong_is_refused(change: Callable[[Document], object], said: str) -> None:
     assert said in refused(cases=changed_cases(change))
+
+
+def test_a_sane_tolerance_is_the_files_own() -> None:
+    looser = changed_cases(lambda d: stage_of(d, "bind")["outputs"]["mean"].update(atol=1e-4, rtol=0.01))
+    assert read(FILES | {"cases.json": looser}).cases[0].steps[4].outputs["mean"].rtol == 0.01
 
 
 @pytest.mark.parametrize("text", [b"", b"[]", b"{", b'{"a": NaN}', b"[" * 100000, b"\xff\xfe"])

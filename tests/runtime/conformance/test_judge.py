@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avatar_runtime.conformance.judge import Verdict, judge
+from avatar_runtime.conformance.judge import Element, Verdict, judge
 from avatar_runtime.conformance.model import Expected, Step
 
 WANT = np.array([[1.0, -2.0], [4.0, 0.5]])
@@ -54,14 +54,25 @@ def test_what_is_no_number_fails(bad: float) -> None:
     got[1, 0] = bad
     for flips in (None, "sign", "cutoff"):
         assert not verdict(got, atol=1e9, flips=flips, most_flips=9).passed
-    radius = np.array([3.0, bad])
-    assert not verdict(radius, [3, 5], flips="drawn", most_flips=0).passed
+    for want in (5, 0):
+        assert not verdict(np.array([3.0, bad]), [3, want], flips="drawn", most_flips=9).passed
 
 
 @pytest.mark.parametrize("got", [WANT[:1], WANT[:, :1], WANT.ravel(), WANT[None]])
 def test_another_shape_fails_and_says_so(got: Any) -> None:
     found = verdict(got, atol=1e9)
     assert not found.passed and "expected [2, 2]" in found.note
+
+
+def test_the_worst_element_is_the_one_that_takes_up_most() -> None:
+    assert verdict(moved(2, 0.02), atol=0.01).worst == Element((1, 0), 4.02, 4.0, 0.01)
+    assert verdict(moved(2, 0.02), atol=0.01, weight="weight").worst == Element((1, 0), 4.02, 4.0, 0.03)
+    got = moved(2, 0.02)
+    got[0, 0] += 0.019
+    assert verdict(got, atol=0.01, weight="weight").worst == Element((0, 0), 1.019, 1.0, 0.01)
+    flips = verdict([3, 6, 0, 8], np.array([3, 5, 0, 7]), flips="drawn", most_flips=1)
+    assert flips.worst == Element((1,), 6.0, 5.0, 0.0)
+    assert verdict(np.zeros((0, 2)), np.zeros((0, 2)), flips="cutoff").worst is None
 
 
 def test_an_output_that_is_not_given_fails() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zlib
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -37,6 +38,37 @@ def test_what_is_written_is_read_back(shape: tuple[int, ...]) -> None:
     np.testing.assert_array_equal(png.decode(png.encode(want), shape, "x.png"), want)
 
 
+def with_filters(want: np.ndarray) -> bytes:
+    """A PNG whose rows take the five filters in turn, by the standard's own words and byte by byte."""
+    channels = want.shape[2] if want.ndim == 3 else 1
+    rows = [bytes(channels * want.shape[1]), *(row.tobytes() for row in want)]
+    body = bytearray()
+    for y, (above, row) in enumerate(pairwise(rows)):
+        body.append(y % 5)
+        for x, byte in enumerate(row):
+            a, c = (row[x - channels], above[x - channels]) if x >= channels else (0, 0)
+            b = above[x]
+            nearest = min((abs(b - c), 0, a), (abs(a - c), 1, b), (abs(a + b - 2 * c), 2, c))[2]
+            body.append((byte - (0, a, b, (a + b) // 2, nearest)[y % 5]) % 256)
+    return png.encode(want)[:33] + chunk(b"IDAT", zlib.compress(bytes(body))) + chunk(b"IEND", b"")
+
+
+@pytest.mark.parametrize("shape", [(15, 7), (15, 7, 3)])
+def test_every_filter_is_read(shape: tuple[int, ...]) -> None:
+    want = np.random.default_rng(1).integers(0, 256, shape).astype(np.uint8)
+    data = with_filters(want)
+    with Image.open(io.BytesIO(data)) as image:
+        np.testing.assert_array_equal(np.asarray(image), want)
+    np.testing.assert_array_equal(png.decode(data, shape, "x.png"), want)
+
+
+@pytest.mark.parametrize("shape", PICTURES)
+def test_what_pillow_saves_is_read(shape: tuple[int, ...]) -> None:
+    want, out = picture(shape), io.BytesIO()
+    Image.fromarray(want).save(out, "PNG")
+    np.testing.assert_array_equal(png.decode(out.getvalue(), shape, "x.png"), want)
+
+
 def test_smooth_pictures_become_small() -> None:
     y, x = np.mgrid[:256, :256]
     assert len(png.encode(np.stack([x, y, x], axis=-1).astype(np.uint8))) < 3000
@@ -67,7 +99,7 @@ def with_rows(rows: bytes) -> bytes:
         (png.encode(picture((5, 7))).replace(b"IDAT", b"IDAX"), "damaged"),
         (with_rows(bytes(39)), "39 bytes"),
         (with_rows(bytes(50_000_000)), "41 bytes"),
-        (with_rows(bytes([4]) + bytes(39)), "filter"),
+        (with_rows(bytes([5]) + bytes(39)), "row filter 5"),
         (png.encode(picture((5, 7)))[:33] + chunk(b"IDAT", b"no zlib"), "damaged"),
     ],
 )

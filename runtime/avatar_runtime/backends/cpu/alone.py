@@ -33,11 +33,10 @@ def blend(
         store(first, count, planes, MEAN, out.mean)
         store(first, count, planes, QUAT, out.quat_wxyz)
         colour_block(first, count, base, colour, posed, entry, end, touched, out.sh)
-        list_active(first, count, shape, posed, entry, end)
-        begin = 0
+        every, begin = list_active(first, count, shape, posed, entry, end)
         for lane in range(count):
             i = first + lane
-            x, y, z, logit = blend_shape(i, base, shape, posed, entry, begin, end[lane])
+            x, y, z, logit = blend_shape(i, base, shape, posed, entry, every, begin, end[lane])
             out.log_scale[i, 0] = x
             out.log_scale[i, 1] = y
             out.log_scale[i, 2] = z

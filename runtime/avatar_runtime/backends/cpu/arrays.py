@@ -44,7 +44,7 @@ class Blendable(NamedTuple):
     """What stage `blend` reads of an avatar."""
 
     base: Base
-    geometry: Deltas  # W = 7: position, quaternion
+    geometry: Deltas  # W = 8: position, quaternion, 0
     shape: Deltas  # W = 4: log scale, opacity logit
     colour: Deltas  # W = 3 K: SH
     room: int  # the most entries that a block has in any of them

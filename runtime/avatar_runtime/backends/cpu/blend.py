@@ -15,7 +15,13 @@ from numba import types
 from avatar_runtime.avatar import F32, U32
 from avatar_runtime.backends.cpu.arrays import BLOCK, U8, Base, Deltas, Offsets, PosedArrays
 from avatar_runtime.backends.cpu.jit import Scalar, inlined
-from avatar_runtime.backends.cpu.lanes import intrinsic
+from avatar_runtime.backends.cpu.lanes import (
+    intrinsic,
+    sum_in_turn_4,
+    sum_in_turn_8,
+    sum_listed_4,
+    sum_listed_8,
+)
 from avatar_runtime.backends.cpu.planes import MEAN
 
 ZERO, BIT = np.float32(0), np.uint64(1)
@@ -33,8 +39,28 @@ def bit_count(typing: Any, bits: Any) -> Any:
 
 
 @inlined
-def list_active(first: int, count: int, deltas: Deltas, posed: PosedArrays, entry: U32, end: Ends) -> None:
-    """Lists in `entry` the active entries of `count` rows; those of lane l end before end[l], where l + 1 begins."""
+def every_active(posed: PosedArrays) -> bool:
+    """Whether no expression has weight 0."""
+    active = 0
+    for word in range(len(posed.expression_mask)):
+        active += bit_count(posed.expression_mask[word])
+    return active == len(posed.expression_weights)
+
+
+@inlined
+def list_active(
+    first: int, count: int, deltas: Deltas, posed: PosedArrays, entry: U32, end: Ends
+) -> tuple[bool, int]:
+    """Lists in `entry` the active entries of `count` rows; those of lane l end before end[l], where l + 1 begins.
+
+    Gives whether all entries are active, which then are not listed: begin and end are their own numbers; and where
+    those of lane 0 begin.
+    """
+    if every_active(posed):
+        for lane in range(count):
+            end[lane] = deltas.row_ptr[first + lane + 1]
+        start: Any = np.int64(deltas.row_ptr[first])
+        return True, start
     n = 0
     for lane in range(count):
         e = np.int64(deltas.row_ptr[first + lane])
@@ -53,6 +79,7 @@ def list_active(first: int, count: int, deltas: Deltas, posed: PosedArrays, entr
                     active = following
             e += bit_count(own)
         end[lane] = n
+    return False, 0
 
 
 @inlined
@@ -67,21 +94,15 @@ def blend_geometry(
     planes: F32,
 ) -> None:
     """MEAN and raw QUAT of `count` Gaussians from `first`; `entry` and `end` are room."""
-    list_active(first, count, geometry, posed, entry, end)
-    delta, begin = geometry.values, 0
+    every, begin = list_active(first, count, geometry, posed, entry, end)
+    values, column, weights = geometry.values, geometry.column, posed.expression_weights
     for lane in range(count):
-        x = y = z = qw = qx = qy = qz = ZERO
-        for j in range(begin, end[lane]):
-            e = entry[j]
-            w = posed.expression_weights[geometry.column[e]]
-            x += delta[e, 0] * w
-            y += delta[e, 1] * w
-            z += delta[e, 2] * w
-            qw += delta[e, 3] * w
-            qx += delta[e, 4] * w
-            qy += delta[e, 5] * w
-            qz += delta[e, 6] * w
-        begin = end[lane]
+        last = end[lane]
+        if every:
+            x, y, z, qw, qx, qy, qz, _ = sum_in_turn_8(values, column, weights, entry, begin, last)
+        else:
+            x, y, z, qw, qx, qy, qz, _ = sum_listed_8(values, column, weights, entry, begin, last)
+        begin = last
         i, at = first + lane, MEAN + lane
         planes[at] = base.mean[i, 0] + x
         planes[at + BLOCK] = base.mean[i, 1] + y
@@ -94,31 +115,36 @@ def blend_geometry(
 
 @inlined
 def blend_shape(
-    i: int, base: Base, shape: Deltas, posed: PosedArrays, entry: U32, begin: int, end: int
+    i: int, base: Base, shape: Deltas, posed: PosedArrays, entry: U32, every: bool, begin: int, end: int
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Log scale (3) and opacity logit of Gaussian `i`, whose active entries stand in entry[begin:end]."""
-    x = y = z = logit = ZERO
-    for j in range(begin, end):
-        e = entry[j]
-        w = posed.expression_weights[shape.column[e]]
-        x += shape.values[e, 0] * w
-        y += shape.values[e, 1] * w
-        z += shape.values[e, 2] * w
-        logit += shape.values[e, 3] * w
+    """Log scale (3) and opacity logit of Gaussian `i`; `every`, `begin` and `end` by `list_active`."""
+    values, column, weights = shape.values, shape.column, posed.expression_weights
+    if every:
+        x, y, z, logit = sum_in_turn_4(values, column, weights, entry, begin, end)
+    else:
+        x, y, z, logit = sum_listed_4(values, column, weights, entry, begin, end)
     scale = base.log_scale
     return scale[i, 0] + x, scale[i, 1] + y, scale[i, 2] + z, base.opacity_logit[i] + logit
 
 
 @inlined
 def blend_sh(
-    i: int, base: Base, colour: Deltas, posed: PosedArrays, entry: U32, begin: int, end: int, out: F32
+    i: int,
+    base: Base,
+    colour: Deltas,
+    posed: PosedArrays,
+    entry: U32,
+    every: bool,
+    begin: int,
+    end: int,
+    out: F32,
 ) -> None:
-    """SH of Gaussian `i`, into row `i` of `out` [N, 3 K]; its active entries stand in entry[begin:end]."""
+    """SH of Gaussian `i`, into row `i` of `out` [N, 3 K]; `every`, `begin` and `end` by `list_active`."""
     row, start = out[i], base.sh[i]
     for k in range(len(row)):
         row[k] = start[k]
     for j in range(begin, end):
-        e = entry[j]
+        e = j if every else np.int64(entry[j])
         w, delta = posed.expression_weights[colour.column[e]], colour.values[e]
         for k in range(len(row)):
             row[k] += delta[k] * w
@@ -137,12 +163,11 @@ def colour_block(
     out: F32,
 ) -> None:
     """SH of `count` Gaussians from `first`, where an expression moves them or did in the frame before."""
-    list_active(first, count, colour, posed, entry, end)
-    begin = 0
+    every, begin = list_active(first, count, colour, posed, entry, end)
     for lane in range(count):
         i, last = first + lane, end[lane]
         if last > begin or touched[i, 1]:
-            blend_sh(i, base, colour, posed, entry, begin, last, out)
+            blend_sh(i, base, colour, posed, entry, every, begin, last, out)
             touched[i, 1] = last > begin
         begin = last
 

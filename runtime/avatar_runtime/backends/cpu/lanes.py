@@ -8,18 +8,24 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import extending, types
+from numba.core import cgutils as untyped
 
 from avatar_runtime.backends.cpu.jit import inlined
 
+cgutils: Any = untyped
+vector_of: Any = types.UniTuple
 intrinsic: Callable[[Callable[..., Any]], Any] = extending.intrinsic
 
 f32 = np.float32
 LOG2_E = f32(1.4426950408889634)
 LN_2 = f32(0.6931471805599453)
 ROUNDER = f32(3 << 22)  # adding 1.5 * 2^23 leaves the nearest integer in the low bits of a float32
+MOST_EXPONENT = f32(88.7228)  # e to that is still a float32
 LEAST_EXPONENT = f32(-87)  # e^-87 is the last normal float32; far below 1/255 of any opacity
 # e^t - 1 - t over t^2 for |t| <= ln 2 / 2, least largest relative error of e^t: 1.1e-7.
 C2, C3, C4, C5 = f32(0.4999923), f32(0.16667115), f32(0.04189033), f32(0.0083125)
+
+INFINITE = f32(np.inf)
 
 # ln(1 + t) over t for 0 <= t <= 1, least largest error of ln: 7e-5.
 L1, L2, L3, L4 = f32(0.99744896), f32(-0.47130118), f32(0.22568545), f32(-0.05875697)
@@ -113,6 +119,50 @@ def prefetch(typing: Any, values: Any, at: Any) -> Any:
     return types.none(values, types.int64), emit
 
 
+def weighted_sum(width: int, listed: bool) -> Any:
+    """A sum over rows of `width` float32 that are `listed`, or follow one another.
+
+    Each step is one vector operation, which LLVM does not find by itself.
+    """
+
+    @intrinsic
+    def summed(typing: Any, values: Any, column: Any, weights: Any, entry: Any, begin: Any, end: Any) -> Any:
+        """Sum of weights[column[e]] * values[e] in order, e in entry[begin:end] or begin..end; values [E, width]."""
+
+        def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            rows, columns, factors, entries = (
+                context.make_array(kind)(context, builder, array).data
+                for kind, array in zip(signature.args[:4], arguments[:4], strict=True)
+            )
+            word, index = ir.IntType(64), ir.IntType(32)
+            vector = ir.VectorType(ir.FloatType(), width)
+            total = cgutils.alloca_once_value(builder, ir.Constant(vector, [0.0] * width))
+            step = ir.Constant(word, 1)
+            with cgutils.for_range_slice(builder, *arguments[4:], step, word) as (at, _):
+                e = builder.zext(builder.load(builder.gep(entries, [at])), word) if listed else at
+                k = builder.zext(builder.load(builder.gep(columns, [e])), word)
+                weight = builder.load(builder.gep(factors, [k]))
+                row = builder.gep(rows, [builder.mul(e, ir.Constant(word, width))])
+                lanes = builder.load(builder.bitcast(row, vector.as_pointer()), align=4)
+                one = builder.insert_element(ir.Constant(vector, ir.Undefined), weight, ir.Constant(index, 0))
+                every = builder.shuffle_vector(
+                    one, one, ir.Constant(ir.VectorType(index, width), [0] * width)
+                )
+                builder.store(builder.fadd(builder.load(total), builder.fmul(lanes, every)), total)
+            result = builder.load(total)
+            parts = [builder.extract_element(result, ir.Constant(index, lane)) for lane in range(width)]
+            return context.make_tuple(builder, signature.return_type, parts)
+
+        kinds = (values, column, weights, entry, types.int64, types.int64)
+        return vector_of(types.float32, width)(*kinds), emit
+
+    return summed
+
+
+sum_listed_4, sum_listed_8 = weighted_sum(4, True), weighted_sum(8, True)
+sum_in_turn_4, sum_in_turn_8 = weighted_sum(4, False), weighted_sum(8, False)
+
+
 @intrinsic
 def take_next(typing: Any, counter: Any) -> Any:
     """The value of counter[0], an int64 array that threads share, and one more in its place."""
@@ -133,6 +183,13 @@ def exponential(x: np.float32) -> np.float32:
     series = fma(fma(fma(C5, t, C4), t, C3), t, C2)
     result: np.float32 = add_to_exponent(fma(fma(series, t, f32(1)), t, f32(1)), rounded)
     return result
+
+
+@inlined
+def exponential_of_any(x: np.float32) -> np.float32:
+    """e^x, relative error 4e-7; infinite beyond float32, at least e^-87, NaN of NaN."""
+    result = exponential(x if x < MOST_EXPONENT else MOST_EXPONENT)
+    return result if x <= MOST_EXPONENT else x + INFINITE
 
 
 @inlined

@@ -113,6 +113,8 @@ def blendable(avatar: Avatar) -> Blendable:
     """
     shapes, sizes = avatar.blendshapes, (avatar.gaussians.count, len(avatar.expressions))
     geometry = deltas(shapes.geometry, ("mean", "quat_wxyz"), *sizes)
+    vectors = np.pad(geometry.values, ((0, 0), (0, 1)))
+    geometry = geometry._replace(values=plain(vectors, np.float32, vectors.shape))
     shape = deltas(shapes.appearance, ("log_scale", "opacity_logit"), *sizes)
     colour = deltas(shapes.appearance, ("sh",), *sizes)
     room = max(most_entries(part.row_ptr) for part in (geometry, shape, colour))

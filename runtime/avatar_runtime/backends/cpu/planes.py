@@ -17,6 +17,7 @@ TURN = 12 * BLOCK  # 9, row-major rotation
 MEAN = 21 * BLOCK  # 3
 QUAT = 24 * BLOCK  # 4
 LATE = 28 * BLOCK  # 3
+SHAPE = 0  # 4, in place of MATRIX when that is done with: log scale or scale, opacity logit or opacity
 PLANES = 31 * BLOCK
 
 

@@ -113,13 +113,12 @@ def animate_share(
         store(first, count, planes, QUAT, out.quat_wxyz)
         store(first, count, planes, TURN, out.sh_rotation)
         colour_block(first, count, base, colour, posed, entry, end, touched, out.sh)
-        list_active(first, count, shape, posed, entry, end)
-        begin = 0
+        every, begin = list_active(first, count, shape, posed, entry, end)
         for lane in range(count):
             i, last = first + lane, end[lane]
             changed = last > begin or touched[i, 0]
             if changed or scale_rule != SAME:
-                x, y, z, logit = blend_shape(i, base, shape, posed, entry, begin, last)
+                x, y, z, logit = blend_shape(i, base, shape, posed, entry, every, begin, last)
                 factor = stretch(embedded.triangle[i], mesh, ridden, scale_rule, damping)
                 x = stretched(x, factor, scale_rule, log_unit)
                 y = stretched(y, factor, scale_rule, log_unit)

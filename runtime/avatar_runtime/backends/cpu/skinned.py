@@ -6,7 +6,7 @@ import numba
 import numpy as np
 
 from avatar_runtime.avatar import F32, U32
-from avatar_runtime.backends.cpu.activate import activate_opacity, activate_scale, unit_quats
+from avatar_runtime.backends.cpu.activate import activate_planes, unit_quats
 from avatar_runtime.backends.cpu.arrays import (
     BLOCK,
     U8,
@@ -21,7 +21,7 @@ from avatar_runtime.backends.cpu.arrays import (
 from avatar_runtime.backends.cpu.bind import bind_block
 from avatar_runtime.backends.cpu.blend import Ends, blend_geometry, blend_shape, colour_block, list_active
 from avatar_runtime.backends.cpu.jit import inlined, kernel
-from avatar_runtime.backends.cpu.planes import MEAN, PLANES, QUAT, TURN, load, store
+from avatar_runtime.backends.cpu.planes import MEAN, PLANES, QUAT, SHAPE, TURN, load, store
 
 
 @kernel(parallel=True)
@@ -93,7 +93,7 @@ def animate_share(
         store(first, count, planes, MEAN, out.mean)
         store(first, count, planes, QUAT, out.quat_wxyz)
         store(first, count, planes, TURN, out.sh_rotation)
-        activate_shapes(first, count, base, shape, posed, entry, end, touched, out)
+        activate_shapes(first, count, base, shape, posed, entry, end, planes, touched, out)
         colour_block(first, count, base, colour, posed, entry, end, touched, out.sh)
 
 
@@ -130,17 +130,32 @@ def activate_shapes(
     posed: PosedArrays,
     entry: U32,
     end: Ends,
+    planes: F32,
     touched: U8,
     out: Out,
 ) -> None:
     """Scale and opacity of `count` Gaussians, where an expression moves them or did in the frame before."""
-    list_active(first, count, shape, posed, entry, end)
-    begin = 0
+    every, begin = list_active(first, count, shape, posed, entry, end)
+    start, changed = begin, False
     for lane in range(count):
         i, last = first + lane, end[lane]
         if last > begin or touched[i, 0]:
-            x, y, z, logit = blend_shape(i, base, shape, posed, entry, begin, last)
-            activate_scale(i, x, y, z, out.scale)
-            activate_opacity(i, logit, out.opacity)
+            x, y, z, logit = blend_shape(i, base, shape, posed, entry, every, begin, last)
+            planes[SHAPE + lane] = x
+            planes[SHAPE + BLOCK + lane] = y
+            planes[SHAPE + 2 * BLOCK + lane] = z
+            planes[SHAPE + 3 * BLOCK + lane] = logit
+            changed = True
+        begin = last
+    if not changed:
+        return
+    activate_planes(planes)
+    begin = start
+    for lane in range(count):
+        i, last = first + lane, end[lane]
+        if last > begin or touched[i, 0]:
+            for k in range(3):
+                out.scale[i, k] = planes[SHAPE + k * BLOCK + lane]
+            out.opacity[i] = planes[SHAPE + 3 * BLOCK + lane]
             touched[i, 0] = last > begin
         begin = last

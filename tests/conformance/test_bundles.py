@@ -1,0 +1,20 @@
+"""The conformance avatars as bundles are sound and play."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from avatar_export.validate import validate
+from tests.commands import Run
+from tests.conformance.bundles import write_bundles
+
+
+@pytest.mark.parametrize("name", ["skin_polar", "surface_fine"])
+def test_a_conformance_avatar_as_a_bundle(run: Run, tmp_path: Path, name: str) -> None:
+    write_bundles(tmp_path, [name])
+    code, text, error = run("conform", tmp_path / name, "--backend", "reference")
+    assert code == 0, text + error
+    assert (tmp_path / name / "reference" / "posed.engine.png").is_file()
+    assert [problem for problem in validate(tmp_path / name) if not problem.warning] == []
