@@ -37,6 +37,7 @@ class Row:
         0.7,
     )  # distance, yaw, pitch, vertical field of view
     background: tuple[float, float, float] = (0.1, 0.25, 0.4)
+    joint_turn: tuple[float, float] | None = None  # radians, from and to, of every joint; None: about 0.6
 
 
 ASIDE = (0.3, -0.9, -0.35, 0.9)
@@ -73,6 +74,17 @@ CASES: tuple[Row, ...] = (
         "surface_world", "posed", "SH seen along the world's direction; the largest component is positive", 8
     ),
     Row("surface_mirrored", "posed", "the sign policy of left-handed bundles", seed=9),
+    *(
+        Row(
+            avatar,
+            "turned",
+            "joints turned by 120 to 179 degrees: each rule quaternion_sign gives another sum, and so does a check "
+            "of hemispheres, which no trainer makes",
+            seed=33,
+            joint_turn=(2.1, 3.1),
+        )
+        for avatar in ("surface_area", "surface_world", "surface_mirrored")
+    ),
     Row(
         "surface_frame",
         "posed",
@@ -106,17 +118,18 @@ def cases_of(name: str, avatar: Avatar) -> tuple[Case, ...]:
 def _case(row: Row, avatar: Avatar) -> Case:
     distance, yaw, pitch, fov_y = row.orbit
     camera = Camera.orbit(np.zeros(3), distance, yaw, pitch, fov_y, *row.size)
-    pose = Pose() if row.seed is None else _pose(avatar, np.random.default_rng(row.seed))
+    pose = Pose() if row.seed is None else _pose(avatar, row)
     return Case(row.name, row.why, pose, camera, row.background)
 
 
-def _pose(avatar: Avatar, rng: np.random.Generator) -> Pose:
+def _pose(avatar: Avatar, row: Row) -> Pose:
     """Every input in use: joints far from rest, one expression exactly 0, the whole turned and moved."""
+    rng = np.random.default_rng(row.seed)
     weights = rng.uniform(-0.4, 1.3, len(avatar.expressions))
     weights[-1:] = 0
     return Pose(
         dict(zip(avatar.expression_names, _rounded(weights), strict=True)),
-        dict(_joints(avatar, rng)),
+        dict(_joints(avatar, rng, row.joint_turn)),
         dict(
             zip(
                 avatar.late_morph_names,
@@ -128,9 +141,14 @@ def _pose(avatar: Avatar, rng: np.random.Generator) -> Pose:
     )
 
 
-def _joints(avatar: Avatar, rng: np.random.Generator) -> Iterator[tuple[str, np.ndarray]]:
+def _joints(
+    avatar: Avatar, rng: np.random.Generator, turn: tuple[float, float] | None
+) -> Iterator[tuple[str, np.ndarray]]:
     for name in avatar.rig.joint_names if avatar.rig else ():
-        yield name, homogeneous(matrix_from_rotvec(rng.normal(0, 0.35, 3)), rng.normal(0, 4e-3, 3))
+        rotvec = rng.normal(0, 0.35, 3)
+        if turn is not None:
+            rotvec *= rng.uniform(*turn) / np.linalg.norm(rotvec)
+        yield name, homogeneous(matrix_from_rotvec(rotvec), rng.normal(0, 4e-3, 3))
 
 
 def _rounded(weights: np.ndarray) -> list[float]:

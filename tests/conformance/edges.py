@@ -94,7 +94,7 @@ def _faint(rng: np.random.Generator) -> Iterator[Row]:
 
 
 def _odd(rng: np.random.Generator) -> Iterator[Row]:
-    """A quaternion of no length and ones that are not unit, colours below 0 and above 1, a splat behind all."""
+    """Quaternions that are not unit, one of no length; colours below 0 and above 1; a splat behind all, one that overflows."""
     yield at(0.1, 0.4, 0.9), np.array([0.1, 0.03, 0.05]), np.zeros(4), 1.0, np.array([0.9, 0.5, 0.1])
     for length in (0.01, 0.5, 3.0):
         where = at(rng.uniform(-0.5, 0.5), rng.uniform(-0.4, 0.4), 1.0)
@@ -102,6 +102,7 @@ def _odd(rng: np.random.Generator) -> Iterator[Row]:
     yield at(-0.2, 0.3, 0.8), _round(0.05), _turn(rng), 2.0, np.array([-0.7, 0.4, -0.2])
     yield at(0.25, 0.3, 0.8), _round(0.05), _turn(rng), 2.0, np.array([4.0, 0.4, 6.0])
     yield at(0.0, 0.0, 3.0), _round(2.0), _turn(rng), -1.0, np.array([0.2, 0.3, 0.6])
+    yield at(0.0, 0.0, 2.0), np.exp([20.0, 19.0, 18.0]), _turn(rng), 2.0, np.array([1.0, 0.0, 1.0])
 
 
 KINDS = (_stacks, _crowd, _thin, _ties, _near, _outside, _faint, _odd)

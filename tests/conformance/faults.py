@@ -14,15 +14,21 @@ from avatar_shaders.generate import HLSL, generate
 
 @dataclass(frozen=True)
 class Fault:
-    """`before` stands once in a file of hlsl/ and becomes `after`; every stage of `stages` then fails, no other."""
+    """`before` stands once in a file of hlsl/ and becomes `after`; every stage of `stages` then fails in `case`,
+    and no other stage in any case of that avatar."""
 
     name: str
     who: str  # whose mistake it is or was
     file: str
     before: str
     after: str
-    avatar: str  # a key of avatars.AVATARS whose cases catch it
+    case: str  # avatar/name of the case that catches it
     stages: tuple[str, ...]
+
+    @property
+    def avatar(self) -> str:
+        """The key of avatars.AVATARS."""
+        return self.case.partition("/")[0]
 
 
 FAULTS: tuple[Fault, ...] = (
@@ -32,7 +38,7 @@ FAULTS: tuple[Fault, ...] = (
         "project.hlsl",
         "rotate_inverse(sh_rotation, towards",
         "rotate(sh_rotation, towards",
-        "skin_polar",
+        "skin_polar/posed",
         ("project",),
     ),
     Fault(
@@ -41,7 +47,7 @@ FAULTS: tuple[Fault, ...] = (
         "project.hlsl",
         "camera.low_pass = low_pass;",
         "camera.low_pass = low_pass / 4;",
-        "edges",
+        "edges/thresholds",
         ("project",),
     ),
     Fault(
@@ -50,7 +56,7 @@ FAULTS: tuple[Fault, ...] = (
         "splat.hlsli",
         "Rows3 r = matrix_from_quat(quat_wxyz);",
         "Rows3 r = matrix_from_quat(quat_wxyz.wxyz);",
-        "skin_polar",
+        "skin_polar/posed",
         ("project",),
     ),
     Fault(
@@ -59,7 +65,7 @@ FAULTS: tuple[Fault, ...] = (
         "bind.hlsli",
         "b.quat_wxyz = quat_multiply(quat_from_matrix(rotation), quat_wxyz);",
         "b.quat_wxyz = quat_multiply(quat_from_matrix(rotation), quat_wxyz.wxyz);",
-        "skin_polar",
+        "skin_polar/posed",
         ("bind",),
     ),
     Fault(
@@ -68,7 +74,7 @@ FAULTS: tuple[Fault, ...] = (
         "bind.hlsli",
         "b.mean = transform_point(transform, mean) + late;",
         "b.mean = rotate(linear_part(transform), mean) + late;",
-        "skin_polar",
+        "skin_polar/posed",
         ("bind",),
     ),
     Fault(
@@ -77,7 +83,7 @@ FAULTS: tuple[Fault, ...] = (
         "bind.hlsli",
         "b.sh_rotation = rotation;",
         "b.sh_rotation = identity_rows();",
-        "skin_polar",
+        "skin_polar/posed",
         ("bind",),
     ),
     Fault(
@@ -86,7 +92,7 @@ FAULTS: tuple[Fault, ...] = (
         "raster.hlsl",
         "splat_fragment(q.rgb, alpha)",
         "splat_fragment(linear_from_display(q.rgb), alpha)",
-        "edges",
+        "edges/blended",
         ("raster",),
     ),
     Fault(
@@ -95,7 +101,7 @@ FAULTS: tuple[Fault, ...] = (
         "project.hlsli",
         "seen.depth = p.z;",
         "seen.depth = length(p);",
-        "edges",
+        "edges/thresholds",
         ("project",),
     ),
     Fault(
@@ -104,7 +110,7 @@ FAULTS: tuple[Fault, ...] = (
         "raster.hlsli",
         "min(AVATAR_ALPHA_MAX, opacity * exp(power))",
         "opacity * exp(power)",
-        "edges",
+        "edges/blended",
         ("raster",),
     ),
     Fault(
@@ -113,7 +119,7 @@ FAULTS: tuple[Fault, ...] = (
         "bind.hlsli",
         "return (log_scale + log_training_per_bundle) * ratio - log_training_per_bundle;",
         "return log_scale + log(ratio);",
-        "surface_area",
+        "surface_area/posed",
         ("bind",),
     ),
     Fault(
@@ -122,16 +128,35 @@ FAULTS: tuple[Fault, ...] = (
         "skin.hlsli",
         "return posed + weight * delta;",
         "return posed - weight * delta;",
-        "skin_polar",
+        "skin_polar/posed",
         ("skin", "bind"),
     ),
     Fault(
         "hemisphere_check",
         "vertex quaternions brought to one hemisphere, which the released code does not do",
+        "bind_vertices.hlsl",
+        "turn += asfloat(SurfaceStatic[canonical_size + t]) * Triangles[triangles + t];",
+        "float4 q = Triangles[triangles + t];"
+        "turn += asfloat(SurfaceStatic[canonical_size + t]) * (dot(turn, q) < 0 ? -q : q);",
+        "surface_area/turned",
+        ("bind",),
+    ),
+    Fault(
+        "one_sign_rule",
+        "one sign policy for every avatar, whatever its trainer's version had",
         "bind.hlsli",
-        "turn.x < 0;",
-        "turn.x < 0 && false;",
-        "surface_area",
+        "bool negative = quaternion_sign == AVATAR_SIGN_W_POSITIVE && turn.x < 0;",
+        "bool negative = turn.x < 0;",
+        "surface_world/turned",
+        ("bind",),
+    ),
+    Fault(
+        "sign_rule_not_mirrored",
+        "the other frame's sign policy in a left-handed bundle",
+        "bind.hlsli",
+        "negative = max(turn.z, turn.w) > max(turn.x, turn.y);",
+        "negative = false;",
+        "surface_mirrored/turned",
         ("bind",),
     ),
     Fault(
@@ -140,7 +165,7 @@ FAULTS: tuple[Fault, ...] = (
         "raster.hlsli",
         "power > 0 ||",
         "power > 0 || power < -4 ||",
-        "edges",
+        "edges/thresholds",
         ("raster",),
     ),
     Fault(
@@ -149,7 +174,7 @@ FAULTS: tuple[Fault, ...] = (
         "project.hlsl",
         "Projected[row] = float4(seen.centre, seen.depth, mean.w);",
         "Projected[row] = float4(seen.centre, seen.depth, mean.w * saturate(1 - seen.conic.x * low_pass));",
-        "edges",
+        "edges/thresholds",
         ("project",),
     ),
     Fault(
@@ -158,7 +183,7 @@ FAULTS: tuple[Fault, ...] = (
         "project.hlsli",
         "camera.near_z && touches_picture",
         "camera.near_z && radius > 3 && touches_picture",
-        "edges",
+        "edges/thresholds",
         ("project",),
     ),
     Fault(
@@ -167,7 +192,7 @@ FAULTS: tuple[Fault, ...] = (
         "project.hlsli",
         "float2 xy = min(limit, max(-limit, p.xy / p.z)) * p.z;",
         "float2 xy = p.xy;",
-        "edges",
+        "edges/thresholds",
         ("project",),
     ),
 )

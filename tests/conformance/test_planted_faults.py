@@ -18,6 +18,8 @@ def test_the_kit_names_the_stage_of_a_planted_fault(fault: Fault, tmp_path: Path
     report = conform(AVATARS[fault.avatar](), committed(fault.avatar), "gl", shaders=shaders)
     failed = {row.stage for row in report.rows if not row.passed}
     assert failed == set(fault.stages)
+    case = fault.case.partition("/")[2]
+    assert {row.stage for row in report.rows if not row.passed and row.case == case} == set(fault.stages)
     assert report.first_failure == fault.stages[0]
 
 
