@@ -94,7 +94,7 @@ def _faint(rng: np.random.Generator) -> Iterator[Row]:
 
 
 def _odd(rng: np.random.Generator) -> Iterator[Row]:
-    """Quaternions that are not unit, one of no length; colours below 0 and above 1; a splat behind all, one that overflows."""
+    """Quaternions that are not unit, one of no length; colours out of 0..1; a splat behind all, one that overflows."""
     yield at(0.1, 0.4, 0.9), np.array([0.1, 0.03, 0.05]), np.zeros(4), 1.0, np.array([0.9, 0.5, 0.1])
     for length in (0.01, 0.5, 3.0):
         where = at(rng.uniform(-0.5, 0.5), rng.uniform(-0.4, 0.4), 1.0)
