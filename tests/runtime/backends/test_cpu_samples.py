@@ -1,0 +1,32 @@
+"""Backend `cpu` on the sample avatars of every system, in both profiles, against the reference."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avatar_export.pictures import frame_camera, robust_box
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.player import Player
+from avatar_runtime.stages.raster import PROFILES
+from tests.bench.backends import busy_pose
+from tests.measured import Measure
+
+SAME, FLIPPED = 1e-4, 4e-3  # a pixel; one where alpha at 1/255 or T at 1e-4 was decided the other way
+MOST_FLIPS = 4  # of 128 x 128 pixels
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_sample(sample: Avatar, profile: str, measured: Measure) -> None:
+    camera = frame_camera(robust_box(sample.gaussians.mean), 128, 128)
+    pose, background = busy_pose(sample, 1), (0.2, 0.5, 0.1)
+    want = Player(sample, "reference").frame(pose, camera, background, profile).picture
+    assert want.transmittance.min() < 0.5
+    got = Player(sample, "cpu").frame(pose, camera, background, profile).picture
+    for array in ("colour", "transmittance"):
+        difference = np.abs(getattr(got, array) - getattr(want, array)).reshape(128 * 128, -1).max(axis=1)
+        flipped = difference > SAME
+        measured("cpu sample picture, pixels but flipped ones", float(difference[~flipped].max()))
+        measured("cpu sample picture, flipped pixels, count", float(flipped.sum()))
+        measured("cpu sample picture, a flipped pixel", float(difference.max(initial=0, where=flipped)))
+        assert flipped.sum() <= MOST_FLIPS and difference.max() <= FLIPPED, array
