@@ -34,3 +34,9 @@ def test_commands_of_the_readme_exist() -> None:
         subprocess.run(
             [sys.executable, "-m", "avatar_export", command, "--help"], check=True, capture_output=True
         )
+
+
+def test_the_readme_shows_the_reader_that_the_tests_run() -> None:
+    reader = (ROOT / "engine_shaders" / "web" / "read_reference.mjs").read_text("utf-8")
+    assert f"```js\n{reader.strip()}\n```" in (ROOT / "README.md").read_text("utf-8")
+    assert len(reader.splitlines()) <= 20

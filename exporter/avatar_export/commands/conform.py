@@ -79,9 +79,14 @@ def conform(
     if report is not None:
         who = f"outputs {outputs.name}" if outputs is not None else f"backend {found.backend}"
         write_text(report, html_report(f"{avatar.name}, {who}", found, reference))
+        messages.print(f"{report}: tables and pictures")
     drawn = failed_pictures(found)
     if pictures is not None and drawn:
         _save(pictures, drawn)
+    if pictures is not None:
+        messages.print(
+            f"{pictures}: {len(drawn)} pictures of what fails" if drawn else "no picture fails: none written"
+        )
     if as_json:
         print_json(facts(found, reference))
     else:
