@@ -16,6 +16,7 @@ import numpy as np
 
 from avatar_export.pictures import frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.backends.gl.backend import GlBackend
 from avatar_runtime.bundle import load
 from avatar_runtime.player import Player
 from tests.bench.backends import busy_pose
@@ -40,18 +41,20 @@ def main() -> None:
 def frames_per_second(avatar: Avatar, width: int, height: int, seconds: float) -> tuple[str, float]:
     """(renderer, frames per second): poses resolved beforehand, stage `joints` and all later ones counted."""
     player = Player(avatar, "gl", target="rgba16f")
-    backend, context = player.backend, player.backend.context  # type: ignore[attr-defined]
+    backend = player.backend
+    assert isinstance(backend, GlBackend)
+    context = backend.context
     camera = frame_camera(robust_box(avatar.gaussians.mean), width, height)
     poses = [busy_pose(avatar, seed) for seed in range(POSES)]
     with context:
         canvas = context.framebuffer([context.texture((width, height), 4, dtype="f2")])
     frames, background = 0, (0.0, 0.0, 0.0)
     for pose in poses[:3]:
-        backend.draw_into(canvas, player.posed(pose), camera, background=background)  # type: ignore[attr-defined]
+        backend.draw_into(canvas, player.posed(pose), camera, background=background)
     start = time.perf_counter()
     while time.perf_counter() - start < seconds:
         posed = player.posed(poses[frames % POSES])
-        backend.draw_into(canvas, posed, camera, background=background)  # type: ignore[attr-defined]
+        backend.draw_into(canvas, posed, camera, background=background)
         frames += 1
         if frames % POSES == 0:
             with context:

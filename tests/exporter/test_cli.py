@@ -121,6 +121,10 @@ def test_inspect(run: Run, bundle: Path, sample_blendshapes: Path, sample_lam: P
     code, text, _ = run("inspect", bundle)
     assert code == 0
     assert "rules.rotation" in text
+    (case, *_) = json.loads((bundle / "avatar.json").read_text("utf-8"))["reference"]["cases"]
+    assert facts["reference"][case["name"]] == f"engine against trainer {case['engine_psnr_db']:.1f} dB"
+    source_file = facts["provenance"]["source_files"][0]["path"]
+    assert source_file in "".join(text.split()) and "sha256" not in text
     for source, system in ((sample_blendshapes / "model", "gaussian_blendshapes"), (sample_lam, "lam")):
         code, text, _ = run("inspect", source, "--json")
         assert code == 0

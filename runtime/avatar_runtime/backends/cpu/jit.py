@@ -26,9 +26,11 @@ def kernel(*, parallel: bool = False) -> Callable[[F], F]:
         try:
             dispatcher.enable_caching()
         except RuntimeError:  # nowhere to write: the kernel is compiled anew in each process
-            return dispatcher  # type: ignore[no-any-return]
-        _watch_all_sources(dispatcher._cache)
-        return dispatcher  # type: ignore[no-any-return]
+            pass
+        else:
+            _watch_all_sources(dispatcher._cache)
+        result: F = dispatcher
+        return result
 
     return compiled
 
@@ -48,7 +50,7 @@ def _watch_all_sources(cache: Any) -> None:
     index._source_stamp = SOURCES
     try:
         index._load_index()
-    except Exception:  # whatever unpickling raises
+    except Exception:  # unpickling raises anything: a class renamed since, a file cut short
         cache.flush()
 
 
