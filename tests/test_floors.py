@@ -36,6 +36,23 @@ FLOORS: dict[
             "yaml",
         },
     ),
+    "avatar_trainer": (
+        "trainer",
+        {
+            "avatar_schema",
+            "avatar_runtime",
+            "avatar_export",
+            "gsplat",
+            "lpips",
+            "numba",
+            "numpy",
+            "PIL",
+            "rich",
+            "tensorboard",
+            "torch",
+            "typer",
+        },
+    ),
 }
 HEAVY: dict[str, str | None] = {  # library: the one folder that may import it, None before there is one
     "torch": None,

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from avatar_export.driving.drive import unreached
-from avatar_export.read import find, is_bundle, read_with
+from avatar_export.read import find, read_with
+from avatar_export.readers import bundle
 from avatar_runtime.avatar import Avatar, Embedding, SparseRows
 from avatar_runtime.bundle import MANIFEST, handedness, load, opener, read_manifest
 from avatar_runtime.errors import AvatarError
@@ -20,7 +21,7 @@ def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
     """The summary of a bundle, or of a trained avatar that can be read (without its rig). Raises AvatarError."""
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
-    if system is None and is_bundle(path):
+    if system is None and bundle.detect(path):
         avatar = load(path)  # checks the manifest before anything else reads it
         manifest = read_manifest(opener(path))
         files = {entry["path"]: entry["bytes"] for entry in manifest["files"]}

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
-import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from avatar_export.clips import clips_from
-from avatar_export.readers import gaussian_avatars, gaussian_blendshapes, lam, splatting_avatar
-from avatar_export.readers.archive import ZIP_FAULTS
+from avatar_export.readers import bundle, gaussian_avatars, gaussian_blendshapes, lam, splatting_avatar
 from avatar_export.readers.options import ReadOptions
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.bundle import MANIFEST
 from avatar_runtime.errors import AvatarError
 
 
@@ -40,7 +36,7 @@ READERS = tuple(
         module.WITHOUT_RIG,
         module is lam,
     )
-    for module in (gaussian_blendshapes, splatting_avatar, gaussian_avatars, lam)
+    for module in (bundle, gaussian_blendshapes, splatting_avatar, gaussian_avatars, lam)
 )
 
 
@@ -73,30 +69,17 @@ def find(path: Path, system: str | None = None) -> Reader:
     for reader in READERS:
         if reader.detect(path):
             return reader
-    if is_bundle(path):
-        raise AvatarError("is a bundle already: inspect, validate or render it", file=path)
     raise AvatarError(
         f"looks like none of {known}; `avatar-export systems` lists the files each has, --system forces one",
         file=path,
     )
 
 
-def is_bundle(path: Path) -> bool:
-    """Whether `path` holds a manifest, sound or not; never raises."""
-    try:
-        if path.is_dir():
-            return (path / MANIFEST).exists()
-        with zipfile.ZipFile(path) if path.is_file() else contextlib.nullcontext() as archive:
-            return archive is not None and MANIFEST in archive.namelist()
-    except ZIP_FAULTS:
-        return False
-
-
 def expect_bundle(path: Path) -> None:
     """Raise AvatarError that says what to do where `path` is a trained avatar and not a bundle."""
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
-    if is_bundle(path):
+    if bundle.detect(path):
         return
     for reader in READERS:
         if reader.detect(path):

@@ -20,6 +20,7 @@ from avatar_runtime.rules import (
     SCALE_RULES,
     SH_DIRECTIONS,
     SKIN_ROTATIONS,
+    SURFACE_FAMILIES,
     SURFACE_RULES,
 )
 
@@ -183,9 +184,9 @@ def _check_surface_rules(avatar: Avatar) -> None:
     rules = avatar.rules
     together = (rules.rotation, rules.position, rules.scale)
     if avatar.embedding is not None and together not in SURFACE_RULES:
-        rows = "; ".join(", ".join(row) for row in SURFACE_RULES)
+        known = "; ".join(", ".join(" | ".join(names) for names in family) for family in SURFACE_FAMILIES)
         raise AvatarError(
-            f"rotation, position, scale are {', '.join(together)}; with an embedding they are one of {rows}",
+            f"rotation, position, scale are {', '.join(together)}; with an embedding they are one of {known}",
             field="rules",
         )
     if avatar.embedding is None and (rules.rotation not in SKIN_ROTATIONS or rules.scale != "none"):

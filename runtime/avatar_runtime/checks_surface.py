@@ -8,6 +8,7 @@ import numpy as np
 
 from avatar_runtime.checks_arrays import check_f32, expect
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.rules import NORMAL_POSITIONS
 
 if TYPE_CHECKING:
     from avatar_runtime.avatar import Avatar, Clip, Embedding
@@ -24,7 +25,7 @@ def check_embedding(avatar: Avatar, e: Embedding) -> None:
     check_f32("embedding.canonical_vertices", e.canonical_vertices, (v, 3))
     check_f32("embedding.barycentric", e.barycentric, (n, 3))
     check_f32("embedding.local_quat_wxyz", e.local_quat_wxyz, (n, 4))
-    by_normal = avatar.rules.position == "normal"
+    by_normal = avatar.rules.position in NORMAL_POSITIONS
     check_f32("embedding.displacement", e.displacement, (n,) if by_normal else (0,))
     check_f32("embedding.local_offset", e.local_offset, (0, 3) if by_normal else (n, 3))
     for name, index, shape, limit, of in (

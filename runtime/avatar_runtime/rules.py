@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 BINDINGS = ("skin", "anchor", "joint_mix", "surface", "none")
 SKIN_ROTATIONS = ("polar3", "head_bone", "none")
-SURFACE_ROTATIONS = ("vertex_quaternion", "triangle_frame")
+VERTEX_ROTATIONS = ("vertex_quaternion", "vertex_quaternion_mean")
+SURFACE_ROTATIONS = (*VERTEX_ROTATIONS, "triangle_frame")
 ROTATION_RULES = SKIN_ROTATIONS + SURFACE_ROTATIONS
-POSITION_RULES = ("normal", "triangle_frame")
-SCALE_RULES = ("none", "log_area", "triangle_linear")
+NORMAL_POSITIONS = ("normal", "interpolated_normal")
+POSITION_RULES = (*NORMAL_POSITIONS, "triangle_frame")
+AREA_SCALES = ("none", "log_area", "linear_area")
+SCALE_RULES = (*AREA_SCALES, "triangle_linear")
 TRAINED_SIGNS = ("w_positive", "largest_positive")
 QUATERNION_SIGNS = (*TRAINED_SIGNS, "largest_positive_mirrored")  # the last in mirrored frames only
 SH_DIRECTIONS = ("inverse_rotation", "world")
 ANCHOR_RULES = ("repeats", "unique")
 HEAD_POSE_IN = ("camera", "mesh")
 BACKGROUNDS = ("random", "per_view")  # where it is no one colour
-# (rotation, position, scale) that go together where there is an embedding
-SURFACE_RULES = (
-    ("vertex_quaternion", "normal", "none"),
-    ("vertex_quaternion", "normal", "log_area"),
-    ("triangle_frame", "triangle_frame", "triangle_linear"),
+# Rotations, positions and scales that go together where there is an embedding, in any choice within a family.
+SURFACE_FAMILIES = (
+    (VERTEX_ROTATIONS, NORMAL_POSITIONS, AREA_SCALES),  # SplattingAvatar, code and paper
+    (("triangle_frame",), ("triangle_frame",), ("triangle_linear",)),  # GaussianAvatars
 )
+SURFACE_RULES = tuple(row for family in SURFACE_FAMILIES for row in product(*family))

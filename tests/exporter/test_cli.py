@@ -147,7 +147,7 @@ def test_systems(run: Run) -> None:
     code, text, _ = run("systems", "--json")
     assert code == 0
     assert [s["system"] for s in json.loads(text)] == [
-        *("gaussian_blendshapes", "splatting_avatar", "gaussian_avatars", "lam")
+        *("bundle", "gaussian_blendshapes", "splatting_avatar", "gaussian_avatars", "lam")
     ]
     assert "skin.glb" in run("systems")[1]
 
@@ -202,8 +202,21 @@ def test_wrong_kind_of_input_is_named(run: Run, bundle: Path, sample_lam: Path, 
     assert (code, "is a trained lam avatar" in error) == (2, True)
     code, _, error = run("validate", sample_lam)
     assert (code, "convert" in error) == (2, True)
-    code, _, error = run("convert", bundle, "-o", tmp_path / "x")
-    assert (code, "is a bundle already" in error) == (2, True)
+
+
+def test_a_bundle_is_completed_from_its_normative_files(run: Run, bundle: Path, tmp_path: Path) -> None:
+    listed = json.loads((bundle / "avatar.json").read_text())["files"]
+    bare = tmp_path / "bare"
+    parts = ("--no-engine-files", "--no-reference", "--no-preview")
+    assert run("convert", bundle, "-o", bare, *parts)[0] == 0
+    normative = {entry["path"] for entry in listed if not entry["derived"]}
+    assert {p.name for p in bare.iterdir()} == normative | {"avatar.json"}
+    assert run("convert", bare, "-o", tmp_path / "whole")[0] == 0
+    for name in (*normative, "rig.glb", "splats.glb"):
+        assert (tmp_path / "whole" / name).read_bytes() == (bundle / name).read_bytes()
+    assert run("validate", tmp_path / "whole")[0] == 0
+    code, _, error = run("convert", bundle, "-o", tmp_path / "x", "--body-model", bundle / "rig.glb")
+    assert (code, "--body-model is no option here" in error) == (2, True)
 
 
 def test_driving_is_found_in_the_data_set(run: Run, sample_blendshapes: Path, tmp_path: Path) -> None:

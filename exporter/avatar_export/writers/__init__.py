@@ -21,7 +21,7 @@ from avatar_runtime.codec import ply, safetensors
 from avatar_runtime.codec.clips import clip_tensors
 from avatar_runtime.codec.embedding import embedding_tensors
 from avatar_runtime.codec.tensors import gaussian_tensors, rig_tensors
-from avatar_runtime.conformance import Reference
+from avatar_runtime.conformance import RUNTIME, Maker, Reference
 from avatar_runtime.handedness import mirrored
 
 Piece = bytes | memoryview
@@ -38,6 +38,7 @@ class Export:
     avatar: Avatar  # right-handed, as are the files made for engines, whose importers convert
     influences: int = INFLUENCES[0]
     handedness: str = "right"  # of the normative files
+    maker: Maker = RUNTIME  # of reference/
     sha256: dict[str, str] = field(default_factory=dict)  # of normative files by path, once they are written
 
     @cached_property
@@ -48,7 +49,7 @@ class Export:
     @cached_property
     def reference(self) -> Reference:
         """What reference/ holds; wanted once the normative files are written."""
-        return make_for(self.avatar, self.stored, self.handedness, self.sha256)
+        return make_for(self.avatar, self.stored, self.handedness, self.sha256, self.maker)
 
     @cached_property
     def reference_files(self) -> dict[str, bytes]:

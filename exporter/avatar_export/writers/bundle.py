@@ -20,6 +20,7 @@ from avatar_export.writers.reference import reference_facts
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, opener, read_manifest
 from avatar_runtime.codec import manifest as codec
+from avatar_runtime.conformance import RUNTIME, Maker
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.handedness import HANDEDNESS, mirrored_boxes
 from avatar_schema.validate import manifest_problems
@@ -38,6 +39,7 @@ def write_bundle(
     reference: bool = True,
     influences: int = INFLUENCES[0],
     handedness: str = "right",
+    maker: Maker = RUNTIME,
     force: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
@@ -45,14 +47,14 @@ def write_bundle(
 
     `engine_files` are the derived glTF, USD and JSON, `reference` vectors and pictures for ports; `influences` the
     most joints a vertex of rig.glb has, 4 or 8. `handedness` "left" writes the normative files in a left-handed
-    frame; those for engines stay as their standards say. Same avatar, same options, same bytes. After a crash `out` is
-    as it was before. Raises AvatarError if the avatar is not sound, or `out` exists (with `force`, an older bundle is
-    replaced, anything else still refused), ValueError for an unknown handedness.
+    frame; those for engines stay as their standards say. `maker` computes the reference. Same avatar, same options,
+    same bytes. After a crash `out` is as it was before. Raises AvatarError if the avatar is not sound, or `out` exists
+    (with `force`, an older bundle is replaced, anything else still refused), ValueError for an unknown handedness.
     """
     if handedness not in HANDEDNESS:
         raise ValueError(f"{handedness!r} is none of {', '.join(HANDEDNESS)}")
     avatar.check()
-    export = Export(avatar, influences, handedness)
+    export = Export(avatar, influences, handedness, maker)
     wanted = {"engine": engine_files, "reference": reference, "picture": preview}
     parts = {"avatar", *(part for part, asked in wanted.items() if asked)}
     out = out.resolve()  # through a link to what it names; also "." gets a name

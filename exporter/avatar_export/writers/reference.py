@@ -1,4 +1,4 @@
-"""reference/: numbers for every stage and pictures, made by the runtime, that a port is held against."""
+"""reference/: numbers for every stage and pictures that a port is held against, by the runtime or the trainer."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from avatar_export import GENERATOR
 from avatar_export.reference_cases import DRAWN, reference_cases
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.conformance import Case, Reference, encode, make_reference
+from avatar_runtime.conformance import Case, Maker, Reference, encode, make_reference
 from avatar_runtime.handedness import mirrored_pose
 from avatar_runtime.stages.raster import PROFILES
 
@@ -20,8 +20,10 @@ PICTURES = tuple(
 REFERENCE_FILES = (f"{FOLDER}cases.json", f"{FOLDER}vectors.safetensors", *PICTURES)
 
 
-def make_for(avatar: Avatar, stored: Avatar, handedness: str, sha256: Mapping[str, str]) -> Reference:
-    """The reference of a bundle, by backend `reference`, which every install has.
+def make_for(
+    avatar: Avatar, stored: Avatar, handedness: str, sha256: Mapping[str, str], maker: Maker
+) -> Reference:
+    """The reference of a bundle, by `maker`.
 
     `stored` is `avatar` in the frame of the normative files, whose hashes `sha256` gives by path: they tell later
     whether the reference still belongs to them.
@@ -29,7 +31,7 @@ def make_for(avatar: Avatar, stored: Avatar, handedness: str, sha256: Mapping[st
     cases = reference_cases(avatar)
     if handedness == "left":
         cases = tuple(map(_left, cases))
-    return replace(make_reference(stored, cases, generator=GENERATOR), files=dict(sha256))
+    return replace(make_reference(stored, cases, generator=GENERATOR, maker=maker), files=dict(sha256))
 
 
 def reference_files(reference: Reference) -> dict[str, bytes]:

@@ -20,7 +20,15 @@ from avatar_runtime.stages.raster import Picture
 Arrays = Mapping[str, npt.NDArray[Any]]
 
 
-class Backend(Protocol):
+class Stages(Protocol):
+    """Plays the stages of one avatar, each alone."""
+
+    def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
+        """One stage, from the inputs that `conformance.STAGE_ARRAYS` names to its outputs."""
+        ...
+
+
+class Backend(Stages, Protocol):
     """Plays one avatar. Stage `joints` is NumPy's in every backend and gives `Posed`; the rest is the backend's."""
 
     profiles: tuple[str, ...]  # raster profiles that it draws
@@ -35,10 +43,6 @@ class Backend(Protocol):
 
     def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Picture:
         """All stages: the picture over `background` [3]."""
-        ...
-
-    def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
-        """One stage alone, from the inputs that `conformance.STAGE_ARRAYS` names to its outputs."""
         ...
 
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from avatar_runtime.conformance.arrays import STAGE_ARRAYS
 from avatar_runtime.conformance.files import decode, encode
-from avatar_runtime.conformance.make import make_reference
+from avatar_runtime.conformance.make import RUNTIME, Maker, make_reference
 from avatar_runtime.conformance.model import Case, CaseVectors, Expected, Reference, Step, View
 from avatar_runtime.conformance.run import PictureRow, Report, Row, conform, conform_outputs
 
 __all__ = [
+    "RUNTIME",
     "STAGE_ARRAYS",
     "Case",
     "CaseVectors",
     "Expected",
+    "Maker",
     "PictureRow",
     "Reference",
     "Report",

@@ -1,13 +1,14 @@
-"""Makes reference vectors: runs the NumPy stages of some rows, each from what the stage before gave."""
+"""Makes reference vectors: runs the stages of some rows, each from what the stage before gave."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from avatar_runtime.avatar import F32, Avatar
-from avatar_runtime.backends import make_backend
+from avatar_runtime.backends import Stages, make_backend
 from avatar_runtime.conformance.arrays import STAGE_ARRAYS, Array, inputs_of, stages_of, tolerances, weights
 from avatar_runtime.conformance.model import Case, CaseVectors, Expected, Reference, Step, Tensor
 from avatar_runtime.conformance.pictures import draw, psnr_db, view
@@ -17,7 +18,7 @@ from avatar_runtime.pose import resolve
 from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.groups import group_transforms
 from avatar_runtime.stages.joints import joints
-from avatar_runtime.stages.raster import PROFILES
+from avatar_runtime.stages.raster import PROFILES, Picture
 from avatar_runtime.subset import Subset
 
 ROWS = 512  # Gaussians, and about as many vertices
@@ -25,21 +26,45 @@ PIXELS = 4096  # of each stage raster
 FLIPS_IN = 512  # rows or pixels in which one more may flip
 
 
+@dataclass(frozen=True)
+class Maker:
+    """Who computes a reference: the runtime, or the renderer that the avatar was trained with."""
+
+    made_by: str  # one of model.MADE_BY
+    stages: Callable[[Avatar], Stages]  # plays the stages of the avatar that it is given
+    draw: Callable[[Avatar, Case], Mapping[str, Picture]]  # the whole avatar, by raster profile
+
+
+RUNTIME = Maker(
+    "runtime",
+    lambda avatar: make_backend("reference", avatar),
+    lambda avatar, case: draw(avatar, case, PROFILES),
+)
+
+
 def make_reference(
-    avatar: Avatar, cases: Iterable[Case], *, rows: int = ROWS, pixels: int = PIXELS, generator: str = ""
+    avatar: Avatar,
+    cases: Iterable[Case],
+    *,
+    rows: int = ROWS,
+    pixels: int = PIXELS,
+    generator: str = "",
+    maker: Maker = RUNTIME,
 ) -> Reference:
-    """The reference of `avatar` for `cases`, by backend `reference`. Same avatar and cases, same result.
+    """The reference of `avatar` for `cases`, by default by backend `reference`. Same avatar and cases, same result.
 
     Raises AvatarError for a pose that names what the avatar lacks.
     """
     part = thinned(avatar, rows)
     tensors: dict[str, Tensor] = {}
-    vectors = tuple(_case(avatar, part, case, tensors, pixels) for case in cases)
-    return Reference("runtime", generator, avatar.name, part.rows, part.vertices, tensors, vectors)
+    vectors = tuple(_case(avatar, part, case, tensors, pixels, maker) for case in cases)
+    return Reference(maker.made_by, generator, avatar.name, part.rows, part.vertices, tensors, vectors)
 
 
-def _case(avatar: Avatar, part: Subset, case: Case, tensors: dict[str, Tensor], pixels: int) -> CaseVectors:
-    backend = make_backend("reference", part.avatar)
+def _case(
+    avatar: Avatar, part: Subset, case: Case, tensors: dict[str, Tensor], pixels: int, maker: Maker
+) -> CaseVectors:
+    backend = maker.stages(part.avatar)
     latest: dict[str, str] = {}  # array -> the tensor that holds its newest value
 
     def keep(step: str, arrays: Mapping[str, Tensor]) -> None:
@@ -67,7 +92,7 @@ def _case(avatar: Avatar, part: Subset, case: Case, tensors: dict[str, Tensor], 
             steps.append(Step(stage, profile, inputs, expected, where))
     if not case.pictures:
         return CaseVectors(case, tuple(steps))
-    drawn = draw(avatar, case, PROFILES)
+    drawn = maker.draw(avatar, case)
     return CaseVectors(
         case,
         tuple(steps),

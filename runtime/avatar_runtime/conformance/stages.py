@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.backends import Arrays, Backend
+from avatar_runtime.backends import Arrays, Stages
 from avatar_runtime.camera import Camera
 from avatar_runtime.conformance.model import Tensor
 from avatar_runtime.pose import PoseArrays
@@ -18,7 +18,7 @@ from avatar_runtime.stages.joints import joints
 
 def run_stage(
     avatar: Avatar,  # the whole: joints and groups are not thinned out
-    backend: Backend,  # of its subset
+    backend: Stages,  # of its subset
     stage: str,
     profile: str | None,
     inputs: Arrays,

@@ -13,6 +13,7 @@ import numpy as np
 from avatar_runtime.avatar import F32, F64, U32, Embedding, Rules
 from avatar_runtime.handedness import mirrored_matrices, mirrored_quats
 from avatar_runtime.rotation import matrix_from_quat, quat_from_matrix, quat_multiply
+from avatar_runtime.rules import VERTEX_ROTATIONS
 from avatar_runtime.topology import vertex_triangles
 from avatar_schema import constants
 
@@ -59,8 +60,8 @@ def prepare(embedding: Embedding, rules: Rules, training_per_bundle: float) -> S
 def carry(surface: Surface, vertices: F32, log_scale: F32) -> Carried:
     """Gaussians on the posed `vertices` [V, 3]; `log_scale` [N, 3] is that of the binding pose.
 
-    Source: SplattingAvatar 3847314 splatting_avatar_model.py and utils/map.py; GaussianAvatars 30cc4bd
-    gaussian_model.py and mesh_renderer utils.
+    Source: SplattingAvatar 3847314 splatting_avatar_model.py and utils/map.py, and where a rule is the paper's,
+    its section 3.1; GaussianAvatars 30cc4bd gaussian_model.py and mesh_renderer utils.
     """
     shape = triangle_shape(vertices, surface.embedding.triangles, surface.rules)
     turn = TURNS[surface.rules.rotation](surface, shape)  # [N, 4] any length
@@ -87,7 +88,7 @@ def triangle_shape(vertices: F32, triangles: U32, rules: Rules) -> TriangleShape
     corner = vertices.astype(np.float64)[triangles]
     e, f = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     across = np.cross(e, f)
-    if rules.rotation == "vertex_quaternion":
+    if rules.rotation in VERTEX_ROTATIONS:
         x = _unit(np.cross(e, _unit(across)))
         frame = np.stack([x, _unit(np.cross(e, x)), _unit(e)], axis=-1)
         return TriangleShape(frame, np.linalg.norm(across, axis=1) / 2)
@@ -109,25 +110,47 @@ def vertex_normals(surface: Surface, vertices: F32) -> F64:
 
 
 def vertex_quaternions(surface: Surface, shape: TriangleShape) -> F64:
-    """[V, 4] wxyz: canonical area times triangle quaternion, summed, divided by max(length, quaternion_floor / u^2).
+    """[V, 4] wxyz: canonical area times triangle quaternion, summed, divided by max(length, quaternion_floor / u^2)."""
+    area = surface.canonical.size[:, None]
+    return _floored(surface, area * triangle_turns(surface, shape), float(constants()["quaternion_floor"]))
 
-    Triangle quaternion: posed frame times inverse canonical frame, signed by the policy alone; neighbours of
-    opposite sign cancel, as they do in the released code.
+
+def mean_quaternions(surface: Surface, shape: TriangleShape) -> F64:
+    """[V, 4] wxyz: triangle quaternions averaged by canonical area, at most 1 long (SplattingAvatar's Eq. 5).
+
+    0 for a vertex that no triangle with an area has.
     """
-    turn = SIGNED[surface.rules.quaternion_sign](shape.frame @ np.swapaxes(surface.canonical.frame, -1, -2))
-    return _floored(surface, surface.canonical.size[:, None] * turn, float(constants()["quaternion_floor"]))
+    area = surface.canonical.size[:, None]
+    turn = _summed(surface, area * triangle_turns(surface, shape))
+    result: F64 = turn / np.maximum(_summed(surface, area), TINY)
+    return result
+
+
+def triangle_turns(surface: Surface, shape: TriangleShape) -> F64:
+    """[F, 4] wxyz: posed frame times inverse canonical frame, signed by the policy alone.
+
+    Neighbours of opposite sign cancel in a sum, as they do in the released code.
+    """
+    turn = shape.frame @ np.swapaxes(surface.canonical.frame, -1, -2)
+    return SIGNED[surface.rules.quaternion_sign](turn)
 
 
 def _floored(surface: Surface, by_triangle: F64, floor: float) -> F64:
     """[V, ...] sums over each vertex's triangles, divided by their length, or by the floor where that is larger."""
+    total = _summed(surface, by_triangle)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    result: F64 = total / np.maximum(length, floor / surface.training_per_bundle**2)
+    return result
+
+
+def _summed(surface: Surface, by_triangle: F64) -> F64:
+    """[V, ...] sums over each vertex's triangles."""
     total = np.zeros((len(surface.vertex_triangle_ptr) - 1, by_triangle.shape[1]))
     ptr = surface.vertex_triangle_ptr.astype(np.int64)
     used = np.flatnonzero(ptr[1:] > ptr[:-1])
     if len(used):
         total[used] = np.add.reduceat(by_triangle[surface.vertex_triangle], ptr[used], axis=0)
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    result: F64 = total / np.maximum(length, floor / surface.training_per_bundle**2)
-    return result
+    return total
 
 
 def _interpolated(surface: Surface, by_vertex: F64) -> F64:
@@ -144,8 +167,16 @@ def _unit(v: F64) -> F64:
 
 def _along_normal(surface: Surface, vertices: F32, shape: TriangleShape) -> F64:
     """x = P + d n, n the interpolated vertex normal made unit."""
+    return _above(surface, vertices, _unit(_interpolated(surface, vertex_normals(surface, vertices))))
+
+
+def _along_interpolated_normal(surface: Surface, vertices: F32, shape: TriangleShape) -> F64:
+    """x = P + d n, n the interpolated vertex normal as it is (SplattingAvatar's Eq. 2 and 3)."""
+    return _above(surface, vertices, _interpolated(surface, vertex_normals(surface, vertices)))
+
+
+def _above(surface: Surface, vertices: F32, normal: F64) -> F64:
     foot = _interpolated(surface, vertices.astype(np.float64))
-    normal = _unit(_interpolated(surface, vertex_normals(surface, vertices)))
     result: F64 = foot + surface.embedding.displacement[:, None] * normal
     return result
 
@@ -160,6 +191,10 @@ def _in_triangle(surface: Surface, vertices: F32, shape: TriangleShape) -> F64:
 
 def _by_vertices(surface: Surface, shape: TriangleShape) -> F64:
     return _interpolated(surface, vertex_quaternions(surface, shape))
+
+
+def _by_vertex_means(surface: Surface, shape: TriangleShape) -> F64:
+    return _interpolated(surface, mean_quaternions(surface, shape))
 
 
 def _by_triangle(surface: Surface, shape: TriangleShape) -> F64:
@@ -195,7 +230,8 @@ def _log_area(surface: Surface, shape: TriangleShape, log_scale: F32) -> F32:
     return result
 
 
-def _triangle_linear(surface: Surface, shape: TriangleShape, log_scale: F32) -> F32:
+def _linear(surface: Surface, shape: TriangleShape, log_scale: F32) -> F32:
+    """The ratio of sizes, areas or edge lengths, multiplies the scale."""
     at = surface.embedding.triangle
     growth = np.log(np.maximum(shape.size[at], TINY) / surface.canonical.size[at])
     result: F32 = (log_scale + growth[:, None]).astype(np.float32)
@@ -207,6 +243,14 @@ SIGNED = {
     "largest_positive": _largest_positive,
     "largest_positive_mirrored": _largest_positive_mirrored,
 }
-POSITIONS = {"normal": _along_normal, "triangle_frame": _in_triangle}
-TURNS = {"vertex_quaternion": _by_vertices, "triangle_frame": _by_triangle}
-SCALES = {"none": _same_scale, "log_area": _log_area, "triangle_linear": _triangle_linear}
+POSITIONS = {
+    "normal": _along_normal,
+    "interpolated_normal": _along_interpolated_normal,
+    "triangle_frame": _in_triangle,
+}
+TURNS = {
+    "vertex_quaternion": _by_vertices,
+    "vertex_quaternion_mean": _by_vertex_means,
+    "triangle_frame": _by_triangle,
+}
+SCALES = {"none": _same_scale, "log_area": _log_area, "linear_area": _linear, "triangle_linear": _linear}

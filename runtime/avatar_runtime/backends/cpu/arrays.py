@@ -83,7 +83,7 @@ class Embedded(NamedTuple):
     vertex: U32  # [N, 3]
     barycentric: F32  # [N, 3]
     displacement: F32  # [N], or [0] for position rule triangle_frame
-    local_offset: F32  # [N, 3], or [0, 3] for position rule normal
+    local_offset: F32  # [N, 3], or [0, 3] for the position rules along a normal
     local_quat_wxyz: F32  # [N, 4]
 
 
@@ -101,10 +101,10 @@ class Ridden(NamedTuple):
     """A posed mesh's triangles and vertices as the surface rules read them; written anew each frame."""
 
     size: F64  # [F] area, or edge length for rotation rule triangle_frame
-    # [F, 13] of vertex_quaternion: edge cross edge (3), canonical area times the turn since the binding pose (4);
+    # [F, 13] of the rules by vertex: edge cross edge (3), canonical area times the turn since the binding pose (4);
     # of triangle_frame: the frame, row-major (9), and its quaternion (4)
     triangle: F64
-    vertex: F64  # [V, 7] normal (3) and quaternion (4), for vertex_quaternion
+    vertex: F64  # [V, 7] normal (3) and quaternion (4), for the rotation rules by vertex
 
 
 class RigArrays(NamedTuple):

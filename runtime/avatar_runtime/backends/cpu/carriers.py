@@ -22,7 +22,8 @@ from avatar_runtime.backends.cpu.arrays import (
 )
 from avatar_runtime.backends.cpu.riding import SCALE_RULES, animate_riding, bind_riding
 from avatar_runtime.backends.cpu.skinned import animate_skinned, bind_skinned
-from avatar_runtime.backends.cpu.surface import triangle_turns, vertex_sums
+from avatar_runtime.backends.cpu.surface import POSITION_RULES, triangle_turns, vertex_sums
+from avatar_runtime.rules import VERTEX_ROTATIONS
 from avatar_runtime.stages.surface import prepare
 from avatar_schema import constants
 
@@ -78,7 +79,9 @@ class RidingGaussians:
         self._embedded = plain.embedded(avatar)
         self._mesh = plain.mesh(prepare(avatar.embedding, avatar.rules, avatar.training_per_bundle))
         self._ridden = plain.fresh_ridden(self._mesh)
-        self._by_vertex = avatar.rules.rotation == "vertex_quaternion"
+        self._by_vertex = avatar.rules.rotation in VERTEX_ROTATIONS
+        self._by_area = avatar.rules.rotation == "vertex_quaternion_mean"
+        self._position_rule = POSITION_RULES[avatar.rules.position]
         self._sign = SIGN_RULES[avatar.rules.quaternion_sign]
         # An area in training units is u^2 times one in bundle units.
         normal, quaternion, damping = (
@@ -109,11 +112,11 @@ class RidingGaussians:
             bind_riding(blended.log_scale, *self._under(vertices), *self._scale, self._sh_world, posed, out)
         return out
 
-    def _under(self, vertices: F32 | None) -> tuple[Embedded, Mesh, Ridden, F32, bool]:
+    def _under(self, vertices: F32 | None) -> tuple[Embedded, Mesh, Ridden, F32, int]:
         """The posed mesh as both passes over Gaussians take it; `_turn` must be held."""
         assert vertices is not None
         posed = plain.plain(vertices, np.float32, (len(self._ridden.vertex), 3))
         triangle_turns(posed, self._mesh, self._by_vertex, *self._sign, self._ridden)
         if self._by_vertex:
-            vertex_sums(self._mesh, *self._floors, self._ridden)
-        return self._embedded, self._mesh, self._ridden, posed, self._by_vertex
+            vertex_sums(self._mesh, *self._floors, self._by_area, self._ridden)
+        return self._embedded, self._mesh, self._ridden, posed, self._position_rule

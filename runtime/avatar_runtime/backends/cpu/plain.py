@@ -30,6 +30,7 @@ from avatar_runtime.backends.cpu.arrays import (
     Sizes,
 )
 from avatar_runtime.rotation import quat_from_matrix
+from avatar_runtime.rules import NORMAL_POSITIONS
 from avatar_runtime.stages.surface import Surface
 
 # What `posed_arrays` takes, as the conformance kit names it.
@@ -203,7 +204,7 @@ def embedded(avatar: Avatar) -> Embedded:
     """The avatar's embedding."""
     e, n = avatar.embedding, avatar.gaussians.count
     assert e is not None
-    by_normal = avatar.rules.position == "normal"
+    by_normal = avatar.rules.position in NORMAL_POSITIONS
     _below("triangle", e.triangle, len(e.triangles))
     return Embedded(
         plain(e.triangle, np.uint32, (n,)),

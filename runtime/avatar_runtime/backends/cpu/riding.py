@@ -27,8 +27,8 @@ from avatar_runtime.backends.cpu.planes import MEAN, PLANES, QUAT, TURN, store
 from avatar_runtime.backends.cpu.surface import GAUSSIAN_PLANES, ride_block
 from avatar_runtime.stages.surface import TINY
 
-SCALE_RULES = {"none": 0, "log_area": 1, "triangle_linear": 2}
-SAME, LOG_AREA, TRIANGLE_LINEAR = SCALE_RULES.values()
+SAME, LOG_AREA, LINEAR = 0, 1, 2
+SCALE_RULES = {"none": SAME, "log_area": LOG_AREA, "linear_area": LINEAR, "triangle_linear": LINEAR}
 
 
 @kernel(parallel=True)
@@ -42,7 +42,7 @@ def animate_riding(
     mesh: Mesh,
     ridden: Ridden,
     vertices: F32,  # [V, 3] posed
-    by_vertex: bool,
+    position_rule: int,
     scale_rule: int,
     log_unit: float,  # ln of training_per_bundle
     damping: float,
@@ -66,7 +66,7 @@ def animate_riding(
             mesh,
             ridden,
             vertices,
-            by_vertex,
+            position_rule,
             scale_rule,
             log_unit,
             damping,
@@ -89,7 +89,7 @@ def animate_share(
     mesh: Mesh,
     ridden: Ridden,
     vertices: F32,
-    by_vertex: bool,
+    position_rule: int,
     scale_rule: int,
     log_unit: float,
     damping: float,
@@ -106,7 +106,7 @@ def animate_share(
     end = np.empty(BLOCK, np.int64)
     for first in range(thread * BLOCK, n, threads * BLOCK):
         count = min(BLOCK, n - first)
-        ride_block(first, count, embedded, vertices, by_vertex, ridden, fine, planes)
+        ride_block(first, count, embedded, vertices, position_rule, ridden, fine, planes)
         place(count, sh_world, posed.world, posed.world_quat, planes)
         unit_quats(count, planes)
         store(first, count, planes, MEAN, out.mean)
@@ -137,7 +137,7 @@ def bind_riding(
     mesh: Mesh,
     ridden: Ridden,
     vertices: F32,  # [V, 3] posed
-    by_vertex: bool,
+    position_rule: int,
     scale_rule: int,
     log_unit: float,
     damping: float,
@@ -150,7 +150,7 @@ def bind_riding(
     fine = np.empty(GAUSSIAN_PLANES, np.float64)
     for first in range(0, len(log_scale), BLOCK):
         count = min(BLOCK, len(log_scale) - first)
-        ride_block(first, count, embedded, vertices, by_vertex, ridden, fine, planes)
+        ride_block(first, count, embedded, vertices, position_rule, ridden, fine, planes)
         place(count, sh_world, posed.world, posed.world_quat, planes)
         store(first, count, planes, MEAN, out.mean)
         store(first, count, planes, QUAT, out.quat_wxyz)
@@ -166,7 +166,7 @@ def stretch(triangle: int, mesh: Mesh, ridden: Ridden, scale_rule: int, damping:
     """How its triangle has grown since the binding pose, as the scale rule takes it."""
     if scale_rule == LOG_AREA:
         return (ridden.size[triangle] + damping) / (mesh.size[triangle] + damping)
-    if scale_rule == TRIANGLE_LINEAR:
+    if scale_rule == LINEAR:
         return math.log(max(ridden.size[triangle], TINY) / mesh.size[triangle])
     return 0.0
 
@@ -176,6 +176,6 @@ def stretched(log_scale: Scalar, factor: Scalar, scale_rule: int, log_unit: floa
     """A blended log scale after the scale rule, float32."""
     if scale_rule == LOG_AREA:
         return np.float32((log_scale + log_unit) * factor - log_unit)
-    if scale_rule == TRIANGLE_LINEAR:
+    if scale_rule == LINEAR:
         return np.float32(log_scale + factor)
     return log_scale

@@ -23,6 +23,8 @@ from avatar_runtime.stages.surface import TINY
 
 Vector = tuple[Scalar, Scalar, Scalar]
 ZERO, ONE, HALF = 0.0, 1.0, 0.5
+UNIT_NORMAL, ANY_NORMAL, IN_TRIANGLE = 0, 1, 2
+POSITION_RULES = {"normal": UNIT_NORMAL, "interpolated_normal": ANY_NORMAL, "triangle_frame": IN_TRIANGLE}
 
 # Planes of float64. Of triangles:
 EDGES = 0  # 6: two edges from corner 0
@@ -65,7 +67,7 @@ def unit(a: Vector) -> Vector:
 def triangle_turns(
     vertices: F32,  # [V, 3] posed
     mesh: Mesh,
-    by_vertex: bool,  # rotation rule vertex_quaternion
+    by_vertex: bool,  # rotation rules by vertex, not triangle_frame
     w_positive: bool,
     mirror: float,
     ridden: Ridden,
@@ -166,10 +168,19 @@ def frames(count: int, p: F64) -> None:
 
 
 @kernel()
-def vertex_sums(mesh: Mesh, normal_floor: float, quaternion_floor: float, ridden: Ridden) -> None:
-    """Normals and quaternions of vertices: sums over their triangles, divided by their length or the floor."""
+def vertex_sums(
+    mesh: Mesh,
+    normal_floor: float,
+    quaternion_floor: float,
+    by_area: bool,  # rotation rule vertex_quaternion_mean
+    ridden: Ridden,
+) -> None:
+    """Normals and quaternions of vertices: sums over their triangles, divided by their length or the floor.
+
+    Quaternions instead by the sum of canonical areas where `by_area`.
+    """
     for v in range(len(ridden.vertex)):
-        nx = ny = nz = qw = qx = qy = qz = ZERO
+        nx = ny = nz = qw = qx = qy = qz = area = ZERO
         for at in range(mesh.vertex_triangle_ptr[v], mesh.vertex_triangle_ptr[v + 1]):
             t = mesh.vertex_triangle[at]
             nx += ridden.triangle[t, 0]
@@ -179,11 +190,14 @@ def vertex_sums(mesh: Mesh, normal_floor: float, quaternion_floor: float, ridden
             qx += ridden.triangle[t, 4]
             qy += ridden.triangle[t, 5]
             qz += ridden.triangle[t, 6]
+            area += mesh.size[t]
         length = max(math.sqrt(nx * nx + ny * ny + nz * nz), normal_floor)
         ridden.vertex[v, 0] = nx / length
         ridden.vertex[v, 1] = ny / length
         ridden.vertex[v, 2] = nz / length
         length = max(math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz), quaternion_floor)
+        if by_area:
+            length = max(area, TINY)
         ridden.vertex[v, 3] = qw / length
         ridden.vertex[v, 4] = qx / length
         ridden.vertex[v, 5] = qy / length
@@ -196,7 +210,7 @@ def ride_block(
     count: int,
     embedded: Embedded,
     vertices: F32,
-    by_vertex: bool,
+    position_rule: int,
     ridden: Ridden,
     p: F64,
     planes: F32,
@@ -206,11 +220,11 @@ def ride_block(
         at_corners(first + lane, lane, embedded, vertices, 3, FOOT, p)
         for k in range(4):
             p[LOCAL + k * BLOCK + lane] = embedded.local_quat_wxyz[first + lane, k]
-    if by_vertex:
+    if position_rule != IN_TRIANGLE:
         for lane in range(count):
             p[HEIGHT + lane] = embedded.displacement[first + lane]
             at_corners(first + lane, lane, embedded, ridden.vertex, 7, RISE, p)  # SWING follows RISE
-        rise(count, p)
+        rise(count, position_rule == UNIT_NORMAL, p)
     else:
         for lane in range(count):
             in_triangle(first + lane, lane, embedded, ridden, p)
@@ -244,11 +258,13 @@ def in_triangle(i: int, lane: int, embedded: Embedded, ridden: Ridden, p: F64) -
 
 
 @inlined
-def rise(count: int, p: F64) -> None:
-    """RISE becomes HEIGHT along itself."""
+def rise(count: int, unit_normal: bool, p: F64) -> None:
+    """RISE becomes HEIGHT times itself, made unit before where the rule says so."""
     for lane in range(count):
         at, height = RISE + lane, p[HEIGHT + lane]
-        x, y, z = unit((p[at], p[at + BLOCK], p[at + 2 * BLOCK]))
+        x, y, z = p[at], p[at + BLOCK], p[at + 2 * BLOCK]
+        if unit_normal:
+            x, y, z = unit((x, y, z))
         p[at] = height * x
         p[at + BLOCK] = height * y
         p[at + 2 * BLOCK] = height * z

@@ -1,0 +1,36 @@
+"""A bundle that is there already: read again, to write what it lacks, or another form of it."""
+
+from __future__ import annotations
+
+import contextlib
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+from avatar_export.readers.archive import ZIP_FAULTS
+from avatar_export.readers.options import ReadOptions
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.bundle import MANIFEST, load
+
+SYSTEM = "bundle"
+FILES = (f"{MANIFEST} and the files that it names; a folder or a stored zip",)
+WITHOUT_RIG = ReadOptions()
+USED_OPTIONS = ("name",)
+
+
+def detect(path: Path) -> bool:
+    """Whether `path` holds a manifest, sound or not; never raises."""
+    try:
+        if path.is_dir():
+            return (path / MANIFEST).exists()
+        with zipfile.ZipFile(path) if path.is_file() else contextlib.nullcontext() as archive:
+            return archive is not None and MANIFEST in archive.namelist()
+    except ZIP_FAULTS:
+        return False
+
+
+def read(path: Path, options: ReadOptions) -> Avatar:
+    """The avatar as its normative files say, with its clips and provenance. Raises AvatarError as `bundle.load`."""
+    options.refuse_others(USED_OPTIONS, SYSTEM, "a bundle holds all that it is made of")
+    avatar = load(path)
+    return avatar if options.name is None else replace(avatar, name=options.name)
