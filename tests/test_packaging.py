@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = {"avatar_schema", "avatar_shaders", "avatar_runtime", "avatar_export"}
+PACKAGES = {"avatar_schema", "avatar_shaders", "avatar_runtime", "avatar_export", "avatar_trainer"}
 
 
 @pytest.fixture(scope="module")

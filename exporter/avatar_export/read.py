@@ -22,6 +22,7 @@ class Reader:
     files: tuple[str, ...]
     detect: Callable[[Path], bool]  # by content, cheap; never raises on junk
     read: Callable[[Path, ReadOptions], Avatar]
+    used_options: tuple[str, ...]  # fields of ReadOptions; any other is refused
     without_rig: ReadOptions  # what reads it when nothing lies beside it
     holds_clips: bool  # animations lie in the source itself
 
@@ -33,6 +34,7 @@ READERS = tuple(
         module.FILES,
         module.detect,
         module.read,
+        module.USED_OPTIONS,
         module.WITHOUT_RIG,
         module is lam,
     )
