@@ -139,7 +139,7 @@ def regressor(head: Head, joints: Array, shapes: Array, moving: bool) -> Array:
         if j >= LEFT_EYE and not moving:
             pool = head.in_part(("left_eye", "right_eye")[j - LEFT_EYE])
         distance = np.where(pool, np.linalg.norm((head.vertices - joint) * (0.5, 1, 1), axis=1), np.inf)
-        support = np.argsort(distance, kind="stable")[:REGRESSOR_SUPPORT]
+        support = np.argsort(distance, kind="stable")[: min(REGRESSOR_SUPPORT, int(pool.sum()))]
         constraint = np.c_[head.vertices[support], np.ones(len(support))].T
         equal = np.full(len(support), 1 / len(support))
         missing = np.append(joint, 1) - constraint @ equal

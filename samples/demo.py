@@ -1,4 +1,4 @@
-"""`make demo`: builds sample checkpoints, converts them, plays them; every step is a command a user would type."""
+"""`make demo`: plays the trained sample avatars; every step is a command a user would type."""
 
 from __future__ import annotations
 
@@ -9,52 +9,44 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-GAUSSIANS = 20_000
 RECORDING = Path(__file__).parent / "drive" / "live_link_face_udp.gesichter"
+TRAINED = Path(__file__).parent / "trained"  # normative files and reference/; `python -m samples.trained` makes them
 
 Command = tuple[str, ...]  # what follows `python -m`
 
 
-def blendshapes(out: Path, sample: Path) -> list[Command]:
+def blendshapes(out: Path) -> list[Command]:
     """A head of Gaussian blendshapes, smiling and driven by recorded packets."""
-    trained, bundle = sample / "gaussian_blendshapes", out / "avatar"
-    make = ("--system", "gaussian_blendshapes", "--gaussians", str(GAUSSIANS), "--form", "dump")
-    inputs = ("--dataset", str(trained), "--driving", str(trained / "driving.json"))
+    bundle = out / "avatar"
     smile = ("-a", "mouthSmileLeft=0.9", "-a", "mouthSmileRight=0.9", "-a", "jawOpen=0.25")
     drive = ("--drive", str(RECORDING), "--every", "3", "--size", "288")
     return [
-        ("samples.make", str(sample), *make),
-        ("avatar_export", "convert", str(trained / "model"), *inputs, "-o", str(bundle)),
+        ("avatar_export", "convert", str(TRAINED / "head_blendshapes"), "-o", str(bundle)),
         ("avatar_export", "validate", str(bundle)),
         render(bundle, out / "smile.png", *smile, "--yaw", "20", "--size", "384"),
         render(bundle, out / "driven.webp", *drive),
     ]
 
 
-def talking_head(out: Path, sample: Path) -> list[Command]:
-    """A head embedded in a body model's mesh, which talks as in its training take."""
-    trained, bundle = sample / "splatting_avatar" / "head", out / "splatting_head"
-    inputs = (
-        *("--body-model", str(trained / "body" / "body_model.npz")),
-        *("--poses", str(trained / "flame_params.json"), "--driving", str(trained / "driving.json")),
-    )
-    talk = ("--clip", "flame_params", "--every", "2", "--zoom", "1.15", "--size", "288")
+def talking_head(out: Path) -> list[Command]:
+    """A head embedded in a body model's mesh, in a part of its take that it was never trained on."""
+    bundle = out / "splatting_head"
+    talk = ("--clip", "held_out", "--every", "2", "--zoom", "1.15", "--size", "288")
     return [
-        ("samples.make", str(sample), "--system", "splatting_head"),
-        ("avatar_export", "convert", str(trained / "run"), *inputs, "-o", str(bundle)),
+        ("avatar_export", "conform", str(TRAINED / "head_splatting")),
+        ("avatar_export", "convert", str(TRAINED / "head_splatting"), "-o", str(bundle)),
         render(bundle, out / "splatting_head.webp", *talk),
     ]
 
 
-def walking_body(out: Path, sample: Path) -> list[Command]:
+def walking_body(out: Path) -> list[Command]:
     """A clothed body embedded in the mesh of a rigged glb, which walks."""
-    trained, bundle = sample / "splatting_avatar" / "body", out / "body"
-    inputs = ("--rig", str(trained / "CesiumMan.glb"))
-    walk = ("--clip", "animation_0", "--every", "2", "--yaw", "35", "--pitch", "6", "--size", "224x320")
+    bundle = out / "body"
+    walk = ("--clip", "training", "--frames", "0:48", "--every", "2")
+    view = ("--yaw", "35", "--pitch", "6", "--size", "224x320")
     return [
-        ("samples.make", str(sample), "--system", "splatting_body"),
-        ("avatar_export", "convert", str(trained / "run"), *inputs, "-o", str(bundle)),
-        render(bundle, out / "walk.webp", *walk),
+        ("avatar_export", "convert", str(TRAINED / "body_splatting"), "-o", str(bundle)),
+        render(bundle, out / "walk.webp", *walk, *view),
     ]
 
 
@@ -79,7 +71,7 @@ def main(out: Path) -> None:
     """Everything under `out`, which is made anew; the demos run side by side, the steps of each in turn."""
     shutil.rmtree(out, ignore_errors=True)
     with ThreadPoolExecutor(min(len(DEMOS), os.cpu_count() or 1)) as pool:
-        codes = list(pool.map(lambda demo: run(demo(out, out / "checkpoint")), DEMOS))
+        codes = list(pool.map(lambda demo: run(demo(out)), DEMOS))
     if any(codes):
         sys.exit(max(codes, key=abs))
     print("\nLook at:")

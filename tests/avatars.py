@@ -23,6 +23,7 @@ from avatar_runtime.avatar import (
     SparseRows,
 )
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+from avatar_runtime.rules import NORMAL_POSITIONS
 from avatar_runtime.stages.surface import binding_pose
 
 Array = npt.NDArray[Any]
@@ -97,14 +98,14 @@ def full_avatar(seed: int = 0) -> Avatar:
 def surface_avatar(seed: int = 0, rules: Rules | None = None, *, rigged: bool = True) -> Avatar:
     """`full_avatar` with its Gaussians on the rig's mesh instead of its skin; the canonical mesh is not the template.
 
-    `rules` of SplattingAvatar by default, or those of GaussianAvatars; u = 4.
+    `rules` of SplattingAvatar's code by default, or any of rules.SURFACE_RULES; u = 4.
     """
     rng = np.random.default_rng(seed + 1)
     full = full_avatar(seed)
     assert full.rig is not None
     rules = rules or Rules("vertex_quaternion", scale="log_area")
     triangle = rng.integers(0, len(full.rig.triangles), COUNT)
-    by_normal = rules.position == "normal"
+    by_normal = rules.position in NORMAL_POSITIONS
     embedding = Embedding(
         canonical_vertices=full.rig.vertices + _normal(rng, VERTICES, 3, scale=2e-3),
         triangles=full.rig.triangles,

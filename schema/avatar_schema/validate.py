@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
 from jsonschema import Draft202012Validator
+from jsonschema.validators import extend
 
 from avatar_schema import LATEST, schema
 
 MOST_PROBLEMS = 100  # a hostile manifest could have millions
+BOUNDED_NUMBER = {"type", "minimum", "maximum"}  # the keys of such a schema
 EXTENSIONS: tuple[str, ...] = ()  # the ones this version understands
 
 
@@ -38,10 +41,27 @@ def document_problems(document: Any, name: str) -> list[Problem]:
     problems = version_problems(document)
     if any(not p.warning for p in problems):
         return problems
-    errors = islice(Draft202012Validator(schema(name)).iter_errors(document), MOST_PROBLEMS)
-    for error in sorted(errors, key=lambda e: (e.json_path, e.message)):
-        problems.append(Problem(error.json_path, _message(error)))
-    return problems
+    return problems + schema_problems(document, name)
+
+
+def schema_problems(document: Any, name: str) -> list[Problem]:
+    """Where a parsed document, versions aside, is not of the schema called `name`; at most MOST_PROBLEMS."""
+    errors = islice(_Validator(schema(name)).iter_errors(document), MOST_PROBLEMS)
+    ordered = sorted(errors, key=lambda e: (e.json_path, e.message))
+    return [Problem(error.json_path, _message(error)) for error in ordered]
+
+
+def _items(validator: Any, items: Any, instance: Any, schema: Any) -> Iterator[Any]:
+    """As the draft says; a row of bounded numbers is looked through at once, a capture has a million of them."""
+    bounded = isinstance(items, dict) and items.keys() == BOUNDED_NUMBER and items["type"] == "number"
+    if bounded and isinstance(instance, list):
+        low, high = items["minimum"], items["maximum"]
+        if all(type(number) in (int, float) and low <= number <= high for number in instance):
+            return
+    yield from Draft202012Validator.VALIDATORS["items"](validator, items, instance, schema)
+
+
+_Validator = extend(Draft202012Validator, {"items": _items})
 
 
 def version_problems(manifest: dict[str, Any]) -> list[Problem]:
@@ -82,8 +102,15 @@ def parse_version(text: Any) -> tuple[int, int] | None:
 
 
 def _message(error: Any) -> str:
+    message = str(error.message)
     if error.validator == "enum":
         known = ", ".join(map(str, error.validator_value))
-        return f"{error.instance!r} is unknown to this reader (it knows {known})"
-    message = str(error.message)
+        message = f"{_short(error.instance)} is unknown to this reader (it knows {known})"
+    elif error.validator == "oneOf" and "description" in error.schema:
+        message = f"{_short(error.instance)} is not {error.schema['description']}"
     return message if len(message) <= 200 else message[:200] + "..."
+
+
+def _short(instance: Any) -> str:
+    text = repr(instance)
+    return text if len(text) <= 80 else text[:80] + "..."

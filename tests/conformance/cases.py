@@ -86,6 +86,13 @@ CASES: tuple[Row, ...] = (
         for avatar in ("surface_area", "surface_world", "surface_mirrored")
     ),
     Row(
+        "surface_paper",
+        "posed",
+        "SplattingAvatar as its paper has it: neither the interpolated normal nor the vertex quaternions made unit, "
+        "the ratio of areas on the scale itself",
+        seed=14,
+    ),
+    Row(
         "surface_frame",
         "posed",
         "a triangle's own frame and edge scale, SH turned with it",

@@ -12,7 +12,7 @@ import pytest
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.conformance import STAGE_ARRAYS, Report, conform, make_reference
 from avatar_runtime.conformance.arrays import WHEN
-from avatar_runtime.rules import QUATERNION_SIGNS, ROTATION_RULES, SCALE_RULES, SH_DIRECTIONS
+from avatar_runtime.rules import POSITION_RULES, QUATERNION_SIGNS, ROTATION_RULES, SCALE_RULES, SH_DIRECTIONS
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
 from avatar_runtime.stages.surface import Surface
@@ -134,6 +134,7 @@ def test_avatars_have_every_value_of_every_rule() -> None:
     avatars = [make() for make in AVATARS.values()]
     rules = [avatar.rules for avatar in avatars]
     assert {r.rotation for r in rules} == set(ROTATION_RULES)
+    assert {r.position for r in rules} == set(POSITION_RULES)
     assert {r.scale for r in rules} == set(SCALE_RULES)
     assert {r.sh_direction for r in rules} == set(SH_DIRECTIONS)
     turned = {r.quaternion_sign for r in rules if r.rotation == "vertex_quaternion"}

@@ -1,7 +1,7 @@
 """SplattingAvatar's and GaussianAvatars' rules, one Gaussian and one triangle at a time, in training units, float64.
 
-Written from the description of the golden vectors; rotations of triangles go through scipy-free axis and angle,
-so that no quaternion formula is shared with the runtime.
+Written from the description of the golden vectors and from SplattingAvatar's paper; rotations of triangles go through
+scipy-free axis and angle, so that no quaternion formula is shared with the runtime.
 """
 
 from __future__ import annotations
@@ -70,22 +70,33 @@ def splatting_avatar(
     d: float,
     rotation: Array,
     log_scale: Array,
+    by_paper: frozenset[str] = frozenset(),
 ) -> tuple[Array, Array, Array]:
-    """(position, unit quaternion, scale) of one Gaussian, with mesh scaling, sign policy w >= 0."""
+    """(position, unit quaternion, scale) of one Gaussian, with mesh scaling, sign policy w >= 0.
+
+    As the code does it, or what `by_paper` names as the paper's equations print it: "position" (2, 3), "rotation" (5),
+    "scale" (the line below 7).
+    """
     foot, normal, turn = np.zeros(3), np.zeros(3), np.zeros(4)
     for weight, vertex in zip(barycentric, triangles[at], strict=True):
         around = [t for t in triangles if vertex in t]
-        n, q = np.zeros(3), np.zeros(4)
+        n, q, areas = np.zeros(3), np.zeros(4), 0.0
         for t in around:
             a, b, c = corners(posed, t)
             n = n + np.cross(b - a, c - a)
             r = tangent_frame(posed, t) @ np.linalg.inv(tangent_frame(canonical, t))
             q = q + area(canonical, t) * quaternion(r)
+            areas += area(canonical, t)
         foot = foot + weight * posed[vertex]
         normal = normal + weight * n / max(float(np.linalg.norm(n)), 1e-6)
-        turn = turn + weight * q / max(float(np.linalg.norm(q)), 1e-6)
-    ratio = (area(posed, triangles[at]) + 1e-4) / (area(canonical, triangles[at]) + 1e-4)
-    return foot + d * unit(normal), unit(product(turn, rotation)), np.exp(log_scale * ratio)
+        turn = turn + weight * q / (areas if "rotation" in by_paper else max(float(np.linalg.norm(q)), 1e-6))
+    up = normal if "position" in by_paper else unit(normal)
+    now, before = area(posed, triangles[at]), area(canonical, triangles[at])
+    if "scale" in by_paper:
+        scale = now / before * np.exp(log_scale)
+    else:
+        scale = np.exp(log_scale * (now + 1e-4) / (before + 1e-4))
+    return foot + d * up, unit(product(turn, rotation)), scale
 
 
 def gaussian_avatars(

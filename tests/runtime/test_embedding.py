@@ -25,6 +25,7 @@ from tests.avatars import COUNT, VERTICES, full_avatar, surface_avatar
 IN_TRIANGLES = Rules(
     "triangle_frame", position="triangle_frame", scale="triangle_linear", sh_direction="world"
 )
+BY_PAPER = Rules("vertex_quaternion_mean", position="interpolated_normal", scale="linear_area")
 
 
 def changed(name: str, index: Any, value: Any) -> Callable[[Embedding], Embedding]:
@@ -106,6 +107,11 @@ TOGETHER: dict[str, tuple[Callable[[Avatar], Avatar], str]] = {
     "a mixture of rules": (
         lambda a: replace(a, rules=replace(a.rules, scale="triangle_linear")),
         "vertex_quaternion, normal, triangle_linear; with an embedding they are one of",
+    ),
+    "a mixture with the paper's rules": (
+        lambda a: replace(a, rules=replace(BY_PAPER, position="triangle_frame")),
+        r"one of vertex_quaternion \| vertex_quaternion_mean, normal \| interpolated_normal, none \| log_area \| "
+        "linear_area; triangle_frame, triangle_frame, triangle_linear",
     ),
     "a rule of skins": (
         lambda a: replace(a, rules=Rules("polar3")),
@@ -201,7 +207,7 @@ def test_the_manifest_counts_the_frames(bundle: Path) -> None:
         load(bundle)
 
 
-@pytest.mark.parametrize("rules", [None, IN_TRIANGLES], ids=["normal", "triangle_frame"])
+@pytest.mark.parametrize("rules", [None, BY_PAPER, IN_TRIANGLES], ids=["normal", "paper", "triangle_frame"])
 def test_embedding_json_is_the_tensors_bit_by_bit(rules: Rules | None) -> None:
     avatar = surface_avatar(rules=rules)
     assert avatar.embedding is not None

@@ -42,10 +42,13 @@ Array = npt.NDArray[Any]
 S = np.diag([-1.0, 1.0, 1.0])
 IN_TRIANGLES = Rules("triangle_frame", position="triangle_frame", scale="triangle_linear")
 ON_NORMALS = Rules("vertex_quaternion", scale="log_area")
+BY_PAPER = Rules("vertex_quaternion_mean", position="interpolated_normal", scale="linear_area")
 SURFACES = {
     "on normals": ON_NORMALS,
     "on normals, seen in the world": replace(ON_NORMALS, sh_direction="world"),
     "on normals, largest_positive": replace(ON_NORMALS, quaternion_sign="largest_positive", scale="none"),
+    "on normals, by the paper": BY_PAPER,
+    "on normals, by the paper, largest_positive": replace(BY_PAPER, quaternion_sign="largest_positive"),
     "in triangles": IN_TRIANGLES,
     "in triangles, seen in the world": replace(IN_TRIANGLES, sh_direction="world"),
 }

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from rich.table import Table
 
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.player import Player
@@ -44,6 +45,19 @@ def compare(
     frames = [frame for frame in system.capture.frames if frame.split == "test"][::every]
     wanted = [draw(system, frame) for frame in frames]
     return [_row(system.capture, avatar, frames, wanted, *pair) for pair in backends]
+
+
+def table(rows: Iterable[Row]) -> Table:
+    """The rows as they are shown."""
+    shown = Table(box=None, pad_edge=False)
+    for title in ("backend", "profile"):
+        shown.add_column(title)
+    for title in ("frames", "largest difference", "flipped pixels", "largest of those", "worst PSNR dB"):
+        shown.add_column(title, justify="right")
+    for row in rows:
+        numbers = (f"{row.largest:.2g}", str(row.flipped), f"{row.furthest:.2g}", f"{row.psnr_db:.1f}")
+        shown.add_row(row.backend, row.profile, str(row.frames), *numbers)
+    return shown
 
 
 def pose_of(capture: Capture, avatar: Avatar, frame: Frame) -> Pose:

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 import torch
 
+from avatar_export import GENERATOR
 from avatar_export.driving.matrix import with_driving
+from avatar_export.provenance import with_rights
 from avatar_export.read import READERS, read
 from avatar_export.readers.options import ReadOptions
 from avatar_export.writers.bundle import write_bundle
@@ -55,7 +57,11 @@ def exported(system: System, run: Path) -> Avatar:
     driving = capture.folder / DRIVING
     if driving.is_file():
         avatar = with_driving(avatar, driving)
-    avatar = replace(avatar, head_pose_in=capture.head_pose_in)
+    avatar = with_rights(avatar, *(capture.rights.get(name) for name in ("licence", "author", "consent")))
+    said = {"trainer": GENERATOR, "capture": capture.rights.get("source")}
+    avatar = replace(
+        avatar, head_pose_in=capture.head_pose_in, provenance={**avatar.provenance, "trained": said}
+    )
     return replace(avatar, clips=(*avatar.clips, *clips(capture, avatar))).check()
 
 

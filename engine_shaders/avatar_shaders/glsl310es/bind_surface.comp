@@ -48,7 +48,7 @@ layout(binding = 8, std140) uniform BindSurfaceConstants
     uint local_offset;
     uint local_quat;
     uint canonical_size;
-    uint position_in_triangle;
+    uint position_rule;
     uint turn_of_triangle;
     uint scale_rule;
     uint sh_world;
@@ -135,7 +135,7 @@ vec3 surface_position(uint row, vec3 foot, vec3 weight, float size)
     uint param_4 = 2u;
     uint param_5 = row;
     uint v2 = embed_vertex(param_4, param_5);
-    if (constants.position_in_triangle != 0u)
+    if (constants.position_rule == 1u)
     {
         vec3 param_6 = Mesh_1._data[v0].xyz;
         vec3 param_7 = Mesh_1._data[v1].xyz;
@@ -156,11 +156,15 @@ vec3 surface_position(uint row, vec3 foot, vec3 weight, float size)
         return foot + (rotate(param_18, param_19) * size);
     }
     vec3 normal = ((Mesh_1._data[constants.vertices + v0].xyz * weight.x) + (Mesh_1._data[constants.vertices + v1].xyz * weight.y)) + (Mesh_1._data[constants.vertices + v2].xyz * weight.z);
-    uint param_20 = constants.displacement;
-    uint param_21 = 0u;
-    uint param_22 = row;
-    vec3 param_23 = normal;
-    return foot + (bind_unit(param_23) * embed_value(param_20, param_21, param_22));
+    if (constants.position_rule == 0u)
+    {
+        vec3 param_20 = normal;
+        normal = bind_unit(param_20);
+    }
+    uint param_21 = constants.displacement;
+    uint param_22 = 0u;
+    uint param_23 = row;
+    return foot + (normal * embed_value(param_21, param_22, param_23));
 }
 
 vec4 bind_unit4(vec4 v)
@@ -264,7 +268,7 @@ vec3 scale_log_area(vec3 log_scale, float area, float canonical_area, float damp
     return ((log_scale + vec3(log_training_per_bundle)) * ratio) - vec3(log_training_per_bundle);
 }
 
-vec3 scale_triangle_linear(vec3 log_scale, float size, float canonical_size)
+vec3 scale_linear(vec3 log_scale, float size, float canonical_size)
 {
     return log_scale + vec3(log(max(size, 1.0000000031710768509710513471353e-30) / canonical_size));
 }
@@ -285,7 +289,7 @@ vec3 surface_scale(vec3 log_scale, float size, float canonical)
         vec3 param_5 = log_scale;
         float param_6 = size;
         float param_7 = canonical;
-        return scale_triangle_linear(param_5, param_6, param_7);
+        return scale_linear(param_5, param_6, param_7);
     }
     return log_scale;
 }
@@ -357,8 +361,8 @@ void _bind_surface(uvec3 id)
     BoundSplat param_34 = b;
     Rows4 param_35 = world;
     vec4 param_36 = constants.world_quat_wxyz;
-    BoundSplat _1062 = bind_place(param_34, param_35, param_36);
-    b = _1062;
+    BoundSplat _1068 = bind_place(param_34, param_35, param_36);
+    b = _1068;
     vec3 log_scale = vec3(Splats_1._data[(2u * constants.count) + row].w, Splats_1._data[(3u * constants.count) + row].w, Splats_1._data[(4u * constants.count) + row].w);
     uint param_37 = constants.canonical_size;
     uint param_38 = 0u;

@@ -12,6 +12,7 @@ layout(binding = 8, std140) uniform BindVerticesConstants
     uint vertex_triangle;
     float normal_floor;
     float quaternion_floor;
+    uint quaternion_by_area;
 } constants;
 
 layout(binding = 0, std430) readonly buffer SurfaceStatic
@@ -34,6 +35,11 @@ vec3 vertex_normal(vec3 sum_across, float normal_floor)
     return sum_across / vec3(max(length(sum_across), normal_floor));
 }
 
+vec4 vertex_quat_mean(vec4 sum_turn, float sum_area)
+{
+    return sum_turn / vec4(max(sum_area, 1.0000000031710768509710513471353e-30));
+}
+
 vec4 vertex_quat(vec4 sum_turn, float quaternion_floor)
 {
     return sum_turn / vec4(max(sqrt(dot(sum_turn, sum_turn)), quaternion_floor));
@@ -48,20 +54,31 @@ void _bind_vertices(uvec3 id)
     }
     vec3 across = vec3(0.0);
     vec4 turn = vec4(0.0);
+    float area = 0.0;
     uint end = SurfaceStatic_1._data[(constants.vertex_triangle_ptr + row) + 1u];
-    uint _91 = constants.vertex_triangle_ptr + row;
-    for (uint e = SurfaceStatic_1._data[_91]; e < end; e++)
+    uint _104 = constants.vertex_triangle_ptr + row;
+    for (uint e = SurfaceStatic_1._data[_104]; e < end; e++)
     {
         uint t = SurfaceStatic_1._data[constants.vertex_triangle + e];
         across += Triangles_1._data[t].xyz;
         turn += (Triangles_1._data[constants.triangles + t] * uintBitsToFloat(SurfaceStatic_1._data[constants.canonical_size + t]));
+        area += uintBitsToFloat(SurfaceStatic_1._data[constants.canonical_size + t]);
     }
     vec3 param = across;
     float param_1 = constants.normal_floor;
     Mesh_1._data[constants.vertices + row] = vec4(vertex_normal(param, param_1), 0.0);
-    vec4 param_2 = turn;
-    float param_3 = constants.quaternion_floor;
-    Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat(param_2, param_3);
+    if (constants.quaternion_by_area != 0u)
+    {
+        vec4 param_2 = turn;
+        float param_3 = area;
+        Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat_mean(param_2, param_3);
+    }
+    else
+    {
+        vec4 param_4 = turn;
+        float param_5 = constants.quaternion_floor;
+        Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat(param_4, param_5);
+    }
 }
 
 void main()

@@ -11,7 +11,7 @@ AVATAR_CONSTANTS(BindTrianglesConstants)
     uint triangles;
     uint triangle_plane; // 3 planes of vertex ids
     uint canonical_frame; // 9 planes, row-major
-    uint frame_by_edge; // 1: rotation rule triangle_frame; 0: vertex_quaternion
+    uint frame_by_edge; // 1: rotation rule triangle_frame; 0: vertex_quaternion, vertex_quaternion_mean
     uint quaternion_sign; // 0 largest_positive, 1 w_positive, 2 largest_positive_mirrored
 AVATAR_CONSTANTS_END
 

@@ -52,7 +52,7 @@ struct BindSurfaceConstants
     uint local_offset;
     uint local_quat;
     uint canonical_size;
-    uint position_in_triangle;
+    uint position_rule;
     uint turn_of_triangle;
     uint scale_rule;
     uint sh_world;
@@ -141,7 +141,7 @@ float3 surface_position(thread const uint& row, thread const float3& foot, threa
     uint param_4 = 2u;
     uint param_5 = row;
     uint v2 = embed_vertex(param_4, param_5, EmbedStatic_1, constants);
-    if (constants.position_in_triangle != 0u)
+    if (constants.position_rule == 1u)
     {
         float3 param_6 = Mesh_1._data[v0].xyz;
         float3 param_7 = Mesh_1._data[v1].xyz;
@@ -162,11 +162,15 @@ float3 surface_position(thread const uint& row, thread const float3& foot, threa
         return foot + (rotate(param_18, param_19) * size);
     }
     float3 normal = ((Mesh_1._data[constants.vertices + v0].xyz * weight.x) + (Mesh_1._data[constants.vertices + v1].xyz * weight.y)) + (Mesh_1._data[constants.vertices + v2].xyz * weight.z);
-    uint param_20 = constants.displacement;
-    uint param_21 = 0u;
-    uint param_22 = row;
-    float3 param_23 = normal;
-    return foot + (bind_unit(param_23) * embed_value(param_20, param_21, param_22, EmbedStatic_1, constants));
+    if (constants.position_rule == 0u)
+    {
+        float3 param_20 = normal;
+        normal = bind_unit(param_20);
+    }
+    uint param_21 = constants.displacement;
+    uint param_22 = 0u;
+    uint param_23 = row;
+    return foot + (normal * embed_value(param_21, param_22, param_23, EmbedStatic_1, constants));
 }
 
 static inline __attribute__((always_inline))
@@ -282,7 +286,7 @@ float3 scale_log_area(thread const float3& log_scale, thread const float& area, 
 }
 
 static inline __attribute__((always_inline))
-float3 scale_triangle_linear(thread const float3& log_scale, thread const float& size, thread const float& canonical_size)
+float3 scale_linear(thread const float3& log_scale, thread const float& size, thread const float& canonical_size)
 {
     return log_scale + float3(log(fast::max(size, 1.0000000031710768509710513471353e-30) / canonical_size));
 }
@@ -304,7 +308,7 @@ float3 surface_scale(thread const float3& log_scale, thread const float& size, t
         float3 param_5 = log_scale;
         float param_6 = size;
         float param_7 = canonical;
-        return scale_triangle_linear(param_5, param_6, param_7);
+        return scale_linear(param_5, param_6, param_7);
     }
     return log_scale;
 }
@@ -377,8 +381,8 @@ void _bind_surface(thread const uint3& id, const device EmbedStatic& EmbedStatic
     BoundSplat param_34 = b;
     Rows4 param_35 = world;
     float4 param_36 = constants.world_quat_wxyz;
-    BoundSplat _1062 = bind_place(param_34, param_35, param_36);
-    b = _1062;
+    BoundSplat _1068 = bind_place(param_34, param_35, param_36);
+    b = _1068;
     float3 log_scale = float3(((device float*)&Splats_1._data[(2u * constants.count) + row])[3u], ((device float*)&Splats_1._data[(3u * constants.count) + row])[3u], ((device float*)&Splats_1._data[(4u * constants.count) + row])[3u]);
     uint param_37 = constants.canonical_size;
     uint param_38 = 0u;

@@ -16,6 +16,7 @@ struct BindVerticesConstants
     uint vertex_triangle;
     float normal_floor;
     float quaternion_floor;
+    uint quaternion_by_area;
 };
 
 struct SurfaceStatic
@@ -40,6 +41,12 @@ float3 vertex_normal(thread const float3& sum_across, thread const float& normal
 }
 
 static inline __attribute__((always_inline))
+float4 vertex_quat_mean(thread const float4& sum_turn, thread const float& sum_area)
+{
+    return sum_turn / float4(fast::max(sum_area, 1.0000000031710768509710513471353e-30));
+}
+
+static inline __attribute__((always_inline))
 float4 vertex_quat(thread const float4& sum_turn, thread const float& quaternion_floor)
 {
     return sum_turn / float4(fast::max(sqrt(dot(sum_turn, sum_turn)), quaternion_floor));
@@ -55,20 +62,31 @@ void _bind_vertices(thread const uint3& id, constant BindVerticesConstants& cons
     }
     float3 across = float3(0.0);
     float4 turn = float4(0.0);
+    float area = 0.0;
     uint end = SurfaceStatic_1._data[(constants.vertex_triangle_ptr + row) + 1u];
-    uint _91 = constants.vertex_triangle_ptr + row;
-    for (uint e = SurfaceStatic_1._data[_91]; e < end; e++)
+    uint _104 = constants.vertex_triangle_ptr + row;
+    for (uint e = SurfaceStatic_1._data[_104]; e < end; e++)
     {
         uint t = SurfaceStatic_1._data[constants.vertex_triangle + e];
         across += Triangles_1._data[t].xyz;
         turn += (Triangles_1._data[constants.triangles + t] * as_type<float>(SurfaceStatic_1._data[constants.canonical_size + t]));
+        area += as_type<float>(SurfaceStatic_1._data[constants.canonical_size + t]);
     }
     float3 param = across;
     float param_1 = constants.normal_floor;
     Mesh_1._data[constants.vertices + row] = float4(vertex_normal(param, param_1), 0.0);
-    float4 param_2 = turn;
-    float param_3 = constants.quaternion_floor;
-    Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat(param_2, param_3);
+    if (constants.quaternion_by_area != 0u)
+    {
+        float4 param_2 = turn;
+        float param_3 = area;
+        Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat_mean(param_2, param_3);
+    }
+    else
+    {
+        float4 param_4 = turn;
+        float param_5 = constants.quaternion_floor;
+        Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat(param_4, param_5);
+    }
 }
 
 kernel void bind_vertices(const device SurfaceStatic& SurfaceStatic_1 [[buffer(0)]], const device Triangles& Triangles_1 [[buffer(1)]], device Mesh& Mesh_1 [[buffer(2)]], constant BindVerticesConstants& constants [[buffer(8)]], uint3 gl_GlobalInvocationID [[thread_position_in_grid]])

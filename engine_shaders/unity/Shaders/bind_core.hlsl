@@ -49,7 +49,7 @@ float4 bind_unit4(float4 v)
 struct TriangleShape
 {
     Rows3 frame; // its columns are the axes; world from triangle
-    float size; // area for rule vertex_quaternion, edge length for rule triangle_frame
+    float size; // edge length for rotation rule triangle_frame, else area
     float3 across; // edge x edge, not normalised
 };
 
@@ -62,7 +62,7 @@ Rows3 bind_columns(float3 x, float3 y, float3 z)
     return m;
 }
 
-// Frame and area as SplattingAvatar takes them (rotation rule vertex_quaternion).
+// Frame and area as SplattingAvatar takes them (rotation rules vertex_quaternion, vertex_quaternion_mean).
 TriangleShape triangle_by_area(float3 p0, float3 p1, float3 p2)
 {
     TriangleShape t;
@@ -116,6 +116,12 @@ float4 vertex_quat(float4 sum_turn, float quaternion_floor)
     return sum_turn / max(sqrt(dot(sum_turn, sum_turn)), quaternion_floor);
 }
 
+// Rotation rule vertex_quaternion_mean: shorter than 1 where triangles turn apart.
+float4 vertex_quat_mean(float4 sum_turn, float sum_area)
+{
+    return sum_turn / max(sum_area, AVATAR_TINY);
+}
+
 // Scale rule log_area: the damped ratio of areas multiplies the logarithm of the scale in training units.
 float3 scale_log_area(float3 log_scale, float area, float canonical_area, float damping, float log_training_per_bundle)
 {
@@ -123,8 +129,8 @@ float3 scale_log_area(float3 log_scale, float area, float canonical_area, float 
     return (log_scale + log_training_per_bundle) * ratio - log_training_per_bundle;
 }
 
-// Scale rule triangle_linear: the scale grows as the triangle's size.
-float3 scale_triangle_linear(float3 log_scale, float size, float canonical_size)
+// Scale rules linear_area and triangle_linear: the scale grows as the triangle's size.
+float3 scale_linear(float3 log_scale, float size, float canonical_size)
 {
     return log_scale + log(max(size, AVATAR_TINY) / canonical_size);
 }

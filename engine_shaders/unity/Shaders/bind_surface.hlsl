@@ -16,13 +16,13 @@ AVATAR_CONSTANTS(BindSurfaceConstants)
     uint triangle_ids; // a triangle a Gaussian
     uint vertex_ids; // 3 planes
     uint barycentric; // 3 planes
-    uint displacement; // a float a Gaussian, position rule normal
+    uint displacement; // a float a Gaussian, position rules normal and interpolated_normal
     uint local_offset; // 3 planes, position rule triangle_frame
     uint local_quat; // 4 planes, wxyz
     uint canonical_size; // a float a Gaussian: of its triangle in the binding pose
-    uint position_in_triangle; // 1: position rule triangle_frame; 0: normal
-    uint turn_of_triangle; // 1: rotation rule triangle_frame; 0: vertex_quaternion
-    uint scale_rule; // 0 none, 1 log_area, 2 triangle_linear
+    uint position_rule; // 0 normal, 1 triangle_frame, 2 interpolated_normal
+    uint turn_of_triangle; // 1: rotation rule triangle_frame; 0: vertex_quaternion, vertex_quaternion_mean
+    uint scale_rule; // 0 none, 1 log_area, 2 linear_area and triangle_linear
     uint sh_world; // 1: SH stay in the world's frame
     float area_damping; // bundle units squared
     float log_training_per_bundle;
@@ -45,7 +45,7 @@ uint embed_vertex(uint corner, uint row)
 float3 surface_position(uint row, float3 foot, float3 weight, float size)
 {
     uint v0 = embed_vertex(0, row), v1 = embed_vertex(1, row), v2 = embed_vertex(2, row);
-    if (position_in_triangle != 0)
+    if (position_rule == 1)
     {
         TriangleShape shape = triangle_by_edge(Mesh[v0].xyz, Mesh[v1].xyz, Mesh[v2].xyz);
         float3 offset = float3(
@@ -55,7 +55,11 @@ float3 surface_position(uint row, float3 foot, float3 weight, float size)
     float3 normal = weight.x * Mesh[vertices + v0].xyz
         + weight.y * Mesh[vertices + v1].xyz
         + weight.z * Mesh[vertices + v2].xyz;
-    return foot + embed_value(displacement, 0, row) * bind_unit(normal);
+    if (position_rule == 0)
+    {
+        normal = bind_unit(normal);
+    }
+    return foot + embed_value(displacement, 0, row) * normal;
 }
 
 float3 surface_scale(float3 log_scale, float size, float canonical)
@@ -66,7 +70,7 @@ float3 surface_scale(float3 log_scale, float size, float canonical)
     }
     if (scale_rule == 2)
     {
-        return scale_triangle_linear(log_scale, size, canonical);
+        return scale_linear(log_scale, size, canonical);
     }
     return log_scale;
 }

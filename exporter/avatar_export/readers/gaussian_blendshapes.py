@@ -22,6 +22,8 @@ from avatar_export.readers.body_rig import bake_rig
 from avatar_export.readers.gaussian_blendshapes_sources import FaceSource, Model, MouthSource
 from avatar_export.readers.inputs import Inputs, find_inputs
 from avatar_export.readers.options import ReadOptions
+from avatar_export.readers.point_cloud import first_file
+from avatar_export.readers.rules_file import RULES_FILE, TrainedRules, read_rules
 from avatar_export.readers.subject_files import read_eyelids, read_faces, read_shape
 from avatar_export.sparse import SparseRowsBuilder
 from avatar_runtime.avatar import (
@@ -39,12 +41,14 @@ from avatar_runtime.avatar import (
 )
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.files import open_file
+from avatar_runtime.rules import ANCHOR_RULES
 
 SYSTEM = "gaussian_blendshapes"
 FILES = (
     "fix_chkpnt*/ with pos, shs, scale, rot, opacity, *_t, W, eyelid .npy (written by its test.py)",
     "or fix_chkpnt*.pth with acc*.npy (the raw checkpoint)",
     "mouth0_* (upper teeth) and mouth1_* (lower teeth), as folders or .pth",
+    f"{RULES_FILE} in the same folder (optional: rules of the paper in place of the released code's)",
     "beside it: body model (--body-model), identity (--shape), eyelids (--eyelids), anchor faces (--anchor-faces)",
 )
 
@@ -55,8 +59,19 @@ USED_OPTIONS = (
 )
 EYELIDS = ("left", "right")
 JOINTS = ("root", "neck", "jaw", "leftEye", "rightEye")
-# Lower teeth ride on a fixed mix of joints (FLAME/lbs.py:240); what is missing to 1 stays on the identity.
-LOWER_TEETH_MIX = {"root": 0.0130787707, "neck": 0.0426467828, "jaw": 0.944269622}
+LOWER_TEETH = {  # rule of rules.json -> factors of joints; what is missing to 1 stays on the identity
+    "mix": {"root": 0.0130787707, "neck": 0.0426467828, "jaw": 0.944269622},  # FLAME/lbs.py:240
+    "jaw": {"jaw": 1.0},
+}
+PLAYED_RULES = {"anchor": ANCHOR_RULES, "lower_teeth": tuple(LOWER_TEETH)}
+RECORDED_RULES = {
+    "mask": ("fixed", "per_blendshape"),
+    "init_position": ("affine", "rotation"),
+    "init_sh": ("zero", "rotated"),
+    "weights": ("nearest_triangle", "grid"),
+    "consistency": ("all", "position", "none"),
+    "deltas": ("trained", "fixed"),
+}
 BLOCK = 512  # Gaussians at a time: 5 MB of SH deltas
 # Below these a delta is rounding noise of the init terms ((Q - I) x0 + t in float32): it is dropped.
 THRESHOLD = {"mean": 1e-8, "quat_wxyz": 1e-8, "log_scale": 1e-7, "opacity_logit": 1e-7, "sh": 1e-7}
@@ -78,6 +93,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     if model is None:
         raise AvatarError("holds no fix_chkpnt*/ folder and no fix_chkpnt*.pth", file=path, owner=SYSTEM)
     options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such choice or input")
+    trained = read_rules(first_file([model.folder / RULES_FILE]), SYSTEM, PLAYED_RULES, RECORDED_RULES)
     face, mouths = sources.open_face(model), sources.open_mouths(model)
     inputs = find_inputs(model.folder, options, SYSTEM)
     body = _body(inputs, options, bool(mouths))
@@ -91,8 +107,12 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     return Avatar(
         name=options.name or model.folder.resolve().name,
         gaussians=gaussians,
-        groups=_groups(len(kept), mouths, rig is not None),
-        rules=Rules(rotation="polar3", sh_direction="inverse_rotation", anchor="repeats"),
+        groups=_groups(len(kept), mouths, rig is not None, trained.played.get("lower_teeth", "mix")),
+        rules=Rules(
+            rotation="polar3",
+            sh_direction="inverse_rotation",
+            anchor=trained.played.get("anchor", "repeats"),
+        ),
         expressions=tuple(Expression(name, range=_range(name)) for name in names),
         late_morph_names=EYELIDS,
         blendshapes=blendshapes,
@@ -104,7 +124,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         head_pose_in="camera",
         training_per_bundle=options.body_scale,
         delta_threshold=parts.threshold,
-        provenance=_provenance(model, face, kept, inputs, body),
+        provenance=_provenance(model, face, kept, inputs, body, trained),
     )
 
 
@@ -268,12 +288,12 @@ def _range(name: str) -> tuple[float, float]:
     return (0.0, 1.0) if canonical(name) else (-2.0, 2.0)
 
 
-def _groups(face: int, mouths: list[MouthSource], rigged: bool) -> tuple[Group, ...]:
+def _groups(face: int, mouths: list[MouthSource], rigged: bool, lower_teeth: str) -> tuple[Group, ...]:
     """Draw order of the system: face, upper teeth, lower teeth (ties in depth go by row)."""
     groups = [Group("face", 0, face, "skin" if rigged else "none")]
     for mouth in mouths:
         first = groups[-1].first + groups[-1].count
-        mix = LOWER_TEETH_MIX if rigged and mouth.binding == "joint_mix" else {}
+        mix = LOWER_TEETH[lower_teeth] if rigged and mouth.binding == "joint_mix" else {}
         groups.append(Group(mouth.name, first, mouth.count, mouth.binding if rigged else "none", mix))
     return tuple(groups)
 
@@ -303,15 +323,23 @@ def _background(folder: Path) -> tuple[float, float, float]:
     return (1.0, 1.0, 1.0) if white else (0.0, 0.0, 0.0)
 
 
-def _notes(inputs: Inputs, body: BodyModel | None) -> list[str]:
+def _notes(inputs: Inputs, body: BodyModel | None, trained: TrainedRules) -> list[str]:
+    notes = [f"{name} {value} ({RULES_FILE})" for name, value in trained.played.items()] + trained.notes()
     if body is not None and inputs.eyelids is None:
-        return ["no eyelid files (--eyelids): the Gaussians' lids close, those of the rig's mesh do not"]
-    return []
+        notes.append("no eyelid files (--eyelids): the Gaussians' lids close, those of the rig's mesh do not")
+    return notes
 
 
 def _provenance(
-    model: Model, face: FaceSource, kept: np.ndarray[Any, Any], inputs: Inputs, body: BodyModel | None
+    model: Model,
+    face: FaceSource,
+    kept: np.ndarray[Any, Any],
+    inputs: Inputs,
+    body: BodyModel | None,
+    trained: TrainedRules,
 ) -> dict[str, Any]:
+    files = {**sources.model_files(model), **inputs.files()}
+    files |= {} if trained.file is None else {RULES_FILE: trained.file}
     dropped = np.setdiff1d(np.arange(face.count), kept)
     return {
         "system": SYSTEM,
@@ -319,8 +347,8 @@ def _provenance(
         "form": face.form,
         "face_rows_read": face.count,
         "face_rows_dropped": [int(row) for row in dropped],
-        "source_files": source_files({**sources.model_files(model), **inputs.files()}),
-        "notes": _notes(inputs, body),
+        "source_files": source_files(files),
+        "notes": _notes(inputs, body, trained),
         "body_model_restriction": None
         if body is None
         else "the rig derives from the body model given; its licence goes with this bundle",

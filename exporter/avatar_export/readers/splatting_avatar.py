@@ -20,6 +20,7 @@ from avatar_export.readers.mesh_files import read_mesh
 from avatar_export.readers.options import ReadOptions
 from avatar_export.readers.ownership import owned
 from avatar_export.readers.point_cloud import NAME, PointCloud, locate, read_ply
+from avatar_export.readers.rules_file import RULES_FILE, TrainedRules, read_rules
 from avatar_export.readers.splatting_avatar_files import (
     CONFIG,
     FORMS,
@@ -32,6 +33,7 @@ from avatar_export.readers.splatting_avatar_files import (
 from avatar_runtime.avatar import Avatar, Embedding, Gaussians, Rules
 from avatar_runtime.codec import ply
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.rules import AREA_SCALES, NORMAL_POSITIONS, SH_DIRECTIONS, VERTEX_ROTATIONS
 
 SYSTEM = "splatting_avatar"
 FILES = (
@@ -39,6 +41,7 @@ FILES = (
     f"{' or '.join(FORMS)} beside it (triangle, weights, displacement, rotation of each Gaussian)",
     "embedding.obj (the mesh they lie on), or --mesh",
     f"{CONFIG} in the run's folder (optional: mesh scaling, view direction, SH degree)",
+    f"{RULES_FILE} beside it (optional: rules of the paper in place of the released code's)",
     "beside it: --rig (.glb, .fbx), or --body-model with --poses (flame_params.json, poses.npz)",
 )
 WITHOUT_RIG = ReadOptions(no_rig=True)
@@ -61,13 +64,22 @@ class Preset:
 # in metres, configs/instant_avatar.yaml.
 PRESETS = {"imavatar": Preset(4.0, True), "instant_avatar": Preset(1.0, False)}
 OTHERWISE = Preset(1.0, False)  # the code's own default for with_mesh_scaling
+SCALES = {True: "log_area", False: "none"}  # of model.with_mesh_scaling
+SCALING = {"log_area": "on", "none": "off", "linear_area": "linear"}
 DIRECTIONS = {True: "inverse_rotation", False: "world"}  # of pipe.convert_SHs_python
+PLAYED_RULES = {  # of rules.json
+    "scale": AREA_SCALES,
+    "position": NORMAL_POSITIONS,
+    "rotation": VERTEX_ROTATIONS,
+    "sh_direction": SH_DIRECTIONS,
+}
+RECORDED_RULES = {"embedding": ("walking", "clamped", "fixed", "released")}
 APART = 0.01  # of the avatar's size
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What config.yaml or the user says of the training, and who said it."""
+    """What rules.json, config.yaml or the user says of the training, and who said it."""
 
     units: float
     rules: Rules
@@ -92,7 +104,8 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         splats = ply.gaussians(read_ply(cloud), cloud.file)
         stored = read_embedding(found, splats.count)
         config = read_config(cloud)
-        settings = _settings(config, options, splats, cloud)
+        trained = read_rules(cloud.find(RULES_FILE), SYSTEM, PLAYED_RULES, RECORDED_RULES)
+        settings = _settings(config, trained, options, splats, cloud)
         embedding, mesh_file, notes = _embedding(stored, splats, options, settings.units)
         rig = no_rig() if options.no_rig else embedded_rig(
             embedding.canonical_vertices, embedding.triangles, options, SYSTEM
@@ -107,9 +120,10 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             background="random",  # as trained (gauss_base.py render_to_camera)
             units=settings.units,
         )
-        notes = [settings.note, *notes, *_position_notes(avatar, splats), *rig.notes]
+        notes = [settings.note, *trained.notes(), *notes, *_position_notes(avatar, splats), *rig.notes]
         files = {NAME: cloud.file, found.name: found, mesh_file.name: mesh_file, **rig.files}
         files |= {} if config.file is None else {CONFIG: config.file}
+        files |= {} if trained.file is None else {RULES_FILE: trained.file}
         return replace(
             avatar,
             provenance={
@@ -122,51 +136,57 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         )
 
 
-def _settings(config: Config, options: ReadOptions, splats: Gaussians, cloud: PointCloud) -> Settings:
-    """Each from its option, else from config.yaml, else as the release trains such a data set."""
+def _settings(
+    config: Config, trained: TrainedRules, options: ReadOptions, splats: Gaussians, cloud: PointCloud
+) -> Settings:
+    """Each from its option, else rules.json, else config.yaml, else as the release trains such a data set."""
     if config.get("model", "xyz_as_uvd", bool) is False:
         raise AvatarError(
             "is false: these Gaussians do not ride on the mesh", file=config.file, field="model.xyz_as_uvd"
         )
+    played = trained.played
     kind = config.get("dataset", "frameset_type", str)
     preset = PRESETS.get(kind, OTHERWISE)
     assumed = f"assumed, usual for {kind}" if kind in PRESETS else "assumed, nothing says otherwise"
 
     def choose(
-        option: object, flag: str, section: str, key: str, fallback: tuple[Any, str]
+        option: object, flag: str, rule: str | None, field: str, fallback: tuple[Any, str]
     ) -> tuple[Any, str]:
         if option is not None:
             return option, flag
+        if rule is not None:
+            return rule, RULES_FILE
+        section, key = field.split(".")
         value = config.get(section, key, type(fallback[0]))
-        return fallback if value is None else (value, f"{CONFIG} {section}.{key}")
+        return fallback if value is None else (value, f"{CONFIG} {field}")
 
     units, units_by = (preset.units, assumed) if options.units is None else (options.units, "--units")
-    scaling, scaling_by = choose(
-        options.mesh_scaling, "--mesh-scaling", "model", "with_mesh_scaling", (preset.mesh_scaling, assumed)
+    usual = preset.mesh_scaling, assumed
+    scale, scale_by = choose(
+        options.mesh_scaling, "--mesh-scaling", played.get("scale"), "model.with_mesh_scaling", usual
     )
+    scale = SCALES.get(scale, scale)
+    usual = False, "assumed, the code's default"
     direction, direction_by = choose(
-        options.sh_direction,
-        "--sh-direction",
-        "pipe",
-        "convert_SHs_python",
-        (False, "assumed, the code's default"),
+        options.sh_direction, "--sh-direction", played.get("sh_direction"), "pipe.convert_SHs_python", usual
     )
     direction = DIRECTIONS.get(direction, direction)
-    degree, degree_by = choose(
-        options.sh_degree, "--sh-degree", "model", "sh_degree", (splats.sh_degree, NAME)
-    )
+    stored = splats.sh_degree, NAME
+    degree, degree_by = choose(options.sh_degree, "--sh-degree", None, "model.sh_degree", stored)
+    carried = {name: played[name] for name in ("position", "rotation") if name in played}
     return Settings(
         surface.units_of(units),
         Rules(
-            position="normal",
-            rotation="vertex_quaternion",
-            scale="log_area" if scaling else "none",
+            position=carried.get("position", "normal"),
+            rotation=carried.get("rotation", "vertex_quaternion"),
+            scale=scale,
             sh_direction=direction,
             quaternion_sign=options.quaternion_sign or "w_positive",
         ),
         surface.degree_of(degree, splats, cloud.file, degree_by),
-        f"{units:g} training units a metre ({units_by}); mesh scaling {'on' if scaling else 'off'} ({scaling_by}); "
-        f"SH direction {direction} ({direction_by}); SH degree {degree} ({degree_by})",
+        f"{units:g} training units a metre ({units_by}); mesh scaling {SCALING[scale]} ({scale_by}); "
+        f"SH direction {direction} ({direction_by}); SH degree {degree} ({degree_by})"
+        + "".join(f"; {name} {value} ({RULES_FILE})" for name, value in carried.items()),
     )
 
 

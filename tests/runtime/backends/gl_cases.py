@@ -44,9 +44,10 @@ def avatars() -> dict[str, Avatar]:
             rules = replace(full.rules, rotation=rotation, rotation_joint="neck", sh_direction=direction)
             made[f"skin {rotation} {direction}"] = replace(full, rules=rules)
     for rotation, position, scale in SURFACE_RULES:
-        for sign in QUATERNION_SIGNS if rotation == "vertex_quaternion" else QUATERNION_SIGNS[:1]:
+        by_code = (rotation, position) == ("vertex_quaternion", "normal")
+        for sign in QUATERNION_SIGNS if by_code else QUATERNION_SIGNS[:1]:
             rules = Rules(rotation, position=position, scale=scale, quaternion_sign=sign)
-            made[f"surface {rotation} {scale} {sign}"] = surface_avatar(3, rules)
+            made[f"surface {rotation} {position} {scale} {sign}"] = surface_avatar(3, rules)
     seen = Rules("vertex_quaternion", scale="log_area", sh_direction="world")
     made["surface world"] = surface_avatar(3, seen)
     made["surface without a rig"] = surface_avatar(3, rigged=False)

@@ -149,11 +149,20 @@ def test_posed_vertices_stand_in_for_the_rig(context: moderngl.Context) -> None:
     assert relative(got.quat_wxyz, want.quat_wxyz) <= STAGE_LIMIT
 
 
+WILD = {
+    "code": Rules("vertex_quaternion", scale="log_area"),
+    "paper": Rules("vertex_quaternion_mean", position="interpolated_normal", scale="linear_area"),
+}
+
+
 @pytest.mark.parametrize("sign", QUATERNION_SIGNS)
 @pytest.mark.parametrize("size", [1.0, 0.01, 0.003])
-def test_a_mesh_turned_all_ways(size: float, sign: str, context: moderngl.Context, measured: Measure) -> None:
+@pytest.mark.parametrize("rules", WILD.values(), ids=WILD)
+def test_a_mesh_turned_all_ways(
+    rules: Rules, size: float, sign: str, context: moderngl.Context, measured: Measure
+) -> None:
     """Triangles beyond half a turn, where the sign rules part; and so small that the floors decide."""
-    rules = Rules("vertex_quaternion", scale="log_area", quaternion_sign=sign)
+    rules = replace(rules, quaternion_sign=sign)
     avatar = surface_avatar(3, rules)
     inputs, _ = stage_inputs(avatar, camera())["bind"]
     assert avatar.embedding is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -28,7 +29,7 @@ def kernel(*, parallel: bool = False) -> Callable[[F], F]:
         except RuntimeError:  # nowhere to write: the kernel is compiled anew in each process
             pass
         else:
-            _watch_all_sources(dispatcher._cache)
+            _watch_all_sources(dispatcher._cache, Path(function.__code__.co_filename).parent)
         result: F = dispatcher
         return result
 
@@ -41,24 +42,26 @@ def inlined(function: F) -> F:
     return result
 
 
-def _watch_all_sources(cache: Any) -> None:
+def _watch_all_sources(kept: Any, folder: Path) -> None:
     """Numba looks at the file of the kernel alone; what the kernel calls may stand in another one.
 
-    An index that another version of this package wrote may name what is no more, and is then no good at all.
+    That is one of this package, or one in the kernel's own `folder`. An index that another version wrote may name
+    what is no more, and is then no good at all.
     """
-    index = cache._cache_file
-    index._source_stamp = SOURCES
+    index = kept._cache_file
+    index._source_stamp = SOURCES if folder == HERE else (*SOURCES, *_files(folder))
     try:
         index._load_index()
     except Exception:  # unpickling raises anything: a class renamed since, a file cut short
-        cache.flush()
+        kept.flush()
 
 
-def _sources() -> tuple[str, ...]:
-    """Name, time and size of every file of this package, and the constants that are compiled in."""
-    found = [(path.name, path.stat()) for path in sorted(Path(__file__).parent.glob("*.py"))]
-    files = (f"{name} {stat.st_mtime_ns} {stat.st_size}" for name, stat in found)
-    return (*files, repr(sorted(constants().items())))
+@cache
+def _files(folder: Path) -> tuple[str, ...]:
+    """Name, time and size of every module in `folder`."""
+    found = [(path.name, path.stat()) for path in sorted(folder.glob("*.py"))]
+    return tuple(f"{name} {stat.st_mtime_ns} {stat.st_size}" for name, stat in found)
 
 
-SOURCES = _sources()
+HERE = Path(__file__).parent
+SOURCES = (*_files(HERE), repr(sorted(constants().items())))  # the constants are compiled in

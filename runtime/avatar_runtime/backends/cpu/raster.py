@@ -83,9 +83,9 @@ def _work(
 ) -> int:
     """Blend tiles until none is left."""
     columns = -(-transmittance.shape[1] // TILE)
-    state = _aligned(LANES * BLOCK)
-    batch = _aligned(BATCH * COLUMNS).reshape(BATCH, COLUMNS)
-    masks, least = np.empty(BATCH, np.uint32), _aligned(LANES)
+    state = aligned(LANES * BLOCK)
+    batch = aligned(BATCH * COLUMNS).reshape(BATCH, COLUMNS)
+    masks, least = np.empty(BATCH, np.uint32), aligned(LANES)
     positions = state.view(np.int32)
     blocks = 0
     while True:
@@ -99,7 +99,7 @@ def _work(
 
 
 @inlined
-def _aligned(count: int) -> F32:
+def aligned(count: int) -> F32:
     """[count] float32 from the start of a cache line."""
     room = np.empty(count + CACHE_LINE // 4, np.float32)
     skip = (-np.int64(room.ctypes.data) % CACHE_LINE) // 4
@@ -131,7 +131,7 @@ def _blend(
             prefetch(splats, COLUMNS * np.int64(mine[k]))
             prefetch(splats, COLUMNS * np.int64(mine[k]) + COLUMNS - 1)
         for k in range(count):
-            masks[k] = _look_up(batch, least, k, splats, mine[begin + k], x0, y0) & open_blocks
+            masks[k] = look_up(batch, least, k, splats, mine[begin + k], x0, y0) & open_blocks
         for k in range(count):
             mask = masks[k]
             while mask:
@@ -150,7 +150,7 @@ def _blend(
 
 
 @inlined
-def _look_up(
+def look_up(
     batch: F32, least: F32, k: int, splats: F32, splat: int, x0: np.float32, y0: np.float32
 ) -> np.uint32:
     """Copy a splat into row k of `batch`; returns the blocks that it can reach, one bit each.

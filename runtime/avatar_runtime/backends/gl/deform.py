@@ -31,7 +31,8 @@ from avatar_runtime.stages.groups import GroupTransforms
 from avatar_runtime.stages.surface import Surface, prepare
 from avatar_schema import constants
 
-SCALE_RULES = {"none": 0, "log_area": 1, "triangle_linear": 2}
+POSITION_RULES = {"normal": 0, "triangle_frame": 1, "interpolated_normal": 2}
+SCALE_RULES = {"none": 0, "log_area": 1, "linear_area": 2, "triangle_linear": 2}
 NO_WORLD = {f"world_row{i}": np.eye(4, dtype=np.float32)[i] for i in range(3)} | {
     "world_quat_wxyz": (1, 0, 0, 0)
 }
@@ -209,7 +210,7 @@ class Deformer:
                 **NO_WORLD,
                 "vertices": self.mesh.count,
                 "triangles": len(surface.embedding.triangles),
-                "position_in_triangle": surface.rules.position == "triangle_frame",
+                "position_rule": POSITION_RULES[surface.rules.position],
                 "turn_of_triangle": surface.rules.rotation == "triangle_frame",
                 "scale_rule": SCALE_RULES[surface.rules.scale],
                 "sh_world": surface.rules.sh_direction == "world",

@@ -107,6 +107,7 @@ class Turns:
             "quaternion_sign": SIGNS[surface.rules.quaternion_sign],
             "normal_floor": constants()["normal_floor"] / area,
             "quaternion_floor": constants()["quaternion_floor"] / area,
+            "quaternion_by_area": surface.rules.rotation == "vertex_quaternion_mean",
         }
         self._by_triangle = programs.dispatch("bind_triangles", count, buffers, values)
         self._by_vertex = programs.dispatch("bind_vertices", mesh.count, buffers, values)

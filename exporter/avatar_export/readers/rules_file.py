@@ -1,0 +1,82 @@
+"""rules.json: by which rules a checkpoint was trained, where its system's paper and released code differ.
+
+{"system": "splatting_avatar", "rules": {"scale": "linear_area"}}, beside the files of the released layout. The trainer
+of this project writes it; whoever changed the released code may. A rule that it does not name is the released code's.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from avatar_export.readers.whole_files import read_bytes
+from avatar_runtime.errors import AvatarError, no_such
+
+RULES_FILE = "rules.json"
+MAX_BYTES = 1 << 16
+
+Values = Mapping[str, tuple[str, ...]]  # of each rule
+
+
+@dataclass(frozen=True)
+class TrainedRules:
+    """What a rules.json says; without a file nothing."""
+
+    file: Path | None
+    played: Mapping[str, str]  # of rules that say how the avatar is played
+    recorded: Mapping[str, str]  # of rules whose effect lies in the stored numbers
+
+    def notes(self) -> list[str]:
+        """That there are rules which change nothing here."""
+        listed = ", ".join(f"{name} {value}" for name, value in self.recorded.items())
+        return [f"{RULES_FILE} records how it was trained: {listed}"] if listed else []
+
+
+def read_rules(path: Path | None, system: str, played: Values, recorded: Values) -> TrainedRules:
+    """The rules.json at `path` of a checkpoint of `system`, whose rules have those values; None is no file.
+
+    Raises AvatarError for a file that is too large or no such JSON, of another system, or that names an unknown
+    rule or value.
+    """
+    if path is None:
+        return TrainedRules(None, {}, {})
+    stored = _stored(path, system)
+    known = {**played, **recorded}
+    for name, value in stored.items():
+        if name not in known:
+            raise no_such(f"rule of {system}", name, known, file=path, field="rules", owner=system)
+        if value not in known[name]:
+            found = ascii(value[:40]) if isinstance(value, str) else "no text"
+            raise AvatarError(
+                f"is {found}, none of {', '.join(known[name])}",
+                file=path,
+                field=f"rules.{name}",
+                owner=system,
+            )
+    return TrainedRules(
+        path,
+        {name: value for name, value in stored.items() if name in played},
+        {name: value for name, value in stored.items() if name in recorded},
+    )
+
+
+def _stored(path: Path, system: str) -> dict[str, str]:
+    """The object `rules` of the file; its values are not checked."""
+    try:
+        document = json.loads(read_bytes(path, MAX_BYTES))
+    except (ValueError, RecursionError) as error:
+        raise AvatarError(f"is no JSON ({type(error).__name__})", file=path, owner=system) from None
+    if not isinstance(document, dict) or not isinstance(document.get("rules"), dict):
+        raise AvatarError('holds no {"system": ..., "rules": {...}}', file=path, owner=system)
+    if document.get("system") != system:
+        found = document.get("system")
+        named = ascii(found[:40]) if isinstance(found, str) else "no system"
+        raise AvatarError(
+            f"is of {named}, but the checkpoint beside it of {system}",
+            file=path,
+            field="system",
+            owner=system,
+        )
+    return dict(document["rules"])

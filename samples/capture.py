@@ -1,0 +1,51 @@
+"""Synthetic captures: `python -m samples.capture OUT --subject head|body`. Pictures whose truth is known.
+
+A textured mesh - the scanned head, or the walking man - is drawn frame by frame. Nothing was filmed: the recording
+that moves the face is real, the pictures are computed. What comes with them is exact, unless noise is asked for;
+the pictures never get any.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from samples.capture_body import write_body
+from samples.capture_head import write_head
+from samples.capture_shots import Noise
+
+
+def main() -> None:
+    """The command."""
+    parser = argparse.ArgumentParser(prog="python -m samples.capture", description=__doc__)
+    parser.add_argument("out", type=Path, help="folder to write into")
+    parser.add_argument("--subject", choices=("head", "body"), default="head")
+    parser.add_argument("--size", type=int, default=256, help="pixels along an edge of the square pictures")
+    parser.add_argument("--frames", type=int, default=300, help="the last fifth is for testing")
+    parser.add_argument(
+        "--tracking-noise", type=float, default=0.0, help="deviation of weights and joint rotations (radians)"
+    )
+    parser.add_argument(
+        "--calibration-noise",
+        type=float,
+        default=0.0,
+        help="deviation of the camera: radians, metres, share of focal",
+    )
+    parser.add_argument(
+        "--hold-out",
+        default="",
+        metavar="NAME,...",
+        help="expressions of the head that only test frames show",
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the noise")
+    given = parser.parse_args()
+    noise = Noise(given.tracking_noise, given.calibration_noise, given.seed)
+    held_out = tuple(name for name in given.hold_out.split(",") if name)
+    if given.subject == "head":
+        print(write_head(given.out, given.size, given.frames, noise, held_out))
+    else:
+        print(write_body(given.out, given.size, given.frames, noise))
+
+
+if __name__ == "__main__":
+    main()

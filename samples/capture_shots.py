@@ -1,0 +1,76 @@
+"""What the synthetic captures share: how fine they are drawn, and the errors in what they state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.rotation import matrix_from_rotvec
+from avatar_trainer.capture import Shot
+from avatar_trainer.captures.mesh_raster import Picture
+
+Array = npt.NDArray[Any]
+
+RAYS = (
+    768  # along an edge of the picture, at least 3 to a pixel: small pictures see the same texture with more
+)
+TEST_SHARE = 0.2  # of the frames, the last ones
+
+
+@dataclass(frozen=True)
+class Noise:
+    """The errors of the parameters that a capture states; its pictures have none. Normal, independent, seeded."""
+
+    tracking: float = 0.0  # deviation of expression weights, and of joint rotations in radians
+    calibration: float = (
+        0.0  # of the camera: rotation in radians, translation in metres, share of the focal length
+    )
+    seed: int = 0
+    rng: np.random.Generator = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rng", np.random.default_rng(self.seed))
+
+    def tracked(self, values: Array) -> Array:
+        """The values as a tracker would give them."""
+        result: Array = values + self.tracking * self.rng.standard_normal(np.shape(values))
+        return result
+
+    def calibrated(self, k: Array, rotation: Array, translation: Array) -> tuple[Array, Array, Array]:
+        """(K, R, t) as a calibration would give them."""
+        turn, shift, zoom = (self.calibration * self.rng.standard_normal(n) for n in (3, 3, 1))
+        focal = np.diag([1 + zoom[0], 1 + zoom[0], 1])
+        centre = k - np.diag(np.diag(k))
+        return k @ focal + centre - centre @ focal, matrix_from_rotvec(turn) @ rotation, translation + shift
+
+
+def rays_per_pixel(size: int) -> int:
+    """Rays across a pixel of a picture of this size."""
+    return max(3, -(-RAYS // size))
+
+
+def splits(frames: int) -> list[str]:
+    """`train`, and `test` for the last frames; one of each at least. ValueError for fewer than two frames."""
+    if frames < 2:
+        raise ValueError(f"{frames} frames: one to train and one to test are the least")
+    test = max(1, round(frames * TEST_SHARE))
+    return ["train"] * (frames - test) + ["test"] * test
+
+
+def shot(
+    picture: Picture,
+    camera: tuple[Array, Array, Array],  # the stated K, R, t
+    expression: Array,
+    joints: Mapping[str, Array],
+    split: str,
+    world_from_avatar: Array | None = None,
+) -> Shot:
+    """A frame for `capture.write`, 8 bits a channel."""
+    image, mask = (np.round(np.clip(x, 0, 1) * 255).astype(np.uint8) for x in (picture.colour, picture.alpha))
+    return Shot(
+        image, mask, *camera, expression.tolist(), joints, world_from_avatar=world_from_avatar, split=split
+    )

@@ -1,0 +1,136 @@
+"""IMavatar's flame_params.json: poses, cameras and pictures, and what is said of bad ones."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from avatar_runtime.errors import AvatarError
+from avatar_trainer.capture import load, pixels
+from tests.exporter.readers import body_files
+from tests.measured import Measure
+from tests.oracles.lbs import posed_vertices
+from tests.trainer.captures import folders
+from tests.trainer.captures.folders import HEIGHT, WIDTH
+
+METRES = 1e-6
+
+
+def test_posed_mesh_is_flames(tmp_path: Path, measured: Measure) -> None:
+    folder, model, p = folders.imavatar(tmp_path / "take")
+    capture = load(folder)
+    assert capture.head_pose_in == "mesh" and capture.late_morph_names == ()
+    assert len(capture.frames) == body_files.FRAMES
+    for t, frame in enumerate(capture.frames):
+        want = posed_vertices(model, p["shape"], p["expression"][t], p["rotation"][t], np.zeros(3))
+        off = np.abs(folders.posed(capture.rig, frame.pose) - want).max()
+        measured("capture: IMavatar mesh against plain LBS m", off)
+        assert off < METRES
+
+
+def test_points_fall_where_the_files_own_camera_puts_them(tmp_path: Path) -> None:
+    """In its own terms: lengths times 4, y up, z backwards, a picture of sides 1 whose y runs down."""
+    folder, _, p = folders.imavatar(tmp_path / "take")
+    point = np.array([0.05, -0.07, 0.1])
+    for t, frame in enumerate(load(folder).frames):
+        x, y, z = p["world_mat"][t] @ np.append(4 * point, 1)
+        across, down = 2.5 * x / -z + 0.52, 3.0 * -y / -z + 0.48
+        clip = frame.camera.clip_from_world @ np.append(point, 1)
+        assert clip[3] > 0, "in front of the camera"
+        assert np.abs((clip[:2] / clip[3] + 1) / 2 - (across, down)).max() < 1e-6
+        assert frame.camera.tan_half_fov_x == pytest.approx(1 / (2 * 2.5))
+        assert frame.camera.camera_from_world[2, 3] == pytest.approx(1.0), "metres"
+
+
+def test_pictures_and_masks(tmp_path: Path) -> None:
+    folder, _, _ = folders.imavatar(tmp_path / "take")
+    capture = load(folder)
+    assert capture.layout == "IMavatar flame_params.json, pictures in image/, mattes in mask/"
+    image, mask = pixels(capture.frames[3])
+    assert np.array_equal(np.rint(image * 255), folders.picture(3))
+    assert np.array_equal(np.rint(mask * 255), folders.mask(3))
+    assert capture.export_inputs == {
+        "body_model": folder / "body" / "body_model.npz",
+        "shape": folder / "flame_params.json",
+        "poses": folder / "flame_params.json",
+        "anchor_faces": folder / "body" / "back_of_head.txt",
+    }
+
+
+def test_splatting_avatars_own_packing(tmp_path: Path) -> None:
+    """`images` where the file says `image`, with the matte as alpha."""
+    folder, _, _ = folders.imavatar(tmp_path / "take")
+    (folder / "image").rename(folder / "images")
+    (folder / "mask").rename(folder / "unused")
+    with pytest.raises(
+        AvatarError, match=r"images/0\.png: has no alpha, and there is no folder mask or masks"
+    ):
+        load(folder)
+    for t in range(body_files.FRAMES):
+        Image.fromarray(np.dstack([folders.picture(t), folders.mask(t)])).save(folder / "images" / f"{t}.png")
+    capture = load(folder)
+    assert capture.layout.endswith("pictures in images/, their alpha is the matte")
+    assert np.array_equal(np.rint(pixels(capture.frames[1])[1] * 255), folders.mask(1))
+
+
+def entry(t: int, key: str, value: Any) -> Callable[[dict[str, Any]], object]:
+    return lambda document: document["frames"][t].update({key: value})
+
+
+BAD = [
+    (lambda d: d.pop("intrinsics"), r"flame_params\.json: intrinsics: is no usable numbers \[4\]"),
+    (lambda d: d.update(intrinsics=[0, 1, 1, 1]), "camera.K: is singular or mirrored"),
+    (lambda d: d.update(intrinsics=[1, 1, 1]), "intrinsics"),
+    (
+        entry(2, "world_mat", None),
+        r"flame_params\.json: frames\[2\].world_mat: is no usable numbers \[3, 4\]",
+    ),
+    (entry(2, "world_mat", [[1, 2], [3]]), r"frames\[2\].world_mat"),
+    (entry(2, "world_mat", np.ones((3, 4)).tolist()), r"frames\[2\].camera.R: is no rotation"),
+    (entry(2, "world_mat", np.full((3, 4), np.nan).tolist()), r"frames\[2\].world_mat"),
+    (entry(2, "pose", [0.0] * 14), r"frames\[2\].pose: is no list of 15 numbers"),
+    (entry(2, "expression", [0.0, float("nan"), 0.0]), r"frames\[2\].expression"),
+    (lambda d: [f.update(expression=[1.0] * 7) for f in d["frames"]], "has 7 expressions, the rig has 3"),
+    (
+        entry(2, "file_path", "../../secret"),
+        r"frames\[2\].file_path: '../../secret' leaves the capture's folder",
+    ),
+    (entry(2, "file_path", "/etc/passwd"), r"frames\[2\].file_path: .* leaves"),
+    (entry(2, "file_path", 7), r"frames\[2\].file_path: is no path"),
+    (entry(2, "file_path", "./image/1"), r"frames\[2\].image: is called '1' as frames\[1\] is"),
+    (entry(2, "file_path", "./image/77"), r"77\.png: frames\[2\].file_path: no such picture"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), BAD)
+def test_bad_input_is_named(tmp_path: Path, change: Callable[[dict[str, Any]], object], message: str) -> None:
+    folder, _, _ = folders.imavatar(tmp_path / "take")
+    file = folder / "flame_params.json"
+    document = json.loads(file.read_text())
+    change(document)
+    file.write_text(json.dumps(document))
+    with pytest.raises(AvatarError, match=message):
+        load(folder)
+
+
+def test_a_mask_that_is_missing_or_of_another_size(tmp_path: Path) -> None:
+    folder, _, _ = folders.imavatar(tmp_path / "take")
+    mask = folder / "mask" / "3.png"
+    Image.new("L", (WIDTH + 1, HEIGHT)).save(mask)
+    with pytest.raises(AvatarError, match=rf"mask/3\.png: is {WIDTH + 1}x{HEIGHT} pixels"):
+        load(folder)
+    mask.unlink()
+    with pytest.raises(AvatarError, match=r"mask/3\.png: no such picture"):
+        load(folder)
+
+
+def test_eyelids_go_with_no_imavatar_capture(tmp_path: Path) -> None:
+    folder, _, _ = folders.imavatar(tmp_path / "take")
+    with pytest.raises(AvatarError, match=r"--eyelids is no option here: flame_params\.json has no eyelids"):
+        load(folder, eyelids=folder / "body")

@@ -1,0 +1,93 @@
+"""The definition: its gradients by finite differences, its picture against the runtime and the golden scenes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from avatar_runtime.avatar import RasterSettings
+from avatar_runtime.stages.activate import Splats as RuntimeSplats
+from avatar_runtime.stages.project import project as runtime_project
+from avatar_runtime.stages.raster import raster as runtime_raster
+from avatar_runtime.stages.sort import sort as runtime_sort
+from avatar_trainer.raster.definition import raster
+from avatar_trainer.stages.project import project
+from avatar_trainer.stages.sort import sort
+from avatar_trainer.tensors import Splats
+from tests.golden import rasteriser_case, rasteriser_names
+from tests.measured import Measure
+from tests.runtime.golden_scene import camera_of
+from tests.trainer.raster.scenes import Scene, drawn, gradients, harsh, leaves, scene
+
+PICTURE_TOLERANCE = 1e-6
+SCENES = {
+    "degree 0": lambda: scene(1, 8, 0),
+    "degree 1, off-centre": lambda: scene(2, 6, 1, principal=(0.3, 0.7)),
+    "degree 2, turned": lambda: scene(3, 5, 2, rotated=True),
+    "degree 3, turned": lambda: scene(4, 5, 3, rotated=True),
+    "opaque": lambda: scene(5, 14, 0, opacity=(0.9, 1.0)),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_gradcheck(name: str) -> None:
+    """Of colour and alpha, by every input."""
+    of = SCENES[name]()
+
+    def picture(*inputs: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        rendered = drawn(of, list(inputs), "torch")
+        return rendered.colour, rendered.alpha
+
+    assert torch.autograd.gradcheck(picture, leaves(of, torch.float64), fast_mode=name != "degree 0")
+
+
+@pytest.mark.parametrize("name", [name for name in rasteriser_names() if name != "playbot_a"])
+def test_draws_the_golden_scenes(name: str, measured: Measure) -> None:
+    """As the runtime's stages do, which meet the reference rasteriser: float32 against float32."""
+    case = rasteriser_case(name).arrays
+    camera, degree = camera_of(case), int(case["sh_degree"])
+    sh = case.get("shs", np.zeros((len(case["means3D"]), 1, 3), np.float32))
+    arrays = (case["means3D"], case["scales"] * case["scale_modifier"], case["rotations"], case["opacities"], sh)
+    want = runtime_project(RuntimeSplats(*arrays), camera, RasterSettings(), degree)
+    want_picture = runtime_raster(want, runtime_sort(want), camera, case["bg"])
+
+    got = project(Splats(*map(torch.tensor, arrays)), camera, RasterSettings(), degree)
+    colour, transmittance = raster(got, got.centre, sort(got), camera, torch.tensor(case["bg"]))
+    for key in ("radius", "tiles", "depth", "centre", "conic", "opacity"):
+        np.testing.assert_array_equal(getattr(got, key).numpy(), getattr(want, key), err_msg=key)
+    np.testing.assert_allclose(got.rgb.numpy(), want.rgb, rtol=0, atol=PICTURE_TOLERANCE)
+    np.testing.assert_array_equal(sort(got).numpy(), runtime_sort(want))
+    for result, expected in ((colour, want_picture.colour), (transmittance, want_picture.transmittance)):
+        difference = float(np.abs(result.numpy() - expected).max())
+        measured("rasteriser torch (float32) against the runtime, golden scenes, picture difference", difference)
+        assert difference <= PICTURE_TOLERANCE
+
+
+def test_clamps_and_culls_have_no_gradient() -> None:
+    of = harsh()
+    got = gradients(of, "torch", torch.float64)
+    rendered = drawn(of, leaves(of, torch.float64), "torch")
+    unseen = rendered.radius == 0
+    assert set(torch.nonzero(unseen)[:, 0].tolist()) >= {0, 1, 3}
+    for name in ("mean", "scale", "quat_wxyz", "opacity", "sh", "screen_offset"):
+        assert torch.isfinite(got[name]).all(), name
+        assert not got[name][unseen].any(), name
+    assert not got["sh"][14:20].any()
+    assert not got["sh"][20:26, :, 1].any()
+    assert got["sh"][20:26, :, 0].any()
+    assert got["mean"][2].any()  # the Jacobian is clamped there, the centre is not
+    assert not got["quat_wxyz"][26].any()
+
+
+def test_nothing_to_draw_is_the_background() -> None:
+    of = scene(1, 8, 0)
+    for mean in (of.splats.mean + 100, of.splats.mean[:0]):
+        n = len(mean)
+        s = of.splats
+        splats = Splats(mean, s.scale[:n], s.quat_wxyz[:n], s.opacity[:n], s.sh[:n])
+        empty = Scene(splats, of.camera, of.settings, 0, of.background)
+        rendered = drawn(empty, leaves(empty, torch.float64), "torch")
+        assert torch.equal(rendered.colour, of.background.expand(20, 24, 3))
+        assert not rendered.alpha.any()
+        assert gradients(empty, "torch", torch.float64)["background"].all()

@@ -1,0 +1,57 @@
+"""Gaussians on a mesh for the tests of stage surface and of its kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+
+import torch
+from torch import Tensor
+
+from avatar_runtime.avatar import Avatar, Rules
+from avatar_runtime.posed import posed_mesh
+from avatar_runtime.rules import AREA_SCALES, NORMAL_POSITIONS, VERTEX_ROTATIONS
+from avatar_runtime.stages.joints import joints
+from avatar_trainer.stages.surface import SurfaceMesh, carriers, carry, surface_mesh
+from tests.avatars import surface_avatar
+from tests.trainer.tensors import poses, tensor
+
+RULES = [
+    Rules(rotation, position=position, scale=scale)
+    for rotation, position, scale in product(VERTEX_ROTATIONS, NORMAL_POSITIONS, AREA_SCALES)
+]
+NAMES = ["-".join((r.rotation, r.position, r.scale)) for r in RULES]
+
+
+@dataclass(frozen=True)
+class Riding:
+    """An avatar on its mesh, and the mesh posed."""
+
+    avatar: Avatar
+    mesh: SurfaceMesh
+    triangle: Tensor
+    posed: tuple[Tensor, ...]  # [V, 3] float32 of each frame
+
+    def values(self) -> tuple[Tensor, ...]:
+        """Barycentric, displacement, local_quat_wxyz, log_scale."""
+        e = self.avatar.embedding
+        assert e is not None
+        arrays = (e.barycentric, e.displacement, e.local_quat_wxyz, self.avatar.gaussians.log_scale)
+        return tuple(map(tensor, arrays))
+
+
+def riding(rules: Rules) -> Riding:
+    avatar = replace(surface_avatar(), rules=rules).check()
+    e, rig = avatar.embedding, avatar.rig
+    assert e is not None and rig is not None
+    posed = [posed_mesh(rig, pose, joints(rig, pose)) for pose in poses(avatar)]
+    mesh = surface_mesh(e.canonical_vertices, e.triangles, avatar.training_per_bundle)
+    return Riding(avatar, mesh, tensor(e.triangle, torch.int64), tuple(map(tensor, posed)))
+
+
+def carried(given: Riding, vertices: Tensor, *values: Tensor) -> Mapping[str, Tensor]:
+    """Stage surface whole: mean, quat_wxyz, rotation, log_scale."""
+    rules = given.avatar.rules
+    under = carriers(vertices, given.mesh, rules)
+    return vars(carry(under, given.mesh, given.triangle, *values, rules))

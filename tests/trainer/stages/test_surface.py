@@ -1,0 +1,136 @@
+"""Gaussians on a mesh: the runtime's and the released code's numbers, and gradients that agree with differences."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+from torch.autograd import gradcheck
+
+from avatar_runtime.avatar import Rules
+from avatar_runtime.stages import surface as runtime
+from avatar_trainer.stages.surface import carriers, carry, check_rules, surface_mesh
+from tests.measured import Measure
+from tests.shared_data import shared
+from tests.trainer.stages.surfaces import NAMES, RULES, carried, riding
+from tests.trainer.tensors import largest, leaves, tensor
+
+
+@pytest.mark.parametrize("rules", RULES, ids=NAMES)
+def test_the_runtimes_numbers(rules: Rules, measured: Measure) -> None:
+    given = riding(rules)
+    avatar = given.avatar
+    assert avatar.embedding is not None
+    surface = runtime.prepare(avatar.embedding, rules, avatar.training_per_bundle)
+    for vertices in given.posed:
+        expected = runtime.carry(surface, vertices.numpy(), avatar.gaussians.log_scale)
+        for name, value in carried(given, vertices, *given.values()).items():
+            difference = largest(value, getattr(expected, name))
+            measured(f"trainer surface: largest difference of {name} to the runtime", difference)
+            assert difference <= 4e-6 * max(1, float(np.abs(getattr(expected, name)).max())), name
+
+
+@pytest.mark.parametrize("rules", RULES, ids=NAMES)
+def test_gradients_agree_with_differences(rules: Rules) -> None:
+    given = riding(rules)
+    some = replace(given, triangle=given.triangle[:5])
+
+    def stage(vertices: Tensor, *values: Tensor) -> tuple[Tensor, ...]:
+        result = carried(some, vertices, *values)
+        assert not result["rotation"].requires_grad
+        return result["mean"], result["quat_wxyz"], result["log_scale"]
+
+    values = [value[:5] for value in given.values()]
+    assert gradcheck(stage, leaves([given.posed[1], *values]), atol=1e-4)
+
+
+@pytest.mark.parametrize("rules", RULES, ids=NAMES)
+def test_the_canonical_mesh_changes_nothing(rules: Rules) -> None:
+    given = riding(rules)
+    e, values = given.avatar.embedding, given.values()
+    assert e is not None
+    result = carried(given, tensor(e.canonical_vertices), *values)
+    assert torch.allclose(result["quat_wxyz"], values[2], atol=1e-5)
+    assert torch.allclose(result["log_scale"], values[3], atol=1e-6)
+    assert torch.allclose(result["rotation"], torch.eye(3).expand(48, 3, 3), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"rotation": "triangle_frame"},
+        {"position": "triangle_frame"},
+        {"scale": "triangle_linear"},
+        {"quaternion_sign": "largest_positive"},
+    ],
+)
+def test_rules_that_are_not_trained_are_refused(changed: dict[str, str]) -> None:
+    given, rules = riding(RULES[0]), replace(RULES[0], **changed)
+    (name,) = changed
+    with pytest.raises(ValueError, match=name):
+        check_rules(rules)
+    with pytest.raises(ValueError, match="is not trained"):
+        carriers(given.posed[0], given.mesh, rules)
+    under = carriers(given.posed[0], given.mesh, RULES[0])
+    with pytest.raises(ValueError, match="is not trained"):
+        carry(under, given.mesh, given.triangle, *given.values(), rules)
+
+
+@pytest.mark.parametrize("rules", RULES[::6], ids=NAMES[::6])
+def test_what_no_triangle_has_and_what_is_flat_stay_finite(rules: Rules) -> None:
+    """A vertex alone, a triangle without area, and a triangle in another pose without area."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0], [9, 9, 9]], np.float32)
+    mesh = surface_mesh(corners, np.array([[0, 1, 2], [0, 1, 3]], np.uint32), 1.0)
+    (vertices,) = leaves([tensor(corners)])
+    under = carriers(vertices, mesh, rules)
+    assert torch.isfinite(under.vertex_normal).all() and torch.isfinite(under.vertex_quat).all()
+    assert not under.vertex_normal[4].any() and not under.vertex_quat[4].any()
+    third = torch.full((1, 3), 1 / 3, dtype=torch.float64)
+    quat, scale = torch.ones(1, 4).double(), torch.zeros(1, 3).double()
+    result = carry(under, mesh, torch.tensor([0]), third, third[:, 0], quat, scale, rules)
+    (slope,) = torch.autograd.grad(result.mean.sum() + result.log_scale.sum(), vertices)
+    assert torch.isfinite(slope).all()
+
+
+def test_a_triangle_of_missing_vertices_is_refused() -> None:
+    with pytest.raises(ValueError, match="vertex 3, but there are 3"):
+        surface_mesh(np.zeros((3, 3), np.float32), np.array([[0, 1, 3]], np.uint32), 1.0)
+
+
+def test_the_released_codes_numbers(measured: Measure) -> None:
+    """SplattingAvatar's own posed Gaussians of its small case."""
+    folder = shared("golden/splatting_avatar/splatting_avatar/small_sh0")
+    upstream = folder / "run/point_cloud/iteration_30000"
+    lines = [line.split() for line in (upstream / "embedding.obj").read_text("utf-8").splitlines()]
+    corners = np.array([line[1:4] for line in lines if line and line[0] == "v"], np.float32)
+    embedding = json.loads((upstream / "embedding.json").read_text("utf-8"))
+    with np.load(folder / "static.npz") as static:
+        triangles, units = static["faces"].astype(np.uint32), float(static["units_per_metre"])
+        log_scale = tensor(static["scale_log"] - np.log(units))
+    mesh = surface_mesh(corners / np.float32(units), triangles, units)
+    values = (
+        tensor(np.array(embedding["sample_bary"])),
+        tensor(np.array(embedding["_xyz"])[:, 2] / units),
+        tensor(np.array(embedding["_rotation"])),
+        log_scale,
+    )
+    at = torch.tensor(embedding["sample_fidxs"])
+    rules = Rules("vertex_quaternion", position="normal", scale="log_area")
+    found = sorted((folder / "expected").glob("*.npz"))
+    assert found
+    for path in found:
+        with np.load(path) as expected:
+            posed = tensor(expected["posed_vertices"] / units)
+            result = carry(carriers(posed, mesh, rules), mesh, at, *values, rules)
+            moved = largest(units * result.mean, expected["xyz"])
+            scale = units * result.log_scale.exp()
+            grown = float(np.abs(scale.numpy() / expected["scale_on"] - 1).max())
+            quat = torch.nn.functional.normalize(result.quat_wxyz, dim=1)
+            quat = torch.where(quat[:, :1] < 0, -quat, quat)
+            turned = largest(quat, expected["rotation"])
+        measured("trainer surface: largest difference to the released code", max(moved, turned, grown))
+        assert moved <= 2e-6 and turned <= 5e-6 and grown <= 1e-5, path.name

@@ -1,0 +1,1 @@
+"""What captures are read from: own layout, metrical-tracker / INSTA, IMavatar; CAPTURE.md describes them."""

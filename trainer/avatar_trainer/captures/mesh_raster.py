@@ -1,0 +1,257 @@
+"""Pictures of a textured triangle mesh, to make captures whose truth is known.
+
+Every sample is a ray through a pixel, tested against the planes through the camera and a triangle's edges:
+no projection of vertices, so triangles that reach behind the camera need no clipping, and two triangles that
+share an edge leave no gap. Depth and texture are perspective-correct. Each pixel is the mean of samples x
+samples rays, in display values, as the trainer blends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from numba import prange
+
+from avatar_runtime.avatar import F32, F64, I32, I64
+from avatar_runtime.backends.cpu.jit import kernel
+from avatar_runtime.camera import Camera
+
+LAYERS = 4  # translucent surfaces that are blended in front of the opaque one
+NEAR = 0.01  # metres
+BAND = 16  # rows of samples that one thread owns at a time
+
+I8 = npt.NDArray[np.int8]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A textured mesh, posed, in world space."""
+
+    vertices: F64  # [V, 3] metres
+    triangles: I64  # [F, 3]; both sides are seen
+    uv: F32  # [F, 3, 2] of the corners, 0..1: u to the right of the texture, v down
+    texture: F32  # [h, w, 3] display-referred, 0..1
+    gain: F32  # [V] factor on the texture's colour: light
+    gloss: F32  # [V] added to it: what shines
+    opacity: F32  # [V] 0..1
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What `draw` gives."""
+
+    colour: F32  # [H, W, 3] of the surface alone, not multiplied by alpha; 0 where alpha is 0
+    alpha: F32  # [H, W] share of the pixel that the surface covers
+
+
+def draw(surface: Surface, camera: Camera, samples: int = 3, near: float = NEAR) -> Picture:
+    """The picture of `surface`; `samples` rays across a pixel, nothing nearer than `near` metres.
+
+    Translucent triangles (a corner with opacity < 1) are blended front to back, LAYERS at most. The result does
+    not depend on the number of threads. Raises ValueError for samples < 1, near <= 0, a camera with skew, and
+    arrays that do not fit one another.
+    """
+    if samples < 1 or near <= 0:
+        raise ValueError(f"samples {samples} and near {near} must be positive")
+    _check(surface)
+    width, height = camera.width * samples, camera.height * samples
+    view = camera.camera_from_world.astype(np.float64)
+    vertices = surface.vertices @ view[:3, :3].T + view[:3, 3]
+    planes, box = _planes(vertices[surface.triangles], intrinsics(camera), samples, (width, height), near)
+    rays = ray_grid(camera, samples)
+    opaque = (surface.opacity[surface.triangles] >= 1).all(axis=1)
+    depth, face = np.full((height, width), np.inf), np.full((height, width), -1, np.int32)
+    none = np.zeros((height, width))
+    _nearest(planes, box, np.flatnonzero(opaque), rays[0], rays[1], near, none, depth, face)
+    colour, through = np.zeros((height, width, 3), np.float32), np.ones((height, width), np.float32)
+    faded, front = np.flatnonzero(~opaque), none
+    for _ in range(LAYERS if len(faded) else 0):
+        layer, hit = depth.copy(), np.full((height, width), -1, np.int32)
+        _nearest(planes, box, faded, rays[0], rays[1], near, front, layer, hit)
+        if (hit < 0).all():
+            break
+        _shade(surface, planes, rays, hit, colour, through)
+        front = np.where(hit >= 0, layer, np.inf)
+    _shade(surface, planes, rays, face, colour, through)
+    return _pixels(colour, through, samples)
+
+
+def _check(surface: Surface) -> None:
+    v, f = len(surface.vertices), len(surface.triangles)
+    shapes = {
+        "vertices": (v, 3),
+        "triangles": (f, 3),
+        "uv": (f, 3, 2),
+        "gain": (v,),
+        "gloss": (v,),
+        "opacity": (v,),
+    }
+    for name, shape in shapes.items():
+        if getattr(surface, name).shape != shape:
+            raise ValueError(f"{name} is {getattr(surface, name).shape}, expected {shape}")
+    if f and not 0 <= surface.triangles.min() <= surface.triangles.max() < v:
+        raise ValueError(f"triangles name vertices beyond the {v} there are")
+
+
+def intrinsics(camera: Camera) -> F64:
+    """K [3, 3] in pixels, pixel centres at half integers, as `Camera.from_opencv` took it."""
+    projection = camera.clip_from_world.astype(np.float64) @ np.linalg.inv(
+        camera.camera_from_world.astype(np.float64)
+    )
+    to_pixels = np.array(
+        [[camera.width / 2, 0, camera.width / 2], [0, camera.height / 2, camera.height / 2], [0, 0, 1]]
+    )
+    k: F64 = to_pixels @ projection[[0, 1, 3], :3]
+    return k
+
+
+def ray_grid(camera: Camera, samples: int) -> tuple[F64, F64]:
+    """Directions (x [W S], y [H S]) of the rays (x, y, 1) in camera space; a skewed K is refused."""
+    k = intrinsics(camera)
+    if abs(k[0, 1]) > 1e-4 * abs(k[0, 0]):
+        raise ValueError("a camera with skew cannot be drawn")
+    x = (np.arange(camera.width * samples) + 0.5) / samples
+    y = (np.arange(camera.height * samples) + 0.5) / samples
+    return (x - k[0, 2]) / k[0, 0], (y - k[1, 2]) / k[1, 1]
+
+
+def _planes(corner: F64, k: F64, samples: int, size: tuple[int, int], near: float) -> tuple[F64, I32]:
+    """(planes [F, 4, 3], boxes [F, 4] of samples x0 y0 x1 y1, ends excluded).
+
+    Planes 0..2 go through the camera and the edge opposite a corner; on the ray r, planes[:3] @ r are in the
+    ratio of the barycentric weights. Plane 3 [0] is the volume that, over their sum, is the depth.
+    """
+    a, b, c = corner[:, 0], corner[:, 1], corner[:, 2]
+    planes = np.zeros((len(corner), 4, 3))
+    for i, (p, q) in enumerate(((b, c), (c, a), (a, b))):
+        planes[:, i] = _cross(p, q)
+    planes[:, 3, 0] = np.sum(a * planes[:, 0], axis=1)
+    z = corner[:, :, 2]
+    safe = np.where(z > near, z, np.inf)
+    low, high = np.empty((len(corner), 2)), np.empty((len(corner), 2))
+    for axis in range(2):
+        place = (k[axis, axis] * corner[:, :, axis] / safe + k[axis, 2]) * samples
+        low[:, axis], high[:, axis] = place.min(axis=1), place.max(axis=1)
+    limit = np.array(size)
+    low, high = np.clip(np.floor(low) - 1, 0, limit), np.clip(np.ceil(high) + 1, 0, limit)
+    low[z.min(axis=1) <= near], high[z.min(axis=1) <= near] = 0, limit
+    high[z.max(axis=1) <= near] = 0
+    return planes, np.concatenate([low, high], axis=1).astype(np.int32)
+
+
+def _cross(p: F64, q: F64) -> F64:
+    """p x q; exactly -(q x p), which keeps shared edges closed."""
+    x, y, z = (p[:, i] * q[:, j] - p[:, j] * q[:, i] for i, j in ((1, 2), (2, 0), (0, 1)))
+    return np.stack([x, y, z], axis=1)
+
+
+@kernel(parallel=True)
+def _nearest(
+    planes: F64,  # [F, 4, 3]
+    box: I32,  # [F, 4]
+    chosen: I64,  # triangles that count; the first wins at equal depth
+    ray_x: F64,  # [w]
+    ray_y: F64,  # [h]
+    near: float,
+    front: F64,  # [h, w] only what lies beyond counts
+    depth: F64,  # [h, w] changed: of the nearest
+    face: I32,  # [h, w] changed: its triangle
+) -> None:
+    rows = len(ray_y)
+    for band in prange((rows + BAND - 1) // BAND):
+        first, last = band * BAND, min((band + 1) * BAND, rows)
+        for f in chosen:
+            volume = planes[f, 3, 0]
+            if box[f, 1] >= last or box[f, 3] <= first or volume == 0:
+                continue
+            for y in range(max(first, box[f, 1]), min(last, box[f, 3])):
+                for x in range(box[f, 0], box[f, 2]):
+                    rx, ry = ray_x[x], ray_y[y]
+                    a = planes[f, 0, 0] * rx + planes[f, 0, 1] * ry + planes[f, 0, 2]
+                    b = planes[f, 1, 0] * rx + planes[f, 1, 1] * ry + planes[f, 1, 2]
+                    c = planes[f, 2, 0] * rx + planes[f, 2, 1] * ry + planes[f, 2, 2]
+                    if not ((a >= 0 and b >= 0 and c >= 0) or (a <= 0 and b <= 0 and c <= 0)):
+                        continue
+                    total = a + b + c
+                    if total == 0:
+                        continue
+                    z = volume / total
+                    if z >= near and z > front[y, x] and z < depth[y, x]:
+                        depth[y, x] = z
+                        face[y, x] = f
+
+
+def _shade(
+    surface: Surface, planes: F64, rays: tuple[F64, F64], face: I32, colour: F32, through: F32
+) -> None:
+    """Blend the triangles `face` [h, w] behind `colour` [h, w, 3], which `through` [h, w] lets pass; in place."""
+    _shade_rows(
+        planes,
+        surface.triangles,
+        surface.uv,
+        surface.texture,
+        surface.gain,
+        surface.gloss,
+        surface.opacity,
+        rays[0],
+        rays[1],
+        face,
+        colour,
+        through,
+    )
+
+
+@kernel(parallel=True)
+def _shade_rows(
+    planes: F64,
+    triangles: I64,
+    uv: F32,
+    texture: F32,
+    gain: F32,
+    gloss: F32,
+    opacity: F32,
+    ray_x: F64,
+    ray_y: F64,
+    face: I32,
+    colour: F32,
+    through: F32,
+) -> None:
+    h, w = texture.shape[:2]
+    for y in prange(len(ray_y)):
+        for x in range(len(ray_x)):
+            f = face[y, x]
+            if f < 0:
+                continue
+            u, v, light, shine, cover, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for i in range(3):
+                share = planes[f, i, 0] * ray_x[x] + planes[f, i, 1] * ray_y[y] + planes[f, i, 2]
+                corner = triangles[f, i]
+                total += share
+                u += share * uv[f, i, 0]
+                v += share * uv[f, i, 1]
+                light += share * gain[corner]
+                shine += share * gloss[corner]
+                cover += share * opacity[corner]
+            tx = min(max(u / total * w - 0.5, 0.0), w - 1.0)
+            ty = min(max(v / total * h - 0.5, 0.0), h - 1.0)
+            left, top = int(tx), int(ty)
+            right, bottom = min(left + 1, w - 1), min(top + 1, h - 1)
+            sx, sy = tx - left, ty - top
+            share = cover / total * through[y, x]
+            for channel in range(3):
+                above = texture[top, left, channel] * (1 - sx) + texture[top, right, channel] * sx
+                below = texture[bottom, left, channel] * (1 - sx) + texture[bottom, right, channel] * sx
+                lit = (above * (1 - sy) + below * sy) * light / total + shine / total
+                colour[y, x, channel] += share * min(max(lit, 0.0), 1.0)
+            through[y, x] -= share
+
+
+def _pixels(colour: F32, through: F32, samples: int) -> Picture:
+    """The mean over each pixel's samples, colour divided by alpha."""
+    height, width = (n // samples for n in through.shape)
+    alpha = 1 - through.reshape(height, samples, width, samples).mean(axis=(1, 3), dtype=np.float64)
+    mean = colour.reshape(height, samples, width, samples, 3).mean(axis=(1, 3), dtype=np.float64)
+    straight = np.divide(mean, alpha[..., None], out=np.zeros_like(mean), where=alpha[..., None] > 1e-6)
+    return Picture(straight.astype(np.float32), np.clip(alpha, 0, 1).astype(np.float32))

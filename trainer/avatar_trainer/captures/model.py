@@ -1,0 +1,57 @@
+"""A capture in memory; `avatar_trainer.capture` makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from avatar_runtime.avatar import Rig
+from avatar_runtime.camera import Camera
+from avatar_runtime.pose import PoseArrays
+
+RIGHTS = ("source", "licence", "author", "consent")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture and what was tracked in it."""
+
+    name: str  # of the picture's file, without its ending
+    image: Path  # 8-bit RGB (an alpha channel is not read)
+    mask: Path  # 8-bit grey, 255 where the person is; where it is `image`, the alpha channel of that
+    camera: Camera
+    pose: PoseArrays  # in the order of the capture's names
+    split: str  # "train" | "test"
+
+
+@dataclass(frozen=True)
+class Capture:
+    """What training reads; made by `capture.load`."""
+
+    name: str
+    folder: Path
+    width: int  # pixels, of every picture
+    height: int
+    fps: float
+    rig: Rig  # the body model with the subject's identity, metres
+    expression_names: tuple[str, ...]  # [K] of the rig's morphs
+    late_morph_names: tuple[str, ...]  # [L] eyelids
+    head_pose_in: str  # avatar_runtime.rules.HEAD_POSE_IN
+    frames: tuple[Frame, ...]
+    export_inputs: Mapping[
+        str, Path
+    ]  # what the exporter wants beside a checkpoint: ReadOptions field -> file
+    layout: str  # which layout was found, in words
+    rights: Mapping[str, str] = field(default_factory=dict)  # of RIGHTS what the capture says
+    notes: tuple[str, ...] = ()  # what was taken for granted
+
+    @property
+    def train(self) -> tuple[Frame, ...]:
+        """The frames to train on, in order."""
+        return tuple(frame for frame in self.frames if frame.split == "train")
+
+    @property
+    def test(self) -> tuple[Frame, ...]:
+        """The frames held out, in order."""
+        return tuple(frame for frame in self.frames if frame.split == "test")

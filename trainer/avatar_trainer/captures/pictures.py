@@ -1,0 +1,116 @@
+"""Pictures and mattes of a capture: what their headers say, and their pixels.
+
+PNG and JPEG, 8 bits, display-referred sRGB as it stands in the file: profiles and orientation tags are not applied.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from avatar_runtime.avatar import F32
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.files import open_file
+
+MAX_SIDE = 8192  # pixels; a picture is decoded as a whole
+MAX_FILE_BYTES = 512 << 20
+ENDINGS = {"PNG": b"IEND\xaeB`\x82", "JPEG": b"\xff\xd9"}  # what a whole file has in its last bytes
+TAIL = 256
+COLOUR_MODES = ("RGB", "RGBA")
+MASK_MODES = ("1", "L", "RGB")  # of RGB the first channel is read: many tools write a matte three times
+BROKEN = (OSError, SyntaxError, ValueError, EOFError)  # what Pillow raises for a damaged file
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a picture says before it is decoded."""
+
+    width: int
+    height: int
+    mode: str  # Pillow's
+
+
+def header(path: Path) -> Header:
+    """Size and mode of a whole picture file, undecoded.
+
+    Raises AvatarError for a missing, foreign or cut-off file and for sides over MAX_SIDE.
+    """
+    with _opened(path) as picture:
+        return Header(picture.width, picture.height, picture.mode)
+
+
+def colour(path: Path) -> F32:
+    """[H, W, 3] 0..1. Raises AvatarError as `header`, and for a damaged or another kind of picture."""
+    with _opened(path) as picture:
+        check_colour(path, picture.mode)
+        return _unit(np.asarray(picture, np.uint8)[..., :3])
+
+
+def matte(path: Path, image: Path) -> F32:
+    """[H, W] 0..1, 1 where the person is: the grey of `path`, or its alpha where it is `image` itself.
+
+    Raises AvatarError as `colour`.
+    """
+    with _opened(path) as picture:
+        check_matte(path, picture.mode, path == image)
+        pixels = np.asarray(picture.convert("L") if picture.mode == "1" else picture, np.uint8)
+        channel = pixels if pixels.ndim == 2 else pixels[..., 3 if path == image else 0]
+        return _unit(channel)
+
+
+def check_colour(path: Path, mode: str) -> None:
+    """Raise AvatarError unless a picture of Pillow's `mode` is 8-bit RGB."""
+    if mode not in COLOUR_MODES:
+        raise AvatarError(f"is a picture of mode {mode}; 8-bit RGB is needed", file=path)
+
+
+def check_matte(path: Path, mode: str, is_image: bool) -> None:
+    """Raise AvatarError unless a picture of Pillow's `mode` holds a matte."""
+    if is_image and mode != "RGBA":
+        raise AvatarError("has no alpha channel and no mask belongs to it; give a mask per frame", file=path)
+    if not is_image and mode not in MASK_MODES:
+        raise AvatarError(f"is a picture of mode {mode}; a mask has one channel of 8 bits", file=path)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Image.Image]:
+    try:
+        with open_file(path) as stream:
+            size = stream.seek(0, 2)
+            if size > MAX_FILE_BYTES:
+                raise AvatarError(f"is {size} bytes long; up to {MAX_FILE_BYTES} are read", file=path)
+            stream.seek(max(0, size - TAIL))
+            tail = stream.read()
+            stream.seek(0)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # sides are bounded below
+                picture = Image.open(stream, formats=tuple(ENDINGS))
+            with picture:
+                _check_whole(path, picture, tail)
+                yield picture
+    except FileNotFoundError:
+        raise AvatarError("no such picture", file=path) from None
+    except Image.DecompressionBombError:
+        raise AvatarError(f"has sides over {MAX_SIDE} pixels", file=path) from None
+    except BROKEN as error:
+        reason = str(error) or type(error).__name__
+        raise AvatarError(f"cannot be read as a PNG or JPEG picture ({reason[:100]!a})", file=path) from error
+
+
+def _check_whole(path: Path, picture: Image.Image, tail: bytes) -> None:
+    if max(picture.size) > MAX_SIDE:
+        raise AvatarError(
+            f"has {picture.width}x{picture.height} pixels, sides up to {MAX_SIDE} are read", file=path
+        )
+    if ENDINGS[str(picture.format)] not in tail:
+        raise AvatarError(f"is cut off: a whole {picture.format} ends otherwise", file=path)
+
+
+def _unit(pixels: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]) -> F32:
+    return np.multiply(pixels, np.float32(1 / 255), dtype=np.float32)

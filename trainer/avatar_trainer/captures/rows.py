@@ -1,0 +1,170 @@
+"""Frames as a reader found them, checked together: names, pictures, cameras, numbers, split."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_runtime.camera import Camera
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.pose import PoseArrays
+from avatar_trainer.captures import pictures
+from avatar_trainer.captures.model import Frame
+
+TEST_FRAMES, TEST_SHARE = (
+    350,
+    5,
+)  # held out: the last 350 frames as in the papers, or of a short take its last fifth
+TRAIN_FRAMES = 2  # the fewest that are a capture
+MAX_FRAMES = 100_000
+MAX_VALUE = 1e6  # of any number of a pose
+ROTATION_TOLERANCE = 1e-3  # of any entry of R R^T - I
+SPLITS = ("train", "test")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One frame as a reader found it; lengths in metres, not yet checked."""
+
+    file: Path  # where its numbers stand
+    field: str  # which of them, e.g. "frames[3]"; "" where the file is one frame
+    image: Path
+    mask: Path
+    intrinsics: npt.NDArray[Any]  # [3, 3] pixels
+    rotation: npt.NDArray[Any]  # [3, 3] camera from world
+    translation: npt.NDArray[Any]  # [3] metres
+    pose: PoseArrays
+    split: str | None  # None: nothing says
+
+    def wrong(self, message: str, part: str = "") -> AvatarError:
+        """An error about `part` of this row."""
+        field = ".".join(filter(None, (self.field, part)))
+        return AvatarError(message, file=self.file, field=field or None)
+
+
+def check_rows(
+    rows: Sequence[Row], expressions: Sequence[str], size: tuple[int, int] | None
+) -> tuple[Frame, ...]:
+    """The frames of `rows`. `size`: (width, height) as declared; None: as the first picture has.
+
+    Every file is looked at, nothing is decoded. Raises AvatarError that names file and row: a name twice, a picture or
+    mask that is missing, cut off or of another size, a camera that is none, a number that is none, a split that leaves
+    fewer than TRAIN_FRAMES frames.
+    """
+    _check_names(rows)
+    for row in rows:
+        check_pose(row, expressions)
+        check_camera(row)
+    width, height = check_pictures(rows, size)
+    return tuple(
+        Frame(
+            row.image.stem,
+            row.image,
+            row.mask,
+            Camera.from_opencv(row.rotation, row.translation, row.intrinsics, width, height),
+            row.pose,
+            split,
+        )
+        for row, split in zip(rows, splits(rows), strict=True)
+    )
+
+
+def splits(rows: Sequence[Row]) -> list[str]:
+    """ "train" or "test" of every row: as said, else the last are held out (TEST_FRAMES, TEST_SHARE)."""
+    said = [row.split for row in rows]
+    if None in said:
+        if odd := next((row for row in rows if row.split is not None), None):
+            raise odd.wrong("is given here but not in every frame", "split")
+        held_out = min(TEST_FRAMES, len(rows) // TEST_SHARE)
+        found = ["train"] * (len(rows) - held_out) + ["test"] * held_out
+    else:
+        found = [str(split) for split in said]
+    if found.count("train") < TRAIN_FRAMES:
+        file = rows[0].file if rows else None
+        raise AvatarError(
+            f"leaves {found.count('train')} frames to train on; {TRAIN_FRAMES} are the fewest", file=file
+        )
+    return found
+
+
+def check_pictures(rows: Sequence[Row], size: tuple[int, int] | None) -> tuple[int, int]:
+    """(width, height) of all pictures and masks. Raises AvatarError for the first that differs or is none."""
+    says = "the capture says"
+    for row in rows:
+        for path in dict.fromkeys((row.image, row.mask)):
+            found = pictures.header(path)
+            if path == row.image:
+                pictures.check_colour(path, found.mode)
+            if path == row.mask:
+                pictures.check_matte(path, found.mode, row.mask == row.image)
+            if size is None:
+                size, says = (found.width, found.height), f"{path.name}, the first, has"
+            if (found.width, found.height) != size:
+                raise AvatarError(
+                    f"is {found.width}x{found.height} pixels, {says} {size[0]}x{size[1]}; all are of one size",
+                    file=path,
+                )
+    if size is None:
+        raise ValueError("no rows have no size")
+    return size
+
+
+def check_camera(row: Row) -> None:
+    """Raise AvatarError unless a row's K is one of a camera and its R a rotation."""
+    for part, values in (("K", row.intrinsics), ("R", row.rotation), ("t", row.translation)):
+        if not (np.abs(values) <= MAX_VALUE).all():
+            raise row.wrong(f"{_first_bad(values)} is no usable number", f"camera.{part}")
+    k = row.intrinsics
+    for axis in range(2):
+        if not k[axis, axis] > 0:
+            raise row.wrong(
+                f"is singular or mirrored: focal length f{'xy'[axis]} is {k[axis, axis]:g} pixels", "camera.K"
+            )
+    if k[1, 0] != 0 or (k[2] != (0, 0, 1)).any():
+        raise row.wrong("is no [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]", "camera.K")
+    if fault := rotation_fault(row.rotation):
+        raise row.wrong(f"{fault}; is it camera from world?", "camera.R")
+
+
+def rotation_fault(matrix: npt.NDArray[Any]) -> str | None:
+    """What keeps a [3, 3] matrix from being a rotation, in words; None if it is one."""
+    m = np.asarray(matrix, np.float64)
+    off = float(np.abs(m @ m.T - np.eye(3)).max())
+    if not off <= ROTATION_TOLERANCE:
+        return f"is no rotation: an entry of R R^T - I is {off:.3g}"
+    return None if np.linalg.det(m) > 0 else "is no rotation: its determinant is -1, it mirrors"
+
+
+def check_pose(row: Row, expressions: Sequence[str]) -> None:
+    """Raise AvatarError for a number of a row's pose that is none."""
+    pose = row.pose
+    for part, values in (
+        ("expression", pose.expression_weights),
+        ("eyelids", pose.late_weights),
+        ("joints", pose.joint_delta),
+        ("world_from_avatar", pose.world_from_avatar),
+    ):
+        if not (np.abs(values) <= MAX_VALUE).all():
+            at = _first_bad(values)
+            name = f" ({expressions[at[0]]})" if part == "expression" else ""
+            raise row.wrong(f"{at}{name} is no usable number", part)
+
+
+def _first_bad(values: npt.NDArray[Any]) -> list[int]:
+    return [int(i[0]) for i in np.nonzero(~(np.abs(values) <= MAX_VALUE))]
+
+
+def _check_names(rows: Iterable[Row]) -> None:
+    first: dict[str, Row] = {}
+    for row in rows:
+        earlier = first.setdefault(row.image.stem, row)
+        if earlier is not row:
+            at = earlier.field or earlier.file.name
+            raise row.wrong(
+                f"is called {row.image.stem!a} as {at} is; every frame needs a name of its own", "image"
+            )

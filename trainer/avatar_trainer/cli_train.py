@@ -1,0 +1,138 @@
+"""`avatar-train SYSTEM CAPTURE -o OUT`: from captured frames to an avatar."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from avatar_export import arguments
+from avatar_export.console import Steps, output
+from avatar_runtime.errors import AvatarError, no_such
+from avatar_trainer import checkpoint, run
+from avatar_trainer.capture import Capture, check_pixels, load
+from avatar_trainer.drawing import Drawing
+from avatar_trainer.evaluate import evaluate, table
+from avatar_trainer.pictures import resized
+from avatar_trainer.renderer import RASTERISERS
+from avatar_trainer.settings import TrainSettings, chosen_rules, settable, with_value
+from avatar_trainer.system import System
+from avatar_trainer.systems import system_module
+from avatar_trainer.train import memory_advice, train
+
+OFTEN = 1000  # iterations between contact sheets
+# settings that have options of their own
+OPTIONS = (
+    "iterations",
+    "gaussians",
+    "sh_degree",
+    "rules",
+    "seed",
+    "size",
+    "rasteriser",
+    "threads",
+    "checkpoint_every",
+)
+
+
+def train_command(name: str) -> Callable[..., None]:
+    """The command that trains one system."""
+
+    def command(
+        capture: Annotated[Path, typer.Argument(help="Folder of the captured frames (trainer/CAPTURE.md).")],
+        out: Annotated[
+            Path, typer.Option("--out", "-o", help="Folder to write; goes on with what is there.")
+        ],
+        iterations: Annotated[int | None, typer.Option(help="Pictures to learn from.", min=1)] = None,
+        gaussians: Annotated[int | None, typer.Option(help="Gaussians at the start.", min=1)] = None,
+        sh_degree: Annotated[int | None, typer.Option(help="Highest SH degree.", min=0, max=3)] = None,
+        size: Annotated[int, typer.Option(help="Pixels of the longer side; 0: as captured.", min=0)] = 0,
+        seed: Annotated[int, typer.Option(help="Of everything random.", min=0)] = 0,
+        threads: Annotated[int, typer.Option(help="0: one a core.", min=0)] = 0,
+        rasteriser: Annotated[str, typer.Option(help=", ".join(RASTERISERS))] = "cpu",
+        rule: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, see command `rules`.")] = None,
+        set_: Annotated[
+            list[str] | None,
+            typer.Option("--set", help="NAME=VALUE: any other setting, see command `settings`."),
+        ] = None,
+        preview: Annotated[
+            bool, typer.Option("--preview", help="Write contact sheets to OUT/preview.")
+        ] = False,
+        checkpoint_every: Annotated[int, typer.Option(help="Iterations between checkpoints.", min=1)] = 500,
+        resume: Annotated[
+            bool, typer.Option(help="Go on from a checkpoint in OUT, or remove what is there.")
+        ] = True,
+        export: Annotated[
+            Path | None, typer.Option(help="Bundle to write at the end.", metavar="BUNDLE")
+        ] = None,
+    ) -> None:
+        arguments.one_of("--rasteriser", rasteriser, RASTERISERS)
+        if export is not None and export.exists():
+            raise AvatarError("exists; name another", file=export)
+        module = system_module(name)
+        given = {"gaussians": gaussians, "sh_degree": sh_degree, "iterations": iterations}
+        own = dataclasses.replace(module.Settings(), **{k: v for k, v in given.items() if v is not None})
+        settings = TrainSettings(
+            iterations=own.iterations, seed=seed, rasteriser=rasteriser, size=size, threads=threads,
+            checkpoint_every=checkpoint_every, preview_every=OFTEN if preview else 0,
+        )  # fmt: skip
+        settings, own = with_assignments(settings, own, arguments.pairs(set_))
+        own = dataclasses.replace(own, rules=chosen_rules(module.RULES, arguments.pairs(rule)))
+        scene = _read(capture, out, settings)
+        with memory_advice():
+            with Steps() as step:
+                step("preparing")
+                system = module.create(scene, own, seed)
+            trained = train(system, scene, settings, out, system_settings=own, resume=resume)
+        output.print(
+            f"{out}: {trained.iterations} iterations, {trained.gaussians} Gaussians, {trained.seconds:.0f} s"
+        )
+        result = evaluate(system, scene, Drawing(rasteriser, threads or None))
+        run.write(out, {"iteration": trained.iterations, **result}, run.EVALUATION)
+        output.print(table(result))
+        if export is not None:
+            _export(system, out, export)
+
+    command.__doc__ = f"Train an avatar of {name}; the same command goes on where an interrupted one stopped."
+    return command
+
+
+def with_assignments(
+    settings: TrainSettings, own: Any, pairs: list[tuple[str, str]]
+) -> tuple[TrainSettings, Any]:
+    """(settings, own settings of a system) with what `--set` names in either.
+
+    Raises AvatarError for a name that is in neither, or has an option of its own, and for a wrong value.
+    """
+    general, special = settable(settings, OPTIONS), settable(own, OPTIONS)
+    for name, text in pairs:
+        if name in special:
+            own = with_value(own, name, text)
+        elif name in general:
+            settings = with_value(settings, name, text)
+        else:
+            raise no_such("setting", name, [*special, *general], field="--set")
+    return settings, own
+
+
+def _read(folder: Path, out: Path, settings: TrainSettings) -> Capture:
+    """The capture, wholly checked before a new run begins."""
+    with Steps() as step:
+        step("reading")
+        scene = load(folder)
+        if not checkpoint.paths(out / run.CHECKPOINTS):
+            step("decoding pictures")
+            check_pixels(scene)
+    return resized(scene, settings.size)
+
+
+def _export(system: System, out: Path, bundle: Path) -> None:
+    from avatar_trainer.export import export
+
+    with Steps() as step:
+        step(f"writing {bundle}")
+        export(system, out / run.UPSTREAM, bundle)
+    output.print(f"{bundle}: written")

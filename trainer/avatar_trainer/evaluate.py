@@ -1,0 +1,122 @@
+"""Held-out self-reenactment: how close the avatar comes to frames of the same person that it was not trained on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from statistics import fmean
+from typing import Any
+
+import torch
+from rich.table import Table
+from torch import Tensor
+
+from avatar_trainer.capture import Capture, Frame
+from avatar_trainer.drawing import DRAWING, Drawing, draw
+from avatar_trainer.losses import psnr_db, ssim
+from avatar_trainer.pictures import Pictures, Target, evenly
+from avatar_trainer.system import System
+
+QUICK = 8  # frames looked at during training
+TRAIN_FRAMES = 50  # of split `train` that are measured at the end
+INSIDE = 0.5  # of the mask
+HOW = (
+    "8-bit pictures as captured against the rendering clamped to 0..1, both over black; mean over frames of each "
+    "frame's PSNR (peak 1) and SSIM (Gaussian window 11, sigma 1.5, mean of the channels). whole: all pixels; "
+    "inside: PSNR of the pixels whose mask is above 0.5, SSIM of the mask's bounding box, black outside the mask. "
+    "test: every frame, none trained on; train: "
+    f"at most {TRAIN_FRAMES}, evenly spaced"
+)
+MEASURES = ("psnr_db", "ssim", "psnr_inside_db", "ssim_inside")
+
+
+@dataclass(frozen=True)
+class Score:
+    """One frame."""
+
+    frame: str
+    split: str
+    psnr_db: float | None  # None: infinite, or nothing inside the mask
+    ssim: float | None
+    psnr_inside_db: float | None
+    ssim_inside: float | None
+
+
+def evaluate(system: System, capture: Capture, by: Drawing = DRAWING) -> dict[str, Any]:
+    """Means of each split, every frame's score and how they were computed; JSON knows it all."""
+    with Pictures(0) as pictures:
+        scores = [
+            measure(system, f, pictures(f), by) for f in [*capture.test, *evenly(capture.train, TRAIN_FRAMES)]
+        ]
+    splits = {split: [s for s in scores if s.split == split] for split in ("test", "train")}
+    return {
+        "system": system.name,
+        "capture": capture.name,
+        "width": capture.width,
+        "height": capture.height,
+        "gaussians": len(system.splats(capture.frames[0].pose).mean),
+        "how": HOW,
+        "splits": {split: _means(of) for split, of in splits.items() if of},
+        "frames": [vars(score) for score in scores],
+    }
+
+
+def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING) -> Score:
+    """A frame's rendering against its picture, over black."""
+    drawn = draw(system, frame, by=by).colour.clamp(0, 1)
+    wanted = target.over(torch.zeros(3))
+    inside = target.mask > INSIDE
+    return Score(
+        frame.name,
+        frame.split,
+        _finite(psnr_db(drawn, wanted)),
+        _finite(float(ssim(drawn, wanted))),
+        _finite(psnr_db(drawn[inside], wanted[inside])),
+        _ssim_inside(drawn, wanted, inside),
+    )
+
+
+def quick_psnr_db(system: System, capture: Capture, pictures: Pictures, by: Drawing) -> dict[str, float]:
+    """Mean PSNR of a few held-out frames over black, by split; empty where none is held out."""
+    frames = evenly(capture.test, QUICK)
+    black = torch.zeros(3)
+    found = [psnr_db(_clamped(system, f, by), pictures(f).over(black)) for f in frames]
+    return {"test": fmean(found)} if found else {}
+
+
+def table(result: dict[str, Any]) -> Table:
+    """The means of each split."""
+    shown = Table(box=None, pad_edge=False)
+    shown.add_column("split")
+    for title in ("frames", "PSNR dB", "SSIM", "PSNR dB inside", "SSIM inside"):
+        shown.add_column(title, justify="right")
+    for split, means in result["splits"].items():
+        texts = ["-" if means[m] is None else f"{means[m]:.{2 if 'db' in m else 4}f}" for m in MEASURES]
+        shown.add_row(split, str(means["frames"]), *texts)
+    return shown
+
+
+def _clamped(system: System, frame: Frame, by: Drawing) -> Tensor:
+    return draw(system, frame, by=by).colour.clamp(0, 1)
+
+
+def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
+    """SSIM of the mask's bounding box, both pictures black outside the mask; None for an empty mask."""
+    if not inside.any():
+        return None
+    at = torch.nonzero(inside)
+    box = tuple(slice(low, high + 1) for low, high in zip(at.amin(0).tolist(), at.amax(0).tolist(), strict=True))
+    pair = ((picture * inside[:, :, None])[box].contiguous() for picture in (drawn, wanted))
+    return _finite(float(ssim(*pair)))
+
+
+def _means(scores: list[Score]) -> dict[str, Any]:
+    means: dict[str, Any] = {"frames": len(scores)}
+    for name in MEASURES:
+        values = [value for score in scores if (value := getattr(score, name)) is not None]
+        means[name] = fmean(values) if values else None
+    return means
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,13 @@
+"""What training on the CPU does at every iteration, as Numba kernels with gradients: fast twins of plain definitions.
+
+float32. A row is computed by one thread in the order stored: the same bits whatever the number of threads.
+"""
+
+from __future__ import annotations
+
+from avatar_trainer.kernels.blend import blend_cpu
+from avatar_trainer.kernels.skin import skinned_cpu
+from avatar_trainer.kernels.ssim import ssim_cpu
+from avatar_trainer.kernels.surface import carried_cpu, carriers_cpu
+
+__all__ = ["blend_cpu", "carried_cpu", "carriers_cpu", "skinned_cpu", "ssim_cpu"]

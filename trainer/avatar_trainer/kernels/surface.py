@@ -1,0 +1,254 @@
+"""Gaussians that ride on a mesh: `stages.surface.carriers` without gradients, and `carry` followed by `activate`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+import torch
+from torch import Tensor
+
+from avatar_runtime.avatar import F32, I64, Rules
+from avatar_runtime.backends.cpu import surface as runtime
+from avatar_runtime.backends.cpu.arrays import Ridden
+from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
+from avatar_runtime.backends.cpu.rotation import Quat, matrix_from_quat, quat_multiply
+from avatar_schema import constants
+from avatar_trainer.kernels.activation import (
+    ONE,
+    conjugate,
+    divided,
+    quat_at,
+    sigmoid,
+    store_quat,
+    undivided,
+)
+from avatar_trainer.kernels.arrays import plain
+from avatar_trainer.stages.activate import SHORTEST
+from avatar_trainer.stages.surface import TINY, Carriers, SurfaceMesh, check_rules, scale_change
+from avatar_trainer.tensors import Splats
+
+LEAST, NONE = np.float32(SHORTEST), np.float32(TINY)
+Vector = tuple[Scalar, Scalar, Scalar]
+
+
+class Rider(NamedTuple):
+    """Where N Gaussians sit, and what the mesh does to their scales."""
+
+    vertices: I64  # [N, 3]
+    table: F32  # [V, 10] position, normal, quaternion
+    factor: F32  # [N] of the log scale
+    shift: F32  # [N] added to it
+
+
+class Values(NamedTuple):
+    """What training changes of N Gaussians."""
+
+    barycentric: F32  # [N, 3]
+    displacement: F32  # [N]
+    local_quat_wxyz: F32  # [N, 4]
+    log_scale: F32  # [N, 3]
+    opacity_logit: F32  # [N]
+
+
+class Out(NamedTuple):
+    """Splats without their colour."""
+
+    mean: F32  # [N, 3]
+    scale: F32  # [N, 3]
+    quat_wxyz: F32  # [N, 4]
+    opacity: F32  # [N]
+
+
+def carriers_cpu(vertices: Tensor, mesh: SurfaceMesh, rules: Rules) -> Carriers:
+    """As `stages.surface.carriers`, without gradients, by the runtime's kernels; `vertices` [V, 3] float32.
+
+    Raises ValueError for a rule that is not trained, and where `vertices` need a gradient.
+    """
+    check_rules(rules)
+    if vertices.requires_grad:
+        raise ValueError("carriers_cpu has no gradients; stages.surface.carriers has")
+    f, v = len(mesh.triangles), mesh.vertices
+    ridden = Ridden(np.empty(f), np.empty((f, 13)), np.empty((v, 7)))
+    runtime.triangle_turns(plain(vertices, v, 3), mesh.arrays, True, True, 1.0, ridden)
+    unit_area = mesh.training_per_bundle**2
+    runtime.vertex_sums(
+        mesh.arrays,
+        float(constants()["normal_floor"]) / unit_area,
+        float(constants()["quaternion_floor"]) / unit_area,
+        rules.rotation == "vertex_quaternion_mean",
+        ridden,
+    )
+    at_vertices = torch.from_numpy(ridden.vertex.astype(np.float32))
+    return Carriers(vertices, at_vertices[:, :3], at_vertices[:, 3:], torch.from_numpy(ridden.size))
+
+
+def carried_cpu(
+    carriers: Carriers,
+    mesh: SurfaceMesh,
+    triangle: Tensor,  # [N] int64
+    barycentric: Tensor,  # [N, 3]
+    displacement: Tensor,  # [N]
+    local_quat_wxyz: Tensor,  # [N, 4]
+    log_scale: Tensor,  # [N, 3]
+    opacity_logit: Tensor,  # [N]
+    sh: Tensor,  # [N, K, 3]
+    rules: Rules,
+) -> Splats:
+    """As `carry` and then `activate`, float32; differentiable in all but the carriers.
+
+    Raises ValueError for a rule that is not trained, for carriers with a gradient, and for another type or shape.
+    """
+    check_rules(rules)
+    n = len(barycentric)
+    if carriers.vertex_normal.requires_grad or carriers.vertices.requires_grad:
+        raise ValueError("carried_cpu has no gradient for the mesh; stages.surface.carry has")
+    if triangle.shape != (n,) or (
+        n and not 0 <= int(triangle.min()) <= int(triangle.max()) < len(mesh.triangles)
+    ):
+        raise ValueError(
+            f"triangle does not name one of {len(mesh.triangles)} triangles for each of {n} Gaussians"
+        )
+    table = torch.cat([carriers.vertices, carriers.vertex_normal, carriers.vertex_quat], dim=1)
+    factor, shift = scale_change(carriers, mesh, triangle, rules)
+    rider = Rider(
+        mesh.triangles[triangle].numpy(),
+        plain(table, mesh.vertices, 10),
+        plain(factor.float(), n),
+        plain(shift.float(), n),
+    )
+    frame = torch.empty(n, 3, 3)
+    values = barycentric, displacement, local_quat_wxyz, log_scale, opacity_logit
+    unit_normal = rules.position == "normal"
+    mean, scale, quat, opacity = _Ride.apply(rider, unit_normal, frame, *values)  # type: ignore[no-untyped-call]
+    return Splats(mean, scale, quat, opacity, sh, frame)
+
+
+class _Ride(torch.autograd.Function):
+    @staticmethod
+    def forward(
+        ctx: Any, rider: Rider, unit_normal: bool, frame: Tensor, *values: Tensor
+    ) -> tuple[Tensor, ...]:
+        n = len(values[0])
+        out = tuple(torch.empty(shape) for shape in ((n, 3), (n, 3), (n, 4), (n,)))
+        ctx.rider, ctx.unit_normal = rider, unit_normal
+        ctx.given, ctx.out = _values(values), _out(out)
+        _ride(rider, unit_normal, ctx.given, ctx.out, plain(frame, n, 9))
+        return out
+
+    @staticmethod
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
+        n = len(gradients[0])
+        back = tuple(torch.empty(shape) for shape in ((n, 3), (n,), (n, 4), (n, 3), (n,)))
+        _ride_back(ctx.rider, ctx.unit_normal, ctx.given, ctx.out, _out(gradients), _values(back))
+        return None, None, None, *back
+
+
+def _values(tensors: tuple[Tensor, ...]) -> Values:
+    n = len(tensors[0])
+    shapes = ((n, 3), (n,), (n, 4), (n, 3), (n,))
+    return Values(*(plain(tensor, *shape) for tensor, shape in zip(tensors, shapes, strict=True)))
+
+
+def _out(tensors: tuple[Tensor, ...]) -> Out:
+    n = len(tensors[0])
+    shapes = ((n, 3), (n, 3), (n, 4), (n,))
+    return Out(*(plain(tensor, *shape) for tensor, shape in zip(tensors, shapes, strict=True)))
+
+
+@kernel(parallel=True)
+def _ride(rider: Rider, unit_normal: bool, given: Values, out: Out, frame: F32) -> None:
+    """`out` activated, and the mesh's turn [N, 9] under each Gaussian."""
+    for i in numba.prange(len(given.displacement)):
+        _ride_row(i, rider, unit_normal, given, out, frame)
+
+
+@kernel(parallel=True)
+def _ride_back(rider: Rider, unit_normal: bool, given: Values, out: Out, gradient: Out, back: Values) -> None:
+    """From the gradient of `out` that of what was given, in `back`."""
+    for i in numba.prange(len(given.displacement)):
+        _ride_row_back(i, rider, unit_normal, given, out, gradient, back)
+
+
+@inlined
+def _under(i: int, rider: Rider, given: Values) -> tuple[Vector, Vector, Quat]:
+    """Foot, normal and turn of the mesh at Gaussian `i`, the latter two of any length."""
+    a, b, c = (rider.vertices[i, 0], rider.vertices[i, 1], rider.vertices[i, 2])
+    u, v, w = given.barycentric[i, 0], given.barycentric[i, 1], given.barycentric[i, 2]
+    t = rider.table
+    foot = (at(t, a, b, c, u, v, w, 0), at(t, a, b, c, u, v, w, 1), at(t, a, b, c, u, v, w, 2))
+    normal = (at(t, a, b, c, u, v, w, 3), at(t, a, b, c, u, v, w, 4), at(t, a, b, c, u, v, w, 5))
+    turn = (
+        at(t, a, b, c, u, v, w, 6),
+        at(t, a, b, c, u, v, w, 7),
+        at(t, a, b, c, u, v, w, 8),
+        at(t, a, b, c, u, v, w, 9),
+    )
+    return foot, normal, turn
+
+
+@inlined
+def at(table: F32, a: int, b: int, c: int, u: Scalar, v: Scalar, w: Scalar, k: int) -> Scalar:
+    """Number k of the vertices' rows at a barycentric point."""
+    return u * table[a, k] + v * table[b, k] + w * table[c, k]
+
+
+@inlined
+def _raised(normal: Vector, unit_normal: bool) -> tuple[Vector, Scalar]:
+    """(normal, what it was divided by): made unit, or as it is."""
+    x, y, z = normal
+    length = max(math.sqrt(x * x + y * y + z * z), NONE) if unit_normal else ONE
+    return (x / length, y / length, z / length), length
+
+
+@inlined
+def _ride_row(i: int, rider: Rider, unit_normal: bool, given: Values, out: Out, frame: F32) -> None:
+    foot, normal, turn = _under(i, rider, given)
+    up, _ = _raised(normal, unit_normal)
+    d = given.displacement[i]
+    out.mean[i, 0], out.mean[i, 1], out.mean[i, 2] = (
+        foot[0] + d * up[0],
+        foot[1] + d * up[1],
+        foot[2] + d * up[2],
+    )
+    for k in range(3):
+        out.scale[i, k] = math.exp(given.log_scale[i, k] * rider.factor[i] + rider.shift[i])
+    unit, _ = divided(turn, NONE)
+    quat, _ = divided(quat_multiply(unit, quat_at(i, given.local_quat_wxyz)), LEAST)
+    store_quat(quat, i, out.quat_wxyz)
+    out.opacity[i] = sigmoid(given.opacity_logit[i])
+    to = frame[i]
+    to[0], to[1], to[2], to[3], to[4], to[5], to[6], to[7], to[8] = matrix_from_quat(unit, ONE)
+
+
+@inlined
+def _ride_row_back(
+    i: int, rider: Rider, unit_normal: bool, given: Values, out: Out, gradient: Out, back: Values
+) -> None:
+    _, normal, turn = _under(i, rider, given)
+    up, height = _raised(normal, unit_normal)
+    d = given.displacement[i]
+    x, y, z = gradient.mean[i, 0], gradient.mean[i, 1], gradient.mean[i, 2]
+    along = x * up[0] + y * up[1] + z * up[2]
+    back.displacement[i] = along
+    inward = along if unit_normal and height > NONE else ONE - ONE
+    nx, ny, nz = (
+        d * (x - up[0] * inward) / height,
+        d * (y - up[1] * inward) / height,
+        d * (z - up[2] * inward) / height,
+    )
+    unit, length = divided(turn, NONE)
+    local = quat_at(i, given.local_quat_wxyz)
+    _, turned_length = divided(quat_multiply(unit, local), LEAST)
+    turned = undivided(quat_at(i, gradient.quat_wxyz), quat_at(i, out.quat_wxyz), turned_length, LEAST)
+    store_quat(quat_multiply(conjugate(unit), turned), i, back.local_quat_wxyz)
+    qw, qx, qy, qz = undivided(quat_multiply(turned, conjugate(local)), unit, length, NONE)
+    for k in range(3):
+        v = rider.table[rider.vertices[i, k]]
+        at_corner = x * v[0] + y * v[1] + z * v[2] + nx * v[3] + ny * v[4] + nz * v[5]
+        back.barycentric[i, k] = at_corner + qw * v[6] + qx * v[7] + qy * v[8] + qz * v[9]
+        back.log_scale[i, k] = gradient.scale[i, k] * out.scale[i, k] * rider.factor[i]
+    opacity = out.opacity[i]
+    back.opacity_logit[i] = gradient.opacity[i] * opacity * (ONE - opacity)

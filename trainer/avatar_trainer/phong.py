@@ -1,0 +1,168 @@
+"""The point of a Phong surface that carries a given point of space: SplattingAvatar's Eq. 15.
+
+Minimises |V(k,u,v) + d N(k,u,v) - x|^2 over triangle k, weights u v and displacement d: damped Gauss-Newton steps,
+each of which walks on the triangles (walk.py) and is taken only where it brings the point nearer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import prange
+
+from avatar_runtime.avatar import F64, I32, I64
+from avatar_runtime.backends.cpu.jit import kernel
+from avatar_trainer.walk import Neighbours, walk_one
+
+STEPS = 60  # of a point, at most; most need 5
+NEAR_ENOUGH = 1e-7  # of the triangle's longest edge
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-9, 1e7
+
+
+@dataclass(frozen=True)
+class PhongSurface:
+    """A mesh in one pose, any unit of length."""
+
+    neighbours: Neighbours
+    triangles: I64  # [F, 3]
+    vertices: F64  # [V, 3]
+    normals: F64  # [V, 3]
+    unit_normal: bool  # whether the interpolated normal is made unit (rule `normal`) or not (the paper's Eq. 2)
+
+
+@dataclass(frozen=True)
+class Embedded:
+    """Where points hang on a surface."""
+
+    triangle: I64  # [N]
+    barycentric: F64  # [N, 3]
+    displacement: F64  # [N] along the interpolated normal
+    distance: F64  # [N] from the point asked for, that could not be undone
+
+
+def embed(surface: PhongSurface, points: F64, triangle: I64, barycentric: F64, displacement: F64) -> Embedded:
+    """The embeddings nearest to `points` [N, 3] that a descent from the given ones [N], [N, 3], [N] comes to.
+
+    A local minimum: beside a border, or in a fold, the point itself may not be reached.
+    """
+    rows, weights = triangle.astype(np.int64), barycentric.astype(np.float64)
+    lifted, distance = displacement.astype(np.float64), np.zeros(len(triangle))
+    _embed_all(
+        surface.neighbours.triangle,
+        surface.neighbours.edge,
+        surface.triangles,
+        surface.vertices,
+        surface.normals,
+        surface.unit_normal,
+        points.astype(np.float64),
+        rows,
+        weights,
+        lifted,
+        distance,
+    )
+    return Embedded(rows, weights, lifted, distance)
+
+
+@kernel(parallel=True)
+def _embed_all(
+    over: I32, over_edge: I32, triangles: I64, vertices: F64, normals: F64, unit_normal: bool,
+    points: F64, rows: I64, weights: F64, lifted: F64, distance: F64,
+) -> None:  # fmt: skip
+    for i in prange(len(rows)):
+        rows[i], lifted[i], distance[i] = _embed_one(
+            over, over_edge, triangles, vertices, normals, unit_normal, points[i], rows[i], weights[i], lifted[i]
+        )  # fmt: skip
+
+
+@kernel()
+def _embed_one(
+    over: I32, over_edge: I32, triangles: I64, vertices: F64, normals: F64, unit_normal: bool,
+    point: F64, triangle: int, b: F64, d: float,
+) -> Any:  # fmt: skip
+    """(triangle, displacement, distance left) of one point; `b` [3] is changed in place."""
+    residual, jacobian, step = np.empty(3), np.empty((3, 3)), np.empty(3)
+    other_residual, other_jacobian = np.empty(3), np.empty((3, 3))
+    other_b, shift = np.empty(3), np.empty(3)
+    damping = FIRST_DAMPING
+    cost = _lift(triangles[triangle], vertices, normals, unit_normal, point, b, d, residual, jacobian)
+    for _ in range(STEPS):
+        edge = max(_length(jacobian[:, 0]), _length(jacobian[:, 1]))
+        if np.sqrt(cost) <= NEAR_ENOUGH * edge or damping > MOST_DAMPING:
+            break
+        _damped_step(jacobian, residual, damping, step)
+        other_b[:] = b
+        shift[0], shift[1], shift[2] = step[0], step[1], -(step[0] + step[1])
+        other, _ = walk_one(over, over_edge, triangle, other_b, shift, 1.0)
+        other_d = d + step[2]
+        other_cost = _lift(
+            triangles[other], vertices, normals, unit_normal, point, other_b, other_d, other_residual, other_jacobian
+        )  # fmt: skip
+        if other_cost < cost:
+            triangle, d, cost = other, other_d, other_cost
+            b[:], residual[:], jacobian[:] = other_b, other_residual, other_jacobian
+            damping = max(damping / 10, LEAST_DAMPING)
+        else:
+            damping *= 10
+    return triangle, d, np.sqrt(cost)
+
+
+@kernel()
+def _lift(
+    corner: I64, vertices: F64, normals: F64, unit_normal: bool, point: F64, b: F64, d: float,
+    residual: F64, jacobian: F64,
+) -> float:  # fmt: skip
+    """Squared distance of V + d N to `point`; fills the residual [3] and its derivatives [3, (u, v, d)]."""
+    n = b[0] * normals[corner[0]] + b[1] * normals[corner[1]] + b[2] * normals[corner[2]]
+    length = _length(n) if unit_normal else 1.0
+    length = max(length, 1e-30)
+    n /= length
+    total = 0.0
+    for c in range(2):
+        along = (normals[corner[c]] - normals[corner[2]]) / length
+        if unit_normal:
+            along -= n * (_dot(n, along))
+        jacobian[:, c] = vertices[corner[c]] - vertices[corner[2]] + d * along
+    jacobian[:, 2] = n
+    for x in range(3):
+        foot = b[0] * vertices[corner[0], x] + b[1] * vertices[corner[1], x] + b[2] * vertices[corner[2], x]
+        residual[x] = foot + d * n[x] - point[x]
+        total += residual[x] * residual[x]
+    return total
+
+
+@kernel()
+def _damped_step(j: F64, r: F64, damping: float, step: F64) -> None:
+    """-(J^T J + damping diag(J^T J))^-1 J^T r, by Cramer's rule; no step where that is singular."""
+    a, g = np.empty((3, 3)), np.empty(3)
+    for c in range(3):
+        g[c] = -_dot(j[:, c], r)
+        for k in range(3):
+            a[c, k] = _dot(j[:, c], j[:, k])
+        a[c, c] *= 1 + damping
+    determinant = _triple(a[0], a[1], a[2])
+    step[:] = 0.0
+    if determinant > 0:
+        step[0] = _triple(g, a[1], a[2]) / determinant
+        step[1] = _triple(a[0], g, a[2]) / determinant
+        step[2] = _triple(a[0], a[1], g) / determinant
+
+
+@kernel()
+def _triple(a: F64, b: F64, c: F64) -> float:
+    """a . (b x c)."""
+    x = a[0] * (b[1] * c[2] - b[2] * c[1])
+    y = a[1] * (b[2] * c[0] - b[0] * c[2])
+    z = a[2] * (b[0] * c[1] - b[1] * c[0])
+    return x + y + z
+
+
+@kernel()
+def _dot(a: F64, b: F64) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel()
+def _length(a: F64) -> float:
+    return np.sqrt(_dot(a, a))

@@ -1,0 +1,1 @@
+"""Differentiable rasterisers of the `trainer` profile; `renderer.render` chooses one."""

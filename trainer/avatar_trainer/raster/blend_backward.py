@@ -1,0 +1,225 @@
+"""Gradients of the `cpu` blending: 16x16 tiles, back to front, 16 lanes at a time.
+
+A pixel's transmittance before a splat is that behind it over 1 - alpha. Alphas are computed as the forward kernel
+computes them, so the same splats count; each (tile, splat) pair gets a row of its own, and nothing is added by
+two threads.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import prange
+
+from avatar_runtime.avatar import F32, I32, I64, U32
+from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime.backends.cpu.lanes import exponential, fma, lowest_bit, take_next
+from avatar_runtime.backends.cpu.raster import ALPHA_MAX, ALPHA_MIN, LANES, aligned, look_up
+from avatar_runtime.backends.cpu.screen import (
+    BLUE,
+    CENTRE_X,
+    CENTRE_Y,
+    COLUMNS,
+    CONIC_XX,
+    CONIC_XY,
+    CONIC_YY,
+    GREEN,
+    OPACITY,
+    RED,
+    TILE,
+)
+from avatar_trainer.raster.reduce import sum_of_16
+
+f32, u32, u64 = np.float32, np.uint32, np.uint64
+# A row: the sums over the pixels of s, s dx, s dy, s dx dx, s dx dy, s dy dy, s being the gradient of the exponent
+# and (dx, dy) the centre minus the pixel; then the gradient of the colour.
+S, S_X, S_Y, S_XX, S_XY, S_YY, S_RED, S_GREEN, S_BLUE = range(9)
+ROW = 9
+# Where a block's state keeps, of its 16 pixels: the transmittance behind the splats done, the gradient with respect
+# to what lies behind them, the gradient of the colour, the position of the last splat added.
+BEHIND, REST, OF_RED, OF_GREEN, OF_BLUE, LAST = (LANES * k for k in range(6))
+BLOCK = 6 * LANES
+
+
+@kernel(parallel=True)
+def blend_tiles_backward(
+    splats: F32,  # [N, COLUMNS] as `screen.py` says
+    tiles: I32,  # [N, 4] touched tiles
+    first_row: I64,  # [N] where a splat's rows begin, one for each of its tiles, row by row
+    members: U32,  # [P] ids, tile by tile, front to back
+    starts: I64,  # [tiles + 1]
+    transmittance: F32,  # [H, W] as the forward kernel left it, like `last`
+    last: I32,  # [H, W]
+    of_colour: F32,  # [H, W, 3] gradient of the colour before the background
+    of_transmittance: F32,  # [H, W] gradient of the transmittance, the background's part included
+    workers: int,
+    rows: F32,  # [P, ROW] out
+) -> None:
+    """Fill every row. The workers take tiles from one counter."""
+    counter = np.zeros(1, np.int64)
+    for _ in prange(workers):
+        _work(
+            counter,
+            splats,
+            tiles,
+            first_row,
+            members,
+            starts,
+            transmittance,
+            last,
+            of_colour,
+            of_transmittance,
+            rows,
+        )
+
+
+@kernel()
+def _work(
+    counter: I64,
+    splats: F32,
+    tiles: I32,
+    first_row: I64,
+    members: U32,
+    starts: I64,
+    transmittance: F32,
+    last: I32,
+    of_colour: F32,
+    of_transmittance: F32,
+    rows: F32,
+) -> Any:
+    """Go through tiles until none is left."""
+    columns = -(-transmittance.shape[1] // TILE)
+    state, sums, least = aligned(LANES * BLOCK), aligned(LANES * ROW), aligned(LANES)
+    splat_row = aligned(COLUMNS).reshape(1, COLUMNS)
+    deepest = np.empty(LANES, np.int32)
+    while True:
+        tile = take_next(counter)
+        if tile >= len(starts) - 1:
+            return
+        row, column = tile // columns, tile % columns
+        x0, y0 = TILE * column, TILE * row
+        _read(state, deepest, x0, y0, transmittance, last, of_colour, of_transmittance)
+        mine = members[starts[tile] : starts[tile + 1]]
+        for k in range(len(mine) - 1, -1, -1):
+            i = mine[k]
+            wide = tiles[i, 2] - tiles[i, 0]
+            at = first_row[i] + (row - tiles[i, 1]) * wide + column - tiles[i, 0]
+            mask = _blocks_below(deepest, k)
+            if mask:
+                mask &= look_up(splat_row, least, 0, splats, i, f32(x0), f32(y0))
+            if mask:
+                _clear(sums)
+                _take(state, sums, splat_row, mask, f32(x0), f32(y0), f32(k + 1))
+                _total(sums, rows, at)
+            else:
+                for j in range(ROW):
+                    rows[at, j] = f32(0)
+
+
+@kernel()
+def _read(
+    state: F32,
+    deepest: I32,
+    x0: int,
+    y0: int,
+    transmittance: F32,
+    last: I32,
+    of_colour: F32,
+    of_transmittance: F32,
+) -> None:
+    """The state of the tile at (x0, y0); a pixel outside the picture has no splat."""
+    height, width = transmittance.shape
+    for block in range(LANES):
+        deepest[block] = 0
+        for i in range(LANES):
+            lane = block * BLOCK + i
+            y, x = y0 + 4 * (block >> 2) + (i >> 2), x0 + 4 * (block & 3) + (i & 3)
+            if y < height and x < width:
+                left = transmittance[y, x]
+                state[lane + BEHIND], state[lane + REST] = left, of_transmittance[y, x] * left
+                state[lane + OF_RED], state[lane + OF_GREEN] = of_colour[y, x, 0], of_colour[y, x, 1]
+                state[lane + OF_BLUE], state[lane + LAST] = of_colour[y, x, 2], f32(last[y, x])
+                deepest[block] = max(deepest[block], last[y, x])
+            else:
+                for k in range(0, BLOCK, LANES):
+                    state[lane + k] = f32(0)
+
+
+@inlined
+def _blocks_below(deepest: I32, k: int) -> np.uint32:
+    """The blocks in which a pixel added splat k of the tile or one behind it, one bit each."""
+    mask = u32(0)
+    for block in range(LANES):
+        mask |= u32(deepest[block] > k) << u32(block)
+    return mask
+
+
+@inlined
+def _clear(sums: F32) -> None:
+    for lane in range(LANES * ROW):
+        sums[lane] = f32(0)
+
+
+@inlined
+def _take(
+    state: F32, sums: F32, splat: F32, mask: np.uint32, x0: np.float32, y0: np.float32, position: np.float32
+) -> None:
+    """Take one splat out of the blocks of `mask`."""
+    while mask:
+        block = lowest_bit(mask)
+        mask &= mask - u32(1)
+        left = x0 + f32(u32(4) * (u32(block) & u32(3)))
+        top = y0 + f32(u32(4) * (u32(block) >> u32(2)))
+        _block_backward(state, u64(BLOCK) * block, sums, splat, left, top, position)
+
+
+@inlined
+def _block_backward(
+    state: F32,
+    base: np.uint64,
+    sums: F32,
+    splat: F32,
+    left: np.float32,
+    top: np.float32,
+    position: np.float32,
+) -> None:
+    """Take the splat out of the block whose first pixel is (left, top), and add what its row gets."""
+    x, y, opacity = splat[0, CENTRE_X], splat[0, CENTRE_Y], splat[0, OPACITY]
+    a, b, c = f32(-0.5) * splat[0, CONIC_XX], splat[0, CONIC_XY], f32(-0.5) * splat[0, CONIC_YY]
+    red, green, blue = splat[0, RED], splat[0, GREEN], splat[0, BLUE]
+    for i in range(LANES):
+        lane = base + u64(i)
+        dx, dy = x - (left + f32(i & 3)), y - (top + f32(i >> 2))
+        power = (a * dx * dx + c * dy * dy) - b * dx * dy
+        raw = opacity * exponential(power)
+        alpha = ALPHA_MAX if raw > ALPHA_MAX else raw
+        added = (power <= f32(0)) & (alpha >= ALPHA_MIN) & (position <= state[lane + u64(LAST)])
+        inverse = f32(1) / (f32(1) - alpha)
+        behind, rest = state[lane + u64(BEHIND)], state[lane + u64(REST)]
+        before = behind * inverse
+        of_red, of_green = state[lane + u64(OF_RED)], state[lane + u64(OF_GREEN)]
+        of_blue = state[lane + u64(OF_BLUE)]
+        shade = fma(of_red, red, fma(of_green, green, of_blue * blue))
+        weight = before * alpha if added else f32(0)
+        state[lane + u64(BEHIND)] = before if added else behind
+        state[lane + u64(REST)] = fma(weight, shade, rest)
+        slope = (before * shade - rest * inverse) * alpha
+        s = slope if added & (raw <= ALPHA_MAX) else f32(0)
+        sx, sy = s * dx, s * dy
+        sums[i] += s
+        sums[i + S_X * LANES] += sx
+        sums[i + S_Y * LANES] += sy
+        sums[i + S_XX * LANES] = fma(sx, dx, sums[i + S_XX * LANES])
+        sums[i + S_XY * LANES] = fma(sx, dy, sums[i + S_XY * LANES])
+        sums[i + S_YY * LANES] = fma(sy, dy, sums[i + S_YY * LANES])
+        sums[i + S_RED * LANES] = fma(weight, of_red, sums[i + S_RED * LANES])
+        sums[i + S_GREEN * LANES] = fma(weight, of_green, sums[i + S_GREEN * LANES])
+        sums[i + S_BLUE * LANES] = fma(weight, of_blue, sums[i + S_BLUE * LANES])
+
+
+@inlined
+def _total(sums: F32, rows: F32, at: int) -> None:
+    """Row `at` from the sums of the lanes."""
+    for j in range(ROW):
+        rows[at, j] = sum_of_16(sums, j * LANES)

@@ -1,0 +1,213 @@
+"""Rasteriser `cpu`: the runtime's kernels forward, their gradients by hand backward; float32."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+import numpy as np
+import torch
+from torch import Tensor
+from torch.autograd.function import once_differentiable
+
+from avatar_runtime.avatar import F32, I32, I64, U32, RasterSettings
+from avatar_runtime.backends.cpu.draw import STOP
+from avatar_runtime.backends.cpu.project import project
+from avatar_runtime.backends.cpu.raster import blend_tiles
+from avatar_runtime.backends.cpu.screen import CENTRE_X, CENTRE_Y, TILE, Screen, read_only
+from avatar_runtime.backends.cpu.sort import sort
+from avatar_runtime.backends.cpu.threads import thread_count, using
+from avatar_runtime.backends.cpu.tiles import tile_lists
+from avatar_runtime.camera import Camera
+from avatar_runtime.stages.activate import Splats as RuntimeSplats
+from avatar_trainer.raster.blend_backward import ROW, blend_tiles_backward
+from avatar_trainer.raster.project_backward import project_splats_backward
+from avatar_trainer.tensors import Rendered, Splats
+
+PROFILE = "trainer"
+
+
+@dataclass(frozen=True)
+class View:
+    """What a picture depends on besides tensors."""
+
+    camera: Camera
+    settings: RasterSettings
+    sh_degree: int
+    threads: int
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What backward needs of forward besides its inputs."""
+
+    screen: Screen
+    members: U32  # [P] ids, tile by tile, front to back
+    starts: I64  # [tiles + 1]
+    transmittance: F32  # [H, W]
+    last: I32  # [H, W]
+
+
+def rasterise(
+    splats: Splats,
+    camera: Camera,
+    settings: RasterSettings,
+    sh_degree: int,
+    background: Tensor,
+    screen_offset: Tensor | None,
+    threads: int | None,
+) -> Rendered:
+    """`render` by Numba kernels: the picture that the runtime's backend `cpu` draws, to the bit.
+
+    Raises TypeError for tensors that are not float32.
+    """
+    offset = splats.mean.new_zeros((0, 2)) if screen_offset is None else screen_offset
+    tensors = (splats.mean, splats.scale, splats.quat_wxyz, splats.opacity, splats.sh, background, offset)
+    if any(tensor.dtype != torch.float32 or tensor.device.type != "cpu" for tensor in tensors):
+        raise TypeError("rasteriser cpu takes float32 tensors on the CPU; torch takes others")
+    view = View(camera, settings, sh_degree, _started(threads))
+    colour, alpha, radius = _Draw.apply(*tensors, splats.sh_rotation, view)  # type: ignore[no-untyped-call]
+    return Rendered(colour, alpha, radius)
+
+
+def _started(threads: int | None) -> int:
+    """`thread_count`, with Numba's threads started: where that is OpenMP it sets torch's number too, once."""
+    of_torch = torch.get_num_threads()
+    numba.get_num_threads()
+    if torch.get_num_threads() != of_torch:
+        torch.set_num_threads(of_torch)
+    return thread_count(threads)
+
+
+class _Draw(torch.autograd.Function):
+    """Splats to colour and alpha."""
+
+    @staticmethod
+    def forward(
+        ctx: Any,
+        mean: Tensor,
+        scale: Tensor,
+        quat_wxyz: Tensor,
+        opacity: Tensor,
+        sh: Tensor,
+        background: Tensor,
+        offset: Tensor,
+        sh_rotation: Tensor | None,
+        view: View,
+    ) -> tuple[Tensor, Tensor, Tensor]:
+        splats = _arrays(mean, scale, quat_wxyz, opacity, sh, sh_rotation)
+        with using(view.threads):
+            drawn, colour = _draw(splats, _array(background), _array(offset), view)
+        ctx.save_for_backward(mean, scale, quat_wxyz, opacity, sh, sh_rotation, background)
+        ctx.drawn, ctx.view, ctx.moved = drawn, view, bool(len(offset))
+        radius = torch.from_numpy(drawn.screen.radius.copy())  # backward reads what the caller may change
+        ctx.mark_non_differentiable(radius)
+        return torch.from_numpy(colour), torch.from_numpy(1 - drawn.transmittance), radius
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, of_colour: Tensor, of_alpha: Tensor, _: Tensor) -> tuple[Tensor | None, ...]:
+        *inputs, background = ctx.saved_tensors
+        of_picture = (_array(of_colour), _array(of_alpha))
+        with using(ctx.view.threads):
+            gradients = _draw_backward(_arrays(*inputs), _array(background), ctx.drawn, ctx.view, *of_picture)
+        *of_splats, of_background, of_centre = map(torch.from_numpy, gradients)
+        return (*of_splats, of_background, of_centre if ctx.moved else None, None, None)
+
+
+def _array(tensor: Tensor) -> F32:
+    return read_only(tensor.detach().numpy())
+
+
+def _arrays(*tensors: Tensor | None) -> RuntimeSplats:
+    return RuntimeSplats(*(None if t is None else _array(t) for t in tensors))  # type: ignore[arg-type]
+
+
+def _draw(splats: RuntimeSplats, background: F32, offset: F32, view: View) -> tuple[Drawn, F32]:
+    """What backward needs, and the picture [H, W, 3]."""
+    camera = view.camera
+    screen = project(splats, camera, view.settings, view.sh_degree, PROFILE, view.threads)
+    if len(offset):
+        screen.splats[:, CENTRE_X : CENTRE_Y + 1] += offset
+    order = sort(screen.depth, screen.radius)
+    columns = -(-camera.width // TILE)
+    members, starts = tile_lists(screen.tiles, order, screen.counts.sum(axis=0), columns, view.threads)
+    colour = np.empty((camera.height, camera.width, 3), np.float32)
+    transmittance = np.empty((camera.height, camera.width), np.float32)
+    last = np.empty((camera.height, camera.width), np.int32)
+    stop = np.float32(STOP[PROFILE])
+    blend_tiles(
+        screen.splats,
+        members,
+        starts,
+        background,
+        stop,
+        np.float32(0),
+        view.threads,
+        colour,
+        transmittance,
+        last,
+    )
+    return Drawn(screen, members, starts, transmittance, last), colour
+
+
+def _draw_backward(
+    splats: RuntimeSplats, background: F32, drawn: Drawn, view: View, of_colour: F32, of_alpha: F32
+) -> tuple[F32, ...]:
+    """Gradients of mean, scale, quaternion, opacity, SH, background and centres (pixels)."""
+    tiles = drawn.screen.tiles.astype(np.int64)
+    first_row = np.zeros(len(tiles) + 1, np.int64)
+    np.cumsum((tiles[:, 2] - tiles[:, 0]) * (tiles[:, 3] - tiles[:, 1]), out=first_row[1:])
+    rows = np.empty((len(drawn.members), ROW), np.float32)
+    blend_tiles_backward(
+        drawn.screen.splats,
+        drawn.screen.tiles,
+        first_row,
+        drawn.members,
+        drawn.starts,
+        drawn.transmittance,
+        drawn.last,
+        of_colour,
+        of_colour @ background - of_alpha,
+        view.threads,
+        rows,
+    )
+    of_background = np.einsum("hw,hwk->k", drawn.transmittance, of_colour, dtype=np.float64).astype(np.float32)
+    of, of_centre = _project_backward(splats, drawn.screen, view, first_row, rows)
+    return of.mean, of.scale, of.quat_wxyz, of.opacity, of.sh, of_background, of_centre
+
+
+def _project_backward(
+    splats: RuntimeSplats, screen: Screen, view: View, first_row: I64, rows: F32
+) -> tuple[RuntimeSplats, F32]:
+    """The gradients of the splats, in their places, and of the centres [N, 2] pixels."""
+    camera, rotation = view.camera, splats.sh_rotation
+    arrays = (splats.mean, splats.scale, splats.quat_wxyz, splats.opacity, splats.sh)
+    of, of_centre = RuntimeSplats(*map(np.empty_like, arrays)), np.empty((len(splats.mean), 2), np.float32)
+    project_splats_backward(
+        splats.mean,
+        splats.scale,
+        splats.quat_wxyz,
+        splats.sh,
+        read_only(np.zeros((0, 3, 3))) if rotation is None else rotation,
+        read_only(camera.camera_from_world),
+        read_only(camera.clip_from_world),
+        read_only(camera.centre),
+        read_only(np.array((camera.tan_half_fov_x, camera.tan_half_fov_y))),
+        camera.width,
+        camera.height,
+        (view.sh_degree + 1) ** 2,
+        screen.splats,
+        screen.radius,
+        first_row,
+        rows,
+        view.threads,
+        of.mean,
+        of.scale,
+        of.quat_wxyz,
+        of.opacity,
+        of.sh,
+        of_centre,
+    )
+    return of, of_centre

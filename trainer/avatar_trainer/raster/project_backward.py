@@ -1,0 +1,207 @@
+"""Gradients of the `cpu` projection: the rows of each splat's tiles, summed, to mean, scale, quat, opacity and SH.
+
+The chain rule of `avatar_runtime.stages.project`, written out; where a value is clamped its gradient is 0. The
+released rasteriser differs in one term: it takes the clamped x of the Jacobian as independent of z.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import prange
+
+from avatar_runtime.avatar import F32, I32, I64
+from avatar_runtime.backends.cpu.geometry import HALF, TWO
+from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime.backends.cpu.lanes import take_next
+from avatar_runtime.backends.cpu.screen import CONIC_XX, CONIC_XY, CONIC_YY, OPACITY
+from avatar_trainer.raster.blend_backward import (
+    ROW,
+    S_BLUE,
+    S_GREEN,
+    S_RED,
+    S_X,
+    S_XX,
+    S_XY,
+    S_Y,
+    S_YY,
+    S,
+)
+from avatar_trainer.raster.colour_backward import colour_backward
+from avatar_trainer.raster.geometry_backward import (
+    add_to,
+    blended,
+    centre_backward,
+    conic_backward,
+    covariance,
+    factors_backward,
+    jacobian,
+    jacobian_backward,
+    of_covariance,
+    row,
+    times,
+)
+
+f32 = np.float32
+CHUNK = 256  # splats that a worker takes at a time
+
+
+@kernel(parallel=True)
+def project_splats_backward(
+    mean: F32,  # [N, 3]
+    scale: F32,  # [N, 3]
+    quat_wxyz: F32,  # [N, 4]
+    sh: F32,  # [N, K, 3]
+    sh_rotation: F32,  # [N, 3, 3], or [0, 3, 3]
+    view: F32,  # [4, 4] camera_from_world
+    clip: F32,  # [4, 4] clip_from_world
+    eye: F32,  # [3] world
+    lens: F32,  # [2] tan_half_fov_x, tan_half_fov_y
+    width: int,
+    height: int,
+    coefficients: int,  # of the SH degree
+    splats: F32,  # [N, COLUMNS]
+    radius: I32,  # [N]
+    first_row: I64,  # [N + 1]
+    rows: F32,  # [P, ROW]
+    workers: int,
+    of_mean: F32,  # [N, 3] out, like all that follow
+    of_scale: F32,  # [N, 3]
+    of_quat: F32,  # [N, 4]
+    of_opacity: F32,  # [N]
+    of_sh: F32,  # [N, K, 3]
+    of_centre: F32,  # [N, 2] pixels
+) -> None:
+    """Fill the gradients, zeros where a splat is not drawn. The workers take chunks from one counter."""
+    counter = np.zeros(1, np.int64)
+    for _ in prange(workers):
+        _work(
+            counter,
+            mean,
+            scale,
+            quat_wxyz,
+            sh,
+            sh_rotation,
+            view,
+            clip,
+            eye,
+            lens,
+            width,
+            height,
+            coefficients,
+            splats,
+            radius,
+            first_row,
+            rows,
+            of_mean,
+            of_scale,
+            of_quat,
+            of_opacity,
+            of_sh,
+            of_centre,
+        )
+
+
+@kernel()
+def _work(
+    counter: I64,
+    mean: F32,
+    scale: F32,
+    quat_wxyz: F32,
+    sh: F32,
+    sh_rotation: F32,
+    view: F32,
+    clip: F32,
+    eye: F32,
+    lens: F32,
+    width: int,
+    height: int,
+    coefficients: int,
+    splats: F32,
+    radius: I32,
+    first_row: I64,
+    rows: F32,
+    of_mean: F32,
+    of_scale: F32,
+    of_quat: F32,
+    of_opacity: F32,
+    of_sh: F32,
+    of_centre: F32,
+) -> None:
+    """Go through chunks until none is left."""
+    total, basis = np.empty(ROW, np.float32), np.empty((16, 4), np.float32)
+    while True:
+        begin = CHUNK * take_next(counter)
+        if begin >= len(mean):
+            return
+        for i in range(begin, min(begin + CHUNK, len(mean))):
+            of_sh[i] = f32(0)
+            of_mean[i] = f32(0)
+            if radius[i] == 0:
+                of_scale[i], of_quat[i] = f32(0), f32(0)
+                of_opacity[i], of_centre[i] = f32(0), f32(0)
+                continue
+            _sum_rows(total, rows, first_row[i], first_row[i + 1])
+            of_opacity[i] = total[S] / splats[i, OPACITY]
+            _geometry_backward(
+                i,
+                mean,
+                scale,
+                quat_wxyz,
+                view,
+                clip,
+                lens,
+                width,
+                height,
+                splats,
+                total,
+                of_mean,
+                of_scale,
+                of_quat,
+                of_centre,
+            )
+            of_rgb = total[S_RED], total[S_GREEN], total[S_BLUE]
+            colour_backward(i, of_rgb, mean, sh, sh_rotation, eye, coefficients, basis, of_sh, of_mean)
+
+
+@inlined
+def _sum_rows(total: F32, rows: F32, begin: int, end: int) -> None:
+    """Add up the rows of one splat, tile by tile."""
+    for j in range(ROW):
+        total[j] = f32(0)
+    for at in range(begin, end):
+        for j in range(ROW):
+            total[j] += rows[at, j]
+
+
+@inlined
+def _geometry_backward(
+    i: int,
+    mean: F32,
+    scale: F32,
+    quat_wxyz: F32,
+    view: F32,
+    clip: F32,
+    lens: F32,
+    width: int,
+    height: int,
+    splats: F32,
+    total: F32,
+    of_mean: F32,
+    of_scale: F32,
+    of_quat: F32,
+    of_centre: F32,
+) -> None:
+    """What the exponent -(a dx dx + c dy dy) / 2 - b dx dy gives centre and conic, and these the splat."""
+    a, b, c = splats[i, CONIC_XX], splats[i, CONIC_XY], splats[i, CONIC_YY]
+    of_x, of_y = -(a * total[S_X] + b * total[S_Y]), -(c * total[S_Y] + b * total[S_X])
+    of_centre[i, 0], of_centre[i, 1] = of_x, of_y
+    at, size = row(mean, i), row(scale, i)
+    quat = quat_wxyz[i, 0], quat_wxyz[i, 1], quat_wxyz[i, 2], quat_wxyz[i, 3]
+    add_to(of_mean, i, centre_backward((of_x, of_y), at, clip, width, height))
+    of_cov = conic_backward((-HALF * total[S_XX], -total[S_XY], -HALF * total[S_YY]), a, b, c)
+    j, cov = jacobian(at, view, lens, width, height), covariance(size, quat)
+    along_x, along_y = times(cov, j.x), times(cov, j.y)
+    of_j_x = blended(TWO * of_cov[0], along_x, of_cov[1], along_y)
+    of_j_y = blended(TWO * of_cov[2], along_y, of_cov[1], along_x)
+    add_to(of_mean, i, jacobian_backward(j, view, of_j_x, of_j_y))
+    factors_backward(i, of_covariance(of_cov, j.x, j.y), size, quat, of_scale, of_quat)

@@ -1,0 +1,155 @@
+"""Settings of a run and of a system, and reading them from NAME=VALUE texts by the types of their fields."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+
+from avatar_runtime.errors import AvatarError, no_such
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A choice in which a paper and its released code differ, or one of the paper's ablations."""
+
+    values: tuple[str, ...]
+    released: str  # what the released code does
+    paper: str  # what the paper prints
+    default: str
+    about: str  # one line
+
+
+@dataclass(frozen=True)
+class TrainSettings:
+    """How a run goes, whatever the system; ValueError for a value out of range.
+
+    `FREE` ones may differ when a run is resumed: they do not change what is trained.
+    """
+
+    iterations: int = 10_000
+    seed: int = 0
+    rasteriser: str = "cpu"
+    size: int = 0  # pixels of the longer side; 0: as captured
+    threads: int = 0  # of torch and Numba; 0: one a core
+    checkpoint_every: int = 500
+    log_every: int = 50
+    evaluate_every: int = 1000  # held-out PSNR of a few frames; 0: at the end only
+    preview_every: int = 0  # contact sheets; 0: none
+    cache_megabytes: int = 2048  # of decoded pictures
+
+    FREE = ("threads", "checkpoint_every", "log_every", "evaluate_every", "preview_every", "cache_megabytes")
+
+    def __post_init__(self) -> None:
+        least = {"iterations": 1, "checkpoint_every": 1, "log_every": 1}
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, int) and not least.get(field.name, 0) <= value < 1 << 31:
+                raise ValueError(f"{field.name} is {value}; at least {least.get(field.name, 0)}")
+
+
+def rule_defaults(rules: Mapping[str, Rule]) -> dict[str, str]:
+    """The default of every rule."""
+    return {name: rule.default for name, rule in rules.items()}
+
+
+def chosen_rules(rules: Mapping[str, Rule], pairs: list[tuple[str, str]]) -> dict[str, str]:
+    """Every rule's value: the default, or what `pairs` of (name, value) say.
+
+    Raises AvatarError for a rule or a value that there is not, with near matches.
+    """
+    chosen = rule_defaults(rules)
+    for name, value in pairs:
+        if name not in rules:
+            raise no_such("rule of this system", name, rules, field="--rule")
+        if value not in rules[name].values:
+            raise no_such(f"value of rule {name}", value, rules[name].values, field="--rule")
+        chosen[name] = value
+    return chosen
+
+
+def settable(settings: object, without: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Dotted name -> value of every number, text and truth value of a dataclass, nested ones too."""
+    found: dict[str, Any] = {}
+    for field in dataclasses.fields(settings):  # type: ignore[arg-type]
+        value = getattr(settings, field.name)
+        if field.name in without:
+            continue
+        if dataclasses.is_dataclass(value):
+            found.update({f"{field.name}.{inner}": v for inner, v in settable(value).items()})
+        elif not isinstance(value, Mapping):
+            found[field.name] = value
+    return found
+
+
+def with_values(settings: T, pairs: Iterable[tuple[str, str]]) -> T:
+    """`settings` with every (name, text) of `pairs`; raises AvatarError as `with_value` does."""
+    for name, text in pairs:
+        settings = with_value(settings, name, text)
+    return settings
+
+
+def with_value(settings: T, name: str, text: str) -> T:
+    """`settings`, a dataclass, with the field `name` (dotted for nested ones) as `text` says.
+
+    Raises AvatarError for a name that there is not, a text that is not of the field's type, or a value that the
+    dataclass refuses.
+    """
+    head, dot, rest = name.partition(".")
+    hints = get_type_hints(type(settings))
+    fields = {field.name for field in dataclasses.fields(settings)}  # type: ignore[arg-type]
+    inner = getattr(settings, head, None) if head in fields else None
+    if head not in fields or dataclasses.is_dataclass(inner) != bool(dot) or isinstance(inner, Mapping):
+        raise no_such("setting", name, settable(settings), field="--set")
+    value = with_value(inner, rest, text) if dot else _parsed(hints[head], name, text)
+    try:
+        return dataclasses.replace(settings, **{head: value})  # type: ignore[type-var]
+    except ValueError as error:
+        raise AvatarError(f"{name}={text[:80]}: {error}", field="--set") from None
+
+
+def _parsed(kind: Any, name: str, text: str) -> Any:
+    """`text` as a value of the annotated type `kind`."""
+    if get_origin(kind) is tuple:
+        parts = text.split(",")
+        kinds = get_args(kind)
+        kinds = kinds[:1] * len(parts) if kinds[-1] is Ellipsis else kinds
+        if len(parts) != len(kinds):
+            raise AvatarError(
+                f"{name}={text[:80]!r}: expected {len(kinds)} values between commas", field="--set"
+            )
+        return tuple(_parsed(k, name, part) for k, part in zip(kinds, parts, strict=True))
+    read, what = READ[kind]
+    try:
+        return read(text)
+    except (ValueError, KeyError):
+        raise AvatarError(f"{name}={text[:80]!r}: expected {what}", field="--set") from None
+
+
+def _integer(text: str) -> int:
+    if len(text) > 18:
+        raise ValueError(text)
+    return int(text)
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(text)
+    return value
+
+
+def _truth(text: str) -> bool:
+    return {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}[text.lower()]
+
+
+READ: dict[Any, tuple[Any, str]] = {
+    bool: (_truth, "true or false"),
+    int: (_integer, "a whole number"),
+    float: (_finite, "a finite number"),
+    str: (str, "a text"),
+}
