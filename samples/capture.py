@@ -10,6 +10,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+import numpy as np
+
 from samples.capture_body import write_body
 from samples.capture_head import write_head
 from samples.capture_shots import Noise
@@ -37,12 +39,19 @@ def main() -> None:
         metavar="NAME,...",
         help="expressions of the head that only test frames show",
     )
+    parser.add_argument(
+        "--yaw",
+        type=float,
+        default=40.0,
+        metavar="DEGREES",
+        help="how far the camera swings about the head; beyond 40 once, in the training part",
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the noise")
     given = parser.parse_args()
     noise = Noise(given.tracking_noise, given.calibration_noise, given.seed)
     held_out = tuple(name for name in given.hold_out.split(",") if name)
     if given.subject == "head":
-        print(write_head(given.out, given.size, given.frames, noise, held_out))
+        print(write_head(given.out, given.size, given.frames, noise, held_out, np.radians(given.yaw)))
     else:
         print(write_body(given.out, given.size, given.frames, noise))
 

@@ -21,7 +21,7 @@ from samples.body_files import save_body
 from samples.body_model import GAUSSIAN_SHAPES, JOINTS, BodyModel, build_body_model, driving
 from samples.capture_shots import Noise, rays_per_pixel, shot, splits
 from samples.colour import surface_opacity
-from samples.head import DATA, Head, Mesh, load_head, unit
+from samples.head import DATA, Head, Mesh, load_head, smoothstep, unit
 from samples.surface import Samples
 from samples.take import AT_REST, RECORDING, Take, performed, posed_vertices
 from samples.tracking_mesh import tracking_body
@@ -32,7 +32,8 @@ FPS = 30.0
 EXERCISE_SHARE = 0.2  # of the frames, the first ones
 TOGETHER = 1.5  # sum of the weights of the expressions that are exercised in one frame, at most
 # The camera: how far it swings (radians), how often over the capture, where it begins.
-YAW, PITCH, ROLL = (0.70, 5.0, 0.3), (0.26, 7.0, 1.1), (0.06, 3.0, 2.0)
+YAW, PITCH, ROLL = (np.radians(40.0), 5.0, 0.3), (0.26, 7.0, 1.1), (0.06, 3.0, 2.0)
+WIDE = (0.16, 0.23, 0.35, 0.42)  # shares of the capture between which a wider yaw comes in and goes: one beat
 DISTANCE, NEARER = 0.86, (0.05, 4.0, 0.7)  # metres; share of it
 TARGET = (0.0, -0.025, 0.0)
 FOV_Y = 0.43
@@ -172,16 +173,28 @@ def perform(body: BodyModel, frames: int, held_out: tuple[str, ...]) -> Take:
     return performed(body, shape, names, weights(names, frames, held_out))
 
 
-def camera_at(frame: int, frames: int, size: int) -> tuple[Array, Array, Array]:
-    """(K, R, t) of the camera, OpenCV: on a smooth path about the head, looking at it."""
+def camera_at(frame: int, frames: int, size: int, yaw: float = YAW[0]) -> tuple[Array, Array, Array]:
+    """(K, R, t) of the camera, OpenCV: on a smooth path about the head, looking at it.
+
+    It swings by `yaw` radians to either side; beyond YAW, in one beat of the training part only.
+    """
     time = 2 * np.pi * frame / frames
+    wide = smoothstep(frame / frames, *WIDE[:2]) * smoothstep(frame / frames, *WIDE[:1:-1])
+    narrow = min(yaw, YAW[0])
+    reach = narrow + (yaw - narrow) * float(wide)
 
     def swing(path: tuple[float, float, float]) -> float:
         reach, beats, start = path
         return float(reach * np.sin(beats * time + start))
 
     camera = Camera.orbit(
-        np.array(TARGET), DISTANCE * (1 + swing(NEARER)), swing(YAW), swing(PITCH), FOV_Y, size, size
+        np.array(TARGET),
+        DISTANCE * (1 + swing(NEARER)),
+        swing((reach, *YAW[1:])),
+        swing(PITCH),
+        FOV_Y,
+        size,
+        size,
     )
     view = camera.camera_from_world.astype(np.float64)
     roll = swing(ROLL)
@@ -191,10 +204,12 @@ def camera_at(frame: int, frames: int, size: int) -> tuple[Array, Array, Array]:
     return k, turn @ view[:3, :3], turn @ view[:3, 3]
 
 
-def write_head(out: Path, size: int, frames: int, noise: Noise, held_out: tuple[str, ...] = ()) -> Path:
+def write_head(
+    out: Path, size: int, frames: int, noise: Noise, held_out: tuple[str, ...] = (), yaw: float = YAW[0]
+) -> Path:
     """Write the head's capture into the folder `out`: capture.json, images/, masks/, body/, driving.json.
 
-    Expressions `held_out` are seen in test frames only. Returns the path of capture.json. Raises ValueError for an
+    Expressions `held_out` are seen in test frames only; `yaw`: see `camera_at`. Returns the path of capture.json. Raises ValueError for an
     unknown expression and for fewer than two frames.
     """
     head = blinking_head()
@@ -216,7 +231,7 @@ def write_head(out: Path, size: int, frames: int, noise: Noise, held_out: tuple[
             "eyelids": "body",
             "anchor_faces": "body/back_of_head.txt",
         },
-        frames=shots(model, take, size, noise),
+        frames=shots(model, take, size, noise, yaw),
         source=SOURCE,
         licence=LICENCE,
         author=AUTHOR,
@@ -224,10 +239,10 @@ def write_head(out: Path, size: int, frames: int, noise: Noise, held_out: tuple[
     )
 
 
-def shots(model: Model, take: Take, size: int, noise: Noise) -> Iterator[tuple[str, Shot]]:
+def shots(model: Model, take: Take, size: int, noise: Noise, yaw: float) -> Iterator[tuple[str, Shot]]:
     """(name, shot) of every frame of the take."""
     for k, split in enumerate(splits(take.frames)):
-        intrinsics, rotation, translation = camera_at(k, take.frames, size)
+        intrinsics, rotation, translation = camera_at(k, take.frames, size, yaw)
         camera = Camera.from_opencv(rotation, translation, intrinsics, size, size)
         picture = model.picture(take, k, camera, rays_per_pixel(size))
         joints = dict(zip(JOINTS, noise.tracked(take.pose[k]), strict=True))

@@ -36,9 +36,9 @@ Step = Callable[[], Iterable[Tensor]]  # the outputs of one forward pass
 def rows() -> Iterator[tuple[str, float]]:
     """(name, milliseconds of CPU time an iteration): forward and backward, on one thread."""
     before = torch.get_num_threads()
-    torch.set_num_threads(1)
     try:
         with using(1):
+            torch.set_num_threads(1)  # after Numba has started its threads, which sets the number for both
             for name, step, leaves in _steps():
                 yield name, _cpu_ms(step, leaves)
     finally:

@@ -21,14 +21,16 @@ from avatar_trainer.capture import Capture, load
 from avatar_trainer.densify import DensitySettings
 from avatar_trainer.drawing import Drawing, draw, raster_settings
 from avatar_trainer.evaluate import evaluate
+from avatar_trainer.iterate import Trainer, order
+from avatar_trainer.machine import memory_advice, reproducible
 from avatar_trainer.pictures import Pictures, evenly, resized
 from avatar_trainer.settings import TrainSettings
 from avatar_trainer.tensors import Rendered
-from avatar_trainer.train import Trainer, memory_advice, order, reproducible, train
+from avatar_trainer.train import train
 from tests.measured import Measure
 from tests.trainer import toy
 
-QUIET = {"log_every": 1000, "evaluate_every": 0, "checkpoint_every": 1000, "threads": 2}
+QUIET = {"log_every": 1000, "evaluate_every": 0, "checkpoint_every": 1000, "threads": 1}
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +131,7 @@ def test_same_seed_same_bits(capture: Capture, tmp_path: Path) -> None:
 
 def test_threads_logs_previews_and_checkpoints_change_nothing(capture: Capture, tmp_path: Path) -> None:
     plain = made(capture, tmp_path / "plain", 25)
-    busy = {"threads": 1, "log_every": 1, "evaluate_every": 3, "preview_every": 4, "checkpoint_every": 2}
+    busy = {"threads": 2, "log_every": 1, "evaluate_every": 3, "preview_every": 4, "checkpoint_every": 2}
     assert bits(made(capture, tmp_path / "busy", 25, **busy).state()) == bits(plain.state())
     assert bits(made(capture, tmp_path / "small", 25, cache_megabytes=0).state()) == bits(plain.state())
 
@@ -177,9 +179,7 @@ def test_another_run_in_the_folder_is_told(capture: Capture, tmp_path: Path) -> 
     density = dataclasses.replace(toy.Settings().density, max_gaussians=77)
     with pytest.raises(AvatarError, match=r"density\.max_gaussians was 80, is 77.*--no-resume"):
         made(capture, tmp_path, 10, toy.Settings(density=density))
-    with pytest.raises(
-        AvatarError, match="iterations was 10, is 11; iterations was 10, is 11; seed was 0, is 3"
-    ):
+    with pytest.raises(AvatarError, match="iterations was 10, is 11; seed was 0, is 3"):
         made(capture, tmp_path, 11, seed=3)
     with pytest.raises(AvatarError, match="the capture's content is another"):
         made(dataclasses.replace(capture, frames=capture.frames[1:]), tmp_path, 10)
@@ -227,7 +227,7 @@ def test_a_parameter_that_is_no_number_never_reaches_a_checkpoint(
 
     monkeypatch.setattr(toy.Toy, "after_step", spoil)
     with pytest.raises(
-        AvatarError, match=r"iteration 12: sh is no longer finite; .*iteration_000010\.ckpt is kept"
+        AvatarError, match=r"iteration 12: \w+ is no longer finite; .*iteration_000010\.ckpt is kept"
     ):
         made(capture, tmp_path, 20, checkpoint_every=2, log_every=6)
 

@@ -68,7 +68,9 @@ def straight(triangles: Array, start: int, weights: Array, delta: Array, decay: 
     return here, np.linalg.solve(system, np.append(goal, 1)), crossings
 
 
-def starts(rng: np.random.Generator, triangles: Array, count: int, reach: float) -> tuple[Array, Array, Array]:
+def starts(
+    rng: np.random.Generator, triangles: Array, count: int, reach: float
+) -> tuple[Array, Array, Array]:
     """Random (triangle, weights, change)."""
     return (
         rng.integers(0, len(triangles), count),

@@ -166,9 +166,8 @@ def _shot(splats: Splats, t: int, count: int, k: np.ndarray[Any, Any], size: int
     return Shot(image, mask, k, rotation, place, [0.0], split="test" if t % 4 == 3 else "train")
 
 
-SYSTEMS["toy"] = __name__ if __name__ != "__main__" else "tests.trainer.toy"
-
 if __name__ == "__main__":
     from avatar_trainer.__main__ import main
 
+    SYSTEMS["toy"] = "tests.trainer.toy"
     main()

@@ -21,9 +21,9 @@ from avatar_trainer.cli_train import OPTIONS, train_command
 from avatar_trainer.drawing import Drawing
 from avatar_trainer.evaluate import evaluate, table
 from avatar_trainer.finished import load_run, save_upstream
+from avatar_trainer.machine import memory_advice
 from avatar_trainer.settings import TrainSettings, settable
 from avatar_trainer.systems import SYSTEMS, system_module
-from avatar_trainer.train import memory_advice
 
 app = typer.Typer(
     help=f"Trains animatable avatars made of 3D Gaussians ({', '.join(SYSTEMS)}) from captured frames.",

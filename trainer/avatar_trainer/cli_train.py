@@ -16,12 +16,13 @@ from avatar_trainer import checkpoint, run
 from avatar_trainer.capture import Capture, check_pixels, load
 from avatar_trainer.drawing import Drawing
 from avatar_trainer.evaluate import evaluate, table
+from avatar_trainer.machine import memory_advice
 from avatar_trainer.pictures import resized
 from avatar_trainer.renderer import RASTERISERS
 from avatar_trainer.settings import TrainSettings, chosen_rules, settable, with_value
 from avatar_trainer.system import System
 from avatar_trainer.systems import system_module
-from avatar_trainer.train import memory_advice, train
+from avatar_trainer.train import train
 
 OFTEN = 1000  # iterations between contact sheets
 # settings that have options of their own

@@ -105,7 +105,9 @@ def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
     if not inside.any():
         return None
     at = torch.nonzero(inside)
-    box = tuple(slice(low, high + 1) for low, high in zip(at.amin(0).tolist(), at.amax(0).tolist(), strict=True))
+    box = tuple(
+        slice(low, high + 1) for low, high in zip(at.amin(0).tolist(), at.amax(0).tolist(), strict=True)
+    )
     pair = ((picture * inside[:, :, None])[box].contiguous() for picture in (drawn, wanted))
     return _finite(float(ssim(*pair)))
 

@@ -150,7 +150,7 @@ def _damped_step(j: F64, r: F64, damping: float, step: F64) -> None:
 
 
 @kernel()
-def _triple(a: F64, b: F64, c: F64) -> float:
+def _triple(a: F64, b: F64, c: F64) -> Any:
     """a . (b x c)."""
     x = a[0] * (b[1] * c[2] - b[2] * c[1])
     y = a[1] * (b[2] * c[0] - b[0] * c[2])
@@ -159,10 +159,10 @@ def _triple(a: F64, b: F64, c: F64) -> float:
 
 
 @kernel()
-def _dot(a: F64, b: F64) -> float:
+def _dot(a: F64, b: F64) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @kernel()
-def _length(a: F64) -> float:
+def _length(a: F64) -> Any:
     return np.sqrt(_dot(a, a))

@@ -66,7 +66,7 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
         found.insert(0, f"system was {before.get('system')}, is {now['system']}")
     if not found and _flat(before.get("capture")).get("fingerprint") != now["capture"]["fingerprint"]:
         found.append("the capture's content is another")
-    return found
+    return list(dict.fromkeys(found))
 
 
 def write(out: Path, content: Mapping[str, Any], name: str = FILE) -> None:

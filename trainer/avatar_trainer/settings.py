@@ -115,7 +115,7 @@ def with_value(settings: T, name: str, text: str) -> T:
 def _parsed(kind: Any, name: str, text: str) -> Any:
     """`text` as a value of the annotated type `kind`."""
     if get_origin(kind) is tuple:
-        parts = text.split(",")
+        parts = text.split(",") if text else []
         kinds = get_args(kind)
         kinds = kinds[:1] * len(parts) if kinds[-1] is Ellipsis else kinds
         if len(parts) != len(kinds):

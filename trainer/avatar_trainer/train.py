@@ -2,37 +2,26 @@
 
 from __future__ import annotations
 
-import math
 import time
-from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import numba
-import numpy as np
-import torch
-from torch import Tensor
-
-from avatar_runtime.backends.cpu.threads import thread_count
 from avatar_runtime.errors import AvatarError
-from avatar_trainer import checkpoint, preview, run
-from avatar_trainer.capture import Capture, Frame
-from avatar_trainer.drawing import Drawing, raster_settings
-from avatar_trainer.evaluate import quick_psnr_db
-from avatar_trainer.finished import load_system, save_upstream
+from avatar_trainer import checkpoint, run
+from avatar_trainer.capture import Capture
+from avatar_trainer.finished import save_upstream
+from avatar_trainer.iterate import Trainer
 from avatar_trainer.logs import Logs
-from avatar_trainer.losses import psnr_db
-from avatar_trainer.pictures import AHEAD, Pictures, Target
+from avatar_trainer.machine import memory_advice, reproducible
+from avatar_trainer.pictures import AHEAD, Pictures
 from avatar_trainer.progress import TrainProgress, note
-from avatar_trainer.renderer import RASTERISERS, render
+from avatar_trainer.renderer import RASTERISERS
 from avatar_trainer.settings import TrainSettings
 from avatar_trainer.system import System
-
-WINDOW = 100  # iterations whose mean PSNR is shown
+from avatar_trainer.watch import Watch
 
 
 @dataclass(frozen=True)
@@ -43,15 +32,6 @@ class Trained:
     gaussians: int
     seconds: float  # of this process, without what an interrupted one took
     checkpoint: Path
-
-
-@dataclass(frozen=True)
-class Step:
-    """What one iteration came to."""
-
-    terms: dict[str, float]
-    psnr_db: float
-    gaussians: int
 
 
 def train(
@@ -86,95 +66,6 @@ def train(
     return trained
 
 
-class Trainer:
-    """The part of a run that decides its result."""
-
-    def __init__(self, system: System, capture: Capture, settings: TrainSettings) -> None:
-        self.system, self.capture, self.settings = system, capture, settings
-        self.frames = capture.train
-        if not self.frames:
-            raise AvatarError("has no frame of split `train`", file=capture.folder)
-        self.generator = torch.Generator().manual_seed(settings.seed)
-        self.drawing = Drawing(settings.rasteriser, thread_count(settings.threads or None))
-
-    def frame(self, iteration: int) -> Frame:
-        """The frame of an iteration (from 1): each once an epoch, in an order of the epoch's own."""
-        epoch, place = divmod(iteration - 1, len(self.frames))
-        return self.frames[order(self.settings.seed, epoch, len(self.frames))[place]]
-
-    def step(self, iteration: int, target: Target) -> Step:
-        """One iteration. Raises AvatarError for a loss that is not finite; the parameters are then as they were."""
-        system, table = self.system, self.system.table
-        system.before_step(iteration)
-        background = system.background(self.generator)
-        wanted = target.over(background)
-        splats = system.splats(self.frame(iteration).pose)
-        offset = torch.zeros(len(splats.mean), 2, requires_grad=True)
-        rendered = render(
-            splats,
-            self.frame(iteration).camera,
-            raster_settings(system),
-            system.sh_degree,
-            background,
-            self.drawing.rasteriser,
-            offset,
-            self.drawing.threads,
-        )
-        terms = system.losses(rendered, wanted, target.mask, iteration)
-        values = {name: term.item() for name, term in terms.items()}
-        self._check(iteration, values)
-        table.zero_grad()
-        torch.stack(list(terms.values())).sum().backward()  # type: ignore[no-untyped-call]
-        system.observe(rendered, self._in_device_units(offset.grad, wanted))
-        table.step()
-        system.after_step(iteration, self.generator)
-        return Step(values, psnr_db(rendered.colour.detach(), wanted), len(splats.mean))
-
-    @torch.no_grad()
-    def gaussians(self) -> int:
-        """How many the avatar has now."""
-        return len(self.system.splats(self.frames[0].pose).mean)
-
-    def check_parameters(self, iteration: int) -> None:
-        """Raise AvatarError where a parameter is not finite."""
-        table = self.system.table
-        for name in table:
-            if not math.isfinite(float(table[name].detach().sum(dtype=torch.float64))):
-                raise AvatarError(f"iteration {iteration}: {name} is no longer finite")
-
-    def state(self) -> dict[str, Any]:
-        """All that `load_state` needs to go on bit by bit."""
-        return {
-            "system": self.system.state(),
-            "generator": self.generator.get_state(),
-            "torch": torch.get_rng_state(),
-        }
-
-    def load_state(self, state: dict[str, Any]) -> None:
-        """Go on from `state`. Raises AvatarError for one that does not fit the system."""
-        load_system(self.system, state)
-        self.generator.set_state(state["generator"])
-        torch.set_rng_state(state["torch"])
-
-    def _check(self, iteration: int, terms: dict[str, float]) -> None:
-        wrong = [f"{name} is {value}" for name, value in terms.items() if not math.isfinite(value)]
-        if wrong:
-            frame = self.frame(iteration).name
-            raise AvatarError(f"iteration {iteration}, frame {frame}: loss {', '.join(wrong)}")
-
-    @staticmethod
-    def _in_device_units(gradient: Tensor | None, picture: Tensor) -> Tensor:
-        """The gradient by pixels as one by normalised device units, of which a picture has 2 each way."""
-        assert gradient is not None
-        return gradient * torch.tensor([picture.shape[1] / 2, picture.shape[0] / 2])
-
-
-@lru_cache(maxsize=2)
-def order(seed: int, epoch: int, count: int) -> tuple[int, ...]:
-    """The frames of an epoch: a permutation that depends on these numbers alone."""
-    return tuple(np.random.default_rng([seed, epoch]).permutation(count).tolist())
-
-
 def go_on(trainer: Trainer, out: Path, facts: dict[str, Any], resume: bool) -> int:
     """The iteration that the newest checkpoint of `out` is of, now loaded; 0 where there is none.
 
@@ -200,46 +91,6 @@ def go_on(trainer: Trainer, out: Path, facts: dict[str, Any], resume: bool) -> i
     return found.iteration
 
 
-@contextmanager
-def reproducible(seed: int, threads: int) -> Iterator[None]:
-    """The same numbers each time: torch's own generator seeded, its deterministic kernels, a fixed thread count.
-
-    threads 0: one a core. Everything is as before afterwards.
-    """
-    count, kernels = thread_count(threads or None), numba.get_num_threads()
-    before = torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()
-    memory: Any = torch.utils.deterministic  # a module whose one attribute is set by assignment
-    fill = memory.fill_uninitialized_memory
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
-        torch.set_num_threads(count)
-        torch.use_deterministic_algorithms(True)
-        memory.fill_uninitialized_memory = False  # nothing reads it, and it costs a pass
-        numba.set_num_threads(count)
-        try:
-            yield
-        finally:
-            numba.set_num_threads(kernels)
-            memory.fill_uninitialized_memory = fill
-            torch.use_deterministic_algorithms(before[1])
-            torch.set_num_threads(before[0])
-
-
-@contextmanager
-def memory_advice() -> Iterator[None]:
-    """Memory that ran out as an AvatarError that says what to lower."""
-    try:
-        yield
-    except (MemoryError, RuntimeError) as error:
-        texts = ("can't allocate memory", "not enough memory", "out of memory")
-        if isinstance(error, MemoryError) or any(text in str(error) for text in texts):
-            raise AvatarError(
-                "memory ran out; lower --gaussians (and --set density.max_gaussians), --size or --sh-degree, or "
-                "--set cache_megabytes"
-            ) from None
-        raise
-
-
 def _loop(trainer: Trainer, out: Path, facts: dict[str, Any], done: int) -> Trained:
     """The iterations after `done`, with checkpoints, logs and previews."""
     settings, folder = trainer.settings, out / run.CHECKPOINTS
@@ -254,57 +105,17 @@ def _loop(trainer: Trainer, out: Path, facts: dict[str, Any], done: int) -> Trai
         for iteration in range(done + 1, settings.iterations + 1):
             coming = range(iteration, min(iteration + AHEAD, settings.iterations + 1))
             pictures.expect(trainer.frame(i) for i in coming)
+            target = pictures(trainer.frame(iteration))
+            saving = iteration % settings.checkpoint_every == 0 or iteration == settings.iterations
             with _last_good(kept):
-                step = trainer.step(iteration, pictures(trainer.frame(iteration)))
-                progress.update(iteration, watch.step(iteration, step), step.gaussians)
-                saving = iteration % settings.checkpoint_every == 0 or iteration == settings.iterations
+                step = trainer.step(iteration, target)
                 if saving or iteration % settings.log_every == 0:
                     trainer.check_parameters(iteration)
+            progress.update(iteration, watch.step(iteration, step), step.gaussians)
             if saving:
                 kept = checkpoint.write(folder, iteration, {"run": facts, **trainer.state()})
     assert kept is not None
     return Trained(settings.iterations, trainer.gaussians(), time.perf_counter() - began, kept)
-
-
-class Watch:
-    """What is shown of a run: TensorBoard's curves and contact sheets. Changes nothing of it."""
-
-    def __init__(self, trainer: Trainer, pictures: Pictures, logs: Logs, out: Path) -> None:
-        self.trainer, self.pictures, self.logs, self.out = trainer, pictures, logs, out
-        self.recent: deque[float] = deque(maxlen=WINDOW)
-        self.began, self.at = time.perf_counter(), 0
-
-    def step(self, iteration: int, step: Step) -> float:
-        """After an iteration; the mean PSNR of the last pictures, dB."""
-        settings = self.trainer.settings
-        self.recent.append(step.psnr_db)
-        self.at += 1
-        mean = sum(self.recent) / len(self.recent)
-        if iteration % settings.log_every == 0:
-            self._log(iteration, step, mean)
-        if settings.evaluate_every and iteration % settings.evaluate_every == 0:
-            held_out = quick_psnr_db(
-                self.trainer.system, self.trainer.capture, self.pictures, self.trainer.drawing
-            )
-            self.logs.scalars("psnr_db", held_out, iteration)
-        if settings.preview_every and iteration % settings.preview_every == 0:
-            path = self.out / run.PREVIEW / f"iteration_{iteration:06d}.png"
-            preview.write(
-                path, self.trainer.system, self.trainer.capture, self.pictures, self.trainer.drawing
-            )
-        return mean
-
-    def _log(self, iteration: int, step: Step, mean: float) -> None:
-        now = time.perf_counter()
-        self.logs.scalars("loss", {**step.terms, "sum": sum(step.terms.values())}, iteration)
-        self.logs.scalars("psnr_db", {"train": mean}, iteration)
-        self.logs.scalars(
-            "run",
-            {"gaussians": step.gaussians, "ms_an_iteration": 1000 * (now - self.began) / self.at},
-            iteration,
-        )
-        self.logs.scalars("learning_rate", self.trainer.system.table.learning_rates(), iteration)
-        self.began, self.at = now, 0
 
 
 @contextmanager

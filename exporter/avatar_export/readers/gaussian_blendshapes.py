@@ -71,6 +71,7 @@ RECORDED_RULES = {
     "weights": ("nearest_triangle", "grid"),
     "consistency": ("all", "position", "none"),
     "deltas": ("trained", "fixed"),
+    "mouth": ("on", "off"),
 }
 BLOCK = 512  # Gaussians at a time: 5 MB of SH deltas
 # Below these a delta is rounding noise of the init terms ((Q - I) x0 + t in float32): it is dropped.

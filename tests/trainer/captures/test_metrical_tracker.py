@@ -201,6 +201,7 @@ BAD = [
         "camera.R: is no rotation: an entry of R R.T - I is 3",
     ),
     (lambda f: f.update(img_size=np.array([1e9, 5])), "img_size: is"),
+    (lambda f: f.update(img_size=np.array([10, 13])), r"img_size: is 13x10, 00000\.frame has 12x10"),
 ]
 
 

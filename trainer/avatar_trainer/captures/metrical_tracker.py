@@ -61,7 +61,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
     tracked = [read_tracked(file) for file in files]
     body = body_of_model(found_inputs(folder, given, shape=files[0]))
     check_flame(body)
-    _check_identity(tracked)
+    _check_alike(tracked)
     matte, how = _mattes(folder, files[0].stem)
     rows = [_row(one, body, folder, matte) for one in tracked]
     frames = check_rows(rows, body.expression_names, tracked[0].size)
@@ -174,9 +174,16 @@ def _mattes(folder: Path, first: str) -> tuple[str, str]:
     )
 
 
-def _check_identity(tracked: Sequence[Tracked]) -> None:
+def _check_alike(tracked: Sequence[Tracked]) -> None:
     first = tracked[0]
     for one in tracked[1:]:
+        if one.size != first.size:
+            raise AvatarError(
+                f"is {one.size[0]}x{one.size[1]}, {first.file.name} has {first.size[0]}x{first.size[1]}; "
+                "all pictures are of one size",
+                file=one.file,
+                field="img_size",
+            )
         if one.shape.shape != first.shape.shape or np.abs(one.shape - first.shape).max() > SAME_IDENTITY:
             raise AvatarError(
                 f"has another identity than {first.file.name}: frames of two people or two takes in one folder",

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Generator, Tensor
 
-from avatar_export.readers.gaussian_blendshapes import JOINTS, SYSTEM
+from avatar_export.readers.gaussian_blendshapes import JOINTS, PLAYED_RULES, RECORDED_RULES, SYSTEM
 from avatar_export.readers.subject_files import read_faces
 from avatar_runtime.avatar import F32, I64, Rig
 from avatar_runtime.errors import AvatarError
@@ -74,27 +74,28 @@ def create(capture: Capture, settings: Settings, seed: int) -> GaussianBlendshap
             file=capture.folder,
             field="body",
         )
-    if settings.mouth and not len(rig.anchor_vertices):
+    if settings.rules["mouth"] == "on" and not len(rig.anchor_vertices):
         raise AvatarError(
-            "has no anchor faces (back_of_head.txt), which carry the upper teeth; give them or use --set mouth=false",
+            "has no anchor faces (back_of_head.txt), which carry the upper teeth; give them or use --rule mouth=off",
             file=capture.folder,
             field="body",
         )
     density = np.ones(len(rig.triangles))
     if settings.unseen < 1:
         density[~seen_triangles(capture)] = settings.unseen
+    x, y, z, radius, half = settings.mouth_cylinder
     first = start(
         rig,
         min(settings.expressions, len(capture.expression_names)),
         settings.gaussians,
-        settings.mouth_gaussians if settings.mouth else 0,
+        settings.mouth_gaussians if settings.rules["mouth"] == "on" else 0,
         settings.rules,
         np.random.default_rng(seed),
         sh_degree=settings.sh_degree,
         least_mask=settings.least_mask,
         neck=_neck(rig, settings.neck_vertices),
         density=density,
-        cylinder=settings.mouth_cylinder,
+        cylinder=Cylinder((x, y, z), radius, half) if radius else None,
     )
     system = GaussianBlendshapes(capture, settings, first)
     if settings.colours == "frames":
@@ -114,7 +115,7 @@ class GaussianBlendshapes:
         self.expressions = min(settings.expressions, len(capture.expression_names))
         self.density = Density(first.rows.count)
         self.table = _table(settings, first)
-        self._motion = Motion(capture, settings.rules, mouth=settings.mouth)
+        self._motion = Motion(capture, settings.rules)
         self._volume = None if first.cylinder is None else _volume(first.cylinder)
         self._learns = settings.rules["deltas"] == "trained"
         self._iteration = 0
@@ -245,7 +246,7 @@ class GaussianBlendshapes:
             extent=self.settings.extent,
             rates={group: rates.get(name, 0.0) for group, name in RATE_OF.items()},
             config=self._config(folder, iteration),
-            rules=self.settings.rules,
+            rules={name: self.settings.rules[name] for name in (*PLAYED_RULES, *RECORDED_RULES)},
         )
         save_model(model, SYSTEM, folder, iteration)
 

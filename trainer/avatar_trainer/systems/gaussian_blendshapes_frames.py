@@ -32,7 +32,8 @@ def seen_triangles(capture: Capture) -> npt.NDArray[np.bool_]:
         vertices = posed_mesh(rig, frame.pose, joints(rig, frame.pose))
         world = frame.pose.world_from_avatar.astype(np.float32)
         position = vertices @ world[:3, :3].T + world[:3, 3]
-        seen |= np.isfinite(_looked_up(position, frame.camera, target)).all(axis=1)
+        found = np.isfinite(_looked_up(position, frame.camera, target)).all(axis=1)
+        seen[found] = True
     result: npt.NDArray[np.bool_] = seen[rig.triangles].any(axis=1)
     return result
 

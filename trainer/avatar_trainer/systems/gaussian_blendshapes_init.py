@@ -49,7 +49,7 @@ def start(
     least_mask: float,
     neck: I64,
     density: F64,
-    cylinder: tuple[float, ...] = (),
+    cylinder: Cylinder | None = None,
 ) -> Start:
     """`face` Gaussians on the neutral mesh and `mouth` in each set of teeth (0: none); the first K = `expressions`
     shapes.

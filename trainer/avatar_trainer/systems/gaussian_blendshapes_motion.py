@@ -33,8 +33,8 @@ class Carry:
 class Motion:
     """Makes `Carry` from poses, by the runtime's own joints and groups; nothing here is trained."""
 
-    def __init__(self, capture: Capture, rules: Mapping[str, str], *, mouth: bool) -> None:
-        self._poser = Poser(_empty_avatar(capture, rules, mouth))
+    def __init__(self, capture: Capture, rules: Mapping[str, str]) -> None:
+        self._poser = Poser(_empty_avatar(capture, rules))
 
     def carry(self, rows: Rows, pose: PoseArrays) -> Carry:
         """The transforms of `rows` in one pose."""
@@ -62,10 +62,11 @@ def _moved(fields: Tensor, weights: F32) -> Tensor | None:
     return (torch.from_numpy(weights[used]) @ chosen).reshape(fields.shape[1:])
 
 
-def _empty_avatar(capture: Capture, rules: Mapping[str, str], mouth: bool) -> Avatar:
+def _empty_avatar(capture: Capture, rules: Mapping[str, str]) -> Avatar:
     """The rig and the groups as the runtime knows them, without Gaussians."""
     none = SparseRows.empty(0, 0, {"mean": (3,)})
     blank = np.zeros((0, 3), np.float32)
+    mouth = rules["mouth"] == "on"
     mix = {LOWER: LOWER_TEETH[rules["lower_teeth"]]}
     return Avatar(
         name=capture.name,

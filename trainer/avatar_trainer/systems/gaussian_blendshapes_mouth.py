@@ -59,28 +59,24 @@ class Mouth:
         return upper, lower
 
 
-def find_mouth(rig: Rig, given: tuple[float, ...] = ()) -> Mouth:
+def find_mouth(rig: Rig, given: Cylinder | None = None) -> Mouth:
     """The mouth of a body mesh.
 
     Where the mesh has teeth they are taken: the parts that lie among those that the jaw moves, other than the
-    head itself. Otherwise, as for FLAME, two billboards stand in a cylinder behind the lips: the one `given`
-    (centre x, y, z, radius, half height; metres), or one as wide as the hole between the lips asks for.
+    head itself. Otherwise, as for FLAME, two billboards stand in a cylinder behind the lips: the one `given`,
+    or one as wide as the hole between the lips asks for.
     Raises AvatarError where none of this is there.
     """
     vertices, triangles = rig.vertices.astype(np.float64), rig.triangles.astype(np.int64)
     jaw = _jaw_weight(rig)
     interior = mouth_interior(rig)
-    if interior.any() and not given:
+    if interior.any() and given is None:
         corners = vertices[triangles]
         below = jaw[triangles].mean(axis=1) > LOWER_WEIGHT
         upper, lower = corners[interior & ~below], corners[interior & below]
         if len(upper) and len(lower):
             return Mouth(upper, lower, Cylinder.around(corners[interior].reshape(-1, 3)))
-    cylinder = (
-        Cylinder((given[0], given[1], given[2]), *given[3:])
-        if given
-        else _behind_lips(vertices, triangles, jaw)
-    )
+    cylinder = given or _behind_lips(vertices, triangles, jaw)
     upper, lower = _billboards(cylinder)
     return Mouth(upper, lower, cylinder)
 

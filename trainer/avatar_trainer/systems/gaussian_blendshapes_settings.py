@@ -68,6 +68,13 @@ RULES: dict[str, Rule] = {
         default="trained",
         about="whether differences are learned beyond their init terms (ablation, Fig. 9)",
     ),
+    "mouth": Rule(
+        ("on", "off"),
+        released="on",
+        paper="on",
+        default="on",
+        about="Gaussians for the inside of the mouth (ablation, Fig. 10)",
+    ),
 }
 
 
@@ -106,7 +113,6 @@ class Settings:
 
     iterations: int = 6000
     gaussians: int = 20_000  # on the face at the start
-    mouth: bool = True  # Gaussians for the inside of the mouth (without: ablation, Fig. 10)
     mouth_gaussians: int = 1000  # in each set of teeth at the start
     expressions: int = 50  # that get Gaussian blendshapes: the body model's first
     sh_degree: int = 1
@@ -146,8 +152,8 @@ class Settings:
             raise ValueError("background is black or white; colours is frames or grey")
         if not 0 < self.unseen <= 1:
             raise ValueError(f"unseen is {self.unseen}; above 0, at most 1")
-        if len(self.mouth_cylinder) not in (0, 5):
-            raise ValueError("mouth_cylinder has five numbers: centre x, y, z, radius, half height")
+        if min(self.mouth_cylinder[3:]) < 0:
+            raise ValueError("mouth_cylinder has a negative radius or half height")
 
 
 # Sections 3.2 to 4.1 and the released code's cfg_args.

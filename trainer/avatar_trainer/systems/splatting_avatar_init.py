@@ -65,7 +65,7 @@ def neighbour_scale(points: Tensor) -> Tensor:
     """[N] the root of the mean squared distance of each point [N, 3] to its three nearest others."""
     near = min(NEIGHBOURS + 1, len(points))
     squared = [
-        torch.cdist(part, points).topk(near, largest=False).values.square() for part in points.split(CHUNK)
+        torch.cdist(part, points).topk(near, largest=False).values.square() for part in torch.split(points, CHUNK)
     ]
     mean = torch.cat(squared).sum(1) / max(near - 1, 1)
     return mean.sqrt().clamp_min(LEAST_SCALE)

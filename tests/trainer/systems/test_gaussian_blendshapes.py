@@ -1,0 +1,312 @@
+"""Gaussian Blendshapes as a system: gradients, density control, state, and that training lowers its loss."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from avatar_runtime.errors import AvatarError
+from avatar_trainer.densify import Plan
+from avatar_trainer.pictures import Pictures
+from avatar_trainer.settings import TrainSettings
+from avatar_trainer.systems.gaussian_blendshapes import PAPER, RULES, GaussianBlendshapes, Settings, create
+from avatar_trainer.systems.gaussian_blendshapes_density import grow
+from avatar_trainer.systems.gaussian_blendshapes_rows import FACE, LOWER, UPPER
+from avatar_trainer.tensors import Rendered, Splats
+from avatar_trainer.train import Trainer
+from tests.trainer.systems.blendshape_subjects import capture, of_one_frame, settings, shaken, subject
+
+FIELDS = ("mean", "scale", "quat_wxyz", "opacity", "sh")
+
+
+@pytest.fixture
+def system(tmp_path: Path) -> GaussianBlendshapes:
+    return subject(tmp_path)
+
+
+def probe(splats: Splats, seed: int = 1) -> Tensor:
+    """A number that depends on every value of the splats."""
+    generator = torch.Generator().manual_seed(seed)
+    fields = (getattr(splats, name) for name in FIELDS)
+    return torch.stack([(f * torch.randn(f.shape, generator=generator)).sum() for f in fields]).sum()
+
+
+def steps(system: GaussianBlendshapes, first: int, last: int) -> list[float]:
+    """The loss of each iteration from first to last."""
+    trainer = Trainer(system, system.capture, TrainSettings(iterations=last, threads=1))
+    generator = trainer.generator
+    losses = []
+    with Pictures(64) as pictures:
+        for iteration in range(first, last + 1):
+            generator.manual_seed(iteration)
+            step = trainer.step(iteration, pictures(trainer.frame(iteration)))
+            losses.append(sum(step.terms.values()))
+    return losses
+
+
+def test_every_tensor_gets_a_gradient(system: GaussianBlendshapes) -> None:
+    for frame in system.capture.frames:
+        probe(system.splats(frame.pose)).backward()
+    expected = {"mean", "log_scale", "quat_wxyz", "opacity_logit", "sh_dc", "sh_rest"}
+    expected |= {f"delta_{name}" for name in ("mean", "log_scale", "quat_wxyz", "opacity_logit", "sh")}
+    assert set(system.table) == expected
+    for name in system.table:
+        gradient = system.table[name].grad
+        assert gradient is not None and gradient.isfinite().all()
+        assert (gradient.reshape(len(gradient), -1) != 0).any(dim=1).all(), name
+
+
+@pytest.mark.parametrize("name", ["mean", "quat_wxyz", "delta_mean", "delta_sh", "delta_opacity_logit"])
+@pytest.mark.parametrize("rules", [{}, {"consistency": "position"}, {"init_sh": "rotated"}])
+def test_gradients_are_the_slope(tmp_path: Path, name: str, rules: dict[str, str]) -> None:
+    system = subject(tmp_path, rules)
+    pose = system.capture.frames[2].pose
+    probe(system.splats(pose)).backward()
+    parameter = system.table[name]
+    assert parameter.grad is not None
+    direction = torch.randn(parameter.shape, generator=torch.Generator().manual_seed(5))
+    step, values = 1e-3, []
+    with torch.no_grad():
+        for sign in (1, -2):
+            parameter += sign * step * direction
+            values.append(float(probe(system.splats(pose)).double()))
+    slope = float((parameter.grad * direction).sum())
+    assert slope == pytest.approx((values[0] - values[1]) / (2 * step), rel=5e-2, abs=5e-2)
+
+
+def test_an_expression_moves_by_its_init_term_and_its_masked_difference(system: GaussianBlendshapes) -> None:
+    """Eq. 1 and 2, entry by entry."""
+    weights, rows = torch.tensor([0.7, -0.4]), system.rows
+    base, now = system.base(), system.blended(weights)
+    mean, sh = base.mean.detach().double(), base.sh.detach().double()
+    for row in range(rows.count):
+        for entry in range(*rows.init.row_ptr[row : row + 2].tolist()):
+            mean[row] += weights[rows.init.column[entry]] * rows.init_values[entry, :3]
+        for entry in range(*rows.learned.row_ptr[row : row + 2].tolist()):
+            factor = weights[rows.learned.column[entry]] * rows.mask[entry]
+            mean[row] += factor * system.table["delta_mean"].detach()[entry]
+            sh[row] += factor * system.table["delta_sh"].detach()[entry]
+    assert torch.allclose(now.mean.double(), mean, atol=1e-6)
+    assert torch.allclose(now.sh.double(), sh, atol=1e-6)
+    assert rows.learned.row_ptr[rows.of(UPPER).start :].eq(rows.learned.count).all()  # none in the mouth
+
+
+def test_consistency_says_what_the_mask_scales(tmp_path: Path) -> None:
+    masked: dict[str, set[str]] = {}
+    for rule in ("all", "position", "none"):
+        system = subject(tmp_path / rule, {"consistency": rule})
+        assert system.rows.learned.count == (120 if rule != "all" else int((system.rows.mask > 0.01).sum()))
+        still = system.rows.mask == 0 if rule != "all" else None
+        values, mask = system.learned()
+        masked[rule] = {
+            name
+            for name, value in values.items()
+            if not torch.equal(value.detach(), system.table[f"delta_{name}"].detach()) or not mask.eq(1).all()
+        }
+        assert still is None or not still.all()
+    assert masked["all"] == {"mean", "log_scale", "quat_wxyz", "opacity_logit", "sh"}
+    assert masked["position"] == {"mean"} and masked["none"] == set()
+
+
+def test_fixed_differences_leave_the_init_terms(tmp_path: Path) -> None:
+    system = subject(tmp_path, {"deltas": "fixed"})
+    assert not [name for name in system.table if name.startswith("delta")]
+    base, now = system.base(), system.blended(torch.tensor([1.0, 0.0]))
+    assert (now.mean != base.mean).any() and torch.equal(now.sh, base.sh)
+
+
+def planned(system: GaussianBlendshapes, clone: list[int], split: list[int], prune: list[int]) -> Plan:
+    gone = torch.zeros(system.rows.count, dtype=torch.bool)
+    gone[prune] = True
+    return Plan(torch.tensor(clone, dtype=torch.int64), torch.tensor(split, dtype=torch.int64), gone)
+
+
+def splat_rows(system: GaussianBlendshapes, frame: int) -> Tensor:
+    splats = system.splats(system.capture.frames[frame].pose)
+    return torch.cat([getattr(splats, name).detach().reshape(len(splats.mean), -1) for name in FIELDS], dim=1)
+
+
+def test_clones_look_like_their_gaussian_in_every_pose(system: GaussianBlendshapes) -> None:
+    before = [splat_rows(system, frame) for frame in range(6)]
+    clone, prune = [0, 5, 31, 62, 70], [1, 33, 61, 73]
+    grown = grow(planned(system, clone, [], prune), system.rows, system.table, torch.Generator())
+    system.rows = grown
+    face, upper, lower = ([i for i in range(*r) if i not in prune] for r in ((0, 60), (60, 67), (67, 74)))
+    came_from = torch.tensor([*face, 0, 5, 31, *upper, 62, *lower, 70])
+    assert torch.equal(grown.group, torch.tensor([FACE] * 61 + [UPPER] * 7 + [LOWER] * 7))
+    for frame in range(6):
+        assert torch.equal(splat_rows(system, frame), before[frame][came_from])
+    assert len(system.table["delta_sh"]) == grown.learned.count == int(grown.learned.row_ptr[-1])
+
+
+def test_new_gaussians_begin_without_moments(system: GaussianBlendshapes) -> None:
+    probe(system.splats(system.capture.frames[0].pose)).backward()
+    system.table.step()
+    before = system.table.state()["delta_mean"]["exp_avg"].clone()
+    last = system.rows.learned.row_ptr[60]
+    grown = grow(planned(system, [3], [], []), system.rows, system.table, torch.Generator())
+    after = system.table.state()["delta_mean"]["exp_avg"]
+    assert torch.equal(after[:last], before[:last]) and (before[:last] != 0).any()
+    assert grown.learned.row_ptr[61] > last and (after[last : grown.learned.row_ptr[61]] == 0).all()
+
+
+def test_parts_of_a_split_gaussian_share_its_place_and_size(system: GaussianBlendshapes) -> None:
+    mean, scale = system.table["mean"].detach().clone(), system.table["log_scale"].detach().clone()
+    index = [4] * 400
+    many, _ = system.rows.take(torch.tensor([4]))
+    entries = many.learned.count
+    for _ in range(len(index)):  # split the same one again and again, from the same state
+        pass
+    with torch.no_grad():
+        system.table["log_scale"][:] = math.log(0.01)
+    offsets = []
+    state, rows = system.table.state(), system.rows
+    state = {n: {k: v.clone() if isinstance(v, Tensor) else v for k, v in e.items()} for n, e in state.items()}
+    generator = torch.Generator().manual_seed(0)
+    for _ in range(200):
+        system.table.load_state(state)
+        grown = grow(planned(system, [], [4], []), rows, system.table, generator)
+        parts = system.table["mean"].detach()[59:61]
+        offsets.append(parts - mean[4])
+        assert torch.allclose(system.table["log_scale"].detach()[59:61], torch.tensor(math.log(0.01 / 1.6)))
+    assert grown.count == rows.count + 1 and grown.learned.count == rows.learned.count + entries
+    spread = torch.cat(offsets)
+    assert spread.std(dim=0).sub(0.01).abs().max() < 0.0015 and spread.mean(dim=0).abs().max() < 0.002
+    assert scale.shape == (74, 3)
+
+
+def test_training_lowers_the_loss_of_one_frame(tmp_path: Path) -> None:
+    system = create(of_one_frame(capture(tmp_path)), settings(iterations=40), 0)
+    losses = steps(system, 1, 40)
+    assert losses[-1] < 0.6 * losses[0]
+    assert system.sh_degree == 1
+
+
+def test_density_control_in_the_loop(tmp_path: Path) -> None:
+    system = create(capture(tmp_path), settings(), 0)
+    before = system.rows.count
+    steps(system, 1, 9)
+    assert system.rows.count > before
+    assert len(system.density.seen) == system.rows.count == len(system.table["mean"])
+
+
+def test_going_on_from_a_state_is_bit_for_bit(tmp_path: Path) -> None:
+    given = capture(tmp_path)
+    whole, first = create(given, settings(), 0), create(given, settings(), 0)
+    steps(whole, 1, 12)
+    steps(first, 1, 6)
+    torch.save(first.state(), tmp_path / "state.pt")
+    other = create(given, settings(), 0)
+    other.load_state(torch.load(tmp_path / "state.pt", weights_only=True))
+    steps(other, 7, 12)
+    assert torch.equal(splat_rows(other, 1), splat_rows(whole, 1))
+    for name in whole.table:
+        assert torch.equal(other.table[name], whole.table[name])
+    assert other.sh_degree == whole.sh_degree
+
+
+def test_same_seed_same_bits_whatever_the_threads(tmp_path: Path) -> None:
+    given = capture(tmp_path)
+    threads, found = numba.get_num_threads(), []
+    try:
+        for count in (1, threads):
+            numba.set_num_threads(count)
+            found.append(create(given, settings(colours="frames", unseen=0.5), 4))
+    finally:
+        numba.set_num_threads(threads)
+    found.append(create(given, settings(colours="frames", unseen=0.5), 5))
+    a, b, c = (splat_rows(shaken(system), 0) for system in found)
+    assert torch.equal(a, b) and not torch.equal(a, c)
+
+
+def test_positions_slow_down_and_opacities_are_reset(tmp_path: Path) -> None:
+    system = subject(tmp_path, opacity_resets=True)
+    rates = []
+    for iteration in (1, 10, 20):
+        system.before_step(iteration)
+        rates.append(system.table.learning_rates()["mean"])
+    assert rates[0] > rates[1] > rates[2] == pytest.approx(system.settings.rates.mean_final)
+    assert rates[1] == pytest.approx(1.6e-5, rel=1e-3)
+    with torch.no_grad():
+        system.table["opacity_logit"][0] = -9
+    every = system.settings.density.opacity_reset_every
+    system.settings.density.__class__  # noqa: B018
+    reset = subject(
+        tmp_path / "again",
+        opacity_resets=True,
+        density=type(system.settings.density)(densify_until=100, opacity_reset_every=7),
+    )
+    reset.after_step(7, torch.Generator())
+    assert float(reset.table["opacity_logit"].max().sigmoid()) == pytest.approx(0.01)
+    assert every == 3000
+
+
+def test_loss_terms(system: GaussianBlendshapes) -> None:
+    """Against the formulas, on a picture of one colour."""
+    drawn = Rendered(torch.full((16, 16, 3), 0.5), torch.full((16, 16), 0.75), torch.zeros(74, dtype=torch.int32))
+    terms = system.losses(drawn, torch.full((16, 16, 3), 0.25), torch.ones(16, 16), 1)
+    assert float(terms["l1"]) == pytest.approx(0.8 * 0.25)
+    assert float(terms["alpha"]) == pytest.approx(10 * 0.25**2)
+    c1 = 0.01**2
+    assert 0 < float(terms["dssim"]) <= 0.2 * (1 - (2 * 0.125 + c1) / (0.3125 + c1)) + 1e-3
+    with torch.no_grad():
+        system.table["mean"][60:] = torch.tensor([0.1 + 0.2 + 0.03, -0.05, 0.02])
+    assert float(system.losses(drawn, drawn.colour, drawn.alpha, 1)["mouth"]) == pytest.approx(100 * 0.03**2, rel=1e-3)
+    with torch.no_grad():
+        system.table["mean"][60:] = torch.tensor([0.1, -0.05 + 0.1 - 0.001, 0.02])
+    assert float(system.losses(drawn, drawn.colour, drawn.alpha, 1)["mouth"]) == 0
+    assert float(system.losses(drawn, drawn.colour, drawn.alpha, 1)["dssim"]) == pytest.approx(0, abs=1e-6)
+
+
+def test_without_a_mouth(tmp_path: Path) -> None:
+    system = subject(tmp_path, {"mouth": "off"})
+    assert system.rows.count == 60 and (system.rows.group == FACE).all()
+    drawn = Rendered(torch.zeros(12, 12, 3), torch.zeros(12, 12), torch.zeros(60, dtype=torch.int32))
+    assert "mouth" not in system.losses(drawn, drawn.colour, drawn.alpha, 1)
+
+
+def test_body_models_of_other_systems_are_refused(tmp_path: Path) -> None:
+    given = capture(tmp_path)
+    rig = given.rig
+    other = type(rig)(**{**vars(rig), "joint_names": ("a", "b", "c", "d", "e")})
+    with pytest.raises(AvatarError, match=r"joints a, b, c.*root, neck, jaw"):
+        create(type(given)(**{**vars(given), "rig": other}), settings(), 0)
+    bare = type(rig)(**{**vars(rig), "anchor_vertices": np.zeros(0, np.uint32)})
+    with pytest.raises(AvatarError, match="anchor faces"):
+        create(type(given)(**{**vars(given), "rig": bare}), settings(), 0)
+    assert create(type(given)(**{**vars(given), "rig": bare}), settings({"mouth": "off"}), 0).rows.count == 60
+
+
+BAD: list[dict[str, Any]] = [
+    {"sh_degree": 4},
+    {"delta_sh_degree": 2},
+    {"gaussians": 3},
+    {"background": "pink"},
+    {"unseen": 0.0},
+    {"mouth_cylinder": (0.0, 0.0, 0.0, -1.0, 0.0)},
+]
+
+
+@pytest.mark.parametrize("changed", BAD, ids=[next(iter(b)) for b in BAD])
+def test_settings_out_of_range(changed: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=next(iter(changed))):
+        Settings(**changed)
+
+
+def test_the_papers_settings_are_the_papers() -> None:
+    """Section 3.4 and Eq. 6."""
+    r, w = PAPER.rates, PAPER.weights
+    assert (r.delta_mean, r.delta_opacity_logit, r.delta_log_scale) == (3.2e-7, 5e-5, 5e-4)
+    assert (r.delta_quat_wxyz, r.delta_sh) == (1e-4, 1.25e-3)
+    assert (w.dssim, w.alpha, w.mouth, PAPER.gaussians, PAPER.expressions) == (0.2, 10, 100, 50_000, 50)
+    assert all(rule.default in rule.values for rule in RULES.values())
+
+

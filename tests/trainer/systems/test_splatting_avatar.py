@@ -1,0 +1,371 @@
+"""SplattingAvatar while it is trained: its start, its gradients, what follows a step, density control, its state."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import torch
+
+from avatar_runtime.avatar import RasterSettings
+from avatar_runtime.errors import AvatarError
+from avatar_trainer import checkpoint
+from avatar_trainer.capture import Capture
+from avatar_trainer.densify import DensitySettings, Plan
+from avatar_trainer.losses import psnr_db
+from avatar_trainer.renderer import render
+from avatar_trainer.systems.splatting_avatar import Settings, SplattingAvatar, create
+from avatar_trainer.systems.splatting_avatar_settings import PAPER_ITERATIONS, scheduled
+from tests.measured import Measure
+from tests.oracles.surface_rule import splatting_avatar as one_gaussian
+from tests.trainer.systems import splatting_avatar_scene as scene
+
+Array = npt.NDArray[Any]
+GENERATOR = 3
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
+    return scene.taught(tmp_path_factory.mktemp("sheet"))
+
+
+def system_of(capture: Capture, **values: Any) -> SplattingAvatar:
+    return create(capture, scene.settings(**values), 0)
+
+
+def step(system: SplattingAvatar, iteration: int, generator: torch.Generator, size: int = scene.SIZE) -> float:
+    """One iteration on a training frame; its PSNR."""
+    frames = system.capture.train
+    frame = frames[iteration % len(frames)]
+    image, mask = picture(frame)
+    system.before_step(iteration)
+    background = system.background(generator)
+    target = image * mask[..., None] + background * (1 - mask[..., None])
+    splats = system.splats(frame.pose)
+    offset = torch.zeros(len(splats.mean), 2, requires_grad=True)
+    rendered = render(splats, frame.camera, RasterSettings(near=0.05), 0, background, "cpu", offset)
+    loss = torch.stack(list(system.losses(rendered, target, mask, iteration).values())).sum()
+    system.table.zero_grad()
+    loss.backward()  # type: ignore[no-untyped-call]
+    assert offset.grad is not None
+    system.observe(rendered, offset.grad * size / 2)
+    system.table.step()
+    system.after_step(iteration, generator)
+    return psnr_db(rendered.colour.detach(), target)
+
+
+def picture(frame: Any) -> tuple[torch.Tensor, torch.Tensor]:
+    from avatar_trainer.capture import pixels
+
+    image, mask = pixels(frame)
+    return torch.from_numpy(image), torch.from_numpy(mask)
+
+
+def test_it_begins_on_the_first_frames_mesh(capture: Capture) -> None:
+    system = system_of(capture)
+    splats = system.splats(capture.frames[0].pose)
+    on_mesh = np.einsum(
+        "nc,ncx->nx",
+        system.embedding.barycentric.numpy(),
+        (scene.body()["v_template"])[scene.sheet()[system.embedding.triangle.numpy()]],
+    )
+    np.testing.assert_allclose(splats.mean.detach().numpy(), on_mesh, atol=2e-6)  # frame 0 is at rest
+    assert system.training_per_bundle == 4.0  # low as a head
+    assert splats.opacity.detach().numpy() == pytest.approx(0.1)
+    written = np.array([[float(f"{x:.6f}") for x in row] for row in system.canonical_vertices.astype(float)])
+    np.testing.assert_array_equal(system.canonical_vertices, written.astype(np.float32))
+    image, mask = picture(capture.frames[0])
+    shown = image[mask > 0.9].mean(0)
+    assert torch.allclose(0.5 + 0.2820948 * system.table["sh_dc"][:, 0].mean(0), shown, atol=0.1)
+
+
+def test_scales_are_those_of_the_nearest_others(capture: Capture) -> None:
+    system = system_of(capture)
+    point = 4 * system.splats(capture.frames[0].pose).mean.detach().numpy().astype(float)
+    apart = np.linalg.norm(point[:, None] - point, axis=2)
+    nearest = np.sort(apart, axis=1)[:, 1:4]
+    expected = np.sqrt((nearest**2).mean(axis=1))
+    np.testing.assert_allclose(system.table["log_scale"][:, 0].detach().exp(), expected, rtol=2e-3)
+
+
+@pytest.mark.parametrize("paper", [False, True], ids=["released", "paper"])
+def test_uv_moves_position_and_rotation_as_differences_say(
+    capture: Capture, paper: bool, measured: Measure
+) -> None:
+    """Gradients of (u, v) and d through position, normal and rotation, against differences of the rule itself."""
+    rules = {"position": "interpolated_normal", "rotation": "vertex_quaternion_mean", "scale": "linear_area"}
+    system = system_of(capture, gaussians=6, **(rules if paper else {}))
+    scene.scatter(system, 1)
+    frame = capture.frames[2]
+    posed = 4.0 * system.meshes[frame.pose].vertices.double().numpy()
+    aim = np.random.default_rng(0).normal(size=(6, 7))
+
+    def by_rule(row: int, uv: Array, d: float) -> float:
+        mean, quat, _ = one_gaussian(
+            system.canonical_vertices.astype(float), posed, system.triangles, int(system.embedding.triangle[row]),
+            np.array([uv[0], uv[1], 1 - uv.sum()]), d, system.table["rotation"][row].detach().double().numpy(),
+            np.zeros(3), frozenset(("position", "rotation", "scale")) if paper else frozenset(),
+        )  # fmt: skip
+        return float(aim[row, :3] @ mean / 4 + aim[row, 3:] @ quat)
+
+    splats = system.splats(frame.pose)
+    given = torch.cat([splats.mean, splats.quat_wxyz], dim=1)
+    (given * torch.from_numpy(aim.astype(np.float32))).sum().backward()  # type: ignore[no-untyped-call]
+    uv = system.embedding.barycentric[:, :2].double().numpy()
+    lifted = system.table["displacement"].detach().double().numpy()
+    size, h = system.embedding.size[system.embedding.triangle].double().numpy(), 1e-5
+    worst = 0.0
+    for row in range(6):
+        # quaternions of either sign are the same rotation; the rule's is unit but of the sign that it comes out with
+        differences = [
+            (by_rule(row, uv[row] + move, lifted[row]) - by_rule(row, uv[row] - move, lifted[row])) / (2 * h)
+            for move in (np.array([h, 0]), np.array([0, h]))
+        ]
+        along = (by_rule(row, uv[row], lifted[row] + h) - by_rule(row, uv[row], lifted[row] - h)) / (2 * h)
+        shift, raised = system.table["shift_uv"].grad, system.table["displacement"].grad
+        assert shift is not None and raised is not None
+        apart = np.abs(shift[row].double().numpy() * size[row] - differences).max()
+        worst = max(worst, apart, abs(float(raised[row]) - along))
+    measured("gradient of (u, v, d) against differences", worst)
+    assert worst < 1e-4
+
+
+def test_a_gaussian_in_the_wrong_place_walks_to_the_right_one(tmp_path: Path) -> None:
+    """One blob of colour; a Gaussian that begins 5 triangles away goes there, over every edge between."""
+    results = {}
+    for rule in ("walking", "clamped"):
+        capture = scene.blank(tmp_path / rule, frames=2)
+        goal = blob(capture, rule, column=5)
+        frame = capture.frames[0]
+        wanted = drawn(goal, frame).detach()
+        system = blob(capture, rule, column=2)
+        first = float((drawn(system, frame) - wanted).square().mean())
+        for iteration in range(1, 201):
+            system.before_step(iteration)
+            loss = (drawn(system, frame) - wanted).square().mean()
+            system.table.zero_grad()
+            loss.backward()  # type: ignore[no-untyped-call]
+            system.table.step()
+            system.after_step(iteration, torch.Generator())
+        results[rule] = (system, float(loss) / first, goal)
+    walked, left, goal = results["walking"]
+    assert left < 1e-3
+    assert walked.crossings >= 5
+    apart = walked.splats(frame.pose).mean - goal.splats(frame.pose).mean
+    assert float(apart.detach().norm()) < 2e-3
+    clamped, left, _ = results["clamped"]
+    assert left > 0.3
+    assert clamped.crossings == 0
+
+
+def blob(capture: Capture, rule: str, column: int) -> SplattingAvatar:
+    """One large Gaussian in the middle of a triangle; only its place is trained."""
+    system = system_of(capture, gaussians=1, embedding=rule, init_colour="grey")
+    rates = replace(system.settings.learning_rates, position=2e-2, position_final=2e-3)
+    rates = replace(rates, rotation=0.0, log_scale=0.0, opacity_logit=0.0, sh=0.0)
+    system = system_of(capture, gaussians=1, embedding=rule, init_colour="grey", learning_rates=rates)
+    system.embedding.triangle[0] = 4 * (scene.SIDE - 1) + column
+    system.embedding.barycentric[0] = 1 / 3
+    with torch.no_grad():
+        system.table["log_scale"].fill_(math.log(0.12))
+        system.table["opacity_logit"].fill_(2.0)
+        system.table["sh_dc"].fill_(1.5)
+    return system
+
+
+def drawn(system: SplattingAvatar, frame: Any) -> torch.Tensor:
+    splats = system.splats(frame.pose)
+    return render(splats, frame.camera, RasterSettings(near=0.05), 0, torch.zeros(3)).colour
+
+
+def test_crossing_forgets_the_moments_of_the_embedding_alone(capture: Capture) -> None:
+    system = system_of(capture)
+    generator = torch.Generator().manual_seed(GENERATOR)
+    step(system, 1, generator)
+    before = {name: entry["exp_avg_sq"].clone() for name, entry in system.table.state().items()}
+    triangle = system.embedding.triangle.clone()
+    with torch.no_grad():
+        system.table["shift_uv"][:10] = 0.5  # far: over several edges
+    system.crossings += system.embedding.after_step(system.table)
+    after = {name: entry["exp_avg_sq"] for name, entry in system.table.state().items()}
+    crossed = system.embedding.triangle != triangle
+    assert crossed[:10].any()
+    assert not crossed[10:].any()
+    assert system.crossings >= 10
+    for name in before:
+        kept = after[name] == before[name]
+        if name in ("shift_uv", "displacement"):
+            assert (after[name][crossed] == 0).all()
+            assert kept[~crossed].all()
+        else:
+            assert kept.all()
+    assert (system.table["shift_uv"] == 0).all()
+
+
+def test_clamped_stays_in_its_triangle(capture: Capture) -> None:
+    system = system_of(capture, embedding="clamped")
+    triangle = system.embedding.triangle.clone()
+    with torch.no_grad():
+        system.table["shift_uv"].normal_()
+    assert system.embedding.after_step(system.table) == 0
+    assert torch.equal(system.embedding.triangle, triangle)
+    assert system.embedding.barycentric.min() > -1e-6
+    assert torch.allclose(system.embedding.barycentric.sum(1), torch.ones(150))
+
+
+@pytest.mark.parametrize("rule", ["walking", "clamped", "released", "fixed"])
+def test_split_copies_lie_where_they_were_drawn(capture: Capture, rule: str) -> None:
+    """Rows follow their Gaussians; a split Gaussian's copies are near it, and smaller."""
+    system = system_of(capture, embedding=rule)
+    scene.scatter(system, 2)
+    system.table["log_scale"].data.sub_(2.0)
+    frame = capture.frames[0]
+    before = system.splats(frame.pose)
+    old = {name: system.table[name].detach().clone() for name in system.table}
+    prune = torch.zeros(150, dtype=torch.bool)
+    prune[[4, 5]] = True
+    plan = Plan(clone=torch.tensor([7, 9]), split=torch.tensor([20, 30, 40]), prune=prune)
+    system.lay_out(plan, torch.Generator().manual_seed(GENERATOR))
+    after = system.splats(frame.pose)
+    stays = np.setdiff1d(np.arange(150), [4, 5, 20, 30, 40])
+    index = np.concatenate([stays, [7, 9], [20, 30, 40] * 2])
+    assert len(after.mean) == len(index) == len(system.density.seen)
+    whole = slice(0, len(stays) + 2)
+    for name in ("mean", "scale", "quat_wxyz", "opacity", "sh"):
+        assert torch.equal(getattr(after, name)[whole], getattr(before, name)[index[whole]])
+    parts = slice(len(stays) + 2, None)
+    for name in ("rotation", "opacity_logit", "sh_dc"):
+        assert torch.equal(system.table[name][parts], old[name][index[parts]])
+    assert torch.allclose(system.table["log_scale"][parts], old["log_scale"][index[parts]] - math.log(1.6))
+    largest = before.scale[index[parts]].amax(1)
+    apart = (after.mean[parts] - before.mean[index[parts]]).norm(dim=1)
+    assert (apart > 0).all()
+    if rule != "released":  # its copies keep the parent's displacement
+        assert (apart < 4 * largest).all()
+        generator = torch.Generator().manual_seed(GENERATOR)
+        drawn = torch.randn(6, 3, generator=generator)
+        assert torch.allclose(apart, (drawn * before.scale[index[parts]]).norm(dim=1), rtol=1e-3, atol=1e-6)
+    for entry in system.table.state().values():
+        assert (entry["exp_avg"][parts] == 0).all()
+
+
+def test_opacities_are_reset_and_sh_degrees_rise_when_due(capture: Capture) -> None:
+    density = DensitySettings(densify_from=10**6, densify_until=10**7, opacity_reset_every=3000)
+    system = system_of(capture, sh_degree=2, sh_degree_every=500, iterations=PAPER_ITERATIONS, density=density)
+    system.table["opacity_logit"].data.fill_(3.0)
+    generator = torch.Generator()
+    system.after_step(2999, generator)
+    assert float(system.table["opacity_logit"][0]) == 3.0
+    assert system.sh_degree == 2
+    system.after_step(3000, generator)
+    assert torch.allclose(system.table["opacity_logit"].sigmoid(), torch.tensor(0.01))
+    system.after_step(999, generator)
+    assert system.sh_degree == 1
+
+
+def test_the_schedule_shrinks_with_the_run() -> None:
+    paper = scheduled(Settings(iterations=PAPER_ITERATIONS))
+    assert (paper.densify_from, paper.densify_until, paper.opacity_reset_every) == (600, 15_000, 3000)
+    short = scheduled(Settings(iterations=3000))
+    assert (short.densify_from, short.densify_until, short.densify_every) == (60, 1500, 100)
+    assert short.opacity_reset_every == 1000  # never closer
+    fast = Settings(iterations=1000)
+    assert fast.rules["embedding"] == "walking"
+    with pytest.raises(ValueError, match="subject"):
+        Settings(subject="cat")
+    with pytest.raises(ValueError, match="sampling"):
+        Settings(sampling="even")
+
+
+def test_the_embeddings_learning_rate_falls_and_others_stay(capture: Capture) -> None:
+    system = system_of(capture, iterations=1000)
+    first = system.table.learning_rates()
+    system.before_step(500)
+    half = system.table.learning_rates()
+    system.before_step(1000)
+    last = system.table.learning_rates()
+    assert half["shift_uv"] == pytest.approx(first["shift_uv"] / 10)
+    assert last["displacement"] == pytest.approx(first["displacement"] / 100)
+    assert {name for name in first if last[name] != first[name]} == {"shift_uv", "displacement"}
+
+
+def test_it_learns_the_pictures(capture: Capture) -> None:
+    """A hundred steps on three small frames, with splits, clones and walks."""
+    density = DensitySettings(densify_from=600, densify_every=20, gradient_threshold=1e-4)
+    system = system_of(capture, iterations=120, density=density)
+    generator = torch.Generator().manual_seed(GENERATOR)
+    psnr = [step(system, iteration, generator) for iteration in range(1, 121)]
+    assert np.mean(psnr[-6:]) > np.mean(psnr[:3]) + 6
+    assert np.mean(psnr[-6:]) > 24
+    assert system.crossings > 0
+    assert len(system.density.seen) > 150
+
+
+@pytest.mark.parametrize("rule", ["walking", "fixed"])
+def test_it_goes_on_from_a_checkpoint_bit_by_bit(capture: Capture, rule: str, tmp_path: Path) -> None:
+    density = DensitySettings(densify_from=0, densify_every=4, gradient_threshold=1e-5)
+
+    def fresh() -> SplattingAvatar:
+        return system_of(capture, embedding=rule, density=density, iterations=30)
+
+    first, generator = fresh(), torch.Generator().manual_seed(GENERATOR)
+    for iteration in range(1, 10):
+        step(first, iteration, generator)
+    checkpoint.write(tmp_path, 9, {"system": first.state(), "generator": generator.get_state()})
+    found = checkpoint.newest(tmp_path, print)
+    assert found is not None
+    second, other = fresh(), torch.Generator()
+    second.load_state(found.state["system"])
+    other.set_state(found.state["generator"])
+    for iteration in range(10, 15):
+        step(first, iteration, generator)
+        step(second, iteration, other)
+    assert len(first.density.seen) != 150
+    assert_equal(first.state(), second.state())
+
+
+def assert_equal(a: Any, b: Any) -> None:
+    assert type(a) is type(b)
+    if isinstance(a, dict):
+        assert a.keys() == b.keys()
+        for key in a:
+            assert_equal(a[key], b[key])
+    elif isinstance(a, torch.Tensor):
+        assert torch.equal(a, b)
+    else:
+        assert a == b
+
+
+def test_the_same_seed_begins_the_same(capture: Capture) -> None:
+    assert_equal(system_of(capture).state(), system_of(capture).state())
+    other = create(capture, scene.settings(), 1)
+    assert not torch.equal(other.embedding.triangle, system_of(capture).embedding.triangle)
+
+
+def test_scaling_term_is_that_of_needles(capture: Capture) -> None:
+    system = system_of(capture)
+    system.table["log_scale"].data.fill_(math.log(0.001))
+    system.table["log_scale"].data[0] = torch.tensor([0.05, 0.004, 0.004]).log()  # long and thin
+    system.table["log_scale"].data[1] = torch.tensor([0.05, 0.006, 0.006]).log()  # long, not thin
+    system.table["log_scale"].data[2] = torch.tensor([0.007, 0.0001, 0.0001]).log()  # thin, not long
+    rendered = type("Rendered", (), {"colour": torch.zeros(12, 12, 3)})()
+    terms = system.losses(rendered, torch.zeros(12, 12, 3), torch.zeros(12, 12), 1)
+    assert float(terms["scaling"].detach()) == pytest.approx(0.05 / 150)
+    assert set(terms) == {"l1", "dssim", "scaling"}
+
+
+def test_captures_that_it_cannot_train_on_are_refused(capture: Capture) -> None:
+    tests = tuple(replace(frame, split="test") for frame in capture.frames)
+    with pytest.raises(AvatarError, match="no training frame"):
+        create(replace(capture, frames=tests), scene.settings(), 0)
+    pose = replace(capture.frames[0].pose, late_weights=np.ones(1, np.float32))
+    lids = replace(
+        capture, frames=(replace(capture.frames[0], pose=pose), *capture.frames[1:]), late_morph_names=("left",)
+    )
+    with pytest.raises(AvatarError, match="eyelid"):
+        create(lids, scene.settings(), 0)

@@ -1,0 +1,54 @@
+"""The process that trains: the same numbers each time, and what to do where its memory ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numba
+import torch
+
+from avatar_runtime.backends.cpu.threads import thread_count
+from avatar_runtime.errors import AvatarError
+
+OUT_OF_MEMORY = ("can't allocate memory", "not enough memory", "out of memory")  # torch's, in a RuntimeError
+
+
+@contextmanager
+def reproducible(seed: int, threads: int) -> Iterator[None]:
+    """The same numbers each time: torch's own generator seeded, its deterministic kernels, a fixed thread count.
+
+    threads 0: one a core. Everything is as before afterwards.
+    """
+    count, kernels = thread_count(threads or None), numba.get_num_threads()
+    before = torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()
+    memory: Any = torch.utils.deterministic  # a module whose one attribute is set by assignment
+    fill = memory.fill_uninitialized_memory
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        torch.set_num_threads(count)
+        torch.use_deterministic_algorithms(True)
+        memory.fill_uninitialized_memory = False  # nothing reads it, and it costs a pass
+        numba.set_num_threads(count)
+        try:
+            yield
+        finally:
+            numba.set_num_threads(kernels)
+            memory.fill_uninitialized_memory = fill
+            torch.use_deterministic_algorithms(before[1])
+            torch.set_num_threads(before[0])
+
+
+@contextmanager
+def memory_advice() -> Iterator[None]:
+    """Memory that ran out as an AvatarError that says what to lower."""
+    try:
+        yield
+    except (MemoryError, RuntimeError) as error:
+        if isinstance(error, MemoryError) or any(text in str(error) for text in OUT_OF_MEMORY):
+            raise AvatarError(
+                "memory ran out; lower --gaussians (and --set density.max_gaussians), --size or --sh-degree, or "
+                "--set cache_megabytes"
+            ) from None
+        raise
