@@ -209,8 +209,8 @@ def write_head(
 ) -> Path:
     """Write the head's capture into the folder `out`: capture.json, images/, masks/, body/, driving.json.
 
-    Expressions `held_out` are seen in test frames only; `yaw`: see `camera_at`. Returns the path of capture.json. Raises ValueError for an
-    unknown expression and for fewer than two frames.
+    Expressions `held_out` are seen in test frames only; `yaw`: see `camera_at`. Returns the path of capture.json.
+    Raises ValueError for an unknown expression and for fewer than two frames.
     """
     head = blinking_head()
     model = Model(head, build_body_model(head))

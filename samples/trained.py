@@ -38,7 +38,7 @@ class Recipe:
         ]
 
 
-HEAD = ("--subject", "head", "--size", "256", "--frames", "360")
+HEAD = ("--subject", "head", "--size", "256", "--frames", "360", "--yaw", "110")
 BODY = ("--subject", "body", "--size", "256", "--frames", "200")
 RECIPES = {
     "head_blendshapes": Recipe(HEAD, "gaussian_blendshapes", ("--gaussians", "12000", "--sh-degree", "0")),

@@ -52,6 +52,7 @@ FLOORS: dict[
             "tensorboard",
             "torch",
             "typer",
+            "yaml",
         },
     ),
 }

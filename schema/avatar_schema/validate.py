@@ -61,7 +61,7 @@ def _items(validator: Any, items: Any, instance: Any, schema: Any) -> Iterator[A
     yield from Draft202012Validator.VALIDATORS["items"](validator, items, instance, schema)
 
 
-_Validator = extend(Draft202012Validator, {"items": _items})
+_Validator = extend(Draft202012Validator, {"items": _items})  # type: ignore[no-untyped-call]
 
 
 def version_problems(manifest: dict[str, Any]) -> list[Problem]:

@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from avatar_runtime.errors import AvatarError
 from avatar_trainer import cli, finished, run
 from avatar_trainer.cli_train import train_command
 from avatar_trainer.densify import DensitySettings
-from avatar_trainer.settings import TrainSettings, chosen_rules, settable, with_value
+from avatar_trainer.settings import TrainSettings, chosen_rules, settable, with_values
 from avatar_trainer.systems import SYSTEMS, system_module
 from tests.trainer import toy
 
@@ -127,7 +128,7 @@ def test_export_and_compare_get_the_trained_model(
 WRONG = [
     (["--set", "densityy=3"], "'densityy' is no setting; did you mean"),
     (["--set", "density=3"], "'density' is no setting"),
-    (["--set", "density.densify_ever=3"], "did you mean density.densify_every?"),
+    (["--set", "density.densify_ever=3"], "did you mean density.densify_every"),
     (["--set", "density.densify_every=few"], "expected a whole number"),
     (["--set", "learning_rate=nan"], "expected a finite number"),
     (["--set", "learning_rate=-1"], "learning_rate must be above 0"),
@@ -223,7 +224,7 @@ def test_every_system_has_what_the_command_line_asks_for(name: str) -> None:
         assert rule.default in rule.values and rule.about and "\n" not in rule.about
     for key, value in settable(settings, ("rules",)).items():
         text = ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
-        assert with_value(settings, key, text) == settings
+        assert with_values(settings, [(key, text)]) == settings
 
 
 @pytest.mark.parametrize(
@@ -255,14 +256,33 @@ def test_a_run_json_that_is_none(text: str, tmp_path: Path) -> None:
 
 
 def test_settings_are_read_by_the_types_of_their_fields() -> None:
-    settings = with_value(DensitySettings(), "gradient_threshold", "1e-3")
+    settings = with_values(DensitySettings(), [("gradient_threshold", "1e-3")])
     assert settings.gradient_threshold == 1e-3
-    assert with_value(TrainSettings(), "cache_megabytes", "7").cache_megabytes == 7
+    assert with_values(TrainSettings(), [("cache_megabytes", "7")]).cache_megabytes == 7
     for text in ("7.5", "1e3", "9" * 30, "", "inf"):
         with pytest.raises(AvatarError, match="whole number"):
-            with_value(TrainSettings(), "cache_megabytes", text)
+            with_values(TrainSettings(), [("cache_megabytes", text)])
     with pytest.raises(ValueError, match="seed is -1"):
         TrainSettings(seed=-1)
+
+
+@dataclass(frozen=True)
+class Pair:
+    low: int = 1
+    high: int = 2
+    at: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.low > self.high:
+            raise ValueError("low is above high")
+
+
+def test_settings_that_hang_together_are_set_together() -> None:
+    pair = with_values(Pair(), [("low", "5"), ("high", "6"), ("at", "1,2.5")])
+    assert pair == Pair(5, 6, (1.0, 2.5))
+    assert with_values(pair, [("at", "")]).at == ()
+    with pytest.raises(AvatarError, match="low is above high"):
+        with_values(Pair(), [("low", "5")])
 
 
 PROGRAM = """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -19,7 +19,7 @@ from avatar_trainer.evaluate import evaluate, table
 from avatar_trainer.machine import memory_advice
 from avatar_trainer.pictures import resized
 from avatar_trainer.renderer import RASTERISERS
-from avatar_trainer.settings import TrainSettings, chosen_rules, settable, with_value
+from avatar_trainer.settings import TrainSettings, chosen_rules, settable, with_values
 from avatar_trainer.system import System
 from avatar_trainer.systems import system_module
 from avatar_trainer.train import train
@@ -74,14 +74,16 @@ def train_command(name: str) -> Callable[..., None]:
         if export is not None and export.exists():
             raise AvatarError("exists; name another", file=export)
         module = system_module(name)
-        given = {"gaussians": gaussians, "sh_degree": sh_degree, "iterations": iterations}
-        own = dataclasses.replace(module.Settings(), **{k: v for k, v in given.items() if v is not None})
+        general, special = _told_apart(arguments.pairs(set_), module.Settings())
+        given = {"iterations": iterations, "gaussians": gaussians, "sh_degree": sh_degree}
+        special += [(k, str(v)) for k, v in given.items() if v is not None]
+        own = with_values(module.Settings(), special)
+        own = dataclasses.replace(own, rules=chosen_rules(module.RULES, arguments.pairs(rule)))
         settings = TrainSettings(
             iterations=own.iterations, seed=seed, rasteriser=rasteriser, size=size, threads=threads,
             checkpoint_every=checkpoint_every, preview_every=OFTEN if preview else 0,
         )  # fmt: skip
-        settings, own = with_assignments(settings, own, arguments.pairs(set_))
-        own = dataclasses.replace(own, rules=chosen_rules(module.RULES, arguments.pairs(rule)))
+        settings = with_values(settings, general)
         scene = _read(capture, out, settings)
         with memory_advice():
             with Steps() as step:
@@ -101,22 +103,15 @@ def train_command(name: str) -> Callable[..., None]:
     return command
 
 
-def with_assignments(
-    settings: TrainSettings, own: Any, pairs: list[tuple[str, str]]
-) -> tuple[TrainSettings, Any]:
-    """(settings, own settings of a system) with what `--set` names in either.
-
-    Raises AvatarError for a name that is in neither, or has an option of its own, and for a wrong value.
-    """
-    general, special = settable(settings, OPTIONS), settable(own, OPTIONS)
-    for name, text in pairs:
-        if name in special:
-            own = with_value(own, name, text)
-        elif name in general:
-            settings = with_value(settings, name, text)
-        else:
+def _told_apart(
+    pairs: list[tuple[str, str]], own: object
+) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
+    """What `--set` names, of the run and of the system. Raises AvatarError for what is neither."""
+    general, special = settable(TrainSettings(), OPTIONS), settable(own, OPTIONS)
+    for name, _ in pairs:
+        if name not in general and name not in special:
             raise no_such("setting", name, [*special, *general], field="--set")
-    return settings, own
+    return [p for p in pairs if p[0] not in special], [p for p in pairs if p[0] in special]
 
 
 def _read(folder: Path, out: Path, settings: TrainSettings) -> Capture:

@@ -62,7 +62,7 @@ def exported(system: System, run: Path) -> Avatar:
     avatar = replace(
         avatar, head_pose_in=capture.head_pose_in, provenance={**avatar.provenance, "trained": said}
     )
-    return replace(avatar, clips=(*avatar.clips, *clips(capture, avatar))).check()
+    return replace(avatar, clips=(*clips(capture, avatar), *avatar.clips)).check()
 
 
 def options_for(capture: Capture, system: str) -> ReadOptions:

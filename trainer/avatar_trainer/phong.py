@@ -92,6 +92,7 @@ def _embed_one(
         if np.sqrt(cost) <= NEAR_ENOUGH * edge or damping > MOST_DAMPING:
             break
         _damped_step(jacobian, residual, damping, step)
+        _slide(over[triangle], b, jacobian, residual, damping, step)
         other_b[:] = b
         shift[0], shift[1], shift[2] = step[0], step[1], -(step[0] + step[1])
         other, _ = walk_one(over, over_edge, triangle, other_b, shift, 1.0)
@@ -147,6 +148,22 @@ def _damped_step(j: F64, r: F64, damping: float, step: F64) -> None:
         step[0] = _triple(g, a[1], a[2]) / determinant
         step[1] = _triple(a[0], g, a[2]) / determinant
         step[2] = _triple(a[0], a[1], g) / determinant
+
+
+@kernel()
+def _slide(over: I32, b: F64, j: F64, r: F64, damping: float, step: F64) -> None:
+    """Where `step` would leave the mesh over the border that the point lies on, the best step along that border."""
+    for c in range(3):
+        change = -(step[0] + step[1]) if c == 2 else step[c]
+        if b[c] <= 0 and change < 0 and over[(c + 1) % 3] < 0:
+            du, dv = 1.0 if c != 0 else 0.0, (1.0, 0.0, -1.0)[c]
+            along, up = du * j[:, 0] + dv * j[:, 1], j[:, 2]
+            aa, bb, ab = (1 + damping) * _dot(along, along), (1 + damping) * _dot(up, up), _dot(along, up)
+            ra, rb = _dot(along, r), _dot(up, r)
+            determinant = aa * bb - ab * ab
+            t = (ab * rb - bb * ra) / determinant
+            step[0], step[1], step[2] = t * du, t * dv, (ab * ra - aa * rb) / determinant
+            break
 
 
 @kernel()

@@ -87,29 +87,28 @@ def settable(settings: object, without: tuple[str, ...] = ()) -> dict[str, Any]:
 
 
 def with_values(settings: T, pairs: Iterable[tuple[str, str]]) -> T:
-    """`settings` with every (name, text) of `pairs`; raises AvatarError as `with_value` does."""
-    for name, text in pairs:
-        settings = with_value(settings, name, text)
-    return settings
+    """`settings`, a dataclass, with its fields as (name, text) pairs say, all at once; names of nested ones dotted.
 
-
-def with_value(settings: T, name: str, text: str) -> T:
-    """`settings`, a dataclass, with the field `name` (dotted for nested ones) as `text` says.
-
-    Raises AvatarError for a name that there is not, a text that is not of the field's type, or a value that the
+    Raises AvatarError for a name that there is not, a text that is not of the field's type, or values that the
     dataclass refuses.
     """
-    head, dot, rest = name.partition(".")
     hints = get_type_hints(type(settings))
-    fields = {field.name for field in dataclasses.fields(settings)}  # type: ignore[arg-type]
-    inner = getattr(settings, head, None) if head in fields else None
-    if head not in fields or dataclasses.is_dataclass(inner) != bool(dot) or isinstance(inner, Mapping):
-        raise no_such("setting", name, settable(settings), field="--set")
-    value = with_value(inner, rest, text) if dot else _parsed(hints[head], name, text)
+    changes: dict[str, Any] = {}
+    nested: dict[str, list[tuple[str, str]]] = {}
+    for name, text in pairs:
+        head, dot, rest = name.partition(".")
+        if name in settable(settings) and not dot:
+            changes[name] = _parsed(hints[name], name, text)
+        elif dot and dataclasses.is_dataclass(getattr(settings, head, None)) and head in hints:
+            nested.setdefault(head, []).append((rest, text))
+        else:
+            raise no_such("setting", name, settable(settings), field="--set")
+    for head, inner in nested.items():
+        changes[head] = with_values(getattr(settings, head), inner)
     try:
-        return dataclasses.replace(settings, **{head: value})  # type: ignore[type-var]
+        return dataclasses.replace(settings, **changes)  # type: ignore[type-var]
     except ValueError as error:
-        raise AvatarError(f"{name}={text[:80]}: {error}", field="--set") from None
+        raise AvatarError(str(error), field="settings") from None
 
 
 def _parsed(kind: Any, name: str, text: str) -> Any:

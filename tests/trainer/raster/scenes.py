@@ -64,7 +64,9 @@ def scene(
         torch.linalg.qr(normal(count, 3, 3))[0] if rotated else None,
     )
     background = torch.rand(3, generator=generator, dtype=torch.float64)
-    return Scene(rounded(splats), camera(*size, principal), RasterSettings(), sh_degree, background.float().double())
+    return Scene(
+        rounded(splats), camera(*size, principal), RasterSettings(), sh_degree, background.float().double()
+    )
 
 
 def rounded(splats: Splats) -> Splats:

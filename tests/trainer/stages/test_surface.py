@@ -34,6 +34,27 @@ def test_the_runtimes_numbers(rules: Rules, measured: Measure) -> None:
             assert difference <= 4e-6 * max(1, float(np.abs(getattr(expected, name)).max())), name
 
 
+@pytest.mark.parametrize("rules", RULES[::3], ids=NAMES[::3])
+def test_the_floors_of_a_fine_mesh(rules: Rules) -> None:
+    """Triangles so small that sums are divided by the floors, which shortens what they give."""
+    given = riding(rules)
+    e, u = given.avatar.embedding, given.avatar.training_per_bundle
+    assert e is not None
+    fine = replace(e, canonical_vertices=e.canonical_vertices * np.float32(4e-3))
+    surface = runtime.prepare(fine, rules, u)
+    posed = 4e-3 * given.posed[0]
+    own = carriers(posed, surface_mesh(fine.canonical_vertices, fine.triangles, u), rules)
+    normals = runtime.vertex_normals(surface, posed.numpy())
+    shape = runtime.triangle_shape(posed.numpy(), fine.triangles, rules)
+    by_rule = {
+        "vertex_quaternion": runtime.vertex_quaternions,
+        "vertex_quaternion_mean": runtime.mean_quaternions,
+    }
+    quats = by_rule[rules.rotation](surface, shape)
+    assert 0.05 < np.linalg.norm(normals, axis=1).min() < 0.95
+    assert largest(own.vertex_normal, normals) <= 1e-7 and largest(own.vertex_quat, quats) <= 1e-7
+
+
 @pytest.mark.parametrize("rules", RULES, ids=NAMES)
 def test_gradients_agree_with_differences(rules: Rules) -> None:
     given = riding(rules)

@@ -10,15 +10,20 @@ import torch
 
 from avatar_trainer.capture import Capture, load
 from avatar_trainer.densify import DensitySettings
-from avatar_trainer.systems.gaussian_blendshapes import RULES, GaussianBlendshapes, Settings, create
 from avatar_trainer.settings import rule_defaults
+from avatar_trainer.systems.gaussian_blendshapes import RULES, GaussianBlendshapes, Settings, create
 from tests.trainer.captures.folders import own
 
 FACE, MOUTH = 60, 7
 # Sizes of random values beside the first ones, by tensor of the table.
 NOISE = {"mean": 0.02, "opacity_logit": 2.0, "delta_mean": 0.01, "delta_opacity_logit": 1.0}
 DENSITY = DensitySettings(
-    densify_from=1, densify_until=100, densify_every=2, gradient_threshold=1e-9, percent_dense=0.2, min_opacity=0.0
+    densify_from=1,
+    densify_until=100,
+    densify_every=2,
+    gradient_threshold=1e-9,
+    percent_dense=0.2,
+    min_opacity=0.0,
 )
 
 
@@ -33,7 +38,7 @@ def settings(rules: dict[str, str] | None = None, **changed: Any) -> Settings:
         "iterations": 20,
         "gaussians": FACE,
         "mouth_gaussians": MOUTH,
-        "expressions": 2,
+        "expressions": 3,
         "sh_degree": 1,
         "delta_sh_degree": 1,
         "sh_every": 3,

@@ -90,7 +90,7 @@ def test_scales_are_those_of_the_nearest_others(capture: Capture) -> None:
     apart = np.linalg.norm(point[:, None] - point, axis=2)
     nearest = np.sort(apart, axis=1)[:, 1:4]
     expected = np.sqrt((nearest**2).mean(axis=1))
-    np.testing.assert_allclose(system.table["log_scale"][:, 0].detach().exp(), expected, rtol=2e-3)
+    np.testing.assert_allclose(system.table["log_scale"][:, 0].detach().exp(), expected, rtol=1e-5)
 
 
 @pytest.mark.parametrize("paper", [False, True], ids=["released", "paper"])
@@ -121,7 +121,6 @@ def test_uv_moves_position_and_rotation_as_differences_say(
     size, h = system.embedding.size[system.embedding.triangle].double().numpy(), 1e-5
     worst = 0.0
     for row in range(6):
-        # quaternions of either sign are the same rotation; the rule's is unit but of the sign that it comes out with
         differences = [
             (by_rule(row, uv[row] + move, lifted[row]) - by_rule(row, uv[row] - move, lifted[row])) / (2 * h)
             for move in (np.array([h, 0]), np.array([0, h]))
@@ -132,7 +131,8 @@ def test_uv_moves_position_and_rotation_as_differences_say(
         apart = np.abs(shift[row].double().numpy() * size[row] - differences).max()
         worst = max(worst, apart, abs(float(raised[row]) - along))
     measured("gradient of (u, v, d) against differences", worst)
-    assert worst < 1e-4
+    assert worst < 1e-6
+    assert shift.abs().max() > 1e-3
 
 
 def test_a_gaussian_in_the_wrong_place_walks_to_the_right_one(tmp_path: Path) -> None:
@@ -144,7 +144,7 @@ def test_a_gaussian_in_the_wrong_place_walks_to_the_right_one(tmp_path: Path) ->
         frame = capture.frames[0]
         wanted = drawn(goal, frame).detach()
         system = blob(capture, rule, column=2)
-        first = float((drawn(system, frame) - wanted).square().mean())
+        first = float((drawn(system, frame) - wanted).square().mean().detach())
         for iteration in range(1, 201):
             system.before_step(iteration)
             loss = (drawn(system, frame) - wanted).square().mean()
@@ -152,7 +152,7 @@ def test_a_gaussian_in_the_wrong_place_walks_to_the_right_one(tmp_path: Path) ->
             loss.backward()  # type: ignore[no-untyped-call]
             system.table.step()
             system.after_step(iteration, torch.Generator())
-        results[rule] = (system, float(loss) / first, goal)
+        results[rule] = (system, float(loss.detach()) / first, goal)
     walked, left, goal = results["walking"]
     assert left < 1e-3
     assert walked.crossings >= 5
@@ -260,7 +260,7 @@ def test_opacities_are_reset_and_sh_degrees_rise_when_due(capture: Capture) -> N
     system.table["opacity_logit"].data.fill_(3.0)
     generator = torch.Generator()
     system.after_step(2999, generator)
-    assert float(system.table["opacity_logit"][0]) == 3.0
+    assert (system.table["opacity_logit"] == 3.0).all()
     assert system.sh_degree == 2
     system.after_step(3000, generator)
     assert torch.allclose(system.table["opacity_logit"].sigmoid(), torch.tensor(0.01))

@@ -93,7 +93,11 @@ def covariance(scale: Tensor, quat_wxyz: Tensor) -> Tensor:
 def projected_covariance(p: Tensor, cov3d: Tensor, camera: Camera, low_pass: float) -> Tensor:
     """J W Sigma W^T J^T plus the low-pass, [N, 3] xx, xy, yy; p [N, 3] in camera space."""
     tan_x, tan_y = constant(camera.tan_half_fov_x), constant(camera.tan_half_fov_y)
-    focal_x, focal_y = constant(camera.width / (2 * tan_x)), constant(camera.height / (2 * tan_y))
+    # Tensors, because torch multiplies a number by the reciprocal where it is to be divided.
+    focal_x, focal_y = (
+        p.new_tensor(constant(size / (2 * tan)))
+        for size, tan in ((camera.width, tan_x), (camera.height, tan_y))
+    )
     clamp = constant(constants()["frustum_clamp"])
     limit_x, limit_y = constant(clamp * tan_x), constant(clamp * tan_y)
     z = p[:, 2]

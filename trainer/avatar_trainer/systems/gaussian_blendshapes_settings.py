@@ -128,9 +128,8 @@ class Settings:
     neck_vertices: str = (
         ""  # file of vertex indices whose motion no mask counts; "": those that the root holds most
     )
-    mouth_cylinder: tuple[
-        float, ...
-    ] = ()  # centre x, y, z, radius, half height, metres; (): fitted to the mesh
+    # Centre x, y, z, radius, half height, metres; radius 0: fitted to the mesh.
+    mouth_cylinder: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     rates: Rates = Rates()
     weights: Weights = Weights()
     density: DensitySettings = field(

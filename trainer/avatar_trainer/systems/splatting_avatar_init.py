@@ -64,10 +64,11 @@ SAMPLING: dict[str, Callable[[F64], F64]] = {
 def neighbour_scale(points: Tensor) -> Tensor:
     """[N] the root of the mean squared distance of each point [N, 3] to its three nearest others."""
     near = min(NEIGHBOURS + 1, len(points))
-    squared = [
-        torch.cdist(part, points).topk(near, largest=False).values.square() for part in torch.split(points, CHUNK)
-    ]
-    mean = torch.cat(squared).sum(1) / max(near - 1, 1)
+    squared = []
+    for part in torch.split(points, CHUNK):
+        apart = torch.cdist(part, points, compute_mode="donot_use_mm_for_euclid_dist")
+        squared.append(apart.topk(near, largest=False).values.square())
+    mean = torch.cat(squared).sum(1) / max(near - 1, 1)  # the nearest is the point itself
     return mean.sqrt().clamp_min(LEAST_SCALE)
 
 

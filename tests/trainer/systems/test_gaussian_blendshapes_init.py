@@ -1,0 +1,324 @@
+"""What Gaussian Blendshapes begins with: the released code's numbers, samples, masks, the mouth, colours."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import torch
+
+from avatar_export.readers.body_model import read_body_model
+from avatar_export.readers.body_rig import bake_rig
+from avatar_export.readers.subject_files import read_eyelids, read_faces
+from avatar_runtime.avatar import Rig
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.rotation import matrix_from_rotvec
+from avatar_trainer.settings import rule_defaults
+from avatar_trainer.systems.gaussian_blendshapes import RULES
+from avatar_trainer.systems.gaussian_blendshapes_init import dense, start
+from avatar_trainer.systems.gaussian_blendshapes_mesh import Expressions, carried, mask_of, quaternion_shift
+from avatar_trainer.systems.gaussian_blendshapes_mouth import Cylinder, find_mouth, mouth_interior
+from avatar_trainer.systems.gaussian_blendshapes_sampling import neighbour_distance, poisson_disk
+from avatar_trainer.systems.gaussian_blendshapes_sh import turn_matrices
+from tests.golden import BlendshapesGolden
+from tests.measured import Measure
+from tests.oracles import rotation_sh
+
+Array = npt.NDArray[Any]
+K = 50
+
+
+@pytest.fixture(scope="module")
+def rig(blendshapes_golden: BlendshapesGolden) -> Rig:
+    """The body of the released code's numbers, with its subject's identity."""
+    body = read_body_model(blendshapes_golden.body / "body_model.npz")
+    faces = read_faces(blendshapes_golden.body / "back_of_head.txt", len(body.triangles))
+    lids = read_eyelids(blendshapes_golden.body, body.vertex_count)
+    return bake_rig(body, blendshapes_golden.frame(0)["shape"], lids, faces)
+
+
+@pytest.fixture(scope="module")
+def released(blendshapes_golden: BlendshapesGolden) -> dict[str, Array]:
+    """acc*.npy, and the triangle and barycentric weights of the points that its rows came from."""
+    stored = np.load(blendshapes_golden.raw / "acc40000.npy", allow_pickle=True).item()
+    items, _ = torch.load(
+        blendshapes_golden.raw / "fix_chkpnt40000.pth", weights_only=True, map_location="cpu"
+    )
+    body = blendshapes_golden.body_model()
+    triangle, barycentric = items[15].numpy(), items[16].numpy().astype(np.float64)
+    # Which point a row is a copy of: its pose correctives tell the triangle.
+    fields = body["posedirs"][body["faces"][triangle]].sum(axis=1).reshape(len(triangle), -1)
+    own = np.moveaxis(stored["pose_blendshape"], 0, -1).reshape(len(stored["W"]), -1)
+    distance = np.abs(own[:, None, :6] - fields[None, :, :6]).sum(axis=2)
+    alone = np.isin(triangle, [t for t in np.unique(triangle) if np.sum(triangle == t) == 1])
+    point = distance.argmin(axis=1)
+    return {
+        **stored,
+        "triangle": triangle[point],
+        "barycentric": barycentric[point],
+        "point_known": alone[point],  # no other point lies on that triangle
+    }
+
+
+@pytest.fixture(scope="module")
+def expressions(rig: Rig) -> Expressions:
+    return Expressions.of(rig, K)
+
+
+def test_init_terms_are_the_released_codes(
+    expressions: Expressions, released: dict[str, Array], measured: Measure
+) -> None:
+    corners = expressions.triangles[released["triangle"]]
+    before = expressions.vertices[corners]
+    position = np.einsum("nc,ncx->nx", released["barycentric"], before)
+    known = released["point_known"]
+    for column in range(K):
+        after = before + expressions.offsets[column][corners]
+        shift, turn = carried(before, after, position, "affine")
+        far = np.nanmax(np.abs(shift - released["init_xyz"][:, :, column])[known])
+        turned = np.nanmax(np.abs(quaternion_shift(turn) - released["init_rot"][:, :, column]))
+        measured("gaussian_blendshapes init position against the released code, m", float(far))
+        measured("gaussian_blendshapes init quaternion against the released code", float(turned))
+        assert far < 2e-7 and turned < 1e-5
+    assert known.sum() > 1000 and np.abs(released["init_xyz"]).max() > 5e-3
+
+
+def test_fields_are_the_released_codes(rig: Rig, released: dict[str, Array]) -> None:
+    corner = rig.triangles[released["triangle"]]
+    pose = dense(rig.correctives, "position")[corner].sum(axis=1)
+    lids = dense(rig.late_morphs, "position")[corner].mean(axis=1)
+    assert np.abs(np.moveaxis(pose, 1, 0) - released["pose_blendshape"]).max() < 1e-7
+    assert np.abs(np.moveaxis(lids, 1, -1) - released["eye_blendshape"]).max() < 1e-7
+
+
+def test_masks_are_the_released_codes_but_for_its_grid(
+    blendshapes_golden: BlendshapesGolden, rig: Rig, expressions: Expressions, released: dict[str, Array]
+) -> None:
+    """The released code looks its masks up in a grid of 256^3 over the nearest triangle's, and blurs them so."""
+    neck = np.array((blendshapes_golden.body / "neck_exclude_vertex.txt").read_text().split(), np.int64)
+    anchors = np.unique(rig.anchor_vertices.astype(np.int64))
+    theirs = released["expr_mask_tensor"]
+    assert theirs.max() > 7  # no upper limit
+    errors, unaligned = [], []
+    for column in range(K):
+        own = mask_of(expressions.displacement(column, anchors, neck), "fixed")[released["triangle"]]
+        errors.append(np.abs(own - theirs[:, column]))
+        still = expressions.displacement(column, anchors[:0], neck)
+        unaligned.append(np.abs(mask_of(still, "fixed")[released["triangle"]] - theirs[:, column]))
+    assert np.mean(errors) < 0.004 and np.median(errors) < 1e-4
+    assert np.mean(unaligned) > 10 * np.mean(errors)
+
+
+def nearest_triangle(points: Array, corners: Array) -> Array:
+    """Row of the triangle nearest to each point, by points sampled densely on every one of them."""
+    steps = [(i / 6, j / 6) for i in range(7) for j in range(7 - i)]
+    on = np.stack(
+        [
+            corners[:, 0] + u * (corners[:, 1] - corners[:, 0]) + v * (corners[:, 2] - corners[:, 0])
+            for u, v in steps
+        ]
+    )
+    best = np.full(len(points), np.inf)
+    found = np.zeros(len(points), np.int64)
+    for sample in on:
+        far = ((points**2).sum(1)[:, None] - 2 * points @ sample.T) + (sample**2).sum(1)
+        row = far.argmin(axis=1)
+        closer = far[np.arange(len(points)), row] < best
+        best = np.where(closer, far[np.arange(len(points)), row], best)
+        found = np.where(closer, row, found)
+    return found
+
+
+def test_nearest_triangles_agree_with_a_grid_of_them(rig: Rig, expressions: Expressions) -> None:
+    """Section 3.4 looks masks up in a grid, blending eight nodes; a sample's own triangle is that without the blur."""
+    generator = np.random.default_rng(2)
+    face = np.flatnonzero(~mouth_interior(rig))
+    samples = poisson_disk(expressions.vertices, expressions.triangles, face, 60, generator)
+    column = int(np.argmax(np.abs(expressions.offsets).sum(axis=(1, 2))))
+    mask = mask_of(
+        expressions.displacement(column, np.unique(rig.anchor_vertices.astype(np.int64)), face[:0]), "fixed"
+    )
+    corners = expressions.vertices[expressions.triangles]
+    errors = []
+    for cell in (0.004, 0.001):
+        low = np.floor(samples.position / cell) * cell
+        share = (samples.position - low) / cell
+        looked_up = np.zeros(len(low))
+        for corner in np.ndindex(2, 2, 2):
+            node = low + np.array(corner) * cell
+            weight = np.prod(np.where(np.array(corner) == 1, share, 1 - share), axis=1)
+            looked_up += weight * mask[nearest_triangle(node, corners)]
+        errors.append(np.median(np.abs(looked_up - mask[samples.triangle])))
+    assert mask[samples.triangle].max() > 0.5 and errors[1] < errors[0] < 0.05 and errors[1] < 0.02
+
+
+def test_mask_rules() -> None:
+    displacement = np.array([0.0, 1e-5, 2.3e-5, 0.004, 0.005703532602638, 0.02])
+    fixed, own = mask_of(displacement, "fixed"), mask_of(displacement, "per_blendshape")
+    assert fixed[:3].tolist() == [0, 0, 0] and fixed[4] == 1 and fixed[5] > 3.5
+    assert own[:2].tolist() == [0, 0] and own[-1] == 1 and own[2] > 0
+    assert own[3] == pytest.approx((0.004 - 1e-5) / (0.02 - 1e-5))
+    assert (mask_of(np.full(4, 9e-6), "per_blendshape") == 0).all()
+
+
+@pytest.mark.parametrize("rule", ["affine", "rotation"])
+def test_a_triangle_that_only_turns_carries_its_points_rigidly(rule: str) -> None:
+    generator = np.random.default_rng(1)
+    before = generator.normal(size=(20, 3, 3))
+    turn = matrix_from_rotvec(generator.normal(0, 0.5, (20, 3)))
+    shift = generator.normal(size=(20, 3))
+    after = np.einsum("nij,ncj->nci", turn, before) + shift[:, None]
+    point = before.mean(axis=1) + generator.normal(0, 0.1, (20, 3))
+    moved, rotation = carried(before, after, point, rule)
+    assert np.abs(point + moved - (np.einsum("nij,nj->ni", turn, point) + shift)).max() < 1e-9
+    assert np.abs(rotation - turn).max() < 1e-9
+
+
+def test_the_papers_rotation_leaves_out_the_stretch() -> None:
+    before = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    after = before * np.array([2.0, 1, 1])
+    point = np.array([[1.0, 0, 0]])
+    assert carried(before, after, point, "affine")[0] == pytest.approx(np.array([[1.0, 0, 0]]))
+    centre, moved = np.array([1 / 3, 1 / 3, 0]), np.array([2 / 3, 1 / 3, 0])
+    assert carried(before, after, point, "rotation")[0] == pytest.approx((moved - centre)[None], abs=1e-6)
+
+
+def test_a_collapsing_triangle_gives_numbers() -> None:
+    before = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    for rule in ("affine", "rotation"):
+        shift, rotation = carried(before, np.zeros((1, 3, 3)), np.array([[0.2, 0.3, 0]]), rule)
+        assert np.isfinite(shift).all() and np.isfinite(rotation).all()
+
+
+def test_samples_lie_apart_on_the_mesh(rig: Rig) -> None:
+    vertices, triangles = rig.vertices.astype(np.float64), rig.triangles.astype(np.int64)
+    chosen = np.flatnonzero(~mouth_interior(rig))
+    samples = poisson_disk(vertices, triangles, chosen, 700, np.random.default_rng(3))
+    assert len(samples.position) == 700 and np.isin(samples.triangle, chosen).all()
+    assert (samples.barycentric >= 0).all() and np.abs(samples.barycentric.sum(axis=1) - 1).max() < 1e-12
+    assert np.abs(samples.interpolate(vertices, triangles) - samples.position).max() < 1e-12
+    corner = vertices[triangles[samples.triangle]]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    apart = np.linalg.norm(samples.position[:, None] - samples.position, axis=2)
+    apart[np.eye(700, dtype=bool) | (normal @ normal.T <= 0)] = np.inf
+    corners = vertices[triangles[chosen]]
+    area = (
+        np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+        / 2
+    )
+    assert apart.min() > 0.6 * np.sqrt(area / 700)  # random points come as near as a twentieth of it
+    again = poisson_disk(vertices, triangles, chosen, 700, np.random.default_rng(3))
+    assert np.array_equal(again.position, samples.position)
+
+
+def test_the_two_sides_of_a_sheet_do_not_repel_each_other() -> None:
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    vertices = np.concatenate([square, square - (0, 0, 1e-6)])
+    triangles = np.array([[0, 1, 2], [0, 2, 3], [5, 4, 6], [6, 4, 7]])
+    samples = poisson_disk(vertices, triangles, np.arange(4), 200, np.random.default_rng(0))
+    front = samples.triangle < 2
+    assert 85 < front.sum() < 115
+    nearest = np.linalg.norm(samples.position[front, None, :2] - samples.position[front, :2], axis=2)
+    np.fill_diagonal(nearest, 9)
+    assert nearest.min() > 0.06
+
+
+def test_distance_to_three_neighbours() -> None:
+    points = np.random.default_rng(0).normal(size=(50, 3))
+    far = np.sort(np.linalg.norm(points[:, None] - points, axis=2), axis=1)[:, 1:4]
+    assert neighbour_distance(points) == pytest.approx(np.sqrt((far**2).mean(axis=1)))
+    assert neighbour_distance(points[:2]) == pytest.approx(np.full(2, np.linalg.norm(points[0] - points[1])))
+    assert neighbour_distance(points[:1]).tolist() == [0]
+
+
+def test_the_meshs_teeth_are_the_mouth(rig: Rig, blendshapes_golden: BlendshapesGolden) -> None:
+    body = blendshapes_golden.body_model()
+    parts = body["part_names"][body["face_part"]]
+    inside = np.isin(parts, ["M_Teeth", "M_GumsTongue"])
+    assert np.array_equal(mouth_interior(rig), inside)
+    mouth = find_mouth(rig)
+    assert len(mouth.upper) + len(mouth.lower) == inside.sum()
+    teeth = rig.vertices[rig.triangles[parts == "M_Teeth"]].mean(axis=1)
+    assert mouth.upper[..., 1].mean() > np.median(teeth[:, 1]) > mouth.lower[..., 1].mean()
+    x, y, z = mouth.cylinder.centre
+    across = np.hypot(*(rig.vertices[rig.triangles[inside]].reshape(-1, 3)[:, [0, 2]] - (x, z)).T)
+    assert abs(x) < 1e-3 and across.max() <= mouth.cylinder.radius < 0.07
+
+
+def flame_like(rig: Rig) -> Rig:
+    """The rig's head alone, with a hole where the lips meet: triangles across the mouth's line are gone."""
+    head = rig.triangles[~mouth_interior(rig)]
+    jaw = dense(rig.skin, "weight")[:, rig.joint_names.index("jaw")]
+    lips = (
+        (np.abs(rig.vertices[:, 0]) < 0.02)
+        & (rig.vertices[:, 2] > 0.09)
+        & (np.abs(rig.vertices[:, 1] + 0.04) < 0.02)
+    )
+    across = np.ptp(jaw[head], axis=1) > 0.25
+    return replace(rig, triangles=head[~(across & lips[head].any(axis=1))])
+
+
+def test_billboards_stand_behind_the_lips_of_a_mesh_without_teeth(rig: Rig) -> None:
+    mouth, teeth = find_mouth(flame_like(rig)), find_mouth(rig)
+    assert mouth.upper.shape == mouth.lower.shape == (2, 3, 3)
+    low, high = teeth.upper.min(axis=(0, 1)), teeth.lower.max(axis=(0, 1))
+    assert np.linalg.norm(np.subtract(mouth.cylinder.centre, teeth.cylinder.centre)) < 0.03
+    assert mouth.upper[..., 1].min() == pytest.approx(mouth.lower[..., 1].max())
+    assert np.ptp(mouth.upper[..., 2]) == 0 and low[2] < mouth.upper[0, 0, 2] < high[2] + 0.01
+    corner = np.abs(np.concatenate([mouth.upper, mouth.lower]).reshape(-1, 3) - mouth.cylinder.centre)
+    assert np.hypot(corner[:, 0], corner[:, 2]).max() < mouth.cylinder.radius
+    assert corner[:, 1].max() < mouth.cylinder.half_height
+
+
+def test_a_mouth_that_cannot_be_found_can_be_given(rig: Rig) -> None:
+    closed = replace(rig, triangles=rig.triangles[~mouth_interior(rig)])
+    bare = replace(closed, skin=closed.skin, joint_names=("root", "neck", "chin", "leftEye", "rightEye"))
+    with pytest.raises(AvatarError, match="mouth_cylinder"):
+        find_mouth(bare)
+    given = Cylinder((0.0, -0.03, 0.07), 0.03, 0.02)
+    assert find_mouth(bare, given).cylinder == given
+
+
+def test_start_counts_and_first_values(rig: Rig) -> None:
+    rules = rule_defaults(RULES)
+    triangles = len(rig.triangles)
+    density = np.where(rig.vertices[rig.triangles].mean(axis=1)[:, 2] > 0, 1.0, 0.1)
+    made = start(
+        rig, 50, 500, 40, rules, np.random.default_rng(0), sh_degree=2, least_mask=0.01,
+        neck=np.zeros(0, np.int64), density=density,
+    )  # fmt: skip
+    g, rows = made.gaussians, made.rows
+    assert (
+        g.sh.shape == (580, 9, 3) and rows.group.bincount().tolist() == [500, 40, 40] and triangles == 10158
+    )
+    assert torch.equal(g.quat_wxyz, torch.tensor([1.0, 0, 0, 0]).expand(580, 4))
+    assert torch.allclose(g.opacity_logit.sigmoid(), torch.tensor(0.1))
+    assert (
+        torch.allclose(rows.skin_weights[:500].sum(1), torch.tensor(1.0))
+        and not rows.skin_weights[500:].any()
+    )
+    assert not mouth_interior(rig)[made.triangle.numpy()].any()
+    front = (g.mean[:500, 2] > 0).sum()
+    assert front > 400  # a tenth as dense behind
+    assert (rows.mask > 0.01).all() and rows.learned.count < rows.init.count
+    plain = start(
+        rig, 50, 500, 0, rules, np.random.default_rng(0), sh_degree=0, least_mask=0.0,
+        neck=np.zeros(0, np.int64), density=np.ones(triangles),
+    )  # fmt: skip
+    assert plain.rows.count == 500 and plain.cylinder is None
+    assert abs(int((plain.gaussians.mean[:, 2] > 0).sum()) / 500 - 0.6) < 0.15
+
+
+def test_turned_sh_are_those_of_the_turned_function() -> None:
+    generator = np.random.default_rng(4)
+    rotation = matrix_from_rotvec(generator.normal(size=(6, 3)))
+    for degree in (0, 1, 2, 3):
+        sh = generator.normal(size=(6, (degree + 1) ** 2, 3))
+        turns = turn_matrices(torch.from_numpy(rotation), degree).double()
+        assert (
+            np.abs((turns @ torch.from_numpy(sh)).numpy() - rotation_sh.rotate(sh, rotation, degree)).max()
+            < 1e-5
+        )

@@ -1,0 +1,133 @@
+"""From training to a bundle and back: what is exported gives the trainer's picture, by files alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from samples.capture_body import write_body
+from samples.capture_head import write_head
+from samples.capture_shots import Noise
+
+from avatar_export.cli import main as export_main
+from avatar_export.validate import validate
+from avatar_export.validate_reference import read_reference
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.bundle import load, opener, read_manifest
+from avatar_runtime.conformance import conform
+from avatar_trainer.capture import Capture
+from avatar_trainer.capture import load as load_capture
+from avatar_trainer.compare import compare
+from avatar_trainer.export import export
+from avatar_trainer.run import UPSTREAM
+from avatar_trainer.settings import TrainSettings
+from avatar_trainer.system import System
+from avatar_trainer.systems import system_module
+from avatar_trainer.train import train
+
+Measured = Callable[[str, float], None]
+PAPER = {"scale": "linear_area", "position": "interpolated_normal", "rotation": "vertex_quaternion_mean"}
+PAPER_BLENDSHAPES = {"mask": "per_blendshape", "init_position": "rotation", "init_sh": "rotated"}
+# A flip moves a pixel by at most 1/255 of the brightest colour on either side of a threshold.
+MOST_FLIPPED, FURTHEST = 1e-3, 8e-3
+CASES = {
+    "blendshapes": ("head", "gaussian_blendshapes", {}, 1),
+    "blendshapes by paper and unique anchors": (
+        "head",
+        "gaussian_blendshapes",
+        {**PAPER_BLENDSHAPES, "anchor": "unique", "lower_teeth": "jaw"},
+        1,
+    ),
+    "splatting": ("head", "splatting_avatar", {}, 1),
+    "splatting by paper": ("head", "splatting_avatar", PAPER, 0),
+    "body": ("body", "splatting_avatar", {}, 0),
+}
+
+
+@pytest.fixture(scope="module")
+def captures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Capture]:
+    folder = tmp_path_factory.mktemp("captures")
+    write_head(folder / "head", 64, 20, Noise(0.0, 0.0, 0), (), np.radians(40.0))
+    write_body(folder / "body", 64, 20, Noise(0.0, 0.0, 0))
+    return {name: load_capture(folder / name) for name in ("head", "body")}
+
+
+def trained(capture: Capture, name: str, rules: dict[str, str], sh_degree: int, out: Path) -> System:
+    """A model after a few steps, every parameter of which has moved."""
+    module = system_module(name)
+    plain = module.Settings()
+    settings = replace(
+        plain, iterations=25, gaussians=900, sh_degree=sh_degree, rules={**plain.rules, **rules}
+    )
+    system = module.create(capture, settings, 1)
+    run = TrainSettings(iterations=25, seed=1, evaluate_every=0, checkpoint_every=25)
+    train(system, capture, run, out, system_settings=settings)
+    return system
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_bundle_gives_the_trainers_picture(
+    case: str, captures: dict[str, Capture], tmp_path: Path, measured: Measured
+) -> None:
+    subject, name, rules, degree = CASES[case]
+    system = trained(captures[subject], name, rules, degree, tmp_path / "run")
+    bundle = tmp_path / "bundle"
+    export(system, tmp_path / "run" / UPSTREAM, bundle, engine_files=False, preview=False)
+    avatar = load(bundle)
+    assert [str(p) for p in validate(bundle) if not p.warning] == []
+    assert avatar.rig is not None
+    assert [clip.name for clip in avatar.clips][:2] == ["held_out", "training"]
+    for key in ("scale", "position", "rotation", "anchor"):
+        if key in rules:
+            assert getattr(avatar.rules, key) == rules[key]
+    exact, fast, engine = compare(system, avatar)
+    pixels = exact.frames * 64 * 64
+    for row in (exact, fast):
+        assert row.frames == 4
+        assert row.largest <= 1e-4
+        assert row.flipped <= MOST_FLIPPED * pixels
+        assert row.furthest <= FURTHEST
+    assert engine.psnr_db >= 65
+    measured("trained avatar, runtime against trainer, trainer profile", max(exact.largest, fast.largest))
+    _meets_its_reference(bundle, avatar)
+
+
+def _meets_its_reference(bundle: Path, avatar: Avatar) -> None:
+    """Vectors and pictures by the trainer, on every backend."""
+    read = opener(bundle)
+    reference = read_reference(read_manifest(read), read)
+    assert reference.made_by == "trainer"
+    for backend in ("reference", "cpu", "gl"):
+        report = conform(avatar, reference, backend)
+        assert [row for row in report.rows if not row.passed] == []
+        assert [row for row in report.pictures if not row.passed] == []
+
+
+def test_an_avatar_that_was_changed_on_its_way_is_noticed(
+    captures: dict[str, Capture], tmp_path: Path
+) -> None:
+    """The comparison fails when the bundle holds something else: here one rule, and a degree of rotation."""
+    system = trained(captures["head"], "splatting_avatar", {}, 0, tmp_path / "run")
+    export(system, tmp_path / "run" / UPSTREAM, tmp_path / "bundle", engine_files=False, preview=False)
+    avatar = load(tmp_path / "bundle")
+    other = replace(avatar, rules=replace(avatar.rules, scale="linear_area"))
+    exact = compare(system, other, backends=[("reference", "trainer")])[0]
+    assert exact.flipped > MOST_FLIPPED * exact.frames * 64 * 64
+
+
+def test_conform_says_who_made_the_reference(
+    captures: dict[str, Capture],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    system = trained(captures["body"], "splatting_avatar", {}, 0, tmp_path / "run")
+    export(system, tmp_path / "run" / UPSTREAM, tmp_path / "bundle", engine_files=False, preview=False)
+    monkeypatch.setattr("sys.argv", ["avatar-export", "conform", str(tmp_path / "bundle")])
+    with pytest.raises(SystemExit) as code:
+        export_main()
+    assert not code.value.code
+    assert "made by trainer" in capsys.readouterr().out
