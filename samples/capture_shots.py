@@ -44,8 +44,7 @@ class Noise:
         """(K, R, t) as a calibration would give them."""
         turn, shift, zoom = (self.calibration * self.rng.standard_normal(n) for n in (3, 3, 1))
         focal = np.diag([1 + zoom[0], 1 + zoom[0], 1])
-        centre = k - np.diag(np.diag(k))
-        return k @ focal + centre - centre @ focal, matrix_from_rotvec(turn) @ rotation, translation + shift
+        return k @ focal, matrix_from_rotvec(turn) @ rotation, translation + shift
 
 
 def rays_per_pixel(size: int) -> int:

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted(
     path
-    for folder in (".", "schema", "engine_shaders", "samples", "tests/data/golden")
+    for folder in (".", "schema", "engine_shaders", "samples", "trainer", "tests/data/golden")
     for path in (ROOT / folder).glob("*.md")
 )
 
@@ -30,10 +30,12 @@ def test_commands_of_the_readme_exist() -> None:
     makefile = (ROOT / "Makefile").read_text("utf-8")
     for name in set(re.findall(r"\bmake ([a-z]+)\b", text)):
         assert f"\n{name}:" in makefile, name
-    for command in set(re.findall(r"^avatar-export ([a-z]+)", text, re.MULTILINE)):
-        subprocess.run(
-            [sys.executable, "-m", "avatar_export", command, "--help"], check=True, capture_output=True
-        )
+    text += (ROOT / "trainer" / "README.md").read_text("utf-8")
+    found = set(re.findall(r"^avatar-(export|train) ([a-z_]+)", text, re.MULTILINE))
+    assert {program for program, _ in found} == {"export", "train"}
+    for program, command in found:
+        module = {"export": "avatar_export", "train": "avatar_trainer"}[program]
+        subprocess.run([sys.executable, "-m", module, command, "--help"], check=True, capture_output=True)
 
 
 def test_the_readme_shows_the_reader_that_the_tests_run() -> None:

@@ -8,7 +8,8 @@ CPU time and peak resident memory are those of one fresh process a conversion.
 
     python -m tests.bench --only backends
 
-compares the backends alone; `python -m tests.bench.gl_speed` gives frames per second on a GPU.
+compares the backends alone, and `--only training` measures the differentiable renderer; `python -m
+tests.bench.gl_speed` gives frames per second on a GPU.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from avatar_runtime.pose import clip_pose
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
 from tests.bench.backends import backend_rows, dense_rows, static_rows
+from tests.bench.training import training_rows
 from tests.psnr import profile_psnr
 
 RESULTS = Path(__file__).parent / "results"
@@ -220,6 +222,7 @@ PARTS: dict[str, Callable[[Path, int], list[Row]]] = {
     "conversion": conversion_rows,
     "surface": surface_rows,
     "backends": compared_rows,
+    "training": training_rows,
 }
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -118,14 +119,26 @@ def test_masks_show_the_posed_head(body: BodyModel, head_capture: capture.Captur
         x, y = np.round(place[solid]).astype(int).T
         near = np.max([mask[y + dy, x + dx] for dx in (-1, 0, 1) for dy in (-1, 0, 1)], axis=0)
         assert (near > 0.1).all()
-        drawn = np.zeros((SIZE + 4, SIZE + 4), bool)
-        for dx in range(5):
-            for dy in range(5):
-                drawn[tuple(np.round(place).astype(int).T[::-1] + ((dy,), (dx,)))] = True
+        drawn = np.zeros((SIZE + 4, SIZE + 4), bool)  # two pixels about every vertex
+        column, row = np.round(place).astype(int).T
+        for dx, dy in product(range(5), range(5)):
+            drawn[row + dy, column + dx] = True
         assert drawn[2:-2, 2:-2][mask > 0.5].all(), "nothing is drawn where no vertex is"
         rows, columns = np.nonzero(mask > 0.01)
         assert abs(rows.min() - place[:, 1].min()) < 1
         assert columns.min() > place[:, 0].min() - 1 and columns.max() < place[:, 0].max() + 1
+
+
+def test_each_picture_is_of_its_own_parameters(
+    head: Head, body: BodyModel, head_capture: capture.Capture
+) -> None:
+    take, model = capture_head.perform(body, FRAMES, ()), capture_head.Model(head, body)
+    for k in (3, FRAMES - 1):
+        frame = head_capture.frames[k]
+        again = [model.picture(take, row, frame.camera, 3) for row in (k, k - 1)]
+        image, mask = capture.pixels(frame)
+        away = [np.abs(p.colour * p.alpha[..., None] - image * mask[..., None]).max() for p in again]
+        assert away[0] < 0.01 and away[1] > 0.1
 
 
 def test_masks_show_the_walking_man(body_capture: capture.Capture) -> None:

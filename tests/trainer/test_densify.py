@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 import torch
 
@@ -64,8 +63,10 @@ def test_gradients_are_the_mean_over_the_pictures_that_show_it() -> None:
         density.observe(
             torch.tensor([r[t] for r in radii], dtype=torch.int32), torch.tensor([g[t] for g in gradients])
         )
-    mean = (density.gradient_sum / density.seen).numpy()
-    assert np.allclose(mean, [5e-4, 0.5e-4, 1e-3], rtol=1e-6)
+    log_scale, opacity = torch.full((3, 3), -9.0), torch.zeros(3)
+    for threshold, expected in [(4.9e-5, [0, 1, 2]), (5.1e-5, [0, 2]), (5.1e-4, [2]), (1.01e-3, [])]:
+        settings = DensitySettings(gradient_threshold=threshold)
+        assert density.plan(settings, log_scale, opacity, EXTENT).clone.tolist() == expected
     assert density.seen.tolist() == [2, 2, 1] and density.largest_radius.tolist() == [7, 1, 5]
 
 

@@ -25,7 +25,10 @@ def dome(unit: bool) -> PhongSurface:
     at = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
     a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel(), at[1:, :-1].ravel()
     triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([c, d, a], 1)])
-    across = np.cross(vertices[triangles[:, 1]] - vertices[triangles[:, 0]], vertices[triangles[:, 2]] - vertices[triangles[:, 0]])
+    across = np.cross(
+        vertices[triangles[:, 1]] - vertices[triangles[:, 0]],
+        vertices[triangles[:, 2]] - vertices[triangles[:, 0]],
+    )
     normals = np.zeros_like(vertices)
     for k in range(3):
         np.add.at(normals, triangles[:, k], across)
@@ -73,10 +76,14 @@ def test_beyond_the_border_nothing_is_nearer(unit: bool, measured: Measure) -> N
     surface, rng = dome(unit), np.random.default_rng(1)
     points = np.array([[0.7, 0.1, 0.1], [-0.6, -0.2, 0.3], [0.1, 0.65, 0.0]])
     found = embed(surface, points, np.array([0, 50, 100]), np.full((3, 3), 1 / 3), np.zeros(3))
-    apart = np.linalg.norm(lifted(surface, found.triangle, found.barycentric, found.displacement) - points, axis=1)
+    apart = np.linalg.norm(
+        lifted(surface, found.triangle, found.barycentric, found.displacement) - points, axis=1
+    )
     np.testing.assert_allclose(found.distance, apart, atol=1e-12)
     for row in range(3):
-        edge = np.argsort(np.linalg.norm(surface.vertices[surface.triangles].mean(axis=1) - points[row], axis=1))[:20]
+        edge = np.argsort(
+            np.linalg.norm(surface.vertices[surface.triangles].mean(axis=1) - points[row], axis=1)
+        )[:20]
         tried, at = rng.dirichlet([0.3, 0.3, 0.3], 20_000), rng.choice(edge, 20_000)
         lift = found.displacement[row] + rng.normal(0, 0.03, 20_000)
         nearest = np.linalg.norm(lifted(surface, at, tried, lift) - points[row], axis=1).min()

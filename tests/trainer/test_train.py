@@ -232,6 +232,18 @@ def test_a_parameter_that_is_no_number_never_reaches_a_checkpoint(
         made(capture, tmp_path, 20, checkpoint_every=2, log_every=6)
 
 
+def test_what_the_released_layout_cannot_hold_is_said(
+    capture: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(*_: object) -> None:
+        raise AvatarError("nothing holds this rule")
+
+    monkeypatch.setattr(toy.Toy, "save", refuse)
+    made(capture, tmp_path, 3)
+    assert "upstream is not written: nothing holds this rule" in capfd.readouterr().err
+    assert not (tmp_path / "upstream").exists() and not list(tmp_path.glob(".*"))
+
+
 def test_no_frame_to_train_on(capture: Capture, tmp_path: Path) -> None:
     held_out = dataclasses.replace(capture, frames=capture.test)
     with pytest.raises(AvatarError, match="no frame of split `train`"):
@@ -366,6 +378,8 @@ def test_evenly() -> None:
 
 def test_evaluation_by_hand(capture: Capture) -> None:
     system = toy.create(capture, toy.Settings(), 1)
+    system.table.set("sh", system.table["sh"].detach() * 6)  # brighter than a picture can be
+    assert draw(system, capture.test[0]).colour.max() > 1.05
     result = evaluate(system, capture, Drawing(threads=1))
     json.dumps(result, allow_nan=False)
     frame = capture.test[0]

@@ -32,6 +32,11 @@ def sheet(side: int) -> Array:
     return np.concatenate([np.stack([a, b, c], 1), np.stack([c, d, a], 1)])
 
 
+def side(a: Array, b: Array, point: Array) -> float:
+    """On which side of the line from a to b, and how far, a point of the plane is."""
+    return float((b - a)[0] * (point - a)[1] - (b - a)[1] * (point - a)[0])
+
+
 def straight(triangles: Array, start: int, weights: Array, delta: Array, decay: float) -> Any:
     """(triangle, weights, crossings) of one walk, drawn in the plane of (u, v) of the first triangle.
 
@@ -45,13 +50,11 @@ def straight(triangles: Array, start: int, weights: Array, delta: Array, decay: 
         exits = []
         for a, b, c in (corners, corners[1:] + corners[:1], corners[2:] + corners[:2]):
             if {a, b} != last:
-                edge = plane[b] - plane[a]
-
-                def side(p: Array, edge: Array = edge, a: int = a) -> float:
-                    return float(edge[0] * (p - plane[a])[1] - edge[1] * (p - plane[a])[0])
-
-                if side(goal) * side(plane[c]) < 0:
-                    exits.append((side(inside) / (side(inside) - side(goal)), a, b, c))
+                here_side, goal_side, other_side = (
+                    side(plane[a], plane[b], p) for p in (inside, goal, plane[c])
+                )
+                if goal_side * other_side < 0:
+                    exits.append((here_side / (here_side - goal_side), a, b, c))
         if not exits:
             break
         share, a, b, c = min(exits)

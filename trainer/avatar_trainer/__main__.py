@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import sys
 
 NEEDED = ("torch", "numba", "tensorboard")
@@ -16,6 +17,9 @@ def main() -> None:
             f'avatar-train: needs {", ".join(missing)}: pip install "avatar-export[train]"', file=sys.stderr
         )
         sys.exit(2)
+    # torch and Numba each have a pool of threads that by default spins while it waits: they take the cores from each
+    # other, and an iteration takes several times as long. Read once, when the first of them is loaded.
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     from avatar_trainer import cli  # imports torch
 
     cli.main()

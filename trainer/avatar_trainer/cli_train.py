@@ -16,6 +16,7 @@ from avatar_trainer import checkpoint, run
 from avatar_trainer.capture import Capture, check_pixels, load
 from avatar_trainer.drawing import Drawing
 from avatar_trainer.evaluate import evaluate, table
+from avatar_trainer.finished import save_upstream
 from avatar_trainer.machine import memory_advice
 from avatar_trainer.pictures import resized
 from avatar_trainer.renderer import RASTERISERS
@@ -97,7 +98,7 @@ def train_command(name: str) -> Callable[..., None]:
         run.write(out, {"iteration": trained.iterations, **result}, run.EVALUATION)
         output.print(table(result))
         if export is not None:
-            _export(system, out, export)
+            _export(system, out, trained.iterations, export)
 
     command.__doc__ = f"Train an avatar of {name}; the same command goes on where an interrupted one stopped."
     return command
@@ -125,10 +126,10 @@ def _read(folder: Path, out: Path, settings: TrainSettings) -> Capture:
     return resized(scene, settings.size)
 
 
-def _export(system: System, out: Path, bundle: Path) -> None:
+def _export(system: System, out: Path, iteration: int, bundle: Path) -> None:
     from avatar_trainer.export import export
 
     with Steps() as step:
         step(f"writing {bundle}")
-        export(system, out / run.UPSTREAM, bundle)
+        export(system, save_upstream(system, out, iteration), bundle)
     output.print(f"{bundle}: written")

@@ -70,7 +70,7 @@ def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING)
         frame.name,
         frame.split,
         _finite(psnr_db(drawn, wanted)),
-        _finite(float(ssim(drawn, wanted))),
+        _similar(drawn, wanted),
         _finite(psnr_db(drawn[inside], wanted[inside])),
         _ssim_inside(drawn, wanted, inside),
     )
@@ -100,6 +100,10 @@ def _clamped(system: System, frame: Frame, by: Drawing) -> Tensor:
     return draw(system, frame, by=by).colour.clamp(0, 1)
 
 
+def _similar(drawn: Tensor, wanted: Tensor) -> float | None:
+    return _finite(float(ssim(drawn.double(), wanted.double())))  # single precision is 1e-4 off on flat areas
+
+
 def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
     """SSIM of the mask's bounding box, both pictures black outside the mask; None for an empty mask."""
     if not inside.any():
@@ -108,8 +112,8 @@ def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
     box = tuple(
         slice(low, high + 1) for low, high in zip(at.amin(0).tolist(), at.amax(0).tolist(), strict=True)
     )
-    pair = ((picture * inside[:, :, None])[box].contiguous() for picture in (drawn, wanted))
-    return _finite(float(ssim(*pair)))
+    pair = ((picture * inside[:, :, None])[box] for picture in (drawn, wanted))
+    return _similar(*pair)
 
 
 def _means(scores: list[Score]) -> dict[str, Any]:

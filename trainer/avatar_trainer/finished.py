@@ -51,7 +51,11 @@ def save_upstream(system: System, out: Path, iteration: int) -> Path:
     partial, folder = out / f".{run.UPSTREAM}.partial", out / run.UPSTREAM
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)
-    system.save(partial, iteration)
+    try:
+        system.save(partial, iteration)
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
     shutil.rmtree(folder, ignore_errors=True)
     partial.replace(folder)
     return folder

@@ -19,7 +19,8 @@ OUT_OF_MEMORY = ("can't allocate memory", "not enough memory", "out of memory") 
 def reproducible(seed: int, threads: int) -> Iterator[None]:
     """The same numbers each time: torch's own generator seeded, its deterministic kernels, a fixed thread count.
 
-    threads 0: one a core. Everything is as before afterwards.
+    threads: of Numba's kernels, 0: one a core; torch computes on one, since what it is left with is too small to
+    share out, and its sums depend on how many share them. Everything is as before afterwards.
     """
     count, kernels = thread_count(threads or None), numba.get_num_threads()
     before = torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()
@@ -27,10 +28,10 @@ def reproducible(seed: int, threads: int) -> Iterator[None]:
     fill = memory.fill_uninitialized_memory
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        torch.set_num_threads(count)
+        numba.set_num_threads(count)  # first: where it starts Numba's pool, that sets torch's count too
+        torch.set_num_threads(1)
         torch.use_deterministic_algorithms(True)
         memory.fill_uninitialized_memory = False  # nothing reads it, and it costs a pass
-        numba.set_num_threads(count)
         try:
             yield
         finally:

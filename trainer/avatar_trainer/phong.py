@@ -29,7 +29,9 @@ class PhongSurface:
     triangles: I64  # [F, 3]
     vertices: F64  # [V, 3]
     normals: F64  # [V, 3]
-    unit_normal: bool  # whether the interpolated normal is made unit (rule `normal`) or not (the paper's Eq. 2)
+    unit_normal: (
+        bool  # whether the interpolated normal is made unit (rule `normal`) or not (the paper's Eq. 2)
+    )
 
 
 @dataclass(frozen=True)
@@ -82,27 +84,31 @@ def _embed_one(
     point: F64, triangle: int, b: F64, d: float,
 ) -> Any:  # fmt: skip
     """(triangle, displacement, distance left) of one point; `b` [3] is changed in place."""
-    residual, jacobian, step = np.empty(3), np.empty((3, 3)), np.empty(3)
-    other_residual, other_jacobian = np.empty(3), np.empty((3, 3))
+    residual, slopes, step = np.empty(3), np.empty((3, 3)), np.empty(3)
+    other_residual, other_slopes = np.empty(3), np.empty((3, 3))
     other_b, shift = np.empty(3), np.empty(3)
     damping = FIRST_DAMPING
-    cost = _lift(triangles[triangle], vertices, normals, unit_normal, point, b, d, residual, jacobian)
+    cost = _lift(triangles[triangle], vertices, normals, unit_normal, point, b, d, residual, slopes)
     for _ in range(STEPS):
-        edge = max(_length(jacobian[:, 0]), _length(jacobian[:, 1]))
+        edge = np.sqrt(max(_dot(slopes[0], slopes[0]), _dot(slopes[1], slopes[1])))
         if np.sqrt(cost) <= NEAR_ENOUGH * edge or damping > MOST_DAMPING:
             break
-        _damped_step(jacobian, residual, damping, step)
-        _slide(over[triangle], b, jacobian, residual, damping, step)
-        other_b[:] = b
+        _damped_step(slopes, residual, damping, step)
+        _slide(over[triangle], b, slopes, residual, damping, step)
+        for x in range(3):
+            other_b[x] = b[x]
         shift[0], shift[1], shift[2] = step[0], step[1], -(step[0] + step[1])
         other, _ = walk_one(over, over_edge, triangle, other_b, shift, 1.0)
         other_d = d + step[2]
         other_cost = _lift(
-            triangles[other], vertices, normals, unit_normal, point, other_b, other_d, other_residual, other_jacobian
+            triangles[other], vertices, normals, unit_normal, point, other_b, other_d, other_residual, other_slopes
         )  # fmt: skip
         if other_cost < cost:
             triangle, d, cost = other, other_d, other_cost
-            b[:], residual[:], jacobian[:] = other_b, other_residual, other_jacobian
+            for x in range(3):
+                b[x] = other_b[x]
+            residual, other_residual = other_residual, residual
+            slopes, other_slopes = other_slopes, slopes
             damping = max(damping / 10, LEAST_DAMPING)
         else:
             damping *= 10
@@ -112,38 +118,40 @@ def _embed_one(
 @kernel()
 def _lift(
     corner: I64, vertices: F64, normals: F64, unit_normal: bool, point: F64, b: F64, d: float,
-    residual: F64, jacobian: F64,
+    residual: F64, slopes: F64,
 ) -> float:  # fmt: skip
-    """Squared distance of V + d N to `point`; fills the residual [3] and its derivatives [3, (u, v, d)]."""
-    n = b[0] * normals[corner[0]] + b[1] * normals[corner[1]] + b[2] * normals[corner[2]]
-    length = _length(n) if unit_normal else 1.0
-    length = max(length, 1e-30)
-    n /= length
-    total = 0.0
-    for c in range(2):
-        along = (normals[corner[c]] - normals[corner[2]]) / length
-        if unit_normal:
-            along -= n * (_dot(n, along))
-        jacobian[:, c] = vertices[corner[c]] - vertices[corner[2]] + d * along
-    jacobian[:, 2] = n
+    """Squared distance of V + d N to `point`; fills the residual [3] and its derivatives by u, v, d [3, 3]."""
+    first, second, last, n = corner[0], corner[1], corner[2], slopes[2]
     for x in range(3):
-        foot = b[0] * vertices[corner[0], x] + b[1] * vertices[corner[1], x] + b[2] * vertices[corner[2], x]
+        n[x] = b[0] * normals[first, x] + b[1] * normals[second, x] + b[2] * normals[last, x]
+    length = max(np.sqrt(_dot(n, n)), 1e-30) if unit_normal else 1.0
+    total = 0.0
+    for x in range(3):
+        n[x] /= length
+        foot = b[0] * vertices[first, x] + b[1] * vertices[second, x] + b[2] * vertices[last, x]
         residual[x] = foot + d * n[x] - point[x]
         total += residual[x] * residual[x]
+    for c in range(2):
+        for x in range(3):
+            slopes[c, x] = (normals[corner[c], x] - normals[last, x]) / length
+        lost = _dot(n, slopes[c]) if unit_normal else 0.0  # a unit normal only turns
+        for x in range(3):
+            turn = slopes[c, x] - lost * n[x]
+            slopes[c, x] = vertices[corner[c], x] - vertices[last, x] + d * turn
     return total
 
 
 @kernel()
-def _damped_step(j: F64, r: F64, damping: float, step: F64) -> None:
+def _damped_step(slopes: F64, r: F64, damping: float, step: F64) -> None:
     """-(J^T J + damping diag(J^T J))^-1 J^T r, by Cramer's rule; no step where that is singular."""
     a, g = np.empty((3, 3)), np.empty(3)
     for c in range(3):
-        g[c] = -_dot(j[:, c], r)
+        g[c] = -_dot(slopes[c], r)
         for k in range(3):
-            a[c, k] = _dot(j[:, c], j[:, k])
+            a[c, k] = _dot(slopes[c], slopes[k])
         a[c, c] *= 1 + damping
     determinant = _triple(a[0], a[1], a[2])
-    step[:] = 0.0
+    step[0], step[1], step[2] = 0.0, 0.0, 0.0
     if determinant > 0:
         step[0] = _triple(g, a[1], a[2]) / determinant
         step[1] = _triple(a[0], g, a[2]) / determinant
@@ -151,13 +159,15 @@ def _damped_step(j: F64, r: F64, damping: float, step: F64) -> None:
 
 
 @kernel()
-def _slide(over: I32, b: F64, j: F64, r: F64, damping: float, step: F64) -> None:
+def _slide(over: I32, b: F64, slopes: F64, r: F64, damping: float, step: F64) -> None:
     """Where `step` would leave the mesh over the border that the point lies on, the best step along that border."""
     for c in range(3):
         change = -(step[0] + step[1]) if c == 2 else step[c]
         if b[c] <= 0 and change < 0 and over[(c + 1) % 3] < 0:
-            du, dv = 1.0 if c != 0 else 0.0, (1.0, 0.0, -1.0)[c]
-            along, up = du * j[:, 0] + dv * j[:, 1], j[:, 2]
+            du, dv = 0.0 if c == 0 else 1.0, 1.0 if c == 0 else 0.0 if c == 1 else -1.0
+            along, up = np.empty(3), slopes[2]
+            for x in range(3):
+                along[x] = du * slopes[0, x] + dv * slopes[1, x]
             aa, bb, ab = (1 + damping) * _dot(along, along), (1 + damping) * _dot(up, up), _dot(along, up)
             ra, rb = _dot(along, r), _dot(up, r)
             determinant = aa * bb - ab * ab
@@ -178,8 +188,3 @@ def _triple(a: F64, b: F64, c: F64) -> Any:
 @kernel()
 def _dot(a: F64, b: F64) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@kernel()
-def _length(a: F64) -> Any:
-    return np.sqrt(_dot(a, a))

@@ -52,6 +52,11 @@ def evenly(frames: Sequence[Frame], count: int) -> list[Frame]:
     return [frames[i] for i in np.linspace(0, len(frames) - 1, count).round().astype(int)]
 
 
+def read(frame: Frame) -> Target:
+    """One frame's target at the size of its camera. Raises AvatarError for a file that cannot be read any more."""
+    return _target(_decoded(frame))
+
+
 class Pictures:
     """Targets of frames, at the size of their cameras. `with` it: a thread decodes."""
 
@@ -71,23 +76,29 @@ class Pictures:
         """Begin to decode what will be asked for soon."""
         for frame in frames:
             if len(self._coming) < AHEAD and frame.name not in self._kept and frame.name not in self._coming:
-                self._coming[frame.name] = self._pool.submit(self._read, frame)
+                self._coming[frame.name] = self._pool.submit(_decoded, frame)
 
     def __call__(self, frame: Frame) -> Target:
         """The target of a frame. Raises AvatarError for a file that cannot be read any more."""
         rgba = self._kept.get(frame.name)
         if rgba is None:
             coming = self._coming.pop(frame.name, None)
-            rgba = self._read(frame) if coming is None else coming.result()
+            rgba = _decoded(frame) if coming is None else coming.result()
             if rgba.nbytes <= self._room:  # the first ones stay: every epoch asks for each once
                 self._room -= rgba.nbytes
                 self._kept[frame.name] = rgba
-        pixels = torch.from_numpy(rgba).to(torch.float32) / 255
-        return Target(pixels[:, :, :3].contiguous(), pixels[:, :, 3].contiguous())
+        return _target(rgba)
 
-    def _read(self, frame: Frame) -> U8:
-        image, mask = _fitted(colour(frame.image), matte(frame.mask, frame.image), frame)
-        return np.rint(np.dstack([image, mask]) * 255).astype(np.uint8)
+
+def _decoded(frame: Frame) -> U8:
+    """[H, W, 4] bytes: image and mask."""
+    image, mask = _fitted(colour(frame.image), matte(frame.mask, frame.image), frame)
+    return np.rint(np.dstack([image, mask]) * 255).astype(np.uint8)
+
+
+def _target(rgba: U8) -> Target:
+    pixels = torch.from_numpy(rgba).to(torch.float32) / 255
+    return Target(pixels[:, :, :3].contiguous(), pixels[:, :, 3].contiguous())
 
 
 def _resized(camera: Camera, width: int, height: int) -> Camera:

@@ -48,7 +48,8 @@ def train(
 
     Goes on from the newest whole checkpoint of `out` unless `resume` is False, which removes what is there. The
     result depends on the settings (without `TrainSettings.FREE`), the capture and the machine, not on how often the
-    run was interrupted. At the end `out/upstream` holds the released code's layout, unless `upstream` is False.
+    run was interrupted. At the end `out/upstream` holds the released code's layout, unless `upstream` is False
+    or the layout cannot hold what was trained.
 
     Raises AvatarError: `out` holds another run; no frame to train on; the loss or a parameter is no longer finite;
     memory ran out. ValueError for an unknown rasteriser; OSError where something cannot be written.
@@ -62,7 +63,7 @@ def train(
         run.write(out, facts)
         trained = _loop(trainer, out, facts, done)
         if upstream:
-            save_upstream(system, out, settings.iterations)
+            _save(system, out, settings.iterations)
     return trained
 
 
@@ -116,6 +117,14 @@ def _loop(trainer: Trainer, out: Path, facts: dict[str, Any], done: int) -> Trai
                 kept = checkpoint.write(folder, iteration, {"run": facts, **trainer.state()})
     assert kept is not None
     return Trained(settings.iterations, trainer.gaussians(), time.perf_counter() - began, kept)
+
+
+def _save(system: System, out: Path, iteration: int) -> None:
+    """The released layout, where it can hold what was trained: some rules have no place in it."""
+    try:
+        save_upstream(system, out, iteration)
+    except AvatarError as error:
+        note(f"{out / run.UPSTREAM} is not written: {error}")
 
 
 @contextmanager

@@ -19,7 +19,9 @@ from avatar_runtime.avatar import F64, I32, I64
 from avatar_runtime.backends.cpu.jit import kernel
 
 PAPER_DECAY, RELEASED_DECAY = 1.0, 0.9  # how much of the rest of the way an edge leaves
-MOST_CROSSINGS = 10_000  # of one walk; only a way beyond all bounds has more, it ends on the edge it has come to
+MOST_CROSSINGS = (
+    10_000  # of one walk; only a way beyond all bounds has more, it ends on the edge it has come to
+)
 
 
 @dataclass(frozen=True)

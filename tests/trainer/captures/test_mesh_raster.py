@@ -158,18 +158,19 @@ def test_area_of_a_disc(measured: Measure) -> None:
     assert off < 2e-3
 
 
-def test_no_cracks_between_triangles() -> None:
-    """A wall of thin triangles whose shared edges and corners lie exactly on rays."""
-    x, y = np.meshgrid(np.linspace(-0.6, 0.6, 25), np.linspace(-0.6, 0.6, 25))
-    vertices = np.stack([x.ravel(), y.ravel(), np.full(625, -1.0)], axis=1)
-    vertices[:, 2] += 0.05 * np.sin(9 * vertices[:, 0]) * np.cos(7 * vertices[:, 1])
-    vertices[:, :2] *= -vertices[:, 2:]
-    cell = (np.arange(24)[:, None] * 25 + np.arange(24)).ravel()
-    triangles = np.concatenate(
-        [np.stack([cell, cell + 1, cell + 26], axis=1), np.stack([cell, cell + 26, cell + 25], axis=1)]
-    )
-    for samples in (1, 2, 5):
-        assert (draw(surface(vertices, triangles), plain_camera(), samples).alpha == 1).all()
+@pytest.mark.parametrize(("bump", "samples"), [(0.0, 1), (0.0, 2), (0.0, 5), (0.05, 2), (0.05, 4)])
+def test_no_cracks_between_triangles(bump: float, samples: int) -> None:
+    """From both sides of a wall whose edges lie on rays; where it is flat its corners do, too."""
+    k = np.array([[16.0, 0, 16], [0, 16.0, 16], [0, 0, 1]])
+    camera = Camera.from_opencv(FRONT, np.zeros(3), k, 32, 32)
+    place = (np.arange(34) - 0.5 - 16) / 16
+    x, y = (a.ravel() for a in np.meshgrid(place, place))
+    z = -1 + bump * np.sin(9 * x) * np.cos(7 * y)
+    cell = (np.arange(33)[:, None] * 34 + np.arange(33)).ravel()
+    triangles = np.stack([cell, cell + 1, cell + 35, cell, cell + 35, cell + 34], axis=1).reshape(-1, 3)
+    for side in (triangles, triangles[:, ::-1]):
+        wall = surface(np.stack([-x * z, -y * z, z], axis=1), side)
+        assert (draw(wall, camera, samples).alpha == 1).all()
 
 
 def test_nothing_nearer_than_near_and_a_floor_reaches_behind_the_camera() -> None:

@@ -88,8 +88,8 @@ def harsh() -> Scene:
     opacity, sh = s.opacity.clone(), s.sh.clone()
     mean[0] = eye - 0.5 * forward  # behind the camera
     mean[1] = eye + 0.15 * forward  # before the near plane
-    mean[2] = eye + 2 * forward + 1.3 * right  # wide of the clamp, and large enough to be seen
-    scale[2] = torch.tensor([0.5, 0.4, 0.45])
+    mean[2] = eye + 2 * forward + 0.8 * right  # wide of the clamp, and large enough to be seen
+    scale[2] = torch.tensor([0.2, 0.25, 0.15])
     opacity[2] = 0.8
     mean[3] = 40 * right  # outside
     opacity[4:14] = 0.999  # clamped, and together the end of many a pixel

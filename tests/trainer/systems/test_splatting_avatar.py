@@ -38,7 +38,9 @@ def system_of(capture: Capture, **values: Any) -> SplattingAvatar:
     return create(capture, scene.settings(**values), 0)
 
 
-def step(system: SplattingAvatar, iteration: int, generator: torch.Generator, size: int = scene.SIZE) -> float:
+def step(
+    system: SplattingAvatar, iteration: int, generator: torch.Generator, size: int = scene.SIZE
+) -> float:
     """One iteration on a training frame; its PSNR."""
     frames = system.capture.train
     frame = frames[iteration % len(frames)]
@@ -256,7 +258,9 @@ def test_split_copies_lie_where_they_were_drawn(capture: Capture, rule: str) -> 
 
 def test_opacities_are_reset_and_sh_degrees_rise_when_due(capture: Capture) -> None:
     density = DensitySettings(densify_from=10**6, densify_until=10**7, opacity_reset_every=3000)
-    system = system_of(capture, sh_degree=2, sh_degree_every=500, iterations=PAPER_ITERATIONS, density=density)
+    system = system_of(
+        capture, sh_degree=2, sh_degree_every=500, iterations=PAPER_ITERATIONS, density=density
+    )
     system.table["opacity_logit"].data.fill_(3.0)
     generator = torch.Generator()
     system.after_step(2999, generator)
@@ -365,7 +369,9 @@ def test_captures_that_it_cannot_train_on_are_refused(capture: Capture) -> None:
         create(replace(capture, frames=tests), scene.settings(), 0)
     pose = replace(capture.frames[0].pose, late_weights=np.ones(1, np.float32))
     lids = replace(
-        capture, frames=(replace(capture.frames[0], pose=pose), *capture.frames[1:]), late_morph_names=("left",)
+        capture,
+        frames=(replace(capture.frames[0], pose=pose), *capture.frames[1:]),
+        late_morph_names=("left",),
     )
     with pytest.raises(AvatarError, match="eyelid"):
         create(lids, scene.settings(), 0)

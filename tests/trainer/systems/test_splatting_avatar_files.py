@@ -1,4 +1,4 @@
-"""What SplattingAvatar saves, read back by the exporter and played by the runtime: the same splats, the same picture."""
+"""What SplattingAvatar saves, read by the exporter and played by the runtime: the same splats and picture."""
 
 from __future__ import annotations
 
@@ -111,7 +111,11 @@ def test_the_files_are_those_of_the_released_code(capture: Capture, tmp_path: Pa
     system = trained(capture, **PAPER)
     system.save(tmp_path, ITERATION)
     folder = tmp_path / "point_cloud" / f"iteration_{ITERATION}"
-    assert sorted(path.name for path in folder.iterdir()) == ["embedding.json", "embedding.obj", "point_cloud.ply"]
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "embedding.json",
+        "embedding.obj",
+        "point_cloud.ply",
+    ]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["config.yaml", "point_cloud", "rules.json"]
     cloud = ply.gaussians(ply.decode((folder / "point_cloud.ply").read_bytes()))
     stored = json.loads((folder / "embedding.json").read_text())
@@ -132,7 +136,9 @@ def test_the_files_are_those_of_the_released_code(capture: Capture, tmp_path: Pa
     assert rules["rules"] == {"embedding": "walking", "sh_direction": "inverse_rotation", **PAPER}
     lines = (folder / "embedding.obj").read_text().splitlines()
     assert sum(line.startswith("f ") for line in lines) == len(scene.sheet())
-    assert all(len(word.partition(".")[2]) == 6 for line in lines if line[0] == "v" for word in line.split()[1:])
+    assert all(
+        len(word.partition(".")[2]) == 6 for line in lines if line[0] == "v" for word in line.split()[1:]
+    )
 
 
 def test_a_body_is_trained_in_metres_without_mesh_scaling(capture: Capture, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from numba import prange
 
 from avatar_runtime.avatar import F32, I32, I64, U32
 from avatar_runtime.backends.cpu.jit import inlined, kernel
-from avatar_runtime.backends.cpu.lanes import exponential, fma, lowest_bit, take_next
+from avatar_runtime.backends.cpu.lanes import exponential, fma, lanes_above, lowest_bit, prefetch, take_next
 from avatar_runtime.backends.cpu.raster import ALPHA_MAX, ALPHA_MIN, LANES, aligned, look_up
 from avatar_runtime.backends.cpu.screen import (
     BLUE,
@@ -36,8 +36,9 @@ f32, u32, u64 = np.float32, np.uint32, np.uint64
 # and (dx, dy) the centre minus the pixel; then the gradient of the colour.
 S, S_X, S_Y, S_XX, S_XY, S_YY, S_RED, S_GREEN, S_BLUE = range(9)
 ROW = 9
-# Where a block's state keeps, of its 16 pixels: the transmittance behind the splats done, the gradient with respect
-# to what lies behind them, the gradient of the colour, the position of the last splat added.
+AHEAD = 12  # splats between asking for one and using it
+# Where a block's state keeps, of its 16 pixels: the transmittance in front of the splats done, the sum of what these
+# and the background add to the colour times its gradient, that gradient, the position of the last splat added.
 BEHIND, REST, OF_RED, OF_GREEN, OF_BLUE, LAST = (LANES * k for k in range(6))
 BLOCK = 6 * LANES
 
@@ -92,7 +93,7 @@ def _work(
     columns = -(-transmittance.shape[1] // TILE)
     state, sums, least = aligned(LANES * BLOCK), aligned(LANES * ROW), aligned(LANES)
     splat_row = aligned(COLUMNS).reshape(1, COLUMNS)
-    deepest = np.empty(LANES, np.int32)
+    deepest = aligned(LANES)
     while True:
         tile = take_next(counter)
         if tile >= len(starts) - 1:
@@ -102,10 +103,15 @@ def _work(
         _read(state, deepest, x0, y0, transmittance, last, of_colour, of_transmittance)
         mine = members[starts[tile] : starts[tile + 1]]
         for k in range(len(mine) - 1, -1, -1):
+            ahead = np.int64(mine[max(k - AHEAD, 0)])
+            prefetch(splats, COLUMNS * ahead)
+            prefetch(splats, COLUMNS * ahead + COLUMNS - 1)
+            prefetch(tiles, 4 * ahead)
+            prefetch(first_row, ahead)
             i = mine[k]
             wide = tiles[i, 2] - tiles[i, 0]
             at = first_row[i] + (row - tiles[i, 1]) * wide + column - tiles[i, 0]
-            mask = _blocks_below(deepest, k)
+            mask = lanes_above(deepest, 0, f32(k))
             if mask:
                 mask &= look_up(splat_row, least, 0, splats, i, f32(x0), f32(y0))
             if mask:
@@ -120,7 +126,7 @@ def _work(
 @kernel()
 def _read(
     state: F32,
-    deepest: I32,
+    deepest: F32,
     x0: int,
     y0: int,
     transmittance: F32,
@@ -130,29 +136,17 @@ def _read(
 ) -> None:
     """The state of the tile at (x0, y0); a pixel outside the picture has no splat."""
     height, width = transmittance.shape
-    for block in range(LANES):
-        deepest[block] = 0
-        for i in range(LANES):
-            lane = block * BLOCK + i
-            y, x = y0 + 4 * (block >> 2) + (i >> 2), x0 + 4 * (block & 3) + (i & 3)
-            if y < height and x < width:
-                left = transmittance[y, x]
-                state[lane + BEHIND], state[lane + REST] = left, of_transmittance[y, x] * left
-                state[lane + OF_RED], state[lane + OF_GREEN] = of_colour[y, x, 0], of_colour[y, x, 1]
-                state[lane + OF_BLUE], state[lane + LAST] = of_colour[y, x, 2], f32(last[y, x])
-                deepest[block] = max(deepest[block], last[y, x])
-            else:
-                for k in range(0, BLOCK, LANES):
-                    state[lane + k] = f32(0)
-
-
-@inlined
-def _blocks_below(deepest: I32, k: int) -> np.uint32:
-    """The blocks in which a pixel added splat k of the tile or one behind it, one bit each."""
-    mask = u32(0)
-    for block in range(LANES):
-        mask |= u32(deepest[block] > k) << u32(block)
-    return mask
+    state[:], deepest[:] = f32(0), f32(0)
+    for y in range(y0, min(y0 + TILE, height)):
+        for x in range(x0, min(x0 + TILE, width)):
+            row, column = u64(y - y0), u64(x - x0)
+            block = u64(4) * (row >> u64(2)) + (column >> u64(2))
+            lane = u64(BLOCK) * block + u64(4) * (row & u64(3)) + (column & u64(3))
+            left, position = transmittance[y, x], f32(last[y, x])
+            state[lane + u64(BEHIND)], state[lane + u64(REST)] = left, of_transmittance[y, x] * left
+            state[lane + u64(OF_RED)], state[lane + u64(OF_GREEN)] = of_colour[y, x, 0], of_colour[y, x, 1]
+            state[lane + u64(OF_BLUE)], state[lane + u64(LAST)] = of_colour[y, x, 2], position
+            deepest[block] = max(deepest[block], position)
 
 
 @inlined

@@ -112,7 +112,11 @@ class _Draw(torch.autograd.Function):
         of_picture = (_array(of_colour), _array(of_alpha))
         with using(ctx.view.threads):
             gradients = _draw_backward(_arrays(*inputs), _array(background), ctx.drawn, ctx.view, *of_picture)
-        *of_splats, of_background, of_centre = map(torch.from_numpy, gradients)
+        *of_splats, of_centre = map(torch.from_numpy, gradients)
+        of_background = None
+        if ctx.needs_input_grad[5]:
+            behind = torch.from_numpy(ctx.drawn.transmittance)
+            of_background = (behind[..., None].double() * of_colour).sum(dim=(0, 1)).float()
         return (*of_splats, of_background, of_centre if ctx.moved else None, None, None)
 
 
@@ -155,7 +159,7 @@ def _draw(splats: RuntimeSplats, background: F32, offset: F32, view: View) -> tu
 def _draw_backward(
     splats: RuntimeSplats, background: F32, drawn: Drawn, view: View, of_colour: F32, of_alpha: F32
 ) -> tuple[F32, ...]:
-    """Gradients of mean, scale, quaternion, opacity, SH, background and centres (pixels)."""
+    """Gradients of mean, scale, quaternion, opacity, SH and centres (pixels)."""
     tiles = drawn.screen.tiles.astype(np.int64)
     first_row = np.zeros(len(tiles) + 1, np.int64)
     np.cumsum((tiles[:, 2] - tiles[:, 0]) * (tiles[:, 3] - tiles[:, 1]), out=first_row[1:])
@@ -173,9 +177,8 @@ def _draw_backward(
         view.threads,
         rows,
     )
-    of_background = np.einsum("hw,hwk->k", drawn.transmittance, of_colour, dtype=np.float64).astype(np.float32)
     of, of_centre = _project_backward(splats, drawn.screen, view, first_row, rows)
-    return of.mean, of.scale, of.quat_wxyz, of.opacity, of.sh, of_background, of_centre
+    return of.mean, of.scale, of.quat_wxyz, of.opacity, of.sh, of_centre
 
 
 def _project_backward(

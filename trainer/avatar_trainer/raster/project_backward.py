@@ -141,7 +141,8 @@ def _work(
                 of_opacity[i], of_centre[i] = f32(0), f32(0)
                 continue
             _sum_rows(total, rows, first_row[i], first_row[i + 1])
-            of_opacity[i] = total[S] / splats[i, OPACITY]
+            opacity = splats[i, OPACITY]
+            of_opacity[i] = total[S] / opacity if opacity > f32(0) else f32(0)
             _geometry_backward(
                 i,
                 mean,

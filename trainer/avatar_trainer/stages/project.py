@@ -47,14 +47,21 @@ def project(splats: Splats, camera: Camera, settings: RasterSettings, sh_degree:
     def spread(values: Tensor) -> Tensor:
         return values.new_zeros((len(radius), *values.shape[1:])).index_copy(0, index, values)
 
-    values = (centre, depth, conic, drawn.opacity, rgb)
-    return Projected(*map(spread, values), radius, tiles)
+    return Projected(
+        spread(centre), spread(depth), spread(conic), spread(drawn.opacity), spread(rgb), radius, tiles
+    )
 
 
 def _rows(splats: Splats, index: Tensor) -> Splats:
     rotation = splats.sh_rotation
-    parts = (splats.mean, splats.scale, splats.quat_wxyz, splats.opacity, splats.sh)
-    return Splats(*(part[index] for part in parts), None if rotation is None else rotation[index])
+    return Splats(
+        splats.mean[index],
+        splats.scale[index],
+        splats.quat_wxyz[index],
+        splats.opacity[index],
+        splats.sh[index],
+        None if rotation is None else rotation[index],
+    )
 
 
 def _geometry(

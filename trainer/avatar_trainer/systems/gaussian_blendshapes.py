@@ -27,7 +27,7 @@ from avatar_trainer.systems.gaussian_blendshapes_blend import (
     with_init,
     with_learned,
 )
-from avatar_trainer.systems.gaussian_blendshapes_density import DELTA, GAUSSIAN, grow
+from avatar_trainer.systems.gaussian_blendshapes_density import grow
 from avatar_trainer.systems.gaussian_blendshapes_files import (
     STORED_DEGREE,
     Model,
@@ -35,33 +35,18 @@ from avatar_trainer.systems.gaussian_blendshapes_files import (
 )
 from avatar_trainer.systems.gaussian_blendshapes_frames import frame_colours, seen_triangles
 from avatar_trainer.systems.gaussian_blendshapes_init import Start, dense, start
-from avatar_trainer.systems.gaussian_blendshapes_motion import Motion
+from avatar_trainer.systems.gaussian_blendshapes_motion import Motion, placed
 from avatar_trainer.systems.gaussian_blendshapes_mouth import Cylinder
 from avatar_trainer.systems.gaussian_blendshapes_rows import FACE, Rows
 from avatar_trainer.systems.gaussian_blendshapes_settings import BACKGROUNDS, PAPER, RULES, Settings
 from avatar_trainer.systems.gaussian_blendshapes_sh import turn_matrices
-from avatar_trainer.table import Table
+from avatar_trainer.systems.gaussian_blendshapes_table import DELTAS, RATE_OF, make_table
 from avatar_trainer.tensors import Gaussians, Rendered, Splats
 
 __all__ = ["PAPER", "RULES", "GaussianBlendshapes", "Settings", "create"]
 
 SH_C0 = 0.28209479177387814
 RESET_OPACITY = 0.01
-DELTAS = ("mean", "log_scale", "quat_wxyz", "opacity_logit", "sh")
-# Parameter groups of the released optimiser -> tensors of the table.
-RATE_OF = {
-    "xyz": "mean",
-    "f_dc": "sh_dc",
-    "f_rest": "sh_rest",
-    "opacity": "opacity_logit",
-    "scaling": "log_scale",
-    "rotation": "quat_wxyz",
-    "xyz_b": "delta_mean",
-    "f_b": "delta_sh",
-    "opacity_b": "delta_opacity_logit",
-    "scaling_b": "delta_log_scale",
-    "rotation_b": "delta_quat_wxyz",
-}
 
 
 def create(capture: Capture, settings: Settings, seed: int) -> GaussianBlendshapes:
@@ -114,7 +99,7 @@ class GaussianBlendshapes:
         self.sh_degree = 0
         self.expressions = min(settings.expressions, len(capture.expression_names))
         self.density = Density(first.rows.count)
-        self.table = _table(settings, first)
+        self.table = make_table(settings, first)
         self._motion = Motion(capture, settings.rules)
         self._volume = None if first.cylinder is None else _volume(first.cylinder)
         self._learns = settings.rules["deltas"] == "trained"
@@ -129,7 +114,8 @@ class GaussianBlendshapes:
         """The avatar in one pose, metres, differentiable with respect to the table."""
         weights = torch.from_numpy(pose.expression_weights[: self.expressions].copy())
         carry = self._motion.carry(self.rows, pose)
-        return skinned_cpu(self.blended(weights), carry.matrix, None, carry.corrective, carry.late)
+        splats = skinned_cpu(self.blended(weights), carry.matrix, None, carry.corrective, carry.late)
+        return placed(splats, pose.world_from_avatar)
 
     def base(self) -> Gaussians:
         """B_0 and B_m as they are now."""
@@ -288,27 +274,6 @@ class GaussianBlendshapes:
         if self.settings.rules["init_sh"] == "rotated" and self.settings.sh_degree:
             turn = matrix_from_quat(rows.init_values[:, 3:] + torch.tensor([1.0, 0, 0, 0]))
             self._turns = turn_matrices(turn, self.settings.sh_degree)
-
-
-def _table(settings: Settings, first: Start) -> Table:
-    g, r, table = first.gaussians, settings.rates, Table()
-    own = {
-        "mean": (g.mean, r.mean * settings.extent),
-        "log_scale": (g.log_scale, r.log_scale),
-        "quat_wxyz": (g.quat_wxyz, r.quat_wxyz),
-        "opacity_logit": (g.opacity_logit, r.opacity_logit),
-        "sh_dc": (g.sh[:, :1], r.sh_dc),
-        "sh_rest": (g.sh[:, 1:], r.sh_rest),
-    }
-    for name, (values, rate) in own.items():
-        if values.numel():
-            table.add(name, values, rate, GAUSSIAN)
-    if settings.rules["deltas"] == "trained":
-        for name in DELTAS:
-            values = getattr(g, name) if name != "sh" else g.sh[:, : (settings.delta_sh_degree + 1) ** 2]
-            rate = getattr(r, f"delta_{name}") * (settings.extent if name == "mean" else 1.0)
-            table.add(f"delta_{name}", torch.zeros(first.rows.learned.count, *values.shape[1:]), rate, DELTA)
-    return table
 
 
 def _volume(cylinder: Cylinder) -> losses.Cylinder:

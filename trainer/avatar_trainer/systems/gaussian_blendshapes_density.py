@@ -10,9 +10,8 @@ from torch import Generator, Tensor
 from avatar_trainer.densify import SPLIT_COPIES, SPLIT_SHRINK, Plan
 from avatar_trainer.stages.rotation import matrix_from_quat
 from avatar_trainer.systems.gaussian_blendshapes_rows import Rows
+from avatar_trainer.systems.gaussian_blendshapes_table import DELTA, GAUSSIAN
 from avatar_trainer.table import Table
-
-GAUSSIAN, DELTA = "gaussian", "delta"  # row sets of the table
 
 
 def grow(plan: Plan, rows: Rows, table: Table, generator: Generator) -> Rows:

@@ -74,6 +74,8 @@ def save_model(model: Model, system: str, folder: Path, iteration: int) -> None:
     with _written(folder / "cfg_args") as path:
         path.write_text(repr(argparse.Namespace(**model.config)), "utf-8")
     for index, rows in enumerate(model.parts[1:]):
+        if rows.start == rows.stop:
+            continue  # density control has removed them all; a set of none is no file of this layout
         with _written(folder / f"mouth{index}_chkpnt{iteration}.pth") as path:
             torch.save(((*_static(model, rows), *_optimiser(model)), iteration), path)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".dense-") as spool:

@@ -19,7 +19,7 @@ from avatar_trainer.tensors import Splats
 
 FRAMES = 24  # of the training frames, evenly chosen
 CELL = 4  # pixels: the nearest Gaussian in such a square hides what lies behind it
-BEHIND = 0.006  # metres behind it that still count as visible
+SLOPE = 1.5  # a Gaussian as far behind it as the square is wide, times this, still counts as visible
 INSIDE = 0.5  # of the mask
 GREY = 0.5
 
@@ -32,9 +32,8 @@ def seen_triangles(capture: Capture) -> npt.NDArray[np.bool_]:
         vertices = posed_mesh(rig, frame.pose, joints(rig, frame.pose))
         world = frame.pose.world_from_avatar.astype(np.float32)
         position = vertices @ world[:3, :3].T + world[:3, 3]
-        found = np.isfinite(_looked_up(position, frame.camera, target)).all(axis=1)
-        seen[found] = True
-    result: npt.NDArray[np.bool_] = seen[rig.triangles].any(axis=1)
+        seen[np.flatnonzero(np.isfinite(_looked_up(position, frame.camera, target)[:, 0]))] = True
+    result: npt.NDArray[np.bool_] = np.any(seen[rig.triangles], axis=1)
     return result
 
 
@@ -82,7 +81,8 @@ def _nearest(pixel: I64, depth: F32, camera: Camera) -> npt.NDArray[np.bool_]:
     cell = pixel[:, 1] // CELL * columns + pixel[:, 0] // CELL
     nearest = np.full(columns * (camera.height // CELL + 1), np.inf)
     np.minimum.at(nearest, cell, depth)
-    result: npt.NDArray[np.bool_] = depth <= nearest[cell] + BEHIND
+    width = CELL * 2 * camera.tan_half_fov_x / camera.width  # of the square, at depth 1
+    result: npt.NDArray[np.bool_] = depth <= nearest[cell] * (1 + SLOPE * width)
     return result
 
 

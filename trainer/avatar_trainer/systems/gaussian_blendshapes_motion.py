@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from avatar_export.readers.gaussian_blendshapes import LOWER_TEETH
-from avatar_runtime.avatar import F32, Avatar, Blendshapes, Expression, Group, Rules, SparseRows
+from avatar_runtime.avatar import F32, F64, Avatar, Blendshapes, Expression, Group, Rules, SparseRows
 from avatar_runtime.avatar import Gaussians as RuntimeGaussians
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.posed import Poser
 from avatar_trainer.capture import Capture
 from avatar_trainer.stages.bind import skin_matrices
+from avatar_trainer.stages.rotation import quat_from_matrix, quat_multiply
+from avatar_trainer.stages.skin import transform
 from avatar_trainer.systems.gaussian_blendshapes_rows import FACE, LOWER, UPPER, Rows
+from avatar_trainer.tensors import Splats
 
 GROUPS = {FACE: ("face", "skin"), UPPER: ("upper_teeth", "anchor"), LOWER: ("lower_teeth", "joint_mix")}
 
@@ -25,7 +28,7 @@ GROUPS = {FACE: ("face", "skin"), UPPER: ("upper_teeth", "anchor"), LOWER: ("low
 class Carry:
     """One frame's transforms, as `kernels.skinned_cpu` takes them; the polar factors of `matrix` turn quaternions."""
 
-    matrix: Tensor  # [N, 3, 4] world from neutral
+    matrix: Tensor  # [N, 3, 4] posed from neutral
     corrective: Tensor | None  # [N, 3]; None: all 0
     late: Tensor | None  # [N, 3]; None: all 0
 
@@ -44,13 +47,23 @@ class Motion:
         matrix[face] = skin_matrices(rows.skin_weights[face], torch.from_numpy(posed.skin_matrix))
         for group in range(FACE + 1, len(posed.groups.matrix)):
             matrix[rows.of(group)] = torch.from_numpy(posed.groups.matrix[group])
-        late = _moved(rows.late, posed.late_weights)
-        if not np.array_equal(posed.world_from_avatar, np.eye(4)):
-            world = torch.from_numpy(posed.world_from_avatar[:3].astype(np.float32))
-            matrix = world[:, :3] @ matrix
-            matrix[:, :, 3] += world[:, 3]
-            late = None if late is None else late @ world[:, :3].T
-        return Carry(matrix, _moved(rows.corrective, posed.pose_feature), late)
+        return Carry(
+            matrix, _moved(rows.corrective, posed.pose_feature), _moved(rows.late, posed.late_weights)
+        )
+
+
+def placed(splats: Splats, world_from_avatar: F64) -> Splats:
+    """The splats moved rigidly, as `avatar_runtime.stages.bind` does last; the identity changes no bit."""
+    if np.array_equal(world_from_avatar, np.eye(4)):
+        return splats
+    world = torch.from_numpy(world_from_avatar.astype(np.float32))
+    turn = world[:3, :3]
+    return replace(
+        splats,
+        mean=transform(world[:3], splats.mean),
+        quat_wxyz=quat_multiply(quat_from_matrix(turn), splats.quat_wxyz),
+        sh_rotation=None if splats.sh_rotation is None else turn @ splats.sh_rotation,
+    )
 
 
 def _moved(fields: Tensor, weights: F32) -> Tensor | None:

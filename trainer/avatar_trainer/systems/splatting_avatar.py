@@ -173,9 +173,14 @@ class SplattingAvatar:
 
     @torch.no_grad()
     def lay_out(self, plan: Plan, generator: Generator) -> None:
-        """Carry out a plan; copies of a split Gaussian lie at samples of it, embedded anew (paper Eq. 15)."""
+        """Carry out a plan; copies of a split Gaussian lie at samples of it, embedded anew (paper Eq. 15).
+
+        Raises AvatarError where none is left.
+        """
         samples = self._samples(plan.split.repeat(SPLIT_COPIES), generator)
         index, fresh = plan.rows()
+        if not len(index):
+            raise AvatarError("no Gaussian is left: all have become transparent or too large")
         self.table.take(ROWS, index, fresh)
         self.embedding.take(index)
         copies = slice(len(index) - len(samples.parent), len(index))
@@ -267,8 +272,15 @@ class SplattingAvatar:
             self.rules,
         )
         mean = self.embedding.mean(table, splats, units)
-        seen = splats.sh_rotation if self.rules.sh_direction == "inverse_rotation" else None
-        return replace(splats, mean=mean, sh_rotation=seen if self.settings.sh_degree else None)
+        return replace(splats, mean=mean, sh_rotation=self._seen(splats))
+
+    def _seen(self, splats: Splats) -> Tensor | None:
+        """The frames in which colours are seen; one colour needs none."""
+        if not self.settings.sh_degree:
+            return None
+        if self.rules.sh_direction == "world":
+            return torch.eye(3).expand(len(splats.mean), 3, 3)
+        return splats.sh_rotation
 
     @torch.no_grad()
     def _samples(self, parent: Tensor, generator: Generator) -> Samples:
@@ -281,7 +293,9 @@ class SplattingAvatar:
     def _first_colours(self) -> Tensor:
         """[N, 3] 0..1, of the settings' kind."""
         frames = [frame for frame in self.capture.frames if frame.split == "train"]
-        used = frames[:: math.ceil(len(frames) / COLOUR_FRAMES)] if self.settings.init_colour == "frames" else []
+        used = (
+            frames[:: math.ceil(len(frames) / COLOUR_FRAMES)] if self.settings.init_colour == "frames" else []
+        )
         return colours([self._view(frame) for frame in used], len(self.embedding.triangle))
 
     def _view(self, frame: Frame) -> View:
@@ -302,10 +316,9 @@ class SplattingAvatar:
 def moved(splats: Splats, world: Tensor) -> Splats:
     """Splats moved rigidly by `world` [4, 4]; their colours move along."""
     turn = quat_from_matrix(world[:3, :3])
-    frame = torch.eye(3).expand(len(splats.mean), 3, 3) if splats.sh_rotation is None else splats.sh_rotation
     return replace(
         splats,
         mean=transform(world[:3], splats.mean),
         quat_wxyz=quat_multiply(turn.expand_as(splats.quat_wxyz), splats.quat_wxyz),
-        sh_rotation=world[:3, :3] @ frame,
+        sh_rotation=None if splats.sh_rotation is None else world[:3, :3] @ splats.sh_rotation,
     )

@@ -79,7 +79,7 @@ class Embedding:
         self.triangle = torch.from_numpy(walked.triangle)
         self.barycentric = as_weights(walked.barycentric)
         table["shift_uv"].zero_()
-        crossed = torch.from_numpy(walked.crossings > 0)
+        crossed = torch.from_numpy(np.flatnonzero(walked.crossings))
         for name in self.trained:
             table.reset(name, crossed)
         return int(walked.crossings.sum())

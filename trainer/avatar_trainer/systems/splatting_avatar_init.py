@@ -22,7 +22,9 @@ LEAST_SCALE = 1e-7  # training units, as in 3DGS
 CHUNK = 1024  # points whose distances to all others are held at once
 GREY = 0.5
 INIT_COLOURS = ("frames", "grey")
-FACING = 0.2  # cosine between normal and view, from which a point takes colour: at its rim a picture shows others'
+FACING = (
+    0.2  # cosine between normal and view, from which a point takes colour: at its rim a picture shows others'
+)
 
 
 @dataclass(frozen=True)
@@ -92,9 +94,7 @@ def colours(views: Sequence[View], count: int) -> Tensor:
 
 def _looked_up(view: View) -> tuple[Tensor, Tensor]:
     """(colour [N, 3] of the pixel that each point lies on, weight [N, 1] 0 where it is not seen)."""
-    world, clip = (
-        torch.from_numpy(m) for m in (view.camera.camera_from_world, view.camera.clip_from_world)
-    )
+    world, clip = (torch.from_numpy(m) for m in (view.camera.camera_from_world, view.camera.clip_from_world))
     in_camera = view.point @ world[:3, :3].T + world[:3, 3]
     in_clip = view.point @ clip[:, :3].T + clip[:, 3]
     height, width = view.mask.shape

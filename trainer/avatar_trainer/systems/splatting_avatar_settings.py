@@ -96,7 +96,9 @@ class Settings:
         if self.gaussians < 1 or self.iterations < 1 or not 0 <= self.sh_degree <= 3:
             raise ValueError("gaussians and iterations are at least 1, sh_degree is 0..3")
         if self.sampling not in SAMPLING or self.init_colour not in INIT_COLOURS:
-            raise ValueError(f"sampling is one of {', '.join(SAMPLING)}, init_colour of {', '.join(INIT_COLOURS)}")
+            raise ValueError(
+                f"sampling is one of {', '.join(SAMPLING)}, init_colour of {', '.join(INIT_COLOURS)}"
+            )
 
 
 def scheduled(settings: Settings) -> DensitySettings:
