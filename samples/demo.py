@@ -10,7 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 RECORDING = Path(__file__).parent / "drive" / "live_link_face_udp.gesichter"
-TRAINED = Path(__file__).parent / "trained"  # normative files and reference/; `python -m samples.trained` makes them
+TRAINED = (
+    Path(__file__).parent / "trained"
+)  # normative files and reference/; `python -m samples.trained` makes them
 
 Command = tuple[str, ...]  # what follows `python -m`
 

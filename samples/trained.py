@@ -41,9 +41,30 @@ class Recipe:
 HEAD = ("--subject", "head", "--size", "256", "--frames", "360", "--yaw", "110")
 BODY = ("--subject", "body", "--size", "256", "--frames", "200")
 RECIPES = {
-    "head_blendshapes": Recipe(HEAD, "gaussian_blendshapes", ("--gaussians", "12000", "--sh-degree", "0")),
-    "head_splatting": Recipe(HEAD, "splatting_avatar", ("--gaussians", "10000", "--sh-degree", "0")),
-    "body_splatting": Recipe(BODY, "splatting_avatar", ("--gaussians", "10000", "--sh-degree", "0")),
+    "head_blendshapes": Recipe(
+        HEAD,
+        "gaussian_blendshapes",
+        (
+            *("--gaussians", "9000", "--set", "mouth_gaussians=600", "--set", "density.max_gaussians=13000"),
+            *("--iterations", "6000", "--sh-degree", "0", "--seed", "1"),
+        ),
+    ),
+    "head_splatting": Recipe(
+        HEAD,
+        "splatting_avatar",
+        (
+            *("--gaussians", "8000", "--set", "density.max_gaussians=14000"),
+            *("--iterations", "5000", "--seed", "1"),
+        ),
+    ),
+    "body_splatting": Recipe(
+        BODY,
+        "splatting_avatar",
+        (
+            *("--gaussians", "6000", "--set", "density.max_gaussians=12000"),
+            *("--iterations", "4000", "--seed", "1"),
+        ),
+    ),
 }
 
 

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 from hypothesis import settings
 
 from tests.golden import ON, UNPACK, BlendshapesGolden
+
+# As avatar-train sets it: torch's and Numba's threads take the cores from each other while they wait.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 # The same examples on every run, and no failure because the machine was busy.
 settings.register_profile("steady", derandomize=True, deadline=None)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
+from torch import Generator, Tensor
+
 from avatar_runtime.pose import PoseArrays
 from avatar_trainer.capture import Capture
 from avatar_trainer.table import Table
 from avatar_trainer.tensors import Rendered, Splats
-from torch import Generator, Tensor
 
 
 class System(Protocol):

@@ -31,7 +31,9 @@ class Splats:
     quat_wxyz: Tensor  # [N, 4] used as it is
     opacity: Tensor  # [N] 0..1
     sh: Tensor  # [N, K, 3]
-    sh_rotation: Tensor | None = None  # [N, 3, 3], no gradient; colour is seen along sh_rotation^T d; None: along d
+    sh_rotation: Tensor | None = (
+        None  # [N, 3, 3], no gradient; colour is seen along sh_rotation^T d; None: along d
+    )
 
 
 @dataclass(frozen=True)

@@ -21,11 +21,12 @@ from avatar_runtime.avatar import F32
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.pose import PoseArrays
 from avatar_schema import constants
-from avatar_trainer.capture import Capture, Frame, pixels
+from avatar_trainer.capture import Capture, Frame
 from avatar_trainer.densify import SPLIT_COPIES, SPLIT_SHRINK, Density, Plan
 from avatar_trainer.kernels import carried_cpu
 from avatar_trainer.losses import dssim_loss, l1, lpips_loss, scaling_loss
 from avatar_trainer.phong import PhongSurface
+from avatar_trainer.pictures import read
 from avatar_trainer.stages.rotation import matrix_from_quat, quat_from_matrix, quat_multiply
 from avatar_trainer.stages.skin import transform
 from avatar_trainer.stages.surface import Carriers, surface_mesh
@@ -299,14 +300,14 @@ class SplattingAvatar:
         return colours([self._view(frame) for frame in used], len(self.embedding.triangle))
 
     def _view(self, frame: Frame) -> View:
-        image, mask = pixels(frame)
+        target = read(frame)
         posed = self.meshes[frame.pose]
         weight = self.embedding.barycentric[:, :, None]
         corner = self.mesh.triangles[self.embedding.triangle]
         world = torch.from_numpy(frame.pose.world_from_avatar.astype(np.float32))
         return View(
-            torch.from_numpy(image),
-            torch.from_numpy(mask),
+            target.image,
+            target.mask,
             frame.camera,
             (weight * posed.vertices[corner]).sum(1) @ world[:3, :3].T + world[:3, 3],
             (weight * posed.vertex_normal[corner]).sum(1) @ world[:3, :3].T,
