@@ -45,7 +45,7 @@ RECIPES = {
         HEAD,
         "gaussian_blendshapes",
         (
-            *("--gaussians", "9000", "--set", "mouth_gaussians=600", "--set", "density.max_gaussians=13000"),
+            *("--gaussians", "8000", "--set", "mouth_gaussians=600", "--set", "density.max_gaussians=10500"),
             *("--iterations", "6000", "--sh-degree", "0", "--seed", "1"),
         ),
     ),

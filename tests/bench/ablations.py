@@ -25,7 +25,7 @@ from avatar_trainer.capture import Capture, Frame, load
 from avatar_trainer.drawing import draw
 from avatar_trainer.losses import psnr_db, ssim
 from avatar_trainer.pictures import Pictures
-from avatar_trainer.settings import TrainSettings, with_value
+from avatar_trainer.settings import TrainSettings, with_values
 from avatar_trainer.system import System
 from avatar_trainer.systems import system_module
 from avatar_trainer.train import train
@@ -66,8 +66,8 @@ class Ablation:
     region: str = "whole"  # a key of REGIONS
 
 
-BLENDSHAPES = (("gaussians", "4000"), ("mouth_gaussians", "400"), ("sh_degree", "0"), ("iterations", "1500"))
-SPLATTING = (("gaussians", "4000"), ("iterations", "1500"))
+BLENDSHAPES = (("gaussians", "4000"), ("mouth_gaussians", "400"), ("sh_degree", "0"), ("iterations", "1000"))
+SPLATTING = (("gaussians", "4000"), ("iterations", "1000"))
 ABLATIONS = {
     "consistency": Ablation(
         "Gaussian Blendshapes, Fig. 4: unseen expressions",
@@ -140,14 +140,16 @@ def trained(
 ) -> tuple[System, float]:
     """The variant's model and the seconds it took."""
     module = system_module(ablation.system)
-    settings = module.Settings()
-    for name, value in (*ablation.settings, *variant.settings):
-        settings = with_value(settings, name, value)
+    settings = with_values(module.Settings(), [*ablation.settings, *variant.settings])
     if iterations is not None:
         settings = replace(settings, iterations=iterations)
     settings = replace(settings, rules={**settings.rules, **dict(variant.rules)})
     run = TrainSettings(
-        iterations=settings.iterations, seed=SEED, evaluate_every=0, checkpoint_every=settings.iterations
+        iterations=settings.iterations,
+        seed=SEED,
+        threads=1,
+        evaluate_every=0,
+        checkpoint_every=settings.iterations,
     )
     system = module.create(capture, settings, SEED)
     began = time.perf_counter()

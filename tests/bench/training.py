@@ -22,6 +22,8 @@ from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
 from avatar_trainer.renderer import render
 from avatar_trainer.tensors import Splats
+from tests.bench.training_iterations import iteration_rows
+from tests.bench.training_stages import rows as stage_rows
 
 Row = tuple[str, float, str]
 COUNTS = (5_000, 10_000, 20_000, 50_000)
@@ -34,11 +36,12 @@ OVERLAP = 0.6  # standard deviation of a splat over the width of its share of th
 
 
 def training_rows(folder: Path, gaussians: int) -> list[Row]:
-    """Forward, backward and, where `torch` runs, the ratio. Neither argument is of use here."""
+    """Forward, backward and, where `torch` runs, the ratio; stages alone, and whole iterations."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
-        return list(_rows())
+        stages = [(f"training_{name.replace(' ', '_')}", ms, "ms") for name, ms in stage_rows()]
+        return [*_rows(), *stages, *iteration_rows(folder)]
     finally:
         torch.set_num_threads(before)
 

@@ -16,10 +16,11 @@ from avatar_trainer.drawing import draw
 from avatar_trainer.system import System
 from avatar_trainer.tensors import Rendered
 
-# A splat whose alpha passes 1/255 on one side only, or one that ends a pixel on one side only, moves a pixel by up to
-# that share of a colour: counted, not hidden.
+# Rounding decides at thresholds: whether alpha reaches 1/255, whether a splat ends a pixel, which tiles a radius
+# reaches, and which of two splats of nearly equal depth comes first. A pixel where it decided otherwise is counted.
 FLIP = 1e-4
-BACKENDS = (("reference", "trainer"), ("cpu", "trainer"), ("gl", "engine"))
+TRAINED = "trainer"  # the raster profile that training draws with
+BACKENDS = (("reference", TRAINED), ("cpu", TRAINED), ("gl", "engine"))
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,10 @@ def table(rows: Iterable[Row]) -> Table:
     for title in ("frames", "largest difference", "flipped pixels", "largest of those", "worst PSNR dB"):
         shown.add_column(title, justify="right")
     for row in rows:
-        numbers = (f"{row.largest:.2g}", str(row.flipped), f"{row.furthest:.2g}", f"{row.psnr_db:.1f}")
-        shown.add_row(row.backend, row.profile, str(row.frames), *numbers)
+        numbers = (f"{row.largest:.2g}", str(row.flipped), f"{row.furthest:.2g}")
+        if row.profile != TRAINED:  # other pixels altogether: only the PSNR says something
+            numbers = ("-", "-", "-")
+        shown.add_row(row.backend, row.profile, str(row.frames), *numbers, f"{row.psnr_db:.1f}")
     return shown
 
 

@@ -12,6 +12,7 @@ import torch
 
 from avatar_export import GENERATOR
 from avatar_export.driving.matrix import with_driving
+from avatar_export.ops.active_sh import with_active_sh
 from avatar_export.provenance import with_rights
 from avatar_export.read import READERS, read
 from avatar_export.readers.options import ReadOptions
@@ -53,7 +54,7 @@ def export(
 def exported(system: System, run: Path) -> Avatar:
     """What the exporter makes of the checkpoint at `run`, with the capture's poses as clips."""
     capture = system.capture
-    avatar = read(run, options_for(capture, system.name), system.name)
+    avatar = with_active_sh(read(run, options_for(capture, system.name), system.name))
     driving = capture.folder / DRIVING
     if driving.is_file():
         avatar = with_driving(avatar, driving)
