@@ -107,8 +107,8 @@ ABLATIONS = {
         ),
     ),
     "embedding": Ablation(
-        "SplattingAvatar, Fig. 7: trainable embedding",
-        "head",
+        "SplattingAvatar, Fig. 7: trainable embedding, unseen expressions",
+        "head, expressions held out",
         "splatting_avatar",
         SPLATTING,
         (
@@ -117,8 +117,8 @@ ABLATIONS = {
         ),
     ),
     "scaling": Ablation(
-        "SplattingAvatar, Fig. 7: scale regularisation",
-        "head",
+        "SplattingAvatar, Fig. 7: scale regularisation, unseen expressions",
+        "head, expressions held out",
         "splatting_avatar",
         SPLATTING,
         (Variant("with Eq. 14"), Variant("without", settings=(("scaling", "0"),))),

@@ -9,7 +9,7 @@ import torch
 
 from avatar_trainer.densify import Density, DensitySettings, Plan
 
-SETTINGS = DensitySettings()
+SETTINGS = DensitySettings(max_screen_radius=20)
 EXTENT = 2.0
 # gradient, scale, opacity, radius -> what becomes of it, with and without a judgement of sizes
 CASES = [
@@ -46,6 +46,13 @@ def fates(plan: Plan) -> list[str]:
             assert fate[i] == "keep"
             fate[i] = name
     return fate
+
+
+def test_the_radius_on_the_screen_is_not_judged_by_default() -> None:
+    """The released code forgets radii before it looks at them."""
+    density, log_scale, opacity = observed([(0.0, 0.01, 0.9, 5000)])
+    plan = density.plan(DensitySettings(), log_scale, opacity, EXTENT, judge_size=True)
+    assert fates(plan) == ["keep"]
 
 
 @pytest.mark.parametrize("judge_size", [False, True])

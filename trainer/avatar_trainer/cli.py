@@ -104,7 +104,7 @@ def compare_command(
     capture: Captured = None,
     as_json: arguments.AsJson = False,
 ) -> None:
-    """Hold a bundle's pictures, by every backend, against those of the model it was made of."""
+    """Hold a bundle's pictures, by every backend, against the model it was made of; exit code 1 if they differ."""
     from avatar_trainer import compare
 
     with Steps() as step:
@@ -115,9 +115,10 @@ def compare_command(
         step("drawing")
         rows = compare.compare(system, avatar, every)
     if as_json:
-        print_json([dataclasses.asdict(row) for row in rows])
-        return
-    output.print(compare.table(rows))
+        print_json([{**dataclasses.asdict(row), "holds": row.holds} for row in rows])
+    else:
+        output.print(compare.table(rows))
+    raise typer.Exit(0 if all(row.holds for row in rows if row.profile == compare.TRAINED) else 1)
 
 
 @app.command()

@@ -5,11 +5,14 @@ A system asks for a plan, lays its rows out by it and does with the new ones wha
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import torch
 from torch import Tensor
+
+from avatar_trainer.settings import ABOVE_ZERO, MOST, expect_ranges
 
 SPLIT_COPIES = 2
 SPLIT_SHRINK = 0.8 * SPLIT_COPIES  # the scale of a split Gaussian's copies is divided by this
@@ -17,7 +20,12 @@ SPLIT_SHRINK = 0.8 * SPLIT_COPIES  # the scale of a split Gaussian's copies is d
 
 @dataclass(frozen=True)
 class DensitySettings:
-    """When and by what measure; the defaults are those of 3D Gaussian Splatting, made for 30 000 iterations."""
+    """When and by what measure; the defaults are those of 3D Gaussian Splatting, made for 30 000 iterations.
+
+    Its 20 pixels for the radius on the screen are left out: the released code forgets the radii before it looks at
+    them, so the rule never acts there, and what it removes depends on the resolution. ValueError for a value out of
+    range.
+    """
 
     densify_from: int = 500  # iterations: the first plan comes after this
     densify_until: int = 15_000  # the last before this
@@ -26,9 +34,20 @@ class DensitySettings:
     gradient_threshold: float = 2e-4  # mean length of the screen gradient, normalised device units
     percent_dense: float = 0.01  # of the extent: smaller ones are cloned, larger ones split
     min_opacity: float = 0.005
-    max_screen_radius: int = 20  # pixels, judged after the first opacity reset
+    max_screen_radius: int = 0  # pixels, judged after the first opacity reset; 0: not at all
     max_world_scale: float = 0.1  # of the extent, judged after the first opacity reset
     max_gaussians: int = 0  # 0: no bound
+
+    def __post_init__(self) -> None:
+        any_number = dict.fromkeys(
+            ("densify_from", "densify_until", "max_screen_radius", "max_gaussians"), (0, MOST)
+        )
+        every = dict.fromkeys(("densify_every", "opacity_reset_every"), (1, MOST))
+        lengths = dict.fromkeys(("gradient_threshold", "percent_dense"), (0, math.inf))
+        expect_ranges(
+            self,
+            {**any_number, **every, **lengths, "min_opacity": (0, 1), "max_world_scale": (ABOVE_ZERO, math.inf)},
+        )
 
     def observing(self, iteration: int) -> bool:
         """Whether statistics of this iteration will be read by a plan."""
@@ -114,7 +133,8 @@ class Density:
         if judge_size:
             splits = grows & large
             after = torch.where(splits, scale / SPLIT_SHRINK, scale)
-            prune |= (self.largest_radius > settings.max_screen_radius) & ~splits
+            if settings.max_screen_radius:
+                prune |= (self.largest_radius > settings.max_screen_radius) & ~splits
             prune |= after > settings.max_world_scale * extent
         grows &= ~prune
         if settings.max_gaussians:

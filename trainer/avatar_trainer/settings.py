@@ -11,6 +11,11 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 from avatar_runtime.errors import AvatarError, no_such
 
 T = TypeVar("T")
+MOST = (1 << 31) - 1  # of a whole number where nothing else bounds it
+MOST_ITERATIONS = 10**9 - 1  # that the name of a checkpoint holds
+MOST_GAUSSIANS = 1_000_000
+ABOVE_ZERO = 1e-12
+Ranges = Mapping[str, tuple[float, float]]  # field -> its least and its largest value
 
 
 @dataclass(frozen=True)
@@ -22,6 +27,7 @@ class Rule:
     paper: str  # what the paper prints
     default: str
     about: str  # one line
+    trainer_only: tuple[str, ...] = ()  # values that the released layout, and so a bundle, cannot hold
 
 
 @dataclass(frozen=True)
@@ -45,11 +51,19 @@ class TrainSettings:
     FREE = ("threads", "checkpoint_every", "log_every", "evaluate_every", "preview_every", "cache_megabytes")
 
     def __post_init__(self) -> None:
-        least = {"iterations": 1, "checkpoint_every": 1, "log_every": 1}
-        for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            if isinstance(value, int) and not least.get(field.name, 0) <= value < 1 << 31:
-                raise ValueError(f"{field.name} is {value}; at least {least.get(field.name, 0)}")
+        numbers = (f.name for f in dataclasses.fields(self) if isinstance(getattr(self, f.name), int))
+        anything = dict.fromkeys(numbers, (0, MOST))
+        every = dict.fromkeys(("checkpoint_every", "log_every"), (1, MOST))
+        expect_ranges(self, {**anything, **every, "iterations": (1, MOST_ITERATIONS)})
+
+
+def expect_ranges(settings: object, ranges: Ranges) -> None:
+    """Raise ValueError where a field of `settings` is out of its range."""
+    for name, (least, most) in ranges.items():
+        value = getattr(settings, name)
+        if not least <= value <= most:
+            bounds = f"at least {least}" + ("" if math.isinf(most) else f", at most {most}")
+            raise ValueError(f"{name} is {value}; {bounds}")
 
 
 def rule_defaults(rules: Mapping[str, Rule]) -> dict[str, str]:
@@ -60,9 +74,10 @@ def rule_defaults(rules: Mapping[str, Rule]) -> dict[str, str]:
 def chosen_rules(rules: Mapping[str, Rule], pairs: list[tuple[str, str]]) -> dict[str, str]:
     """Every rule's value: the default, or what `pairs` of (name, value) say.
 
-    Raises AvatarError for a rule or a value that there is not, with near matches.
+    Raises AvatarError for a rule or a value that there is not, with near matches, and for a rule given twice.
     """
     chosen = rule_defaults(rules)
+    _expect_once(pairs, "--rule")
     for name, value in pairs:
         if name not in rules:
             raise no_such("rule of this system", name, rules, field="--rule")
@@ -89,9 +104,11 @@ def settable(settings: object, without: tuple[str, ...] = ()) -> dict[str, Any]:
 def with_values(settings: T, pairs: Iterable[tuple[str, str]]) -> T:
     """`settings`, a dataclass, with its fields as (name, text) pairs say, all at once; names of nested ones dotted.
 
-    Raises AvatarError for a name that there is not, a text that is not of the field's type, or values that the
-    dataclass refuses.
+    Raises AvatarError for a name that there is not or is given twice, a text that is not of the field's type, or
+    values that the dataclass refuses.
     """
+    pairs = list(pairs)
+    _expect_once(pairs, "--set")
     hints = get_type_hints(type(settings))
     changes: dict[str, Any] = {}
     nested: dict[str, list[tuple[str, str]]] = {}
@@ -109,6 +126,13 @@ def with_values(settings: T, pairs: Iterable[tuple[str, str]]) -> T:
         return dataclasses.replace(settings, **changes)  # type: ignore[type-var]
     except ValueError as error:
         raise AvatarError(str(error), field="settings") from None
+
+
+def _expect_once(pairs: Iterable[tuple[str, str]], field: str) -> None:
+    names = [name for name, _ in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise AvatarError(f"{name[:80]} is given {names.count(name)} times", field=field)
 
 
 def _parsed(kind: Any, name: str, text: str) -> Any:
