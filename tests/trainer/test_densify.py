@@ -123,10 +123,30 @@ def test_when_a_plan_is_due() -> None:
 def test_a_state_goes_on_and_is_a_copy() -> None:
     density, log_scale, opacity = observed([case for case, *_ in CASES])
     other = Density(2)
-    other.load_state(density.state())
+    other.load_state(density.state(), len(CASES))
     first = density.plan(SETTINGS, log_scale, opacity, EXTENT, judge_size=True)
     density.observe(torch.ones(len(CASES), dtype=torch.int32), torch.full((len(CASES), 2), math.inf))
     again = other.plan(SETTINGS, log_scale, opacity, EXTENT, judge_size=True)
     assert fates(first) == fates(again)
     other.reset(3)
     assert other.gradient_sum.tolist() == other.seen.tolist() == other.largest_radius.tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"densify_every": 0},
+        {"opacity_reset_every": 0},
+        {"densify_from": -1},
+        {"max_gaussians": -1},
+        {"gradient_threshold": -1e-9},
+        {"percent_dense": -1.0},
+        {"percent_dense": float("nan")},
+        {"min_opacity": 1.5},
+        {"max_world_scale": 0.0},
+    ],
+    ids=lambda changed: next(iter(changed)),
+)
+def test_settings_out_of_range(changed: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match=f"{next(iter(changed))} is "):
+        DensitySettings(**changed)  # type: ignore[arg-type]

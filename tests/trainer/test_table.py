@@ -174,7 +174,7 @@ def test_a_state_of_another_table_is_refused(wrong: dict[str, Tensor]) -> None:
     state = made.state()
     for name, tensor in wrong.items():
         state[name] = {**state[name], "value": tensor, "exp_avg": tensor, "exp_avg_sq": tensor}
-    with pytest.raises(ValueError, match="of another table"):
+    with pytest.raises(ValueError, match=r"of (place|weight) is torch\.float"):
         made.load_state(state)
     with pytest.raises(ValueError, match="cannot go on"):
         made.load_state({"place": state["place"]})

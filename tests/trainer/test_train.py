@@ -20,10 +20,11 @@ from avatar_trainer import checkpoint, run
 from avatar_trainer.capture import Capture, load
 from avatar_trainer.densify import DensitySettings
 from avatar_trainer.drawing import Drawing, draw, raster_settings
-from avatar_trainer.evaluate import evaluate
+from avatar_trainer.evaluate import evaluate, quick_psnr_db, table
 from avatar_trainer.iterate import Trainer, order
 from avatar_trainer.machine import memory_advice, reproducible
 from avatar_trainer.pictures import Pictures, evenly, resized
+from avatar_trainer.renderer import render
 from avatar_trainer.settings import TrainSettings
 from avatar_trainer.tensors import Rendered
 from avatar_trainer.train import train
@@ -191,7 +192,7 @@ def test_another_run_in_the_folder_is_told(capture: Capture, tmp_path: Path) -> 
         system_settings=own, resume=False, upstream=False,
     )  # fmt: skip
     assert [p.name for p in checkpoint.paths(tmp_path / "checkpoints")] == ["iteration_000005.ckpt"]
-    assert [p.name for p in (tmp_path / "upstream").iterdir()] == ["toy10.npz"]
+    assert not (tmp_path / "upstream").exists()  # that of the run before
 
 
 def test_a_checkpoint_of_another_shape_is_bad_data(capture: Capture, tmp_path: Path) -> None:
@@ -229,7 +230,30 @@ def test_a_parameter_that_is_no_number_never_reaches_a_checkpoint(
     with pytest.raises(
         AvatarError, match=r"iteration 12: \w+ is no longer finite; .*iteration_000010\.ckpt is kept"
     ):
-        made(capture, tmp_path, 20, checkpoint_every=2, log_every=6)
+        made(capture, tmp_path, 20, checkpoint_every=2, log_every=1000)
+
+
+def test_only_numbers_gone_astray_are_told_of_learning_rates(
+    capture: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def empty(*_: object) -> None:
+        raise AvatarError("no Gaussian is left")
+
+    with pytest.raises(AvatarError, match="lower a learning rate"):
+        made(capture, tmp_path, 5, toy.Settings(poison=2))
+    monkeypatch.setattr(toy.Toy, "after_step", empty)
+    with pytest.raises(AvatarError, match=r"no Gaussian is left; there is no checkpoint yet$"):
+        made(capture, tmp_path, 5)
+
+
+def test_what_lies_in_a_folder_that_is_no_run_is_left_alone(capture: Capture, tmp_path: Path) -> None:
+    for name in ("evaluation.json", "preview/iteration_000001.png", "logs/events.out.tfevents.1"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("dear")
+    made(capture, tmp_path, 2)
+    assert (tmp_path / "evaluation.json").read_text() == "dear"
+    assert (tmp_path / "preview" / "iteration_000001.png").is_file()
+    assert (tmp_path / "logs" / "events.out.tfevents.1").is_file()
 
 
 def test_what_the_released_layout_cannot_hold_is_said(
@@ -332,6 +356,33 @@ def test_the_screen_gradient_is_by_device_units(capture: Capture) -> None:
     small, large = seen
     assert small.abs().max() > 1e-4
     assert torch.linalg.vector_norm(large - small) < 0.1 * torch.linalg.vector_norm(small)
+    again, frame = Seen(scene, toy.Settings(), 1), trainer.frame(1)  # the last step, by pixels
+    splats = again.splats(frame.pose)
+    pixels = torch.zeros(len(splats.mean), 2, requires_grad=True)
+    drawn = render(splats, frame.camera, raster_settings(again), 0, torch.zeros(3), "cpu", pixels)
+    again.losses(drawn)["ramp"].backward()  # type: ignore[no-untyped-call]
+    assert pixels.grad is not None
+    assert torch.allclose(large, pixels.grad * torch.tensor([256 / 2, 192 / 2]), rtol=1e-4, atol=1e-9)
+
+
+def test_prediction_and_target_have_one_background(capture: Capture) -> None:
+    corners: list[list[torch.Tensor]] = []
+
+    class Seen(toy.Toy):
+        def losses(
+            self, rendered: Rendered, target: torch.Tensor, mask: torch.Tensor, iteration: int
+        ) -> dict[str, torch.Tensor]:
+            assert rendered.alpha[0, 0] == mask[0, 0] == 0
+            corners.append([rendered.colour[0, 0].detach(), target[0, 0]])
+            return super().losses(rendered, target, mask, iteration)
+
+    trainer = Trainer(Seen(capture, toy.Settings(rules={"sky": "random"}), 1), capture, TrainSettings())
+    with Pictures(10) as pictures:
+        for iteration in (1, 2):
+            trainer.step(iteration, pictures(trainer.frame(iteration)))
+    (first, wanted), (second, also) = corners
+    assert torch.equal(first, wanted) and torch.equal(second, also)
+    assert len({*first.tolist(), *second.tolist()}) == 6
 
 
 def test_the_near_plane_is_in_training_units(capture: Capture) -> None:
@@ -399,18 +450,44 @@ def test_evaluation_by_hand(capture: Capture) -> None:
     assert len(tests) == result["splits"]["test"]["frames"] == 3
 
 
-def test_a_perfect_picture_has_no_finite_psnr(capture: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+def draws(monkeypatch: pytest.MonkeyPatch, colour: torch.Tensor) -> None:
+    """Every rendering that is evaluated becomes `colour`."""
+    drawn = Rendered(colour, torch.ones(colour.shape[:2]), torch.ones(1, dtype=torch.int32))
+    monkeypatch.setattr("avatar_trainer.evaluate.draw", lambda *_, **__: drawn)
+
+
+def test_a_perfect_picture_has_no_finite_psnr_and_its_mean_says_so(
+    capture: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with Pictures(1) as pictures:
-        target = pictures(capture.test[0]).over(torch.zeros(3))
-    perfect = Rendered(target, torch.ones(target.shape[:2]), torch.ones(1, dtype=torch.int32))
-    monkeypatch.setattr("avatar_trainer.evaluate.draw", lambda *_, **__: perfect)
-    scene = dataclasses.replace(capture, frames=capture.test[:1])
-    means = evaluate(toy.create(capture, toy.Settings(), 1), scene)["splits"]["test"]
-    assert (
-        means["psnr_db"] is None
-        and means["ssim"] == pytest.approx(1)
-        and means["ssim_inside"] == pytest.approx(1)
-    )
+        draws(monkeypatch, pictures(capture.test[0]).over(torch.zeros(3)))
+    system = toy.create(capture, toy.Settings(), 1)
+    means = evaluate(system, dataclasses.replace(capture, frames=capture.test[:1]))["splits"]["test"]
+    assert means["psnr_db"] is None and means["over"]["psnr_db"] == 0
+    assert means["ssim"] == pytest.approx(1) and means["ssim_inside"] == pytest.approx(1)
+    result = evaluate(system, dataclasses.replace(capture, frames=capture.test))
+    means, frames = result["splits"]["test"], result["frames"]
+    assert means["frames"] == means["over"]["ssim"] == 3 and means["over"]["psnr_db"] == 2
+    assert frames[0]["psnr_db"] is None
+    assert means["psnr_db"] == pytest.approx((frames[1]["psnr_db"] + frames[2]["psnr_db"]) / 2)
+    cells = [list(column.cells) for column in table(result).columns]
+    assert cells[1] == ["3"] and cells[2] == [f"{means['psnr_db']:.2f} (of 2)"]
+    assert cells[3] == [f"{means['ssim']:.4f}"]
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
+def test_a_rendering_that_is_not_finite_is_named(
+    capture: Capture, monkeypatch: pytest.MonkeyPatch, wrong: float
+) -> None:
+    colour = torch.zeros(toy.SIZE, toy.SIZE, 3)
+    colour[7, 5, 1] = wrong
+    draws(monkeypatch, colour)
+    system = toy.create(capture, toy.Settings(), 1)
+    named = f"frame {capture.test[0].name}: .*not finite"
+    with pytest.raises(AvatarError, match=named):
+        evaluate(system, capture)
+    with Pictures(1) as pictures, pytest.raises(AvatarError, match=named):
+        quick_psnr_db(system, capture, pictures, Drawing(threads=1))
 
 
 def test_the_fingerprint_follows_what_was_tracked(capture: Capture) -> None:

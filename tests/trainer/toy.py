@@ -111,7 +111,7 @@ class Toy:
 
     def load_state(self, state: dict[str, Any]) -> None:
         self.table.load_state(state["table"])
-        self.density.load_state(state["density"])
+        self.density.load_state(state["density"], self.table.count("cloud"))
 
     def save(self, folder: Path, iteration: int) -> None:
         values = {name: self.table[name].detach().numpy() for name in self.table}

@@ -126,7 +126,7 @@ def read(path: Path) -> Checkpoint:
         iteration, state = top["iteration"], top["state"]
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise AvatarError("is not a checkpoint of avatar-train (tree)", file=path) from None
-    if type(iteration) is not int or not isinstance(state, dict):
+    if type(iteration) is not int or iteration < 0 or not isinstance(state, dict):
         raise AvatarError("is not a checkpoint of avatar-train (state)", file=path)
     return Checkpoint(path, iteration, state)
 

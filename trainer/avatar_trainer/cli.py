@@ -21,7 +21,8 @@ from avatar_trainer.cli_train import OPTIONS, train_command
 from avatar_trainer.drawing import Drawing
 from avatar_trainer.evaluate import evaluate, table
 from avatar_trainer.finished import load_run, save_upstream
-from avatar_trainer.machine import memory_advice
+from avatar_trainer.machine import disk_advice, memory_advice
+from avatar_trainer.places import expect_bundle_place, expect_run_folder
 from avatar_trainer.settings import TrainSettings, settable
 from avatar_trainer.systems import SYSTEMS, system_module
 
@@ -60,7 +61,8 @@ def evaluate_command(out: Run, capture: Captured = None, as_json: arguments.AsJs
         system, settings, iteration = load_run(out, capture)
         step("measuring")
         result = evaluate(system, system.capture, Drawing(settings.rasteriser, settings.threads or None))
-        run.write(out, {"iteration": iteration, **result}, run.EVALUATION)
+        with disk_advice(out):
+            run.write(out, {"iteration": iteration, **result}, run.EVALUATION)
     if as_json:
         print_json(result)
         return
@@ -81,17 +83,16 @@ def export_command(
     """Write the bundle of a run's newest checkpoint."""
     from avatar_trainer.export import export
 
-    with Steps() as step:
+    expect_run_folder(out)
+    expect_bundle_place(bundle, None, force=force)
+    with Steps() as step, memory_advice():
         step("loading")
         system, _, iteration = load_run(out, capture)
         step(f"writing {bundle}")
+        with disk_advice(out):
+            upstream = save_upstream(system, out, iteration)
         export(
-            system,
-            save_upstream(system, out, iteration),
-            bundle,
-            engine_files=not no_engine_files,
-            preview=not no_preview,
-            force=force,
+            system, upstream, bundle, engine_files=not no_engine_files, preview=not no_preview, force=force
         )
     output.print(f"{bundle}: written from iteration {iteration}")
 

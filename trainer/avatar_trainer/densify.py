@@ -12,6 +12,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from avatar_trainer import stored
 from avatar_trainer.settings import ABOVE_ZERO, MOST, expect_ranges
 
 SPLIT_COPIES = 2
@@ -46,7 +47,13 @@ class DensitySettings:
         lengths = dict.fromkeys(("gradient_threshold", "percent_dense"), (0, math.inf))
         expect_ranges(
             self,
-            {**any_number, **every, **lengths, "min_opacity": (0, 1), "max_world_scale": (ABOVE_ZERO, math.inf)},
+            {
+                **any_number,
+                **every,
+                **lengths,
+                "min_opacity": (0, 1),
+                "max_world_scale": (ABOVE_ZERO, math.inf),
+            },
         )
 
     def observing(self, iteration: int) -> bool:
@@ -157,8 +164,8 @@ class Density:
         """For a checkpoint."""
         return {"gradient_sum": self.gradient_sum, "seen": self.seen, "largest_radius": self.largest_radius}
 
-    def load_state(self, state: dict[str, Any]) -> None:
-        """Go on from `state`."""
-        self.gradient_sum = state["gradient_sum"].clone()
-        self.seen = state["seen"].clone()
-        self.largest_radius = state["largest_radius"].clone()
+    def load_state(self, state: dict[str, Any], count: int) -> None:
+        """Go on from `state`, of `count` Gaussians. ValueError or KeyError for anything else."""
+        self.reset(count)
+        for name, own in self.state().items():
+            setattr(self, name, stored.tensor(state[name], name, (count,), own.dtype).clone())

@@ -11,6 +11,7 @@ import torch
 from rich.table import Table
 from torch import Tensor
 
+from avatar_runtime.errors import AvatarError
 from avatar_trainer.capture import Capture, Frame
 from avatar_trainer.drawing import DRAWING, Drawing, draw
 from avatar_trainer.losses import psnr_db, ssim
@@ -25,7 +26,8 @@ HOW = (
     "frame's PSNR (peak 1) and SSIM (Gaussian window 11, sigma 1.5, mean of the channels). whole: all pixels; "
     "inside: PSNR of the pixels whose mask is above 0.5, SSIM of the mask's bounding box, black outside the mask. "
     "test: every frame, none trained on; train: "
-    f"at most {TRAIN_FRAMES}, evenly spaced"
+    f"at most {TRAIN_FRAMES}, evenly spaced; over: how many frames each mean is over, which are those where it has a "
+    "finite value: a rendering equal to its picture has no finite PSNR, an empty mask no inside"
 )
 MEASURES = ("psnr_db", "ssim", "psnr_inside_db", "ssim_inside")
 
@@ -36,14 +38,17 @@ class Score:
 
     frame: str
     split: str
-    psnr_db: float | None  # None: infinite, or nothing inside the mask
-    ssim: float | None
+    psnr_db: float | None  # None: infinite (equal pictures); of `inside` also: nothing inside the mask
+    ssim: float
     psnr_inside_db: float | None
     ssim_inside: float | None
 
 
 def evaluate(system: System, capture: Capture, by: Drawing = DRAWING) -> dict[str, Any]:
-    """Means of each split, every frame's score and how they were computed; JSON knows it all."""
+    """Means of each split, every frame's score and how they were computed; JSON knows it all.
+
+    AvatarError for a rendering that is not finite.
+    """
     with Pictures(0) as pictures:
         scores = [
             measure(system, f, pictures(f), by) for f in [*capture.test, *evenly(capture.train, TRAIN_FRAMES)]
@@ -62,8 +67,8 @@ def evaluate(system: System, capture: Capture, by: Drawing = DRAWING) -> dict[st
 
 
 def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING) -> Score:
-    """A frame's rendering against its picture, over black."""
-    drawn = draw(system, frame, by=by).colour.clamp(0, 1)
+    """A frame's rendering against its picture, over black. AvatarError for a rendering that is not finite."""
+    drawn = _clamped(system, frame, by)
     wanted = target.over(torch.zeros(3))
     inside = target.mask > INSIDE
     return Score(
@@ -71,13 +76,16 @@ def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING)
         frame.split,
         _finite(psnr_db(drawn, wanted)),
         _similar(drawn, wanted),
-        _finite(psnr_db(drawn[inside], wanted[inside])),
+        _finite(psnr_db(drawn[inside], wanted[inside])) if inside.any() else None,
         _ssim_inside(drawn, wanted, inside),
     )
 
 
 def quick_psnr_db(system: System, capture: Capture, pictures: Pictures, by: Drawing) -> dict[str, float]:
-    """Mean PSNR of a few held-out frames over black, by split; empty where none is held out."""
+    """Mean PSNR of a few held-out frames over black, by split; empty where none is held out.
+
+    Infinite where one of them is drawn as its picture is. AvatarError for a rendering that is not finite.
+    """
     frames = evenly(capture.test, QUICK)
     black = torch.zeros(3)
     found = [psnr_db(_clamped(system, f, by), pictures(f).over(black)) for f in frames]
@@ -85,23 +93,34 @@ def quick_psnr_db(system: System, capture: Capture, pictures: Pictures, by: Draw
 
 
 def table(result: dict[str, Any]) -> Table:
-    """The means of each split."""
+    """The means of each split; behind one that is not over all of its frames, how many it is over."""
     shown = Table(box=None, pad_edge=False)
     shown.add_column("split")
     for title in ("frames", "PSNR dB", "SSIM", "PSNR dB inside", "SSIM inside"):
         shown.add_column(title, justify="right")
     for split, means in result["splits"].items():
-        texts = ["-" if means[m] is None else f"{means[m]:.{2 if 'db' in m else 4}f}" for m in MEASURES]
-        shown.add_row(split, str(means["frames"]), *texts)
+        shown.add_row(split, str(means["frames"]), *(_shown(means, measure) for measure in MEASURES))
     return shown
 
 
+def _shown(means: dict[str, Any], measure: str) -> str:
+    if means[measure] is None:
+        return "-"
+    text, over = f"{means[measure]:.{2 if 'db' in measure else 4}f}", means["over"][measure]
+    return text if over == means["frames"] else f"{text} (of {over})"
+
+
 def _clamped(system: System, frame: Frame, by: Drawing) -> Tensor:
-    return draw(system, frame, by=by).colour.clamp(0, 1)
+    colour = draw(system, frame, by=by).colour
+    if not colour.isfinite().all():
+        raise AvatarError(
+            f"frame {frame.name}: the avatar's rendering is not finite; train again, with lower learning rates"
+        )
+    return colour.clamp(0, 1)
 
 
-def _similar(drawn: Tensor, wanted: Tensor) -> float | None:
-    return _finite(float(ssim(drawn.double(), wanted.double())))  # single precision is 1e-4 off on flat areas
+def _similar(drawn: Tensor, wanted: Tensor) -> float:
+    return float(ssim(drawn.double(), wanted.double()))  # single precision is 1e-4 off on flat areas
 
 
 def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
@@ -117,10 +136,11 @@ def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
 
 
 def _means(scores: list[Score]) -> dict[str, Any]:
-    means: dict[str, Any] = {"frames": len(scores)}
+    means: dict[str, Any] = {"frames": len(scores), "over": {}}
     for name in MEASURES:
         values = [value for score in scores if (value := getattr(score, name)) is not None]
         means[name] = fmean(values) if values else None
+        means["over"][name] = len(values)
     return means
 
 

@@ -19,11 +19,11 @@ from avatar_trainer.systems import system_module
 def load_run(out: Path, capture: Path | None = None) -> tuple[System, TrainSettings, int]:
     """(system, settings, iteration) of the newest whole checkpoint of `out`.
 
-    capture: where its folder is now, if not where it was. Raises AvatarError for a folder that holds no run, and
-    for a checkpoint that does not fit the capture.
+    capture: where its folder is now, if not where it was. Raises AvatarError for a folder that holds no run; and
+    where run.json, checkpoint and capture do not belong together, which would play another model.
     """
     content = run.read(out)
-    settings, system_settings = run.settings_of(content)
+    settings, system_settings = run.settings_of(content, out / run.FILE)
     folder = Path(str(content["capture"].get("folder"))) if capture is None else capture
     if not folder.is_dir():
         raise AvatarError(
@@ -32,7 +32,21 @@ def load_run(out: Path, capture: Path | None = None) -> tuple[System, TrainSetti
     found = checkpoint.newest(out / run.CHECKPOINTS, note)
     if found is None:
         raise AvatarError("holds no checkpoint yet", file=out)
+    different = run.differences(found.state.get("run"), content, found.iteration, settings.iterations)
+    if different:
+        raise AvatarError(
+            f"is not of the checkpoint beside it ({'; '.join(different[:4])}); undo what was changed, or train "
+            "anew",
+            file=out / run.FILE,
+        )
     scene = resized(load(folder), settings.size)
+    if run.fingerprint(scene) != run.fingerprint_of(content):
+        trained_on = run.short(content["capture"].get("folder"))
+        raise AvatarError(
+            f"is not the capture that {out} was trained on, which was in {trained_on}: poses, body model or pictures "
+            "are others; name that one with --capture, or train anew on this one",
+            file=folder,
+        )
     system = system_module(content["system"]).create(scene, system_settings, settings.seed)
     load_system(system, found.state)
     return system, settings, found.iteration

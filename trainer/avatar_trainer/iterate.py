@@ -23,6 +23,10 @@ from avatar_trainer.settings import TrainSettings
 from avatar_trainer.system import System
 
 
+class NotFinite(AvatarError):
+    """Training has gone astray: the loss or a parameter is no number any more."""
+
+
 @dataclass(frozen=True)
 class Step:
     """What one iteration came to."""
@@ -86,7 +90,7 @@ class Trainer:
         table = self.system.table
         for name in table:
             if not math.isfinite(float(table[name].detach().sum(dtype=torch.float64))):
-                raise AvatarError(f"iteration {iteration}: {name} is no longer finite")
+                raise NotFinite(f"iteration {iteration}: {name} is no longer finite")
 
     def state(self) -> dict[str, Any]:
         """All that `load_state` needs to go on bit by bit."""
@@ -99,14 +103,19 @@ class Trainer:
     def load_state(self, state: dict[str, Any]) -> None:
         """Go on from `state`. Raises AvatarError for one that does not fit the system."""
         load_system(self.system, state)
-        self.generator.set_state(state["generator"])
-        torch.set_rng_state(state["torch"])
+        try:
+            self.generator.set_state(state["generator"])
+            torch.set_rng_state(state["torch"])
+        except (KeyError, TypeError, RuntimeError) as error:
+            raise AvatarError(
+                f"the checkpoint's random numbers cannot go on ({error}); --no-resume begins anew"
+            ) from None
 
     def _check(self, iteration: int, terms: dict[str, float]) -> None:
         wrong = [f"{name} is {value}" for name, value in terms.items() if not math.isfinite(value)]
         if wrong:
             frame = self.frame(iteration).name
-            raise AvatarError(f"iteration {iteration}, frame {frame}: loss {', '.join(wrong)}")
+            raise NotFinite(f"iteration {iteration}, frame {frame}: loss {', '.join(wrong)}")
 
     @staticmethod
     def _in_device_units(gradient: Tensor | None, picture: Tensor) -> Tensor:

@@ -1,9 +1,10 @@
-"""The process that trains: the same numbers each time, and what to do where its memory ends."""
+"""The process that trains: the same numbers each time, and what to say where its memory or its disk ends."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -53,3 +54,16 @@ def memory_advice() -> Iterator[None]:
                 "--set cache_megabytes"
             ) from None
         raise
+
+
+@contextmanager
+def disk_advice(out: Path) -> Iterator[None]:
+    """What the operating system refused while `out` was written, as an AvatarError that names the path."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None:  # not of the disk: a download
+            raise
+        raise AvatarError(
+            f"cannot be written ({error.strerror or error})", file=error.filename or out
+        ) from None

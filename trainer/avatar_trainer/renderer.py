@@ -21,6 +21,16 @@ RASTERISERS: dict[str, Rasterise] = {
     "gsplat": gsplat.rasterise,
 }
 
+NEEDS: dict[str, Callable[[], None]] = {"gsplat": gsplat.expect_gsplat}
+
+
+def expect_rasteriser(name: str) -> None:
+    """Raise ValueError for an unknown rasteriser, AvatarError for one that this machine has not what it needs for."""
+    if name not in RASTERISERS:
+        raise ValueError(f"{name!r} is none of {', '.join(RASTERISERS)}")
+    if name in NEEDS:
+        NEEDS[name]()
+
 
 def render(
     splats: Splats,

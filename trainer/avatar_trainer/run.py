@@ -15,8 +15,9 @@ import numpy as np
 import torch
 
 from avatar_export import GENERATOR
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.errors import AvatarError, no_such
 from avatar_trainer.capture import Capture
+from avatar_trainer.renderer import RASTERISERS
 from avatar_trainer.settings import TrainSettings, chosen_rules, with_values
 from avatar_trainer.systems import SYSTEMS, system_module
 
@@ -54,19 +55,35 @@ def fingerprint(capture: Capture) -> str:
     return digest.hexdigest()
 
 
-def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """What keeps a run from going on from a checkpoint: one short text each."""
+def differences(before: Any, now: Mapping[str, Any], iteration: int, last: int) -> list[str]:
+    """What keeps the run `now` from going on from a checkpoint: one short text each.
+
+    before: what the checkpoint says of its run, unchecked; iteration: the checkpoint's, `last` that of the run.
+    """
+    try:
+        json.dumps(before)
+    except (TypeError, ValueError, RecursionError):  # a state can hold tensors, which do not compare
+        before = None
+    if not isinstance(before, Mapping):
+        return ["the checkpoint does not say of which run it is"]
     found = []
     for part in ("settings", "system_settings"):
         old, new = _flat(before.get(part)), _flat(now[part])
         for name in sorted(old.keys() | new.keys()):
             if old.get(name) != new.get(name) and not (part == "settings" and name in TrainSettings.FREE):
-                found.append(f"{name} was {old.get(name)}, is {new.get(name)}")
+                found.append(short(f"{name} was {short(old.get(name))}, is {short(new.get(name))}"))
     if before.get("system") != now["system"]:
-        found.insert(0, f"system was {before.get('system')}, is {now['system']}")
-    if not found and _flat(before.get("capture")).get("fingerprint") != now["capture"]["fingerprint"]:
+        found.insert(0, f"system was {short(before.get('system'))}, is {now['system']}")
+    if not found and fingerprint_of(before) != fingerprint_of(now):
         found.append("the capture's content is another")
+    if not found and iteration > last:
+        found.append(f"the checkpoint is of iteration {iteration}, the last is {last}")
     return list(dict.fromkeys(found))
+
+
+def fingerprint_of(content: Mapping[str, Any]) -> Any:
+    """That of the capture that run.json, or a checkpoint's copy of it, names; None where it names none."""
+    return _flat(content.get("capture")).get("fingerprint")
 
 
 def write(out: Path, content: Mapping[str, Any], name: str = FILE) -> None:
@@ -93,13 +110,16 @@ def read(out: Path) -> dict[str, Any]:
     parts = ("settings", "system_settings", "capture")
     if not isinstance(content, dict) or not all(isinstance(content.get(part), dict) for part in parts):
         raise AvatarError("is not the run.json of avatar-train", file=path)
-    if content.get("system") not in SYSTEMS:
-        raise AvatarError(f"system {content.get('system')!r} is none of {', '.join(SYSTEMS)}", file=path)
+    if not isinstance(content.get("system"), str) or content["system"] not in SYSTEMS:
+        raise AvatarError(
+            f"system {short(content.get('system'))!r} is none of {', '.join(SYSTEMS)}", file=path
+        )
     return content
 
 
-def settings_of(content: Mapping[str, Any]) -> tuple[TrainSettings, Any]:
-    """(settings, system settings) that run.json holds. Raises AvatarError for values that they do not take."""
+def settings_of(content: Mapping[str, Any], file: Path) -> tuple[TrainSettings, Any]:
+    """(settings, system settings) of `content`, which `file` holds. Raises AvatarError for values that they do not
+    take."""
     module = system_module(content["system"])
     own = dict(content["system_settings"])
     rules = own.pop("rules", {})
@@ -107,9 +127,14 @@ def settings_of(content: Mapping[str, Any]) -> tuple[TrainSettings, Any]:
     try:
         settings = with_values(TrainSettings(), _texts(content["settings"]))
         system_settings = with_values(module.Settings(), _texts(own))
-        return settings, dataclasses.replace(system_settings, rules=chosen_rules(module.RULES, pairs))
+        system_settings = dataclasses.replace(system_settings, rules=chosen_rules(module.RULES, pairs))
     except AvatarError as error:
-        raise AvatarError(error.message, file=FILE) from None
+        raise AvatarError(error.message, file=file) from None
+    except (ValueError, RecursionError) as error:
+        raise AvatarError(f"holds settings that cannot be taken ({error})", file=file) from None
+    if settings.rasteriser not in RASTERISERS:
+        raise no_such("rasteriser", settings.rasteriser, RASTERISERS, file=file)
+    return settings, system_settings
 
 
 def _texts(values: Any) -> list[tuple[str, str]]:
@@ -118,6 +143,12 @@ def _texts(values: Any) -> list[tuple[str, str]]:
         (name, ",".join(map(str, value)) if isinstance(value, list) else str(value))
         for name, value in _flat(values).items()
     ]
+
+
+def short(value: Any) -> str:
+    """The text of a value that somebody else wrote, for a message."""
+    text = str(value)
+    return text if len(text) <= 120 else f"{text[:117]}..."
 
 
 def _flat(values: Any, prefix: str = "") -> dict[str, Any]:

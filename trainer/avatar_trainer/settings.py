@@ -23,8 +23,9 @@ class Rule:
     """A choice in which a paper and its released code differ, or one of the paper's ablations."""
 
     values: tuple[str, ...]
-    released: str  # what the released code does
-    paper: str  # what the paper prints
+    # What the released code does, and what the paper prints: a value, or a few words where it is none of them.
+    released: str
+    paper: str
     default: str
     about: str  # one line
     trainer_only: tuple[str, ...] = ()  # values that the released layout, and so a bundle, cannot hold

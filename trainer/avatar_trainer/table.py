@@ -8,6 +8,8 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
+from avatar_trainer import stored
+
 EPSILON = 1e-15  # of Adam, as 3D Gaussian Splatting has it: gradients of a splat can be this small
 MOMENTS = ("exp_avg", "exp_avg_sq")
 
@@ -124,13 +126,16 @@ class Table:
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Go on from `state`, of a table with the same tensors; row counts may differ. ValueError otherwise."""
+        """Go on from `state`, of a table with the same tensors; row counts may differ.
+
+        ValueError for another table, and for values that Adam cannot go on from; KeyError for one that lacks some.
+        """
         self._check(state)
         for name, entry in state.items():
             self._replace(name, entry["value"].detach().clone())
             self.learning_rate(name, entry["learning_rate"])
             kept = self._optimiser.state[self._parameters[name]]
-            kept["step"] = torch.tensor(entry["step"], dtype=torch.float32)
+            kept["step"] = torch.tensor(float(entry["step"]), dtype=torch.float32)
             for moment in MOMENTS:
                 kept[moment] = entry[moment].clone()
 
@@ -141,11 +146,14 @@ class Table:
             )
         counts: dict[str, int] = {}
         for name, entry in state.items():
-            own, value = self._parameters[name], entry["value"]
-            count = counts.setdefault(self._rows[name], len(value))
-            for tensor in (value, *(entry[moment] for moment in MOMENTS)):
-                if tensor.dtype != own.dtype or tensor.shape != (count, *own.shape[1:]):
-                    raise ValueError(f"{name!r} of another table: {tensor.dtype}{tuple(tensor.shape)}")
+            own, rows = self._parameters[name], self._rows[name]
+            shape = (counts.setdefault(rows, len(entry["value"])), *own.shape[1:])
+            for part in ("value", *MOMENTS):
+                stored.tensor(entry[part], f"{part} of {name}", shape, own.dtype)
+            if (entry["exp_avg_sq"] < 0).any():
+                raise ValueError(f"exp_avg_sq of {name} has values below 0")
+            for part in ("step", "learning_rate"):
+                stored.number(entry[part], f"{part} of {name}")
 
     @property
     def _optimiser(self) -> torch.optim.Adam:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,15 +14,17 @@ from avatar_runtime.errors import AvatarError
 from avatar_trainer import checkpoint, run
 from avatar_trainer.capture import Capture
 from avatar_trainer.finished import save_upstream
-from avatar_trainer.iterate import Trainer
+from avatar_trainer.iterate import NotFinite, Trainer
 from avatar_trainer.logs import Logs
-from avatar_trainer.machine import memory_advice, reproducible
+from avatar_trainer.machine import disk_advice, memory_advice, reproducible
 from avatar_trainer.pictures import AHEAD, Pictures
 from avatar_trainer.progress import TrainProgress, note
-from avatar_trainer.renderer import RASTERISERS
+from avatar_trainer.renderer import expect_rasteriser
 from avatar_trainer.settings import TrainSettings
 from avatar_trainer.system import System
 from avatar_trainer.watch import Watch
+
+EVENTS = "events.out.tfevents.*"  # TensorBoard's files
 
 
 @dataclass(frozen=True)
@@ -46,18 +49,17 @@ def train(
 ) -> Trained:
     """Train `system`, fresh from its `create`, on the capture's frames of split `train`; writes into the folder `out`.
 
-    Goes on from the newest whole checkpoint of `out` unless `resume` is False, which removes what is there. The
-    result depends on the settings (without `TrainSettings.FREE`), the capture and the machine, not on how often the
-    run was interrupted. At the end `out/upstream` holds the released code's layout, unless `upstream` is False
-    or the layout cannot hold what was trained.
+    Goes on from the newest whole checkpoint of `out` unless `resume` is False; a run that begins anew removes what an
+    earlier one wrote there. The result depends on the settings (without `TrainSettings.FREE`), the capture and the
+    machine, not on how often the run was interrupted. At the end `out/upstream` holds the released code's layout,
+    unless `upstream` is False or the layout cannot hold what was trained.
 
     Raises AvatarError: `out` holds another run; no frame to train on; the loss or a parameter is no longer finite;
-    memory ran out. ValueError for an unknown rasteriser; OSError where something cannot be written.
+    memory ran out; something cannot be written; the rasteriser lacks what it needs. ValueError for an unknown one.
     """
-    if settings.rasteriser not in RASTERISERS:
-        raise ValueError(f"{settings.rasteriser!r} is none of {', '.join(RASTERISERS)}")
+    expect_rasteriser(settings.rasteriser)
     facts = run.facts(system.name, capture, settings, system_settings)
-    with memory_advice(), reproducible(settings.seed, settings.threads):
+    with disk_advice(out), memory_advice(), reproducible(settings.seed, settings.threads):
         trainer = Trainer(system, capture, settings)
         done = go_on(trainer, out, facts, resume)
         run.write(out, facts)
@@ -73,14 +75,13 @@ def go_on(trainer: Trainer, out: Path, facts: dict[str, Any], resume: bool) -> i
     Raises AvatarError for a checkpoint of another run.
     """
     folder = out / run.CHECKPOINTS
-    if not resume:
-        checkpoint.remove(folder)
     for path in checkpoint.partials(folder):
         path.unlink(missing_ok=True)
-    found = checkpoint.newest(folder, note)
+    found = checkpoint.newest(folder, note) if resume else None
     if found is None:
+        _clear(out)
         return 0
-    different = run.differences(found.state.get("run", {}), facts)
+    different = run.differences(found.state.get("run"), facts, found.iteration, trainer.settings.iterations)
     if different:
         raise AvatarError(
             f"holds another run ({'; '.join(different[:4])}); pass the same settings, name another folder, or pass "
@@ -90,6 +91,16 @@ def go_on(trainer: Trainer, out: Path, facts: dict[str, Any], resume: bool) -> i
     trainer.load_state(found.state)
     note(f"goes on from {found.path}")
     return found.iteration
+
+
+def _clear(out: Path) -> None:
+    """Remove what an earlier run wrote, the checkpoints last: what is left when interrupted is still a run."""
+    if (out / run.FILE).is_file():  # else such names are somebody else's
+        shutil.rmtree(out / run.UPSTREAM, ignore_errors=True)
+        for path in [*(out / run.PREVIEW).glob("iteration_*.png"), *(out / run.LOGS).glob(EVENTS)]:
+            path.unlink(missing_ok=True)
+        (out / run.EVALUATION).unlink(missing_ok=True)
+    checkpoint.remove(out / run.CHECKPOINTS)
 
 
 def _loop(trainer: Trainer, out: Path, facts: dict[str, Any], done: int) -> Trained:
@@ -134,6 +145,5 @@ def _last_good(kept: Path | None) -> Iterator[None]:
         yield
     except AvatarError as error:
         where = f"{kept} is kept" if kept else "there is no checkpoint yet"
-        raise AvatarError(
-            f"{error}; {where}; going on would meet it again: lower a learning rate or pass another --seed"
-        ) from None
+        advice = "; going on would meet it again: lower a learning rate or pass another --seed"
+        raise AvatarError(f"{error}; {where}{advice if isinstance(error, NotFinite) else ''}") from None

@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import shutil
 import zipfile
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -58,10 +60,11 @@ def write_bundle(
     wanted = {"engine": engine_files, "reference": reference, "picture": preview}
     parts = {"avatar", *(part for part, asked in wanted.items() if asked)}
     out = out.resolve()  # through a link to what it names; also "." gets a name
-    _may_replace(out, force)
+    may_replace(out, force)
     partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
+        _remove_leftovers(out)
         if out.suffix.lower() == ".zip":
             with zipfile.ZipFile(partial, "x", zipfile.ZIP_STORED) as archive:
                 document = _write(export, _zip_sink(archive), parts, progress)
@@ -152,7 +155,8 @@ def _pour(pieces: Iterable[Piece], file: BinaryIO) -> None:
         file.write(piece)
 
 
-def _may_replace(out: Path, force: bool) -> None:
+def may_replace(out: Path, force: bool) -> None:
+    """Raise AvatarError where `out` exists and, with `force`, is neither a bundle nor an empty folder."""
     if not out.exists():
         return
     if not force:
@@ -187,6 +191,31 @@ def _remove(path: Path) -> None:
         shutil.rmtree(path)
     elif path.exists():
         path.unlink()
+
+
+def _remove_leftovers(out: Path) -> None:
+    """Remove what processes that were killed while they wrote `out` left beside it."""
+    name = re.compile(rf"\.{re.escape(out.name)}\.([0-9]{{1,9}})\.partial")
+    for path in list(out.parent.iterdir()):
+        found = name.fullmatch(path.name)
+        if found and not _lives(int(found[1])):
+            with suppress(OSError):  # another user's
+                _remove(path)
+
+
+def _lives(process: int) -> bool:
+    """Whether another process of this number may be alive; Windows has no harmless way to ask."""
+    if os.name != "posix":
+        return True
+    if process in (0, os.getpid()):
+        return False
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # another user's
+        return True
+    return True
 
 
 def _plain(value: object) -> Any:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import fields, is_dataclass, replace
@@ -246,6 +248,26 @@ def test_a_rename_that_fails_puts_the_old_bundle_back(
         write_bundle(full_avatar(), out, force=True, preview=False, reference=False)
     assert os.listdir(tmp_path) == ["out"]
     assert bundles.contents(out) == before
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path) -> None:
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    for name in NAMES:
+        (tmp_path / f".{name}.{dead.pid}.partial").mkdir()
+        (tmp_path / f".{name}.{dead.pid}.partial" / "half").write_bytes(b"half")
+        (tmp_path / f".{name}.{os.getpid()}.partial").write_bytes(b"of an earlier process of this number")
+    kept = {
+        f".{NAMES[0]}.{os.getppid()}.partial",  # is being written
+        f".other.{dead.pid}.partial",
+        f".{NAMES[0]}.{dead.pid}.old",
+        f".{NAMES[0]}.x.partial",
+    }
+    for name in kept:
+        (tmp_path / name).write_bytes(b"")
+    for name in NAMES:
+        write_bundle(full_avatar(), tmp_path / name, preview=False, reference=False, engine_files=False)
+    assert set(os.listdir(tmp_path)) == {*NAMES, *kept}
 
 
 def refused(avatar: Avatar, out: Path, **options: Any) -> str:

@@ -16,17 +16,19 @@ from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.errors import AvatarError
 from avatar_trainer import checkpoint
 from avatar_trainer.capture import Capture
-from avatar_trainer.densify import DensitySettings, Plan
-from avatar_trainer.losses import psnr_db
+from avatar_trainer.densify import Density, DensitySettings, Plan
+from avatar_trainer.losses import dssim_loss, psnr_db
 from avatar_trainer.renderer import render
 from avatar_trainer.systems.splatting_avatar import Settings, SplattingAvatar, create
 from avatar_trainer.systems.splatting_avatar_settings import PAPER_ITERATIONS, scheduled
+from avatar_trainer.tensors import Rendered
 from tests.measured import Measure
 from tests.oracles.surface_rule import splatting_avatar as one_gaussian
 from tests.trainer.systems import splatting_avatar_scene as scene
 
 Array = npt.NDArray[Any]
 GENERATOR = 3
+STEEP = 1.5e-3  # a gradient that half of the Gaussians reach
 
 
 @pytest.fixture(scope="module")
@@ -231,6 +233,8 @@ def test_split_copies_lie_where_they_were_drawn(capture: Capture, rule: str) -> 
     old = {name: system.table[name].detach().clone() for name in system.table}
     prune = torch.zeros(150, dtype=torch.bool)
     prune[[4, 5]] = True
+    for statistic in system.density.state().values():
+        statistic += 1
     plan = Plan(clone=torch.tensor([7, 9]), split=torch.tensor([20, 30, 40]), prune=prune)
     system.lay_out(plan, torch.Generator().manual_seed(GENERATOR))
     after = system.splats(frame.pose)
@@ -254,6 +258,32 @@ def test_split_copies_lie_where_they_were_drawn(capture: Capture, rule: str) -> 
         assert torch.allclose(apart, (drawn * before.scale[index[parts]]).norm(dim=1), rtol=1e-3, atol=1e-6)
     for entry in system.table.state().values():
         assert (entry["exp_avg"][parts] == 0).all()
+    for statistic in system.density.state().values():
+        assert len(statistic) == len(index) and not statistic.any()
+
+
+def test_large_gaussians_go_after_the_first_opacity_reset(capture: Capture) -> None:
+    density = DensitySettings(densify_from=0, densify_every=500, opacity_reset_every=1000)
+    density = replace(density, gradient_threshold=1e9, max_screen_radius=6)
+    system = system_of(capture, iterations=PAPER_ITERATIONS, density=density)
+    with torch.no_grad():
+        system.table["log_scale"][:] = math.log(0.099 * system.extent)
+        system.table["log_scale"][3, 0] = math.log(0.101 * system.extent)
+    left = []
+    for iteration in (500, 1500):
+        system.density.largest_radius[:] = 6
+        system.density.largest_radius[9] = 7
+        system.after_step(iteration, torch.Generator())
+        left.append(len(system.density.seen))
+    assert left == [150, 148]
+    largest = float(system.table["log_scale"].detach().exp().max())
+    assert largest == pytest.approx(0.099 * system.extent)
+
+
+def test_a_plan_that_leaves_none_is_refused(capture: Capture) -> None:
+    none = torch.zeros(0, dtype=torch.int64)
+    with pytest.raises(AvatarError, match=r"no Gaussian is left: .*lower density\.min_opacity"):
+        system_of(capture).lay_out(Plan(none, none, torch.ones(150, dtype=torch.bool)), torch.Generator())
 
 
 def test_opacities_are_reset_and_sh_degrees_rise_when_due(capture: Capture) -> None:
@@ -261,13 +291,17 @@ def test_opacities_are_reset_and_sh_degrees_rise_when_due(capture: Capture) -> N
     system = system_of(
         capture, sh_degree=2, sh_degree_every=500, iterations=PAPER_ITERATIONS, density=density
     )
+    generator = torch.Generator().manual_seed(GENERATOR)
+    step(system, 1, generator)
     system.table["opacity_logit"].data.fill_(3.0)
-    generator = torch.Generator()
     system.after_step(2999, generator)
     assert (system.table["opacity_logit"] == 3.0).all()
     assert system.sh_degree == 2
     system.after_step(3000, generator)
     assert torch.allclose(system.table["opacity_logit"].sigmoid(), torch.tensor(0.01))
+    for moment in ("exp_avg", "exp_avg_sq"):
+        assert not system.table.state()["opacity_logit"][moment].any()
+        assert system.table.state()["sh_dc"][moment].any()
     system.after_step(999, generator)
     assert system.sh_degree == 1
 
@@ -312,25 +346,32 @@ def test_it_learns_the_pictures(capture: Capture) -> None:
 
 @pytest.mark.parametrize("rule", ["walking", "fixed"])
 def test_it_goes_on_from_a_checkpoint_bit_by_bit(capture: Capture, rule: str, tmp_path: Path) -> None:
-    density = DensitySettings(densify_from=0, densify_every=4, gradient_threshold=1e-5)
+    """Stopped between plans: what was seen before the stop decides the plan after it."""
+    density = DensitySettings(densify_from=0, densify_every=4, gradient_threshold=STEEP)
 
     def fresh() -> SplattingAvatar:
         return system_of(capture, embedding=rule, density=density, iterations=30)
 
     first, generator = fresh(), torch.Generator().manual_seed(GENERATOR)
-    for iteration in range(1, 10):
+    for iteration in range(1, 11):
         step(first, iteration, generator)
-    checkpoint.write(tmp_path, 9, {"system": first.state(), "generator": generator.get_state()})
+    checkpoint.write(tmp_path, 10, {"system": first.state(), "generator": generator.get_state()})
     found = checkpoint.newest(tmp_path, print)
     assert found is not None
-    second, other = fresh(), torch.Generator()
-    second.load_state(found.state["system"])
-    other.set_state(found.state["generator"])
-    for iteration in range(10, 15):
+    forgotten = {**found.state["system"], "density": Density(len(first.density.seen)).state()}
+    ends = []
+    for state in (found.state["system"], forgotten):
+        system, other = fresh(), torch.Generator()
+        system.load_state(state)
+        other.set_state(found.state["generator"])
+        for iteration in range(11, 14):
+            step(system, iteration, other)
+        ends.append(system)
+    for iteration in range(11, 14):
         step(first, iteration, generator)
-        step(second, iteration, other)
     assert len(first.density.seen) != 150
-    assert_equal(first.state(), second.state())
+    assert_equal(first.state(), ends[0].state())
+    assert len(ends[1].density.seen) != len(first.density.seen)  # the plan of iteration 12 was another
 
 
 def assert_equal(a: Any, b: Any) -> None:
@@ -361,6 +402,31 @@ def test_scaling_term_is_that_of_needles(capture: Capture) -> None:
     terms = system.losses(rendered, torch.zeros(12, 12, 3), torch.zeros(12, 12), 1)
     assert float(terms["scaling"].detach()) == pytest.approx(0.05 / 150)
     assert set(terms) == {"l1", "dssim", "scaling"}
+
+
+def test_terms_of_the_picture_are_weighted(capture: Capture) -> None:
+    drawn, wanted = torch.rand(2, 12, 12, 3, generator=torch.Generator().manual_seed(GENERATOR))
+    terms = system_of(capture).losses(
+        Rendered(drawn, drawn[..., 0], torch.zeros(150, dtype=torch.int32)), wanted, torch.ones(12, 12), 1
+    )
+    dssim = float(dssim_loss(drawn, wanted))
+    assert dssim > 0.5 and float(terms["dssim"]) == pytest.approx(0.2 * dssim)
+    assert float(terms["l1"]) == pytest.approx(float((drawn - wanted).abs().mean()))
+
+
+def test_the_background_is_of_random_colours(capture: Capture) -> None:
+    system, generator = system_of(capture), torch.Generator().manual_seed(GENERATOR)
+    drawn = torch.stack([system.background(generator) for _ in range(200)])
+    assert drawn.shape == (200, 3) and len(drawn.unique()) == 600
+    assert drawn.min() >= 0 and drawn.max() <= 1 and (drawn.mean(0) - 0.5).abs().max() < 0.1
+    assert torch.equal(drawn[0], system.background(torch.Generator().manual_seed(GENERATOR)))
+
+
+def test_first_colours_are_not_from_frames_held_out(capture: Capture) -> None:
+    assert capture.test
+    trained_on = system_of(replace(capture, frames=tuple(capture.train)))
+    assert torch.equal(system_of(capture).table["sh_dc"], trained_on.table["sh_dc"])
+    assert len(trained_on.table["sh_dc"].unique(dim=0)) > 50  # they are from frames
 
 
 def test_captures_that_it_cannot_train_on_are_refused(capture: Capture) -> None:

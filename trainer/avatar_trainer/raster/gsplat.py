@@ -35,7 +35,7 @@ def rasterise(
     The gradient of `screen_offset` is gsplat's of the projected centres; its values are not added to anything.
     Raises AvatarError without gsplat or CUDA.
     """
-    _expect_gsplat()
+    expect_gsplat()
     from gsplat import rasterization
 
     home, there = splats.mean.device, _moved(splats)
@@ -73,7 +73,8 @@ def intrinsics(camera: Camera) -> np.ndarray[tuple[int, ...], np.dtype[np.float3
     return k.astype(np.float32)
 
 
-def _expect_gsplat() -> None:
+def expect_gsplat() -> None:
+    """Raise AvatarError without gsplat or CUDA."""
     if importlib.util.find_spec("gsplat") is None:
         raise AvatarError("needs gsplat: pip install gsplat", field="rasteriser gsplat")
     if not torch.cuda.is_available():

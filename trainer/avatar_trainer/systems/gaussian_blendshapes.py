@@ -16,7 +16,7 @@ from avatar_export.readers.subject_files import read_faces
 from avatar_runtime.avatar import F32, I64, Rig
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.pose import PoseArrays
-from avatar_trainer import losses
+from avatar_trainer import losses, stored
 from avatar_trainer.capture import Capture
 from avatar_trainer.densify import Density
 from avatar_trainer.kernels import skinned_cpu
@@ -40,7 +40,7 @@ from avatar_trainer.systems.gaussian_blendshapes_mouth import Cylinder
 from avatar_trainer.systems.gaussian_blendshapes_rows import FACE, Rows
 from avatar_trainer.systems.gaussian_blendshapes_settings import BACKGROUNDS, PAPER, RULES, Settings
 from avatar_trainer.systems.gaussian_blendshapes_sh import turn_matrices
-from avatar_trainer.systems.gaussian_blendshapes_table import DELTAS, RATE_OF, make_table
+from avatar_trainer.systems.gaussian_blendshapes_table import DELTA, DELTAS, GAUSSIAN, RATE_OF, make_table
 from avatar_trainer.tensors import Gaussians, Rendered, Splats
 
 __all__ = ["PAPER", "RULES", "GaussianBlendshapes", "Settings", "create"]
@@ -153,15 +153,15 @@ class GaussianBlendshapes:
         return torch.full((3,), BACKGROUNDS[self.settings.background])
 
     def losses(self, rendered: Rendered, target: Tensor, mask: Tensor, iteration: int) -> dict[str, Tensor]:
-        """Eq. 3 to 6, weighted."""
+        """Eq. 3 to 6, weighted; no term of the mouth where none of its Gaussians is left."""
         w = self.settings.weights
         terms = {
             "l1": (1 - w.dssim) * losses.l1(rendered.colour, target),
             "dssim": w.dssim * losses.dssim_loss(rendered.colour, target),
             "alpha": w.alpha * losses.alpha_loss(rendered.alpha, mask),
         }
-        if self._volume is not None:
-            mouth = self.table["mean"][self.rows.of(FACE).stop :]
+        mouth = self.table["mean"][self.rows.of(FACE).stop :]
+        if self._volume is not None and len(mouth):
             terms["mouth"] = w.mouth * losses.mouth_volume_loss(mouth, self._volume)
         if w.lpips:
             terms["lpips"] = w.lpips * losses.lpips_loss(rendered.colour, target)
@@ -204,12 +204,25 @@ class GaussianBlendshapes:
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Go on from `state`."""
+        """Go on from `state`. ValueError, KeyError or TypeError for one of another subject or of other settings."""
         self.table.load_state(state["table"])
-        self._lay_out(Rows.from_state(state["rows"]))
-        self.density.load_state(state["density"])
-        self.sh_degree, self._iteration = state["sh_degree"], state["iteration"]
-        self.first = replace(self.first, triangle=state["triangle"], barycentric=state["barycentric"])
+        rows = self.rows.from_state(state["rows"], self.expressions)
+        counts = {GAUSSIAN: rows.count, DELTA: rows.learned.count}
+        for name in self.table:
+            if len(self.table[name]) != counts[self.table.rows(name)]:
+                raise ValueError(
+                    f"{name} has {len(self.table[name])} rows, not {counts[self.table.rows(name)]}"
+                )
+        self._lay_out(rows)
+        self.density.load_state(state["density"], rows.count)
+        self.sh_degree = stored.whole(state["sh_degree"], "sh_degree", self.settings.sh_degree)
+        self._iteration = stored.whole(state["iteration"], "iteration")
+        points = len(self.first.triangle)
+        self.first = replace(
+            self.first,
+            triangle=stored.indices(state["triangle"], "triangle", points, len(self.capture.rig.triangles)),
+            barycentric=stored.tensor(state["barycentric"], "barycentric", (points, 3)),
+        )
 
     def save(self, folder: Path, iteration: int) -> None:
         """Write the released code's layout, and rules.json, into `folder`."""

@@ -7,11 +7,17 @@ import math
 import torch
 from torch import Generator, Tensor
 
+from avatar_runtime.errors import AvatarError
 from avatar_trainer.densify import SPLIT_COPIES, SPLIT_SHRINK, Plan
 from avatar_trainer.stages.rotation import matrix_from_quat
 from avatar_trainer.systems.gaussian_blendshapes_rows import Rows
 from avatar_trainer.systems.gaussian_blendshapes_table import DELTA, GAUSSIAN
 from avatar_trainer.table import Table
+
+NONE_LEFT = (
+    "no Gaussian is left: all have become transparent or too large; lower density.min_opacity, raise "
+    "density.max_world_scale or set density.densify_until=0"
+)
 
 
 def grow(plan: Plan, rows: Rows, table: Table, generator: Generator) -> Rows:
@@ -19,9 +25,11 @@ def grow(plan: Plan, rows: Rows, table: Table, generator: Generator) -> Rows:
 
     A clone is its Gaussian again. The two that replace a split one are smaller and lie where its own distribution
     puts them; init terms, learned differences, mask and skin weights are its own (face_gs_model.py: never computed
-    anew).
+    anew). Raises AvatarError where none is left.
     """
     index, fresh = plan.rows()
+    if not len(index):
+        raise AvatarError(NONE_LEFT)
     parts = torch.zeros(len(index), dtype=torch.bool)
     parts[len(index) - SPLIT_COPIES * len(plan.split) :] = True
     order = torch.argsort(rows.group[index], stable=True)  # the draw order of the groups stays

@@ -8,6 +8,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from avatar_trainer import stored
+
 FACE, UPPER, LOWER = range(3)
 
 
@@ -26,6 +28,15 @@ class Entries:
     def row(self) -> Tensor:
         """[E] int64, the row of each entry."""
         return torch.repeat_interleave(self.row_ptr.diff())
+
+    @staticmethod
+    def from_state(state: Any, name: str, rows: int, columns: int) -> Entries:
+        """A pattern of `rows` rows, columns below `columns`. ValueError for anything else."""
+        row_ptr = stored.rising(state["row_ptr"], f"{name}.row_ptr")
+        entries = len(state["column"])
+        if len(row_ptr) != rows + 1 or int(row_ptr[0]) != 0 or int(row_ptr[-1]) != entries:
+            raise ValueError(f"{name}.row_ptr does not lead through {entries} entries of {rows} rows")
+        return Entries(row_ptr, stored.indices(state["column"], f"{name}.column", entries, columns))
 
     def take(self, index: Tensor) -> tuple[Entries, Tensor]:
         """(the pattern of the rows `index` i64[M], the entries i64[] that they had here)."""
@@ -82,8 +93,21 @@ class Rows:
             for name, value in vars(self).items()
         }
 
-    @staticmethod
-    def from_state(state: dict[str, Any]) -> Rows:
-        """What `state` gave; shares its memory."""
-        patterns = {name: Entries(**state[name]) for name in ("init", "learned")}
-        return Rows(**{**state, **patterns})
+    def from_state(self, state: dict[str, Any], expressions: int) -> Rows:
+        """What `state` gave, of the subject that these rows are of; shares its memory.
+
+        ValueError for what is not rows of this subject, with `expressions` columns.
+        """
+        group = stored.rising(state["group"], "group")
+        n = len(group)
+        stored.indices(group, "group", n, int(self.group[-1]) + 1)
+        init, learned = (Entries.from_state(state[key], key, n, expressions) for key in ("init", "learned"))
+        shapes = {
+            "skin_weights": (n, self.skin_weights.shape[1]),
+            "corrective": (len(self.corrective), n, 3),
+            "late": (len(self.late), n, 3),
+            "init_values": (init.count, self.init_values.shape[1]),
+            "mask": (learned.count,),
+        }
+        values = {name: stored.tensor(state[name], name, shape) for name, shape in shapes.items()}
+        return Rows(group=group, init=init, learned=learned, **values)

@@ -124,25 +124,37 @@ def throw_darts(position: F64, normal: F64, radius: float) -> I64:
     return kept[:found]
 
 
-@kernel(parallel=True)
 def neighbour_distance(position: F64) -> F64:
     """Root of the mean squared distance of each point [N, 3] to its three nearest others (all, if fewer), [N]."""
+    if not len(position):
+        return np.zeros(0)
+    axis = int(np.argmax(np.ptp(position, axis=0)))
+    order = np.argsort(position[:, axis], kind="stable")
+    result = np.empty(len(position))
+    result[order] = _swept(position[order], axis)
+    return result
+
+
+@kernel(parallel=True)
+def _swept(position: F64, axis: int) -> F64:
+    """`neighbour_distance` of points that rise along `axis`: a search ends where that alone is too far."""
     n = len(position)
     result = np.zeros(n)
     for row in prange(n):
         a, b, c = np.inf, np.inf, np.inf
-        for other in range(n):
-            if other == row:
-                continue
-            distance = 0.0
-            for axis in range(3):
-                distance += (position[row, axis] - position[other, axis]) ** 2
-            if distance < a:
-                a, b, c = distance, a, b
-            elif distance < b:
-                b, c = distance, b
-            elif distance < c:
-                c = distance
+        for step in (-1, 1):
+            other = row + step
+            while 0 <= other < n and (position[row, axis] - position[other, axis]) ** 2 <= c:
+                distance = 0.0
+                for k in range(3):
+                    distance += (position[row, k] - position[other, k]) ** 2
+                if distance < a:
+                    a, b, c = distance, a, b
+                elif distance < b:
+                    b, c = distance, b
+                elif distance < c:
+                    c = distance
+                other += step
         total, found = 0.0, 0
         for distance in (a, b, c):
             if distance < np.inf:

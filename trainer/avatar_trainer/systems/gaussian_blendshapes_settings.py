@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from avatar_trainer.densify import DensitySettings
-from avatar_trainer.settings import Rule, rule_defaults
+from avatar_trainer.settings import (
+    ABOVE_ZERO,
+    MOST,
+    MOST_ITERATIONS,
+    Rule,
+    expect_ranges,
+    rule_defaults,
+)
 
 BACKGROUNDS = {"black": 0.0, "white": 1.0}
 COLOURS = ("frames", "grey")
+MOST_START = 250_000  # Gaussians: spacing them takes 20 s; a run may grow beyond
+MOST_EXPRESSIONS = 10_000
+LEAST_MOUTH = 1e-3  # metres: radius and half height of a mouth
 
 RULES: dict[str, Rule] = {
     "mask": Rule(
@@ -38,14 +49,16 @@ RULES: dict[str, Rule] = {
         released="grid",
         paper="grid",
         default="nearest_triangle",
-        about="where skin weights and masks come from; a grid of 256^3 takes 3.7 GB to blur them",
+        about="where skin weights and masks come from: a grid of 256^3 (3.7 GB to blur) in both; here the triangle "
+        "that each point was sampled on, copied along by density control",
     ),
     "anchor": Rule(
         ("repeats", "unique"),
         released="repeats",
-        paper="repeats",
+        paper="left open",
         default="repeats",
-        about="how often a vertex counts in the fit that carries the upper teeth",
+        about="how often a vertex counts in the fit that carries the upper teeth; the paper: rigidly bound to the "
+        "back of the head",
     ),
     "lower_teeth": Rule(
         ("mix", "jaw"),
@@ -99,6 +112,10 @@ class Rates:
     delta_quat_wxyz: float = 1e-3
     delta_sh: float = 2.5e-3
 
+    def __post_init__(self) -> None:
+        falling = dict.fromkeys(("mean", "mean_final"), (ABOVE_ZERO, math.inf))  # by a logarithm
+        expect_ranges(self, {**dict.fromkeys(vars(self), (0, math.inf)), **falling})
+
 
 @dataclass(frozen=True)
 class Weights:
@@ -108,6 +125,9 @@ class Weights:
     alpha: float = 10.0
     mouth: float = 100.0
     lpips: float = 0.0  # 0.05 in the paper's comparison with NeRFBlendShape; needs the package lpips
+
+    def __post_init__(self) -> None:
+        expect_ranges(self, {**dict.fromkeys(vars(self), (0, math.inf)), "dssim": (0, 1)})
 
 
 @dataclass(frozen=True)
@@ -122,7 +142,8 @@ class Settings:
     delta_sh_degree: int = 0  # of the learned differences
     least_mask: float = 0.01  # nothing is learned where the mask of Eq. 2 is no larger; 0: the paper
     sh_every: int = 500  # iterations until the next degree is used
-    extent: float = 1.0  # metres: of what 3DGS calls the scene; scales rates and density control
+    # Metres: of what 3DGS calls the scene; scales rates and density control. A choice of ours.
+    extent: float = 1.0
     # Density of the first Gaussians where no frame shows the mesh, 1 elsewhere; 1: the paper.
     unseen: float = 0.25
     background: str = "black"  # or white
@@ -142,10 +163,18 @@ class Settings:
     rules: Mapping[str, str] = field(default_factory=lambda: rule_defaults(RULES))
 
     def __post_init__(self) -> None:
-        least = {"iterations": 1, "gaussians": 4, "mouth_gaussians": 1, "expressions": 0, "sh_every": 1}
-        for name, low in least.items():
-            if getattr(self, name) < low:
-                raise ValueError(f"{name} is {getattr(self, name)}; at least {low}")
+        expect_ranges(
+            self,
+            {
+                "iterations": (1, MOST_ITERATIONS),
+                "gaussians": (4, MOST_START),
+                "mouth_gaussians": (1, MOST_START),
+                "expressions": (0, MOST_EXPRESSIONS),
+                "sh_every": (1, MOST),
+                "least_mask": (0, 1),
+                "extent": (ABOVE_ZERO, math.inf),
+            },
+        )
         if not 0 <= self.delta_sh_degree <= self.sh_degree <= 3:
             raise ValueError(
                 f"sh_degree is {self.sh_degree}, delta_sh_degree {self.delta_sh_degree}; 0 to 3, the latter no larger"
@@ -154,11 +183,15 @@ class Settings:
             raise ValueError("background is black or white; colours is frames or grey")
         if not 0 < self.unseen <= 1:
             raise ValueError(f"unseen is {self.unseen}; above 0, at most 1")
-        if min(self.mouth_cylinder[3:]) < 0:
-            raise ValueError("mouth_cylinder has a negative radius or half height")
+        radius, half_height = self.mouth_cylinder[3:]
+        if radius != 0 and not min(radius, half_height) >= LEAST_MOUTH:
+            raise ValueError(
+                f"mouth_cylinder has radius {radius} and half height {half_height}; at least {LEAST_MOUTH}, "
+                "or radius 0 to fit it"
+            )
 
 
-# Sections 3.2 to 4.1 and the released code's cfg_args.
+# Sections 3.2 to 4.1 and, where the paper is silent, the released code's cfg_args; but `weights` and `extent` are ours.
 PAPER = Settings(
     iterations=40_000,
     gaussians=50_000,
@@ -180,4 +213,6 @@ PAPER = Settings(
     ),
     density=DensitySettings(),
     opacity_resets=True,
+    rules=rule_defaults(RULES)
+    | {"mask": "per_blendshape", "init_position": "rotation", "init_sh": "rotated"},
 )

@@ -2,7 +2,8 @@
 
 Trained of each Gaussian: its embedding (splatting_avatar_embedding.py), local rotation, log scale, opacity logit and
 spherical harmonics. Lengths of the table are in training units, metres times 4 for heads as in the release; `splats`
-gives metres.
+gives metres. From SH degree 1 on, with rule sh_direction=inverse_rotation, the gradient of (u, v) is not whole: how
+the mesh's rotation at (u, v) turns the direction of view is left out (`Splats.sh_rotation` carries no gradient).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from avatar_runtime.avatar import F32
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.pose import PoseArrays
 from avatar_schema import constants
+from avatar_trainer import stored
 from avatar_trainer.capture import Capture, Frame
 from avatar_trainer.densify import SPLIT_COPIES, SPLIT_SHRINK, Density, Plan
 from avatar_trainer.kernels import carried_cpu
@@ -181,7 +183,10 @@ class SplattingAvatar:
         samples = self._samples(plan.split.repeat(SPLIT_COPIES), generator)
         index, fresh = plan.rows()
         if not len(index):
-            raise AvatarError("no Gaussian is left: all have become transparent or too large")
+            raise AvatarError(
+                "no Gaussian is left: all have become transparent or too large; lower density.min_opacity, raise "
+                "density.max_world_scale or set density.densify_until=0"
+            )
         self.table.take(ROWS, index, fresh)
         self.embedding.take(index)
         copies = slice(len(index) - len(samples.parent), len(index))
@@ -201,11 +206,15 @@ class SplattingAvatar:
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Go on from `state`."""
+        """Go on from `state`. ValueError, KeyError or TypeError for one of another mesh or of other settings."""
         self.table.load_state(state["table"])
-        self.density.load_state(state["density"])
-        self._embed(state["triangle"].clone(), state["barycentric"].clone())
-        self.sh_degree, self.crossings = int(state["sh_degree"]), int(state["crossings"])
+        count = self.table.count(ROWS)
+        self.density.load_state(state["density"], count)
+        triangle = stored.indices(state["triangle"], "triangle", count, len(self.triangles))
+        barycentric = stored.tensor(state["barycentric"], "barycentric", (count, 3))
+        self._embed(triangle.clone(), barycentric.clone())
+        self.sh_degree = stored.whole(state["sh_degree"], "sh_degree", self.settings.sh_degree)
+        self.crossings = stored.whole(state["crossings"], "crossings")
 
     @torch.no_grad()
     def save(self, folder: Path, iteration: int) -> None:

@@ -16,10 +16,12 @@ from torch import Tensor
 
 from avatar_runtime.avatar import F32, F64, I64
 from avatar_runtime.camera import Camera
+from avatar_trainer.systems.gaussian_blendshapes_sampling import neighbour_distance
 
 NEIGHBOURS = 3  # whose mean squared distance is the first variance, as in 3DGS
 LEAST_SCALE = 1e-7  # training units, as in 3DGS
 CHUNK = 1024  # points whose distances to all others are held at once
+SEARCHED = 20_000  # points, from which on neighbours are searched for, not found among all distances
 GREY = 0.5
 INIT_COLOURS = ("frames", "grey")
 FACING = (
@@ -65,6 +67,9 @@ SAMPLING: dict[str, Callable[[F64], F64]] = {
 
 def neighbour_scale(points: Tensor) -> Tensor:
     """[N] the root of the mean squared distance of each point [N, 3] to its three nearest others."""
+    if len(points) >= SEARCHED:
+        found = neighbour_distance(points.double().numpy())
+        return torch.from_numpy(found).to(points.dtype).clamp_min(LEAST_SCALE)
     near = min(NEIGHBOURS + 1, len(points))
     squared = []
     for part in torch.split(points, CHUNK):

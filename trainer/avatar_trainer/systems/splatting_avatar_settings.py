@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -9,7 +10,15 @@ import numpy as np
 
 from avatar_runtime.avatar import F32, Rules
 from avatar_trainer.densify import DensitySettings
-from avatar_trainer.settings import Rule, rule_defaults
+from avatar_trainer.settings import (
+    ABOVE_ZERO,
+    MOST,
+    MOST_GAUSSIANS,
+    MOST_ITERATIONS,
+    Rule,
+    expect_ranges,
+    rule_defaults,
+)
 from avatar_trainer.systems.splatting_avatar_init import INIT_COLOURS, SAMPLING
 
 PAPER_ITERATIONS = 30_000  # that the release's schedule is made for
@@ -33,6 +42,7 @@ RULES: Mapping[str, Rule] = {
     "embedding": Rule(
         ("walking", "clamped", "fixed", "released"), "released", "walking", "walking",
         "(u, v) trained and walking on triangles; held in its triangle; a shift in space instead; not trained",
+        trainer_only=("fixed",),
     ),
     "position": Rule(
         ("normal", "interpolated_normal"), "normal", "interpolated_normal", "normal",
@@ -47,8 +57,9 @@ RULES: Mapping[str, Rule] = {
         "how the mesh stretches Gaussians; by_subject: log_area for heads, none for bodies",
     ),
     "sh_direction": Rule(
-        ("inverse_rotation", "world"), "world", "inverse_rotation", "inverse_rotation",
-        "the direction in which colours beyond SH degree 0 are seen",
+        ("inverse_rotation", "world"), "world", "degree 0 only", "inverse_rotation",
+        "how colours beyond SH degree 0 are seen: turned with the mesh (the release's option convert_SHs_python, off "
+        "by default; the gradient of (u, v) leaves the turn out), or not",
     ),
 }  # fmt: skip
 
@@ -64,6 +75,10 @@ class LearningRates:
     opacity_logit: float = 5e-2
     sh: float = 2.5e-3  # beyond degree 0 a twentieth of it
 
+    def __post_init__(self) -> None:
+        falling = dict.fromkeys(("position", "position_final"), (ABOVE_ZERO, math.inf))  # by a power
+        expect_ranges(self, {**dict.fromkeys(vars(self), (0, math.inf)), **falling})
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -75,7 +90,7 @@ class Settings:
 
     iterations: int = PAPER_ITERATIONS
     gaussians: int = 10_000  # at the start
-    sh_degree: int = 0
+    sh_degree: int = 0  # the paper; above it the gradient of (u, v) is not whole (see splatting_avatar.py)
     rules: Mapping[str, str] = field(default_factory=lambda: rule_defaults(RULES))
     subject: str = "auto"  # head | body | auto: by the height of the mesh
     sampling: str = "uniform"  # uniform: every triangle alike (the paper); area
@@ -93,8 +108,18 @@ class Settings:
     def __post_init__(self) -> None:
         if self.subject not in ("auto", *SUBJECTS):
             raise ValueError(f"subject is {self.subject!r}; auto, {', '.join(SUBJECTS)}")
-        if self.gaussians < 1 or self.iterations < 1 or not 0 <= self.sh_degree <= 3:
-            raise ValueError("gaussians and iterations are at least 1, sh_degree is 0..3")
+        expect_ranges(
+            self,
+            {
+                "gaussians": (1, MOST_GAUSSIANS),
+                "iterations": (1, MOST_ITERATIONS),
+                "sh_degree": (0, 3),
+                "sh_degree_every": (1, MOST),
+                "walk_decay": (0, 1),
+                "thin_ratio": (ABOVE_ZERO, math.inf),
+                **dict.fromkeys(("dssim", "lpips", "scaling", "long"), (0, math.inf)),
+            },
+        )
         if self.sampling not in SAMPLING or self.init_colour not in INIT_COLOURS:
             raise ValueError(
                 f"sampling is one of {', '.join(SAMPLING)}, init_colour of {', '.join(INIT_COLOURS)}"

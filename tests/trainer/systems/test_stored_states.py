@@ -1,0 +1,176 @@
+"""States that somebody else wrote: what does not fit the subject is refused before a kernel trusts its indices."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import torch
+
+from avatar_runtime.errors import AvatarError
+from avatar_trainer.capture import Capture
+from avatar_trainer.finished import load_system
+from avatar_trainer.system import System
+from avatar_trainer.systems import splatting_avatar
+from avatar_trainer.systems.gaussian_blendshapes import create
+from tests.trainer.systems import blendshape_subjects as blendshapes
+from tests.trainer.systems import splatting_avatar_scene as scene
+
+State = dict[str, Any]
+NAN, INF = float("nan"), float("inf")
+
+
+@pytest.fixture(scope="module")
+def captures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Capture]:
+    folder = tmp_path_factory.mktemp("captures")
+    return {
+        "gaussian_blendshapes": blendshapes.capture(folder),
+        "splatting_avatar": scene.blank(folder / "s"),
+    }
+
+
+def fresh(captures: dict[str, Capture], name: str) -> System:
+    capture = captures[name]
+    if name == "gaussian_blendshapes":
+        return create(capture, blendshapes.settings(), 0)
+    return splatting_avatar.create(capture, scene.settings(init_colour="grey", sh_degree=1), 0)
+
+
+def put(value: Any, *path: str, at: Any = None) -> Callable[[State], None]:
+    """A change of a state: the value at `path`, or of the tensor there the entry `at`."""
+
+    def change(state: State) -> None:
+        for key in path[:-1]:
+            state = state[key]
+        if at is None:
+            state[path[-1]] = value(state[path[-1]]) if callable(value) else value
+        else:
+            state[path[-1]] = state[path[-1]].clone()
+            state[path[-1]][at] = value
+
+    return change
+
+
+def cut(values: torch.Tensor) -> torch.Tensor:
+    return values[:-1]
+
+
+def wide(values: torch.Tensor) -> torch.Tensor:
+    return values.to(torch.float64 if values.dtype == torch.float32 else torch.int32)
+
+
+def without(*path: str) -> Callable[[State], None]:
+    def change(state: State) -> None:
+        for key in path[:-1]:
+            state = state[key]
+        del state[path[-1]]
+
+    return change
+
+
+def fewer_rows(state: State) -> None:
+    """One Gaussian less in the table alone."""
+    for entry in state["table"].values():
+        if len(entry["value"]) == 74:
+            for part in ("value", "exp_avg", "exp_avg_sq"):
+                entry[part] = cut(entry[part])
+
+
+def fewer_entries(state: State) -> None:
+    """One learned difference less in the table alone."""
+    for name, entry in state["table"].items():
+        if name.startswith("delta"):
+            for part in ("value", "exp_avg", "exp_avg_sq"):
+                entry[part] = cut(entry[part])
+
+
+BLENDSHAPES = [
+    (put(10**9, "rows", "init", "column", at=0), "init.column reaches"),
+    (put(3, "rows", "init", "column", at=0), "init.column reaches"),
+    (put(-1, "rows", "learned", "column", at=-1), "learned.column reaches from -1"),
+    (put(10**12, "rows", "init", "row_ptr", at=1), "init.row_ptr falls"),
+    (put(10**12, "rows", "init", "row_ptr", at=-1), "init.row_ptr does not lead"),
+    (put(-1, "rows", "learned", "row_ptr", at=0), "learned.row_ptr does not lead"),
+    (put(cut, "rows", "learned", "row_ptr"), "learned.row_ptr does not lead"),
+    (put(cut, "rows", "learned", "column"), "learned.row_ptr does not lead"),
+    (put(wide, "rows", "init", "column"), "init.column is torch.int32"),
+    (put(wide, "rows", "init", "row_ptr"), "init.row_ptr is torch.int32"),
+    (put([0, 1], "rows", "init", "row_ptr"), "init.row_ptr is a list"),
+    (without("rows", "init", "column"), "column"),
+    (put(None, "rows", "learned"), "NoneType"),
+    (put(lambda group: group[:5], "rows", "group"), "row_ptr does not lead"),
+    (put(lambda group: group[:0], "rows", "group"), "group is torch.int64"),
+    (put(lambda group: group.flip(0), "rows", "group"), "group falls"),
+    (put(3, "rows", "group", at=-1), "group reaches from 0 to 3"),
+    (put(-1, "rows", "group", at=0), "group reaches from -1"),
+    (put(wide, "rows", "group"), "group is torch.int32"),
+    (put(cut, "rows", "skin_weights"), "skin_weights is"),
+    (put(lambda values: values[:, :-1], "rows", "skin_weights"), "skin_weights is"),
+    (put(cut, "rows", "corrective"), "corrective is"),
+    (put(lambda values: values[:, :-1], "rows", "late"), "late is"),
+    (put(cut, "rows", "init_values"), "init_values is"),
+    (put(NAN, "rows", "init_values", at=(0, 0)), "init_values has values that are not finite"),
+    (put(cut, "rows", "mask"), "mask is"),
+    (fewer_rows, r"mean has 73 rows, not 74"),
+    (fewer_entries, r"delta_mean has \d+ rows, not"),
+    (put(2, "sh_degree"), "sh_degree is 2"),
+    (put(-1, "iteration"), "iteration is -1"),
+    (put("6", "iteration"), "iteration is 6"),
+    (put(10**9, "triangle", at=0), "triangle reaches"),
+    (put(cut, "triangle"), "triangle is"),
+    (put(wide, "barycentric"), "barycentric is torch.float64"),
+]
+SPLATTING = [
+    (put(10**9, "triangle", at=0), "triangle reaches from"),
+    (put(128, "triangle", at=3), "triangle reaches from 0 to 128, not within 0..127"),
+    (put(-1, "triangle", at=3), "triangle reaches from -1"),
+    (put(cut, "triangle"), "triangle is"),
+    (put(wide, "triangle"), "triangle is torch.int32"),
+    (put(cut, "barycentric"), "barycentric is"),
+    (put(wide, "barycentric"), "barycentric is torch.float64"),
+    (put(NAN, "barycentric", at=(0, 1)), "barycentric has values that are not finite"),
+    (put(7, "sh_degree"), "sh_degree is 7"),
+    (put(0.5, "sh_degree"), "sh_degree is 0.5"),
+    (put(True, "sh_degree"), "sh_degree is True"),
+    (put(-1, "crossings"), "crossings is -1"),
+]
+BOTH = [
+    (put(cut, "density", "gradient_sum"), "gradient_sum is"),
+    (put(wide, "density", "seen"), "seen is torch.float64"),
+    (put(cut, "density", "largest_radius"), "largest_radius is"),
+    (put(NAN, "density", "gradient_sum", at=0), "gradient_sum has values that are not finite"),
+    (without("density", "seen"), "seen"),
+    (put(None, "density"), "NoneType"),
+    (put(NAN, "table", "log_scale", "value", at=(0, 0)), "value of log_scale has values that are not finite"),
+    (put(INF, "table", "opacity_logit", "exp_avg", at=0), "exp_avg of opacity_logit has values"),
+    (put(-1.0, "table", "opacity_logit", "exp_avg_sq", at=0), "exp_avg_sq of opacity_logit .* below 0"),
+    (put(NAN, "table", "opacity_logit", "step"), "step of opacity_logit"),
+    (put("1", "table", "opacity_logit", "learning_rate"), "learning_rate of opacity_logit"),
+    (put(3.0, "table", "opacity_logit", "value"), "float"),
+    (put([], "table"), "cannot go on"),
+]
+CASES = [
+    *(("gaussian_blendshapes", *case) for case in [*BLENDSHAPES, *BOTH]),
+    *(("splatting_avatar", *case) for case in [*SPLATTING, *BOTH]),
+]
+
+
+@pytest.mark.parametrize(("name", "change", "said"), CASES, ids=[f"{n[0]} {s}" for n, _, s in CASES])
+def test_a_state_that_does_not_fit_is_one_line(
+    captures: dict[str, Capture], name: str, change: Callable[[State], None], said: str
+) -> None:
+    system = fresh(captures, name)
+    state = copy.deepcopy(system.state())
+    load_system(system, {"system": state})
+    change(state)
+    with pytest.raises(AvatarError, match=rf"^the checkpoint does not fit {name} on this capture \(.*{said}"):
+        load_system(system, {"system": state})
+
+
+@pytest.mark.parametrize("state", [{}, {"system": None}, {"system": []}, {"system": {"table": 3}}])
+def test_a_state_that_is_none(captures: dict[str, Capture], state: State) -> None:
+    for name in captures:
+        with pytest.raises(AvatarError, match="does not fit"):
+            load_system(fresh(captures, name), state)
