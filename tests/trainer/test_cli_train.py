@@ -263,7 +263,7 @@ OUT_OF_RANGE = {
     "splatting_avatar": (
         ("--gaussians", "1000001", "gaussians is 1000001; at least 1, at most 1000000"),
         ("--set", "sh_degree_every=0", "sh_degree_every is 0; at least 1"),
-        ("--set", "learning_rates.position=-1", "position is -1.0"),
+        ("--set", "learning_rates.position=-1", "settings.learning_rates: position is -1.0"),
         ("--set", "learning_rates.position=0", "position is 0.0"),
         ("--set", "learning_rates.sh=-1", "sh is -1.0; at least 0"),
         ("--set", "scaling=-1", "scaling is -1.0"),

@@ -102,8 +102,9 @@ def settable(settings: object, without: tuple[str, ...] = ()) -> dict[str, Any]:
     return found
 
 
-def with_values(settings: T, pairs: Iterable[tuple[str, str]]) -> T:
+def with_values(settings: T, pairs: Iterable[tuple[str, str]], field: str = "settings") -> T:
     """`settings`, a dataclass, with its fields as (name, text) pairs say, all at once; names of nested ones dotted.
+    `field`: what an error names.
 
     Raises AvatarError for a name that there is not or is given twice, a text that is not of the field's type, or
     values that the dataclass refuses.
@@ -122,11 +123,11 @@ def with_values(settings: T, pairs: Iterable[tuple[str, str]]) -> T:
         else:
             raise no_such("setting", name, settable(settings), field="--set")
     for head, inner in nested.items():
-        changes[head] = with_values(getattr(settings, head), inner)
+        changes[head] = with_values(getattr(settings, head), inner, f"{field}.{head}")
     try:
         return dataclasses.replace(settings, **changes)  # type: ignore[type-var]
     except ValueError as error:
-        raise AvatarError(str(error), field="settings") from None
+        raise AvatarError(str(error), field=field) from None
 
 
 def _expect_once(pairs: Iterable[tuple[str, str]], field: str) -> None:
