@@ -127,7 +127,9 @@ def test_a_run_json_that_was_edited_is_refused(
     assert str(raised.value).startswith(f"{out / run.FILE}: ")  # which of many
 
 
-@pytest.mark.parametrize("before", [None, [], [1], "run", 3, {}, {"settings": torch.zeros(3)}, ABSENT])
+@pytest.mark.parametrize(
+    "before", [None, [], [1], "run", 3, {}, {"settings": {"seed": torch.zeros(3)}}, ABSENT]
+)
 def test_a_checkpoint_that_does_not_say_of_which_run(capture: Capture, out: Path, before: Any) -> None:
     edit_checkpoint(out, run=before)
     with pytest.raises(AvatarError, match="of the checkpoint beside it"):

@@ -96,7 +96,7 @@ def pose_of(capture: Capture, avatar: Avatar, frame: Frame) -> Pose:
 def _row(
     capture: Capture,
     avatar: Avatar,
-    frames: list[Frame],
+    frames: tuple[Frame, ...],
     wanted: list[Rendered],
     backend: str,
     profile: str,
