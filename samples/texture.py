@@ -62,7 +62,7 @@ def packed_uv(uv: Array, part: Array, part_names: tuple[str, ...]) -> Array:
     return np.stack([x + w * (uv[:, :, 0] % 1), y + h * (1 - uv[:, :, 1] % 1)], axis=-1)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def texels(corner: Array, size: int, face: Array, bary: Array) -> None:
     """Which triangle (face [size, size], -1 for none) lies under each texel's centre, and where in it."""
     for f in range(len(corner)):

@@ -75,7 +75,7 @@ def nearest_rows(points: Array, among: Array) -> Array:
     return np.concatenate(parts)
 
 
-@njit(parallel=True, cache=True)  # type: ignore[untyped-decorator]
+@njit(parallel=True, cache=True)
 def nearest_points(
     points: Array,
     facing: Array,
@@ -116,7 +116,7 @@ def nearest_points(
         far[n] = np.sqrt(best)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def closest(p: Array, a: Array, b: Array, c: Array) -> tuple[float, float]:
     """Weights of b and c at the point of a triangle nearest to p: the face's, or that of the nearest edge."""
     ab, ac, ap = b - a, c - a, p - a

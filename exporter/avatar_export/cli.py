@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import io
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from avatar_export import GENERATOR, arguments
+from avatar_export import arguments, program
 from avatar_export.commands.conform import conform
 from avatar_export.commands.convert import convert
 from avatar_export.commands.pose import pose
@@ -19,7 +17,6 @@ from avatar_export.inspect import inspect as inspect_avatar
 from avatar_export.read import READERS, expect_bundle
 from avatar_export.validate import validate as validate_bundle
 from avatar_runtime.bundle import handedness, opener, read_manifest
-from avatar_runtime.errors import AvatarError
 
 app = typer.Typer(
     help=f"Turns trained avatars ({', '.join(r.system for r in READERS)}) into portable bundles, and plays them.",
@@ -87,29 +84,9 @@ def systems(as_json: arguments.AsJson = False) -> None:
             output.print(f"    {line}")
 
 
-def _version(show: bool) -> None:
-    if show:
-        print(GENERATOR)
-        raise typer.Exit
-
-
-@app.callback()
-def _root(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show version.")
-    ] = False,
-) -> None:
-    pass
+app.callback(help=app.info.help)(program.root)
 
 
 def main() -> None:
-    """Entry point: bad data is one line and exit code 2; anything else that escapes is a bug."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
-    try:
-        app()
-    except (AvatarError, OSError, UnicodeError) as error:  # the last two: names that this system cannot take
-        text = " ".join(str(error).split()).encode("utf-8", "backslashreplace").decode()
-        print(f"avatar-export: {text}", file=sys.stderr)
-        sys.exit(2)
+    """Entry point."""
+    program.run(app, "avatar-export")

@@ -75,7 +75,7 @@ def _steps() -> Iterator[tuple[str, Step, list[Tensor]]]:
     mesh, vertices = _mesh(generator)
     riders, triangle = _riders(mesh, generator)
     for name, make in (("carriers", kernels.carriers_cpu), ("carriers, torch", carriers)):
-        yield name, lambda make=make: vars(make(vertices, mesh, RULES)).values(), []  # type: ignore[misc]
+        yield name, lambda make=make: vars(make(vertices, mesh, RULES)).values(), []
     under, colour = carriers(vertices, mesh, RULES), (base.opacity_logit, base.sh)
     yield (
         "ride and activate",

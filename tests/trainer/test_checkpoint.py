@@ -72,7 +72,7 @@ def test_the_last_two_are_kept(tmp_path: Path) -> None:
         "iteration_1000000.ckpt",
         "iteration_1000001.ckpt",
     ]
-    assert checkpoint.newest(tmp_path, pytest.fail).iteration == 1_000_001  # type: ignore[union-attr]
+    assert checkpoint.newest(tmp_path, pytest.fail).iteration == 1_000_001
 
 
 def test_an_empty_folder_has_none(tmp_path: Path) -> None:

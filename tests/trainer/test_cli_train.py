@@ -10,7 +10,6 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -19,7 +18,6 @@ from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.errors import AvatarError
 from avatar_trainer import cli, finished, run
 from avatar_trainer.cli_train import train_command
-from avatar_trainer.densify import DensitySettings
 from avatar_trainer.settings import TrainSettings, chosen_rules, settable, with_values
 from avatar_trainer.systems import SYSTEMS, system_module
 from tests.avatars import full_avatar
@@ -428,36 +426,6 @@ def test_a_run_json_that_is_none(text: str, tmp_path: Path) -> None:
     (tmp_path / "run.json").write_text(text)
     with pytest.raises(AvatarError, match=r"run\.json"):
         run.read(tmp_path)
-
-
-def test_settings_are_read_by_the_types_of_their_fields() -> None:
-    settings = with_values(DensitySettings(), [("gradient_threshold", "1e-3")])
-    assert settings.gradient_threshold == 1e-3
-    assert with_values(TrainSettings(), [("cache_megabytes", "7")]).cache_megabytes == 7
-    for text in ("7.5", "1e3", "9" * 30, "", "inf"):
-        with pytest.raises(AvatarError, match="whole number"):
-            with_values(TrainSettings(), [("cache_megabytes", text)])
-    with pytest.raises(ValueError, match="seed is -1"):
-        TrainSettings(seed=-1)
-
-
-@dataclass(frozen=True)
-class Pair:
-    low: int = 1
-    high: int = 2
-    at: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        if self.low > self.high:
-            raise ValueError("low is above high")
-
-
-def test_settings_that_hang_together_are_set_together() -> None:
-    pair = with_values(Pair(), [("low", "5"), ("high", "6"), ("at", "1,2.5")])
-    assert pair == Pair(5, 6, (1.0, 2.5))
-    assert with_values(pair, [("at", "")]).at == ()
-    with pytest.raises(AvatarError, match="low is above high"):
-        with_values(Pair(), [("low", "5")])
 
 
 PROGRAM = """

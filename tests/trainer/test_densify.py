@@ -149,4 +149,4 @@ def test_a_state_goes_on_and_is_a_copy() -> None:
 )
 def test_settings_out_of_range(changed: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=f"{next(iter(changed))} is "):
-        DensitySettings(**changed)  # type: ignore[arg-type]
+        DensitySettings(**changed)

@@ -57,8 +57,8 @@ def test_smaller_pictures_are_averages_and_cameras_keep_their_view(capture: Capt
 
 
 def test_evenly() -> None:
-    assert evenly(range(7), 3) == [0, 3, 6]  # type: ignore[arg-type, comparison-overlap]
-    assert evenly(range(2), 3) == [0, 1]  # type: ignore[arg-type, comparison-overlap]
+    assert evenly(range(7), 3) == [0, 3, 6]
+    assert evenly(range(2), 3) == [0, 1]
 
 
 def test_evaluation_by_hand(capture: Capture) -> None:

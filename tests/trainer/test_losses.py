@@ -161,7 +161,7 @@ def test_lpips_gets_one_picture_each_from_minus_1_to_1(monkeypatch: pytest.Monke
             return (a - b).sum(dim=(1, 2, 3), keepdim=True)
 
     package = ModuleType("lpips")
-    package.LPIPS = LPIPS  # type: ignore[attr-defined]
+    package.LPIPS = LPIPS
     monkeypatch.setitem(sys.modules, "lpips", package)
     value = losses.lpips_loss(torch.ones(8, 9, 3), torch.zeros(8, 9, 3))
     assert value.dim() == 0 and float(value) == 2 * 8 * 9 * 3

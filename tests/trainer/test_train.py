@@ -151,8 +151,8 @@ def test_an_interrupted_run_ends_in_the_same_bits(
     resumed = made(capture, tmp_path / "cut", 35, own, checkpoint_every=6)
     assert whole.table.count("cloud") > 40
     assert bits(resumed.state()) == bits(whole.state())
-    assert bits(checkpoint.newest(tmp_path / "cut/checkpoints", pytest.fail).state["generator"]) == bits(  # type: ignore[union-attr]
-        checkpoint.newest(tmp_path / "whole/checkpoints", pytest.fail).state["generator"]  # type: ignore[union-attr]
+    assert bits(checkpoint.newest(tmp_path / "cut/checkpoints", pytest.fail).state["generator"]) == bits(
+        checkpoint.newest(tmp_path / "whole/checkpoints", pytest.fail).state["generator"]
     )
 
 
@@ -359,7 +359,7 @@ def test_the_screen_gradient_is_by_device_units(capture: Capture) -> None:
     splats = again.splats(frame.pose)
     pixels = torch.zeros(len(splats.mean), 2, requires_grad=True)
     drawn = render(splats, frame.camera, raster_settings(again), 0, torch.zeros(3), "cpu", pixels)
-    again.losses(drawn)["ramp"].backward()  # type: ignore[no-untyped-call]
+    again.losses(drawn)["ramp"].backward()
     assert pixels.grad is not None
     assert torch.allclose(large, pixels.grad * torch.tensor([256 / 2, 192 / 2]), rtol=1e-4, atol=1e-9)
 
@@ -387,5 +387,5 @@ def test_prediction_and_target_have_one_background(capture: Capture) -> None:
 def test_the_near_plane_is_in_training_units(capture: Capture) -> None:
     system = toy.create(capture, toy.Settings(), 1)
     assert raster_settings(system).near == 0.2
-    system.training_per_bundle = 4.0  # type: ignore[misc]
+    system.training_per_bundle = 4.0
     assert raster_settings(system).near == 0.05

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import io
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from avatar_export import GENERATOR, arguments
+from avatar_export import arguments, program
 from avatar_export.console import Steps, facts_table, output, print_json
 from avatar_export.read import expect_bundle
 from avatar_runtime.bundle import load as load_bundle
-from avatar_runtime.errors import AvatarError
 from avatar_trainer import run
 from avatar_trainer.capture import check_pixels, describe, load
 from avatar_trainer.cli_train import OPTIONS, train_command
@@ -151,29 +148,9 @@ def settings(
     output.print(facts_table(found))
 
 
-def _version(show: bool) -> None:
-    if show:
-        print(GENERATOR)
-        raise typer.Exit
-
-
-@app.callback()
-def _root(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show version.")
-    ] = False,
-) -> None:
-    pass
+app.callback(help=app.info.help)(program.root)
 
 
 def main() -> None:
-    """Entry point: bad data is one line and exit code 2; anything else that escapes is a bug."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
-    try:
-        app()
-    except (AvatarError, OSError, UnicodeError) as error:  # the last two: names that this system cannot take
-        text = " ".join(str(error).split()).encode("utf-8", "backslashreplace").decode()
-        print(f"avatar-train: {text}", file=sys.stderr)
-        sys.exit(2)
+    """Entry point."""
+    program.run(app, "avatar-train")

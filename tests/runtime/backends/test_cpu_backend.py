@@ -34,7 +34,7 @@ def test_less_than_one_thread_is_refused(threads: int) -> None:
 
 @pytest.mark.parametrize("threads", [np.int32(2), np.uint8(2)])
 def test_numpys_whole_numbers_are_threads(threads: Any) -> None:
-    assert Player(full_avatar(), "cpu", threads=threads).backend.threads == thread_count(2)  # type: ignore[attr-defined]
+    assert Player(full_avatar(), "cpu", threads=threads).backend.threads == thread_count(2)
 
 
 @pytest.mark.parametrize("threads", [1.0, True, "2", np.bool_(True), np.ones(2, int)])

@@ -130,7 +130,7 @@ def pictures(system: SplattingAvatar, capture: Capture) -> list[tuple[Array, Arr
         alpha = drawn.alpha[..., None]
         straight = (drawn.colour / alpha.clamp_min(1e-3)).clamp(0, 1)
         made.append(tuple((255 * part + 0.5).to(torch.uint8).numpy() for part in (straight, drawn.alpha)))
-    return made  # type: ignore[return-value]
+    return made
 
 
 def taught(path: Path) -> Capture:

@@ -55,7 +55,7 @@ def step(
     rendered = render(splats, frame.camera, RasterSettings(near=0.05), 0, background, "cpu", offset)
     loss = torch.stack(list(system.losses(rendered, target, mask, iteration).values())).sum()
     system.table.zero_grad()
-    loss.backward()  # type: ignore[no-untyped-call]
+    loss.backward()
     assert offset.grad is not None
     system.observe(rendered, offset.grad * size / 2)
     system.table.step()
@@ -119,7 +119,7 @@ def test_uv_moves_position_and_rotation_as_differences_say(
 
     splats = system.splats(frame.pose)
     given = torch.cat([splats.mean, splats.quat_wxyz], dim=1)
-    (given * torch.from_numpy(aim.astype(np.float32))).sum().backward()  # type: ignore[no-untyped-call]
+    (given * torch.from_numpy(aim.astype(np.float32))).sum().backward()
     uv = system.embedding.barycentric[:, :2].double().numpy()
     lifted = system.table["displacement"].detach().double().numpy()
     size, h = system.embedding.size[system.embedding.triangle].double().numpy(), 1e-5
@@ -153,7 +153,7 @@ def test_a_gaussian_in_the_wrong_place_walks_to_the_right_one(tmp_path: Path) ->
             system.before_step(iteration)
             loss = (drawn(system, frame) - wanted).square().mean()
             system.table.zero_grad()
-            loss.backward()  # type: ignore[no-untyped-call]
+            loss.backward()
             system.table.step()
             system.after_step(iteration, torch.Generator())
         results[rule] = (system, float(loss.detach()) / first, goal)
