@@ -8,8 +8,8 @@ from torch import Tensor
 
 from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
-from avatar_trainer.raster import cpu, definition, gsplat
-from avatar_trainer.tensors import Rendered, Splats
+from avatar_trainer.raster import cpu, definition, gsplat, points
+from avatar_trainer.tensors import Points, Rendered, Splats
 
 Rasterise = Callable[
     [Splats, Camera, RasterSettings, int, Tensor, Tensor | None, int | None],
@@ -33,7 +33,7 @@ def expect_rasteriser(name: str) -> None:
 
 
 def render(
-    splats: Splats,
+    splats: Splats | Points,
     camera: Camera,
     settings: RasterSettings,
     sh_degree: int,
@@ -46,11 +46,13 @@ def render(
 
     `screen_offset` is added to the projected centres once it is decided which tiles each splat touches: the gradient
     of zeros given here is that of the splats' places on the screen. `threads`: as for the runtime's backend `cpu`.
-    Raises ValueError for an unknown rasteriser and for tensors that do not fit together, TypeError for a type that
+    Points have one rasteriser, whatever `rasteriser` says. Raises ValueError for an unknown rasteriser and for tensors that do not fit together, TypeError for a type that
     the rasteriser does not take.
     """
     if rasteriser not in RASTERISERS:
         raise ValueError(f"{rasteriser!r} is none of {', '.join(RASTERISERS)}")
+    if isinstance(splats, Points):
+        return points.rasterise(splats, camera, settings, background, screen_offset, threads)
     _check(splats, sh_degree, background, screen_offset)
     return RASTERISERS[rasteriser](splats, camera, settings, sh_degree, background, screen_offset, threads)
 

@@ -10,7 +10,7 @@ from torch import Generator, Tensor
 from avatar_runtime.pose import PoseArrays
 from avatar_trainer.capture import Capture
 from avatar_trainer.table import Table
-from avatar_trainer.tensors import Rendered, Splats
+from avatar_trainer.tensors import Points, Rendered, Splats
 
 
 class System(Protocol):
@@ -22,8 +22,8 @@ class System(Protocol):
     training_per_bundle: float  # training units in a metre
     sh_degree: int  # active now
 
-    def splats(self, pose: PoseArrays) -> Splats:
-        """The avatar in one pose, metres, differentiable with respect to the table."""
+    def splats(self, pose: PoseArrays) -> Splats | Points:
+        """The avatar in one pose, metres, differentiable with respect to the table; points while a shape is acquired."""
 
     def background(self, generator: Generator) -> Tensor:
         """[3] behind this iteration's picture, prediction and target alike."""

@@ -37,9 +37,20 @@ class Splats:
 
 
 @dataclass(frozen=True)
+class Points:
+    """Discs that face the camera, as shape acquisition takes them (PSAvatar section 3.1, Eq. 3)."""
+
+    mean: Tensor  # [N, 3] world space
+    radius: Tensor  # [N] metres; on the screen focal_x * radius / depth
+    opacity: Tensor  # [N] beta, 0..1, at the centre
+    rgb: Tensor  # [N, 3]
+
+
+@dataclass(frozen=True)
 class Rendered:
     """A picture and what density control reads of it."""
 
     colour: Tensor  # [H, W, 3] over the background, display-referred, not clamped
     alpha: Tensor  # [H, W] 1 - transmittance
     radius: Tensor  # [N] int32 pixels, 0 where a splat is not drawn; no gradient
+    visibility: Tensor | None = None  # [N] of points: the largest weight at any pixel; no gradient
