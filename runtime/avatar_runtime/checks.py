@@ -16,6 +16,7 @@ from avatar_runtime.rules import (
     HEAD_POSE_IN,
     POSITION_RULES,
     QUATERNION_SIGNS,
+    RIGGED_ROTATIONS,
     ROTATION_RULES,
     SCALE_RULES,
     SH_DIRECTIONS,
@@ -188,6 +189,10 @@ def _check_surface_rules(avatar: Avatar) -> None:
         raise AvatarError(
             f"rotation, position, scale are {', '.join(together)}; with an embedding they are one of {known}",
             field="rules",
+        )
+    if rules.rotation in RIGGED_ROTATIONS and avatar.rig is None:
+        raise AvatarError(
+            f"{rules.rotation} turns Gaussians by the joints: it needs a rig", field="rules.rotation"
         )
     if avatar.embedding is None and (rules.rotation not in SKIN_ROTATIONS or rules.scale != "none"):
         raise AvatarError(f"{rules.rotation}, {rules.scale}: such rules need an embedding", field="rules")

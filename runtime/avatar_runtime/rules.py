@@ -7,7 +7,8 @@ from itertools import product
 BINDINGS = ("skin", "anchor", "joint_mix", "surface", "none")
 SKIN_ROTATIONS = ("polar3", "head_bone", "none")
 VERTEX_ROTATIONS = ("vertex_quaternion", "vertex_quaternion_mean")
-SURFACE_ROTATIONS = (*VERTEX_ROTATIONS, "triangle_frame")
+RIGGED_ROTATIONS = ("bary_vertex_lbs",)  # of surfaces, by the joints that move the mesh
+SURFACE_ROTATIONS = (*VERTEX_ROTATIONS, "triangle_frame", *RIGGED_ROTATIONS)
 ROTATION_RULES = SKIN_ROTATIONS + SURFACE_ROTATIONS
 NORMAL_POSITIONS = ("normal", "interpolated_normal")
 POSITION_RULES = (*NORMAL_POSITIONS, "triangle_frame")
@@ -23,5 +24,6 @@ BACKGROUNDS = ("random", "per_view")  # where it is no one colour
 SURFACE_FAMILIES = (
     (VERTEX_ROTATIONS, NORMAL_POSITIONS, AREA_SCALES),  # SplattingAvatar, code and paper
     (("triangle_frame",), ("triangle_frame",), ("triangle_linear",)),  # GaussianAvatars
+    (RIGGED_ROTATIONS, NORMAL_POSITIONS, ("none",)),  # PSAvatar
 )
 SURFACE_RULES = tuple(row for family in SURFACE_FAMILIES for row in product(*family))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from avatar_export.reference_cases import reference_cases
-from avatar_runtime.avatar import Avatar
+from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.conformance import Maker, conform, make_reference
 from avatar_runtime.conformance.pictures import draw
 from avatar_runtime.stages.raster import PROFILES
@@ -30,6 +30,7 @@ AVATARS = {
         ),
         rigged=True,
     ),
+    "joints": lambda: surface_avatar(6, Rules("bary_vertex_lbs", position="interpolated_normal")),
 }
 TRAINER = Maker("trainer", TrainerStages, lambda avatar, case: draw(avatar, case, PROFILES))
 

@@ -160,9 +160,9 @@ def test_a_quaternion_of_no_length_stays_finite() -> None:
 def test_surface(rules: Rules, measured: Measure) -> None:
     given = riding(rules)
     inputs = [*given.values(), BASE.opacity_logit, BASE.sh]
-    for vertices in given.posed[:3]:
-        fast, plain = carriers_cpu(vertices, given.mesh, rules), carriers(vertices, given.mesh, rules)
-        for name in ("vertices", "vertex_normal", "vertex_quat", "area"):
+    for vertices, matrix in zip(given.posed[:3], given.matrix[:3], strict=True):
+        fast, plain = (make(vertices, given.mesh, rules, matrix) for make in (carriers_cpu, carriers))
+        for name in ("vertices", "vertex_normal", "vertex_turn", "area"):
             assert relative(getattr(fast, name), getattr(plain, name)) <= 1e-6, name
 
         def kernel(*values: Tensor) -> Mapping[str, Tensor]:
@@ -171,7 +171,7 @@ def test_surface(rules: Rules, measured: Measure) -> None:
             return vars(s)
 
         def definition(*values: Tensor) -> Mapping[str, Tensor]:
-            under = carriers(vertices.double(), given.mesh, rules)  # noqa: B023
+            under = carriers(vertices.double(), given.mesh, rules, matrix)  # noqa: B023
             c = carry(under, given.mesh, given.triangle, *values[:4], rules)
             raw = Gaussians(c.mean, c.log_scale, c.quat_wxyz, *values[4:])
             return vars(activate(raw, c.rotation))

@@ -14,6 +14,7 @@ from torch import Tensor
 from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.backends import Arrays, make_backend
 from avatar_runtime.camera import Camera
+from avatar_runtime.rules import RIGGED_ROTATIONS
 from avatar_runtime.stages.project import TILE, touched_tiles
 from avatar_trainer.raster.definition import raster
 from avatar_trainer.stages.activate import activate
@@ -129,8 +130,11 @@ def _ride(own: TrainerStages, x: Mapping[str, Tensor], blended: Gaussians) -> tu
     """Binding surface."""
     embedding, rules = own.avatar.embedding, own.avatar.rules
     assert embedding is not None
+    matrix: Tensor | None = None
+    if rules.rotation in RIGGED_ROTATIONS:
+        matrix = gather(own.rig.skin, x["skin_matrix"][:, :3])
     carried = carry(
-        carriers(x["posed_vertices"], own.mesh, rules),
+        carriers(x["posed_vertices"], own.mesh, rules, matrix),
         own.mesh,
         tensor(embedding.triangle.astype(np.int64)),
         tensor(embedding.barycentric),

@@ -14,6 +14,7 @@ from avatar_export.read import expect_bundle
 from avatar_runtime.bundle import load as load_bundle
 from avatar_trainer import run
 from avatar_trainer.capture import check_pixels, describe, load
+from avatar_trainer.cli_asm import app as asm_app
 from avatar_trainer.cli_train import OPTIONS, train_command
 from avatar_trainer.drawing import Drawing
 from avatar_trainer.evaluate import evaluate, table
@@ -32,6 +33,7 @@ app = typer.Typer(
 )
 for _name in SYSTEMS:
     app.command(_name)(train_command(_name))
+app.add_typer(asm_app, name="asm")
 
 Run = Annotated[Path, typer.Argument(help="Folder that a training wrote.", metavar="OUT")]
 Captured = Annotated[

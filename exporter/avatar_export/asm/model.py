@@ -7,7 +7,10 @@ from dataclasses import dataclass, field
 
 from avatar_runtime.avatar import F32, F64, I32, U32
 
-WEIGHT_RULES = ("normalised", "softplus")  # the paper's Eq. 6; the unofficial code's softplus of each mixture first
+WEIGHT_RULES = (
+    "normalised",
+    "softplus",
+)  # the paper's Eq. 6; the unofficial code's softplus of each mixture first
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,7 @@ class Binding:
 
     @property
     def components(self) -> int:
-        return self.pi.shape[1]
+        return int(self.pi.shape[1])
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from avatar_runtime.avatar import F32, Avatar, Gaussians
 from avatar_runtime.backends import Arrays
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock, Posed
+from avatar_runtime.rules import RIGGED_ROTATIONS
 from avatar_runtime.stages.activate import Splats, activate
 from avatar_runtime.stages.bind import Bound, bind, bind_surface
 from avatar_runtime.stages.blend import blend
@@ -18,7 +19,7 @@ from avatar_runtime.stages.groups import GroupTransforms
 from avatar_runtime.stages.morph import morph
 from avatar_runtime.stages.project import TILE, Projected, project, touched_tiles
 from avatar_runtime.stages.raster import PROFILES, Picture, raster
-from avatar_runtime.stages.skin import skin
+from avatar_runtime.stages.skin import skin, vertex_matrices
 from avatar_runtime.stages.sort import sort
 from avatar_runtime.stages.surface import prepare
 
@@ -78,7 +79,10 @@ class ReferenceBackend:
     def _bind(self, blended: Gaussians, posed: Posed, vertices: F32 | None) -> Bound:
         if self._surface is not None:
             assert vertices is not None
-            return bind_surface(self._surface, blended, vertices, posed.world_from_avatar)
+            matrix: F32 | None = None
+            if self.avatar.rig is not None and self.avatar.rules.rotation in RIGGED_ROTATIONS:
+                matrix = vertex_matrices(self.avatar.rig, posed.skin_matrix)
+            return bind_surface(self._surface, blended, vertices, posed.world_from_avatar, matrix)
         return bind(
             self.avatar,
             blended,

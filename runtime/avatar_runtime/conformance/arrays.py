@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.camera import Camera
+from avatar_runtime.rules import RIGGED_ROTATIONS
 
 Tensors = Mapping[str, npt.NDArray[Any]]
 
@@ -81,6 +82,7 @@ WHEN: Mapping[str, Callable[[Avatar], bool]] = {
     "anchor": lambda avatar: any(group.binding == "anchor" for group in avatar.groups),
     "skin": lambda avatar: avatar.embedding is None,
     "surface": lambda avatar: avatar.embedding is not None,
+    "joints": lambda avatar: avatar.embedding is None or avatar.rules.rotation in RIGGED_ROTATIONS,
 }
 
 _WEIGHTS_IN = _f32("expression_weights", "K")
@@ -133,7 +135,7 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
             Array("world_from_avatar", "float64", (4, 4)),
             _f32("pose_feature", "F", when="skin"),
             _f32("late_weights", "L", when="skin"),
-            _f32("skin_matrix", "J", 4, 4, when="skin"),
+            _f32("skin_matrix", "J", 4, 4, when="joints"),
             _f32("posed_vertices", "V", 3, when="surface"),
         ),
         (

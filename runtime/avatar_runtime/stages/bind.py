@@ -53,9 +53,10 @@ def bind_surface(
     blended: Gaussians,
     vertices: F32,  # [V, 3] posed mesh
     world_from_avatar: F64,  # [4, 4] rigid
+    vertex_matrix: F32 | None = None,  # [V, 3, 3] linear skin matrices, for rules.RIGGED_ROTATIONS
 ) -> Bound:
     """Position, rotation, scale and SH frame of Gaussians that ride on a mesh."""
-    carried = carry(surface, vertices, blended.log_scale)
+    carried = carry(surface, vertices, blended.log_scale, vertex_matrix)
     moved = replace(blended, mean=carried.mean, quat_wxyz=carried.quat_wxyz, log_scale=carried.log_scale)
     return _place(Bound(moved, _seen(surface.rules, carried.rotation)), world_from_avatar)
 

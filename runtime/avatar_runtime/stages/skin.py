@@ -12,6 +12,11 @@ def skin(rig: Rig, vertices: F32, skin_matrix: F32, late_weights: F32) -> F32:
     return posed + combine(rig.late_morphs, late_weights)["position"]
 
 
+def vertex_matrices(rig: Rig, skin_matrix: F32) -> F32:
+    """[V, 3, 3] linear part of sum_b W_b A_b of each vertex: what skinning does to directions there."""
+    return gather(rig.skin, skin_matrix[:, :3, :3])
+
+
 def transform(matrix: F32, points: F32) -> F32:
     """matrix [..., 3, 4] applied to points [..., 3]; sums from left to right."""
     x, y, z = points[..., 0, None], points[..., 1, None], points[..., 2, None]

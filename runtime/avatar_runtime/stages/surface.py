@@ -12,8 +12,7 @@ import numpy as np
 
 from avatar_runtime.avatar import F32, F64, U32, Embedding, Rules
 from avatar_runtime.handedness import mirrored_matrices, mirrored_quats
-from avatar_runtime.rotation import matrix_from_quat, quat_from_matrix, quat_multiply
-from avatar_runtime.rules import VERTEX_ROTATIONS
+from avatar_runtime.rotation import matrix_from_quat, polar, quat_from_matrix, quat_multiply
 from avatar_runtime.topology import vertex_triangles
 from avatar_schema import constants
 
@@ -25,7 +24,7 @@ class TriangleShape:
     """What the rules read of a mesh's triangles."""
 
     frame: F64  # [F, 3, 3] columns; world from triangle
-    size: F64  # [F] area for SplattingAvatar's rules, edge length for GaussianAvatars'
+    size: F64  # [F] edge length for GaussianAvatars' rules, else area
 
 
 @dataclass(frozen=True)
@@ -57,14 +56,15 @@ def prepare(embedding: Embedding, rules: Rules, training_per_bundle: float) -> S
     return Surface(embedding, rules, training_per_bundle, shape, *lists)
 
 
-def carry(surface: Surface, vertices: F32, log_scale: F32) -> Carried:
+def carry(surface: Surface, vertices: F32, log_scale: F32, vertex_matrix: F32 | None = None) -> Carried:
     """Gaussians on the posed `vertices` [V, 3]; `log_scale` [N, 3] is that of the binding pose.
 
+    `vertex_matrix` [V, 3, 3], for `RIGGED_ROTATIONS` alone, is `stages.skin.vertex_matrices` of the pose.
     Source: SplattingAvatar 3847314 splatting_avatar_model.py and utils/map.py, and where a rule is the paper's,
-    its section 3.1; GaussianAvatars 30cc4bd gaussian_model.py and mesh_renderer utils.
+    its section 3.1; GaussianAvatars 30cc4bd gaussian_model.py and mesh_renderer utils; PSAvatar, section 3.3.
     """
     shape = triangle_shape(vertices, surface.embedding.triangles, surface.rules)
-    turn = TURNS[surface.rules.rotation](surface, shape)  # [N, 4] any length
+    turn = TURNS[surface.rules.rotation](surface, shape, vertex_matrix)  # [N, 4] any length
     length = np.linalg.norm(turn, axis=1, keepdims=True)
     unit = turn / np.maximum(length, TINY)
     return Carried(
@@ -79,7 +79,8 @@ def binding_pose(embedding: Embedding, rules: Rules, training_per_bundle: float)
     """(mean [N, 3], quat_wxyz [N, 4]) on the canonical mesh: what gaussians.ply holds for surface binding."""
     surface = prepare(embedding, rules, training_per_bundle)
     still = np.zeros((len(embedding.triangle), 3), np.float32)
-    carried = carry(surface, embedding.canonical_vertices, still)
+    unturned = np.tile(np.eye(3, dtype=np.float32), (len(embedding.canonical_vertices), 1, 1))
+    carried = carry(surface, embedding.canonical_vertices, still, unturned)
     return carried.mean, carried.quat_wxyz
 
 
@@ -88,7 +89,7 @@ def triangle_shape(vertices: F32, triangles: U32, rules: Rules) -> TriangleShape
     corner = vertices.astype(np.float64)[triangles]
     e, f = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     across = np.cross(e, f)
-    if rules.rotation in VERTEX_ROTATIONS:
+    if rules.rotation != "triangle_frame":
         x = _unit(np.cross(e, _unit(across)))
         frame = np.stack([x, _unit(np.cross(e, x)), _unit(e)], axis=-1)
         return TriangleShape(frame, np.linalg.norm(across, axis=1) / 2)
@@ -156,7 +157,7 @@ def _summed(surface: Surface, by_triangle: F64) -> F64:
 def _interpolated(surface: Surface, by_vertex: F64) -> F64:
     """[N, ...] barycentric sums of a vertex quantity."""
     weight = surface.embedding.barycentric.astype(np.float64)
-    result: F64 = np.einsum("nc,ncx->nx", weight, by_vertex[surface.embedding.vertex_ids])
+    result: F64 = np.einsum("nc,nc...->n...", weight, by_vertex[surface.embedding.vertex_ids])
     return result
 
 
@@ -189,16 +190,23 @@ def _in_triangle(surface: Surface, vertices: F32, shape: TriangleShape) -> F64:
     return result
 
 
-def _by_vertices(surface: Surface, shape: TriangleShape) -> F64:
+def _by_vertices(surface: Surface, shape: TriangleShape, vertex_matrix: F32 | None) -> F64:
     return _interpolated(surface, vertex_quaternions(surface, shape))
 
 
-def _by_vertex_means(surface: Surface, shape: TriangleShape) -> F64:
+def _by_vertex_means(surface: Surface, shape: TriangleShape, vertex_matrix: F32 | None) -> F64:
     return _interpolated(surface, mean_quaternions(surface, shape))
 
 
-def _by_triangle(surface: Surface, shape: TriangleShape) -> F64:
+def _by_triangle(surface: Surface, shape: TriangleShape, vertex_matrix: F32 | None) -> F64:
     result: F64 = quat_from_matrix(shape.frame)[surface.embedding.triangle]
+    return result
+
+
+def _by_joints(surface: Surface, shape: TriangleShape, vertex_matrix: F32 | None) -> F64:
+    """quat(polar3(sum_c b_c M_c)) of the corners' skin matrices M (PSAvatar's Eq. 11)."""
+    assert vertex_matrix is not None
+    result: F64 = quat_from_matrix(polar(_interpolated(surface, vertex_matrix.astype(np.float64))))
     return result
 
 
@@ -252,5 +260,6 @@ TURNS = {
     "vertex_quaternion": _by_vertices,
     "vertex_quaternion_mean": _by_vertex_means,
     "triangle_frame": _by_triangle,
+    "bary_vertex_lbs": _by_joints,
 }
 SCALES = {"none": _same_scale, "log_area": _log_area, "linear_area": _linear, "triangle_linear": _linear}

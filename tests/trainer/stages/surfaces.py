@@ -11,15 +11,19 @@ from torch import Tensor
 
 from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.posed import posed_mesh
-from avatar_runtime.rules import AREA_SCALES, NORMAL_POSITIONS, VERTEX_ROTATIONS
+from avatar_runtime.rules import AREA_SCALES, NORMAL_POSITIONS, RIGGED_ROTATIONS, VERTEX_ROTATIONS
 from avatar_runtime.stages.joints import joints
+from avatar_runtime.stages.skin import vertex_matrices
 from avatar_trainer.stages.surface import SurfaceMesh, carriers, carry, surface_mesh
 from tests.avatars import surface_avatar
 from tests.trainer.tensors import poses, tensor
 
 RULES = [
     Rules(rotation, position=position, scale=scale)
-    for rotation, position, scale in product(VERTEX_ROTATIONS, NORMAL_POSITIONS, AREA_SCALES)
+    for rotation, position, scale in (
+        *product(VERTEX_ROTATIONS, NORMAL_POSITIONS, AREA_SCALES),
+        *product(RIGGED_ROTATIONS, NORMAL_POSITIONS, ["none"]),
+    )
 ]
 NAMES = ["-".join((r.rotation, r.position, r.scale)) for r in RULES]
 
@@ -32,6 +36,7 @@ class Riding:
     mesh: SurfaceMesh
     triangle: Tensor
     posed: tuple[Tensor, ...]  # [V, 3] float32 of each frame
+    matrix: tuple[Tensor | None, ...]  # [V, 3, 3] of each frame, where the rotation rule reads it
 
     def values(self) -> tuple[Tensor, ...]:
         """Barycentric, displacement, local_quat_wxyz, log_scale."""
@@ -45,13 +50,17 @@ def riding(rules: Rules) -> Riding:
     avatar = replace(surface_avatar(), rules=rules).check()
     e, rig = avatar.embedding, avatar.rig
     assert e is not None and rig is not None
-    posed = [posed_mesh(rig, pose, joints(rig, pose)) for pose in poses(avatar)]
+    states = [(pose, joints(rig, pose)) for pose in poses(avatar)]
+    posed = [tensor(posed_mesh(rig, pose, state)) for pose, state in states]
+    matrix: list[Tensor | None] = [None] * len(posed)
+    if rules.rotation in RIGGED_ROTATIONS:
+        matrix = [tensor(vertex_matrices(rig, state.skin_matrix)) for _, state in states]
     mesh = surface_mesh(e.canonical_vertices, e.triangles, avatar.training_per_bundle)
-    return Riding(avatar, mesh, tensor(e.triangle, torch.int64), tuple(map(tensor, posed)))
+    return Riding(avatar, mesh, tensor(e.triangle, torch.int64), tuple(posed), tuple(matrix))
 
 
-def carried(given: Riding, vertices: Tensor, *values: Tensor) -> Mapping[str, Tensor]:
-    """Stage surface whole: mean, quat_wxyz, rotation, log_scale."""
+def carried(given: Riding, matrix: Tensor | None, vertices: Tensor, *values: Tensor) -> Mapping[str, Tensor]:
+    """Stage surface whole: mean, quat_wxyz, rotation, log_scale; `matrix` is one of `given.matrix`."""
     rules = given.avatar.rules
-    under = carriers(vertices, given.mesh, rules)
+    under = carriers(vertices, given.mesh, rules, matrix)
     return vars(carry(under, given.mesh, given.triangle, *values, rules))

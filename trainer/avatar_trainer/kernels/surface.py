@@ -12,9 +12,15 @@ from torch import Tensor
 
 from avatar_runtime.avatar import F32, I64, Rules
 from avatar_runtime.backends.cpu import surface as runtime
-from avatar_runtime.backends.cpu.arrays import Ridden
 from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
-from avatar_runtime.backends.cpu.rotation import Quat, matrix_from_quat, quat_multiply
+from avatar_runtime.backends.cpu.plain import fresh_ridden
+from avatar_runtime.backends.cpu.rotation import (
+    Quat,
+    matrix_from_quat,
+    newton_step,
+    quat_from_matrix,
+    quat_multiply,
+)
 from avatar_schema import constants
 from avatar_trainer.kernels.activation import (
     ONE,
@@ -27,9 +33,17 @@ from avatar_trainer.kernels.activation import (
 )
 from avatar_trainer.kernels.arrays import plain
 from avatar_trainer.stages.activate import SHORTEST
-from avatar_trainer.stages.surface import TINY, Carriers, SurfaceMesh, check_rules, scale_change
+from avatar_trainer.stages.surface import (
+    TINY,
+    Carriers,
+    SurfaceMesh,
+    check_rules,
+    linear_rows,
+    scale_change,
+)
 from avatar_trainer.tensors import Splats
 
+POLAR_STEPS = int(constants()["polar_steps"])
 LEAST, NONE = np.float32(SHORTEST), np.float32(TINY)
 Vector = tuple[Scalar, Scalar, Scalar]
 
@@ -38,7 +52,7 @@ class Rider(NamedTuple):
     """Where N Gaussians sit, and what the mesh does to their scales."""
 
     vertices: I64  # [N, 3]
-    table: F32  # [V, 10] position, normal, quaternion
+    table: F32  # [V, 10] position, normal, quaternion; by joints [V, 15] position, normal, linear skin matrix
     factor: F32  # [N] of the log scale
     shift: F32  # [N] added to it
 
@@ -62,16 +76,18 @@ class Out(NamedTuple):
     opacity: F32  # [N]
 
 
-def carriers_cpu(vertices: Tensor, mesh: SurfaceMesh, rules: Rules) -> Carriers:
+def carriers_cpu(
+    vertices: Tensor, mesh: SurfaceMesh, rules: Rules, vertex_matrix: Tensor | None = None
+) -> Carriers:
     """As `stages.surface.carriers`, without gradients, by the runtime's kernels; `vertices` [V, 3] float32.
 
-    Raises ValueError for a rule that is not trained, and where `vertices` need a gradient.
+    Raises ValueError as it does, and where `vertices` need a gradient.
     """
     check_rules(rules)
     if vertices.requires_grad:
         raise ValueError("carriers_cpu has no gradients; stages.surface.carriers has")
-    f, v = len(mesh.triangles), mesh.vertices
-    ridden = Ridden(np.empty(f), np.empty((f, 13)), np.empty((v, 7)))
+    v = mesh.vertices
+    ridden = fresh_ridden(mesh.arrays)
     runtime.triangle_turns(plain(vertices, v, 3), mesh.arrays, True, True, 1.0, ridden)
     unit_area = mesh.training_per_bundle**2
     runtime.vertex_sums(
@@ -82,7 +98,9 @@ def carriers_cpu(vertices: Tensor, mesh: SurfaceMesh, rules: Rules) -> Carriers:
         ridden,
     )
     at_vertices = torch.from_numpy(ridden.vertex.astype(np.float32))
-    return Carriers(vertices, at_vertices[:, :3], at_vertices[:, 3:], torch.from_numpy(ridden.size))
+    linear = linear_rows(vertex_matrix, mesh, rules)
+    turn = at_vertices[:, 3:] if linear is None else linear.float()
+    return Carriers(vertices, at_vertices[:, :3], turn, torch.from_numpy(ridden.size))
 
 
 def carried_cpu(
@@ -111,11 +129,11 @@ def carried_cpu(
         raise ValueError(
             f"triangle does not name one of {len(mesh.triangles)} triangles for each of {n} Gaussians"
         )
-    table = torch.cat([carriers.vertices, carriers.vertex_normal, carriers.vertex_quat], dim=1)
+    table = torch.cat([carriers.vertices, carriers.vertex_normal, carriers.vertex_turn], dim=1)
     factor, shift = scale_change(carriers, mesh, triangle, rules)
     rider = Rider(
         mesh.triangles[triangle].numpy(),
-        plain(table, mesh.vertices, 10),
+        plain(table, mesh.vertices, 6 + carriers.vertex_turn.shape[1]),
         plain(factor.float(), n),
         plain(shift.float(), n),
     )
@@ -186,7 +204,25 @@ def _under(i: int, rider: Rider, given: Values) -> tuple[Vector, Vector, Quat]:
         at(t, a, b, c, u, v, w, 8),
         at(t, a, b, c, u, v, w, 9),
     )
+    if by_joints(rider):
+        m = (
+            *turn,
+            at(t, a, b, c, u, v, w, 10),
+            at(t, a, b, c, u, v, w, 11),
+            at(t, a, b, c, u, v, w, 12),
+            at(t, a, b, c, u, v, w, 13),
+            at(t, a, b, c, u, v, w, 14),
+        )
+        for _ in range(POLAR_STEPS):
+            m = newton_step(m)
+        turn = quat_from_matrix(m, ONE)
     return foot, normal, turn
+
+
+@inlined
+def by_joints(rider: Rider) -> bool:
+    """Whether the turn is that of skin matrices, which has no gradient."""
+    return rider.table.shape[1] > 10
 
 
 @inlined
@@ -248,7 +284,9 @@ def _ride_row_back(
     for k in range(3):
         v = rider.table[rider.vertices[i, k]]
         at_corner = x * v[0] + y * v[1] + z * v[2] + nx * v[3] + ny * v[4] + nz * v[5]
-        back.barycentric[i, k] = at_corner + qw * v[6] + qx * v[7] + qy * v[8] + qz * v[9]
+        if not by_joints(rider):
+            at_corner += qw * v[6] + qx * v[7] + qy * v[8] + qz * v[9]
+        back.barycentric[i, k] = at_corner
         back.log_scale[i, k] = gradient.scale[i, k] * out.scale[i, k] * rider.factor[i]
     opacity = out.opacity[i]
     back.opacity_logit[i] = gradient.opacity[i] * opacity * (ONE - opacity)

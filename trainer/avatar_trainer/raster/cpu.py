@@ -66,12 +66,12 @@ def rasterise(
     tensors = (splats.mean, splats.scale, splats.quat_wxyz, splats.opacity, splats.sh, background, offset)
     if any(tensor.dtype != torch.float32 or tensor.device.type != "cpu" for tensor in tensors):
         raise TypeError("rasteriser cpu takes float32 tensors on the CPU; torch takes others")
-    view = View(camera, settings, sh_degree, _started(threads))
+    view = View(camera, settings, sh_degree, started(threads))
     colour, alpha, radius = _Draw.apply(*tensors, splats.sh_rotation, view)  # type: ignore[no-untyped-call]
     return Rendered(colour, alpha, radius)
 
 
-def _started(threads: int | None) -> int:
+def started(threads: int | None) -> int:
     """`thread_count`, with Numba's threads started: where that is OpenMP it sets torch's number too, once."""
     of_torch = torch.get_num_threads()
     numba.get_num_threads()

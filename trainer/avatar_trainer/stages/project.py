@@ -68,11 +68,11 @@ def _geometry(
     splats: Splats, camera: Camera, settings: RasterSettings
 ) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
     """(centre, depth, conic, radius, tiles, whether drawn) of every splat."""
-    p = _affine(_like(camera.camera_from_world, splats.mean), splats.mean)
+    p = affine(like(camera.camera_from_world, splats.mean), splats.mean)
     cov = projected_covariance(p, covariance(splats.scale, splats.quat_wxyz), camera, settings.low_pass)
     det = cov[:, 0] * cov[:, 2] - cov[:, 1] * cov[:, 1]
     conic = torch.stack([cov[:, 2], -cov[:, 1], cov[:, 0]], dim=1) * (1 / det)[:, None]
-    radius, centre = _radius(cov.detach(), det.detach()), _centre(splats.mean, camera)
+    radius, centre = _radius(cov.detach(), det.detach()), screen_centre(splats.mean, camera)
     with np.errstate(all="ignore"):
         touched = runtime.touched_tiles(centre.detach().numpy(), radius[:, None].numpy(), camera, TILE)
     tiles = torch.from_numpy(touched)
@@ -110,7 +110,7 @@ def projected_covariance(p: Tensor, cov3d: Tensor, camera: Camera, low_pass: flo
     z = p[:, 2]
     x = torch.clamp(p[:, 0] / z, -limit_x, limit_x) * z
     y = torch.clamp(p[:, 1] / z, -limit_y, limit_y) * z
-    w = _like(camera.camera_from_world, p)
+    w = like(camera.camera_from_world, p)
     j00, j02 = focal_x / z, -(focal_x * x) / (z * z)
     j11, j12 = focal_y / z, -(focal_y * y) / (z * z)
     t0 = [w[0, k] * j00 + w[2, k] * j02 for k in range(3)]
@@ -157,20 +157,22 @@ def sh_colour(sh: Tensor, direction: Tensor, degree: int) -> Tensor:
 
 def splat_colour(splats: Splats, camera: Camera, degree: int) -> Tensor:
     """Display-referred colour [N, 3] of each splat seen by `camera`, clamped below at 0 and not above."""
-    direction = splats.mean - _like(camera.centre, splats.mean)
+    direction = splats.mean - like(camera.centre, splats.mean)
     direction = direction / torch.sqrt((direction * direction).sum(dim=1, keepdim=True))
     if splats.sh_rotation is not None and degree > 0:
         direction = torch.einsum("nji,nj->ni", splats.sh_rotation, direction)
     return torch.clamp(sh_colour(splats.sh, direction, degree), min=0)
 
 
-def _affine(m: Tensor, p: Tensor) -> Tensor:
+def affine(m: Tensor, p: Tensor) -> Tensor:
+    """The first three rows of m [4, 4] applied to the points p [N, 3], in the rasteriser's order."""
     columns = [m[i, 0] * p[:, 0] + m[i, 1] * p[:, 1] + m[i, 2] * p[:, 2] + m[i, 3] for i in range(3)]
     return torch.stack(columns, dim=1)
 
 
-def _centre(mean: Tensor, camera: Camera) -> Tensor:
-    m = _like(camera.clip_from_world, mean)
+def screen_centre(mean: Tensor, camera: Camera) -> Tensor:
+    """Where world points [N, 3] lie on the screen: [N, 2] pixels, pixel centres at integers."""
+    m = like(camera.clip_from_world, mean)
     x, y, w = (
         m[i, 0] * mean[:, 0] + m[i, 1] * mean[:, 1] + m[i, 2] * mean[:, 2] + m[i, 3] for i in (0, 1, 3)
     )
@@ -192,5 +194,6 @@ def constant(value: float) -> float:
     return float(np.float32(value))
 
 
-def _like(array: F32, tensor: Tensor) -> Tensor:
+def like(array: F32, tensor: Tensor) -> Tensor:
+    """The array as a tensor of the other's type."""
     return torch.tensor(array).to(tensor)

@@ -1,7 +1,7 @@
 """Part of stage `bind`: Gaussians that ride on a triangle mesh; twin of `avatar_runtime.stages.surface`.
 
-SplattingAvatar's rules, of the released code and of the paper. What belongs to the mesh is summed in float64, as in
-the runtime: the sign of a triangle's quaternion is a decision, and float32 would decide by its rounding.
+SplattingAvatar's rules, of the released code and of the paper, and PSAvatar's. What belongs to the mesh is summed in
+float64, as in the runtime: the sign of a triangle's quaternion is a decision, and float32 would decide by its rounding.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from torch import Tensor
 from avatar_runtime.avatar import F32, U32, Rules
 from avatar_runtime.backends.cpu.arrays import Mesh
 from avatar_runtime.backends.cpu.plain import plain
+from avatar_runtime.rules import RIGGED_ROTATIONS
 from avatar_runtime.topology import vertex_triangles
 from avatar_schema import constants
-from avatar_trainer.stages.rotation import matrix_from_quat, quat_from_matrix, quat_multiply
+from avatar_trainer.stages.rotation import matrix_from_quat, polar, quat_from_matrix, quat_multiply
 
 TINY = 1e-30  # keeps what has no length from dividing by 0
 
@@ -41,7 +42,9 @@ class Carriers:
 
     vertices: Tensor  # [V, 3]
     vertex_normal: Tensor  # [V, 3] of length 1 or less
-    vertex_quat: Tensor  # [V, 4] wxyz, turn since the canonical pose; any length
+    # [V, 4] wxyz, turn since the canonical pose, any length; for rules.RIGGED_ROTATIONS [V, 9], row-major: the linear
+    # part of sum_j W_vj A_j, without a gradient
+    vertex_turn: Tensor
     area: Tensor  # [F] float64, bundle units squared
 
 
@@ -76,7 +79,7 @@ def surface_mesh(canonical_vertices: F32, triangles: U32, training_per_bundle: f
 def check_rules(rules: Rules) -> None:
     """Raise ValueError for a surface rule that is not trained (those of GaussianAvatars, older quaternion signs)."""
     known: dict[str, Collection[str]] = {
-        "rotation": TURNS,
+        "rotation": UNIT_TURNS,
         "position": POSITIONS,
         "scale": SCALES,
         "quaternion_sign": ("w_positive",),
@@ -87,20 +90,43 @@ def check_rules(rules: Rules) -> None:
             raise ValueError(f"rule {name} {value!r} is not trained; one of {', '.join(values)} is")
 
 
-def carriers(vertices: Tensor, mesh: SurfaceMesh, rules: Rules) -> Carriers:
-    """Vertex normals and quaternions, and triangle areas of the posed `vertices` [V, 3]; differentiable in them.
+def carriers(
+    vertices: Tensor, mesh: SurfaceMesh, rules: Rules, vertex_matrix: Tensor | None = None
+) -> Carriers:
+    """Vertex normals and turns, and triangle areas of the posed `vertices` [V, 3]; differentiable in them.
 
+    `vertex_matrix` [V, 3, 3] or [V, 3, 4], for rules.RIGGED_ROTATIONS and no other: sum_j W_vj A_j of each vertex.
+    Raises ValueError where it is missing, where no rule reads it, and for a rule that is not trained.
     Triangle quaternion: posed frame times inverse canonical frame, w made positive; neighbours of opposite sign cancel.
     Source: SplattingAvatar 3847314 splatting_avatar_model.py, utils/map.py; paper Eqs. 4, 5. The definition;
     `kernels.carriers_cpu` is the fast one.
     """
     check_rules(rules)
     frame, across, area = _triangles(vertices.double(), mesh.triangles)
-    quat = quat_from_matrix(frame @ mesh.frame.transpose(-1, -2))
-    quat = torch.where(quat[:, :1] < 0, -quat, quat)
     normal = _floored(_at_vertices(across, mesh), "normal_floor", mesh)
-    turn = TURNS[rules.rotation](_at_vertices(mesh.area[:, None] * quat, mesh), mesh)
+    turn = linear_rows(vertex_matrix, mesh, rules)
+    if turn is None:
+        quat = quat_from_matrix(frame @ mesh.frame.transpose(-1, -2))
+        quat = torch.where(quat[:, :1] < 0, -quat, quat)
+        turn = VERTEX_TURNS[rules.rotation](_at_vertices(mesh.area[:, None] * quat, mesh), mesh)
     return Carriers(vertices, normal.to(vertices.dtype), turn.to(vertices.dtype), area)
+
+
+def linear_rows(vertex_matrix: Tensor | None, mesh: SurfaceMesh, rules: Rules) -> Tensor | None:
+    """[V, 9] of [V, 3, 3] or [V, 3, 4], detached; None where the rotation rule reads no matrices.
+
+    Raises ValueError where `vertex_matrix` is missing, of another shape, or not read.
+    """
+    rigged = rules.rotation in RIGGED_ROTATIONS
+    if rigged != (vertex_matrix is not None):
+        raise ValueError(
+            f"rule rotation {rules.rotation!r}: vertex_matrix goes with {', '.join(RIGGED_ROTATIONS)}"
+        )
+    if vertex_matrix is None:
+        return None
+    if vertex_matrix.shape not in ((mesh.vertices, 3, 3), (mesh.vertices, 3, 4)):
+        raise ValueError(f"vertex_matrix is {tuple(vertex_matrix.shape)}, not [{mesh.vertices}, 3, 3 or 4]")
+    return vertex_matrix[:, :, :3].detach().reshape(-1, 9)
 
 
 def carry(
@@ -115,15 +141,17 @@ def carry(
 ) -> Carried:
     """Gaussians on the posed mesh; differentiable in all floating inputs.
 
-    Source: SplattingAvatar 3847314 splatting_avatar_model.py:75; paper Eqs. 2 to 5. Raises ValueError for a rule that
-    is not trained.
+    The turn of rules.RIGGED_ROTATIONS has no gradient: it would not reach the vertices, and between the corners of
+    one triangle it hardly changes.
+    Source: SplattingAvatar 3847314 splatting_avatar_model.py:75; paper Eqs. 2 to 5; PSAvatar, Eqs. 8 to 11. Raises
+    ValueError for a rule that is not trained.
     """
     check_rules(rules)
-    table = torch.cat([carriers.vertices, carriers.vertex_normal, carriers.vertex_quat], dim=1)
-    corners = table[mesh.triangles[triangle]]  # [N, 3, 10]
+    table = torch.cat([carriers.vertices, carriers.vertex_normal, carriers.vertex_turn], dim=1)
+    corners = table[mesh.triangles[triangle]]  # [N, 3, 10 or 15]
     under = (barycentric[:, :, None] * corners).sum(1)
     foot, normal, turn = under[:, :3], under[:, 3:6], under[:, 6:]
-    unit = turn / _length(turn)
+    unit = UNIT_TURNS[rules.rotation](turn)
     factor, shift = scale_change(carriers, mesh, triangle, rules)
     return Carried(
         foot + displacement[:, None] * POSITIONS[rules.position](normal),
@@ -131,6 +159,23 @@ def carry(
         matrix_from_quat(unit.detach()),
         log_scale * factor[:, None].to(log_scale.dtype) + shift[:, None].to(log_scale.dtype),
     )
+
+
+def bary_vertex_rotation(vertex_matrix: Tensor, corners: Tensor, barycentric: Tensor) -> Tensor:
+    """[N, 3, 3] polar3(sum_c b_c M_c): what skinning does to the mesh under each Gaussian, made a rotation.
+
+    `vertex_matrix` [V, 3, 3] or [V, 3, 4]: sum_j W_vj A_j of each vertex, of which the linear part is read;
+    `corners` [N, 3] int64 vertex ids; `barycentric` [N, 3]. Differentiable in the matrices and the barycentrics.
+    Source: PSAvatar, Eq. 11, whose sum of matrices is no rotation where the corners turn differently.
+    """
+    linear = vertex_matrix[..., :3][corners]  # [N, 3, 3, 3]
+    return polar((barycentric[:, :, None, None] * linear).sum(1))
+
+
+def _of_matrices(turn: Tensor) -> Tensor:
+    """Unit quaternion of the polar factor of `turn` [N, 9]."""
+    quat = quat_from_matrix(polar(turn.detach().reshape(-1, 3, 3)))
+    return quat / _length(quat)
 
 
 def _triangles(vertices: Tensor, triangles: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -201,6 +246,7 @@ def _linear_area(posed: Tensor, canonical: Tensor, training_per_bundle: float) -
     return torch.ones_like(posed), (posed.clamp_min(TINY) / canonical).log()
 
 
-TURNS = {"vertex_quaternion": _of_unit_length, "vertex_quaternion_mean": _mean_by_area}
+VERTEX_TURNS = {"vertex_quaternion": _of_unit_length, "vertex_quaternion_mean": _mean_by_area}
+UNIT_TURNS = {**dict.fromkeys(VERTEX_TURNS, _unit), **dict.fromkeys(RIGGED_ROTATIONS, _of_matrices)}
 POSITIONS = {"normal": _unit, "interpolated_normal": _as_it_is}
 SCALES = {"none": _same_scale, "log_area": _log_area, "linear_area": _linear_area}

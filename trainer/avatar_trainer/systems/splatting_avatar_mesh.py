@@ -53,4 +53,4 @@ class PosedMeshes:
 
 
 def _size(of: Carriers) -> int:
-    return sum(t.nbytes for t in (of.vertices, of.vertex_normal, of.vertex_quat, of.area))
+    return sum(t.nbytes for t in (of.vertices, of.vertex_normal, of.vertex_turn, of.area))

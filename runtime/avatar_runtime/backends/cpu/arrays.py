@@ -101,10 +101,13 @@ class Ridden(NamedTuple):
     """A posed mesh's triangles and vertices as the surface rules read them; written anew each frame."""
 
     size: F64  # [F] area, or edge length for rotation rule triangle_frame
-    # [F, 13] of the rules by vertex: edge cross edge (3), canonical area times the turn since the binding pose (4);
+    # [F, 13] but for triangle_frame: edge cross edge (3), canonical area times the turn since the binding pose (4);
     # of triangle_frame: the frame, row-major (9), and its quaternion (4)
     triangle: F64
-    vertex: F64  # [V, 7] normal (3) and quaternion (4), for the rotation rules by vertex
+    vertex: F64  # [V, 7] normal (3) and quaternion (4), but for triangle_frame
+    matrix: (
+        F32  # [V, 9] linear part of the skin matrix, row-major, for bary_vertex_lbs; of other rules [0, 9]
+    )
 
 
 class RigArrays(NamedTuple):

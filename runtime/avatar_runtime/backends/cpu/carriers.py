@@ -14,16 +14,18 @@ from avatar_runtime.backends.cpu.arrays import (
     Base,
     Blendable,
     Embedded,
+    Influences,
     Mesh,
     Out,
     PosedArrays,
     Ridden,
     Sizes,
 )
+from avatar_runtime.backends.cpu.mesh import vertex_matrices
 from avatar_runtime.backends.cpu.riding import SCALE_RULES, animate_riding, bind_riding
 from avatar_runtime.backends.cpu.skinned import animate_skinned, bind_skinned
 from avatar_runtime.backends.cpu.surface import POSITION_RULES, triangle_turns, vertex_sums
-from avatar_runtime.rules import VERTEX_ROTATIONS
+from avatar_runtime.rules import RIGGED_ROTATIONS
 from avatar_runtime.stages.surface import prepare
 from avatar_schema import constants
 
@@ -78,8 +80,13 @@ class RidingGaussians:
         self._blendable = blendable
         self._embedded = plain.embedded(avatar)
         self._mesh = plain.mesh(prepare(avatar.embedding, avatar.rules, avatar.training_per_bundle))
-        self._ridden = plain.fresh_ridden(self._mesh)
-        self._by_vertex = avatar.rules.rotation in VERTEX_ROTATIONS
+        self._skin: Influences | None = None
+        if avatar.rules.rotation in RIGGED_ROTATIONS:
+            assert avatar.rig is not None
+            vertices = len(avatar.embedding.canonical_vertices)
+            self._skin = plain.influences(avatar.rig.skin, vertices, avatar.rig.joint_count)
+        self._ridden = plain.fresh_ridden(self._mesh, by_joints=self._skin is not None)
+        self._by_vertex = avatar.rules.rotation != "triangle_frame"
         self._by_area = avatar.rules.rotation == "vertex_quaternion_mean"
         self._position_rule = POSITION_RULES[avatar.rules.position]
         self._sign = SIGN_RULES[avatar.rules.quaternion_sign]
@@ -97,7 +104,7 @@ class RidingGaussians:
         with self._turn:
             animate_riding(
                 *self._blendable,
-                *self._under(vertices),
+                *self._under(vertices, posed),
                 *self._scale,
                 self._sh_world,
                 posed,
@@ -109,14 +116,17 @@ class RidingGaussians:
     def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
         out = plain.fresh_out(len(blended.mean), 0)
         with self._turn:
-            bind_riding(blended.log_scale, *self._under(vertices), *self._scale, self._sh_world, posed, out)
+            under = self._under(vertices, posed)
+            bind_riding(blended.log_scale, *under, *self._scale, self._sh_world, posed, out)
         return out
 
-    def _under(self, vertices: F32 | None) -> tuple[Embedded, Mesh, Ridden, F32, int]:
+    def _under(self, vertices: F32 | None, frame: PosedArrays) -> tuple[Embedded, Mesh, Ridden, F32, int]:
         """The posed mesh as both passes over Gaussians take it; `_turn` must be held."""
         assert vertices is not None
         posed = plain.plain(vertices, np.float32, (len(self._ridden.vertex), 3))
         triangle_turns(posed, self._mesh, self._by_vertex, *self._sign, self._ridden)
         if self._by_vertex:
             vertex_sums(self._mesh, *self._floors, self._by_area, self._ridden)
+        if self._skin is not None:
+            vertex_matrices(self._skin, frame.skin_matrix, self._ridden.matrix)
         return self._embedded, self._mesh, self._ridden, posed, self._position_rule

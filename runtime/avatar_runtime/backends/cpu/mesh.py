@@ -1,4 +1,4 @@
-"""Stages `morph` and `skin` of the rig's mesh. Small beside the Gaussians, so one thread does it."""
+"""Stages `morph` and `skin` of the rig's mesh, and how skinning turns it. Small beside the Gaussians: one thread."""
 
 from __future__ import annotations
 
@@ -28,6 +28,17 @@ def morph(
         out[v, 0] = template[v, 0] + x + cx
         out[v, 1] = template[v, 1] + y + cy
         out[v, 2] = template[v, 2] + z + cz
+
+
+@kernel()
+def vertex_matrices(influences: Influences, skin_matrix: F32, out: F32) -> None:
+    """`out` [V, 9]: the linear part of sum_b W_b A_b of `skin_matrix` [J, 16], row-major."""
+    for v in range(len(out)):
+        out[v] = ZERO
+        for e in range(influences.row_ptr[v], influences.row_ptr[v + 1]):
+            weight, joint = influences.weight[e], influences.joint[e]
+            for k in range(9):
+                out[v, k] += skin_matrix[joint, k // 3 * 4 + k % 3] * weight
 
 
 @kernel()

@@ -242,10 +242,11 @@ def rig_arrays(rig: Rig, sizes: Sizes) -> RigArrays:
     )
 
 
-def fresh_ridden(mesh: Mesh) -> Ridden:
-    """Room for one posed mesh."""
+def fresh_ridden(mesh: Mesh, *, by_joints: bool = False) -> Ridden:
+    """Room for one posed mesh; `by_joints` for rules.RIGGED_ROTATIONS."""
     f, v = len(mesh.triangles), len(mesh.vertex_triangle_ptr) - 1
-    return Ridden(*(np.zeros(shape) for shape in ((f,), (f, 13), (v, 7))))
+    matrix = np.zeros((v if by_joints else 0, 9), np.float32)
+    return Ridden(np.zeros(f), np.zeros((f, 13)), np.zeros((v, 7)), matrix)
 
 
 def fresh_out(rows: int, width: int) -> Out:

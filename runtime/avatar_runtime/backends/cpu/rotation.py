@@ -90,7 +90,7 @@ def matrix_multiply(a: Matrix, b: Matrix) -> Matrix:
 
 @inlined
 def newton_step(m: Matrix) -> Matrix:
-    """(M + M^-T) / 2 in float32: one step towards the polar factor."""
+    """(M + M^-T) / 2: one step towards the polar factor."""
     a, b, c, d, e, f, g, h, k = m
     c0, c1, c2 = e * k - f * h, f * g - d * k, d * h - e * g
     c3, c4, c5 = h * c - k * b, k * a - g * c, g * b - h * a

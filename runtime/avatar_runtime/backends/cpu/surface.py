@@ -16,10 +16,12 @@ from avatar_runtime.backends.cpu.planes import MEAN, set_quat, set_turn
 from avatar_runtime.backends.cpu.rotation import (
     matrix_from_quat,
     matrix_multiply,
+    newton_step,
     quat_from_matrix,
     quat_multiply,
 )
 from avatar_runtime.stages.surface import TINY
+from avatar_schema import constants
 
 Vector = tuple[Scalar, Scalar, Scalar]
 ZERO, ONE, HALF = 0.0, 1.0, 0.5
@@ -39,7 +41,9 @@ RISE = 3 * BLOCK  # 3: from the foot to the mean
 SWING = 6 * BLOCK  # 4: the mesh's turn, any length
 LOCAL = 10 * BLOCK  # 4: quaternion before the mesh turns it
 HEIGHT = 14 * BLOCK
-GAUSSIAN_PLANES = 15 * BLOCK
+MATRIX = 15 * BLOCK  # 9: what joints do to the mesh, row-major, for bary_vertex_lbs
+GAUSSIAN_PLANES = 24 * BLOCK
+POLAR_STEPS = int(constants()["polar_steps"])
 
 
 @inlined
@@ -67,7 +71,7 @@ def unit(a: Vector) -> Vector:
 def triangle_turns(
     vertices: F32,  # [V, 3] posed
     mesh: Mesh,
-    by_vertex: bool,  # rotation rules by vertex, not triangle_frame
+    by_vertex: bool,  # not rotation rule triangle_frame
     w_positive: bool,
     mirror: float,
     ridden: Ridden,
@@ -228,6 +232,10 @@ def ride_block(
     else:
         for lane in range(count):
             in_triangle(first + lane, lane, embedded, ridden, p)
+    if len(ridden.matrix):
+        for lane in range(count):
+            at_corners(first + lane, lane, embedded, ridden.matrix, 9, MATRIX, p)
+        swing_by_joints(count, p)
     swing(count, p, planes)
 
 
@@ -268,6 +276,29 @@ def rise(count: int, unit_normal: bool, p: F64) -> None:
         p[at] = height * x
         p[at + BLOCK] = height * y
         p[at + 2 * BLOCK] = height * z
+
+
+@inlined
+def swing_by_joints(count: int, p: F64) -> None:
+    """SWING becomes the quaternion of the polar factor of MATRIX."""
+    for lane in range(count):
+        at = MATRIX + lane
+        m = (
+            p[at],
+            p[at + BLOCK],
+            p[at + 2 * BLOCK],
+            p[at + 3 * BLOCK],
+            p[at + 4 * BLOCK],
+            p[at + 5 * BLOCK],
+            p[at + 6 * BLOCK],
+            p[at + 7 * BLOCK],
+            p[at + 8 * BLOCK],
+        )
+        for _ in range(POLAR_STEPS):
+            m = newton_step(m)
+        quat = quat_from_matrix(m, ONE)
+        for k in range(4):
+            p[SWING + k * BLOCK + lane] = quat[k]
 
 
 @inlined

@@ -1,0 +1,77 @@
+"""An ASM face as a rig and clips that need no mixtures: weights evaluated once, bones as joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from avatar_export.asm import maths
+from avatar_export.asm.model import AsmFace, Take
+from avatar_export.sparse import SparseRowsBuilder
+from avatar_runtime.avatar import F32, F64, Clip, Rig, SparseRows
+
+LEAST_WEIGHT = 1e-5  # of a vertex's whole: a bone that moves by 100 mm moves what has less by a micrometre
+
+
+def bake_rig(face: AsmFace) -> Rig:
+    """The rig of a face: it rests in the person's neutral, its inverse bind matrices are those of the template.
+
+    Weights below LEAST_WEIGHT are dropped and the others divided by their sum. Skin matrices at rest are not the
+    identity: rest_local = M^l2p M(tau of the neutral), inverse_bind_matrix = B^-1.
+    """
+    template = face.template
+    bind = maths.bind_matrices(template, face.binding)
+    neutral = maths.pose_matrices(face.takes[0])[0]
+    v, j = len(template.vertices), len(template.bone_names)
+    return Rig(
+        vertices=template.vertices,
+        triangles=template.triangles,
+        morphs=SparseRows.empty(v, 0, {"position": (3,)}),
+        correctives=SparseRows.empty(v, 0, {"position": (3,)}),
+        late_morphs=SparseRows.empty(v, 0, {"position": (3,)}),
+        skin=_skin(face),
+        joint_names=template.bone_names,
+        parents=template.parents,
+        rest_local=_affine32(maths.parent_from_bone(template, bind) @ neutral),
+        inverse_bind_matrix=_affine32(np.linalg.inv(bind)),
+        joint_basis=np.zeros((0, j, 3), np.float32),
+        corrective_joints=np.zeros(0, np.int32),
+        anchor_vertices=np.zeros(0, np.uint32),
+    )
+
+
+def bake_clips(face: AsmFace) -> tuple[Clip, ...]:
+    """A clip a take, the neutral too: joint_delta = M(tau of the neutral)^-1 M(tau)."""
+    back = np.linalg.inv(maths.pose_matrices(face.takes[0])[0])
+    return tuple(_clip(take, back @ maths.pose_matrices(take)) for take in face.takes)
+
+
+def _clip(take: Take, delta: F64) -> Clip:
+    frames = len(delta)
+    return Clip(
+        take.name,
+        float(take.fps),
+        np.zeros((frames, 0), np.float32),
+        np.zeros((frames, 0), np.float32),
+        _affine32(delta),
+        np.tile(np.eye(4, dtype=np.float32), (frames, 1, 1)),
+    )
+
+
+def _skin(face: AsmFace) -> SparseRows:
+    builder = SparseRowsBuilder(
+        len(face.template.vertices), len(face.template.bone_names), {"weight": ()}, {"weight": 0.0}
+    )
+    for rows in maths.row_blocks(face.template):
+        weights = maths.mixture_weight_rows(face.template, face.binding, rows)
+        weights[weights < LEAST_WEIGHT] = 0
+        builder.append({"weight": weights / weights.sum(axis=1, keepdims=True)})
+    return builder.finish()
+
+
+def _affine32(matrix: F64) -> F32:
+    with np.errstate(over="ignore"):  # becomes infinite, which a check of the avatar refuses
+        single = matrix.astype(np.float32)
+    single[..., 3, :] = (0, 0, 0, 1)
+    return single

@@ -1,0 +1,287 @@
+"""ASM faces in files: an .npz with all of a face, and a small one of a person without the template.
+
+Stored `.npy` entries, no compression and no dates: same face, same bytes. Keys, shapes and units stand in SPEC.md,
+"ASM faces". Bulk is float32.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import zipfile
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_export.asm.check import check_face, check_template
+from avatar_export.asm.model import AsmFace, Binding, Take, Template
+from avatar_export.readers.archive import Archive
+from avatar_export.readers.arrays import parse_npy, parse_text_npy
+from avatar_runtime.errors import AvatarError
+
+ASM_VERSION = 1
+MAX_ARRAY_BYTES = 1 << 30
+DATE = (1980, 1, 1, 0, 0, 0)  # the earliest a zip can say: same input, same bytes
+TEMPLATE_HASH = "template_sha256"
+
+Array = npt.NDArray[Any]
+Arrays = dict[str, Array]
+
+
+def save(face: AsmFace, path: Path) -> None:
+    """Write all of a face. Raises AvatarError for one that is not sound once its numbers are float32."""
+    stored = _rounded(face)
+    _write(_template_arrays(stored.template) | _person_arrays(stored), path)
+
+
+def save_person(face: AsmFace, path: Path) -> None:
+    """Write what a person has, without the template; read again by `load_person`. Raises as `save`."""
+    stored = _rounded(face)
+    _write({TEMPLATE_HASH: np.array([template_hash(stored.template)])} | _person_arrays(stored), path)
+
+
+def load(path: Path) -> AsmFace:
+    """The face that `save` wrote. Raises AvatarError for a file that is none, is of a newer version, or unsound."""
+    source = _Source(path)
+    if TEMPLATE_HASH in source:
+        raise AvatarError(
+            "holds a person without the template; name a face with that template by --mesh", file=path
+        )
+    return _checked(source, _read_template(source))
+
+
+def load_person(path: Path, template: Template) -> AsmFace:
+    """The person of `save_person` on the template that they were fitted with; a whole face is read as it is.
+
+    Raises AvatarError as `load`, and where the template is another.
+    """
+    source = _Source(path)
+    if TEMPLATE_HASH not in source:
+        return load(path)
+    wanted, given = source.word(TEMPLATE_HASH), template_hash(template)
+    if wanted != given:
+        raise AvatarError(
+            f"was fitted with another template (sha256 {wanted[:12]!a}..., given {given[:12]}...)", file=path
+        )
+    return _checked(source, template)
+
+
+def is_face(path: Path) -> bool:
+    """Whether `path` is a zip of arrays among which one is asm_version; never raises."""
+    try:
+        if not path.is_file():
+            return False
+        with Archive(path) as archive:
+            return "asm_version.npy" in archive.names
+    except (AvatarError, OSError):
+        return False
+
+
+def is_person(path: Path) -> bool:
+    """Whether `path` holds a person without the template. Raises AvatarError for no zip."""
+    with Archive(path) as archive:
+        return f"{TEMPLATE_HASH}.npy" in archive.names
+
+
+def template_hash(template: Template) -> str:
+    """sha256, hex, of the template's entries as `save` writes them, by rising name."""
+    digest = hashlib.sha256()
+    for name, data in sorted(_entries(_template_arrays(template)).items()):
+        digest.update(name.encode() + b"\0" + data)
+    return digest.hexdigest()
+
+
+def _rounded(face: AsmFace) -> AsmFace:
+    """The face as it will be read again."""
+    check_face(face)
+    b = face.binding
+    binding = Binding(*map(_float32, (b.zeta, b.pi, b.mu, b.covariance)))
+    takes = tuple(
+        Take(t.name, t.fps, *map(_float32, (t.rotation_vector, t.translation, t.scale))) for t in face.takes
+    )
+    return check_face(replace(face, binding=binding, takes=takes))
+
+
+def _float32(array: Array) -> Array:
+    with np.errstate(over="ignore"):  # becomes infinite, which is refused
+        return array.astype(np.float32).astype(np.float64)
+
+
+def _template_arrays(template: Template) -> Arrays:
+    names = list(template.landmarks)
+    arrays: Arrays = {
+        "vertices": template.vertices.astype("<f4"),
+        "triangles": template.triangles.astype("<u4"),
+        "uv": template.uv.astype("<f4"),
+        "bone_names": np.array(template.bone_names),
+        "parents": template.parents.astype("<i4"),
+        "rest_position": template.rest_position.astype("<f4"),
+        "rest_linear": template.rest_linear.astype("<f4"),
+        "anchor_vertex": template.anchor_vertex.astype("<u4"),
+        "weight_rule": np.array([template.weight_rule]),
+    }
+    if template.colour is not None:
+        arrays["colour"] = template.colour.astype("<f4")
+    if names:
+        arrays["landmark_names"] = np.array(names)
+        arrays["landmark_vertices"] = np.array([template.landmarks[n] for n in names], "<u4")
+    return arrays
+
+
+def _person_arrays(face: AsmFace) -> Arrays:
+    b, takes = face.binding, face.takes
+    bones = len(b.zeta)
+    flat = [b.zeta, b.pi, b.mu.reshape(bones, -1), b.covariance.reshape(bones, -1)]
+    tau = [np.concatenate([t.rotation_vector, t.translation, t.scale], axis=2) for t in takes]
+    return {
+        "asm_version": np.array(ASM_VERSION, "<u4"),
+        "name": np.array([face.name]),
+        "binding": np.concatenate(flat, axis=1).astype("<f4"),
+        "tau": np.concatenate(tau).astype("<f4"),
+        "take_names": np.array([t.name for t in takes]),
+        "take_frames": np.array([len(t.scale) for t in takes], "<u4"),
+        "take_fps": np.array([t.fps for t in takes], "<f8"),
+    }
+
+
+def _entries(arrays: Mapping[str, Array]) -> dict[str, bytes]:
+    entries = {}
+    for name, array in arrays.items():
+        stream = io.BytesIO()
+        np.lib.format.write_array(stream, np.ascontiguousarray(array), version=(1, 0), allow_pickle=False)
+        entries[f"{name}.npy"] = stream.getvalue()
+    return entries
+
+
+def _write(arrays: Mapping[str, Array], path: Path) -> None:
+    try:
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+            for name, data in _entries(arrays).items():
+                archive.writestr(zipfile.ZipInfo(name, DATE), data)
+    except OSError as error:
+        raise AvatarError(f"cannot be written ({error.strerror})", file=path) from None
+
+
+class _Source:
+    """The arrays of a file, read by name."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with Archive(path) as archive:
+            self._data = {
+                name.removesuffix(".npy"): archive.read(name, MAX_ARRAY_BYTES) for name in archive.names
+            }
+        if "asm_version" not in self:
+            raise AvatarError("holds no asm_version, so it is no ASM face", file=path)
+        version = self.numbers("asm_version")
+        if version.dtype.kind not in "iu" or version.size != 1 or int(version.reshape(-1)[0]) != ASM_VERSION:
+            raise AvatarError(
+                f"is of version {str(version)[:20]}; this program reads {ASM_VERSION}", file=path
+            )
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._data
+
+    def numbers(self, name: str) -> Array:
+        """An array as stored. Raises AvatarError where there is none."""
+        return np.asarray(parse_npy(self._bytes(name), self.path, name).read())
+
+    def words(self, name: str) -> tuple[str, ...]:
+        """A list of texts. Raises AvatarError where there is none."""
+        return parse_text_npy(self._bytes(name), self.path, name)
+
+    def word(self, name: str) -> str:
+        """One text. Raises AvatarError where there is none."""
+        words = self.words(name)
+        if len(words) != 1:
+            raise AvatarError(f"expected one text, got {len(words)}", file=self.path, field=name)
+        return words[0]
+
+    def _bytes(self, name: str) -> bytes:
+        if name not in self._data:
+            raise AvatarError("is missing", file=self.path, field=name)
+        return self._data[name]
+
+
+def _read_template(source: _Source) -> Template:
+    landmarks: dict[str, int] = {}
+    if "landmark_names" in source:
+        names, rows = source.words("landmark_names"), source.numbers("landmark_vertices")
+        if rows.shape != (len(names),) or rows.dtype.kind not in "iu" or len(set(names)) != len(names):
+            raise AvatarError("does not go with landmark_names", file=source.path, field="landmark_vertices")
+        landmarks = dict(zip(names, rows.tolist(), strict=True))
+    return Template(
+        vertices=_floats(source, "vertices"),
+        triangles=_whole(source, "triangles", np.uint32),
+        uv=_floats(source, "uv"),
+        bone_names=source.words("bone_names"),
+        parents=_whole(source, "parents", np.int32),
+        rest_position=_floats(source, "rest_position"),
+        rest_linear=_floats(source, "rest_linear"),
+        anchor_vertex=_whole(source, "anchor_vertex", np.uint32),
+        weight_rule=source.word("weight_rule"),
+        colour=_floats(source, "colour") if "colour" in source else None,
+        landmarks=landmarks,
+    )
+
+
+def _floats(source: _Source, name: str) -> Array:
+    array = source.numbers(name)
+    if array.dtype.kind != "f":
+        raise AvatarError(f"expected floats, got {array.dtype}", file=source.path, field=name)
+    with np.errstate(over="ignore"):  # becomes infinite, which is refused
+        return array.astype(np.float32)
+
+
+def _whole(source: _Source, name: str, kind: type[np.generic]) -> Array:
+    array = source.numbers(name)
+    limits = np.iinfo(kind)  # type: ignore[type-var]
+    if array.dtype.kind not in "iu" or (
+        array.size and (array.min() < limits.min or array.max() > limits.max)
+    ):
+        raise AvatarError(
+            f"expected whole numbers of {limits.dtype}, got {array.dtype}", file=source.path, field=name
+        )
+    return array.astype(kind)
+
+
+def _checked(source: _Source, template: Template) -> AsmFace:
+    try:
+        check_template(template)
+        return check_face(_read_person(source, template))
+    except AvatarError as error:
+        raise AvatarError(error.message, file=source.path, field=error.field) from None
+
+
+def _read_person(source: _Source, template: Template) -> AsmFace:
+    bones = len(template.bone_names)
+    packed = source.numbers("binding").astype(np.float64)
+    k = (packed.shape[1] - 2) // 6 if packed.ndim == 2 else 0
+    if packed.shape != (bones, 2 + 6 * k) or k < 1:
+        raise AvatarError(
+            f"expected [{bones}, 2 + 6 K], a row a bone, got {list(packed.shape)}", field="binding"
+        )
+    zeta, pi, mu, covariance = np.split(packed, [2, 2 + k, 2 + 3 * k], axis=1)
+    binding = Binding(zeta, pi, mu.reshape(bones, k, 2), covariance.reshape(bones, k, 3))
+    return AsmFace(source.word("name"), template, binding, _read_takes(source, bones))
+
+
+def _read_takes(source: _Source, bones: int) -> tuple[Take, ...]:
+    names, frames, fps = source.words("take_names"), source.numbers("take_frames"), source.numbers("take_fps")
+    if frames.dtype.kind not in "iu" or frames.shape != (len(names),) or fps.shape != (len(names),):
+        raise AvatarError("and take_fps do not go with take_names", field="take_frames")
+    tau = source.numbers("tau").astype(np.float64)
+    counts = [int(count) for count in frames.tolist()]
+    if min(counts, default=0) < 0 or tau.shape != (sum(counts), bones, 9):
+        raise AvatarError(
+            f"expected [{sum(counts)}, {bones}, 9]: frames, bones, tau; got {list(tau.shape)}", field="tau"
+        )
+    ends = np.cumsum([0, *counts])
+    return tuple(
+        Take(name, float(rate), *(tau[a:b, :, at : at + 3] for at in (0, 3, 6)))
+        for name, rate, a, b in zip(names, fps.tolist(), ends[:-1], ends[1:], strict=True)
+    )

@@ -1,0 +1,114 @@
+"""ASM faces (arXiv 2304.09423): bones, mixtures that weigh a mesh, poses; fitted here or with the unofficial code.
+
+The official code was never released. A face has no Gaussians: each triangle gets a flat one in its colours, so that
+a face is drawn, checked and written as any other avatar.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from avatar_export.asm import maths, unofficial
+from avatar_export.asm.bake import LEAST_WEIGHT, bake_clips, bake_rig
+from avatar_export.asm.files import is_face, is_person, load, load_person
+from avatar_export.asm.model import AsmFace
+from avatar_export.clips import clip_poses, rig_avatar
+from avatar_export.ops.surfels import RULES, surfels
+from avatar_export.provenance import source_files
+from avatar_export.readers import surface
+from avatar_export.readers.embedded_rig import EmbeddedRig
+from avatar_export.readers.options import ReadOptions
+from avatar_export.readers.ownership import owned
+from avatar_runtime.avatar import Avatar, Clip, Driving, Rig
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose
+
+SYSTEM = "asm"
+FILES = (
+    "FACE.npz with asm_version, written by avatar-train asm; a person's small file needs --mesh FACE.npz beside it",
+    "or a folder of the unofficial code: rig_info.json, inited_gmm_params_KN.pkl, mu_face.obj",
+)
+USED_OPTIONS = ("mesh", "units", "name", "exact")  # exact: there are no deltas to drop
+WITHOUT_RIG = ReadOptions()  # a face is a rig
+FRAMES = 8  # of each take, in which the baked rig is held against the formulas
+
+
+def detect(path: Path) -> bool:
+    """Whether `path` is an .npz with asm_version, or a folder of the unofficial code; never raises."""
+    return unofficial.detect(path) if path.is_dir() else is_face(path)
+
+
+def read(path: Path, options: ReadOptions) -> Avatar:
+    """The face as an avatar that rests in its neutral. Raises AvatarError for files that are not what they claim."""
+    with owned(SYSTEM):
+        options.refuse_others(USED_OPTIONS, SYSTEM, "a face holds its mesh, its rig and its clips")
+        face, files = _face(path, options)
+        rig, clips = bake_rig(face), bake_clips(face)
+        mesh = Player(rig_avatar(rig, ()), "reference").mesh(Pose())
+        gaussians, embedding = surfels(mesh, face.template.triangles, face.template.colour)
+        made = EmbeddedRig(rig, clips=clips, driving=_driving(face), notes=_notes(face, rig, clips))
+        avatar = surface.surface_avatar(
+            name=options.name or face.name,
+            gaussians=gaussians,
+            embedding=embedding,
+            rules=RULES,
+            rig=made,
+            sh_degree=0,
+            background=(1.0, 1.0, 1.0),
+            units=1.0,
+        )
+        return replace(
+            avatar,
+            provenance={
+                "system": SYSTEM,
+                "source_files": source_files(files),
+                "notes": [*made.notes, *surface.mesh_notes(mesh, 1.0)],
+            },
+        )
+
+
+def _face(path: Path, options: ReadOptions) -> tuple[AsmFace, dict[str, Path]]:
+    if path.is_dir():
+        return unofficial.read_folder(path, options.units), unofficial.files_of(path)
+    if options.units is not None:
+        raise AvatarError("is no option for an ASM .npz, whose unit is the metre", field="--units")
+    if not is_person(path):
+        if options.mesh is not None:
+            raise AvatarError("goes with a person's small file; this face holds its mesh", field="--mesh")
+        return load(path), {path.name: path}
+    if options.mesh is None:
+        raise AvatarError("holds a person without the template; pass a face with that template by --mesh", file=path)
+    template = load(options.mesh).template
+    return load_person(path, template), {path.name: path, f"mesh/{options.mesh.name}": options.mesh}
+
+
+def _driving(face: AsmFace) -> Driving:
+    """The whole face turns about the head bone: turned in its own space it would shear where its scale is uneven."""
+    names = face.template.bone_names
+    if "head" not in names:
+        return Driving()
+    bone = names.index("head")
+    position = maths.bone_positions(face.template, face.binding)[bone]
+    x, y, z = (maths.skin_matrices(face, face.takes[0])[0, bone] @ np.append(position, 1))[:3].tolist()
+    return Driving(head_pivot=(x, y, z))
+
+
+def _notes(face: AsmFace, rig: Rig, clips: tuple[Clip, ...]) -> tuple[str, ...]:
+    """What baking changed: dropped weights and float32, over frames of every take at even distances."""
+    avatar, worst = replace(rig_avatar(rig, ()), clips=clips), 0.0
+    player = Player(avatar, "reference")
+    for take, clip in zip(face.takes, clips, strict=True):
+        poses = clip_poses(avatar, clip)
+        for frame in np.unique(np.linspace(0, clip.frames - 1, FRAMES).astype(np.int64)).tolist():
+            off = player.mesh(poses[frame]) - maths.posed(face, take, frame)
+            worst = max(worst, 1e3 * float(np.linalg.norm(off, axis=1).max()))
+    per_vertex = rig.skin.entries / len(rig.vertices)
+    return (
+        f"{face.binding.components} Gaussians a bone, weights by rule {face.template.weight_rule}",
+        f"skin weights below {LEAST_WEIGHT:g} dropped: {per_vertex:.1f} joints a vertex are left, and the mesh lies "
+        f"within {worst:.2g} mm of the formulas",
+    )
