@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from samples.capture_body import write_body
+from samples.capture_extras import EXTRAS
 from samples.capture_head import write_head
 from samples.capture_shots import Noise
 
@@ -46,12 +47,19 @@ def main() -> None:
         metavar="DEGREES",
         help="how far the camera swings about the head; beyond 40 once, in the training part",
     )
+    for name in EXTRAS:
+        parser.add_argument(
+            f"--{name}", dest="worn", action="append_const", const=name, help="put on the head; made by code"
+        )
     parser.add_argument("--seed", type=int, default=0, help="of the noise")
     given = parser.parse_args()
     noise = Noise(given.tracking_noise, given.calibration_noise, given.seed)
     held_out = tuple(name for name in given.hold_out.split(",") if name)
+    worn = tuple(given.worn or ())
     if given.subject == "head":
-        print(write_head(given.out, given.size, given.frames, noise, held_out, np.radians(given.yaw)))
+        print(write_head(given.out, given.size, given.frames, noise, held_out, np.radians(given.yaw), worn))
+    elif worn:
+        parser.error(f"the body wears no {' and no '.join(worn)}")
     else:
         print(write_body(given.out, given.size, given.frames, noise))
 

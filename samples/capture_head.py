@@ -19,6 +19,7 @@ from avatar_trainer.capture import Shot, write
 from avatar_trainer.captures.mesh_raster import Picture, Surface, draw
 from samples.body_files import save_body
 from samples.body_model import GAUSSIAN_SHAPES, JOINTS, BodyModel, build_body_model, driving
+from samples.capture_extras import EXTRAS, Extra, worn_with
 from samples.capture_shots import Noise, rays_per_pixel, shot, splits
 from samples.colour import surface_opacity
 from samples.head import DATA, Head, Mesh, load_head, smoothstep, unit
@@ -63,6 +64,7 @@ class Model:
 
     head: Head
     body: BodyModel  # of every vertex
+    worn: tuple[Extra, ...] = ()
 
     @cached_property
     def texture(self) -> tuple[Array, Array]:
@@ -91,23 +93,45 @@ class Model:
 
     def picture(self, take: Take, frame: int, camera: Camera, samples: int) -> Picture:
         """One frame of a take, seen by `camera`."""
+        return draw(self._surface(take, frame, camera), camera, samples)
+
+    def region(self, take: Take, frame: int, camera: Camera, samples: int) -> Array:
+        """[H, W] share of each pixel in which something worn is seen."""
+        surface = self._surface(take, frame, camera)
+        own = np.arange(len(surface.vertices)) < len(self.head.vertices)
+        white = np.ones_like(surface.texture)
+        lit = replace(surface, texture=white, gain=np.float32(~own), gloss=np.zeros_like(surface.gloss))
+        picture = draw(lit, camera, samples)
+        share: Array = picture.colour[..., 0] * picture.alpha
+        return share
+
+    def _surface(self, take: Take, frame: int, camera: Camera) -> Surface:
+        """The head of a frame, and what it wears, in the light."""
         mesh = Mesh(posed_vertices(self.body, take, frame), self.head.triangles)
-        normal = mesh.vertex_normals
-        lambert = np.clip((normal @ LIGHT + WRAP) / (1 + WRAP), 0, 1)
-        half = unit(LIGHT + unit(camera.centre - mesh.vertices))
-        strength, exponent = self.gloss
-        shine = strength * np.clip(np.sum(half * normal, axis=1), 0, 1) ** exponent
         texture, uv = self.texture
+        gain, shine = _lit(mesh, camera, *self.gloss)
         surface = Surface(
             mesh.vertices,
             mesh.triangles,
             uv,
             texture,
-            (DARK + LIT * lambert).astype(np.float32),
+            gain.astype(np.float32),
             shine.astype(np.float32),
             self.opacity,
         )
-        return draw(surface, camera, samples)
+        for extra in self.worn:
+            gain, shine = _lit(extra, camera, *map(np.array, extra.gloss))
+            surface = worn_with(surface, extra, extra.shade * gain, extra.shade * shine)
+        return surface
+
+
+def _lit(mesh: Mesh, camera: Camera, strength: Array, exponent: Array) -> tuple[Array, Array]:
+    """(factor on the colour [V], what shines [V]) of a mesh in the light."""
+    normal = mesh.vertex_normals
+    lambert = np.clip((normal @ LIGHT + WRAP) / (1 + WRAP), 0, 1)
+    half = unit(LIGHT + unit(camera.centre - mesh.vertices))
+    shine = strength * np.clip(np.sum(half * normal, axis=1), 0, 1) ** exponent
+    return DARK + LIT * lambert, shine
 
 
 def blinking_head() -> Head:
@@ -205,23 +229,32 @@ def camera_at(frame: int, frames: int, size: int, yaw: float = YAW[0]) -> tuple[
 
 
 def write_head(
-    out: Path, size: int, frames: int, noise: Noise, held_out: tuple[str, ...] = (), yaw: float = YAW[0]
+    out: Path,
+    size: int,
+    frames: int,
+    noise: Noise,
+    held_out: tuple[str, ...] = (),
+    yaw: float = YAW[0],
+    worn: tuple[str, ...] = (),
 ) -> Path:
     """Write the head's capture into the folder `out`: capture.json, images/, masks/, body/, driving.json.
 
-    Expressions `held_out` are seen in test frames only; `yaw`: see `camera_at`. Returns the path of capture.json.
-    Raises ValueError for an unknown expression and for fewer than two frames.
+    Expressions `held_out` are seen in test frames only; `yaw`: see `camera_at`. With things `worn` (names of EXTRAS)
+    also regions/: in which share of each pixel they are seen. Returns the path of capture.json. Raises ValueError for
+    an unknown expression and for fewer than two frames.
     """
     head = blinking_head()
-    model = Model(head, build_body_model(head))
+    model = Model(head, build_body_model(head), tuple(EXTRAS[name](head) for name in worn))
     take = perform(model.body, frames, held_out)
     body = tracking_body(head, model.body)
     save_body(body, np.zeros(0), out / "body")
+    if worn:
+        write_regions(out / "regions", model, take, size, yaw)
     names = tuple(sorted(body.expression_names))
     (out / "driving.json").write_text(json.dumps(driving(body, names), indent=1) + "\n")
     return write(
         out,
-        name="scanned head, synthetic",
+        name=", ".join(["scanned head, synthetic", *worn]),
         fps=FPS,
         head_pose_in="camera",
         expressions=body.expression_names[:GAUSSIAN_SHAPES],
@@ -237,6 +270,21 @@ def write_head(
         author=AUTHOR,
         consent=CONSENT,
     )
+
+
+def write_regions(folder: Path, model: Model, take: Take, size: int, yaw: float) -> None:
+    """One picture of grey a frame, named as the frame: what is worn, 255 where a pixel sees nothing else."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for k in range(take.frames):
+        camera = Camera.from_opencv(*_in_order(camera_at(k, take.frames, size, yaw)), size, size)
+        share = model.region(take, k, camera, rays_per_pixel(size))
+        Image.fromarray(np.round(np.clip(share, 0, 1) * 255).astype(np.uint8)).save(folder / f"{k:05d}.png")
+
+
+def _in_order(camera: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+    """(R, t, K) of (K, R, t)."""
+    intrinsics, rotation, translation = camera
+    return rotation, translation, intrinsics
 
 
 def shots(model: Model, take: Take, size: int, noise: Noise, yaw: float) -> Iterator[tuple[str, Shot]]:

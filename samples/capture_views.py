@@ -41,8 +41,46 @@ NOSE_TIP = 30  # of the landmarks
 # Landmarks in the order of the 68-point annotation: vertices of the head (idx_to_landmark_verts of ICT-FaceKit).
 LANDMARKS = (
     *(1225, 1888, 1052, 367, 1719, 1722, 2199, 1447, 966, 3661, 4390, 3927, 3924, 2608, 3272, 4088, 3443),
-    *(268, 493, 1914, 2044, 1401, 3615, 4240, 4114, 2734, 2509, 978, 4527, 4942, 4857, 1140, 2075, 1147, 4269),
-    *(3360, 1507, 1542, 1537, 1528, 1518, 1511, 3742, 3751, 3756, 3721, 3725, 3732, 5708, 5695, 2081, 0, 4275),
+    *(
+        268,
+        493,
+        1914,
+        2044,
+        1401,
+        3615,
+        4240,
+        4114,
+        2734,
+        2509,
+        978,
+        4527,
+        4942,
+        4857,
+        1140,
+        2075,
+        1147,
+        4269,
+    ),
+    *(
+        3360,
+        1507,
+        1542,
+        1537,
+        1528,
+        1518,
+        1511,
+        3742,
+        3751,
+        3756,
+        3721,
+        3725,
+        3732,
+        5708,
+        5695,
+        2081,
+        0,
+        4275,
+    ),
     *(6200, 6213, 6346, 6461, 5518, 5957, 5841, 5702, 5711, 5533, 6216, 6207, 6470, 5517, 5966),
 )
 HIDDEN_BEHIND = 0.004  # metres that a surface must lie before a landmark to hide it
@@ -213,7 +251,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m samples.capture_views", description=__doc__)
     parser.add_argument("out", type=Path, help="folder to write into")
     parser.add_argument("--views", type=int, default=20)
-    parser.add_argument("--identity", type=int, default=0, help="seed of the person's shape and the landmarks")
+    parser.add_argument(
+        "--identity", type=int, default=0, help="seed of the person's shape and the landmarks"
+    )
     parser.add_argument("--size", type=int, default=384, help="pixels along an edge of the square pictures")
     parser.add_argument("--noise", type=float, default=1.0, help="pixels: deviation of the landmarks")
     given = parser.parse_args()

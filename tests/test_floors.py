@@ -18,7 +18,17 @@ FLOORS: dict[
     "avatar_shaders": ("engine_shaders", {"avatar_schema"}),
     "avatar_runtime": (
         "runtime",
-        {"_moderngl", "avatar_schema", "avatar_shaders", "llvmlite", "moderngl", "numba", "numpy"},
+        {
+            "_moderngl",
+            "avatar_schema",
+            "avatar_shaders",
+            "llvmlite",
+            "moderngl",
+            "numba",
+            "numpy",
+            "onnx",
+            "onnxruntime",
+        },
     ),
     "avatar_export": (
         "exporter",
@@ -47,6 +57,7 @@ FLOORS: dict[
             "lpips",
             "numba",
             "numpy",
+            "onnx",
             "PIL",
             "rich",
             "tensorboard",
@@ -63,6 +74,8 @@ HEAVY: dict[str, tuple[str, ...]] = {  # library: the folders that may import it
     "moderngl": ("runtime/avatar_runtime/backends/gl",),
     "numba": ("runtime/avatar_runtime/backends/cpu", "trainer/avatar_trainer"),
     "llvmlite": ("runtime/avatar_runtime/backends/cpu", "trainer/avatar_trainer"),
+    "onnx": ("runtime/avatar_runtime/enhance", "trainer/avatar_trainer"),
+    "onnxruntime": ("runtime/avatar_runtime/enhance",),
     "pxr": ("exporter/avatar_export/writers/usd",),
 }
 SAMPLES_THAT_TRAIN = ("capture", "trained", "texture", "tracking")  # how the names of files begin

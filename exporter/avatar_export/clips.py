@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from avatar_export.asm.bake import bake_clips
+from avatar_export.asm.files import is_face, load
 from avatar_export.driving import drive, gltf_clip, takes
 from avatar_export.driving.frames import frame_rate
 from avatar_export.driving.gltf_animation import read_clip
@@ -40,8 +42,9 @@ def clips_from(
 
     Live Link Face recordings (CSV or packets) through the avatar's driving; every animation of a .glb, of a LAM zip
     or of an .fbx by the names of joints and morph targets, those that move nothing here left out; tracked poses
-    of the avatar's body model (`readers.pose_files`). `name`: of the one to take from several animations, else what
-    the clip is called instead of the file. glTF clips keep the rate of their keys, if it is even.
+    of the avatar's body model (`readers.pose_files`); takes of an ASM face by the names of bones. `name`: of the one
+    to take from several animations, else what the clip is called instead of the file. glTF clips keep the rate of
+    their keys, if it is even.
     Raises AvatarError for a file that is none of these, is damaged, or (unless `optional`) moves nothing here.
     """
     found = _source(path)(avatar, path, name)
@@ -151,6 +154,34 @@ def _tracked(avatar: Avatar, path: Path, name: str | None) -> list[Clip]:
     return [body_clip(avatar.rig, read_poses(path), name or path.stem)]
 
 
+def _asm(avatar: Avatar, path: Path, name: str | None) -> list[Clip]:
+    """The takes of an ASM face on the bones of the same names; its deltas begin in its own neutral."""
+    face = load(path)
+    own = avatar.rig.joint_names if avatar.rig is not None else ()
+    at = {bone: row for row, bone in enumerate(face.template.bone_names)}
+    if not set(own) & set(at):
+        return []
+    clips = {clip.name: clip for clip in bake_clips(face)}
+    return [
+        _on_joints(avatar, clips[take], [at.get(joint) for joint in own])
+        for take in _chosen([*clips], name, path.name)
+    ]
+
+
+def _on_joints(avatar: Avatar, clip: Clip, rows: Sequence[int | None]) -> Clip:
+    """`clip` for `avatar`, whose joint k is its joint rows[k], or rests."""
+    delta = np.tile(np.eye(4, dtype=np.float32), (clip.frames, len(rows), 1, 1))
+    for joint, row in enumerate(rows):
+        if row is not None:
+            delta[:, joint] = clip.joint_delta[:, row]
+    return replace(
+        clip,
+        expression_weights=np.zeros((clip.frames, len(avatar.expressions)), np.float32),
+        late_weights=np.zeros((clip.frames, len(avatar.late_morph_names)), np.float32),
+        joint_delta=delta,
+    )
+
+
 def _gltf(path: Path) -> Glb | None:
     """The glTF that holds a file's clips: a .glb itself, or what lies in a LAM zip; None for other files."""
     if path.suffix.lower() == ".glb":
@@ -215,6 +246,7 @@ SOURCES: tuple[_Source, ...] = (
     _Source(_suffix(".glb"), _gltf_clips),
     _Source(_suffix(".fbx"), _fbx),
     _Source(lam.detect, _gltf_clips),
+    _Source(is_face, _asm),
     _Source(is_pose_file, _tracked),
     _Source(lambda path: True, _recorded),
 )

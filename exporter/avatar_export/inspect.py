@@ -11,7 +11,7 @@ import numpy as np
 from avatar_export.driving.drive import unreached
 from avatar_export.read import find, read_with
 from avatar_export.readers import bundle
-from avatar_runtime.avatar import Avatar, Embedding, SparseRows
+from avatar_runtime.avatar import Avatar, Embedding, Enhancer, SparseRows
 from avatar_runtime.bundle import MANIFEST, handedness, load, opener, read_manifest
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.topology import topology_hash
@@ -69,6 +69,7 @@ def summary(avatar: Avatar) -> dict[str, Any]:
         },
         "embedding": None if avatar.embedding is None else _embedding(avatar.embedding),
         "clips": {clip.name: f"{clip.frames} frames at {clip.fps:g} a second" for clip in avatar.clips},
+        "enhancer": None if avatar.enhancer is None else _enhancer(avatar.enhancer),
         "training_units_per_metre": avatar.training_per_bundle,
         "ranges": {
             "mean_min": _rounded(g.mean.min(axis=0)),
@@ -102,6 +103,20 @@ def _embedding(embedding: Embedding) -> dict[str, Any]:
         "triangles": len(embedding.triangles),
         "topology_hash": topology_hash(embedding.triangles, len(embedding.canonical_vertices)),
         "displacement_mm": _rounded(1e3 * np.percentile(lift, [50, 100])),
+    }
+
+
+def _enhancer(enhancer: Enhancer) -> dict[str, Any]:
+    """What it is worth; playing it is left to the player."""
+    worth = (enhancer.psnr_raw_db, enhancer.psnr_enhanced_db)
+    return {
+        "optional": "render --enhance",
+        "bytes": len(enhancer.onnx),
+        "trained_on": f"{enhancer.trained_width}x{enhancer.trained_height}",
+        "psnr": "not measured"
+        if None in worth
+        else f"{worth[0]:.2f} dB without it, {worth[1]:.2f} dB with it",
+        "measured_on": enhancer.measured_on,
     }
 
 

@@ -13,6 +13,7 @@ from avatar_export.readers.arrays import parse_npy
 from avatar_export.readers.obj import read_obj
 from avatar_runtime.avatar import F32, Avatar, Embedding
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.rules import RIGGED_ROTATIONS
 
 MAX_ARRAY_BYTES = 2 << 30
 FARTHEST = 1e9  # units from the origin
@@ -46,11 +47,16 @@ def read_meshes(avatar: Avatar, paths: Sequence[Path], units: float | None) -> M
 
     `units`: units of the files in a metre; by default the avatar's training units, since the training code poses
     its mesh in them. Raises AvatarError for an avatar that is bound to no surface, another number of vertices,
-    other triangles, or a size that only other units explain.
+    other triangles, or a size that only other units explain; and where the joints turn the Gaussians too.
     """
     embedding = avatar.embedding
     if embedding is None:
         raise AvatarError("this avatar sits on no mesh; --meshes goes with binding surface", field="--meshes")
+    if avatar.rules.rotation in RIGGED_ROTATIONS:
+        raise AvatarError(
+            f"rotation {avatar.rules.rotation} turns Gaussians by joints, which a mesh does not tell; play a clip",
+            field="--meshes",
+        )
     folder = paths[0]
     if len(paths) == 1 and folder.is_dir():
         paths = sorted(folder.glob("*.obj"))

@@ -41,6 +41,7 @@ class View:
     transparent: bool = False
     profile: str | None = None  # None: the first that the backend draws
     backend: str | None = None  # None: the runtime's default
+    enhance: bool = False  # put through the avatar's enhancer
 
 
 @dataclass(frozen=True)
@@ -142,9 +143,10 @@ def turntable(pose: Pose, fps: float) -> PoseSequence:
 def frames(avatar: Avatar, sequence: PoseSequence, view: View) -> Iterator[Pixels]:
     """Pictures, one a pose; the camera stands where it sees all of them.
 
-    Raises AvatarError for a profile that the backend does not draw, or where what the backend needs is missing.
+    Raises AvatarError for a profile that the backend does not draw, where what the backend or the enhancer needs is
+    missing, and for an enhancer that is asked for and is not there or not sound.
     """
-    player, count = Player(avatar, view.backend), len(sequence.poses)
+    player, count = Player(avatar, view.backend, enhance=view.enhance), len(sequence.poses)
     drawn = player.backend.profiles
     if view.profile is not None and view.profile not in drawn:
         raise AvatarError(

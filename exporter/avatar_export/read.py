@@ -7,7 +7,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from avatar_export.clips import clips_from
-from avatar_export.readers import bundle, gaussian_avatars, gaussian_blendshapes, lam, splatting_avatar
+from avatar_export.readers import (
+    asm,
+    bundle,
+    gaussian_avatars,
+    gaussian_blendshapes,
+    lam,
+    psavatar,
+    splatting_avatar,
+)
 from avatar_export.readers.options import ReadOptions
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.errors import AvatarError
@@ -38,7 +46,7 @@ READERS = tuple(
         module.WITHOUT_RIG,
         module is lam,
     )
-    for module in (bundle, gaussian_blendshapes, splatting_avatar, gaussian_avatars, lam)
+    for module in (bundle, gaussian_blendshapes, splatting_avatar, gaussian_avatars, psavatar, lam, asm)
 )
 
 

@@ -18,6 +18,8 @@ from avatar_export.validate_derived import derived_problems
 from avatar_export.validate_reference import reference_problems
 from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.bundle import MANIFEST, Open, checked_bytes, handedness, load, opener, read_manifest
+from avatar_runtime.codec.manifest import ENHANCER_FILE
+from avatar_runtime.enhance import make_enhance, missing_libraries
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.handedness import mirrored, mirrored_boxes
 from avatar_runtime.pose import Pose, resolve
@@ -193,6 +195,21 @@ def _bounds(avatar: Avatar, document: Mapping[str, Any]) -> Iterator[Problem]:
         yield Problem(f"{MANIFEST}: $.bounds.swept", "does not hold the box at rest")
 
 
+def _enhancer(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
+    """The network, where its library is there to look into it."""
+    if avatar.enhancer is None:
+        return
+    missing = missing_libraries()
+    if missing:
+        message = f"was not looked into: that needs {missing}"
+        yield Problem(ENHANCER_FILE, message, warning=True)
+        return
+    try:
+        make_enhance(avatar.enhancer)
+    except AvatarError as error:
+        yield _problem(error)
+
+
 def _rows(file: str, field: str, bad: Bools, what: str, warning: bool = False) -> Iterable[Problem]:
     """One problem for all bad rows: the first by its number, and how many there are."""
     count = int(np.count_nonzero(bad))
@@ -206,4 +223,4 @@ def _short(vector: Iterable[float]) -> str:
     return "[" + ", ".join(f"{value:.6g}" for value in vector) + "]"
 
 
-_CHECKS = (_names_problems, _counts, _gaussians, _weights, _rest, _bounds)
+_CHECKS = (_names_problems, _counts, _gaussians, _weights, _rest, _bounds, _enhancer)

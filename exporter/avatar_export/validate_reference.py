@@ -9,6 +9,7 @@ from typing import Any
 from avatar_export.writers.reference import FOLDER, REFERENCE_FILES, reference_facts
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, Data, Open, checked_bytes
+from avatar_runtime.codec.manifest import ENHANCER_FILE
 from avatar_runtime.conformance import Reference, Row, conform, decode
 from avatar_runtime.errors import AvatarError
 from avatar_schema.validate import Problem
@@ -37,7 +38,11 @@ def read_reference(document: Mapping[str, Any], read: Open) -> Reference:
 
     with named_in_full():
         reference = decode(checked)
-    normative = {path: entry["sha256"] for path, entry in listed.items() if not entry["derived"]}
+    normative = {
+        path: entry["sha256"]
+        for path, entry in listed.items()
+        if not entry["derived"] and path != ENHANCER_FILE  # nothing of the reference goes through it
+    }
     changed = sorted(
         path for path in {*normative, *reference.files} if normative.get(path) != reference.files.get(path)
     )

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.checks import check_avatar
+from avatar_runtime.checks_enhancer import check_enhancer
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
@@ -162,6 +163,28 @@ class Clip:
 
 
 @dataclass(frozen=True)
+class Enhancer:
+    """A network that a drawn picture may be put through; who leaves it out shows the raw avatar.
+
+    The file is as its maker left it: `avatar_runtime.enhance` looks into it before it is run.
+    """
+
+    onnx: bytes  # f32[1, 3, H, W] in, display-referred, over the background; as much out; any H and W
+    input: str  # name in the graph
+    output: str
+    trained_width: int  # pixels of the pictures it was trained on
+    trained_height: int
+    psnr_raw_db: float | None  # of the avatar without it; None: not measured
+    psnr_enhanced_db: float | None
+    measured_on: str  # what pictures these figures are of
+
+    def check(self) -> Enhancer:
+        """Return self, or raise AvatarError that names the field whose type, size or value is wrong."""
+        check_enhancer(self)
+        return self
+
+
+@dataclass(frozen=True)
 class Expression:
     """A named blendshape weight. Its index in `Avatar.expressions` is the column of every expression matrix."""
 
@@ -250,6 +273,7 @@ class Avatar:
     extras: Mapping[str, Any] = field(default_factory=dict)  # unknown manifest keys, kept
     embedding: Embedding | None = None  # where the binding is surface; all groups have it then, or none
     clips: tuple[Clip, ...] = ()
+    enhancer: Enhancer | None = None
 
     @property
     def expression_names(self) -> tuple[str, ...]:

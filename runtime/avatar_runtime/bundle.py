@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from avatar_runtime.avatar import Avatar, Clip, Embedding, Gaussians, Rig
+from avatar_runtime.avatar import Avatar, Clip, Embedding, Enhancer, Gaussians, Rig
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.codec import ply, safetensors
 from avatar_runtime.codec.clips import read_clip_tensors
@@ -168,6 +168,7 @@ def _avatar(document: dict[str, Any], checked: Callable[[str], Data]) -> Avatar:
         extras=codec.unknown_keys(document),
         embedding=_embedding(document, checked),
         clips=_clips(document, checked),
+        enhancer=_enhancer(document, checked),
     ).check()
 
 
@@ -201,6 +202,12 @@ def _clips(document: dict[str, Any], checked: Callable[[str], Data]) -> tuple[Cl
         return ()
     name = "clips.safetensors"
     return read_clip_tensors(safetensors.decode(checked(name), name), document["clips"], name)
+
+
+def _enhancer(document: dict[str, Any], checked: Callable[[str], Data]) -> Enhancer | None:
+    """The file is not looked into: `avatar_runtime.enhance` does so before it runs it."""
+    said = document.get("enhancer")
+    return None if said is None else codec.decode_enhancer(said, bytes(checked(codec.ENHANCER_FILE)))
 
 
 def _gaussians(data: Data, said: dict[str, Any]) -> Gaussians:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from avatar_runtime.checks_arrays import check_f32, check_names, check_sparse, expect
+from avatar_runtime.checks_enhancer import check_enhancer
 from avatar_runtime.checks_surface import check_clip, check_embedding
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.rules import (
@@ -58,6 +59,8 @@ def check_avatar(avatar: Avatar) -> None:
     check_names("clips", tuple(clip.name for clip in avatar.clips))
     for clip in avatar.clips:
         check_clip(clip, k, len(avatar.late_morph_names), joints)
+    if avatar.enhancer:
+        check_enhancer(avatar.enhancer)
 
 
 def _check_gaussians(g: Gaussians) -> None:

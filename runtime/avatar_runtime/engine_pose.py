@@ -19,6 +19,10 @@ from avatar_runtime.pose import LARGEST, Pose, resolve
 from avatar_runtime.rotation import homogeneous, matrix_from_quat, quat_from_matrix
 from avatar_runtime.stages.joints import chain, levels, pose_features, rest_transforms
 
+BOUND = (
+    1e-5  # largest entry of a skin matrix at rest, less the identity, that is rounding: metres and parts of 1
+)
+
 
 @dataclass(frozen=True)
 class EnginePose:
@@ -71,28 +75,39 @@ def node_names(rig: Rig) -> tuple[str, str]:
     return root, mesh
 
 
-def rest_nodes(rig: Rig) -> F64:
-    """mesh_from_joint of the engine's rest skeleton, [J, 4, 4]: rigid, so that engines see scales of 1.
+def bind_nodes(rig: Rig) -> F64:
+    """mesh_from_joint of the engine's skeleton in its bind pose, [J, 4, 4]: rigid, so that engines see scales of 1.
 
-    Translation and nearest rotation (polar) of the rest transform. The engine's inverse bind matrix is its
-    inverse. That loses nothing: what a rest transform scales is in the skin matrices already. Raises AvatarError
-    for a rest transform beyond float32.
+    Translation and nearest rotation (polar) of the rest transform, or of the bind transform where the rig does not
+    rest in its binding pose. The engine's inverse bind matrix is its inverse. That loses nothing: what these scale is
+    in the skin matrices already. Raises AvatarError for a transform beyond float32.
     """
     rest = rest_transforms(rig)
-    fits = (np.abs(rest) <= LARGEST).all(axis=(1, 2))
+    bind = rest if rests_bound(rig) else np.linalg.inv(rig.inverse_bind_matrix.astype(np.float64))
+    fits = (np.maximum(np.abs(rest), np.abs(bind)) <= LARGEST).all(axis=(1, 2))
     if not fits.all():
         message = "its rest transform does not fit float32; scale the rig to metres"
         raise AvatarError(message, field=f"joint {rig.joint_names[int(np.argmin(fits))]}")
-    return homogeneous(_nearest_rotation(rest[:, :3, :3]), rest[:, :3, 3])
+    return homogeneous(_nearest_rotation(bind[:, :3, :3]), bind[:, :3, 3])
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def rests_bound(rig: Rig) -> bool:
+    """Whether the rig's mesh at rest is its template: rest transforms are the bind transforms, but for rounding."""
+    skin_matrix = rest_transforms(rig) @ rig.inverse_bind_matrix.astype(np.float64)
+    off = np.abs(skin_matrix - np.eye(4)).max(initial=0)
+    return not off > BOUND  # what is no number is refused elsewhere
 
 
 def engine_rest(avatar: Avatar) -> EnginePose:
-    """The pose in which rig.glb and rig.usdc stand: rest_nodes, no weight. Raises AvatarError without a rig.
+    """The pose in which rig.glb and rig.usdc stand, engine_pose of no pose. Raises AvatarError without a rig.
 
-    Beside engine_pose of no pose it is free of the rounding of float32 inverse bind matrices.
+    Where the rig rests in its binding pose it is free of the rounding of float32 inverse bind matrices.
     """
     rig = _rig(avatar)
-    nodes = _local_nodes(rig, np.eye(4), rest_nodes(rig))
+    if not rests_bound(rig):
+        return engine_pose(avatar, Pose())
+    nodes = _local_nodes(rig, np.eye(4), bind_nodes(rig))
     weights = np.zeros(len(target_names(avatar)), np.float32)
     return EnginePose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]), *nodes, weights)
 
@@ -101,7 +116,7 @@ def engine_pose(avatar: Avatar, pose: Pose) -> EnginePose:
     """What an engine sets for `pose`. Raises AvatarError without a rig, for a name that the avatar lacks and
     for a joint whose node does not fit float32.
 
-    Each node's mesh_from_joint becomes A_j rest_nodes_j with the skin matrix A_j of stage `joints`; relative to the
+    Each node's mesh_from_joint becomes A_j bind_nodes_j with the skin matrix A_j of stage `joints`; relative to the
     parent as the engine holds it, a linear part M is split into the nearest rotation R and the scale diag(R^T M).
     What remains of M is shear. A parent of scale 0 has no inverse; its pseudo-inverse leaves what can be shown.
     """
@@ -139,7 +154,7 @@ def engine_clip(avatar: Avatar, clip: Clip) -> EnginePose:
 
 def node_transforms(rig: Rig, pose: EnginePose) -> F64:
     """mesh_from_joint as an engine that was set to `pose` has it, below the root node, [..., J, 4, 4]."""
-    local = _compose(pose.translation, pose.rotation_xyzw, pose.scale)
+    local = local_transforms(pose.translation, pose.rotation_xyzw, pose.scale)
     for level in levels(rig.parents)[1:]:
         local[..., level, :, :] = local[..., rig.parents[level], :, :] @ local[..., level, :, :]
     return local
@@ -148,7 +163,7 @@ def node_transforms(rig: Rig, pose: EnginePose) -> F64:
 def _engine_pose(avatar: Avatar, expressions: F32, late: F32, joint_delta: F64, world: F64) -> EnginePose:
     rig = _rig(avatar)
     skin_matrix, _, _ = chain(rig, expressions, joint_delta)
-    translation, rotation, scale = _local_nodes(rig, skin_matrix, rest_nodes(rig))
+    translation, rotation, scale = _local_nodes(rig, skin_matrix, bind_nodes(rig))
     weights = np.concatenate([expressions, pose_features(rig, joint_delta), late], axis=-1)
     return EnginePose(
         world[..., :3, 3].copy(),
@@ -167,11 +182,11 @@ def _rig(avatar: Avatar) -> Rig:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # refused below
-def _local_nodes(rig: Rig, skin_matrix: F64, rest: F64) -> tuple[F64, F64, F64]:
-    """Translation, rotation and scale of every node, so that each comes as near to skin_matrix @ rest as its
+def _local_nodes(rig: Rig, skin_matrix: F64, bind: F64) -> tuple[F64, F64, F64]:
+    """Translation, rotation and scale of every node, so that each comes as near to skin_matrix @ bind as its
     parent allows: a child makes up for what its parent cannot say.
     """
-    target = skin_matrix @ rest
+    target = skin_matrix @ bind
     lead = target.shape[:-2]
     translation, rotation, scale = np.empty((*lead, 3)), np.empty((*lead, 4)), np.empty((*lead, 3))
     shown = np.empty_like(target)
@@ -188,7 +203,7 @@ def _local_nodes(rig: Rig, skin_matrix: F64, rest: F64) -> tuple[F64, F64, F64]:
         translation[..., level, :] = local[..., :3, 3]
         rotation[..., level, :] = _quat_xyzw(turn)
         scale[..., level, :] = np.sum(turn * linear, axis=-2)
-        own = _compose(translation[..., level, :], rotation[..., level, :], scale[..., level, :])
+        own = local_transforms(translation[..., level, :], rotation[..., level, :], scale[..., level, :])
         shown[..., level, :, :] = own if parent[0] < 0 else shown[..., parent, :, :] @ own
     return translation, rotation, scale
 
@@ -202,7 +217,8 @@ def _check_fits(rig: Rig, level: I64, local: F64) -> None:
         )
 
 
-def _compose(translation: F64, rotation_xyzw: F64, scale: F64) -> F64:
+def local_transforms(translation: F64, rotation_xyzw: F64, scale: F64) -> F64:
+    """parent_from_node = T R S as matrices [..., 4, 4]."""
     turn = matrix_from_quat(np.roll(rotation_xyzw, 1, axis=-1))
     result: F64 = homogeneous(turn * scale[..., None, :], translation)
     return result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.backends import Backend, make_backend
 from avatar_runtime.camera import Camera
+from avatar_runtime.enhance import make_enhance
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.pose import Pose, resolve
 from avatar_runtime.posed import Clock, Posed, Poser
@@ -48,9 +49,16 @@ class Frame:
 class Player:
     """Plays one avatar on one backend: `reference`, `cpu` or `gl`; by default the fastest that needs no GPU."""
 
-    def __init__(self, avatar: Avatar, backend: str | None = None, **options: Any) -> None:
-        """`options` are the backend's own. Raises AvatarError where what it needs is not installed."""
+    def __init__(
+        self, avatar: Avatar, backend: str | None = None, *, enhance: bool = False, **options: Any
+    ) -> None:
+        """`enhance` puts every picture through the avatar's enhancer; `options` are the backend's own.
+
+        Raises AvatarError where what is needed is not installed, and for an enhancer that is asked for and is not
+        there or not sound.
+        """
         self.avatar = avatar
+        self._enhance = make_enhance(avatar.enhancer) if enhance else None
         self.backend: Backend = make_backend(backend, avatar, **options)
         self._poser = Poser(avatar)
 
@@ -73,7 +81,8 @@ class Player:
         """Posed, activated Gaussians in world space. Raises AvatarError for a name the avatar lacks.
 
         `posed_vertices` [V, 3] (mesh space, bundle units; for binding `surface` only) stand in place of what the
-        rig makes of the pose; without a rig and without them the mesh is the canonical one.
+        rig makes of the pose; without a rig and without them the mesh is the canonical one. Under rotation rule
+        bary_vertex_lbs the joints of `pose` turn the Gaussians all the same: give the pose that the mesh is of.
         Raises ValueError for posed_vertices of another shape, or where nothing is bound to a surface.
         """
         clock = Clock({} if milliseconds is None else milliseconds)
@@ -91,8 +100,9 @@ class Player:
     ) -> Frame:
         """A picture of `pose` seen by `camera`; `background` defaults to the trainer's, or black.
 
-        `profile` defaults to the first of the backend's. `posed_vertices` as in `animate`. Raises ValueError for
-        a profile that the backend does not draw.
+        `profile` defaults to the first of the backend's. `posed_vertices` as in `animate`. A player that enhances
+        changes `colour` alone: what it gives is the picture over this background. Raises ValueError for a profile
+        that the backend does not draw.
         """
         profile = self.backend.profiles[0] if profile is None else profile
         if profile not in self.backend.profiles:
@@ -103,6 +113,9 @@ class Player:
         if background is None:
             background = (0.0, 0.0, 0.0) if isinstance(settings.background, str) else settings.background
         picture = self.backend.frame(posed, camera, np.array(background, np.float32), profile, clock)
+        if self._enhance is not None:
+            run, raw = self._enhance, picture.colour
+            picture = replace(picture, colour=clock.timed("enhance", lambda: run(raw)))
         return Frame(picture, clock.milliseconds)
 
     @ABSURD

@@ -46,7 +46,16 @@ def document_problems(document: Any, name: str) -> list[Problem]:
 
 def schema_problems(document: Any, name: str) -> list[Problem]:
     """Where a parsed document, versions aside, is not of the schema called `name`; at most MOST_PROBLEMS."""
-    errors = islice(_Validator(schema(name)).iter_errors(document), MOST_PROBLEMS)
+    return _problems(document, schema(name))
+
+
+def key_problems(value: Any, key: str) -> list[Problem]:
+    """Where a parsed value is not what a manifest may have under the top-level `key`; at most MOST_PROBLEMS."""
+    return _problems(value, schema("avatar")["properties"][key])
+
+
+def _problems(document: Any, of: dict[str, Any]) -> list[Problem]:
+    errors = islice(_Validator(of).iter_errors(document), MOST_PROBLEMS)
     ordered = sorted(errors, key=lambda e: (e.json_path, e.message))
     return [Problem(error.json_path, _message(error)) for error in ordered]
 

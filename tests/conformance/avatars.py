@@ -74,6 +74,7 @@ def _unrigged(full: Avatar, gaussians: Gaussians, blendshapes: Blendshapes) -> A
 
 TURNED = "vertex_quaternion"
 PAPER = Rules("vertex_quaternion_mean", position="interpolated_normal", scale="linear_area")
+JOINTED = Rules("bary_vertex_lbs", position="interpolated_normal")
 FRAMED = Rules("triangle_frame", position="triangle_frame", scale="triangle_linear")
 
 AVATARS: Mapping[str, Callable[[], Avatar]] = {
@@ -87,6 +88,7 @@ AVATARS: Mapping[str, Callable[[], Avatar]] = {
     ),
     "surface_mirrored": lambda: _surface(Rules(TURNED, quaternion_sign="largest_positive_mirrored"), 1),
     "surface_paper": lambda: _surface(PAPER, 1),
+    "surface_joints": lambda: _surface(JOINTED, 2),
     "surface_frame": lambda: _surface(FRAMED, 3),
     "surface_unrigged": lambda: _surface(Rules(TURNED, scale="log_area"), 2, rigged=False),
     "surface_fine": _fine,

@@ -93,6 +93,13 @@ CASES: tuple[Row, ...] = (
         seed=14,
     ),
     Row(
+        "surface_joints",
+        "posed",
+        "PSAvatar: Gaussians turn by the polar factor of their corners' blended skin matrices, not by the mesh's shape",
+        seed=15,
+        joint_turn=(0.9, 1.4),
+    ),
+    Row(
         "surface_frame",
         "posed",
         "a triangle's own frame and edge scale, SH turned with it",

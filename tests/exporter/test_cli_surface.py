@@ -12,7 +12,7 @@ from PIL import Image
 
 from avatar_export.mesh_sequence import read_meshes
 from avatar_export.playing import PoseSequence, clip
-from avatar_runtime.avatar import Avatar
+from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.bundle import load
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.player import Player
@@ -193,6 +193,13 @@ def test_arrays_that_are_no_meshes(tmp_path: Path) -> None:
             read_meshes(avatar, [tmp_path / f"{name}.npz"], None)
     with pytest.raises(AvatarError, match=r"name one .npz, or .obj files only"):
         read_meshes(avatar, [tmp_path / "a.npz", tmp_path / "b.npz"], None)
+
+
+def test_meshes_do_not_tell_how_joints_turn(tmp_path: Path) -> None:
+    avatar = surface_avatar(rules=Rules("bary_vertex_lbs", position="interpolated_normal"))
+    np.savez(tmp_path / "a.npz", vertices=np.zeros((2, 20, 3), np.float32))
+    with pytest.raises(AvatarError, match=r"--meshes: rotation bary_vertex_lbs .* by joints"):
+        read_meshes(avatar, [tmp_path / "a.npz"], None)
 
 
 def test_a_clip_of_the_bundle_is_played_as_it_stands(splatting_head_avatar: Avatar) -> None:

@@ -113,6 +113,14 @@ TOGETHER: dict[str, tuple[Callable[[Avatar], Avatar], str]] = {
         r"one of vertex_quaternion \| vertex_quaternion_mean, normal \| interpolated_normal, none \| log_area \| "
         "linear_area; triangle_frame, triangle_frame, triangle_linear",
     ),
+    "a scale that goes by areas, turned by joints": (
+        lambda a: replace(a, rules=Rules("bary_vertex_lbs", scale="log_area")),
+        r"bary_vertex_lbs, normal, log_area; .*; bary_vertex_lbs, normal \| interpolated_normal, none",
+    ),
+    "a rule of joints": (
+        lambda a: replace(surface_avatar(rigged=False), rules=Rules("bary_vertex_lbs")),
+        "rules.rotation: bary_vertex_lbs turns Gaussians by the joints: it needs a rig",
+    ),
     "a rule of skins": (
         lambda a: replace(a, rules=Rules("polar3")),
         "polar3, normal, none; with an embedding",

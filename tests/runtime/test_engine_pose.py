@@ -11,11 +11,11 @@ import pytest
 from avatar_runtime.avatar import Avatar, Rig
 from avatar_runtime.engine_pose import (
     EnginePose,
+    bind_nodes,
     engine_clip,
     engine_pose,
     engine_rest,
     node_transforms,
-    rest_nodes,
     target_names,
     unique_names,
 )
@@ -59,7 +59,7 @@ def composed(rig: Rig, pose: EnginePose) -> Array:
 def skin_matrices(avatar: Avatar, pose: EnginePose) -> Array:
     """A as an engine has it."""
     rig = rig_of(avatar)
-    result: Array = composed(rig, pose) @ np.linalg.inv(rest_nodes(rig))
+    result: Array = composed(rig, pose) @ np.linalg.inv(bind_nodes(rig))
     return result
 
 
@@ -86,13 +86,13 @@ def test_unique_names_keep_what_stands_first() -> None:
 
 def test_rest_nodes_are_rigid_and_stand_where_the_joints_do() -> None:
     avatar = scaled_at_rest(full_avatar(), (1.5, 0.7, 1.2))
-    rig, nodes = rig_of(avatar), rest_nodes(rig_of(avatar))
+    rig, nodes = rig_of(avatar), bind_nodes(rig_of(avatar))
     linear = nodes[:, :3, :3]
     np.testing.assert_allclose(linear @ linear.swapaxes(1, 2), np.tile(np.eye(3), (5, 1, 1)), atol=1e-12)
     assert (np.linalg.det(linear) > 0).all()
     np.testing.assert_allclose(nodes[:, :3, 3], np.linalg.inv(rig.inverse_bind_matrix)[:, :3, 3], atol=1e-6)
     np.testing.assert_allclose(
-        rest_nodes(rig_of(full_avatar())), np.linalg.inv(rig_of(full_avatar()).inverse_bind_matrix), atol=1e-6
+        bind_nodes(rig_of(full_avatar())), np.linalg.inv(rig_of(full_avatar()).inverse_bind_matrix), atol=1e-6
     )
 
 
@@ -131,7 +131,7 @@ def test_shear_is_lost_but_no_joint_leaves_its_place() -> None:
     rig = rig_of(avatar)
     true = joints(rig, resolve(pose, avatar)).skin_matrix
     found = engine_pose(avatar, pose)
-    origins = (true @ rest_nodes(rig)[..., 3:])[:, :3, 0]
+    origins = (true @ bind_nodes(rig)[..., 3:])[:, :3, 0]
     np.testing.assert_allclose(composed(rig, found)[:, :3, 3], origins, atol=1e-6)
     assert np.abs(skin_matrices(avatar, found) - true).max() > 0.05
 
@@ -178,7 +178,7 @@ def test_world_from_avatar_goes_to_the_root_and_nowhere_else() -> None:
 def test_rest_is_the_rest_skeleton_without_weights() -> None:
     avatar = scaled_at_rest(full_avatar(), (1.5, 0.7, 1.2))
     rest = engine_rest(avatar)
-    np.testing.assert_allclose(composed(rig_of(avatar), rest), rest_nodes(rig_of(avatar)), atol=1e-12)
+    np.testing.assert_allclose(composed(rig_of(avatar), rest), bind_nodes(rig_of(avatar)), atol=1e-12)
     assert not rest.weights.any() and len(rest.weights) == len(target_names(avatar))
     np.testing.assert_allclose(rest.scale, 1, atol=1e-12)
     nothing = engine_pose(avatar, Pose())
@@ -247,4 +247,4 @@ def test_bad_poses_are_refused() -> None:
     far = rig.rest_local.copy()
     far[0, 0, 0] = far[1, 0, 0] = 3e38
     with pytest.raises(AvatarError, match=r"^joint \w+: its rest transform"):
-        rest_nodes(replace(rig, rest_local=far))
+        bind_nodes(replace(rig, rest_local=far))

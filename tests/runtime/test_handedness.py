@@ -52,11 +52,16 @@ SURFACES = {
     "in triangles": IN_TRIANGLES,
     "in triangles, seen in the world": replace(IN_TRIANGLES, sh_direction="world"),
 }
+BY_JOINTS = Rules("bary_vertex_lbs", position="interpolated_normal")
+RIGGED = {
+    "by joints": BY_JOINTS,
+    "by joints, seen in the world": replace(BY_JOINTS, sh_direction="world"),
+}
 AVATARS: dict[str, Callable[[], Avatar]] = {
     "polar3": full_avatar,
     "head_bone": lambda: replace(full_avatar(), rules=Rules("head_bone", "jaw", anchor="repeats")),
     "none": lambda: replace(full_avatar(), rules=Rules("none", sh_direction="world")),
-    **{name: lambda rules=rules: surface_avatar(rules=rules) for name, rules in SURFACES.items()},
+    **{name: lambda rules=rules: surface_avatar(rules=rules) for name, rules in (SURFACES | RIGGED).items()},
     **{
         f"{name}, no rig": lambda rules=rules: surface_avatar(rules=rules, rigged=False)
         for name, rules in SURFACES.items()
@@ -284,7 +289,7 @@ def test_the_largest_component_has_a_sign_in_each_frame() -> None:
     assert np.abs(sigma(a) - sigma(b)).max() > 1e-6
 
 
-@pytest.mark.parametrize("name", SURFACES)
+@pytest.mark.parametrize("name", SURFACES | RIGGED)
 def test_mirrored_gaussians_are_those_of_the_mirrored_binding_pose(name: str) -> None:
     avatar = mirrored(made(name))
     assert avatar.embedding is not None

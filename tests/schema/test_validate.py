@@ -37,7 +37,7 @@ def test_the_schema_is_one_and_says_its_version() -> None:
 
 
 def test_the_schema_demands_every_key_but_the_optional_ones() -> None:
-    optional = {"extensionsUsed", "extensionsRequired", "extras"}
+    optional = {"extensionsUsed", "extensionsRequired", "extras", "enhancer"}
     assert set(schema("avatar")["required"]) == set(schema("avatar")["properties"]) - optional
 
 

@@ -43,6 +43,7 @@ CASES = {
     "splatting": ("head", "splatting_avatar", {}, 1),
     "splatting by paper": ("head", "splatting_avatar", PAPER, 0),
     "body": ("body", "splatting_avatar", {}, 0),
+    "points on and off the mesh": ("head", "psavatar", {}, 1),
 }
 
 

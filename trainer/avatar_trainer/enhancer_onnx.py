@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -66,7 +67,7 @@ def _model(weights: Mapping[str, Tensor]) -> ModelProto:
         for name in (weight_name(layer), bias_name(layer)):
             values = weights[name].detach().cpu().numpy().astype("<f4")
             constants.append(_constant(name, values))
-    shape = [1, CHANNELS, "height", "width"]
+    shape: list[str | int | None] = [1, CHANNELS, "height", "width"]
     graph = helper.make_graph(
         [*_padded(), *_network(network), *_cropped()],
         "enhancer",
@@ -101,7 +102,7 @@ def _network(network: Mapping[str, Layer]) -> list[NodeProto]:
     """From `raw` to `better`, as `enhancer.enhanced` has it; a layer's output has the layer's name."""
     nodes: list[NodeProto] = []
 
-    def add(operator: str, inputs: Sequence[str], output: str, **attributes: object) -> str:
+    def add(operator: str, inputs: Sequence[str], output: str, **attributes: Any) -> str:
         nodes.append(helper.make_node(operator, inputs, [output], **attributes))
         return output
 

@@ -49,7 +49,7 @@ layout(binding = 8, std140) uniform BindSurfaceConstants
     uint local_quat;
     uint canonical_size;
     uint position_rule;
-    uint turn_of_triangle;
+    uint rotation_rule;
     uint scale_rule;
     uint sh_world;
     float area_damping;
@@ -75,14 +75,100 @@ layout(binding = 3, std430) buffer Splats
     vec4 _data[];
 } Splats_1;
 
+float embed_value(uint section, uint plane, uint row)
+{
+    return uintBitsToFloat(EmbedStatic_1._data[(section + (plane * constants.count)) + row]);
+}
+
 uint embed_vertex(uint corner, uint row)
 {
     return EmbedStatic_1._data[(constants.vertex_ids + (corner * constants.count)) + row];
 }
 
-float embed_value(uint section, uint plane, uint row)
+vec4 mesh_blend(uint plane, uint row, vec3 weight)
 {
-    return uintBitsToFloat(EmbedStatic_1._data[(section + (plane * constants.count)) + row]);
+    uint first = plane * constants.vertices;
+    uint param = 0u;
+    uint param_1 = row;
+    uint param_2 = 1u;
+    uint param_3 = row;
+    uint param_4 = 2u;
+    uint param_5 = row;
+    return ((Mesh_1._data[first + embed_vertex(param, param_1)] * weight.x) + (Mesh_1._data[first + embed_vertex(param_2, param_3)] * weight.y)) + (Mesh_1._data[first + embed_vertex(param_4, param_5)] * weight.z);
+}
+
+Rows3 polar(inout Rows3 m)
+{
+    for (int _step = 0; _step < 3; _step++)
+    {
+        vec3 c0 = cross(m.row1, m.row2);
+        vec3 c1 = cross(m.row2, m.row0);
+        vec3 c2 = cross(m.row0, m.row1);
+        float determinant = dot(m.row0, c0);
+        m.row0 = (m.row0 + (c0 / vec3(determinant))) * 0.5;
+        m.row1 = (m.row1 + (c1 / vec3(determinant))) * 0.5;
+        m.row2 = (m.row2 + (c2 / vec3(determinant))) * 0.5;
+    }
+    return m;
+}
+
+vec4 quat_from_matrix(Rows3 m)
+{
+    float d0 = m.row0.x;
+    float d1 = m.row1.y;
+    float d2 = m.row2.z;
+    vec4 size = sqrt(max(vec4(((1.0 + d0) + d1) + d2, ((1.0 + d0) - d1) - d2, ((1.0 - d0) + d1) - d2, ((1.0 - d0) - d1) + d2), vec4(0.0)));
+    float a = m.row2.y - m.row1.z;
+    float b = m.row0.z - m.row2.x;
+    float c = m.row1.x - m.row0.y;
+    float d = m.row1.x + m.row0.y;
+    float e = m.row0.z + m.row2.x;
+    float f = m.row2.y + m.row1.z;
+    if (((size.x >= size.y) && (size.x >= size.z)) && (size.x >= size.w))
+    {
+        return vec4(size.x * size.x, a, b, c) / vec4(2.0 * size.x);
+    }
+    if ((size.y >= size.z) && (size.y >= size.w))
+    {
+        return vec4(a, size.y * size.y, d, e) / vec4(2.0 * size.y);
+    }
+    if (size.z >= size.w)
+    {
+        return vec4(b, d, size.z * size.z, f) / vec4(2.0 * size.z);
+    }
+    return vec4(c, e, f, size.w * size.w) / vec4(2.0 * size.w);
+}
+
+vec4 surface_turn(uint row, uint triangle_id, vec3 weight)
+{
+    if (constants.rotation_rule == 2u)
+    {
+        return Triangles_1._data[constants.triangles + triangle_id];
+    }
+    if (constants.rotation_rule == 3u)
+    {
+        uint param = 2u;
+        uint param_1 = row;
+        vec3 param_2 = weight;
+        Rows3 blended;
+        blended.row0 = mesh_blend(param, param_1, param_2).xyz;
+        uint param_3 = 3u;
+        uint param_4 = row;
+        vec3 param_5 = weight;
+        blended.row1 = mesh_blend(param_3, param_4, param_5).xyz;
+        uint param_6 = 4u;
+        uint param_7 = row;
+        vec3 param_8 = weight;
+        blended.row2 = mesh_blend(param_6, param_7, param_8).xyz;
+        Rows3 param_9 = blended;
+        Rows3 _1044 = polar(param_9);
+        Rows3 param_10 = _1044;
+        return quat_from_matrix(param_10);
+    }
+    uint param_11 = 2u;
+    uint param_12 = row;
+    vec3 param_13 = weight;
+    return mesh_blend(param_11, param_12, param_13);
 }
 
 vec3 bind_unit(vec3 v)
@@ -126,17 +212,17 @@ vec3 rotate(Rows3 m, vec3 v)
 
 vec3 surface_position(uint row, vec3 foot, vec3 weight, float size)
 {
-    uint param = 0u;
-    uint param_1 = row;
-    uint v0 = embed_vertex(param, param_1);
-    uint param_2 = 1u;
-    uint param_3 = row;
-    uint v1 = embed_vertex(param_2, param_3);
-    uint param_4 = 2u;
-    uint param_5 = row;
-    uint v2 = embed_vertex(param_4, param_5);
     if (constants.position_rule == 1u)
     {
+        uint param = 0u;
+        uint param_1 = row;
+        uint v0 = embed_vertex(param, param_1);
+        uint param_2 = 1u;
+        uint param_3 = row;
+        uint v1 = embed_vertex(param_2, param_3);
+        uint param_4 = 2u;
+        uint param_5 = row;
+        uint v2 = embed_vertex(param_4, param_5);
         vec3 param_6 = Mesh_1._data[v0].xyz;
         vec3 param_7 = Mesh_1._data[v1].xyz;
         vec3 param_8 = Mesh_1._data[v2].xyz;
@@ -155,16 +241,19 @@ vec3 surface_position(uint row, vec3 foot, vec3 weight, float size)
         vec3 param_19 = offset;
         return foot + (rotate(param_18, param_19) * size);
     }
-    vec3 normal = ((Mesh_1._data[constants.vertices + v0].xyz * weight.x) + (Mesh_1._data[constants.vertices + v1].xyz * weight.y)) + (Mesh_1._data[constants.vertices + v2].xyz * weight.z);
+    uint param_20 = 1u;
+    uint param_21 = row;
+    vec3 param_22 = weight;
+    vec3 normal = mesh_blend(param_20, param_21, param_22).xyz;
     if (constants.position_rule == 0u)
     {
-        vec3 param_20 = normal;
-        normal = bind_unit(param_20);
+        vec3 param_23 = normal;
+        normal = bind_unit(param_23);
     }
-    uint param_21 = constants.displacement;
-    uint param_22 = 0u;
-    uint param_23 = row;
-    return foot + (normal * embed_value(param_21, param_22, param_23));
+    uint param_24 = constants.displacement;
+    uint param_25 = 0u;
+    uint param_26 = row;
+    return foot + (normal * embed_value(param_24, param_25, param_26));
 }
 
 vec4 bind_unit4(vec4 v)
@@ -302,32 +391,24 @@ void _bind_surface(uvec3 id)
         return;
     }
     uint t = EmbedStatic_1._data[constants.triangle_ids + row];
-    uint param = 0u;
-    uint param_1 = row;
-    uint v0 = embed_vertex(param, param_1);
-    uint param_2 = 1u;
-    uint param_3 = row;
-    uint v1 = embed_vertex(param_2, param_3);
-    uint param_4 = 2u;
+    uint param = constants.barycentric;
+    uint param_1 = 0u;
+    uint param_2 = row;
+    uint param_3 = constants.barycentric;
+    uint param_4 = 1u;
     uint param_5 = row;
-    uint v2 = embed_vertex(param_4, param_5);
     uint param_6 = constants.barycentric;
-    uint param_7 = 0u;
+    uint param_7 = 2u;
     uint param_8 = row;
-    uint param_9 = constants.barycentric;
-    uint param_10 = 1u;
-    uint param_11 = row;
-    uint param_12 = constants.barycentric;
-    uint param_13 = 2u;
-    uint param_14 = row;
-    vec3 weight = vec3(embed_value(param_6, param_7, param_8), embed_value(param_9, param_10, param_11), embed_value(param_12, param_13, param_14));
-    vec3 foot = ((Mesh_1._data[v0].xyz * weight.x) + (Mesh_1._data[v1].xyz * weight.y)) + (Mesh_1._data[v2].xyz * weight.z);
-    vec4 turn = Triangles_1._data[constants.triangles + t];
-    if (constants.turn_of_triangle == 0u)
-    {
-        uint q = 2u * constants.vertices;
-        turn = ((Mesh_1._data[q + v0] * weight.x) + (Mesh_1._data[q + v1] * weight.y)) + (Mesh_1._data[q + v2] * weight.z);
-    }
+    vec3 weight = vec3(embed_value(param, param_1, param_2), embed_value(param_3, param_4, param_5), embed_value(param_6, param_7, param_8));
+    uint param_9 = 0u;
+    uint param_10 = row;
+    vec3 param_11 = weight;
+    vec3 foot = mesh_blend(param_9, param_10, param_11).xyz;
+    uint param_12 = row;
+    uint param_13 = t;
+    vec3 param_14 = weight;
+    vec4 turn = surface_turn(param_12, param_13, param_14);
     float size = Triangles_1._data[t].w;
     uint param_15 = constants.local_quat;
     uint param_16 = 0u;
@@ -361,8 +442,8 @@ void _bind_surface(uvec3 id)
     BoundSplat param_34 = b;
     Rows4 param_35 = world;
     vec4 param_36 = constants.world_quat_wxyz;
-    BoundSplat _1068 = bind_place(param_34, param_35, param_36);
-    b = _1068;
+    BoundSplat _1335 = bind_place(param_34, param_35, param_36);
+    b = _1335;
     vec3 log_scale = vec3(Splats_1._data[(2u * constants.count) + row].w, Splats_1._data[(3u * constants.count) + row].w, Splats_1._data[(4u * constants.count) + row].w);
     uint param_37 = constants.canonical_size;
     uint param_38 = 0u;

@@ -3,6 +3,13 @@
 // Tools: glslang 11:12.0.0, spirv-cross 2021.01.15+1.3.239.0-1
 layout(local_size_x = 64, local_size_y = 1, local_size_z = 1) in;
 
+struct Rows4
+{
+    vec4 row0;
+    vec4 row1;
+    vec4 row2;
+};
+
 layout(binding = 8, std140) uniform BindVerticesConstants
 {
     uint vertices;
@@ -12,8 +19,16 @@ layout(binding = 8, std140) uniform BindVerticesConstants
     uint vertex_triangle;
     float normal_floor;
     float quaternion_floor;
-    uint quaternion_by_area;
+    uint rotation_rule;
+    uint skin_ptr;
+    uint skin_entry;
+    uint joints;
 } constants;
+
+layout(binding = 2, std430) readonly buffer Pose
+{
+    float _data[];
+} Pose_1;
 
 layout(binding = 0, std430) readonly buffer SurfaceStatic
 {
@@ -25,7 +40,7 @@ layout(binding = 1, std430) readonly buffer Triangles
     vec4 _data[];
 } Triangles_1;
 
-layout(binding = 2, std430) buffer Mesh
+layout(binding = 3, std430) buffer Mesh
 {
     vec4 _data[];
 } Mesh_1;
@@ -33,6 +48,51 @@ layout(binding = 2, std430) buffer Mesh
 vec3 vertex_normal(vec3 sum_across, float normal_floor)
 {
     return sum_across / vec3(max(length(sum_across), normal_floor));
+}
+
+Rows4 skin_none()
+{
+    Rows4 sum;
+    sum.row0 = vec4(0.0);
+    sum.row1 = vec4(0.0);
+    sum.row2 = vec4(0.0);
+    return sum;
+}
+
+Rows4 vertex_joint(uint joint)
+{
+    uint at = constants.joints + (12u * joint);
+    Rows4 m;
+    m.row0 = vec4(Pose_1._data[at], Pose_1._data[at + 1u], Pose_1._data[at + 2u], Pose_1._data[at + 3u]);
+    m.row1 = vec4(Pose_1._data[at + 4u], Pose_1._data[at + 5u], Pose_1._data[at + 6u], Pose_1._data[at + 7u]);
+    m.row2 = vec4(Pose_1._data[at + 8u], Pose_1._data[at + 9u], Pose_1._data[at + 10u], Pose_1._data[at + 11u]);
+    return m;
+}
+
+Rows4 skin_add(inout Rows4 sum, float weight, Rows4 joint)
+{
+    sum.row0 += (joint.row0 * weight);
+    sum.row1 += (joint.row1 * weight);
+    sum.row2 += (joint.row2 * weight);
+    return sum;
+}
+
+Rows4 vertex_skin_matrix(uint row)
+{
+    Rows4 blended = skin_none();
+    uint end = SurfaceStatic_1._data[(constants.skin_ptr + row) + 1u];
+    uint _224 = constants.skin_ptr + row;
+    for (uint e = SurfaceStatic_1._data[_224]; e < end; e++)
+    {
+        uint at = constants.skin_entry + (2u * e);
+        uint param = SurfaceStatic_1._data[at];
+        Rows4 param_1 = blended;
+        float param_2 = uintBitsToFloat(SurfaceStatic_1._data[at + 1u]);
+        Rows4 param_3 = vertex_joint(param);
+        Rows4 _257 = skin_add(param_1, param_2, param_3);
+        blended = _257;
+    }
+    return blended;
 }
 
 vec4 vertex_quat_mean(vec4 sum_turn, float sum_area)
@@ -56,8 +116,8 @@ void _bind_vertices(uvec3 id)
     vec4 turn = vec4(0.0);
     float area = 0.0;
     uint end = SurfaceStatic_1._data[(constants.vertex_triangle_ptr + row) + 1u];
-    uint _104 = constants.vertex_triangle_ptr + row;
-    for (uint e = SurfaceStatic_1._data[_104]; e < end; e++)
+    uint _291 = constants.vertex_triangle_ptr + row;
+    for (uint e = SurfaceStatic_1._data[_291]; e < end; e++)
     {
         uint t = SurfaceStatic_1._data[constants.vertex_triangle + e];
         across += Triangles_1._data[t].xyz;
@@ -67,17 +127,28 @@ void _bind_vertices(uvec3 id)
     vec3 param = across;
     float param_1 = constants.normal_floor;
     Mesh_1._data[constants.vertices + row] = vec4(vertex_normal(param, param_1), 0.0);
-    if (constants.quaternion_by_area != 0u)
+    if (constants.rotation_rule == 3u)
     {
-        vec4 param_2 = turn;
-        float param_3 = area;
-        Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat_mean(param_2, param_3);
+        uint param_2 = row;
+        Rows4 blended = vertex_skin_matrix(param_2);
+        Mesh_1._data[(2u * constants.vertices) + row] = blended.row0;
+        Mesh_1._data[(3u * constants.vertices) + row] = blended.row1;
+        Mesh_1._data[(4u * constants.vertices) + row] = blended.row2;
     }
     else
     {
-        vec4 param_4 = turn;
-        float param_5 = constants.quaternion_floor;
-        Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat(param_4, param_5);
+        if (constants.rotation_rule == 1u)
+        {
+            vec4 param_3 = turn;
+            float param_4 = area;
+            Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat_mean(param_3, param_4);
+        }
+        else
+        {
+            vec4 param_5 = turn;
+            float param_6 = constants.quaternion_floor;
+            Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat(param_5, param_6);
+        }
     }
 }
 

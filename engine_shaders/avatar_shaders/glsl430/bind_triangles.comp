@@ -27,7 +27,7 @@ layout(binding = 8, std140) uniform BindTrianglesConstants
     uint triangles;
     uint triangle_plane;
     uint canonical_frame;
-    uint frame_by_edge;
+    uint rotation_rule;
     uint quaternion_sign;
 } constants;
 
@@ -211,7 +211,7 @@ void _bind_triangles(uvec3 id)
     vec3 p2 = corner(param_4, param_5);
     TriangleShape shape;
     vec4 turn;
-    if (constants.frame_by_edge != 0u)
+    if (constants.rotation_rule == 2u)
     {
         vec3 param_6 = p0;
         vec3 param_7 = p1;

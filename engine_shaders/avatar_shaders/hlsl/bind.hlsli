@@ -61,7 +61,7 @@ Rows3 bind_columns(float3 x, float3 y, float3 z)
     return m;
 }
 
-// Frame and area as SplattingAvatar takes them (rotation rules vertex_quaternion, vertex_quaternion_mean).
+// Frame and area as SplattingAvatar takes them (every rotation rule but triangle_frame).
 TriangleShape triangle_by_area(float3 p0, float3 p1, float3 p2)
 {
     TriangleShape t;

@@ -4,7 +4,7 @@
 #include "bind.hlsli"
 
 StructuredBuffer<uint> EmbedStatic; // sections at the offsets below
-StructuredBuffer<float4> Mesh; // [3 vertices]: positions, normals, quaternions wxyz
+StructuredBuffer<float4> Mesh; // [3 or 5 vertices]: positions; normals; quaternions wxyz, or 3 rows of skin matrices
 StructuredBuffer<float4> Triangles; // [2 triangles]: edge x edge and size; quaternion wxyz
 RWStructuredBuffer<float4> Splats; // [5 count]: mean and opacity; quaternion; 3 rows of sh_rotation with scale in w
 
@@ -20,7 +20,7 @@ AVATAR_CONSTANTS(BindSurfaceConstants)
     uint local_quat; // 4 planes, wxyz
     uint canonical_size; // a float a Gaussian: of its triangle in the binding pose
     uint position_rule; // 0 normal, 1 triangle_frame, 2 interpolated_normal
-    uint turn_of_triangle; // 1: rotation rule triangle_frame; 0: vertex_quaternion, vertex_quaternion_mean
+    uint rotation_rule; // 0 vertex_quaternion, 1 vertex_quaternion_mean, 2 triangle_frame, 3 bary_vertex_lbs
     uint scale_rule; // 0 none, 1 log_area, 2 linear_area and triangle_linear
     uint sh_world; // 1: SH stay in the world's frame
     float area_damping; // bundle units squared
@@ -41,19 +41,43 @@ uint embed_vertex(uint corner, uint row)
     return EmbedStatic[vertex_ids + corner * count + row];
 }
 
+float4 mesh_blend(uint plane, uint row, float3 weight)
+{
+    uint first = plane * vertices;
+    return weight.x * Mesh[first + embed_vertex(0, row)]
+        + weight.y * Mesh[first + embed_vertex(1, row)]
+        + weight.z * Mesh[first + embed_vertex(2, row)];
+}
+
+// How the mesh has turned under a Gaussian, any length.
+float4 surface_turn(uint row, uint triangle_id, float3 weight)
+{
+    if (rotation_rule == 2)
+    {
+        return Triangles[triangles + triangle_id];
+    }
+    if (rotation_rule == 3)
+    {
+        Rows3 blended;
+        blended.row0 = mesh_blend(2, row, weight).xyz;
+        blended.row1 = mesh_blend(3, row, weight).xyz;
+        blended.row2 = mesh_blend(4, row, weight).xyz;
+        return quat_from_matrix(polar(blended));
+    }
+    return mesh_blend(2, row, weight);
+}
+
 float3 surface_position(uint row, float3 foot, float3 weight, float size)
 {
-    uint v0 = embed_vertex(0, row), v1 = embed_vertex(1, row), v2 = embed_vertex(2, row);
     if (position_rule == 1)
     {
+        uint v0 = embed_vertex(0, row), v1 = embed_vertex(1, row), v2 = embed_vertex(2, row);
         TriangleShape shape = triangle_by_edge(Mesh[v0].xyz, Mesh[v1].xyz, Mesh[v2].xyz);
         float3 offset = float3(
             embed_value(local_offset, 0, row), embed_value(local_offset, 1, row), embed_value(local_offset, 2, row));
         return foot + size * rotate(shape.frame, offset);
     }
-    float3 normal = weight.x * Mesh[vertices + v0].xyz
-        + weight.y * Mesh[vertices + v1].xyz
-        + weight.z * Mesh[vertices + v2].xyz;
+    float3 normal = mesh_blend(1, row, weight).xyz;
     if (position_rule == 0)
     {
         normal = bind_unit(normal);
@@ -83,16 +107,10 @@ void bind_surface(uint3 id : SV_DispatchThreadID)
         return;
     }
     uint t = EmbedStatic[triangle_ids + row];
-    uint v0 = embed_vertex(0, row), v1 = embed_vertex(1, row), v2 = embed_vertex(2, row);
     float3 weight = float3(
         embed_value(barycentric, 0, row), embed_value(barycentric, 1, row), embed_value(barycentric, 2, row));
-    float3 foot = weight.x * Mesh[v0].xyz + weight.y * Mesh[v1].xyz + weight.z * Mesh[v2].xyz;
-    float4 turn = Triangles[triangles + t];
-    if (turn_of_triangle == 0)
-    {
-        uint q = 2 * vertices;
-        turn = weight.x * Mesh[q + v0] + weight.y * Mesh[q + v1] + weight.z * Mesh[q + v2];
-    }
+    float3 foot = mesh_blend(0, row, weight).xyz;
+    float4 turn = surface_turn(row, t, weight);
     float size = Triangles[t].w;
     float4 local_quat_wxyz = float4(
         embed_value(local_quat, 0, row), embed_value(local_quat, 1, row),

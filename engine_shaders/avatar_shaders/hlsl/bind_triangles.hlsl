@@ -4,14 +4,14 @@
 #include "bind.hlsli"
 
 StructuredBuffer<uint> SurfaceStatic; // sections at the offsets below
-StructuredBuffer<float4> Mesh; // [3 vertices]: positions are read
+StructuredBuffer<float4> Mesh; // [3 or 5 vertices]: positions are read
 RWStructuredBuffer<float4> Triangles; // [2 triangles]: edge x edge and size; quaternion wxyz
 
 AVATAR_CONSTANTS(BindTrianglesConstants)
     uint triangles;
     uint triangle_plane; // 3 planes of vertex ids
     uint canonical_frame; // 9 planes, row-major
-    uint frame_by_edge; // 1: rotation rule triangle_frame; 0: vertex_quaternion, vertex_quaternion_mean
+    uint rotation_rule; // 0 vertex_quaternion, 1 vertex_quaternion_mean, 2 triangle_frame, 3 bary_vertex_lbs
     uint quaternion_sign; // 0 largest_positive, 1 w_positive, 2 largest_positive_mirrored
 AVATAR_CONSTANTS_END
 
@@ -45,7 +45,7 @@ void bind_triangles(uint3 id : SV_DispatchThreadID)
     float3 p0 = corner(0, row), p1 = corner(1, row), p2 = corner(2, row);
     TriangleShape shape;
     float4 turn;
-    if (frame_by_edge != 0)
+    if (rotation_rule == 2)
     {
         shape = triangle_by_edge(p0, p1, p2);
         turn = quat_from_matrix(shape.frame);

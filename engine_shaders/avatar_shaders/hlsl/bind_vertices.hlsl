@@ -1,11 +1,12 @@
-// Stage `bind` for binding surface, second step, one thread a vertex: normal and quaternion of its triangles.
-// Reads: SurfaceStatic, Triangles. Writes: Mesh.
+// Stage `bind` for binding surface, second step, one thread a vertex: normal and turn of the mesh there.
+// Reads: SurfaceStatic, Triangles, Pose. Writes: Mesh.
 #include "platform.hlsli"
 #include "bind.hlsli"
 
 StructuredBuffer<uint> SurfaceStatic; // sections at the offsets below
 StructuredBuffer<float4> Triangles; // [2 triangles]: edge x edge and size; quaternion wxyz
-RWStructuredBuffer<float4> Mesh; // [3 vertices]: normals and quaternions are written
+StructuredBuffer<float> Pose; // for rotation rule bary_vertex_lbs
+RWStructuredBuffer<float4> Mesh; // [3 or 5 vertices]: normals and turns are written
 
 AVATAR_CONSTANTS(BindVerticesConstants)
     uint vertices;
@@ -15,8 +16,33 @@ AVATAR_CONSTANTS(BindVerticesConstants)
     uint vertex_triangle; // triangles around a vertex, increasing
     float normal_floor; // bundle units squared
     float quaternion_floor; // bundle units squared
-    uint quaternion_by_area; // 1: rotation rule vertex_quaternion_mean; 0: vertex_quaternion
+    uint rotation_rule; // 0 vertex_quaternion, 1 vertex_quaternion_mean, 2 triangle_frame, 3 bary_vertex_lbs
+    uint skin_ptr; // vertices + 1
+    uint skin_entry; // of 2: joint, weight
+    uint joints; // in Pose, 12 floats a joint: rows of mesh from binding mesh
 AVATAR_CONSTANTS_END
+
+Rows4 vertex_joint(uint joint)
+{
+    uint at = joints + 12 * joint;
+    Rows4 m;
+    m.row0 = float4(Pose[at], Pose[at + 1], Pose[at + 2], Pose[at + 3]);
+    m.row1 = float4(Pose[at + 4], Pose[at + 5], Pose[at + 6], Pose[at + 7]);
+    m.row2 = float4(Pose[at + 8], Pose[at + 9], Pose[at + 10], Pose[at + 11]);
+    return m;
+}
+
+Rows4 vertex_skin_matrix(uint row)
+{
+    Rows4 blended = skin_none();
+    uint end = SurfaceStatic[skin_ptr + row + 1];
+    for (uint e = SurfaceStatic[skin_ptr + row]; e < end; ++e)
+    {
+        uint at = skin_entry + 2 * e;
+        blended = skin_add(blended, asfloat(SurfaceStatic[at + 1]), vertex_joint(SurfaceStatic[at]));
+    }
+    return blended;
+}
 
 [numthreads(AVATAR_THREADS, 1, 1)]
 void bind_vertices(uint3 id : SV_DispatchThreadID)
@@ -38,7 +64,14 @@ void bind_vertices(uint3 id : SV_DispatchThreadID)
         area += asfloat(SurfaceStatic[canonical_size + t]);
     }
     Mesh[vertices + row] = float4(vertex_normal(across, normal_floor), 0);
-    if (quaternion_by_area != 0)
+    if (rotation_rule == 3)
+    {
+        Rows4 blended = vertex_skin_matrix(row);
+        Mesh[2 * vertices + row] = blended.row0;
+        Mesh[3 * vertices + row] = blended.row1;
+        Mesh[4 * vertices + row] = blended.row2;
+    }
+    else if (rotation_rule == 1)
     {
         Mesh[2 * vertices + row] = vertex_quat_mean(turn, area);
     }

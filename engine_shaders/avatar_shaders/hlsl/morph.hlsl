@@ -5,7 +5,7 @@
 
 StructuredBuffer<uint> MorphStatic; // sections at the offsets below
 StructuredBuffer<float> Pose;
-RWStructuredBuffer<float4> Mesh; // [3 vertices]: positions, normals, quaternions; positions are written
+RWStructuredBuffer<float4> Mesh; // [3 or 5 vertices]: positions, normals, quaternions; positions are written
 
 AVATAR_CONSTANTS(MorphConstants)
     uint first; // vertices first .. first + count

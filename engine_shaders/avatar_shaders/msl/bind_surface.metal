@@ -53,7 +53,7 @@ struct BindSurfaceConstants
     uint local_quat;
     uint canonical_size;
     uint position_rule;
-    uint turn_of_triangle;
+    uint rotation_rule;
     uint scale_rule;
     uint sh_world;
     float area_damping;
@@ -75,15 +75,105 @@ struct Splats
 };
 
 static inline __attribute__((always_inline))
+float embed_value(thread const uint& section, thread const uint& plane, thread const uint& row, const device EmbedStatic& EmbedStatic_1, constant BindSurfaceConstants& constants)
+{
+    return as_type<float>(EmbedStatic_1._data[(section + (plane * constants.count)) + row]);
+}
+
+static inline __attribute__((always_inline))
 uint embed_vertex(thread const uint& corner, thread const uint& row, const device EmbedStatic& EmbedStatic_1, constant BindSurfaceConstants& constants)
 {
     return EmbedStatic_1._data[(constants.vertex_ids + (corner * constants.count)) + row];
 }
 
 static inline __attribute__((always_inline))
-float embed_value(thread const uint& section, thread const uint& plane, thread const uint& row, const device EmbedStatic& EmbedStatic_1, constant BindSurfaceConstants& constants)
+float4 mesh_blend(thread const uint& plane, thread const uint& row, thread const float3& weight, const device EmbedStatic& EmbedStatic_1, constant BindSurfaceConstants& constants, const device Mesh& Mesh_1)
 {
-    return as_type<float>(EmbedStatic_1._data[(section + (plane * constants.count)) + row]);
+    uint first = plane * constants.vertices;
+    uint param = 0u;
+    uint param_1 = row;
+    uint param_2 = 1u;
+    uint param_3 = row;
+    uint param_4 = 2u;
+    uint param_5 = row;
+    return ((Mesh_1._data[first + embed_vertex(param, param_1, EmbedStatic_1, constants)] * weight.x) + (Mesh_1._data[first + embed_vertex(param_2, param_3, EmbedStatic_1, constants)] * weight.y)) + (Mesh_1._data[first + embed_vertex(param_4, param_5, EmbedStatic_1, constants)] * weight.z);
+}
+
+static inline __attribute__((always_inline))
+Rows3 polar(thread Rows3& m)
+{
+    for (int _step = 0; _step < 3; _step++)
+    {
+        float3 c0 = cross(m.row1, m.row2);
+        float3 c1 = cross(m.row2, m.row0);
+        float3 c2 = cross(m.row0, m.row1);
+        float determinant = dot(m.row0, c0);
+        m.row0 = (m.row0 + (c0 / float3(determinant))) * 0.5;
+        m.row1 = (m.row1 + (c1 / float3(determinant))) * 0.5;
+        m.row2 = (m.row2 + (c2 / float3(determinant))) * 0.5;
+    }
+    return m;
+}
+
+static inline __attribute__((always_inline))
+float4 quat_from_matrix(thread const Rows3& m)
+{
+    float d0 = m.row0.x;
+    float d1 = m.row1.y;
+    float d2 = m.row2.z;
+    float4 size = sqrt(fast::max(float4(((1.0 + d0) + d1) + d2, ((1.0 + d0) - d1) - d2, ((1.0 - d0) + d1) - d2, ((1.0 - d0) - d1) + d2), float4(0.0)));
+    float a = m.row2.y - m.row1.z;
+    float b = m.row0.z - m.row2.x;
+    float c = m.row1.x - m.row0.y;
+    float d = m.row1.x + m.row0.y;
+    float e = m.row0.z + m.row2.x;
+    float f = m.row2.y + m.row1.z;
+    if (((size.x >= size.y) && (size.x >= size.z)) && (size.x >= size.w))
+    {
+        return float4(size.x * size.x, a, b, c) / float4(2.0 * size.x);
+    }
+    if ((size.y >= size.z) && (size.y >= size.w))
+    {
+        return float4(a, size.y * size.y, d, e) / float4(2.0 * size.y);
+    }
+    if (size.z >= size.w)
+    {
+        return float4(b, d, size.z * size.z, f) / float4(2.0 * size.z);
+    }
+    return float4(c, e, f, size.w * size.w) / float4(2.0 * size.w);
+}
+
+static inline __attribute__((always_inline))
+float4 surface_turn(thread const uint& row, thread const uint& triangle_id, thread const float3& weight, const device EmbedStatic& EmbedStatic_1, constant BindSurfaceConstants& constants, const device Mesh& Mesh_1, const device Mesh& Triangles)
+{
+    if (constants.rotation_rule == 2u)
+    {
+        return Triangles._data[constants.triangles + triangle_id];
+    }
+    if (constants.rotation_rule == 3u)
+    {
+        uint param = 2u;
+        uint param_1 = row;
+        float3 param_2 = weight;
+        Rows3 blended;
+        blended.row0 = mesh_blend(param, param_1, param_2, EmbedStatic_1, constants, Mesh_1).xyz;
+        uint param_3 = 3u;
+        uint param_4 = row;
+        float3 param_5 = weight;
+        blended.row1 = mesh_blend(param_3, param_4, param_5, EmbedStatic_1, constants, Mesh_1).xyz;
+        uint param_6 = 4u;
+        uint param_7 = row;
+        float3 param_8 = weight;
+        blended.row2 = mesh_blend(param_6, param_7, param_8, EmbedStatic_1, constants, Mesh_1).xyz;
+        Rows3 param_9 = blended;
+        Rows3 _1044 = polar(param_9);
+        Rows3 param_10 = _1044;
+        return quat_from_matrix(param_10);
+    }
+    uint param_11 = 2u;
+    uint param_12 = row;
+    float3 param_13 = weight;
+    return mesh_blend(param_11, param_12, param_13, EmbedStatic_1, constants, Mesh_1);
 }
 
 static inline __attribute__((always_inline))
@@ -132,17 +222,17 @@ float3 rotate(thread const Rows3& m, thread const float3& v)
 static inline __attribute__((always_inline))
 float3 surface_position(thread const uint& row, thread const float3& foot, thread const float3& weight, thread const float& size, const device EmbedStatic& EmbedStatic_1, constant BindSurfaceConstants& constants, const device Mesh& Mesh_1)
 {
-    uint param = 0u;
-    uint param_1 = row;
-    uint v0 = embed_vertex(param, param_1, EmbedStatic_1, constants);
-    uint param_2 = 1u;
-    uint param_3 = row;
-    uint v1 = embed_vertex(param_2, param_3, EmbedStatic_1, constants);
-    uint param_4 = 2u;
-    uint param_5 = row;
-    uint v2 = embed_vertex(param_4, param_5, EmbedStatic_1, constants);
     if (constants.position_rule == 1u)
     {
+        uint param = 0u;
+        uint param_1 = row;
+        uint v0 = embed_vertex(param, param_1, EmbedStatic_1, constants);
+        uint param_2 = 1u;
+        uint param_3 = row;
+        uint v1 = embed_vertex(param_2, param_3, EmbedStatic_1, constants);
+        uint param_4 = 2u;
+        uint param_5 = row;
+        uint v2 = embed_vertex(param_4, param_5, EmbedStatic_1, constants);
         float3 param_6 = Mesh_1._data[v0].xyz;
         float3 param_7 = Mesh_1._data[v1].xyz;
         float3 param_8 = Mesh_1._data[v2].xyz;
@@ -161,16 +251,19 @@ float3 surface_position(thread const uint& row, thread const float3& foot, threa
         float3 param_19 = offset;
         return foot + (rotate(param_18, param_19) * size);
     }
-    float3 normal = ((Mesh_1._data[constants.vertices + v0].xyz * weight.x) + (Mesh_1._data[constants.vertices + v1].xyz * weight.y)) + (Mesh_1._data[constants.vertices + v2].xyz * weight.z);
+    uint param_20 = 1u;
+    uint param_21 = row;
+    float3 param_22 = weight;
+    float3 normal = mesh_blend(param_20, param_21, param_22, EmbedStatic_1, constants, Mesh_1).xyz;
     if (constants.position_rule == 0u)
     {
-        float3 param_20 = normal;
-        normal = bind_unit(param_20);
+        float3 param_23 = normal;
+        normal = bind_unit(param_23);
     }
-    uint param_21 = constants.displacement;
-    uint param_22 = 0u;
-    uint param_23 = row;
-    return foot + (normal * embed_value(param_21, param_22, param_23, EmbedStatic_1, constants));
+    uint param_24 = constants.displacement;
+    uint param_25 = 0u;
+    uint param_26 = row;
+    return foot + (normal * embed_value(param_24, param_25, param_26, EmbedStatic_1, constants));
 }
 
 static inline __attribute__((always_inline))
@@ -322,32 +415,24 @@ void _bind_surface(thread const uint3& id, const device EmbedStatic& EmbedStatic
         return;
     }
     uint t = EmbedStatic_1._data[constants.triangle_ids + row];
-    uint param = 0u;
-    uint param_1 = row;
-    uint v0 = embed_vertex(param, param_1, EmbedStatic_1, constants);
-    uint param_2 = 1u;
-    uint param_3 = row;
-    uint v1 = embed_vertex(param_2, param_3, EmbedStatic_1, constants);
-    uint param_4 = 2u;
+    uint param = constants.barycentric;
+    uint param_1 = 0u;
+    uint param_2 = row;
+    uint param_3 = constants.barycentric;
+    uint param_4 = 1u;
     uint param_5 = row;
-    uint v2 = embed_vertex(param_4, param_5, EmbedStatic_1, constants);
     uint param_6 = constants.barycentric;
-    uint param_7 = 0u;
+    uint param_7 = 2u;
     uint param_8 = row;
-    uint param_9 = constants.barycentric;
-    uint param_10 = 1u;
-    uint param_11 = row;
-    uint param_12 = constants.barycentric;
-    uint param_13 = 2u;
-    uint param_14 = row;
-    float3 weight = float3(embed_value(param_6, param_7, param_8, EmbedStatic_1, constants), embed_value(param_9, param_10, param_11, EmbedStatic_1, constants), embed_value(param_12, param_13, param_14, EmbedStatic_1, constants));
-    float3 foot = ((Mesh_1._data[v0].xyz * weight.x) + (Mesh_1._data[v1].xyz * weight.y)) + (Mesh_1._data[v2].xyz * weight.z);
-    float4 turn = Triangles._data[constants.triangles + t];
-    if (constants.turn_of_triangle == 0u)
-    {
-        uint q = 2u * constants.vertices;
-        turn = ((Mesh_1._data[q + v0] * weight.x) + (Mesh_1._data[q + v1] * weight.y)) + (Mesh_1._data[q + v2] * weight.z);
-    }
+    float3 weight = float3(embed_value(param, param_1, param_2, EmbedStatic_1, constants), embed_value(param_3, param_4, param_5, EmbedStatic_1, constants), embed_value(param_6, param_7, param_8, EmbedStatic_1, constants));
+    uint param_9 = 0u;
+    uint param_10 = row;
+    float3 param_11 = weight;
+    float3 foot = mesh_blend(param_9, param_10, param_11, EmbedStatic_1, constants, Mesh_1).xyz;
+    uint param_12 = row;
+    uint param_13 = t;
+    float3 param_14 = weight;
+    float4 turn = surface_turn(param_12, param_13, param_14, EmbedStatic_1, constants, Mesh_1, Triangles);
     float size = ((device float*)&Triangles._data[t])[3u];
     uint param_15 = constants.local_quat;
     uint param_16 = 0u;
@@ -381,8 +466,8 @@ void _bind_surface(thread const uint3& id, const device EmbedStatic& EmbedStatic
     BoundSplat param_34 = b;
     Rows4 param_35 = world;
     float4 param_36 = constants.world_quat_wxyz;
-    BoundSplat _1068 = bind_place(param_34, param_35, param_36);
-    b = _1068;
+    BoundSplat _1335 = bind_place(param_34, param_35, param_36);
+    b = _1335;
     float3 log_scale = float3(((device float*)&Splats_1._data[(2u * constants.count) + row])[3u], ((device float*)&Splats_1._data[(3u * constants.count) + row])[3u], ((device float*)&Splats_1._data[(4u * constants.count) + row])[3u]);
     uint param_37 = constants.canonical_size;
     uint param_38 = 0u;

@@ -31,7 +31,7 @@ struct BindTrianglesConstants
     uint triangles;
     uint triangle_plane;
     uint canonical_frame;
-    uint frame_by_edge;
+    uint rotation_rule;
     uint quaternion_sign;
 };
 
@@ -225,7 +225,7 @@ void _bind_triangles(thread const uint3& id, const device SurfaceStatic& Surface
     float3 p2 = corner(param_4, param_5, SurfaceStatic_1, constants, Mesh_1);
     TriangleShape shape;
     float4 turn;
-    if (constants.frame_by_edge != 0u)
+    if (constants.rotation_rule == 2u)
     {
         float3 param_6 = p0;
         float3 param_7 = p1;

@@ -7,6 +7,13 @@
 
 using namespace metal;
 
+struct Rows4
+{
+    float4 row0;
+    float4 row1;
+    float4 row2;
+};
+
 struct BindVerticesConstants
 {
     uint vertices;
@@ -16,7 +23,15 @@ struct BindVerticesConstants
     uint vertex_triangle;
     float normal_floor;
     float quaternion_floor;
-    uint quaternion_by_area;
+    uint rotation_rule;
+    uint skin_ptr;
+    uint skin_entry;
+    uint joints;
+};
+
+struct Pose
+{
+    float _data[1];
 };
 
 struct SurfaceStatic
@@ -41,6 +56,55 @@ float3 vertex_normal(thread const float3& sum_across, thread const float& normal
 }
 
 static inline __attribute__((always_inline))
+Rows4 skin_none()
+{
+    Rows4 sum;
+    sum.row0 = float4(0.0);
+    sum.row1 = float4(0.0);
+    sum.row2 = float4(0.0);
+    return sum;
+}
+
+static inline __attribute__((always_inline))
+Rows4 vertex_joint(thread const uint& joint, constant BindVerticesConstants& constants, const device Pose& Pose_1)
+{
+    uint at = constants.joints + (12u * joint);
+    Rows4 m;
+    m.row0 = float4(Pose_1._data[at], Pose_1._data[at + 1u], Pose_1._data[at + 2u], Pose_1._data[at + 3u]);
+    m.row1 = float4(Pose_1._data[at + 4u], Pose_1._data[at + 5u], Pose_1._data[at + 6u], Pose_1._data[at + 7u]);
+    m.row2 = float4(Pose_1._data[at + 8u], Pose_1._data[at + 9u], Pose_1._data[at + 10u], Pose_1._data[at + 11u]);
+    return m;
+}
+
+static inline __attribute__((always_inline))
+Rows4 skin_add(thread Rows4& sum, thread const float& weight, thread const Rows4& joint)
+{
+    sum.row0 += (joint.row0 * weight);
+    sum.row1 += (joint.row1 * weight);
+    sum.row2 += (joint.row2 * weight);
+    return sum;
+}
+
+static inline __attribute__((always_inline))
+Rows4 vertex_skin_matrix(thread const uint& row, constant BindVerticesConstants& constants, const device Pose& Pose_1, const device SurfaceStatic& SurfaceStatic_1)
+{
+    Rows4 blended = skin_none();
+    uint end = SurfaceStatic_1._data[(constants.skin_ptr + row) + 1u];
+    uint _224 = constants.skin_ptr + row;
+    for (uint e = SurfaceStatic_1._data[_224]; e < end; e++)
+    {
+        uint at = constants.skin_entry + (2u * e);
+        uint param = SurfaceStatic_1._data[at];
+        Rows4 param_1 = blended;
+        float param_2 = as_type<float>(SurfaceStatic_1._data[at + 1u]);
+        Rows4 param_3 = vertex_joint(param, constants, Pose_1);
+        Rows4 _257 = skin_add(param_1, param_2, param_3);
+        blended = _257;
+    }
+    return blended;
+}
+
+static inline __attribute__((always_inline))
 float4 vertex_quat_mean(thread const float4& sum_turn, thread const float& sum_area)
 {
     return sum_turn / float4(fast::max(sum_area, 1.0000000031710768509710513471353e-30));
@@ -53,7 +117,7 @@ float4 vertex_quat(thread const float4& sum_turn, thread const float& quaternion
 }
 
 static inline __attribute__((always_inline))
-void _bind_vertices(thread const uint3& id, constant BindVerticesConstants& constants, const device SurfaceStatic& SurfaceStatic_1, const device Triangles& Triangles_1, device Mesh& Mesh_1)
+void _bind_vertices(thread const uint3& id, constant BindVerticesConstants& constants, const device Pose& Pose_1, const device SurfaceStatic& SurfaceStatic_1, const device Triangles& Triangles_1, device Mesh& Mesh_1)
 {
     uint row = id.x;
     if (row >= constants.vertices)
@@ -64,8 +128,8 @@ void _bind_vertices(thread const uint3& id, constant BindVerticesConstants& cons
     float4 turn = float4(0.0);
     float area = 0.0;
     uint end = SurfaceStatic_1._data[(constants.vertex_triangle_ptr + row) + 1u];
-    uint _104 = constants.vertex_triangle_ptr + row;
-    for (uint e = SurfaceStatic_1._data[_104]; e < end; e++)
+    uint _291 = constants.vertex_triangle_ptr + row;
+    for (uint e = SurfaceStatic_1._data[_291]; e < end; e++)
     {
         uint t = SurfaceStatic_1._data[constants.vertex_triangle + e];
         across += Triangles_1._data[t].xyz;
@@ -75,24 +139,35 @@ void _bind_vertices(thread const uint3& id, constant BindVerticesConstants& cons
     float3 param = across;
     float param_1 = constants.normal_floor;
     Mesh_1._data[constants.vertices + row] = float4(vertex_normal(param, param_1), 0.0);
-    if (constants.quaternion_by_area != 0u)
+    if (constants.rotation_rule == 3u)
     {
-        float4 param_2 = turn;
-        float param_3 = area;
-        Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat_mean(param_2, param_3);
+        uint param_2 = row;
+        Rows4 blended = vertex_skin_matrix(param_2, constants, Pose_1, SurfaceStatic_1);
+        Mesh_1._data[(2u * constants.vertices) + row] = blended.row0;
+        Mesh_1._data[(3u * constants.vertices) + row] = blended.row1;
+        Mesh_1._data[(4u * constants.vertices) + row] = blended.row2;
     }
     else
     {
-        float4 param_4 = turn;
-        float param_5 = constants.quaternion_floor;
-        Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat(param_4, param_5);
+        if (constants.rotation_rule == 1u)
+        {
+            float4 param_3 = turn;
+            float param_4 = area;
+            Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat_mean(param_3, param_4);
+        }
+        else
+        {
+            float4 param_5 = turn;
+            float param_6 = constants.quaternion_floor;
+            Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat(param_5, param_6);
+        }
     }
 }
 
-kernel void bind_vertices(const device SurfaceStatic& SurfaceStatic_1 [[buffer(0)]], const device Triangles& Triangles_1 [[buffer(1)]], device Mesh& Mesh_1 [[buffer(2)]], constant BindVerticesConstants& constants [[buffer(8)]], uint3 gl_GlobalInvocationID [[thread_position_in_grid]])
+kernel void bind_vertices(const device SurfaceStatic& SurfaceStatic_1 [[buffer(0)]], const device Triangles& Triangles_1 [[buffer(1)]], const device Pose& Pose_1 [[buffer(2)]], device Mesh& Mesh_1 [[buffer(3)]], constant BindVerticesConstants& constants [[buffer(8)]], uint3 gl_GlobalInvocationID [[thread_position_in_grid]])
 {
     uint3 id = gl_GlobalInvocationID;
     uint3 param = id;
-    _bind_vertices(param, constants, SurfaceStatic_1, Triangles_1, Mesh_1);
+    _bind_vertices(param, constants, Pose_1, SurfaceStatic_1, Triangles_1, Mesh_1);
 }
 

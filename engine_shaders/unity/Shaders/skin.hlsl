@@ -6,7 +6,7 @@
 
 StructuredBuffer<uint> SkinStatic; // sections at the offsets below
 StructuredBuffer<float> Pose;
-RWStructuredBuffer<float4> Mesh; // [3 vertices]: positions are read and replaced
+RWStructuredBuffer<float4> Mesh; // [3 or 5 vertices]: positions are read and replaced
 
 AVATAR_CONSTANTS(SkinConstants)
     uint first; // vertices first .. first + count

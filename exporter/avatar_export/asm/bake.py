@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from avatar_export.asm import maths
 from avatar_export.asm.model import AsmFace, Take
 from avatar_export.sparse import SparseRowsBuilder
 from avatar_runtime.avatar import F32, F64, Clip, Rig, SparseRows
+
+Array = npt.NDArray[Any]
 
 LEAST_WEIGHT = 1e-5  # of a vertex's whole: a bone that moves by 100 mm moves what has less by a micrometre
 
@@ -42,9 +46,23 @@ def bake_rig(face: AsmFace) -> Rig:
 
 
 def bake_clips(face: AsmFace) -> tuple[Clip, ...]:
-    """A clip a take, the neutral too: joint_delta = M(tau of the neutral)^-1 M(tau)."""
-    back = np.linalg.inv(maths.pose_matrices(face.takes[0])[0])
-    return tuple(_clip(take, back @ maths.pose_matrices(take)) for take in face.takes)
+    """A clip a take, the neutral too: joint_delta = M(tau of the neutral)^-1 M(tau).
+
+    Scales, the neutral's apart, are rounded to half floats: UsdSkel holds no more in a clip, and so every engine,
+    other readers and the runtime show the same.
+    """
+    neutral = face.takes[0]
+    back = np.linalg.inv(maths.pose_matrices(neutral)[0])
+    still = np.tile(np.eye(4), (1, len(back), 1, 1))
+    others = (_clip(take, back @ maths.pose_matrices(with_half_scales(take))) for take in face.takes[1:])
+    return (_clip(neutral, still), *others)
+
+
+def with_half_scales(take: Take) -> Take:
+    """The take with scales that half floats hold; those beyond their range stay."""
+    with np.errstate(over="ignore"):
+        half = take.scale.astype(np.float16).astype(np.float64)
+    return replace(take, scale=np.where(np.isfinite(half) & (half != 0), half, take.scale))
 
 
 def _clip(take: Take, delta: F64) -> Clip:
@@ -70,7 +88,7 @@ def _skin(face: AsmFace) -> SparseRows:
     return builder.finish()
 
 
-def _affine32(matrix: F64) -> F32:
+def _affine32(matrix: Array) -> F32:
     with np.errstate(over="ignore"):  # becomes infinite, which a check of the avatar refuses
         single = matrix.astype(np.float32)
     single[..., 3, :] = (0, 0, 0, 1)

@@ -70,6 +70,9 @@ def render(
         typer.Option(help=f"{' or '.join(PROFILES)}; default: the first that the backend draws."),
     ] = None,
     backend: arguments.Backend = None,
+    enhance: Annotated[
+        bool, typer.Option("--enhance", help="Put each picture through the avatar's enhancer.")
+    ] = False,
     force: arguments.Force = False,
 ) -> None:
     """Draw a bundle: one pose, a recording or a clip."""
@@ -97,6 +100,7 @@ def render(
         background == "transparent",
         profile,
         backend,
+        enhance,
     )
     with Steps() as step:
         step("loading")

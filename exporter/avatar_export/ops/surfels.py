@@ -10,7 +10,9 @@ from avatar_runtime.stages.surface import binding_pose, triangle_shape
 from avatar_schema import constants
 
 RULES = Rules("triangle_frame", position="triangle_frame", scale="triangle_linear", sh_direction="world")
-SPREAD = 2.0  # times the triangle's own standard deviation: neighbours meet at 0.9 opacity, and edges stay sharp
+SPREAD = (
+    2.0  # times the triangle's own standard deviation: neighbours meet at 0.9 opacity, and edges stay sharp
+)
 FLATNESS = 0.02  # thickness, and the least width of a sliver, in parts of the length
 OPACITY_LOGIT = 4.6  # 0.99, the most that the renderer shows
 LEAST_SINE = 1e-7  # of the angle at a corner: below it float32 gives the triangle no plane
@@ -27,7 +29,9 @@ def surfels(vertices: F32, triangles: U32, colour: F32 | None) -> tuple[Gaussian
     """
     chosen = _sound(vertices, triangles)
     if not len(chosen):
-        raise AvatarError("no triangle of the mesh has an area, so there is nothing to draw", field="triangles")
+        raise AvatarError(
+            "no triangle of the mesh has an area, so there is nothing to draw", field="triangles"
+        )
     angle, length, width = _ellipses(vertices, triangles, chosen)
     n, zero = len(chosen), np.zeros(len(chosen))
     embedding = Embedding(
@@ -37,7 +41,9 @@ def surfels(vertices: F32, triangles: U32, colour: F32 | None) -> tuple[Gaussian
         barycentric=np.full((n, 3), 1 / 3, np.float32),
         displacement=np.zeros(0, np.float32),
         local_offset=np.zeros((n, 3), np.float32),
-        local_quat_wxyz=np.stack([np.cos(angle / 2), zero, -np.sin(angle / 2), zero], axis=1).astype(np.float32),
+        local_quat_wxyz=np.stack([np.cos(angle / 2), zero, -np.sin(angle / 2), zero], axis=1).astype(
+            np.float32
+        ),
     )
     mean, quat_wxyz = binding_pose(embedding, RULES, 1.0)
     scale = np.stack([length, FLATNESS * length, np.maximum(width, FLATNESS * length)], axis=1)

@@ -81,7 +81,9 @@ def _face(path: Path, options: ReadOptions) -> tuple[AsmFace, dict[str, Path]]:
             raise AvatarError("goes with a person's small file; this face holds its mesh", field="--mesh")
         return load(path), {path.name: path}
     if options.mesh is None:
-        raise AvatarError("holds a person without the template; pass a face with that template by --mesh", file=path)
+        raise AvatarError(
+            "holds a person without the template; pass a face with that template by --mesh", file=path
+        )
     template = load(options.mesh).template
     return load_person(path, template), {path.name: path, f"mesh/{options.mesh.name}": options.mesh}
 
@@ -98,17 +100,24 @@ def _driving(face: AsmFace) -> Driving:
 
 
 def _notes(face: AsmFace, rig: Rig, clips: tuple[Clip, ...]) -> tuple[str, ...]:
-    """What baking changed: dropped weights and float32, over frames of every take at even distances."""
-    avatar, worst = replace(rig_avatar(rig, ()), clips=clips), 0.0
+    """What baking changed, over frames of every take at even distances."""
+    avatar = replace(rig_avatar(rig, ()), clips=clips)
     player = Player(avatar, "reference")
+    worst = []
     for take, clip in zip(face.takes, clips, strict=True):
         poses = clip_poses(avatar, clip)
-        for frame in np.unique(np.linspace(0, clip.frames - 1, FRAMES).astype(np.int64)).tolist():
-            off = player.mesh(poses[frame]) - maths.posed(face, take, frame)
-            worst = max(worst, 1e3 * float(np.linalg.norm(off, axis=1).max()))
+        frames = np.unique(np.linspace(0, clip.frames - 1, FRAMES).astype(np.int64)).tolist()
+        off = (player.mesh(poses[frame]) - maths.posed(face, take, frame) for frame in frames)
+        worst.append(max(1e3 * float(np.linalg.norm(o, axis=1).max()) for o in off))
     per_vertex = rig.skin.entries / len(rig.vertices)
-    return (
+    notes = [
         f"{face.binding.components} Gaussians a bone, weights by rule {face.template.weight_rule}",
-        f"skin weights below {LEAST_WEIGHT:g} dropped: {per_vertex:.1f} joints a vertex are left, and the mesh lies "
-        f"within {worst:.2g} mm of the formulas",
-    )
+        f"skin weights below {LEAST_WEIGHT:g} dropped: {per_vertex:.1f} joints a vertex are left, and the neutral lies "
+        f"within {worst[0]:.2g} mm of the formulas",
+    ]
+    if len(worst) > 1:
+        notes.append(
+            "scales of takes rounded to half floats, all that UsdSkel holds: they lie "
+            f"within {max(worst[1:]):.2g} mm of the formulas"
+        )
+    return tuple(notes)

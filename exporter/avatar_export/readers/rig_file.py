@@ -1,4 +1,4 @@
-"""A rig for an embedded avatar from a file of its own: a skinned .glb or .fbx of the very mesh."""
+"""A rig for an embedded avatar from a file of its own: a skinned .glb or .fbx of the very mesh, or an ASM face."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from avatar_export.asm.bake import bake_rig
+from avatar_export.asm.files import load
 from avatar_export.readers.fbx_file import open_fbx
 from avatar_export.readers.fbx_rig import fbx_rig
 from avatar_export.readers.gltf_rig import GltfRig, read_rig
@@ -30,7 +32,7 @@ class RigFile:
 
 
 def read_rig_file(path: Path) -> RigFile:
-    """The rig in a .glb or .fbx: right-handed, Y up, metres; all meshes on one skeleton joined.
+    """The rig in a .glb, .fbx or ASM face (.npz): right-handed, Y up, metres; all meshes on one skeleton joined.
 
     Mesh space is the scene: where the nodes of a .glb do not stand in its binding pose, the mesh as stored is carried
     to where the joint that moves most of it stands (an upright mesh from one that was bound lying, metres from
@@ -38,7 +40,7 @@ def read_rig_file(path: Path) -> RigFile:
     """
     read = READERS.get(path.suffix.lower())
     if read is None:
-        raise AvatarError(f"is no rig read here; pass a {' or an '.join(READERS)}", file=path)
+        raise AvatarError(f"is no rig read here; pass a {', '.join(READERS)}", file=path)
     return read(path)
 
 
@@ -57,7 +59,11 @@ def _from_fbx(path: Path) -> RigFile:
     return RigFile(found.rig, found.morph_names, None, found.notes)
 
 
-READERS: dict[str, Callable[[Path], RigFile]] = {".glb": _from_glb, ".fbx": _from_fbx}
+def _from_asm(path: Path) -> RigFile:
+    return RigFile(bake_rig(load(path)), (), None, ("an ASM face: the rig rests in its neutral",))
+
+
+READERS: dict[str, Callable[[Path], RigFile]] = {".glb": _from_glb, ".fbx": _from_fbx, ".npz": _from_asm}
 
 
 def _standing(found: GltfRig, file: str) -> Rig:

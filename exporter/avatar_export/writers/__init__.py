@@ -20,6 +20,7 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.codec import ply, safetensors
 from avatar_runtime.codec.clips import clip_tensors
 from avatar_runtime.codec.embedding import embedding_tensors
+from avatar_runtime.codec.manifest import ENHANCER_FILE
 from avatar_runtime.codec.tensors import gaussian_tensors, rig_tensors
 from avatar_runtime.conformance import RUNTIME, Maker, Reference
 from avatar_runtime.handedness import mirrored
@@ -29,6 +30,13 @@ PLY_COMMENTS = ("SplatRenderMode: default",)
 LEFT_COMMENT = "Handedness: left"  # x negated, for a left-handed viewer
 INFLUENCES = (4, 8)  # joints a vertex of rig.glb
 USDC = "rig.usdc"
+PARTS = {  # of a bundle, and whether their files are derived from the others
+    "avatar": False,  # normative, always written
+    "enhancer": False,  # written where there is one; not needed to play, and reference/ is made without it
+    "engine": True,
+    "reference": True,
+    "picture": True,
+}
 
 
 @dataclass(frozen=True)
@@ -69,14 +77,14 @@ class Writer:
     """One file of the bundle."""
 
     path: str
-    part: str  # "avatar": normative, always written; "engine", "reference", "picture": derived, not read to play
+    part: str  # one of PARTS
     pieces: Callable[[Export], Iterable[Piece] | None]  # None: this avatar has no such file
     same: Callable[[bytes, bytes], str | None] = same_bytes  # what differs between two versions of it
     problems: Callable[[Export], Iterable[str]] = lambda _: ()  # what validators of the format would miss
 
     @property
     def derived(self) -> bool:
-        return self.part != "avatar"
+        return PARTS[self.part]
 
 
 def _gaussians(export: Export) -> Iterable[Piece]:
@@ -101,6 +109,11 @@ def _embedding(export: Export) -> Iterable[Piece] | None:
 def _clips(export: Export) -> Iterable[Piece] | None:
     clips = export.stored.clips
     return safetensors.encode(clip_tensors(clips)) if clips else None
+
+
+def _enhancer(export: Export) -> Iterable[Piece] | None:
+    enhancer = export.avatar.enhancer
+    return None if enhancer is None else [enhancer.onnx]
 
 
 def _usd_problems(export: Export) -> Iterable[str]:
@@ -129,6 +142,7 @@ WRITERS = (
     Writer("rig.safetensors", "avatar", _rig),
     Writer("embedding.safetensors", "avatar", _embedding),
     Writer("clips.safetensors", "avatar", _clips),
+    Writer(ENHANCER_FILE, "enhancer", _enhancer),
     Writer("embedding.json", "engine", lambda export: embedding_json(export.stored, export.handedness)),
     Writer("rig.glb", "engine", lambda export: rig_glb(export.avatar, export.influences), same_glb),
     Writer("splats.glb", "engine", lambda export: splats_glb(export.avatar), same_glb),

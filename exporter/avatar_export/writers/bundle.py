@@ -58,7 +58,7 @@ def write_bundle(
     avatar.check()
     export = Export(avatar, influences, handedness, maker)
     wanted = {"engine": engine_files, "reference": reference, "picture": preview}
-    parts = {"avatar", *(part for part, asked in wanted.items() if asked)}
+    parts = {"avatar", "enhancer", *(part for part, asked in wanted.items() if asked)}
     out = out.resolve()  # through a link to what it names; also "." gets a name
     may_replace(out, force)
     partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
@@ -93,7 +93,7 @@ def _write(export: Export, sink: Sink, parts: set[str], progress: Callable[[str]
         files.append(
             {"path": writer.path, "bytes": meter.size, "sha256": meter.digest(), "derived": writer.derived}
         )
-        if not writer.derived:
+        if writer.part == "avatar":
             export.sha256[writer.path] = meter.digest()
     progress(MANIFEST)
     engine = engine_facts(export) if "engine" in parts else None

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from avatar_export.writers.engine_mesh import EngineMesh, Influences, engine_mesh
 from avatar_runtime.avatar import F32, F64, Avatar, Rig
-from avatar_runtime.engine_pose import engine_pose, node_transforms, rest_nodes
+from avatar_runtime.engine_pose import bind_nodes, engine_pose, node_transforms, rests_bound
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.pose import Pose, clip_pose, joint_rotation, resolve
 from avatar_runtime.stages.joints import chain, pose_features
@@ -56,7 +56,21 @@ def engine_residual(avatar: Avatar, influences: int = 4) -> dict[str, float | in
 def residual_poses(avatar: Avatar) -> Iterator[Pose]:
     """The poses: random ones with all weights in their range and all joints turned by up to 40 degrees, always the
     same, then frames of the clips at even distances. Raises AvatarError without a rig.
+
+    A rig that does not rest in its binding pose is no body: its joints push and stretch a face, and turning each of
+    them says nothing of what is shown. In place of random poses it has its rest.
     """
+    if avatar.rig is not None and not rests_bound(avatar.rig):
+        yield Pose()
+    else:
+        yield from _random_poses(avatar)
+    for clip in avatar.clips:
+        most = min(CLIP_FRAMES, max(1, ALL_CLIP_FRAMES // len(avatar.clips)))
+        for k in np.unique(np.linspace(0, clip.frames - 1, most).astype(np.int64)):
+            yield replace(clip_pose(avatar, clip, int(k)), world_from_avatar=np.eye(4))
+
+
+def _random_poses(avatar: Avatar) -> Iterator[Pose]:
     joints = avatar.rig.joint_names if avatar.rig else ()
     rng = np.random.default_rng(0)
     ranges = np.clip([sorted(e.range) for e in avatar.expressions], -MOST_WEIGHT, MOST_WEIGHT).reshape(-1, 2)
@@ -71,10 +85,6 @@ def residual_poses(avatar: Avatar) -> Iterator[Pose]:
             {name: joint_rotation(turn) for name, turn in zip(joints, turns, strict=True)},
             dict(zip(avatar.late_morph_names, late.tolist(), strict=True)),
         )
-    for clip in avatar.clips:
-        most = min(CLIP_FRAMES, max(1, ALL_CLIP_FRAMES // len(avatar.clips)))
-        for k in np.unique(np.linspace(0, clip.frames - 1, most).astype(np.int64)):
-            yield replace(clip_pose(avatar, clip, int(k)), world_from_avatar=np.eye(4))
 
 
 def _rows(rig: Rig, mesh: EngineMesh) -> Rig:
@@ -94,7 +104,7 @@ def _offsets(avatar: Avatar, part: Rig, shown: Influences, pose: Pose) -> dict[s
     """[v, 3] in metres: where the engine's vertices lie from the runtime's, in all and for each reason alone."""
     arrays = resolve(pose, avatar)
     true, _, _ = chain(part, arrays.expression_weights, arrays.joint_delta)
-    engine = node_transforms(part, engine_pose(avatar, pose)) @ np.linalg.inv(rest_nodes(part))
+    engine = node_transforms(part, engine_pose(avatar, pose)) @ np.linalg.inv(bind_nodes(part))
     shape = morph(part, arrays.expression_weights, pose_features(part, arrays.joint_delta))
     late = combine(part.late_morphs, arrays.late_weights)["position"]
     runtime = skin(part, shape, true.astype(np.float32), arrays.late_weights)

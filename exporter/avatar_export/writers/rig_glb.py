@@ -1,7 +1,7 @@
 """rig.glb: the rig as far as glTF 2.0 can say it, for engines and modelling tools.
 
     avatar_mesh   the skinned mesh, in the scene's root, as glTF wants it
-    avatar_root   world_from_avatar; the joints hang below it under their own names, rigid at rest
+    avatar_root   world_from_avatar; the joints hang below it under their own names, as the avatar rests
 
 Plain float, no extension, no compression: importers reorder or refuse what is packed. Morph targets are named in
 mesh.extras.targetNames as engine_pose.target_names has them. There is no texture, so the first UV set is free to
@@ -21,7 +21,7 @@ from avatar_export.ops.vertex_colour import linear_from_display, vertex_colours
 from avatar_export.writers.engine_mesh import EngineMesh, engine_mesh, vertex_id_uv
 from avatar_export.writers.glb_builder import Array, GlbBuilder
 from avatar_runtime.avatar import Avatar, Clip, Rig
-from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_rest, node_names, rest_nodes
+from avatar_runtime.engine_pose import EnginePose, bind_nodes, engine_clip, engine_rest, node_names
 from avatar_runtime.errors import AvatarError
 
 FILE = "rig.glb"
@@ -119,14 +119,17 @@ def _add_skeleton(builder: GlbBuilder, rig: Rig, rest: EnginePose) -> None:
     document = builder.document
     root_name, mesh_name = node_names(rig)
     document.nodes = [gltf.Node(name=mesh_name, mesh=0, skin=0), gltf.Node(name=root_name)]
-    for name, translation, rotation in zip(
-        rig.joint_names, rest.translation.tolist(), rest.rotation_xyzw.tolist(), strict=True
+    for name, translation, rotation, scale in zip(
+        rig.joint_names, rest.translation, rest.rotation_xyzw, rest.scale, strict=True
     ):
-        document.nodes.append(gltf.Node(name=name, translation=translation, rotation=rotation))
+        node = gltf.Node(name=name, translation=translation.tolist(), rotation=rotation.tolist())
+        if (np.abs(scale - 1) > STILL).any():
+            node.scale = scale.tolist()
+        document.nodes.append(node)
     for j, parent in enumerate(rig.parents.tolist()):
         above = document.nodes[ROOT_NODE if parent < 0 else FIRST_JOINT + parent]
         above.children.append(FIRST_JOINT + j)
-    inverse_bind = np.linalg.inv(rest_nodes(rig)).astype(np.float32)
+    inverse_bind = np.linalg.inv(bind_nodes(rig)).astype(np.float32)
     document.skins = [
         gltf.Skin(
             inverseBindMatrices=builder.accessor(inverse_bind),

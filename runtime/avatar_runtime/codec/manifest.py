@@ -13,6 +13,7 @@ from avatar_runtime.avatar import (
     Avatar,
     Driving,
     Embedding,
+    Enhancer,
     Expression,
     Group,
     RasterSettings,
@@ -28,6 +29,7 @@ FRAME = {
     "length_unit": "metre",
     "quaternion_order": "wxyz",
 }
+ENHANCER_FILE = "enhancer.onnx"
 
 
 def encode(
@@ -95,6 +97,8 @@ def encode(
         "files": files,
         "provenance": dict(avatar.provenance),
     }
+    if avatar.enhancer is not None:
+        known["enhancer"] = encode_enhancer(avatar.enhancer)
     return known | dict(avatar.extras)
 
 
@@ -154,6 +158,39 @@ def decode_raster(manifest: Mapping[str, Any]) -> RasterSettings:
         r, g, b = map(float, background)
         background = (r, g, b)
     return RasterSettings(manifest["raster"]["near"], manifest["raster"]["low_pass"], background)
+
+
+def decode_enhancer(said: Mapping[str, Any], onnx: bytes) -> Enhancer:
+    """The enhancer that a manifest says `said` of, with its file; not looked into."""
+    decibels = {
+        name: None if said[name] is None else float(said[name])
+        for name in ("psnr_raw_db", "psnr_enhanced_db")
+    }
+    return Enhancer(
+        onnx=onnx,
+        input=said["input"],
+        output=said["output"],
+        trained_width=int(said["trained_width"]),
+        trained_height=int(said["trained_height"]),
+        measured_on=said["measured_on"],
+        **decibels,
+    )
+
+
+def encode_enhancer(enhancer: Enhancer) -> dict[str, Any]:
+    """What a manifest says of an enhancer."""
+    return {
+        "file": ENHANCER_FILE,
+        "input": enhancer.input,
+        "output": enhancer.output,
+        "layout": "NCHW",
+        "trained_width": enhancer.trained_width,
+        "trained_height": enhancer.trained_height,
+        "psnr_raw_db": enhancer.psnr_raw_db,
+        "psnr_enhanced_db": enhancer.psnr_enhanced_db,
+        "measured_on": enhancer.measured_on,
+        "optional": True,
+    }
 
 
 def _group(group: Group) -> dict[str, Any]:

@@ -20,6 +20,7 @@ PARTS = ("joints", "geometry", "correctives", "late_morphs", "joint_basis")
 SURFACES = {
     "splatting_avatar": Rules("vertex_quaternion", scale="none"),  # log_area's growth is an estimate
     "gaussian_avatars": Rules("triangle_frame", position="triangle_frame", scale="triangle_linear"),
+    "psavatar": Rules("bary_vertex_lbs", position="interpolated_normal"),
 }
 SLACK = 1e-6  # metres; float32 of positions and of the stored box
 

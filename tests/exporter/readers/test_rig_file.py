@@ -143,7 +143,7 @@ def test_two_skins_are_refused(tmp_path: Path) -> None:
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(AvatarError, match=r"is no rig read here; pass a \.glb or an \.fbx"):
+    with pytest.raises(AvatarError, match=r"is no rig read here; pass a \.glb, \.fbx, \.npz"):
         read_rig_file(_written(tmp_path, b"", "rig.obj"))
     with pytest.raises(AvatarError, match=r"made\.glb: is no GLB file"):
         read_rig_file(_written(tmp_path, fbx_files.fbx()))

@@ -113,6 +113,9 @@ VARIANTS: dict[str, Callable[[Avatar], Avatar]] = {
     "in triangles": lambda a: surface_avatar(
         rules=Rules("triangle_frame", position="triangle_frame", scale="triangle_linear")
     ),
+    "turned by joints": lambda a: surface_avatar(
+        rules=Rules("bary_vertex_lbs", position="interpolated_normal")
+    ),
     "on a surface without a rig": lambda a: surface_avatar(rigged=False),
     "head_bone": lambda a: replace(a, rules=Rules("head_bone", "jaw", "world", "repeats")),
     "rotation none": lambda a: replace(a, rules=Rules("none")),

@@ -111,13 +111,16 @@ def test_surface_and_embed_heaps() -> None:
     e = SURFACE.embedding
     assert e is not None
     surface = prepare(e, SURFACE.rules, SURFACE.training_per_bundle)
-    packed, faces = surface_heap(surface), len(e.triangles)
+    assert SURFACE.rig is not None
+    packed, faces = surface_heap(surface, SURFACE.rig.skin), len(e.triangles)
     np.testing.assert_array_equal(section(packed, "triangle_plane").reshape(3, faces).T, e.triangles)
     frame = floats(packed, "canonical_frame").reshape(9, faces).T.reshape(faces, 3, 3)
     np.testing.assert_array_equal(frame, surface.canonical.frame.astype(np.float32))
     np.testing.assert_array_equal(floats(packed, "canonical_size"), surface.canonical.size.astype(np.float32))
     np.testing.assert_array_equal(section(packed, "vertex_triangle_ptr"), surface.vertex_triangle_ptr)
     np.testing.assert_array_equal(section(packed, "vertex_triangle"), surface.vertex_triangle)
+    for row in range(VERTICES):
+        assert unpacked(packed, "skin", 2, row) == stored(SURFACE.rig.skin, ["weight"], row)
     packed, rows = embed_heap(surface, MIDDLE), slice(7, 27)
     np.testing.assert_array_equal(section(packed, "triangle_ids"), e.triangle[rows])
     np.testing.assert_array_equal(section(packed, "vertex_ids").reshape(3, 20).T, e.vertex_ids[rows])

@@ -120,9 +120,7 @@ class _Squared(torch.autograd.Function):
         points, vertices = (t.detach().double().numpy() for t in ctx.saved_tensors)
         to_points, to_vertices = np.empty_like(points), np.zeros_like(vertices)
         outer = gradients[0].double().numpy()
-        _spread(
-            np.ascontiguousarray(outer), points, vertices, ctx.tree, ctx.found, to_points, to_vertices
-        )
+        _spread(np.ascontiguousarray(outer), points, vertices, ctx.tree, ctx.found, to_points, to_vertices)
         kind = ctx.saved_tensors[0].dtype
         return torch.from_numpy(to_points).to(kind), torch.from_numpy(to_vertices).to(kind), None, None
 
@@ -168,7 +166,8 @@ def _gap(x: float, y: float, z: float, box: F64, node: int) -> float:
     dx = max(box[node, 0] - x, x - box[node, 3], 0.0)
     dy = max(box[node, 1] - y, y - box[node, 4], 0.0)
     dz = max(box[node, 2] - z, z - box[node, 5], 0.0)
-    return dx * dx + dy * dy + dz * dz
+    squared: float = dx * dx + dy * dy + dz * dz
+    return squared
 
 
 @kernel(parallel=True)

@@ -198,25 +198,34 @@ def _under(i: int, rider: Rider, given: Values) -> tuple[Vector, Vector, Quat]:
     t = rider.table
     foot = (at(t, a, b, c, u, v, w, 0), at(t, a, b, c, u, v, w, 1), at(t, a, b, c, u, v, w, 2))
     normal = (at(t, a, b, c, u, v, w, 3), at(t, a, b, c, u, v, w, 4), at(t, a, b, c, u, v, w, 5))
+    if by_joints(rider):
+        return foot, normal, _turned_by_joints(t, a, b, c, u, v, w)
     turn = (
         at(t, a, b, c, u, v, w, 6),
         at(t, a, b, c, u, v, w, 7),
         at(t, a, b, c, u, v, w, 8),
         at(t, a, b, c, u, v, w, 9),
     )
-    if by_joints(rider):
-        m = (
-            *turn,
-            at(t, a, b, c, u, v, w, 10),
-            at(t, a, b, c, u, v, w, 11),
-            at(t, a, b, c, u, v, w, 12),
-            at(t, a, b, c, u, v, w, 13),
-            at(t, a, b, c, u, v, w, 14),
-        )
-        for _ in range(POLAR_STEPS):
-            m = newton_step(m)
-        turn = quat_from_matrix(m, ONE)
     return foot, normal, turn
+
+
+@inlined
+def _turned_by_joints(t: F32, a: int, b: int, c: int, u: Scalar, v: Scalar, w: Scalar) -> Quat:
+    """Quaternion of the polar factor of the corners' skin matrices, summed."""
+    m = (
+        at(t, a, b, c, u, v, w, 6),
+        at(t, a, b, c, u, v, w, 7),
+        at(t, a, b, c, u, v, w, 8),
+        at(t, a, b, c, u, v, w, 9),
+        at(t, a, b, c, u, v, w, 10),
+        at(t, a, b, c, u, v, w, 11),
+        at(t, a, b, c, u, v, w, 12),
+        at(t, a, b, c, u, v, w, 13),
+        at(t, a, b, c, u, v, w, 14),
+    )
+    for _ in range(POLAR_STEPS):
+        m = newton_step(m)
+    return quat_from_matrix(m, ONE)
 
 
 @inlined

@@ -34,11 +34,10 @@ def rasterise(
     shapes that do not fit together.
     """
     _check(points, background, screen_offset)
-    discs = project(points, camera, settings, screen_offset)
     if points.mean.dtype == torch.float32:
-        colour, transmittance, largest = points_cpu.blend(discs, camera, background, threads)
-    else:
-        colour, transmittance, largest = points_definition.blend(discs, camera, background)
+        return points_cpu.rasterise(points, camera, settings, background, screen_offset, threads)
+    discs = project(points, camera, settings, screen_offset)
+    colour, transmittance, largest = points_definition.blend(discs, camera, background)
     visibility = torch.zeros_like(points.opacity, requires_grad=False)
     visibility[discs.index] = largest
     radius = torch.zeros(len(points.mean), dtype=torch.int32)

@@ -10,130 +10,200 @@ import torch
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from avatar_runtime.avatar import F32, I32, I64, U32
+from avatar_runtime.avatar import F32, I32, I64, U32, RasterSettings
 from avatar_runtime.backends.cpu.screen import read_only
 from avatar_runtime.backends.cpu.sort import sort
 from avatar_runtime.backends.cpu.threads import using
 from avatar_runtime.backends.cpu.tiles import tile_lists
 from avatar_runtime.camera import Camera
 from avatar_trainer.raster.cpu import started
-from avatar_trainer.raster.points_kernels import BAND, COLUMNS, ROW, blend_bands, blend_bands_backward, gather
-from avatar_trainer.raster.points_screen import Discs
+from avatar_trainer.raster.points_geometry import project_points, project_points_backward
+from avatar_trainer.raster.points_kernels import BAND, COLUMNS, ROW, blend_bands, blend_bands_backward
+from avatar_trainer.tensors import Points, Rendered
 
 
 @dataclass(frozen=True)
-class Lists:
-    """Which discs each band of BAND pixel rows blends, front to back."""
+class View:
+    """What a picture depends on besides tensors, as the kernels take it."""
 
-    members: U32  # [P] discs, band by band
+    camera_from_world: F32
+    clip_from_world: F32
+    lens: F32  # [2] focal_x pixels, near
+    width: int
+    height: int
+    workers: int
+
+    @staticmethod
+    def of(camera: Camera, settings: RasterSettings, workers: int) -> View:
+        focal_x = np.float32(camera.width) / (np.float32(2) * np.float32(camera.tan_half_fov_x))
+        return View(
+            read_only(camera.camera_from_world),
+            read_only(camera.clip_from_world),
+            read_only(np.array([focal_x, settings.near])),
+            camera.width,
+            camera.height,
+            workers,
+        )
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What backward needs of forward besides its inputs."""
+
+    discs: F32  # [N, COLUMNS]
+    bands: I32  # [N, 4]
+    first_row: I64  # [N + 1]
+    members: U32  # [P] discs, band by band, front to back
     starts: I64  # [bands + 1]
-    first_band: I32  # [M] of each disc
-    first_pair: I64  # [M + 1] where a disc's rows begin, one for each of its bands
+    transmittance: F32  # [H, W]
+    last: F32  # [H, W]
 
 
-def blend(
-    discs: Discs, camera: Camera, background: Tensor, threads: int | None
-) -> tuple[Tensor, Tensor, Tensor]:
-    """As the definition's `blend`; the same bits whatever the number of threads."""
-    workers = started(threads)
-    lists = _lists(discs, camera.height, workers)
-    colour, transmittance, largest = _Blend.apply(  # type: ignore[no-untyped-call]
-        discs.centre, discs.radius, discs.opacity, discs.rgb, background, lists, (camera, workers)
-    )
-    return colour, transmittance, largest
+def rasterise(
+    points: Points,
+    camera: Camera,
+    settings: RasterSettings,
+    background: Tensor,
+    screen_offset: Tensor | None,
+    threads: int | None,
+) -> Rendered:
+    """As `points.rasterise`; raises TypeError for tensors that are not float32."""
+    offset = points.mean.new_zeros((0, 2)) if screen_offset is None else screen_offset
+    tensors = (points.mean, points.radius, points.opacity, points.rgb, background, offset)
+    if any(tensor.dtype != torch.float32 or tensor.device.type != "cpu" for tensor in tensors):
+        raise TypeError("the kernels of point splatting take float32 tensors on the CPU")
+    view = View.of(camera, settings, started(threads))
+    return Rendered(*_Draw.apply(*tensors, view))  # type: ignore[no-untyped-call]
 
 
-def _lists(discs: Discs, height: int, workers: int) -> Lists:
-    """Every disc in the bands that its box of pixels meets."""
-    bands = -(-height // BAND)
-    y, radius = (value.detach().numpy().astype(np.float64) for value in (discs.centre[:, 1], discs.radius))
-    tiles = np.zeros((len(y), 4), np.int32)
-    tiles[:, 2] = 1
-    tiles[:, 1] = np.clip(np.floor((y - radius) / BAND), 0, bands - 1)
-    tiles[:, 3] = np.clip(np.floor((y + radius) / BAND), 0, bands - 1) + 1
-    ends = (np.bincount(tiles[:, column], minlength=bands + 1) for column in (1, 3))
-    counts = np.cumsum(np.subtract(*ends))[:bands].astype(np.int64)
-    order = sort(discs.depth.numpy(), np.ones(len(y), np.int32))
-    members, starts = tile_lists(tiles, order, counts, 1, workers)
-    first_pair = np.zeros(len(y) + 1, np.int64)
-    np.cumsum(tiles[:, 3] - tiles[:, 1], out=first_pair[1:])
-    return Lists(members, starts, np.ascontiguousarray(tiles[:, 1]), first_pair)
-
-
-class _Blend(torch.autograd.Function):
-    """Discs to colour and transmittance."""
+class _Draw(torch.autograd.Function):
+    """Points to colour, alpha, radius and visibility."""
 
     @staticmethod
     def forward(
         ctx: Any,
-        centre: Tensor,
+        mean: Tensor,
         radius: Tensor,
         opacity: Tensor,
         rgb: Tensor,
         background: Tensor,
-        lists: Lists,
-        view: tuple[Camera, int],
-    ) -> tuple[Tensor, Tensor, Tensor]:
-        camera, workers = view
-        discs, shape = _rows(centre, radius, opacity, rgb), (camera.height, camera.width)
-        colour, transmittance = np.empty((*shape, 3), np.float32), np.empty(shape, np.float32)
-        last = np.empty(shape, np.int32)
-        weight = np.empty((len(lists.members), 1), np.float32)
-        with using(workers):
-            blend_bands(
-                discs,
-                lists.members,
-                lists.starts,
-                lists.first_band,
-                lists.first_pair,
-                read_only(background.detach().numpy()),
-                workers,
-                colour,
-                transmittance,
-                last,
-                weight,
-            )
-        largest = np.empty((len(discs), 1), np.float32)
-        gather(weight, lists.first_pair, True, largest)
-        ctx.discs, ctx.lists, ctx.workers, ctx.drawn = discs, lists, workers, (transmittance, last)
-        ctx.save_for_backward(background)
-        result = torch.from_numpy(largest[:, 0])
-        ctx.mark_non_differentiable(result)
-        return torch.from_numpy(colour), torch.from_numpy(transmittance.copy()), result
+        offset: Tensor,
+        view: View,
+    ) -> tuple[Tensor, ...]:
+        inputs = (_array(mean), _array(radius), _array(opacity), _array(rgb), _array(offset))
+        with using(view.workers):
+            drawn, colour, reach, weight = _draw(inputs, _array(background), view)
+        ctx.save_for_backward(mean, radius, background)
+        ctx.drawn, ctx.view, ctx.moved = drawn, view, bool(len(offset))
+        alpha = torch.from_numpy(1 - drawn.transmittance)
+        counts = (torch.from_numpy(reach), torch.from_numpy(_largest(weight, drawn.first_row)))
+        ctx.mark_non_differentiable(*counts)
+        return torch.from_numpy(colour), alpha, *counts
 
     @staticmethod
     @once_differentiable
     def backward(
-        ctx: Any, of_colour: Tensor, of_transmittance: Tensor, _: Tensor
+        ctx: Any, of_colour: Tensor, of_alpha: Tensor, *of_counts: Tensor
     ) -> tuple[Tensor | None, ...]:
-        (background,), (transmittance, last) = ctx.saved_tensors, ctx.drawn
-        lists: Lists = ctx.lists
-        rows = np.empty((len(lists.members), ROW), np.float32)
-        behind = of_colour.numpy() @ background.detach().numpy() + of_transmittance.numpy()
-        with using(ctx.workers):
-            blend_bands_backward(
-                ctx.discs,
-                lists.members,
-                lists.starts,
-                lists.first_band,
-                lists.first_pair,
-                transmittance,
-                last,
-                read_only(of_colour.numpy()),
-                read_only(behind),
-                ctx.workers,
-                rows,
+        mean, radius, background = ctx.saved_tensors
+        with using(ctx.view.workers):
+            rows = _blend_backward(
+                ctx.drawn, ctx.view, _array(background), _array(of_colour), _array(of_alpha)
             )
-        of = np.empty((len(ctx.discs), ROW), np.float32)
-        gather(rows, lists.first_pair, False, of)
-        of_disc = torch.from_numpy(of)
-        left = torch.from_numpy(transmittance)
+        gradients = _project_backward(_array(mean), _array(radius), ctx.drawn, ctx.view, rows)
+        *of_points, of_centre = map(torch.from_numpy, gradients)
+        left = torch.from_numpy(ctx.drawn.transmittance)
         of_background = (left[..., None].double() * of_colour).sum(dim=(0, 1)).float()
-        return of_disc[:, :2], of_disc[:, 2], of_disc[:, 3], of_disc[:, 4:], of_background, None, None
+        return (*of_points, of_background, of_centre if ctx.moved else None, None)
 
 
-def _rows(centre: Tensor, radius: Tensor, opacity: Tensor, rgb: Tensor) -> F32:
-    """[M, COLUMNS] as the kernels take discs."""
-    rows: F32 = torch.cat([centre, radius[:, None], opacity[:, None], rgb], dim=1).detach().numpy()
-    assert rows.shape[1] == COLUMNS
-    return read_only(rows)
+def _array(tensor: Tensor) -> F32:
+    return read_only(tensor.detach().numpy())
+
+
+def _draw(inputs: tuple[F32, F32, F32, F32, F32], background: F32, view: View) -> tuple[Drawn, F32, I32, F32]:
+    """(what backward needs, picture [H, W, 3], radius [N] on the screen, largest weight of each row [P])."""
+    n, bands = len(inputs[0]), -(-view.height // BAND)
+    discs, depth = np.empty((n, COLUMNS), np.float32), np.empty(n, np.float32)
+    reach, touched, counts = np.empty(n, np.int32), np.zeros((n, 4), np.int32), np.zeros(bands, np.int64)
+    project_points(
+        *inputs,
+        view.camera_from_world,
+        view.clip_from_world,
+        view.lens,
+        view.width,
+        view.height,
+        discs,
+        depth,
+        reach,
+        touched,
+        counts,
+    )
+    members, starts = tile_lists(touched, sort(depth, reach), counts, 1, view.workers)
+    first_row = np.zeros(n + 1, np.int64)
+    np.cumsum(touched[:, 3] - touched[:, 1], out=first_row[1:])
+    shape = (view.height, view.width)
+    colour, transmittance = np.empty((*shape, 3), np.float32), np.empty(shape, np.float32)
+    last, weight = np.empty(shape, np.float32), np.empty(len(members), np.float32)
+    blend_bands(
+        discs,
+        touched,
+        first_row,
+        members,
+        starts,
+        background,
+        view.workers,
+        colour,
+        transmittance,
+        last,
+        weight,
+    )
+    return Drawn(discs, touched, first_row, members, starts, transmittance, last), colour, reach, weight
+
+
+def _largest(weight: F32, first_row: I64) -> F32:
+    """[N] the largest of each disc's rows; 0 where it has none."""
+    result = np.zeros(len(first_row) - 1, np.float32)
+    some = first_row[1:] > first_row[:-1]
+    if some.any():
+        result[some] = np.maximum.reduceat(weight, first_row[:-1][some])
+    return result
+
+
+def _blend_backward(drawn: Drawn, view: View, background: F32, of_colour: F32, of_alpha: F32) -> F32:
+    """Rows [P, ROW] of gradients."""
+    rows = np.empty((len(drawn.members), ROW), np.float32)
+    blend_bands_backward(
+        drawn.discs,
+        drawn.bands,
+        drawn.first_row,
+        drawn.members,
+        drawn.starts,
+        drawn.transmittance,
+        drawn.last,
+        of_colour,
+        read_only(of_colour @ background - of_alpha),
+        view.workers,
+        rows,
+    )
+    return rows
+
+
+def _project_backward(mean: F32, radius: F32, drawn: Drawn, view: View, rows: F32) -> tuple[F32, ...]:
+    """Gradients of mean, radius, opacity, rgb and centres (pixels)."""
+    n = len(mean)
+    of = tuple(np.empty(shape, np.float32) for shape in ((n, 3), (n,), (n,), (n, 3), (n, 2)))
+    project_points_backward(
+        mean,
+        radius,
+        view.camera_from_world,
+        view.clip_from_world,
+        view.lens,
+        view.width,
+        view.height,
+        drawn.discs,
+        drawn.first_row,
+        rows,
+        *of,
+    )
+    return of

@@ -12,6 +12,7 @@ from avatar_trainer.system import System
 
 SYSTEMS = {
     "gaussian_blendshapes": "avatar_trainer.systems.gaussian_blendshapes",
+    "psavatar": "avatar_trainer.systems.psavatar",
     "splatting_avatar": "avatar_trainer.systems.splatting_avatar",
 }
 

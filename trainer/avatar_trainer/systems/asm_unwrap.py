@@ -2,9 +2,9 @@
 
 Texture coordinates of game meshes have seams, mirrored and overlapping charts; mixtures in the plane (ASM, Eq. 4)
 would jump or leak there. Here vertices at the same place count as one, the longest border (the neck's) becomes a
-circle, and every other vertex the weighted mean of its neighbours: with positive weights such a map folds nothing
-(Tutte 1963, Floater 1997). Weights are those of springs, stiffened where they are stretched and softened where they
-are pressed together (after Yoshizawa et al. 2004), so that areas come near their share of the head.
+circle and every other vertex the weighted mean of its neighbours: with positive weights such a map folds nothing
+(Tutte 1963, Floater 1997). Cotangent weights keep its angles; a Moebius map then moves the face into the middle, and
+a change of radius alone gives each ring the share of the disc that it has of the head.
 """
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F64, I64
 from avatar_runtime.errors import AvatarError
 
-ROUNDS = 12  # of stiffening
-PULL = 0.7  # power of an edge's stretch that its spring is stiffened by
-FRONT_GAIN = 1.6  # how much longer edges on the front are than their share
+LEAST_WEIGHT, MOST_WEIGHT = 0.02, 20.0  # of an edge; cotangents of obtuse angles are negative
+RINGS = 60  # at which the change of radius is known
 SOLVED = 1e-10  # residual relative to the right-hand side
 STEPS = 4000
 RADIUS = 0.49  # of the border's circle about (0.5, 0.5)
@@ -46,37 +45,27 @@ def weld(vertices: Array, triangles: Array) -> Welded:
     return Welded(places.astype(np.float64), corner[(a != b) & (b != c) & (c != a)], row)
 
 
-def unwrap(vertices: Array, triangles: Array) -> F64:
-    """uv [V, 2] in 0..1 of a mesh [V, 3], [F, 3] in metres, face +Z, +Y up: the front in the middle, up upwards.
+def unwrap(vertices: Array, triangles: Array, centre: int) -> F64:
+    """uv [V, 2] in 0..1 of a mesh [V, 3], [F, 3] in metres, face +Z, +Y up; vertex `centre` in the middle, up upwards.
 
-    Vertices at the same place get the same uv. Raises AvatarError for a mesh of several pieces, without a border, or
-    with an edge that more than two triangles share.
+    Vertices at the same place get the same uv. Raises AvatarError for a mesh of several pieces, without a border,
+    with an edge that more than two triangles share, and for vertices outside all triangles.
     """
     mesh = weld(vertices, triangles)
-    if len(np.unique(mesh.row[triangles])) != len(mesh.vertices):
-        raise AvatarError(
-            "has vertices that no triangle uses; remove them", field=f"triangles [{len(triangles)}, 3]"
-        )
-    loops = border_loops(mesh.triangles)
+    if len(np.unique(mesh.triangles)) != len(mesh.vertices):
+        raise AvatarError("has vertices that no triangle uses; remove them", field="vertices")
     _check_one_piece(mesh)
+    loops = border_loops(mesh.triangles)
     if not loops:
         raise AvatarError("is closed: a head to unwrap needs an opening at the neck", field="triangles")
     loops.sort(key=lambda loop: -_length(mesh.vertices[loop]))
-    edges, size = _edges_with_lids(mesh, loops[1:])
-    rim = np.concatenate([loops[0]])
-    places = np.zeros((size, 2))
-    places[rim] = _circle(mesh.vertices[rim])
-    target = _target_lengths(mesh, edges)
-    free = np.ones(size, bool)
-    free[rim] = False
-    stiffness = np.ones(len(edges))
-    for _ in range(ROUNDS):
-        places = _relaxed(edges, stiffness, places, free)
-        length = np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1) / target
-        stiffness *= np.maximum(length / np.mean(length), 1e-3) ** PULL
-        stiffness /= np.mean(stiffness)
-    places = _relaxed(edges, stiffness, places, free)
-    uv: F64 = places[mesh.row]
+    edges, weight, size = _edges_with_lids(mesh, loops[1:])
+    places, free = np.zeros((size, 2)), np.ones(size, bool)
+    places[loops[0]] = _circle(mesh.vertices[loops[0]])
+    free[loops[0]] = False
+    places = _relaxed(edges, weight, places, free)[: len(mesh.vertices)]
+    centred = _moved_to_middle(places, int(mesh.row[centre]))
+    uv: F64 = 0.5 + RADIUS * _equal_rings(mesh, centred)[mesh.row]
     return uv
 
 
@@ -121,14 +110,27 @@ def _check_one_piece(mesh: Welded) -> None:
         raise AvatarError(f"has {pieces} pieces; keep the skin alone", field="triangles")
 
 
-def _edges_with_lids(mesh: Welded, holes: list[I64]) -> tuple[I64, int]:
-    """(edges [E, 2], number of vertices) of the mesh with one vertex more in the middle of each hole."""
+def cotangent_edges(mesh: Welded) -> tuple[I64, F64]:
+    """(edges [E, 2], weight [E]) of the mesh: half the cotangents of the angles opposite, kept positive."""
+    pairs, weights = [], []
+    for i in range(3):
+        a, b, c = (mesh.triangles[:, (i + k) % 3] for k in range(3))
+        x, y = mesh.vertices[a] - mesh.vertices[c], mesh.vertices[b] - mesh.vertices[c]
+        area = np.maximum(np.linalg.norm(np.cross(x, y), axis=1), 1e-20)
+        pairs.append(np.sort(np.stack([a, b], axis=1), axis=1))
+        weights.append(0.5 * np.sum(x * y, axis=1) / area)
+    edges, row = np.unique(np.concatenate(pairs), axis=0, return_inverse=True)
+    weight = np.bincount(row.reshape(-1), np.concatenate(weights), len(edges))
+    return edges, np.clip(weight, LEAST_WEIGHT, MOST_WEIGHT)
+
+
+def _edges_with_lids(mesh: Welded, holes: list[I64]) -> tuple[I64, F64, int]:
+    """(edges [E, 2], weight [E], number of vertices) of the mesh with one vertex more in the middle of each hole."""
+    edges, weight = cotangent_edges(mesh)
     size = len(mesh.vertices)
-    pairs = [mesh.triangles[:, [i, (i + 1) % 3]] for i in range(3)]
-    for k, loop in enumerate(holes):
-        pairs.append(np.stack([loop, np.full(len(loop), size + k)], axis=1))
-    edges = np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0)
-    return edges, size + len(holes)
+    spokes = [np.stack([loop, np.full(len(loop), size + k)], axis=1) for k, loop in enumerate(holes)]
+    count = sum(map(len, spokes))
+    return np.concatenate([edges, *spokes]), np.append(weight, np.ones(count)), size + len(holes)
 
 
 def _circle(loop: F64) -> F64:
@@ -139,37 +141,46 @@ def _circle(loop: F64) -> F64:
     bearing = np.arctan2(loop[:, 0] - middle[0], loop[:, 2] - middle[2])  # 0 at the front, towards +X
     offset = np.angle(np.mean(np.exp(1j * (bearing - along))))
     angle = along + offset
-    return 0.5 + RADIUS * np.stack([np.sin(angle), -np.cos(angle)], axis=1)
+    circle: F64 = np.stack([np.sin(angle), -np.cos(angle)], axis=1)
+    return circle
 
 
-def _target_lengths(mesh: Welded, edges: I64) -> F64:
-    """The lengths that edges would have, metres; those of lids and slivers at least a hundredth of the mean."""
-    size = edges.max() + 1
-    place = np.concatenate([mesh.vertices, np.zeros((size - len(mesh.vertices), 3))])
-    for k in range(len(mesh.vertices), size):
-        place[k] = mesh.vertices[edges[edges[:, 1] == k][:, 0]].mean(axis=0)
-    length = np.linalg.norm(place[edges[:, 0]] - place[edges[:, 1]], axis=1)
-    middle = 0.5 * (place.min(axis=0) + place.max(axis=0))
-    depth = (place[edges, 2].mean(axis=1) - middle[2]) / max(place[:, 2].max() - middle[2], 1e-12)
-    gain = 1 + (FRONT_GAIN - 1) * np.clip(depth / 0.6, 0, 1)
-    target: F64 = np.maximum(length, 0.01 * length.mean()) * gain
-    return target
+def _moved_to_middle(places: F64, row: int) -> F64:
+    """Places in the unit disc by the Moebius map of the disc that takes `row` to 0 and turns nothing there."""
+    z = places[:, 0] + 1j * places[:, 1]
+    moved = (z - z[row]) / (1 - np.conj(z[row]) * z)
+    return np.stack([moved.real, moved.imag], axis=1)
 
 
-def _relaxed(edges: I64, stiffness: F64, places: F64, free: npt.NDArray[np.bool_]) -> F64:
-    """Places of the springs' balance with the vertices that are not free held: conjugate gradients."""
+def _equal_rings(mesh: Welded, places: F64) -> F64:
+    """Places with radii changed so that a ring has the share of the disc's area that it has of the mesh's."""
+    corner = mesh.vertices[mesh.triangles]
+    area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
+    radius = np.linalg.norm(places, axis=1)
+    of_triangle = radius[mesh.triangles].mean(axis=1)
+    order = np.argsort(of_triangle, kind="stable")
+    within = np.cumsum(area[order]) / area.sum()
+    known = np.linspace(0, 1, RINGS)
+    share = np.interp(known, np.concatenate([[0.0], of_triangle[order], [1.0]]), [0.0, *within, 1.0])
+    changed = np.interp(radius, known, np.sqrt(share))
+    result: F64 = places * (changed / np.maximum(radius, 1e-12))[:, None]
+    return result
+
+
+def _relaxed(edges: I64, weight: F64, places: F64, free: npt.NDArray[np.bool_]) -> F64:
+    """Places of the balance at which each free vertex is the weighted mean of its neighbours: conjugate gradients."""
     size = len(places)
     a, b = edges.T
 
     def pulled(x: F64) -> F64:
-        """The springs' graph Laplacian times x [size, 2]."""
+        """The graph Laplacian times x [size, 2]."""
         out = np.empty_like(x)
         for k in range(2):
-            force = stiffness * (x[a, k] - x[b, k])
+            force = weight * (x[a, k] - x[b, k])
             out[:, k] = np.bincount(a, force, size) - np.bincount(b, force, size)
         return out
 
-    degree = np.bincount(a, stiffness, size) + np.bincount(b, stiffness, size)
+    degree = np.bincount(a, weight, size) + np.bincount(b, weight, size)
     held = np.where(free[:, None], 0.0, places)
     goal = np.where(free[:, None], -pulled(held), 0.0)
     x = np.where(free[:, None], places, 0.0)

@@ -64,7 +64,7 @@ class Bodies:
 def body_of(rig: Rig, pose: PoseArrays) -> Body:
     """The body of `pose`, by the runtime's stages."""
     state = joints(rig, pose)
-    matrix = gather(rig.skin, "weight", state.skin_matrix[:, :3])
+    matrix = gather(rig.skin, state.skin_matrix[:, :3])
     coefficients = np.concatenate([state.pose_feature, pose.expression_weights.astype(np.float32)])
     return Body(
         torch.from_numpy(morph(rig, pose.expression_weights, state.pose_feature)),

@@ -55,6 +55,7 @@ class LearningRates:
     opacity_logit: float = 5e-2
     rgb: float = 1e-2  # of the SH's DC while points acquire the shape
     sh: float = 2.5e-3  # beyond degree 0 a twentieth of it
+    enhancer: float = 1e-3
 
     def __post_init__(self) -> None:
         expect_ranges(self, {**dict.fromkeys(vars(self), (0, math.inf)), "falls_to": (ABOVE_ZERO, 1)})
@@ -71,7 +72,9 @@ class Settings:
     gaussians: int = 20_000  # points at the start, on and off the mesh
     sh_degree: int = 1
     rules: Mapping[str, str] = field(default_factory=lambda: rule_defaults(RULES))
-    region: str = "all"  # where points are sampled: all | head (not the shoulders) | face (nor the back of the head)
+    region: str = (
+        "all"  # where points are sampled: all | head (not the shoulders) | face (nor the back of the head)
+    )
     off_mesh: float = 0.5  # share of the points that are sampled off the mesh; 0: none
     r_max: float = PAPER_OFFSET / UNITS  # metres, the largest offset at the start (Eq. 8)
     acquisition: float = 0.15  # share of the iterations in which points acquire the shape; 0: none
@@ -81,6 +84,8 @@ class Settings:
     vgg: float = 0.0  # lambda_1 of Eq. 15; the paper: 0.1
     vgg_weights: str = ""  # .safetensors with features.0 and features.2 (weight, bias) of VGG
     scale: float = 0.1  # lambda_2 of Eq. 15
+    enhancer: bool = False  # whether a U-Net that makes pictures better is trained too (section 3.3)
+    enhancing: float = 0.2  # share of the iterations, the last, in which it is
     sh_degree_every: int = 1000  # iterations between active degrees, once the shape is acquired
     learning_rates: LearningRates = field(default_factory=LearningRates)
 
@@ -94,19 +99,25 @@ class Settings:
                 "sh_degree_every": (1, MOST),
                 "removals": (0, MOST),
                 "acquisition": (0, 0.9),
-                **dict.fromkeys(("off_mesh", "least_visibility"), (0, 1)),
+                **dict.fromkeys(("off_mesh", "least_visibility", "enhancing"), (0, 1)),
                 **dict.fromkeys(("r_max", "dssim", "vgg", "scale"), (0, math.inf)),
             },
         )
         if self.region not in REGIONS:
             raise ValueError(f"region is {self.region!r}; one of {', '.join(REGIONS)}")
         if self.vgg and not self.vgg_weights:
-            raise ValueError("vgg needs vgg_weights, a .safetensors of VGG's first layers; none comes with this")
+            raise ValueError(
+                "vgg needs vgg_weights, a .safetensors of VGG's first layers; none comes with this"
+            )
 
     @property
     def acquired_after(self) -> int:
         """The last iteration of shape acquisition."""
         return round(self.acquisition * self.iterations)
+
+    def enhances(self, iteration: int) -> bool:
+        """Whether the enhancer is trained in this iteration."""
+        return self.enhancer and iteration > self.iterations - round(self.enhancing * self.iterations)
 
     def removal_due(self, iteration: int) -> bool:
         """Whether hardly seen points are removed after this iteration."""

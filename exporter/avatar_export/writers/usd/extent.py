@@ -8,7 +8,7 @@ import numpy.typing as npt
 from avatar_export.writers.engine_mesh import EngineMesh
 from avatar_export.writers.usd.mesh import influences
 from avatar_runtime.avatar import F64, Rig
-from avatar_runtime.engine_pose import EnginePose, node_transforms, rest_nodes
+from avatar_runtime.engine_pose import EnginePose, bind_nodes, node_transforms
 from avatar_runtime.rotation import matrix_from_quat
 
 SIGMAS = 3.0  # where a splat ends for a box
@@ -39,7 +39,7 @@ def posed_corners(rig: Rig, mesh: EngineMesh, pose: EnginePose) -> F64:
     for target, (least, most) in zip(mesh.targets, ranges, strict=True):
         low[target.rows] += np.minimum(least * target.offsets, most * target.offsets)
         high[target.rows] += np.maximum(least * target.offsets, most * target.offsets)
-    skin_matrix = node_transforms(rig, pose) @ np.linalg.inv(rest_nodes(rig))
+    skin_matrix = node_transforms(rig, pose) @ np.linalg.inv(bind_nodes(rig))
     joints, weights = influences(mesh.skin)
     found = []
     for joint in np.unique(joints[weights > 0]):

@@ -20,8 +20,14 @@ from avatar_export.writers.usd.values import (
     vec3f,
     vec3h,
 )
-from avatar_runtime.avatar import F64, Rig
-from avatar_runtime.engine_pose import EnginePose, rest_nodes
+from avatar_runtime.avatar import F64, Avatar, Rig
+from avatar_runtime.engine_pose import (
+    EnginePose,
+    bind_nodes,
+    engine_rest,
+    local_transforms,
+    node_transforms,
+)
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,7 @@ class Animation:
     fps: float
     time: F64  # [T] time codes
     pose: EnginePose  # arrays with a first axis [T]
+    rests: bool = False  # every joint stands as the skeleton at rest, in all frames
 
 
 def joint_paths(rig: Rig) -> tuple[str, ...]:
@@ -43,31 +50,36 @@ def joint_paths(rig: Rig) -> tuple[str, ...]:
     return tuple(paths)
 
 
-def author_skeleton(stage: Any, path: str, rig: Rig) -> Any:
+def author_skeleton(stage: Any, path: str, avatar: Avatar, rig: Rig) -> Any:
     """The Skeleton prim: bind transforms in mesh space, rest transforms relative to the parent."""
-    rest = rest_nodes(rig)
-    above = np.stack([np.eye(4) if parent < 0 else rest[parent] for parent in rig.parents])
+    bind, rest = bind_nodes(rig), engine_rest(avatar)
+    local = local_transforms(rest.translation, rest.rotation_xyzw, rest.scale)
     skeleton = UsdSkel.Skeleton.Define(stage, path)
     skeleton.CreateJointsAttr(tokens(joint_paths(rig)))
     skeleton.CreateJointNamesAttr(tokens(rig.joint_names))
-    skeleton.CreateBindTransformsAttr(matrices(rest))
-    skeleton.CreateRestTransformsAttr(matrices(np.linalg.inv(above) @ rest))
-    ends = rest[:, :3, 3]
+    skeleton.CreateBindTransformsAttr(matrices(bind))
+    skeleton.CreateRestTransformsAttr(matrices(local))
+    ends = node_transforms(rig, rest)[:, :3, 3]
     skeleton.CreateExtentAttr(vec3f(np.stack([ends.min(axis=0), ends.max(axis=0)])))
     UsdSkel.BindingAPI.Apply(skeleton.GetPrim())
     return skeleton.GetPrim()
 
 
 def author_animation(stage: Any, path: str, animation: Animation, rig: Rig, targets: tuple[str, ...]) -> None:
-    """One SkelAnimation: every joint's local transform and every blend shape's weight, by frame."""
+    """One SkelAnimation: every joint's local transform and every blend shape's weight, by frame.
+
+    Scales of a SkelAnimation are half floats, rest transforms doubles: a clip that rests has no joint, since joints
+    that an animation lacks stand at rest.
+    """
     prim = UsdSkel.Animation.Define(stage, path)
     prim.GetPrim().SetDisplayName(text(animation.name))
-    prim.CreateJointsAttr(tokens(joint_paths(rig)))
+    joints = slice(0 if animation.rests else rig.joint_count)
+    prim.CreateJointsAttr(tokens(joint_paths(rig)[joints]))
     prim.CreateBlendShapesAttr(tokens(targets))
     pose, time = animation.pose, animation.time
-    _author(prim.CreateTranslationsAttr(), time, pose.translation, vec3f)
-    _author(prim.CreateRotationsAttr(), time, pose.rotation_xyzw, quatf)
-    _author(prim.CreateScalesAttr(), time, pose.scale, vec3h)
+    _author(prim.CreateTranslationsAttr(), time, pose.translation[:, joints], vec3f)
+    _author(prim.CreateRotationsAttr(), time, pose.rotation_xyzw[:, joints], quatf)
+    _author(prim.CreateScalesAttr(), time, pose.scale[:, joints], vec3h)
     _author(prim.CreateBlendShapeWeightsAttr(), time, pose.weights[:, : len(targets)], floats)
 
 

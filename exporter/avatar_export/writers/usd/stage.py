@@ -17,7 +17,7 @@ from avatar_export.writers.usd.skeleton import Animation, author_animation, auth
 from avatar_export.writers.usd.splats import author_splats, splat_box
 from avatar_export.writers.usd.values import Box, box_of, prim_names, text, vec3f
 from avatar_runtime.avatar import Avatar, Clip, Rig
-from avatar_runtime.engine_pose import engine_clip
+from avatar_runtime.engine_pose import engine_clip, rests_bound
 from avatar_runtime.errors import AvatarError
 from avatar_schema import LATEST
 
@@ -66,7 +66,7 @@ def _author_root(stage: Any, avatar: Avatar, kind: Any) -> Any:
 
 
 def _author_rig(stage: Any, avatar: Avatar, rig: Rig, root: Any, splats: Any) -> None:
-    skeleton = author_skeleton(stage, SKELETON, rig)
+    skeleton = author_skeleton(stage, SKELETON, avatar, rig)
     mesh = engine_mesh(avatar)
     targets = tuple(target.name for target in mesh.targets) if len(mesh.vertices) else ()
     if len(mesh.vertices):
@@ -96,8 +96,13 @@ def _animations(avatar: Avatar, rig: Rig) -> tuple[Animation, ...]:
         if not np.isfinite(time).all() or (np.diff(time) <= 0).any():
             message = f"fps {clip.fps:g} beside {clips[0].fps:g} of the first clip leaves no time codes; resample it"
             raise AvatarError(message, field=f"clips.{clip.name}")
-        found.append(Animation(clip.name, prim, clip.fps, time, engine_clip(avatar, clip)))
+        found.append(Animation(clip.name, prim, clip.fps, time, engine_clip(avatar, clip), _rests(rig, clip)))
     return tuple(found)
+
+
+def _rests(rig: Rig, clip: Clip) -> bool:
+    """Whether a clip leaves every joint at rest, and that rest is no binding pose: its scales may not be halves."""
+    return not rests_bound(rig) and bool((clip.joint_delta == np.eye(4)).all())
 
 
 def _rest(avatar: Avatar, rig: Rig) -> Clip:

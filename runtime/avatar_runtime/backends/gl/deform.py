@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, F64, Avatar, Group
+from avatar_runtime.avatar import F32, F64, Avatar, Group, SparseRows
 from avatar_runtime.backends.gl.gpu import Gpu
 from avatar_runtime.backends.gl.layout import (
     FLOAT4,
@@ -21,12 +21,13 @@ from avatar_runtime.backends.gl.layout import (
     heap,
     pose_sections,
 )
-from avatar_runtime.backends.gl.mesh import Mesh, Turns, run_all
+from avatar_runtime.backends.gl.mesh import ROTATION_RULES, Mesh, Turns, run_all
 from avatar_runtime.backends.gl.programs import Dispatch, Programs, Values
 from avatar_runtime.backends.gl.steps import Steps
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Posed
 from avatar_runtime.rotation import quat_from_matrix
+from avatar_runtime.rules import RIGGED_ROTATIONS
 from avatar_runtime.stages.groups import GroupTransforms
 from avatar_runtime.stages.surface import Surface, prepare
 from avatar_schema import constants
@@ -100,10 +101,13 @@ class Deformer:
         vertices = 0 if avatar.rig is None else len(avatar.rig.vertices)
         if e is not None:
             vertices = len(e.canonical_vertices)
-        self.mesh = Mesh(gpu, programs, avatar.rig, vertices, self.pose, self.at)
+        self.mesh = Mesh(gpu, programs, avatar, vertices, self.pose, self.at)
         self.turns: Turns | None = None
         if self.surface is not None:
-            self.turns = Turns(gpu, programs, self.surface, self.mesh)
+            skin = SparseRows.empty(0, joints, {"weight": ()})
+            if avatar.rig is not None and avatar.rules.rotation in RIGGED_ROTATIONS:
+                skin = avatar.rig.skin
+            self.turns = Turns(gpu, programs, self.surface, self.mesh, skin)
         self.chunks = [Chunk(self, run) for run in gaussian_runs(avatar, gpu.limit)]
 
     def deform(self, posed: Posed, steps: Steps) -> None:
@@ -211,7 +215,7 @@ class Deformer:
                 "vertices": self.mesh.count,
                 "triangles": len(surface.embedding.triangles),
                 "position_rule": POSITION_RULES[surface.rules.position],
-                "turn_of_triangle": surface.rules.rotation == "triangle_frame",
+                "rotation_rule": ROTATION_RULES[surface.rules.rotation],
                 "scale_rule": SCALE_RULES[surface.rules.scale],
                 "sh_world": surface.rules.sh_direction == "world",
                 "area_damping": constants()["area_damping"] / unit**2,

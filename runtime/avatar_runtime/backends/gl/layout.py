@@ -19,7 +19,8 @@ from avatar_runtime.backends.gl.gpu import MOST_ROWS, too_large
 from avatar_runtime.stages.surface import Surface
 
 WORD = 4  # bytes
-SPLAT_PLANES, PROJECTED_PLANES, MESH_PLANES, TRIANGLE_PLANES = 5, 3, 3, 2  # of float4
+SPLAT_PLANES, PROJECTED_PLANES, TRIANGLE_PLANES = 5, 3, 2  # of float4
+MESH_PLANES, RIGGED_MESH_PLANES = 3, 5  # the latter for rules.RIGGED_ROTATIONS
 FLOAT4, PAIR, QUAD = 16, 8, 48  # bytes of a float4, of (key, id), of one drawn instance
 BASE_PLANES = 11  # mean, log_scale, quat_wxyz, opacity_logit; then 3 K of sh
 
@@ -182,8 +183,8 @@ def embed_heap(surface: Surface, run: Run) -> Heap:
     )
 
 
-def surface_heap(surface: Surface) -> Heap:
-    """SurfaceStatic, of the whole mesh."""
+def surface_heap(surface: Surface, skin: SparseRows) -> Heap:
+    """SurfaceStatic, of the whole mesh; `skin` [V rows], or no rows where the rotation rule reads none."""
     triangles = surface.embedding.triangles
     return heap(
         {
@@ -194,6 +195,7 @@ def surface_heap(surface: Surface) -> Heap:
             "canonical_size": surface.canonical.size.astype(np.float32),
             "vertex_triangle_ptr": surface.vertex_triangle_ptr,
             "vertex_triangle": surface.vertex_triangle,
+            **sparse("skin", skin, ("weight",), Run(0, skin.rows)),
         }
     )
 

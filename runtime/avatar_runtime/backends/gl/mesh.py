@@ -8,11 +8,12 @@ from functools import cached_property
 import moderngl
 import numpy as np
 
-from avatar_runtime.avatar import F32, Rig
+from avatar_runtime.avatar import F32, Avatar, Rig, SparseRows
 from avatar_runtime.backends.gl.gpu import Gpu
 from avatar_runtime.backends.gl.layout import (
     FLOAT4,
     MESH_PLANES,
+    RIGGED_MESH_PLANES,
     TRIANGLE_PLANES,
     Heap,
     Run,
@@ -22,9 +23,16 @@ from avatar_runtime.backends.gl.layout import (
     vertex_runs,
 )
 from avatar_runtime.backends.gl.programs import Dispatch, Programs, Values
+from avatar_runtime.rules import RIGGED_ROTATIONS
 from avatar_runtime.stages.surface import Surface
 from avatar_schema import constants
 
+ROTATION_RULES = {
+    "vertex_quaternion": 0,
+    "vertex_quaternion_mean": 1,
+    "triangle_frame": 2,
+    "bary_vertex_lbs": 3,
+}
 SIGNS = {"largest_positive": 0, "w_positive": 1, "largest_positive_mirrored": 2}
 
 
@@ -32,17 +40,17 @@ class Mesh:
     """The vertices of one avatar, posed. Buffers and kernels are made when first asked for."""
 
     def __init__(
-        self, gpu: Gpu, programs: Programs, rig: Rig | None, count: int, pose: moderngl.Buffer, at: Values
+        self, gpu: Gpu, programs: Programs, avatar: Avatar, count: int, pose: moderngl.Buffer, at: Values
     ) -> None:
         """`count` vertices; `pose` is the Pose buffer, `at` where its sections begin."""
-        self.count = count
-        self._gpu, self._programs, self._rig = gpu, programs, rig
-        self._pose, self._at = pose, at
+        self.count, self.pose, self.at = count, pose, at
+        self._gpu, self._programs, self._rig = gpu, programs, avatar.rig
+        self._planes = RIGGED_MESH_PLANES if avatar.rules.rotation in RIGGED_ROTATIONS else MESH_PLANES
 
     @cached_property
     def buffer(self) -> moderngl.Buffer:
         """Mesh. Raises AvatarError where it exceeds the limit."""
-        return self._gpu.buffer(f"the mesh of {self.count} vertices", FLOAT4 * MESH_PLANES * self.count)
+        return self._gpu.buffer(f"the mesh of {self.count} vertices", FLOAT4 * self._planes * self.count)
 
     def morph(self) -> None:
         """Stage morph."""
@@ -77,10 +85,10 @@ class Mesh:
         made = []
         for run in vertex_runs(rig, self._gpu.limit):
             heap = pack(rig, run)
-            buffers = {static: self._gpu.buffer(static, heap.words), "Pose": self._pose, "Mesh": self.buffer}
+            buffers = {static: self._gpu.buffer(static, heap.words), "Pose": self.pose, "Mesh": self.buffer}
             rows = {"first": run.first, "count": run.count, "vertices": self.count}
             made.append(
-                self._programs.dispatch(entry, run.count, buffers, {**heap.offsets, **self._at, **rows})
+                self._programs.dispatch(entry, run.count, buffers, {**heap.offsets, **self.at, **rows})
             )
         return made
 
@@ -88,26 +96,27 @@ class Mesh:
 class Turns:
     """How the triangles and vertices under the Gaussians have turned: the first steps of stage bind."""
 
-    def __init__(self, gpu: Gpu, programs: Programs, surface: Surface, mesh: Mesh) -> None:
-        """Raises AvatarError for a mesh that exceeds the limit: it cannot be split."""
+    def __init__(self, gpu: Gpu, programs: Programs, surface: Surface, mesh: Mesh, skin: SparseRows) -> None:
+        """Raises AvatarError for a mesh that exceeds the limit: it cannot be split. `skin` as `surface_heap` has it."""
         self._gpu = gpu
-        heap, count = surface_heap(surface), len(surface.embedding.triangles)
+        heap, count = surface_heap(surface, skin), len(surface.embedding.triangles)
         what, area = f"the surface of {count} triangles", surface.training_per_bundle**2
         self.triangles = gpu.buffer(what, FLOAT4 * TRIANGLE_PLANES * count)
         buffers = {
             "SurfaceStatic": gpu.buffer(what, heap.words),
             "Mesh": mesh.buffer,
             "Triangles": self.triangles,
+            "Pose": mesh.pose,
         }
         values = {
+            **mesh.at,
             **heap.offsets,
             "triangles": count,
             "vertices": mesh.count,
-            "frame_by_edge": surface.rules.rotation == "triangle_frame",
+            "rotation_rule": ROTATION_RULES[surface.rules.rotation],
             "quaternion_sign": SIGNS[surface.rules.quaternion_sign],
             "normal_floor": constants()["normal_floor"] / area,
             "quaternion_floor": constants()["quaternion_floor"] / area,
-            "quaternion_by_area": surface.rules.rotation == "vertex_quaternion_mean",
         }
         self._by_triangle = programs.dispatch("bind_triangles", count, buffers, values)
         self._by_vertex = programs.dispatch("bind_vertices", mesh.count, buffers, values)

@@ -1,0 +1,52 @@
+"""enhancer.onnx and enhancer.json beside a checkpoint: the network over its pictures, and what it is worth.
+
+enhancer.json holds what avatar.json says of an enhancer (SPEC.md section 17), without more. The trainer of this project
+writes both; whoever has such a network may put them there.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from avatar_export.readers.whole_files import read_bytes
+from avatar_runtime.avatar import Enhancer
+from avatar_runtime.checks_enhancer import LARGEST
+from avatar_runtime.codec.manifest import ENHANCER_FILE, decode_enhancer, encode_enhancer
+from avatar_runtime.errors import AvatarError
+from avatar_schema.validate import key_problems
+
+FACTS_FILE = "enhancer.json"
+MAX_BYTES = 1 << 16
+
+
+def save_enhancer(folder: Path, enhancer: Enhancer) -> None:
+    """Write both files into `folder`, which is there."""
+    (folder / ENHANCER_FILE).write_bytes(enhancer.onnx)
+    text = json.dumps(encode_enhancer(enhancer), indent=1, ensure_ascii=False, allow_nan=False)
+    (folder / FACTS_FILE).write_text(text + "\n", "utf-8")
+
+
+def read_enhancer(folder: Path) -> Enhancer | None:
+    """The enhancer in a checkpoint's folder; None without either file.
+
+    The network is not looked into here. Raises AvatarError for one file without the other, files that are too large,
+    and facts that are missing or make no sense.
+    """
+    onnx, facts = folder / ENHANCER_FILE, folder / FACTS_FILE
+    if not onnx.exists() and not facts.exists():
+        return None
+    for path, other in ((onnx, facts), (facts, onnx)):
+        if not path.exists():
+            raise AvatarError(f"is missing beside {other.name}", file=path)
+    try:
+        said = json.loads(read_bytes(facts, MAX_BYTES))
+    except (ValueError, RecursionError) as error:
+        raise AvatarError(f"is no JSON ({type(error).__name__})", file=facts) from None
+    for problem in key_problems(said, "enhancer"):
+        raise AvatarError(problem.message, file=facts, field=problem.path)
+    data = read_bytes(onnx, LARGEST)
+    try:
+        return decode_enhancer(said, data).check()
+    except AvatarError as error:
+        raise AvatarError(error.message, file=facts, field=error.field) from None

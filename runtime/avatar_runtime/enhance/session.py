@@ -1,0 +1,55 @@
+"""An enhancer in ONNX Runtime."""
+
+from __future__ import annotations
+
+import numpy as np
+import onnxruntime
+
+from avatar_runtime.avatar import F32, Enhancer
+from avatar_runtime.codec.manifest import ENHANCER_FILE
+from avatar_runtime.enhance.network import read_network
+from avatar_runtime.errors import AvatarError
+
+THREADS = 1  # the same everywhere: sums may depend on how many share them
+SILENT = 4  # what it would log comes as an exception as well
+
+
+class Session:
+    """Runs one enhancer. The file is read and checked once, the size of what it computes for each size of picture."""
+
+    def __init__(self, enhancer: Enhancer) -> None:
+        """Raises AvatarError for a file that is not sound."""
+        self._network = read_network(enhancer)
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = THREADS
+        options.use_deterministic_compute = True
+        options.log_severity_level = SILENT
+        try:
+            self._session = onnxruntime.InferenceSession(
+                self._network.model.SerializeToString(), options, providers=["CPUExecutionProvider"]
+            )
+        except Exception as error:  # its exceptions have no base of their own
+            raise _refused(error) from None
+        self._sizes: set[tuple[int, int]] = set()
+
+    def __call__(self, colour: F32) -> F32:
+        """Colour [H, W, 3] made better, not clamped.
+
+        Raises AvatarError where it would take too much memory, cannot run or gives what is no colour.
+        """
+        size = (colour.shape[0], colour.shape[1])
+        if size not in self._sizes:
+            self._network.check_size(*size)
+            self._sizes.add(size)
+        planes = np.ascontiguousarray(colour.transpose(2, 0, 1)[None], np.float32)
+        try:
+            (better,) = self._session.run([self._network.output], {self._network.input: planes})
+        except Exception as error:
+            raise _refused(error) from None
+        if better.shape != planes.shape or not np.isfinite(better).all():
+            raise AvatarError("gives no picture of finite numbers", file=ENHANCER_FILE)
+        return np.ascontiguousarray(better[0].transpose(1, 2, 0))
+
+
+def _refused(error: Exception) -> AvatarError:
+    return AvatarError(f"cannot be run ({str(error)[:200]})", file=ENHANCER_FILE)
