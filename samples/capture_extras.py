@@ -43,19 +43,21 @@ HAIR = (0.215, 0.150, 0.105)
 HAIR_GLOSS = (0.10, 14.0)
 HAIR_SHADES = 0.28  # deviation of a tuft's brightness
 TUFTS, TUFT_JOINTS, TUFT_SIDES = 3600, 9, 3
-TUFT_LENGTH = (0.030, 0.055)  # metres
+TUFT_LENGTH = (0.022, 0.042)  # metres
 TUFT_WIDTH = 0.0028  # metres at the root
-TUFT_RISE, TUFT_FALL, TUFT_CURL = 0.60, 1.7, 0.0035  # share along the normal; bend; metres
+TUFT_RISE, TUFT_FALL, TUFT_CURL = 0.42, 1.9, 0.003  # share along the normal; bend; metres
 CAP = 0.004  # metres between the scalp and the layer below the tufts
 # The hairline: heights below which a head that leans to no side has none, by z.
 HAIRLINE = (
-    (-0.11, -0.030),
-    (-0.055, -0.030),
-    (-0.030, 0.010),
-    (-0.018, 0.060),
-    (0.030, 0.070),
-    (0.060, 0.092),
-    (0.110, 0.099),
+    (-0.110, -0.032),
+    (-0.055, -0.032),
+    (-0.034, 0.000),
+    (-0.024, 0.052),
+    (0.000, 0.053),
+    (0.026, 0.053),
+    (0.046, 0.068),
+    (0.070, 0.094),
+    (0.110, 0.104),
 )
 HAIR_SEED = 5
 
@@ -144,7 +146,7 @@ def _smooth(points: F64, count: int) -> F64:
 
 
 def hair(head: Head) -> Extra:
-    """Some thousand tapered tufts that stand 1 to 4 cm off the scalp, over a layer that covers it."""
+    """Some thousand tapered tufts that stand 1 to 3 cm off the scalp, over a layer that covers it."""
     rng = np.random.default_rng(HAIR_SEED)
     cap = _scalp(head)
     corner = head.vertices[head.triangles[cap]]

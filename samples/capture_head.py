@@ -277,7 +277,7 @@ def write_regions(folder: Path, model: Model, take: Take, size: int, yaw: float)
     folder.mkdir(parents=True, exist_ok=True)
     for k in range(take.frames):
         camera = Camera.from_opencv(*_in_order(camera_at(k, take.frames, size, yaw)), size, size)
-        share = model.region(take, k, camera, rays_per_pixel(size))
+        share = model.region(take, k, camera, -(-rays_per_pixel(size) // 2))
         Image.fromarray(np.round(np.clip(share, 0, 1) * 255).astype(np.uint8)).save(folder / f"{k:05d}.png")
 
 

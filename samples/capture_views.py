@@ -223,7 +223,7 @@ def write_views(out: Path, count: int, identity: int, size: int, noise: float) -
         "author": AUTHOR,
         "consent": CONSENT,
         "K": camera_at(0, size)[0].tolist(),
-        "landmarks": [f"ibug_{i:02d}" for i in range(len(LANDMARKS))],
+        "landmarks": [f"ibug_{i}" for i in range(len(LANDMARKS))],
         "views": entries,
     }
     (out / "views.json").write_text(json.dumps(document, indent=1) + "\n")

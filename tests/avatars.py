@@ -25,6 +25,7 @@ from avatar_runtime.avatar import (
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.rules import NORMAL_POSITIONS
 from avatar_runtime.stages.surface import binding_pose
+from tests.enhancers import tiny
 
 Array = npt.NDArray[Any]
 
@@ -92,6 +93,7 @@ def full_avatar(seed: int = 0) -> Avatar:
         provenance={"system": "made_for_tests", "rows_dropped": [3, 17], "author": "nobody"},
         extras={"extras": {"note": ["kept", 1, None, 0.1]}, "someVendor": {"deep": [{"er": True}]}},
         clips=(_clip(rng, "nod", 24.0, 5), _clip(rng, "blink", 30.0, 3)),
+        enhancer=tiny(),
     ).check()
 
 

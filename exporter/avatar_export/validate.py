@@ -22,6 +22,7 @@ from avatar_runtime.codec.manifest import ENHANCER_FILE
 from avatar_runtime.enhance import make_enhance, missing_libraries
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.handedness import mirrored, mirrored_boxes
+from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, resolve
 from avatar_runtime.stages.joints import joints
 from avatar_schema.validate import Problem, manifest_problems
@@ -167,14 +168,23 @@ def _skin(file: str, skin: SparseRows, skinned: Bools) -> Iterator[Problem]:
 
 
 def _rest(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
-    """The binding pose: with nothing posed every skin matrix is the identity."""
+    """The binding pose: with nothing posed every skin matrix is the identity.
+
+    A mesh under embedded Gaussians may rest elsewhere, as the faces of ASM do: their bones make the person. It is
+    looked at where Gaussians are not bound to that very rest.
+    """
     rig = avatar.rig
     if rig is None:
         return
     matrix = joints(rig, resolve(Pose(), avatar)).skin_matrix
     off = ~(np.abs(matrix - np.eye(4)).max(axis=(1, 2)) <= REST_TOLERANCE)
+    if off.any() and avatar.embedding is not None:
+        mesh = Player(avatar, "reference").mesh(Pose())
+        if np.abs(mesh - avatar.embedding.canonical_vertices).max(initial=0) <= REST_TOLERANCE:
+            return
     message = f"a skin matrix that is not the identity at rest (within {REST_TOLERANCE:g})"
-    yield from _rows("rig.safetensors", "inverse_bind_matrix", off, message)
+    warning = avatar.embedding is not None
+    yield from _rows("rig.safetensors", "inverse_bind_matrix", off, message, warning=warning)
 
 
 def _bounds(avatar: Avatar, document: Mapping[str, Any]) -> Iterator[Problem]:

@@ -19,6 +19,7 @@ from torch import Tensor
 from avatar_runtime.avatar import Rules
 from avatar_runtime.backends.cpu.threads import using
 from avatar_trainer import kernels
+from avatar_trainer.enhancer import enhanced, initial_weights
 from avatar_trainer.losses import ssim_definition
 from avatar_trainer.stages.activate import activate
 from avatar_trainer.stages.bind import bind_skin, skin_matrices
@@ -92,6 +93,11 @@ def _steps() -> Iterator[tuple[str, Step, list[Tensor]]]:
     drawn = drawn.clone().requires_grad_()
     yield "ssim", lambda: [kernels.ssim_cpu(drawn, target)], [drawn]
     yield "ssim, torch", lambda: [ssim_definition(drawn, target)], [drawn]
+
+    network = initial_weights(generator)
+    for tensor in network.values():
+        tensor.requires_grad_()
+    yield "enhancer", lambda: [enhanced(network, drawn)], [drawn, *network.values()]
 
 
 def _blendshapes(generator: torch.Generator) -> tuple[Gaussians, Deltas, Tensor]:

@@ -71,6 +71,7 @@ RULES = {
     "$.raster.depth_key": set_at("raster", "depth_key", value="distance"),
     "$.color_space": set_at("color_space", value="linear"),
     "$.background": set_at("background", value="sky"),
+    "$.enhancer.layout": set_at("enhancer", "layout", value="NHWC"),
 }
 CONSTANTS = {
     "$.format": set_at("format", value="avatar"),
@@ -80,6 +81,8 @@ CONSTANTS = {
     "$.frame.quaternion_order": set_at("frame", "quaternion_order", value="xyzw"),
     "$.driving.rotation_unit": set_at("driving", "rotation_unit", value="degree"),
     "$.raster.antialiased": set_at("raster", "antialiased", value=True),
+    "$.enhancer.file": set_at("enhancer", "file", value="other.onnx"),
+    "$.enhancer.optional": set_at("enhancer", "optional", value=False),
 }
 
 
@@ -222,7 +225,7 @@ def test_a_pipe_is_refused_and_not_waited_for(bundle: Path) -> None:
 )
 def test_paths_that_lead_elsewhere_are_refused(bundle: Path, path: str) -> None:
     bundles.edit(bundle, lambda d: d["files"].append(d["files"][0] | {"path": path}))
-    assert refusal(bundle).startswith("avatar.json: $.files[4].path: ")
+    assert refusal(bundle).startswith("avatar.json: $.files[5].path: ")
 
 
 def test_a_rig_that_is_not_there_may_not_be_needed(bundle: Path) -> None:

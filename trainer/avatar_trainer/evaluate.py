@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean
 from typing import Any
@@ -30,6 +31,7 @@ HOW = (
     "finite value: a rendering equal to its picture has no finite PSNR, an empty mask no inside"
 )
 MEASURES = ("psnr_db", "ssim", "psnr_inside_db", "ssim_inside")
+ENHANCED = "psnr_enhanced_db"  # of the whole picture by the system's enhancer, where one has been trained
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ class Score:
     ssim: float
     psnr_inside_db: float | None
     ssim_inside: float | None
+    psnr_enhanced_db: float | None = None  # None: no enhancer, or infinite
 
 
 def evaluate(system: System, capture: Capture, by: Drawing = DRAWING) -> dict[str, Any]:
@@ -54,6 +57,7 @@ def evaluate(system: System, capture: Capture, by: Drawing = DRAWING) -> dict[st
             measure(system, f, pictures(f), by) for f in [*capture.test, *evenly(capture.train, TRAIN_FRAMES)]
         ]
     splits = {split: [s for s in scores if s.split == split] for split in ("test", "train")}
+    measures = MEASURES + (ENHANCED,) * any(score.psnr_enhanced_db is not None for score in scores)
     return {
         "system": system.name,
         "capture": capture.name,
@@ -61,14 +65,15 @@ def evaluate(system: System, capture: Capture, by: Drawing = DRAWING) -> dict[st
         "height": capture.height,
         "gaussians": len(system.splats(capture.frames[0].pose).mean),
         "how": HOW,
-        "splits": {split: _means(of) for split, of in splits.items() if of},
-        "frames": [vars(score) for score in scores],
+        "splits": {split: _means(of, measures) for split, of in splits.items() if of},
+        "frames": [_shared(score, measures) for score in scores],
     }
 
 
 def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING) -> Score:
     """A frame's rendering against its picture, over black. AvatarError for a rendering that is not finite."""
-    drawn = _clamped(system, frame, by)
+    colour = _drawn(system, frame, by)
+    drawn = colour.clamp(0, 1)
     wanted = target.over(torch.zeros(3))
     inside = target.mask > INSIDE
     return Score(
@@ -78,6 +83,7 @@ def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING)
         _similar(drawn, wanted),
         _finite(psnr_db(drawn[inside], wanted[inside])) if inside.any() else None,
         _ssim_inside(drawn, wanted, inside),
+        _enhanced_psnr_db(system, colour, wanted),
     )
 
 
@@ -88,7 +94,7 @@ def quick_psnr_db(system: System, capture: Capture, pictures: Pictures, by: Draw
     """
     frames = evenly(capture.test, QUICK)
     black = torch.zeros(3)
-    found = [psnr_db(_clamped(system, f, by), pictures(f).over(black)) for f in frames]
+    found = [psnr_db(_drawn(system, f, by).clamp(0, 1), pictures(f).over(black)) for f in frames]
     return {"test": fmean(found)} if found else {}
 
 
@@ -98,8 +104,12 @@ def table(result: dict[str, Any]) -> Table:
     shown.add_column("split")
     for title in ("frames", "PSNR dB", "SSIM", "PSNR dB inside", "SSIM inside"):
         shown.add_column(title, justify="right")
+    measures: tuple[str, ...] = MEASURES
+    if any(ENHANCED in means for means in result["splits"].values()):
+        shown.add_column("PSNR dB enhanced", justify="right")
+        measures = (*MEASURES, ENHANCED)
     for split, means in result["splits"].items():
-        shown.add_row(split, str(means["frames"]), *(_shown(means, measure) for measure in MEASURES))
+        shown.add_row(split, str(means["frames"]), *(_shown(means, measure) for measure in measures))
     return shown
 
 
@@ -110,13 +120,21 @@ def _shown(means: dict[str, Any], measure: str) -> str:
     return text if over == means["frames"] else f"{text} (of {over})"
 
 
-def _clamped(system: System, frame: Frame, by: Drawing) -> Tensor:
+def _drawn(system: System, frame: Frame, by: Drawing) -> Tensor:
     colour = draw(system, frame, by=by).colour
     if not colour.isfinite().all():
         raise AvatarError(
             f"frame {frame.name}: the avatar's rendering is not finite; train again, with lower learning rates"
         )
-    return colour.clamp(0, 1)
+    return colour
+
+
+@torch.no_grad()
+def _enhanced_psnr_db(system: System, colour: Tensor, wanted: Tensor) -> float | None:
+    """By the system's enhancer; None for a system without one."""
+    enhance = getattr(system, "enhanced", None)  # the one optional member of System
+    better = None if enhance is None else enhance(colour)
+    return None if better is None else _finite(psnr_db(better.clamp(0, 1), wanted))
 
 
 def _similar(drawn: Tensor, wanted: Tensor) -> float:
@@ -135,9 +153,14 @@ def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
     return _similar(*pair)
 
 
-def _means(scores: list[Score]) -> dict[str, Any]:
+def _shared(score: Score, measures: Sequence[str]) -> dict[str, Any]:
+    """A frame's score; without what no frame has."""
+    return {name: value for name, value in vars(score).items() if name != ENHANCED or ENHANCED in measures}
+
+
+def _means(scores: list[Score], measures: Sequence[str]) -> dict[str, Any]:
     means: dict[str, Any] = {"frames": len(scores), "over": {}}
-    for name in MEASURES:
+    for name in measures:
         values = [value for score in scores if (value := getattr(score, name)) is not None]
         means[name] = fmean(values) if values else None
         means["over"][name] = len(values)

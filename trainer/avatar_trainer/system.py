@@ -14,7 +14,11 @@ from avatar_trainer.tensors import Points, Rendered, Splats
 
 
 class System(Protocol):
-    """A trainable avatar of one system."""
+    """A trainable avatar of one system.
+
+    One with an enhancer may also have `enhanced(colour [H, W, 3]) -> Tensor | None`, None while it is untrained:
+    evaluation then says what it is worth.
+    """
 
     name: ClassVar[str]  # as the exporter's reader calls it
     capture: Capture

@@ -62,7 +62,7 @@ def check_template(template: Template) -> None:
     _check_rows("anchor_vertex", template.anchor_vertex, (j,), v)
     _check_rows("landmark_vertices", np.array(list(template.landmarks.values()), np.int64), None, v)
     if not len(template.triangles):
-        raise AvatarError("there are none, so there is no surface", field="triangles")
+        raise AvatarError("is empty, so there is no surface", field="triangles")
     _check_bones(template)
 
 
@@ -132,7 +132,7 @@ def _check_neutral(face: AsmFace) -> None:
 def _check_finite(field: str, array: Array, shape: tuple[int, ...]) -> None:
     if array.dtype.kind != "f" or array.shape != shape:
         raise AvatarError(f"expected floats {list(shape)}, got {array.dtype}{list(array.shape)}", field=field)
-    finite = np.isfinite(array).reshape(len(array), -1).all(axis=1)
+    finite = np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
     if not finite.all():
         raise AvatarError("is not finite", field=f"{field}[{int(np.argmin(finite))}]")
 
@@ -140,7 +140,7 @@ def _check_finite(field: str, array: Array, shape: tuple[int, ...]) -> None:
 def _check_rows(field: str, index: Array, shape: tuple[int, ...] | None, limit: int) -> None:
     if index.dtype.kind not in "iu" or (shape is not None and index.shape != shape):
         raise AvatarError(f"expected whole numbers, got {index.dtype}{list(index.shape)}", field=field)
-    outside = ((index < 0) | (index >= limit)).reshape(len(index), -1).any(axis=1)
+    outside = ((index < 0) | (index >= limit)).any(axis=tuple(range(1, index.ndim)))
     if outside.any():
         at = int(np.argmax(outside))
         raise AvatarError(f"is {index[at].tolist()}, but there are {limit} vertices", field=f"{field}[{at}]")

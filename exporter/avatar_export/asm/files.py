@@ -1,7 +1,7 @@
 """ASM faces in files: an .npz with all of a face, and a small one of a person without the template.
 
-Stored `.npy` entries, no compression and no dates: same face, same bytes. Keys, shapes and units stand in SPEC.md,
-"ASM faces". Bulk is float32.
+Stored `.npy` entries, no compression and no dates: same face, same bytes. Keys, shapes and units stand in
+schema/ASM.md. Bulk is float32.
 """
 
 from __future__ import annotations
@@ -273,7 +273,7 @@ def _read_person(source: _Source, template: Template) -> AsmFace:
 def _read_takes(source: _Source, bones: int) -> tuple[Take, ...]:
     names, frames, fps = source.words("take_names"), source.numbers("take_frames"), source.numbers("take_fps")
     if frames.dtype.kind not in "iu" or frames.shape != (len(names),) or fps.shape != (len(names),):
-        raise AvatarError("and take_fps do not go with take_names", field="take_frames")
+        raise AvatarError("does not go with take_names and take_fps", field="take_frames")
     tau = source.numbers("tau").astype(np.float64)
     counts = [int(count) for count in frames.tolist()]
     if min(counts, default=0) < 0 or tau.shape != (sum(counts), bones, 9):

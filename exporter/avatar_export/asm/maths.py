@@ -13,7 +13,6 @@ from avatar_runtime.avatar import F64
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.stages.joints import levels
 
-LARGEST_DENSITY = 1e300  # so that a sum of them is a number
 ROWS = 1024  # vertices at once: [ROWS, J, K] densities at a time
 
 
@@ -27,7 +26,7 @@ def row_blocks(template: Template) -> list[slice]:
     return [slice(at, at + ROWS) for at in range(0, max(len(template.vertices), 1), ROWS)]
 
 
-@np.errstate(over="ignore", under="ignore")
+@np.errstate(under="ignore")
 def mixture_weight_rows(template: Template, binding: Binding, rows: slice) -> F64:
     """[v, J] of some vertices.
 
@@ -37,7 +36,7 @@ def mixture_weight_rows(template: Template, binding: Binding, rows: slice) -> F6
     """
     log_density = log_mixtures(template, binding, rows)
     if template.weight_rule == "softplus":
-        soft = np.logaddexp(0.0, np.minimum(np.exp(log_density), LARGEST_DENSITY))
+        soft = np.logaddexp(0.0, np.exp(log_density))
         return np.asarray(soft / soft.sum(axis=1, keepdims=True))
     share = np.exp(log_density - log_density.max(axis=1, keepdims=True))
     return np.asarray(share / share.sum(axis=1, keepdims=True))

@@ -223,7 +223,8 @@ def _corrective_joints(rig: Rig, wanted: Sequence[Coefficient], points: StoredPo
 def _added(sparse: SparseRows, basis: F32, columns: Sequence[int], least: float) -> SparseRows:
     """`sparse` [V, C] of `position` plus `basis` [U, V, 3] in its `columns` [U]; memory as its entries."""
     width = sparse.columns
-    row: I64 = np.repeat(np.arange(sparse.rows), np.diff(sparse.row_ptr.astype(np.int64)))
+    stored: I64 = sparse.row_ptr.astype(np.int64)
+    row = np.repeat(np.arange(sparse.rows), stored[1:] - stored[:-1])
     moves = (np.abs(basis) > least).any(axis=2)
     which, vertex = np.nonzero(moves)
     keys = np.concatenate([row * width + sparse.column, vertex * width + np.array(columns, np.int64)[which]])

@@ -148,13 +148,13 @@ def _check_ends(graph: GraphProto, enhancer: Enhancer) -> None:
 
 def _nodes(graph: GraphProto, known: set[str]) -> Iterator[Node]:
     """Every node, checked; `known` are the tensors that there are before the first."""
-    for node in graph.node:
+    for index, node in enumerate(graph.node):
         operator = OPERATORS.get(node.op_type)
         if operator is None or node.domain not in ("", "ai.onnx"):
             found = ascii(f"{node.domain}.{node.op_type}".lstrip(".")[:80])
-            raise _bad(f"is {found}, none of {', '.join(OPERATORS)}", f"node {node.name}")
+            raise _bad(f"is {found}, none of {', '.join(OPERATORS)}", f"node {index}")
         if len(node.output) != 1 or not node.output[0] or node.output[0] in known:
-            raise _bad(f"{node.op_type} must give one tensor, of a new name", f"node {node.name}")
+            raise _bad(f"{node.op_type} must give one tensor, of a new name", f"node {index}")
         output = node.output[0]
         if len(node.input) != operator.inputs or not known.issuperset(node.input):
             raise _bad(f"{node.op_type} takes {operator.inputs} tensors that are there before it", output)

@@ -6,7 +6,7 @@ import numpy as np
 
 from avatar_export.asm.model import Binding, Template
 from avatar_runtime.avatar import F64
-from avatar_trainer.systems.asm_align import Scan
+from avatar_trainer.systems.asm_align import KEYPOINTS, Scan
 
 SIDE = 31  # vertices along the sheet
 PLACES = {  # uv of the seven keypoints
@@ -68,7 +68,7 @@ def template(side: int = SIDE) -> Template:
         rest_position=rest.astype(np.float32),
         rest_linear=np.tile(np.eye(3, dtype=np.float32), (count, 1, 1)),
         anchor_vertex=np.array(anchors, np.uint32),
-        landmarks={name: nearest(place) for name, place in PLACES.items()},
+        landmarks={KEYPOINTS[name]: nearest(place) for name, place in PLACES.items()},
     )
 
 

@@ -231,7 +231,8 @@ def _turned_by_joints(t: F32, a: int, b: int, c: int, u: Scalar, v: Scalar, w: S
 @inlined
 def by_joints(rider: Rider) -> bool:
     """Whether the turn is that of skin matrices, which has no gradient."""
-    return rider.table.shape[1] > 10
+    rigged: bool = rider.table.shape[1] > 10
+    return rigged
 
 
 @inlined

@@ -11,11 +11,16 @@ import numpy as np
 from avatar_runtime.avatar import F64, I64
 from avatar_trainer.kernels.closest import Nearest, TriangleTree, nearest
 
-# The seven points that NoW marks on a scan; right is the person's.
-KEYPOINTS = (
-    *("right_eye_outer", "right_eye_inner", "left_eye_inner", "left_eye_outer"),
-    *("nose_bottom", "mouth_right", "mouth_left"),
-)
+# The seven points that NoW marks on a scan, and which of iBUG's landmarks they are; right is the person's.
+KEYPOINTS = {
+    "right_eye_outer": "ibug_36",
+    "right_eye_inner": "ibug_39",
+    "left_eye_inner": "ibug_42",
+    "left_eye_outer": "ibug_45",
+    "nose_bottom": "ibug_33",
+    "mouth_right": "ibug_48",
+    "mouth_left": "ibug_54",
+}
 UP_THE_NOSE, RADII = 0.3, 0.7  # of the facial region, see `face_region`
 ROUNDS, ENOUGH = 30, 1e-8  # of rigid refinement; a step below ENOUGH metres is the last
 FLAT = 1e-12  # metres from the surface below which the way off it is its normal

@@ -16,6 +16,8 @@ import torch
 from torch import Tensor
 
 from avatar_export.asm.model import Binding, Take, Template
+from avatar_runtime.avatar import F64
+from avatar_trainer.kernels.closest import TriangleTree, nearest, triangle_tree
 
 POSE = ("rotation_vector", "translation", "log_scale")  # tau of Eq. 2
 MIXTURE = ("pi_logit", "mu", "scale_tril")  # of Eq. 4
@@ -46,6 +48,8 @@ class TemplateTensors:
     vertices: Tensor  # [V, 3] metres
     triangles: Tensor  # i64 [F, 3]
     uv: Tensor  # [V, 2]
+    plane: F64  # [V, 3] uv, and 0
+    plane_tree: TriangleTree  # of the triangles in `plane`
     parents: tuple[int, ...]  # [J], -1 for the root
     generations: tuple[tuple[Tensor, Tensor], ...]  # (bones i64, their parents i64), without the roots
     rest_position: Tensor  # [J, 3] psi^0
@@ -57,10 +61,13 @@ class TemplateTensors:
     def of(template: Template, dtype: torch.dtype = torch.float32) -> TemplateTensors:
         """Tensors of `template`."""
         parents = tuple(int(p) for p in template.parents)
+        plane = np.pad(template.uv.astype(np.float64), ((0, 0), (0, 1)))
         return TemplateTensors(
             vertices=_tensor(template.vertices, dtype),
             triangles=_tensor(template.triangles.astype(np.int64), torch.int64),
             uv=_tensor(template.uv, dtype),
+            plane=plane,
+            plane_tree=triangle_tree(plane, template.triangles),
             parents=parents,
             generations=_generations(parents),
             rest_position=_tensor(template.rest_position, dtype),
@@ -140,7 +147,7 @@ def bone_positions(template: TemplateTensors, face: Face) -> Tensor:
 
     Which triangle holds a zeta has no gradient; where charts overlap it is the first.
     """
-    triangle = containing_triangle(template.uv, template.triangles, face.zeta)
+    triangle = containing_triangle(template, face.zeta)
     corner = template.triangles[triangle]  # [..., J, 3]
     barycentric = _nearest_barycentric(face.zeta, template.uv[corner])
     moved = (barycentric[..., None] * template.vertices[corner]).sum(-2)
@@ -153,9 +160,9 @@ def skin_matrices(template: TemplateTensors, face: Face) -> Tensor:
     local = local_matrices(face)
     bind = _affine(template.rest_linear.expand(*position.shape[:-1], 3, 3), position)
     inverse = _inverse(bind)
-    shape = torch.broadcast_shapes(bind.shape, local.shape)
+    shape = np.broadcast_shapes(bind.shape, local.shape)
     bind, inverse, local = (m.expand(shape) for m in (bind, inverse, local))
-    world = [m for m in (bind @ local).unbind(-3)]  # a root's bind matrix is its place in the world
+    world = list((bind @ local).unbind(-3))  # a root's bind matrix is its place in the world
     for bones, parents in template.generations:
         above = torch.stack([world[p] for p in parents.tolist()], dim=-3)
         found = above @ inverse[..., parents, :, :] @ bind[..., bones, :, :] @ local[..., bones, :, :]
@@ -168,7 +175,8 @@ def posed(template: TemplateTensors, face: Face, fixed_weights: Tensor | None = 
     """Vertices [..., V, 3] metres of Eq. 3; with `fixed_weights` [V, J] those instead of Eq. 6."""
     matrix = skin_matrices(template, face)
     share = weights(template, face) if fixed_weights is None else fixed_weights
-    blended = (share @ matrix.flatten(-2)).unflatten(-1, (3, 4))
+    blended = share @ matrix.flatten(-2)
+    blended = blended.reshape(*blended.shape[:-1], 3, 4)
     return (blended[..., :3] * template.vertices[:, None, :]).sum(-1) + blended[..., 3]
 
 
@@ -190,19 +198,16 @@ def rotation_matrices(rotation_vector: Tensor) -> Tensor:
     sin = torch.where(small, series_sin, angle.sin() / angle)[..., None, None]
     cos = torch.where(small, series_cos, (1 - angle.cos()) / safe)[..., None, None]
     zero = torch.zeros_like(x)
-    cross = torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], dim=-1).unflatten(-1, (3, 3))
+    cross = torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], dim=-1)
+    cross = cross.reshape(*x.shape, 3, 3)
     return torch.eye(3, dtype=x.dtype) + sin * cross + cos * (cross @ cross)
 
 
-@torch.no_grad()
-def containing_triangle(uv: Tensor, triangles: Tensor, zeta: Tensor) -> Tensor:
+def containing_triangle(template: TemplateTensors, zeta: Tensor) -> Tensor:
     """i64 [..., J] rows of the triangles of the uv mesh that hold zeta [..., J, 2], or else lie nearest to it."""
-    a, b, c = uv[triangles].unbind(1)  # [F, 2] each
-    point = zeta.detach().reshape(-1, 1, 2)
-    distance = torch.stack([_squared_to_edge(point, s, e) for s, e in ((a, b), (b, c), (c, a))]).amin(0)
-    turns = torch.stack([_cross(s - point, e - point) for s, e in ((a, b), (b, c), (c, a))])
-    inside = ((turns >= 0).all(0) | (turns <= 0).all(0)) & (_cross(b - a, c - a) != 0)
-    return torch.where(inside, 0.0, distance).argmin(-1).reshape(zeta.shape[:-1])
+    points = np.pad(_array(zeta).reshape(-1, 2), ((0, 0), (0, 1)))
+    found = nearest(points, template.plane, template.plane_tree)
+    return torch.from_numpy(found.triangle).reshape(zeta.shape[:-1])
 
 
 def random_mixtures(face: Face, generator: torch.Generator) -> Face:
@@ -278,7 +283,7 @@ def _cross(a: Tensor, b: Tensor) -> Tensor:
 
 def _affine(linear: Tensor, translation: Tensor) -> Tensor:
     """[..., 4, 4] of [..., 3, 3] and [..., 3]."""
-    shape = torch.broadcast_shapes(linear.shape[:-2], translation.shape[:-1])
+    shape = np.broadcast_shapes(linear.shape[:-2], translation.shape[:-1])
     upper = torch.cat([linear.expand(*shape, 3, 3), translation.expand(*shape, 3)[..., None]], dim=-1)
     last = torch.tensor([0.0, 0.0, 0.0, 1.0], dtype=linear.dtype).expand(*shape, 1, 4)
     return torch.cat([upper, last], dim=-2)
@@ -303,6 +308,6 @@ def _tensor(array: object, dtype: torch.dtype) -> Tensor:
     return torch.tensor(np.asarray(array), dtype=dtype)
 
 
-def _array(tensor: Tensor) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    found: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = tensor.detach().double().numpy()
+def _array(tensor: Tensor) -> F64:
+    found: F64 = tensor.detach().double().numpy()
     return found

@@ -19,6 +19,7 @@ from avatar_runtime.errors import AvatarError
 from avatar_trainer.kernels.closest import TriangleTree, point_to_surface, triangle_tree
 from avatar_trainer.kernels.mixture import mixture_weights_cpu
 from avatar_trainer.systems.asm_align import (
+    KEYPOINTS,
     Placement,
     Scan,
     ScanError,
@@ -101,13 +102,12 @@ def scan_error(registration: Registration, scan: Scan, take: int = 0) -> ScanErr
 
 
 def template_keypoints(template: Template) -> dict[str, F64]:
-    """Where a template's landmarks lie. Raises AvatarError where one of KEYPOINTS is missing."""
-    found = {name: template.vertices[row].astype(np.float64) for name, row in template.landmarks.items()}
-    try:
-        keypoint_rows(found)
-    except ValueError as error:
-        raise AvatarError(f"{error}: fits to scans need it", field="landmarks") from None
-    return found
+    """Where KEYPOINTS lie on a template. Raises AvatarError where a landmark of theirs is missing."""
+    missing = [landmark for landmark in KEYPOINTS.values() if landmark not in template.landmarks]
+    if missing:
+        raise AvatarError(f"has no {missing[0]}; fits to scans need it", field="landmarks")
+    rows = {name: template.landmarks[landmark] for name, landmark in KEYPOINTS.items()}
+    return {name: template.vertices[row].astype(np.float64) for name, row in rows.items()}
 
 
 class _Target:

@@ -13,15 +13,13 @@ import numpy.typing as npt
 from avatar_export.asm.model import Binding, Template
 from avatar_runtime.avatar import F32, F64
 from avatar_runtime.errors import AvatarError
+from avatar_trainer.systems.asm_align import KEYPOINTS, face_region
 from avatar_trainer.systems.asm_gmm import fit
 from avatar_trainer.systems.asm_place import LANDMARKS, front_depth, place, skeleton
 from avatar_trainer.systems.asm_unwrap import unwrap
 from avatar_trainer.systems.asm_weights import initial_weights
 
 NOSE_TIP = 30  # of iBUG's landmarks, in the middle of the unwrap
-# NoW's seven key points: outer and inner eye corners, under the nose, corners of the mouth.
-KEYPOINTS = ("ibug_36", "ibug_39", "ibug_42", "ibug_45", "ibug_33", "ibug_48", "ibug_54")
-REGION_RADIUS = 1.2  # of the mean of the eyes' and the nose's lengths, as NoW cuts scans
 HIDDEN = 0.006  # metres behind what is seen from the front, from which a vertex is inside
 
 Array = npt.NDArray[Any]
@@ -65,7 +63,8 @@ def plane_areas(template: Template) -> F64:
     a, b, c = template.uv.astype(np.float64)[template.triangles].transpose(1, 0, 2)
     x, y = b - a, c - a
     third = np.abs(x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]) / 6
-    return np.bincount(template.triangles.reshape(-1), np.repeat(third, 3), len(template.uv))
+    area: F64 = np.bincount(template.triangles.reshape(-1), np.repeat(third, 3), len(template.uv))
+    return area
 
 
 def landmark_rows(template: Template) -> npt.NDArray[np.int64]:
@@ -74,17 +73,14 @@ def landmark_rows(template: Template) -> npt.NDArray[np.int64]:
 
 
 def facial_region(template: Template) -> npt.NDArray[np.bool_]:
-    """[V] whether a vertex is of the face that errors are measured on: about the nose, and seen from the front.
+    """[V] whether a vertex is of the face that errors are measured on: `asm_align.face_region`, seen from the front.
 
-    As NoW's benchmark cuts scans: a ball of REGION_RADIUS (outer eye distance + nose length) / 2 about a point of the
-    nose; without what lies inside mouth and nostrils.
+    What lies inside mouth, nostrils and eye sockets is left out.
     """
     vertices = template.vertices.astype(np.float64)
-    point = vertices[landmark_rows(template)]
-    bridge, under = point[27], point[33]
-    eyes, nose = np.linalg.norm(point[45] - point[36]), np.linalg.norm(bridge - under)
-    radius = REGION_RADIUS * 0.5 * (eyes + nose)
-    near = np.flatnonzero(np.linalg.norm(vertices - (under + 0.3 * (bridge - under)), axis=1) < radius)
+    keypoints = {name: vertices[template.landmarks[landmark]] for name, landmark in KEYPOINTS.items()}
+    centre, radius = face_region(keypoints)
+    near = np.flatnonzero(np.linalg.norm(vertices - centre, axis=1) < radius)
     depth = front_depth(vertices, template.triangles.astype(np.int64), vertices[near, :2])
     region = np.zeros(len(vertices), np.bool_)
     region[near[vertices[near, 2] > depth - HIDDEN]] = True

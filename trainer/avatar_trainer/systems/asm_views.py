@@ -15,19 +15,20 @@ import torch
 from torch import Tensor
 
 from avatar_export.asm.model import AsmFace, Binding, Template
-from avatar_runtime.avatar import F64
+from avatar_runtime.avatar import F32, F64
 from avatar_runtime.errors import AvatarError
+from avatar_trainer.kernels.consistency import Scene, consistency
 from avatar_trainer.kernels.mixture import mixture_weights_cpu
 from avatar_trainer.systems.asm_model import Face, TemplateTensors, posed, rotation_matrices
 from avatar_trainer.systems.asm_views_energy import (
+    FLAT,
     Cameras,
+    Pairs,
     Priors,
     Texels,
     edge_energy,
     landmark_energy,
-    photometric_energy,
     prior_energy,
-    unwrapped,
 )
 from avatar_trainer.systems.asm_views_files import FEWEST_SEEN, Views
 from avatar_trainer.systems.asm_views_pose import pose_from_points
@@ -154,47 +155,60 @@ class _Problem:
         decay = torch.optim.lr_scheduler.LambdaLR(
             optimiser, lambda i: LAST_STEP ** (i / level.iterations)
         )
-        pictures = shrunk(torch.from_numpy(self.views.intensity), level.shrink)
-        texels = None
-        if level.texels and settings.photometric:
-            texels = texel_map(self.template.uv.double().numpy(), self.triangles, level.texels)
-            texels = only(texels, seen_texels(self.look(), texels).sum(axis=0) >= FEWEST_VIEWS)
-        energy = 0.0
+        texels = self.texels(level) if level.texels and settings.photometric else None
+        total = torch.zeros(())
         for i in range(level.iterations):
             if i % settings.refresh == 0:
                 found = self.look()
                 pairs = contour_pairs(found, self.contours, level.reach) if settings.edge else None
-                if texels:
-                    valid = torch.from_numpy(whole_patches(seen_texels(found, texels), texels)).float()
-            vertices = self.vertices()
-            pixels = self.cameras.pixels(vertices)
-            total = settings.prior * prior_energy(self.face, self.first, settings.priors)
-            total = total + settings.landmarks * landmark_energy(pixels[:, self.landmark_rows], self.found, self.seen)
-            if pairs is not None:
-                total = total + settings.edge * edge_energy(pixels, pairs)
-            if texels:
-                at = self.cameras.pixels(texels.points(vertices)) / level.shrink
-                maps = unwrapped(pictures, at, texels)
-                total = total + settings.photometric * photometric_energy(maps, valid, len(texels.row))
+                scene = self.scene(level, texels, found) if texels else None
+            total = self.energy(pairs, texels, scene)
             optimiser.zero_grad()
             total.backward()
             optimiser.step()
             decay.step()
-            energy = float(total.detach())
-        return energy
+        return float(total.detach())
+
+    def energy(self, pairs: Pairs | None, texels: Texels | None, scene: Scene | None) -> Tensor:
+        """Eq. 23."""
+        settings, cameras, vertices = self.settings, self.cameras, self.vertices()
+        total = settings.prior * prior_energy(self.face, self.first, settings.priors)
+        marks = cameras.pixels(vertices[self.landmark_rows])
+        total = total + settings.landmarks * landmark_energy(marks, self.found, self.seen)
+        if pairs is not None:
+            total = total + settings.edge * edge_energy(cameras, vertices, pairs)
+        if texels and scene:
+            alike = consistency(texels.points(vertices), cameras.turned(), cameras.translation, scene)
+            total = total + settings.photometric * alike
+        return total
+
+    def texels(self, level: Level) -> Texels:
+        """Those of a level's map that FEWEST_VIEWS see at its beginning."""
+        texels = texel_map(self.template.uv.double().numpy(), self.triangles, level.texels)
+        seen = seen_texels(self.look(), texels).sum(axis=0) >= FEWEST_VIEWS
+        rows = torch.from_numpy(np.flatnonzero(seen))
+        return Texels(texels.size, texels.row[rows], texels.corner[rows], texels.barycentric[rows])
+
+    def scene(self, level: Level, texels: Texels, found: Sight) -> Scene:
+        """The level's pictures, and which patches of the map are seen now."""
+        valid = np.pad(whole_patches(seen_texels(found, texels), texels), ((0, 0), (1, 1), (1, 1)))
+        k = self.views.intrinsics / level.shrink
+        return Scene(
+            shrunk(self.views.intensity, level.shrink),
+            np.diag(k)[:2].copy(),
+            k[:2, 2].copy(),
+            texels.row.numpy(),
+            valid.astype(np.float32),
+            FLAT,
+        )
 
 
-def only(texels: Texels, kept: np.ndarray) -> Texels:
-    """The texels of the mask `kept` [X]."""
-    rows = torch.from_numpy(np.flatnonzero(kept))
-    return Texels(texels.size, texels.row[rows], texels.corner[rows], texels.barycentric[rows])
-
-
-def shrunk(pictures: Tensor, factor: int) -> Tensor:
+def shrunk(pictures: F32, factor: int) -> F32:
     """Pictures [N, H, W] whose pixels are means of factor x factor pixels; what is left over at the end is cut off."""
-    if factor == 1:
-        return pictures
-    return torch.nn.functional.avg_pool2d(pictures[:, None], factor)[:, 0]
+    n, height, width = (size // d for size, d in zip(pictures.shape, (1, factor, factor), strict=True))
+    whole = pictures[:, : height * factor, : width * factor]
+    smaller: F32 = whole.reshape(n, height, factor, width, factor).mean(axis=(2, 4), dtype=np.float32)
+    return smaller
 
 
 def shared_landmarks(template: Template, views: Views):

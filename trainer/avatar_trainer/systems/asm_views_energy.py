@@ -26,14 +26,20 @@ class Cameras:
     focal: Tensor  # [2] pixels
     principal: Tensor  # [2] pixels
 
-    def in_camera(self, points: Tensor) -> Tensor:
-        """[N, P, 3] metres of world points [P, 3]."""
-        turned = rotation_matrices(self.turn) @ self.rotation
-        return points @ turned.mT + self.translation[:, None]
+    def turned(self) -> Tensor:
+        """R [N, 3, 3] camera from world."""
+        return rotation_matrices(self.turn) @ self.rotation
 
     def pixels(self, points: Tensor) -> Tensor:
         """Pi [N, P, 2] of world points [P, 3]."""
-        x = self.in_camera(points)
+        return self._projected(points @ self.turned().mT + self.translation[:, None])
+
+    def pixels_in(self, view: Tensor, points: Tensor) -> Tensor:
+        """Pi [P, 2] of world points [P, 3], each in the view [P] of its own."""
+        x = (self.turned()[view] @ points[..., None])[..., 0] + self.translation[view]
+        return self._projected(x)
+
+    def _projected(self, x: Tensor) -> Tensor:
         return x[..., :2] / x[..., 2:].clamp_min(1e-3) * self.focal + self.principal
 
 
@@ -56,13 +62,13 @@ class Pairs:
     weight: Tensor  # [P] 1 over the number of pairs of its direction in its view
 
 
-def edge_energy(projected: Tensor, pairs: Pairs) -> Tensor:
+def edge_energy(cameras: Cameras, vertices: Tensor, pairs: Pairs) -> Tensor:
     """E_edge of Eq. 20, pixels squared: the chamfer distance of pairs held fixed, the mean over views.
 
-    projected [N, V, 2] of all vertices.
+    vertices [V, 3], all of the mesh.
     """
-    away = projected[pairs.view, pairs.vertex] - pairs.point
-    return (pairs.weight * away.square().sum(-1)).sum() / len(projected)
+    away = cameras.pixels_in(pairs.view, vertices[pairs.vertex]) - pairs.point
+    return (pairs.weight * away.square().sum(-1)).sum() / len(cameras.turn)
 
 
 @dataclass(frozen=True)

@@ -140,7 +140,7 @@ class PSAvatar:
         local = table["rotation"]
         own_first = self.settings.rules["order"] == "mesh_first"
         quat = quat_multiply(turn, local) if own_first else quat_multiply(local, turn)
-        sh = table["sh_dc"]
+        sh: Tensor = table["sh_dc"]
         if "sh_rest" in table:
             sh = torch.cat([sh, table["sh_rest"]], dim=1)
         seen = frame if self.settings.sh_degree else None  # one colour needs no frame
@@ -339,7 +339,8 @@ class PSAvatar:
         """Mean length of the scaling vector (Eq. 14), training units; of points that of the Gaussian in their place."""
         if self.draws_points:
             return UNITS * SCALE_PER_RADIUS * math.sqrt(3) * self.table["log_radius"].exp().mean()
-        return UNITS * torch.linalg.vector_norm(self.table["log_scale"].exp(), dim=1).mean()
+        length: Tensor = torch.linalg.vector_norm(self.table["log_scale"].exp(), dim=1)
+        return UNITS * length.mean()
 
     def _first_colours(self) -> Tensor:
         """[N, 3] 0..1, what some training frames show where the points are."""
@@ -366,7 +367,8 @@ class PSAvatar:
 
 def normalised(quat_wxyz: Tensor) -> Tensor:
     """Quaternions [N, 4] of length 1."""
-    return quat_wxyz / torch.linalg.vector_norm(quat_wxyz, dim=1, keepdim=True).clamp_min(SHORTEST)
+    length: Tensor = torch.linalg.vector_norm(quat_wxyz, dim=1, keepdim=True)
+    return quat_wxyz / length.clamp_min(SHORTEST)
 
 
 def _logit(p: float) -> float:

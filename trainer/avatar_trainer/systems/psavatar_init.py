@@ -51,10 +51,13 @@ def _everywhere(rig: Rig) -> Mask:
 def _head(rig: Rig) -> Mask:
     """Triangles that no root joint carries: in FLAME the root moves the shoulders."""
     by_root = np.zeros(len(rig.vertices))
-    row = np.repeat(np.arange(rig.skin.rows), np.diff(rig.skin.row_ptr.astype(np.int64)))
+    ptr: I64 = rig.skin.row_ptr.astype(np.int64)
+    row = np.repeat(np.arange(rig.skin.rows), ptr[1:] - ptr[:-1])
     of_root = rig.parents[rig.skin.column.astype(np.int64)] < 0
     np.add.at(by_root, row[of_root], rig.skin.values["weight"][of_root].astype(np.float64))
-    return (by_root <= MOST_OF_A_VERTEX)[rig.triangles].all(axis=1)
+    of_head: Mask = by_root <= MOST_OF_A_VERTEX
+    result: Mask = of_head[rig.triangles].all(axis=1)
+    return result
 
 
 def _face(rig: Rig) -> Mask:
