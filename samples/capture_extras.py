@@ -176,7 +176,8 @@ def _scalp(head: Head) -> npt.NDArray[np.bool_]:
     """Mask [F] of the triangles above the hairline."""
     middle = head.vertices[head.triangles].mean(axis=1)
     z, lowest = np.array(HAIRLINE).T
-    return head.triangles_in("face", "head") & (middle[:, 1] > np.interp(middle[:, 2], z, lowest))
+    above: npt.NDArray[np.bool_] = middle[:, 1] > np.interp(middle[:, 2], z, lowest)
+    return head.triangles_in("face", "head") & above
 
 
 def _tufts(root: F64, away: F64, rng: np.random.Generator) -> F64:
@@ -213,7 +214,7 @@ def tubes(
         tangent = np.gradient(path, axis=1)
     tangent = unit(tangent)
     beside = unit(np.cross(tangent, np.broadcast_to(np.atleast_2d(reference)[:, None], path.shape)))
-    along = np.cross(beside, tangent)
+    along = np.cross(tangent, beside)
     angle = 2 * np.pi * np.arange(sides) / sides
     ring = (
         half[0] * np.cos(angle)[:, None] * beside[:, :, None]

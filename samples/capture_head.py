@@ -96,11 +96,13 @@ class Model:
         return draw(self._surface(take, frame, camera), camera, samples)
 
     def region(self, take: Take, frame: int, camera: Camera, samples: int) -> Array:
-        """[H, W] share of each pixel in which something worn is seen."""
+        """[H, W] share of each pixel in which something worn is seen; the light is of no matter."""
         surface = self._surface(take, frame, camera)
         own = np.arange(len(surface.vertices)) < len(self.head.vertices)
         white = np.ones_like(surface.texture)
-        lit = replace(surface, texture=white, gain=np.float32(~own), gloss=np.zeros_like(surface.gloss))
+        lit = replace(
+            surface, texture=white, gain=(~own).astype(np.float32), gloss=np.zeros_like(surface.gloss)
+        )
         picture = draw(lit, camera, samples)
         share: Array = picture.colour[..., 0] * picture.alpha
         return share

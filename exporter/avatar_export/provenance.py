@@ -24,9 +24,11 @@ def source_files(files: Mapping[str, Path]) -> list[dict[str, Any]]:
 
 
 def with_rights(avatar: Avatar, licence: str | None, author: str | None, consent: str | None) -> Avatar:
-    """`avatar` with licence, author and consent statement; what nobody stated is said to be so."""
-    stated = {"licence": licence, "author": author, "consent": consent}
-    return replace(avatar, provenance={**avatar.provenance, **stated})
+    """`avatar` with licence, author and consent statement; None keeps what it says, and what nobody stated is said
+    to be so."""
+    given = {"licence": licence, "author": author, "consent": consent}
+    kept = {name: avatar.provenance.get(name) if text is None else text for name, text in given.items()}
+    return replace(avatar, provenance={**avatar.provenance, **kept})
 
 
 def _entry(name: str, path: Path) -> dict[str, Any]:

@@ -168,7 +168,7 @@ def test_numbers_too_large_for_engines_are_a_problem_and_no_end(tmp_path: Path) 
     rest[1, 0, 3] = 3e38
     (bundle / "rig.safetensors").write_bytes(b"".join(safetensors.encode(rig | {"rest_local": rest})))
     bundles.sign(bundle)
-    assert "avatar.json: $.engine" in {path for path, _, _ in found(bundle)}
+    assert any(path.startswith("avatar.json: $.engine") for path, _, _ in found(bundle))
 
 
 def test_a_normative_file_may_not_be_called_derived(bundle: Path) -> None:
@@ -193,7 +193,7 @@ def test_splats_that_the_embedding_does_not_give(tmp_path: Path) -> None:
 
 def test_a_file_listed_twice(bundle: Path) -> None:
     bundles.edit(bundle, lambda d: d["files"].append(d["files"][1]))
-    assert found(bundle) == [("avatar.json: $.files[4].path", "blendshapes.safetensors stands twice", False)]
+    assert found(bundle) == [("avatar.json: $.files[5].path", "blendshapes.safetensors stands twice", False)]
 
 
 def test_an_unlisted_file_that_is_needed(bundle: Path) -> None:

@@ -28,6 +28,7 @@ def posed_vertices(
     pose: Array,  # [J, 3]
     translation: Array,
     static_offset: Array | None = None,
+    unseen_by_joints: Array | None = None,  # [V, 3] added to the shape after its joints are taken
 ) -> Array:
     """Posed vertices [V, 3] of a model with v_template, identity, expression, posedirs, regressor, weights, parents."""
     template = model["v_template"].astype(np.float64)
@@ -42,6 +43,8 @@ def posed_vertices(
     turns = [rodrigues(vector) for vector in pose.astype(np.float64)]
     feature = np.concatenate([(turn - np.eye(3)).reshape(-1) for turn in turns[1:]])
     corrected = shaped + model["posedirs"].astype(np.float64) @ feature
+    if unseen_by_joints is not None:
+        corrected = corrected + unseen_by_joints
     world: list[Array] = []
     for j, parent in enumerate(model["parents"]):
         local = np.eye(4)

@@ -51,7 +51,13 @@ def take(body: BodyModel) -> Take:
     return perform(body, FRAMES, ())
 
 
-def from_yaw(yaw: float, size: int = 128) -> Camera:
+@pytest.fixture(scope="module")
+def models(head: Head, body: BodyModel) -> dict[str, Model]:
+    """The bare head, and one for each thing worn."""
+    return {"": Model(head, body), **{name: Model(head, body, (EXTRAS[name](head),)) for name in WORN}}
+
+
+def from_yaw(yaw: float, size: int = 96) -> Camera:
     return Camera.orbit(np.array([0, 0.02, 0]), 0.86, yaw, 0.0, 0.43, size, size)
 
 
@@ -113,10 +119,10 @@ def test_triangles_look_outwards(name: str, head: Head) -> None:
 @pytest.mark.parametrize("name", WORN)
 @pytest.mark.parametrize("yaw", [0.0, 0.9, np.pi])
 def test_the_region_is_where_the_picture_differs(
-    name: str, yaw: float, head: Head, body: BodyModel, take: Take
+    name: str, yaw: float, models: dict[str, Model], take: Take
 ) -> None:
     """Outside it the head is as without, to the bit; all inside it is of the extra's own colours."""
-    bare, dressed = Model(head, body), Model(head, body, (EXTRAS[name](head),))
+    bare, dressed = models[""], models[name]
     camera = from_yaw(yaw)
     region = dressed.region(take, 2, camera, 2)
     with_it, without = dressed.picture(take, 2, camera, 2), bare.picture(take, 2, camera, 2)
@@ -124,21 +130,20 @@ def test_the_region_is_where_the_picture_differs(
     np.testing.assert_array_equal(with_it.alpha[outside], without.alpha[outside])
     np.testing.assert_allclose(with_it.colour[outside], without.colour[outside], rtol=0, atol=1e-6)
     inside = region > 0.999
-    assert inside.sum() > {0.0: 100, 0.9: 80, np.pi: 3}[yaw]
+    assert inside.sum() > {0.0: 50, 0.9: 40, np.pi: 1}[yaw]
     assert (with_it.alpha[inside] > 0.999).all()
     brightest = dressed.worn[0].rgb.max() * (DARK + LIT) * 1.05 + dressed.worn[0].gloss[0]
     assert with_it.colour[inside].max() <= brightest + 1e-6
     assert np.abs(over_white(with_it) - over_white(without))[inside].max(axis=1).mean() > 0.2
 
 
-def test_the_head_hides_what_is_behind_it(head: Head, body: BodyModel, take: Take) -> None:
+def test_the_head_hides_what_is_behind_it(models: dict[str, Model], take: Take) -> None:
     """From behind, of the glasses only the ends beside the ears are seen; from in front much more."""
-    dressed = Model(head, body, (glasses(head),))
-    front, back = (dressed.region(take, 0, from_yaw(yaw), 2) for yaw in (0.0, np.pi))
+    front, back = (models["glasses"].region(take, 0, from_yaw(yaw), 2) for yaw in (0.0, np.pi))
     assert back.sum() < 0.25 * front.sum()
-    middle = back[:, 44:84]  # half a head to either side
+    middle = back[:, 33:63]  # half a head to either side
     assert not middle.any()
-    assert front[:, 44:84].sum() > 0.4 * front.sum()
+    assert front[:, 33:63].sum() > 0.4 * front.sum()
 
 
 def test_a_capture_with_hair_and_glasses(tmp_path: Path) -> None:
@@ -157,7 +162,7 @@ def test_a_capture_with_hair_and_glasses(tmp_path: Path) -> None:
         assert region.shape == (SIZE, SIZE)
         mask = np.asarray(Image.open(tmp_path / "worn" / "masks" / name)).astype(float) / 255
         assert 0.05 < region.mean() < 0.4
-        assert (mask[region > 0.99] > 0.99).all()
+        assert mask[region > 0.99].mean() > 0.98  # of fewer rays
 
 
 def test_the_body_wears_nothing(

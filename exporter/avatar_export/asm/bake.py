@@ -15,7 +15,7 @@ from avatar_runtime.avatar import F32, F64, Clip, Rig, SparseRows
 
 Array = npt.NDArray[Any]
 
-LEAST_WEIGHT = 1e-5  # of a vertex's whole: a bone that moves by 100 mm moves what has less by a micrometre
+LEAST_WEIGHT = 1e-6  # of a vertex's whole: a bone that moves by 100 mm moves what has less by 0.1 micrometres
 
 
 def bake_rig(face: AsmFace) -> Rig:
@@ -46,7 +46,7 @@ def bake_rig(face: AsmFace) -> Rig:
 
 
 def bake_clips(face: AsmFace) -> tuple[Clip, ...]:
-    """A clip a take, the neutral too: joint_delta = M(tau of the neutral)^-1 M(tau).
+    """A clip a take, the neutral as the last: joint_delta = M(tau of the neutral)^-1 M(tau).
 
     Scales, the neutral's apart, are rounded to half floats: UsdSkel holds no more in a clip, and so every engine,
     other readers and the runtime show the same.
@@ -55,7 +55,7 @@ def bake_clips(face: AsmFace) -> tuple[Clip, ...]:
     back = np.linalg.inv(maths.pose_matrices(neutral)[0])
     still = np.tile(np.eye(4), (1, len(back), 1, 1))
     others = (_clip(take, back @ maths.pose_matrices(with_half_scales(take))) for take in face.takes[1:])
-    return (_clip(neutral, still), *others)
+    return (*others, _clip(neutral, still))
 
 
 def with_half_scales(take: Take) -> Take:

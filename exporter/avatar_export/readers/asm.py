@@ -19,13 +19,12 @@ from avatar_export.clips import clip_poses, rig_avatar
 from avatar_export.ops.surfels import RULES, surfels
 from avatar_export.provenance import source_files
 from avatar_export.readers import surface
-from avatar_export.readers.embedded_rig import EmbeddedRig
+from avatar_export.readers.embedded_rig import EmbeddedRig, rest_vertices
 from avatar_export.readers.options import ReadOptions
 from avatar_export.readers.ownership import owned
 from avatar_runtime.avatar import Avatar, Clip, Driving, Rig
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose
 
 SYSTEM = "asm"
 FILES = (
@@ -48,7 +47,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         options.refuse_others(USED_OPTIONS, SYSTEM, "a face holds its mesh, its rig and its clips")
         face, files = _face(path, options)
         rig, clips = bake_rig(face), bake_clips(face)
-        mesh = Player(rig_avatar(rig, ()), "reference").mesh(Pose())
+        mesh = rest_vertices(rig)
         gaussians, embedding = surfels(mesh, face.template.triangles, face.template.colour)
         made = EmbeddedRig(rig, clips=clips, driving=_driving(face), notes=_notes(face, rig, clips))
         avatar = surface.surface_avatar(
@@ -104,7 +103,7 @@ def _notes(face: AsmFace, rig: Rig, clips: tuple[Clip, ...]) -> tuple[str, ...]:
     avatar = replace(rig_avatar(rig, ()), clips=clips)
     player = Player(avatar, "reference")
     worst = []
-    for take, clip in zip(face.takes, clips, strict=True):
+    for take, clip in zip((*face.takes[1:], face.takes[0]), clips, strict=True):
         poses = clip_poses(avatar, clip)
         frames = np.unique(np.linspace(0, clip.frames - 1, FRAMES).astype(np.int64)).tolist()
         off = (player.mesh(poses[frame]) - maths.posed(face, take, frame) for frame in frames)
@@ -113,11 +112,11 @@ def _notes(face: AsmFace, rig: Rig, clips: tuple[Clip, ...]) -> tuple[str, ...]:
     notes = [
         f"{face.binding.components} Gaussians a bone, weights by rule {face.template.weight_rule}",
         f"skin weights below {LEAST_WEIGHT:g} dropped: {per_vertex:.1f} joints a vertex are left, and the neutral lies "
-        f"within {worst[0]:.2g} mm of the formulas",
+        f"within {worst[-1]:.2g} mm of the formulas",
     ]
     if len(worst) > 1:
         notes.append(
             "scales of takes rounded to half floats, all that UsdSkel holds: they lie "
-            f"within {max(worst[1:]):.2g} mm of the formulas"
+            f"within {max(worst[:-1]):.2g} mm of the formulas"
         )
     return tuple(notes)

@@ -24,6 +24,7 @@ from avatar_export.readers.rig_file import read_rig_file
 from avatar_export.readers.subject_files import read_shape
 from avatar_export.readers.vertex_map import VertexMap, vertex_map
 from avatar_runtime.avatar import F32, F64, I64, U32, Avatar, Clip, Driving, Expression, Rig
+from avatar_runtime.engine_pose import rests_bound
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
@@ -151,6 +152,11 @@ def _identity(options: ReadOptions, poses: BodyPoses | None) -> tuple[F64 | None
     if poses is not None and len(poses.shape):
         return poses.shape, []
     return None, ["no identity (--shape, --poses): the body model's mean shape is taken"]
+
+
+def rest_vertices(rig: Rig) -> F32:
+    """[V, 3] the mesh as it rests: the template, but of a rig that does not rest in its binding pose."""
+    return rig.vertices if rests_bound(rig) else Player(rig_avatar(rig, ()), "reference").mesh(Pose())
 
 
 def _with_offset(body: BodyModel, offset: F32, path: Path | None) -> BodyModel:

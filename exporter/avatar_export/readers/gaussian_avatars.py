@@ -17,7 +17,7 @@ from avatar_export.readers import surface
 from avatar_export.readers.archive import Archive
 from avatar_export.readers.arrays import parse_npy
 from avatar_export.readers.body_model import read_body_model
-from avatar_export.readers.embedded_rig import embedded_rig, no_rig
+from avatar_export.readers.embedded_rig import embedded_rig, no_rig, rest_vertices
 from avatar_export.readers.mesh_files import MAX_ARRAY_BYTES, read_mesh
 from avatar_export.readers.obj import TriangleMesh
 from avatar_export.readers.options import ReadOptions
@@ -113,7 +113,7 @@ def _mesh(options: ReadOptions, units: float) -> tuple[TriangleMesh, Path]:
         return TriangleMesh(surface.in_metres(mesh.vertices, units), mesh.triangles), options.mesh
     if options.rig is not None:
         rig = read_rig_file(options.rig).rig
-        return TriangleMesh(rig.vertices, rig.triangles), options.rig
+        return TriangleMesh(rest_vertices(rig), rig.triangles), options.rig
     if options.body_model is not None:
         body = read_body_model(options.body_model)
         shaped = (

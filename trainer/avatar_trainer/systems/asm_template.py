@@ -14,7 +14,7 @@ from avatar_export.asm.model import Binding, Template
 from avatar_runtime.avatar import F32, F64
 from avatar_runtime.errors import AvatarError
 from avatar_trainer.systems.asm_align import KEYPOINTS, face_region
-from avatar_trainer.systems.asm_gmm import fit
+from avatar_trainer.systems.asm_gmm import fit, polish
 from avatar_trainer.systems.asm_place import LANDMARKS, front_depth, place, skeleton
 from avatar_trainer.systems.asm_unwrap import unwrap
 from avatar_trainer.systems.asm_weights import initial_weights
@@ -55,7 +55,8 @@ def make_template(
 def initial_binding(template: Template, weights: Array, components: int = 2) -> Binding:
     """Bones where they were placed (Eq. 5) and mixtures fitted to `weights` [V, J]."""
     zeta = template.uv[template.anchor_vertex].astype(np.float64)
-    return fit(template.uv, plane_areas(template), weights, zeta, components)
+    area = plane_areas(template)
+    return polish(fit(template.uv, area, weights, zeta, components), template.uv, area, weights)
 
 
 def plane_areas(template: Template) -> F64:
@@ -63,8 +64,7 @@ def plane_areas(template: Template) -> F64:
     a, b, c = template.uv.astype(np.float64)[template.triangles].transpose(1, 0, 2)
     x, y = b - a, c - a
     third = np.abs(x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]) / 6
-    area: F64 = np.bincount(template.triangles.reshape(-1), np.repeat(third, 3), len(template.uv))
-    return area
+    return np.bincount(template.triangles.reshape(-1), np.repeat(third, 3), len(template.uv)).astype(np.float64)
 
 
 def landmark_rows(template: Template) -> npt.NDArray[np.int64]:

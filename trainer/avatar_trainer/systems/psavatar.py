@@ -253,7 +253,13 @@ class PSAvatar:
 
     @torch.no_grad()
     def save(self, folder: Path, iteration: int) -> None:
-        """Write the layout of PSAVATAR.md into `folder`."""
+        """Write the layout of PSAVATAR.md into `folder`. AvatarError without Gaussians, and for order as_printed."""
+        if self.settings.rules["order"] == "as_printed":
+            raise AvatarError(
+                "cannot be written: rule order as_printed turns Gaussians as no mesh does; it is for comparison in "
+                "the trainer alone",
+                file=folder,
+            )
         if self.acquiring:
             raise AvatarError(
                 f"has no Gaussians yet: the shape is being acquired until iteration {self.settings.acquired_after}",

@@ -35,7 +35,7 @@ RULES: Mapping[str, Rule] = {
         trainer_only=("as_printed",),
     ),
     "displacement": Rule(
-        ("off_mesh", "all"), "not released", "off_mesh", "off_mesh",
+        ("off_mesh", "all"), "not released", "off_mesh", "all",
         "whose offset along the normal is trained: of the points sampled off the mesh alone, or of all",
     ),
 }  # fmt: skip
@@ -77,7 +77,7 @@ class Settings:
     )
     off_mesh: float = 0.5  # share of the points that are sampled off the mesh; 0: none
     r_max: float = PAPER_OFFSET / UNITS  # metres, the largest offset at the start (Eq. 8)
-    acquisition: float = 0.15  # share of the iterations in which points acquire the shape; 0: none
+    acquiring: float = 0.15  # share of the iterations in which points acquire the shape; 0: none
     removals: int = 3  # of points that are hardly seen, evenly spaced until the shape is acquired
     least_visibility: float = 0.02  # blending weight that a point reaches in some picture, or it is removed
     dssim: float = 0.2  # weight of 1 - SSIM, where VGG's weights are not at hand
@@ -98,7 +98,7 @@ class Settings:
                 "sh_degree": (0, 3),
                 "sh_degree_every": (1, MOST),
                 "removals": (0, MOST),
-                "acquisition": (0, 0.9),
+                "acquiring": (0, 0.9),
                 **dict.fromkeys(("off_mesh", "least_visibility", "enhancing"), (0, 1)),
                 **dict.fromkeys(("r_max", "dssim", "vgg", "scale"), (0, math.inf)),
             },
@@ -113,7 +113,7 @@ class Settings:
     @property
     def acquired_after(self) -> int:
         """The last iteration of shape acquisition."""
-        return round(self.acquisition * self.iterations)
+        return round(self.acquiring * self.iterations)
 
     def enhances(self, iteration: int) -> bool:
         """Whether the enhancer is trained in this iteration."""
