@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from avatar_export.asm.files import save
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
+from avatar_export.read import read
+from avatar_runtime.avatar import Avatar
 
 Array = npt.NDArray[Any]
 
@@ -130,3 +135,10 @@ def small_face(
         Binding(*map(single, (bound.zeta, bound.pi, bound.mu, bound.covariance))),
         tuple(Take(t.name, t.fps, *map(single, (t.rotation_vector, t.translation, t.scale))) for t in takes),
     )
+
+
+def asm_avatar(seed: int = 5) -> Avatar:
+    """A small face as its reader makes it: an avatar that does not rest in its binding pose."""
+    with TemporaryDirectory() as folder:
+        save(small_face(seed), Path(folder, "face.npz"))
+        return read(Path(folder, "face.npz"))

@@ -40,6 +40,12 @@ SETTINGS = Settings(iterations=1500, gaussians=8000, sh_degree=0)
 ACQUISITION = 300  # iterations
 JUDGED, JUDGED_EVERY = 8, 10  # training frames, iterations
 ERRORS = (0.05, 0.04, 0.03, 0.025, 0.02)  # mean absolute difference of the training frames
+# (label, share of points sampled off the mesh, whose offsets are trained)
+VARIANTS = (
+    ("points off the mesh", SETTINGS.off_mesh, "all"),
+    ("none off the mesh", 0.0, "off_mesh"),
+    ("none at the start, offsets trained", 0.0, "all"),
+)
 WHITE = torch.ones(3)
 COVERED = 0.25  # share of a pixel
 SHOWN, ENLARGED = 3, 3  # frames of a picture, factor
@@ -97,15 +103,16 @@ def scores(system: System, capture: Capture, *, worn: bool) -> list[float]:
 
 
 def off_the_mesh(which: str, out: Path, settings: Settings, size: int) -> list[str]:
-    """With points off the mesh and without; the picture OUT/<which>.png: truth | with | without."""
+    """VARIANTS, and the picture OUT/<which>.png: truth, then one for each of them."""
     capture = capture_of(which, out, size)
     lines = [
         f"| {which} | PSNR in the region dB | PSNR dB | SSIM | points left | CPU s |",
         "|---|---|---|---|---|---|",
     ]
     systems = []
-    for label, share in (("with points off the mesh", settings.off_mesh), ("without", 0.0)):
-        system, seconds = trained(capture, replace(settings, off_mesh=share))
+    for label, share, moves in VARIANTS:
+        rules = {**settings.rules, "displacement": moves}
+        system, seconds = trained(capture, replace(settings, off_mesh=share, rules=rules))
         systems.append(system)
         inside, whole, similar = scores(system, capture, worn=True)
         count = len(system.splats(capture.frames[0].pose).mean)
@@ -132,7 +139,7 @@ def acquisition(which: str, out: Path, settings: Settings, size: int) -> list[st
     frames = evenly(capture.train, JUDGED)
     targets = [read(frame).over(WHITE) for frame in frames]
     # Ten iterations more than are looked at, so that the shape is still being acquired at the last of them.
-    alone = replace(settings, iterations=round(ACQUISITION / 0.9) + 10, acquisition=0.9, removals=0)
+    alone = replace(settings, iterations=round(ACQUISITION / 0.9) + 10, acquiring=0.9, removals=0)
     reached: dict[str, dict[float, tuple[int, float]]] = {}
     for way in ("points", "gaussians"):
         reached[way] = {}

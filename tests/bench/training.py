@@ -21,7 +21,7 @@ import torch
 from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
 from avatar_trainer.renderer import render
-from avatar_trainer.tensors import Splats
+from avatar_trainer.tensors import Points, Splats
 from tests.bench.training_iterations import iteration_rows
 from tests.bench.training_stages import rows as stage_rows
 
@@ -32,6 +32,7 @@ PLAIN = ((5_000, 128), (10_000, 128), (5_000, 256))  # what `torch` draws too
 ROUNDS, PLAIN_ROUNDS = 9, 3
 RADII = (0.08, 0.12, 0.1)  # metres
 SH_DEGREE = 1
+POINTS, POINTS_SIZE, DISC = 40_000, 256, 2.0  # a disc's radius over a splat's standard deviation
 OVERLAP = 0.6  # standard deviation of a splat over the width of its share of the surface
 
 
@@ -41,7 +42,7 @@ def training_rows(folder: Path, gaussians: int) -> list[Row]:
     torch.set_num_threads(1)
     try:
         stages = [(f"training_{name.replace(' ', '_')}", ms, "ms") for name, ms in stage_rows()]
-        return [*_rows(), *stages, *iteration_rows(folder)]
+        return [*_rows(), *_point_rows(), *stages, *iteration_rows(folder)]
     finally:
         torch.set_num_threads(before)
 
@@ -58,17 +59,32 @@ def _rows() -> Iterator[Row]:
                 yield f"training_{count}_at_{size}_torch_over_cpu", plain / (forward + backward), "1"
 
 
+def _point_rows() -> Iterator[Row]:
+    """Point splatting: discs about as large as the shell's splats, so that they close."""
+    inputs = points(POINTS)
+    camera = Camera.orbit(np.zeros(3), 0.7, 0.2, 0.1, 0.45, POINTS_SIZE, POINTS_SIZE)
+    forward, backward = _timed(inputs, list(vars(inputs).values()), camera, "cpu", ROUNDS)
+    yield f"training_{POINTS}_points_at_{POINTS_SIZE}_forward", forward, "ms"
+    yield f"training_{POINTS}_points_at_{POINTS_SIZE}_backward", backward, "ms"
+
+
 def timed(count: int, size: int, rasteriser: str, rounds: int) -> tuple[float, float]:
     """Median CPU milliseconds (forward, backward) after one round that compiles and fills caches."""
     splats, camera = shell(count), Camera.orbit(np.zeros(3), 0.7, 0.2, 0.1, 0.45, size, size)
-    inputs = [value for value in vars(splats).values() if value is not None]
-    offset, background = torch.zeros(count, 2, requires_grad=True), torch.zeros(3)
+    return _timed(splats, [v for v in vars(splats).values() if v is not None], camera, rasteriser, rounds)
+
+
+def _timed(
+    given: Splats | Points, inputs: list[torch.Tensor], camera: Camera, rasteriser: str, rounds: int
+) -> tuple[float, float]:
+    size = camera.width
+    offset, background = torch.zeros(len(given.mean), 2, requires_grad=True), torch.zeros(3)
     of_colour = torch.randn(size, size, 3, generator=torch.Generator().manual_seed(1)) / size**2
     times = []
     for _ in range(rounds + 1):
         start = time.process_time()
         rendered = render(
-            splats, camera, RasterSettings(near=0.05), SH_DEGREE, background, rasteriser, offset, threads=1
+            given, camera, RasterSettings(near=0.05), SH_DEGREE, background, rasteriser, offset, threads=1
         )
         middle = time.process_time()
         torch.autograd.grad(rendered.colour, [*inputs, offset], of_colour)
@@ -95,6 +111,13 @@ def shell(count: int) -> Splats:
         0.3 * normal(count, (SH_DEGREE + 1) ** 2, 3),
     )
     return Splats(*(value.requires_grad_() for value in tensors))
+
+
+def points(count: int) -> Points:
+    """`count` points in the places and colours of a shell's splats."""
+    splats = shell(count)
+    values = (splats.mean, splats.scale.mean(dim=1) * DISC, splats.opacity, splats.sh[:, 0] + 0.5)
+    return Points(*(value.detach().requires_grad_() for value in values))
 
 
 def main() -> None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Gaussians, Group, Rules, SparseRows
+from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.stages.surface import binding_pose
 from tests.avatars import full_avatar, surface_avatar
 from tests.conformance.edges import edge_gaussians
@@ -23,6 +24,19 @@ def _surface(rules: Rules, sh_degree: int, *, rigged: bool = True) -> Avatar:
     made = surface_avatar(4, rules, rigged=rigged)
     blendshapes = replace(made.blendshapes, appearance=full_avatar(4).blendshapes.appearance)
     return replace(made, blendshapes=blendshapes, sh_degree=sh_degree).check()
+
+
+def _unbound() -> Avatar:
+    """Joints push and stretch the mesh at rest, as the bones of ASM do: no skin matrix is the identity."""
+    made, rng = _surface(FRAMED, 1), np.random.default_rng(21)
+    assert made.rig is not None and made.embedding is not None
+    joints = made.rig.joint_count
+    stretch = np.exp(rng.normal(0, 0.15, (joints, 1, 3)))
+    push = homogeneous(
+        matrix_from_rotvec(rng.normal(0, 0.2, (joints, 3))) * stretch, rng.normal(0, 5e-3, (joints, 3))
+    )
+    rig = replace(made.rig, rest_local=(made.rig.rest_local @ push).astype(np.float32))
+    return replace(made, rig=rig).check()
 
 
 def _fine() -> Avatar:
@@ -90,6 +104,7 @@ AVATARS: Mapping[str, Callable[[], Avatar]] = {
     "surface_paper": lambda: _surface(PAPER, 1),
     "surface_joints": lambda: _surface(JOINTED, 2),
     "surface_frame": lambda: _surface(FRAMED, 3),
+    "surface_unbound": _unbound,
     "surface_unrigged": lambda: _surface(Rules(TURNED, scale="log_area"), 2, rigged=False),
     "surface_fine": _fine,
     "edges": _edges,

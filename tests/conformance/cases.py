@@ -112,6 +112,16 @@ CASES: tuple[Row, ...] = (
         "vertex normals and quaternions divided by their floors, areas in training units",
         seed=13,
     ),
+    *(
+        Row(
+            "surface_unbound",
+            name,
+            "a rig that does not rest in its binding pose (ASM): inverse bind matrices are not those of rest, joints "
+            "turn in spaces that are stretched unevenly",
+            seed=seed,
+        )
+        for name, seed in (("rest", None), ("posed", 22))
+    ),
     Row("surface_unrigged", "placed", "no rig: only the whole moves", seed=11),
     Row(
         "edges",

@@ -147,7 +147,8 @@ def test_systems(run: Run) -> None:
     code, text, _ = run("systems", "--json")
     assert code == 0
     assert [s["system"] for s in json.loads(text)] == [
-        *("bundle", "gaussian_blendshapes", "splatting_avatar", "gaussian_avatars", "lam")
+        *("bundle", "gaussian_blendshapes", "splatting_avatar", "gaussian_avatars"),
+        *("psavatar", "lam", "asm"),
     ]
     assert "skin.glb" in run("systems")[1]
 

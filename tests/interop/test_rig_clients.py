@@ -21,7 +21,16 @@ from tests.measured import Measure
 Array = npt.NDArray[np.float64]
 
 TOLERANCE = 1e-5  # of the mesh's height
-RIGS = ("full/4", "full/8", "odd_names/4", "blendshapes/4", "lam/4", "splatting_head_sh3/4", "body/4")
+RIGS = (
+    "full/4",
+    "full/8",
+    "odd_names/4",
+    "blendshapes/4",
+    "lam/4",
+    "splatting_head_sh3/4",
+    "body/4",
+    "asm/4",
+)
 CLIENTS = ("three", "babylon", "blender")
 FOUR_ONLY = {("three", "full/8")}  # tested on its own below
 

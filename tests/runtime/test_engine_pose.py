@@ -16,6 +16,7 @@ from avatar_runtime.engine_pose import (
     engine_pose,
     engine_rest,
     node_transforms,
+    rests_bound,
     target_names,
     unique_names,
 )
@@ -84,7 +85,7 @@ def test_unique_names_keep_what_stands_first() -> None:
     assert unique_names(["a", "a", "a_2", "a", "b"]) == ("a", "a_2", "a_2_2", "a_3", "b")
 
 
-def test_rest_nodes_are_rigid_and_stand_where_the_joints_do() -> None:
+def test_bind_nodes_are_rigid_and_stand_where_the_joints_do() -> None:
     avatar = scaled_at_rest(full_avatar(), (1.5, 0.7, 1.2))
     rig, nodes = rig_of(avatar), bind_nodes(rig_of(avatar))
     linear = nodes[:, :3, :3]
@@ -248,3 +249,36 @@ def test_bad_poses_are_refused() -> None:
     far[0, 0, 0] = far[1, 0, 0] = 3e38
     with pytest.raises(AvatarError, match=r"^joint \w+: its rest transform"):
         bind_nodes(replace(rig, rest_local=far))
+
+
+def resting_elsewhere() -> Avatar:
+    """Joints that turn, push and stretch at rest, unevenly."""
+    avatar, rng = full_avatar(), np.random.default_rng(3)
+    rig = rig_of(avatar)
+    stretch = np.exp(rng.normal(0, 0.2, (rig.joint_count, 1, 3)))
+    push = homogeneous(matrix_from_rotvec(rng.normal(0, 0.3, (rig.joint_count, 3))) * stretch)
+    push[:, :3, 3] = rng.normal(0, 0.01, (rig.joint_count, 3))
+    return replace(avatar, rig=replace(rig, rest_local=(rig.rest_local @ push).astype(np.float32)))
+
+
+def test_a_rig_that_rests_elsewhere_stands_there() -> None:
+    avatar = resting_elsewhere()
+    rig = rig_of(avatar)
+    assert rests_bound(rig_of(full_avatar())) and not rests_bound(rig)
+    np.testing.assert_allclose(bind_nodes(rig), np.linalg.inv(rig.inverse_bind_matrix), atol=1e-6)
+    np.testing.assert_allclose(bind_nodes(rig), bind_nodes(rig_of(full_avatar())), atol=1e-6)
+    rest, posed = engine_rest(avatar), engine_pose(avatar, Pose())
+    for name in ("translation", "rotation_xyzw", "scale", "weights"):
+        np.testing.assert_array_equal(getattr(rest, name), getattr(posed, name))
+    true = joints(rig, resolve(Pose(), avatar)).skin_matrix
+    np.testing.assert_allclose(skin_matrices(avatar, rest), true, atol=1e-6)
+    assert np.abs(true - np.eye(4)).max() > 0.2 and np.abs(rest.scale - 1).max() > 0.2
+
+
+def test_rounding_of_the_inverse_bind_is_no_other_rest() -> None:
+    rig = rig_of(full_avatar())
+    nearly = rig.rest_local.copy()
+    nearly[1, 0, 3] += 5e-6
+    assert rests_bound(replace(rig, rest_local=nearly))
+    nearly[1, 0, 3] += 2e-5
+    assert not rests_bound(replace(rig, rest_local=nearly))

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 from samples.body_model import BodyModel, build_body_model
-from samples.capture_extras import EXTRAS, Extra, glasses, hair
+from samples.capture_extras import EXTRAS, glasses, hair
 from samples.capture_head import DARK, LIT, Model, blinking_head, perform, write_head
 from samples.capture_shots import Noise
 from samples.head import Head
@@ -24,7 +24,7 @@ from samples import capture as command
 from samples import capture_shots
 
 Array = npt.NDArray[Any]
-SIZE, FRAMES = 64, 5
+SIZE, FRAMES = 32, 3
 WORN = tuple(EXTRAS)
 
 
@@ -32,7 +32,7 @@ WORN = tuple(EXTRAS)
 def fewer_rays() -> Iterator[None]:
     """Pictures of tests need not be as fine as those for training."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(capture_shots, "RAYS", 192)
+        patch.setattr(capture_shots, "RAYS", 96)
         yield
 
 
@@ -57,20 +57,14 @@ def models(head: Head, body: BodyModel) -> dict[str, Model]:
     return {"": Model(head, body), **{name: Model(head, body, (EXTRAS[name](head),)) for name in WORN}}
 
 
-def from_yaw(yaw: float, size: int = 96) -> Camera:
+def from_yaw(yaw: float, size: int = 64) -> Camera:
     return Camera.orbit(np.array([0, 0.02, 0]), 0.86, yaw, 0.0, 0.43, size, size)
 
 
-def off_the_head(extra: Extra, head: Head) -> Array:
+def off_the_head(vertices: Array, head: Head) -> Array:
     """Metres [V] to the nearest vertex of face and scalp."""
-    skin = head.vertices[head.in_part("face", "head")].astype(np.float32)
-    square = (skin**2).sum(axis=1)
-    result = np.empty(len(extra.vertices))
-    for begin in range(0, len(result), 2000):
-        some = extra.vertices[begin : begin + 2000].astype(np.float32)
-        result[begin : begin + 2000] = (square - 2 * some @ skin.T).min(axis=1) + (some**2).sum(axis=1)
-    distance: Array = np.sqrt(np.maximum(result, 0))
-    return distance
+    skin = head.vertices[head.in_part("face", "head")]
+    return np.array([np.linalg.norm(skin - vertex, axis=1).min() for vertex in vertices])
 
 
 def over_white(picture: Picture) -> Array:
@@ -83,7 +77,7 @@ def test_glasses_stand_off_the_face(head: Head) -> None:
     """Rims and bridge everywhere by a millimetre, mostly by one or two centimetres; nothing in the eyes' way."""
     made = glasses(head)
     front = made.vertices[:, 2] > 0.10
-    distance = off_the_head(made, head)[front]
+    distance = off_the_head(made.vertices[front][::5], head)
     assert distance.min() > 0.001
     assert 0.008 < np.median(distance) < 0.03
     assert np.abs(made.vertices[:, 0]).max() < 0.10
@@ -92,8 +86,9 @@ def test_glasses_stand_off_the_face(head: Head) -> None:
 
 def test_hair_stands_1_to_3_centimetres_off_the_scalp(head: Head) -> None:
     made = hair(head)
-    distance = off_the_head(made, head)
+    distance = off_the_head(made.vertices[::200], head)
     assert 0.015 < np.percentile(distance, 95) < 0.035
+    assert len(distance) > 300
     assert (distance > 0.01).mean() > 0.3
     assert distance.max() < 0.05
     eyes = np.abs(made.vertices[:, None] - head.eye_centres).max(axis=2).min(axis=1)
@@ -117,7 +112,7 @@ def test_triangles_look_outwards(name: str, head: Head) -> None:
 
 
 @pytest.mark.parametrize("name", WORN)
-@pytest.mark.parametrize("yaw", [0.0, 0.9, np.pi])
+@pytest.mark.parametrize("yaw", [0.0, 0.9])
 def test_the_region_is_where_the_picture_differs(
     name: str, yaw: float, models: dict[str, Model], take: Take
 ) -> None:
@@ -130,7 +125,7 @@ def test_the_region_is_where_the_picture_differs(
     np.testing.assert_array_equal(with_it.alpha[outside], without.alpha[outside])
     np.testing.assert_allclose(with_it.colour[outside], without.colour[outside], rtol=0, atol=1e-6)
     inside = region > 0.999
-    assert inside.sum() > {0.0: 50, 0.9: 40, np.pi: 1}[yaw]
+    assert inside.sum() > 12
     assert (with_it.alpha[inside] > 0.999).all()
     brightest = dressed.worn[0].rgb.max() * (DARK + LIT) * 1.05 + dressed.worn[0].gloss[0]
     assert with_it.colour[inside].max() <= brightest + 1e-6
@@ -141,9 +136,9 @@ def test_the_head_hides_what_is_behind_it(models: dict[str, Model], take: Take) 
     """From behind, of the glasses only the ends beside the ears are seen; from in front much more."""
     front, back = (models["glasses"].region(take, 0, from_yaw(yaw), 2) for yaw in (0.0, np.pi))
     assert back.sum() < 0.25 * front.sum()
-    middle = back[:, 33:63]  # half a head to either side
+    middle = back[:, 22:42]  # half a head to either side
     assert not middle.any()
-    assert front[:, 33:63].sum() > 0.4 * front.sum()
+    assert front[:, 22:42].sum() > 0.4 * front.sum()
 
 
 def test_a_capture_with_hair_and_glasses(tmp_path: Path) -> None:
@@ -162,7 +157,7 @@ def test_a_capture_with_hair_and_glasses(tmp_path: Path) -> None:
         assert region.shape == (SIZE, SIZE)
         mask = np.asarray(Image.open(tmp_path / "worn" / "masks" / name)).astype(float) / 255
         assert 0.05 < region.mean() < 0.4
-        assert mask[region > 0.99].mean() > 0.98  # of fewer rays
+        assert mask[region > 0.99].mean() > 0.95  # of fewer rays
 
 
 def test_the_body_wears_nothing(

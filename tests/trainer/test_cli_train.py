@@ -242,6 +242,10 @@ def test_what_is_missing_is_told_before_preparing(
             ("splatting_avatar", "--rule", "embedding=fixed", "--export", tmp_path / "bundle"),
             "embedding=fixed is for comparison",
         ),
+        (
+            ("psavatar", "--rule", "order=as_printed", "--export", tmp_path / "bundle"),
+            "order=as_printed is for comparison",
+        ),
     ]:
         system, *options = arguments
         code, _, err = avatar_train(system, tmp_path / "no capture", "-o", tmp_path / "out", *options)
@@ -269,6 +273,15 @@ OUT_OF_RANGE = {
         ("--set", "scaling=-1", "scaling is -1.0"),
         ("--set", "thin_ratio=0", "thin_ratio is 0.0"),
         ("--set", "walk_decay=2", "walk_decay is 2.0"),
+    ),
+    "psavatar": (
+        ("--gaussians", "1000001", "gaussians is 1000001; at least 1, at most 1000000"),
+        ("--set", "off_mesh=1.1", "off_mesh is 1.1; at least 0, at most 1"),
+        ("--set", "r_max=-0.1", "r_max is -0.1"),
+        ("--set", "acquiring=1", "acquiring is 1.0; at least 0, at most 0.9"),
+        ("--set", "region=nose", "region is 'nose'; one of all, head, face"),
+        ("--set", "vgg=0.1", "vgg needs vgg_weights"),
+        ("--set", "learning_rates.falls_to=0", "falls_to is 0.0"),
     ),
     "gaussian_blendshapes": (
         ("--gaussians", "250001", "gaussians is 250001; at least 4, at most 250000"),

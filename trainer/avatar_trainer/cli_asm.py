@@ -2,7 +2,30 @@
 
 from __future__ import annotations
 
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
 import typer
+
+from avatar_export import arguments
+from avatar_export.asm.files import load, save
+from avatar_export.asm.model import AsmFace, Binding
+from avatar_export.console import Steps, facts_table, output
+from avatar_export.read import read
+from avatar_export.readers.options import ReadOptions
+from avatar_export.writers.bundle import write_bundle
+from avatar_runtime.errors import AvatarError
+from avatar_trainer.machine import disk_advice, memory_advice, reproducible
+from avatar_trainer.places import expect_bundle_place, expect_room
+from avatar_trainer.settings import with_values
+from avatar_trainer.systems.asm_align import Scan
+from avatar_trainer.systems.asm_register import Registration, register_takes, scan_error
+from avatar_trainer.systems.asm_register_settings import RegisterSettings
+from avatar_trainer.systems.asm_scan_files import read_keypoints, read_scan
+from avatar_trainer.systems.asm_template import initial_binding
+from avatar_trainer.systems.asm_weights import initial_weights
 
 app = typer.Typer(
     help="ASM: bone-driven faces, fitted to scans and pictures.",
@@ -10,7 +33,115 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+Out = Annotated[Path, typer.Option("--out", "-o", help="Face to write, FACE.npz.")]
+TemplateFile = Annotated[
+    Path, typer.Option("--template", help="Face to begin with, .npz: a topology with bones and mixtures.")
+]
+Components = Annotated[
+    int | None,
+    typer.Option(help="Mixture components K of a bone; default: the template's.", min=1, max=16),
+]
+Bundle = Annotated[Path | None, typer.Option(help="Bundle to write of the face, too.", metavar="BUNDLE")]
+Force = Annotated[bool, typer.Option("--force", help="Replace FACE.npz and BUNDLE if they exist.")]
+
 
 @app.callback()
 def asm() -> None:
     """ASM: bone-driven faces, fitted to scans and pictures."""
+
+
+@app.command()
+def scan(
+    neutral: Annotated[
+        Path, typer.Argument(help="Scan of the neutral face: .obj, .npz, .glb, .ply.", metavar="SCAN")
+    ],
+    template: TemplateFile,
+    keypoints: Annotated[
+        Path, typer.Option(help="JSON of the scan's seven keypoints, NAME: [x, y, z] in its frame.")
+    ],
+    out: Out,
+    expression: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Scan of an expression, may be repeated; its keypoints from SCAN.json beside it, else --keypoints."
+        ),
+    ] = None,
+    units: Annotated[
+        float, typer.Option(help="Units of the scans in a metre; 0: found by the keypoints.", min=0, max=1e6)
+    ] = 1.0,
+    components: Components = None,
+    set_: Annotated[list[str] | None, typer.Option("--set", help="NAME=VALUE: a setting of the fit.")] = None,
+    export: Bundle = None,
+    force: Force = False,
+) -> None:
+    """Fit a bone-driven face to a scan, and its poses to scans of expressions."""
+    settings = with_values(RegisterSettings(similarity=units == 0), arguments.pairs(set_))
+    _expect_places(out, export, force)
+    with Steps() as step, memory_advice():
+        step("reading")
+        start = load(template)
+        scans = _scans([neutral, *(expression or [])], keypoints, units)
+        step("preparing")
+        binding = with_components(start, components)
+        step(f"fitting, {settings.iterations} iterations")
+        with reproducible(settings.seed, threads=0):
+            found = register_takes(start.template, binding, scans, settings)
+        write_face(found.face, out)
+        if export is not None:
+            step(f"writing {export}")
+            with disk_advice(export):
+                write_bundle(read(out, ReadOptions(name=found.face.name)), export, force=force)
+    output.print(f"{out}: {len(start.template.bone_names)} bones, {len(scans)} takes")
+    output.print(facts_table(_errors(found, scans)))
+
+
+def with_components(face: AsmFace, components: int | None) -> Binding:
+    """A face's binding; with another number of components, mixtures fitted anew to first weights of its bones."""
+    if components is None or components == face.binding.components:
+        return face.binding
+    template = face.template
+    weights = initial_weights(template.vertices, template.triangles, template.rest_position)
+    return initial_binding(template, weights, components)
+
+
+def write_face(face: AsmFace, out: Path) -> None:
+    """Write FACE.npz whole or not at all."""
+    partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
+    try:
+        with disk_advice(out):
+            out.parent.mkdir(parents=True, exist_ok=True)
+            save(face, partial)
+            partial.replace(out)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _expect_places(out: Path, export: Path | None, force: bool) -> None:
+    """Raise AvatarError where FACE.npz or the bundle cannot be written, before anything is computed."""
+    if out.suffix.lower() != ".npz":
+        raise AvatarError("is no .npz; a face is written as one", file=out)
+    if out.is_dir() or (out.exists() and not force):
+        raise AvatarError("is a folder" if out.is_dir() else "exists; pass --force to replace it", file=out)
+    expect_room(out.parent)
+    if export is not None:
+        expect_bundle_place(export, out, force=force)
+
+
+def _scans(paths: list[Path], keypoints: Path, units: float) -> list[Scan]:
+    """The scans in metres, or in their own unit where `units` is 0."""
+    found = []
+    for path in paths:
+        own = path.with_suffix(".json")
+        marks = read_keypoints(own if path is not paths[0] and own.is_file() else keypoints)
+        given = read_scan(path, marks)
+        unit = units or 1.0
+        placed = {name: place / unit for name, place in marks.items()}
+        found.append(replace(given, points=given.points / unit, keypoints=placed))
+    return found
+
+
+def _errors(found: Registration, scans: list[Scan]) -> dict[str, str]:
+    """Each take's scan-to-mesh error, in words."""
+    errors = [scan_error(found, given, i).mean_mm for i, given in enumerate(scans)]
+    takes = zip(found.face.takes, errors, strict=True)
+    return {take.name: f"scan to mesh {error:.3f} mm" for take, error in takes}

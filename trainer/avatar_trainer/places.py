@@ -14,7 +14,7 @@ FOLDERS = (run.CHECKPOINTS, run.UPSTREAM, run.LOGS, run.PREVIEW)  # of a run
 
 def expect_run_folder(out: Path) -> None:
     """Raise AvatarError where no run can be written into the folder `out`."""
-    _expect_room(out)
+    expect_room(out)
     for folder in (out, *(out / name for name in FOLDERS)):
         if folder.exists() and not folder.is_dir():
             raise AvatarError("is a file where a run has a folder; name another --out", file=folder)
@@ -30,10 +30,10 @@ def expect_bundle_place(bundle: Path, out: Path | None, *, force: bool) -> None:
             f"a bundle and the run in {out} cannot lie in each other; name another", file=bundle
         )
     may_replace(here, force)
-    _expect_room(here.parent)
+    expect_room(here.parent)
 
 
-def _expect_room(folder: Path) -> None:
+def expect_room(folder: Path) -> None:
     """Raise AvatarError where `folder` is not there and cannot be made, or cannot be written to."""
     path = folder.resolve()
     while not path.exists() and path != path.parent:

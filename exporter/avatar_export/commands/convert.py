@@ -52,12 +52,15 @@ def convert(
     ] = None,
     rig: Annotated[
         Path | None,
-        typer.Option(help="Skinned .glb or .fbx of the mesh that the Gaussians are embedded in."),
+        typer.Option(
+            help="Skinned .glb or .fbx, or ASM face .npz, of the mesh that the Gaussians are embedded in."
+        ),
     ] = None,
     mesh: Annotated[
         Path | None,
         typer.Option(
-            help="That mesh itself, .obj or .npz (vertices, faces), training units, where it is not stored."
+            help="That mesh itself, .obj or .npz (vertices, faces), training units, where it is not stored; "
+            "for an ASM person's small file a face .npz with the template."
         ),
     ] = None,
     poses: Annotated[

@@ -111,7 +111,7 @@ class _File:
         array = self._array(key, shape, "f", "floats")
         with np.errstate(over="ignore"):
             values: F32 = array.astype(np.float32)
-        finite = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+        finite = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
         if not finite.all():
             raise self._wrong("is not finite in float32", f"{key}[{int(np.argmin(finite))}]")
         return values
@@ -119,7 +119,7 @@ class _File:
     def whole(self, key: str, shape: tuple[int | None, ...], end: int, what: str) -> Array:
         """Whole numbers 0 <= v < end, of which there are as many `what`."""
         array = self._array(key, shape, "iu", "whole numbers")
-        outside = ((array < 0) | (array >= end)).reshape(len(array), -1).any(axis=1)
+        outside = ((array < 0) | (array >= end)).any(axis=tuple(range(1, array.ndim)))
         if outside.any():
             at = int(np.argmax(outside))
             raise self._wrong(f"is {array[at].tolist()}, but there are {end} {what}", f"{key}[{at}]")

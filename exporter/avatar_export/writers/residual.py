@@ -11,9 +11,17 @@ import numpy.typing as npt
 
 from avatar_export.writers.engine_mesh import EngineMesh, Influences, engine_mesh
 from avatar_runtime.avatar import F32, F64, Avatar, Rig
-from avatar_runtime.engine_pose import bind_nodes, engine_pose, node_transforms, rests_bound
+from avatar_runtime.engine_pose import (
+    EnginePose,
+    bind_nodes,
+    engine_pose,
+    local_transforms,
+    node_transforms,
+    rests_bound,
+)
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.pose import Pose, clip_pose, joint_rotation, resolve
+from avatar_runtime.rotation import homogeneous
 from avatar_runtime.stages.joints import chain, pose_features
 from avatar_runtime.stages.morph import morph
 from avatar_runtime.stages.skin import skin
@@ -33,16 +41,22 @@ def engine_residual(avatar: Avatar, influences: int = 4) -> dict[str, float | in
 
     `residual_mm` is all of it; `truncation_mm` what fewer influences change, `late_morph_mm` what it changes that
     late morphs are skinned, `shear_mm` what nodes cannot say of the joints. All 0 without a triangle or joint.
+    `no_shear_mm`, of a rig that does not rest in its binding pose: what an engine shows besides that composes
+    translation, rotation and scale each for itself and so loses the shear of uneven scales (Unreal).
     Raises AvatarError without a rig and for one too large to pose, ValueError for another number of influences.
     """
     mesh = engine_mesh(avatar)
-    worst = {"residual_mm": 0.0, "truncation_mm": 0.0, "late_morph_mm": 0.0, "shear_mm": 0.0}
     assert avatar.rig is not None  # or engine_mesh would have raised
+    worst = dict.fromkeys(("residual_mm", "truncation_mm", "late_morph_mm", "shear_mm"), 0.0)
+    if not rests_bound(avatar.rig):
+        worst["no_shear_mm"] = 0.0
     poses = list(residual_poses(avatar)) if len(mesh.vertices) and avatar.rig.joint_count else []
     part = _rows(avatar.rig, mesh)
     shown = mesh.influences(influences)
     for pose in poses:
-        for name, offset in _offsets(avatar, part, shown, pose).items():
+        offsets = _offsets(avatar, part, shown, pose)
+        for name in worst:
+            offset = offsets[name]
             largest = float(np.sqrt(np.max(np.sum(offset * offset, axis=1))))
             if not np.isfinite(largest):
                 message = (
@@ -104,18 +118,33 @@ def _offsets(avatar: Avatar, part: Rig, shown: Influences, pose: Pose) -> dict[s
     """[v, 3] in metres: where the engine's vertices lie from the runtime's, in all and for each reason alone."""
     arrays = resolve(pose, avatar)
     true, _, _ = chain(part, arrays.expression_weights, arrays.joint_delta)
-    engine = node_transforms(part, engine_pose(avatar, pose)) @ np.linalg.inv(bind_nodes(part))
+    nodes, back = engine_pose(avatar, pose), np.linalg.inv(bind_nodes(part))
+    engine = node_transforms(part, nodes) @ back
     shape = morph(part, arrays.expression_weights, pose_features(part, arrays.joint_delta))
     late = combine(part.late_morphs, arrays.late_weights)["position"]
     runtime = skin(part, shape, true.astype(np.float32), arrays.late_weights)
     all_of_them = gather(part.skin, true[:, :3].astype(np.float32))
     lost = gather(part.skin, (engine - true)[:, :3].astype(np.float32))
+    unsheared = _by_parts(part, nodes) @ back - engine
     return {
         "residual_mm": _apply(_blend(shown, engine), shape + late) - runtime,
         "truncation_mm": _apply(_blend(shown, true) - all_of_them, shape),
         "late_morph_mm": _apply(all_of_them, late) - all_of_them[..., 3] - late,
         "shear_mm": _apply(lost, shape),
+        "no_shear_mm": _apply(gather(part.skin, unsheared[:, :3].astype(np.float32)), shape),
     }
+
+
+def _by_parts(rig: Rig, pose: EnginePose) -> F64:
+    """mesh_from_joint [J, 4, 4] where rotations and scales are multiplied apart, axis by axis: never a shear."""
+    turn = local_transforms(np.zeros_like(pose.translation), pose.rotation_xyzw, np.ones_like(pose.scale))
+    scale, place = pose.scale.copy(), pose.translation.copy()
+    for joint, parent in enumerate(rig.parents):
+        if parent >= 0:
+            place[joint] = turn[parent, :3, :3] @ (scale[parent] * place[joint]) + place[parent]
+            turn[joint] = turn[parent] @ turn[joint]
+            scale[joint] = scale[parent] * scale[joint]
+    return homogeneous(turn[:, :3, :3] * scale[:, None, :], place)
 
 
 def _blend(shown: Influences, matrix: F64) -> F64:

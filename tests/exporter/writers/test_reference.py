@@ -239,6 +239,7 @@ def test_it_can_be_left_out(tmp_path: Path) -> None:
 
 def test_it_says_which_files_it_was_made_for(bundle: Path) -> None:
     normative = {e["path"]: e["sha256"] for e in bundles.manifest(bundle)["files"] if not e["derived"]}
+    del normative["enhancer.onnx"]  # no stage goes through it
     assert len(normative) == 4
     assert document(bundle)["files"] == normative
 

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
+from avatar_export.asm.files import save
+from avatar_export.read import read
 from avatar_export.writers.residual import engine_residual, residual_poses
 from avatar_runtime.avatar import Avatar, SparseRows
-from avatar_runtime.engine_pose import engine_pose
+from avatar_runtime.engine_pose import bind_nodes, engine_pose, engine_rest, local_transforms
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose
+from tests.asm_faces import asm_avatar, small_face
 from tests.avatars import VERTICES, full_avatar
 from tests.exporter.writers.rigs import (
     distance,
@@ -23,7 +31,9 @@ from tests.exporter.writers.rigs import (
     without_late,
     written,
 )
-from tests.oracles.gltf_pose import File
+from tests.oracles.gltf_pose import File, quaternion_matrix
+
+Array = npt.NDArray[Any]
 
 
 @pytest.mark.parametrize("influences", [4, 8])
@@ -70,3 +80,63 @@ def test_the_residual_of_a_rig_beyond_float32_is_refused() -> None:
     avatar = full_avatar()
     with pytest.raises(AvatarError, match="float32"):
         engine_residual(with_rig(avatar, vertices=np.sign(rig_of(avatar).vertices) * np.float32(3e38)))
+
+
+def unsheared_mesh(avatar: Avatar, pose: Pose) -> Array:
+    """Vertices [V, 3] where a child's scale is its own times its parent's, axis by axis, and its rotation likewise."""
+    rig, found = rig_of(avatar), engine_pose(avatar, pose)
+    skin = np.zeros((rig.joint_count, 4, 4))
+    parts: list[tuple[Array, Array, Array]] = []  # rotation, scale, place of each joint in the mesh
+    for j, parent in enumerate(rig.parents.tolist()):
+        turn, scale, place = quaternion_matrix(found.rotation_xyzw[j]), found.scale[j], found.translation[j]
+        if parent >= 0:
+            above_turn, above_scale, above_place = parts[parent]
+            place = above_place + above_turn @ (above_scale * place)
+            turn, scale = above_turn @ turn, above_scale * scale
+        parts.append((turn, scale, place))
+        node = np.eye(4)
+        node[:3, :3], node[:3, 3] = turn @ np.diag(scale), place
+        skin[j] = node @ rig.inverse_bind_matrix[j]
+    result = np.zeros((len(rig.vertices), 3))
+    for v, point in enumerate(rig.vertices):
+        for entry in range(rig.skin.row_ptr[v], rig.skin.row_ptr[v + 1]):
+            moved = skin[rig.skin.column[entry]] @ np.append(point, 1)
+            result[v] += rig.skin.values["weight"][entry] * moved[:3]
+    return result
+
+
+def test_no_shear_is_what_composing_parts_loses() -> None:
+    avatar = asm_avatar()  # bind transforms have an even scale: rigid ones make the same of it
+    rig = rig_of(avatar)
+    rigid = np.linalg.inv(bind_nodes(rig)).astype(np.float32)
+    even = replace(avatar, rig=replace(rig, inverse_bind_matrix=rigid, rest_local=_rest_of(avatar)))
+    said = engine_residual(even, 8)
+    player = Player(even, "reference")
+    off = [unsheared_mesh(even, p) - player.mesh(p) for p in residual_poses(even)]
+    assert len(off) == said["poses"] == 1 + 1 + 5 + 1
+    worst = 1e3 * max(float(np.linalg.norm(o, axis=1).max()) for o in off)
+    assert worst > 1 and abs(said["no_shear_mm"] - worst) <= 2e-3
+
+
+def _rest_of(avatar: Avatar) -> Array:
+    rest = engine_rest(avatar)
+    local: Array = local_transforms(rest.translation, rest.rotation_xyzw, rest.scale).astype(np.float32)
+    return local
+
+
+def test_even_scales_lose_nothing_without_shear(tmp_path: Path) -> None:
+    face = small_face(5)
+    takes = tuple(replace(t, scale=np.repeat(t.scale[..., :1], 3, axis=2)) for t in face.takes)
+    save(replace(face, takes=takes), tmp_path / "face.npz")
+    said = engine_residual(read(tmp_path / "face.npz"), 8)
+    assert said["no_shear_mm"] == said["shear_mm"] == 0
+
+
+def test_a_face_is_measured_at_rest_and_in_its_takes() -> None:
+    avatar = asm_avatar()
+    four, eight = engine_residual(avatar, 4), engine_residual(avatar, 8)
+    assert four["residual_mm"] == four["truncation_mm"] > eight["truncation_mm"] > 0
+    assert four["shear_mm"] == 0 and four["no_shear_mm"] > 1
+    still = engine_residual(replace(avatar, clips=()), 4)
+    assert still["poses"] == 1 and 0 < still["truncation_mm"] < four["truncation_mm"]
+    assert "no_shear_mm" not in engine_residual(full_avatar(), 4)

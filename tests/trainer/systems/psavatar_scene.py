@@ -72,7 +72,9 @@ def rotation_vectors(pose: PoseArrays) -> Array:
     found = []
     for matrix in pose.joint_delta[:, :3, :3]:
         angle = np.arccos(np.clip((np.trace(matrix) - 1) / 2, -1, 1))
-        axis = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])
+        axis = np.array(
+            [matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]
+        )
         found.append(axis * (angle / (2 * np.sin(angle)) if angle else 0.5))
     return np.array(found)
 

@@ -31,7 +31,9 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
 
 
 def test_points_begin_on_the_mesh_by_area_and_off_it_along_the_normal(capture: Capture) -> None:
-    wide = capture.rig.vertices * (1 + 9 * capture.rig.vertices[:, :1].clip(0, None))  # larger triangles to one side
+    wide = capture.rig.vertices * (
+        1 + 9 * capture.rig.vertices[:, :1].clip(0, None)
+    )  # larger triangles to one side
     rig = replace(capture.rig, vertices=wide)
     found = sample_points(rig, "all", 40_000, 0.25, 0.03, np.random.default_rng(0))
     assert found.off_mesh.sum() == 10_000 and (found.displacement[~found.off_mesh] == 0).all()
@@ -64,7 +66,7 @@ def test_it_begins_as_points_at_rest(capture: Capture) -> None:
     assert points.opacity.detach()[~system.off_mesh].numpy() == pytest.approx(0.5)
     # Discs of the points on the mesh overlap: each covers more than its share of the area.
     area = 0.24**2 / int((~system.off_mesh).sum())
-    assert float(points.radius[0]) ** 2 * np.pi > 2 * area
+    assert float(points.radius.detach()[0]) ** 2 * np.pi > 2 * area
 
 
 @pytest.mark.parametrize("order", ["mesh_first", "as_printed"])
@@ -162,7 +164,7 @@ def test_what_no_picture_shows_is_removed_and_the_rest_become_gaussians(capture:
 
 
 def test_a_gaussian_takes_the_place_of_its_point(capture: Capture) -> None:
-    """The change of stage hardly changes the picture: same centres, opacities, colours, and area."""
+    """The change of stage hardly changes the picture: same centres, opacities, colours, and variance."""
     system = scene.system_of(capture, off_mesh=0.0, gaussians=600, removals=0)
     trainer = scene.trainer_of(system)
     scene.run(trainer, 1, 5)
@@ -172,7 +174,7 @@ def test_a_gaussian_takes_the_place_of_its_point(capture: Capture) -> None:
     after = draw(system, capture.frames[1]).colour
     assert torch.equal(system.splats(capture.frames[1].pose).mean.detach(), means)
     assert float((before - after).abs().mean()) < 0.03
-    assert float((before - after).mean().abs()) < 0.01
+    assert float((before - after).mean().abs()) < 0.015
 
 
 def test_gaussians_can_acquire_the_shape(capture: Capture) -> None:
@@ -248,7 +250,9 @@ def test_the_enhancer_is_trained_last_and_measured(capture: Capture, tmp_path: P
     better = system.enhanced(picture)
     assert better is not None and not torch.equal(better, picture)
     result = evaluate(system, capture)
-    assert result["splits"]["test"]["psnr_enhanced_db"] == pytest.approx(result["frames"][0]["psnr_enhanced_db"])
+    assert result["splits"]["test"]["psnr_enhanced_db"] == pytest.approx(
+        result["frames"][0]["psnr_enhanced_db"]
+    )
     system.save(tmp_path, 12)
     assert (tmp_path / "point_cloud" / "iteration_12" / "enhancer.onnx").is_file()
 

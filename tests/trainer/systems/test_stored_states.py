@@ -13,9 +13,10 @@ from avatar_runtime.errors import AvatarError
 from avatar_trainer.capture import Capture
 from avatar_trainer.finished import load_system
 from avatar_trainer.system import System
-from avatar_trainer.systems import splatting_avatar
+from avatar_trainer.systems import psavatar, splatting_avatar
 from avatar_trainer.systems.gaussian_blendshapes import create
 from tests.trainer.systems import blendshape_subjects as blendshapes
+from tests.trainer.systems import psavatar_scene
 from tests.trainer.systems import splatting_avatar_scene as scene
 
 State = dict[str, Any]
@@ -28,6 +29,7 @@ def captures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Capture]:
     return {
         "gaussian_blendshapes": blendshapes.capture(folder),
         "splatting_avatar": scene.blank(folder / "s"),
+        "psavatar": scene.blank(folder / "p"),
     }
 
 
@@ -35,6 +37,8 @@ def fresh(captures: dict[str, Capture], name: str) -> System:
     capture = captures[name]
     if name == "gaussian_blendshapes":
         return create(capture, blendshapes.settings(), 0)
+    if name == "psavatar":
+        return psavatar.create(capture, psavatar_scene.settings(), 0)
     return splatting_avatar.create(capture, scene.settings(init_colour="grey", sh_degree=1), 0)
 
 
@@ -136,6 +140,29 @@ SPLATTING = [
     (put(True, "sh_degree"), "sh_degree is True"),
     (put(-1, "crossings"), "crossings is -1"),
 ]
+POINTS = [
+    (put(128, "triangle", at=3), "triangle reaches from 0 to 128, not within 0..127"),
+    (put(cut, "triangle"), "triangle is"),
+    (put(wide, "barycentric"), "barycentric is torch.float64"),
+    (put(INF, "barycentric", at=(0, 1)), "barycentric has values that are not finite"),
+    (put(cut, "off_mesh"), "off_mesh is"),
+    (put(lambda values: values.long(), "off_mesh"), "off_mesh is torch.int64"),
+    (put(cut, "visibility"), "visibility is"),
+    (put(-1, "observed"), "observed is -1"),
+    (put(2, "sh_degree"), "sh_degree is 2"),
+    (put(1, "acquiring"), "acquiring and enhancing are not true or false"),
+    (put(False, "acquiring"), "a table of .*log_scale.* cannot go on from one of"),
+    (put(True, "enhancing"), "an enhancer, which these settings never train"),
+    (without("off_mesh"), "off_mesh"),
+    (put(lambda values: values[:, :-1], "table", "bases", "value"), "value of bases is"),
+]
+TABLES = [
+    (
+        put(NAN, "table", "displacement", "value", at=0),
+        "value of displacement has values that are not finite",
+    ),
+    (put([], "table"), "cannot go on"),
+]
 BOTH = [
     (put(cut, "density", "gradient_sum"), "gradient_sum is"),
     (put(wide, "density", "seen"), "seen is torch.float64"),
@@ -154,6 +181,7 @@ BOTH = [
 CASES = [
     *(("gaussian_blendshapes", *case) for case in [*BLENDSHAPES, *BOTH]),
     *(("splatting_avatar", *case) for case in [*SPLATTING, *BOTH]),
+    *(("psavatar", *case) for case in [*POINTS, *TABLES]),
 ]
 
 

@@ -41,7 +41,7 @@ def mixture_weights_cpu(
         raise ValueError("mixture_weights_cpu has no gradient for uv; asm_model.weights has")
     values = pi_logit.log_softmax(-1), centre, scale_tril
     weights: Tensor = _Mix.apply(uv, *values)  # type: ignore[no-untyped-call]
-    return weights
+    return weights.T
 
 
 class _Mix(torch.autograd.Function):
@@ -58,12 +58,12 @@ class _Mix(torch.autograd.Function):
         ctx.share = np.empty((count, len(uv)), np.float32)
         ctx.weights = np.empty((bones, len(uv)), np.float32)
         _shares(ctx.mixtures, ctx.share, ctx.weights)
-        return torch.from_numpy(ctx.weights).T
+        return torch.from_numpy(ctx.weights)
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
         bones, vertices = ctx.weights.shape
-        outer = np.ascontiguousarray(plain(gradients[0], vertices, bones).T)
+        outer = plain(gradients[0], bones, vertices)
         back = np.empty((len(ctx.share), 6))
         _shares_back(ctx.mixtures, ctx.share, ctx.weights, outer, back)
         found = torch.from_numpy(back.reshape(bones, -1, 6)).float()

@@ -187,15 +187,12 @@ class _Fit:
         return torch.optim.Adam(groups, foreach=False)
 
     def step(self, iteration: int) -> float:
-        """One iteration; the energy before it. Raises AvatarError for one that is not finite."""
+        """One iteration; the energy before it. Raises AvatarError for a face that is no number any more."""
         energy = self._distances(self._cap(iteration)) + self.settings.prior * self._prior()
-        value = float(energy.detach())
-        if not np.isfinite(value):
-            raise AvatarError("the fit went astray: its energy is no number; a smaller learning rate helps")
         self.optimiser.zero_grad()
         energy.backward()  # type: ignore[no-untyped-call]
         self.optimiser.step()
-        return value
+        return float(energy.detach())
 
     def _cap(self, iteration: int) -> float:
         """Square metres beyond which a point does not pull."""
@@ -221,8 +218,10 @@ class _Fit:
 
     def _distances(self, cap: float) -> Tensor:
         """Mean squared distance in mm^2 of the scans' points to the mesh, those beyond the cap left out."""
-        total = torch.zeros(())
-        for target, vertices in zip(self.targets, self._vertices(self.rows), strict=True):
+        total, posed = torch.zeros(()), self._vertices(self.rows)
+        if not bool(posed.isfinite().all()):
+            raise AvatarError("the fit went astray, vertices are no numbers; a smaller learning_rate helps")
+        for target, vertices in zip(self.targets, posed, strict=True):
             points = target.points()
             if target.vertex is not None:
                 squared = (points - vertices[target.vertex]).square().sum(-1)

@@ -19,7 +19,7 @@ from avatar_runtime.avatar import F64, I64
 from avatar_runtime.errors import AvatarError
 
 LEAST_WEIGHT, MOST_WEIGHT = 0.02, 20.0  # of an edge; cotangents of obtuse angles are negative
-RINGS = 60  # at which the change of radius is known
+RINGS = (60, 30, 15, 8)  # at which the change of radius is known: fewer where large triangles would fold
 SOLVED = 1e-10  # residual relative to the right-hand side
 STEPS = 4000
 RADIUS = 0.49  # of the border's circle about (0.5, 0.5)
@@ -160,11 +160,22 @@ def _equal_rings(mesh: Welded, places: F64) -> F64:
     of_triangle = radius[mesh.triangles].mean(axis=1)
     order = np.argsort(of_triangle, kind="stable")
     within = np.cumsum(area[order]) / area.sum()
-    known = np.linspace(0, 1, RINGS)
-    share = np.interp(known, np.concatenate([[0.0], of_triangle[order], [1.0]]), [0.0, *within, 1.0])
-    changed = np.interp(radius, known, np.sqrt(share))
-    result: F64 = places * (changed / np.maximum(radius, 1e-12))[:, None]
-    return result
+    at, share = np.concatenate([[0.0], of_triangle[order], [1.0]]), np.concatenate([[0.0], within, [1.0]])
+    for rings in RINGS:
+        known = np.linspace(0, 1, rings)
+        changed = np.interp(radius, known, np.sqrt(np.interp(known, at, share)))
+        result: F64 = places * (changed / np.maximum(radius, 1e-12))[:, None]
+        if not folded(result, mesh.triangles).any():
+            return result
+    return places
+
+
+def folded(uv: Array, triangles: Array) -> npt.NDArray[np.bool_]:
+    """[F] whether a triangle of the plane is turned over or flat."""
+    a, b, c = uv.astype(np.float64)[triangles].transpose(1, 0, 2)
+    x, y = b - a, c - a
+    turned: npt.NDArray[np.bool_] = x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0] <= 0
+    return turned
 
 
 def _relaxed(edges: I64, weight: F64, places: F64, free: npt.NDArray[np.bool_]) -> F64:

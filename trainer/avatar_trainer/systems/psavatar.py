@@ -47,9 +47,7 @@ ROWS = "gaussians"  # the row set of the table that has a row for each point
 FIRST_OPACITY = 0.5
 FIRST_OFF_OPACITY = 0.1  # of points off the mesh, most of which lie in free air
 RADIUS_PER_SPACING = 1.2  # so that discs on the mesh close
-SCALE_PER_RADIUS = (
-    0.5  # a Gaussian of the same opacity and integral as a disc of alpha = beta (1 - r^2 / R^2)
-)
+SCALE_PER_RADIUS = 1 / math.sqrt(6)  # a Gaussian of the variance that 1 - r^2 / R^2 has on a disc
 COLOUR_FRAMES = 8
 IN_METRES = ("displacement", "bases")
 AS_POINTS = ("opacity_logit", "sh_dc", "log_radius")  # that `_appearance` puts into the table

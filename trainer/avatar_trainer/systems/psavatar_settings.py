@@ -39,7 +39,6 @@ RULES: Mapping[str, Rule] = {
         "whose offset along the normal is trained: of the points sampled off the mesh alone, or of all",
     ),
 }  # fmt: skip
-LAYOUT_RULES = ("acquisition", "order", "displacement")  # that rules.json records
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class LearningRates:
     """Of Adam. Those in metres a step fall exponentially over the run, to `falls_to` of what they begin with."""
 
     displacement: float = 1e-4  # metres
-    bases: float = 2e-5  # metres, P' and E'
+    bases: float = 1e-5  # metres, P' and E'
     falls_to: float = 0.01
     log_radius: float = 1e-2
     rotation: float = 1e-3
@@ -75,7 +74,7 @@ class Settings:
     region: str = (
         "all"  # where points are sampled: all | head (not the shoulders) | face (nor the back of the head)
     )
-    off_mesh: float = 0.5  # share of the points that are sampled off the mesh; 0: none
+    off_mesh: float = 0.3  # share of the points that are sampled off the mesh; 0: none
     r_max: float = PAPER_OFFSET / UNITS  # metres, the largest offset at the start (Eq. 8)
     acquiring: float = 0.15  # share of the iterations in which points acquire the shape; 0: none
     removals: int = 3  # of points that are hardly seen, evenly spaced until the shape is acquired
