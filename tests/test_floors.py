@@ -78,7 +78,7 @@ HEAVY: dict[str, tuple[str, ...]] = {  # library: the folders that may import it
     "onnxruntime": ("runtime/avatar_runtime/enhance",),
     "pxr": ("exporter/avatar_export/writers/usd",),
 }
-SAMPLES_THAT_TRAIN = ("capture", "trained", "texture", "tracking")  # how the names of files begin
+SAMPLES_THAT_TRAIN = ("asm_", "capture", "trained", "texture", "tracking")  # how the names of files begin
 
 
 def imports(file: Path) -> Iterator[str]:

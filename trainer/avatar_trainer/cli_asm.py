@@ -25,6 +25,9 @@ from avatar_trainer.systems.asm_register import Registration, register_takes, sc
 from avatar_trainer.systems.asm_register_settings import RegisterSettings
 from avatar_trainer.systems.asm_scan_files import read_keypoints, read_scan
 from avatar_trainer.systems.asm_template import initial_binding
+from avatar_trainer.systems.asm_views import ViewSettings, as_face
+from avatar_trainer.systems.asm_views import fit as fit_views
+from avatar_trainer.systems.asm_views_files import read as read_views
 from avatar_trainer.systems.asm_weights import initial_weights
 
 app = typer.Typer(
@@ -93,6 +96,30 @@ def scan(
                 write_bundle(read(out, ReadOptions(name=found.face.name)), export, force=force)
     output.print(f"{out}: {len(start.template.bone_names)} bones, {len(scans)} takes")
     output.print(facts_table(_errors(found, scans)))
+
+
+@app.command()
+def views(
+    folder: Annotated[Path, typer.Argument(help="Folder of pictures with views.json.")],
+    template: TemplateFile,
+    out: Out,
+    components: Components = None,
+    set_: Annotated[list[str] | None, typer.Option("--set", help="NAME=VALUE: a setting of the fit.")] = None,
+    force: Force = False,
+) -> None:
+    """Fit a bone-driven face to pictures of a still head from many sides; their cameras' poses are found, too."""
+    settings = with_values(ViewSettings(), arguments.pairs(set_))
+    _expect_places(out, None, force)
+    with Steps() as step, memory_advice():
+        step("reading")
+        start, pictures = load(template), read_views(folder)
+        step("preparing")
+        binding = with_components(start, components)
+        step(f"fitting {len(pictures.mask)} views, {settings.iterations} iterations")
+        with reproducible(0, threads=0):
+            found = fit_views(start.template, binding, pictures, settings)
+        write_face(as_face(found, start.template, pictures.name), out)
+    output.print(f"{out}: {len(start.template.bone_names)} bones from {len(pictures.mask)} views")
 
 
 def with_components(face: AsmFace, components: int | None) -> Binding:

@@ -27,7 +27,7 @@ class System(Protocol):
     sh_degree: int  # active now
 
     def splats(self, pose: PoseArrays) -> Splats | Points:
-        """The avatar in one pose, metres, differentiable with respect to the table; points while a shape is acquired."""
+        """The avatar in one pose, metres, differentiable with respect to the table; points while acquiring."""
 
     def background(self, generator: Generator) -> Tensor:
         """[3] behind this iteration's picture, prediction and target alike."""

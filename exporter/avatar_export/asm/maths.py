@@ -93,15 +93,21 @@ def skin_matrices(face: AsmFace, take: Take) -> F64:
 
 
 def posed(face: AsmFace, take: Take, frame: int = 0) -> F64:
-    """Vertices [V, 3] of one frame, by all weights (Eq. 3 and 12)."""
-    matrix = skin_matrices(face, one_frame(take, frame))[0, :, :3]  # [J, 3, 4]
+    """Vertices [V, 3] of one frame, by all weights (Eq. 3 and 12). Raises IndexError where there is no such frame."""
+    return np.asarray(posed_by(face, skin_matrices(face, one_frame(take, frame)))[0])
+
+
+def posed_by(face: AsmFace, skin_matrix: F64) -> F64:
+    """Vertices [T, V, 3] of skin matrices [T, J, 4, 4] (Eq. 12)."""
     vertices = face.template.vertices.astype(np.float64)
-    found = []
+    found = np.empty((len(skin_matrix), len(vertices), 3))
     for rows in row_blocks(face.template):
         weights = mixture_weight_rows(face.template, face.binding, rows)
-        blended = np.tensordot(weights, matrix, axes=1)  # [v, 3, 4]
-        found.append(np.einsum("vij,vj->vi", blended[..., :3], vertices[rows]) + blended[..., 3])
-    return np.concatenate(found)
+        for frame, matrix in enumerate(skin_matrix[:, :, :3]):
+            blended = np.tensordot(weights, matrix, axes=1)  # [v, 3, 4]
+            moved = blended[..., :3] @ vertices[rows][..., None]
+            found[frame, rows] = moved[..., 0] + blended[..., 3]
+    return found
 
 
 def one_frame(take: Take, frame: int) -> Take:

@@ -105,9 +105,10 @@ def _notes(face: AsmFace, rig: Rig, clips: tuple[Clip, ...]) -> tuple[str, ...]:
     worst = []
     for take, clip in zip((*face.takes[1:], face.takes[0]), clips, strict=True):
         poses = clip_poses(avatar, clip)
-        frames = np.unique(np.linspace(0, clip.frames - 1, FRAMES).astype(np.int64)).tolist()
-        off = (player.mesh(poses[frame]) - maths.posed(face, take, frame) for frame in frames)
-        worst.append(max(1e3 * float(np.linalg.norm(o, axis=1).max()) for o in off))
+        frames = np.unique(np.linspace(0, clip.frames - 1, FRAMES).astype(np.int64))
+        shown = np.stack([player.mesh(poses[frame]) for frame in frames.tolist()])
+        true = maths.posed_by(face, maths.skin_matrices(face, take)[frames])
+        worst.append(1e3 * float(np.linalg.norm(shown - true, axis=2).max()))
     per_vertex = rig.skin.entries / len(rig.vertices)
     notes = [
         f"{face.binding.components} Gaussians a bone, weights by rule {face.template.weight_rule}",

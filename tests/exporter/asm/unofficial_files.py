@@ -62,7 +62,7 @@ def parameters(rng: np.random.Generator, components: int) -> dict[str, Array]:
     return {
         "pi": rng.normal(0, 2, (j, components)).astype("f4"),
         "mu": rng.normal(0, 0.05, (j, components, 2)).astype("f4"),
-        "scale_tril": rng.normal(-2, 0.5, (j, components, 3)).astype("f4"),
+        "scale_tril": rng.normal([-2, -2, 0], [0.5, 0.5, 0.05], (j, components, 3)).astype("f4"),
     }
 
 

@@ -26,37 +26,41 @@ class Scene(NamedTuple):
     focal: F64  # [2] pixels of these pictures
     principal: F64  # [2] pixel centres at half integers
     row: I64  # [X] of each texel in the flat map
+    corner: I64  # [X, 3] vertices of the triangle it lies in
+    barycentric: F32  # [X, 3]
     valid: F32  # [N, M, M] 1 where the 3 x 3 texels about a texel are all seen, else 0; 0 on the map's border
     flat: float  # deviation of a patch below which it says little
 
 
-def consistency(points: Tensor, rotation: Tensor, translation: Tensor, scene: Scene) -> Tensor:
-    """E_pc, a scalar, of texels at `points` [X, 3] in the world, x_camera = rotation [N, 3, 3] x + translation [N, 3].
+def consistency(vertices: Tensor, rotation: Tensor, translation: Tensor, scene: Scene) -> Tensor:
+    """E_pc, a scalar, of a mesh with `vertices` [V, 3] seen by x_camera = rotation [N, 3, 3] x + translation [N, 3].
 
     float32 on the CPU, differentiable in all three. Does not depend on the number of threads. Raises ValueError for
     another type or shape and for fewer than two views.
     """
     if len(scene.pictures) < 2:
         raise ValueError("photometric consistency needs two views")
-    value: Tensor = _Consistency.apply(points, rotation, translation, scene)  # type: ignore[no-untyped-call]
+    value: Tensor = _Consistency.apply(vertices, rotation, translation, scene)  # type: ignore[no-untyped-call]
     return value
 
 
 class _Consistency(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, points: Tensor, rotation: Tensor, translation: Tensor, scene: Scene) -> Tensor:
+    def forward(ctx: Any, vertices: Tensor, rotation: Tensor, translation: Tensor, scene: Scene) -> Tensor:
         n, x, m = len(scene.pictures), len(scene.row), scene.valid.shape[1]
-        given = plain(points, x, 3), plain(rotation, n, 3, 3), plain(translation, n, 3)
-        grey, slope = np.zeros((n, m * m), np.float32), np.zeros((n, x, 2), np.float32)
-        _sample(*given, scene, grey, slope)
+        mesh = plain(vertices, len(vertices), 3)
+        points = np.empty((x, 3), np.float32)
+        _place(mesh, scene, points)
+        given = points, plain(rotation, n, 3, 3), plain(translation, n, 3)
+        grey, slope = np.zeros((n, m, m), np.float32), np.zeros((n, x, 2), np.float32)
+        _sample(*given, scene, grey.reshape(n, m * m), slope)
         total, energy = np.zeros((m, m, PATCH)), np.zeros(m)
-        _sum_patches(grey.reshape(n, m, m), scene, total, energy)
-        by_grey = np.zeros((n, m, m))
-        _back_to_grey(grey.reshape(n, m, m), scene, total, by_grey)
-        back = np.zeros((x, 3)), np.zeros((n, 3, 3)), np.zeros((n, 3))
-        by_place = np.zeros((n, x, 3))
-        _back_to_place(*given, scene, by_grey.reshape(n, m * m), slope, by_place)
-        _gather(*given, by_place, *back)
+        _sum_patches(grey, scene, total, energy)
+        by_grey, by_place = np.zeros((n, m, m)), np.zeros((n, x, 3))
+        _back_to_grey(grey, scene, total, by_grey)
+        back = np.zeros(mesh.shape), np.zeros((n, 3, 3)), np.zeros((n, 3))
+        _back_to_place(*given, scene, by_grey.reshape(n, m * m), slope, by_place, *back[1:])
+        _spread(given[1], scene, by_place, back[0])
         share = 1 / (n * (n - 1) * max(x, 1))
         ctx.back = [torch.from_numpy(share * part).float() for part in back]
         return torch.tensor(share * energy.sum(), dtype=torch.float32)
@@ -64,6 +68,17 @@ class _Consistency(torch.autograd.Function):
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
         return *(gradients[0] * part for part in ctx.back), None
+
+
+@kernel()
+def _place(vertices: F32, scene: Scene, points: F32) -> None:
+    """`points` [X, 3]: the texels on the mesh."""
+    for i in range(len(points)):
+        for a in range(3):
+            total = 0.0
+            for k in range(3):
+                total += scene.barycentric[i, k] * vertices[scene.corner[i, k], a]
+            points[i, a] = total
 
 
 @kernel(parallel=True)
@@ -75,8 +90,16 @@ def _sample(points: F32, rotation: F32, translation: F32, scene: Scene, grey: F3
         for i in range(len(points)):
             p = points[i]
             z = max(r[2, 0] * p[0] + r[2, 1] * p[1] + r[2, 2] * p[2] + t[2], np.float32(NEAR))
-            u = (r[0, 0] * p[0] + r[0, 1] * p[1] + r[0, 2] * p[2] + t[0]) / z * scene.focal[0] + scene.principal[0] - 0.5
-            v = (r[1, 0] * p[0] + r[1, 1] * p[1] + r[1, 2] * p[2] + t[1]) / z * scene.focal[1] + scene.principal[1] - 0.5
+            u = (
+                (r[0, 0] * p[0] + r[0, 1] * p[1] + r[0, 2] * p[2] + t[0]) / z * scene.focal[0]
+                + scene.principal[0]
+                - 0.5
+            )
+            v = (
+                (r[1, 0] * p[0] + r[1, 1] * p[1] + r[1, 2] * p[2] + t[1]) / z * scene.focal[1]
+                + scene.principal[1]
+                - 0.5
+            )
             x, y = min(max(u, 0.0), width - 1.0), min(max(v, 0.0), height - 1.0)
             left, top = min(int(x), width - 2), min(int(y), height - 2)
             sx, sy = x - left, y - top
@@ -146,9 +169,17 @@ def _patch(grey: F32, y: int, x: int, flat: float, patch: F64) -> tuple[float, f
 
 @kernel(parallel=True)
 def _back_to_place(
-    points: F32, rotation: F32, translation: F32, scene: Scene, by_grey: F64, slope: F32, by_place: F64
+    points: F32,
+    rotation: F32,
+    translation: F32,
+    scene: Scene,
+    by_grey: F64,
+    slope: F32,
+    by_place: F64,
+    by_rotation: F64,
+    by_translation: F64,
 ) -> None:
-    """`by_place` [N, X, 3]: how the energy changes with each texel's place in each camera's space."""
+    """`by_place` [N, X, 3]: how the energy changes with each texel's place in each camera's space; and the cameras."""
     for n in numba.prange(len(rotation)):
         r, t = rotation[n], translation[n]
         for i in range(len(points)):
@@ -161,31 +192,24 @@ def _back_to_place(
             z = r[2, 0] * p[0] + r[2, 1] * p[1] + r[2, 2] * p[2] + t[2]
             if z < NEAR:
                 continue
-            to_x = force * slope[n, i, 0] * scene.focal[0] / z
-            to_y = force * slope[n, i, 1] * scene.focal[1] / z
-            by_place[n, i, 0], by_place[n, i, 1] = to_x, to_y
-            by_place[n, i, 2] = -(to_x * x + to_y * y) / z
+            to = by_place[n, i]
+            to[0] = force * slope[n, i, 0] * scene.focal[0] / z
+            to[1] = force * slope[n, i, 1] * scene.focal[1] / z
+            to[2] = -(to[0] * x + to[1] * y) / z
+            for a in range(3):
+                by_translation[n, a] += to[a]
+                for b in range(3):
+                    by_rotation[n, a, b] += to[a] * p[b]
 
 
-@kernel(parallel=True)
-def _gather(
-    points: F32,
-    rotation: F32,
-    translation: F32,
-    by_place: F64,
-    by_points: F64,
-    by_rotation: F64,
-    by_translation: F64,
-) -> None:
-    """The gradients of the points, summed over views, and of the cameras, summed over points."""
-    for i in numba.prange(len(points)):
-        for n in range(len(rotation)):
-            for a in range(3):
-                for b in range(3):
-                    by_points[i, b] += by_place[n, i, a] * rotation[n, a, b]
-    for n in numba.prange(len(rotation)):
-        for i in range(len(points)):
-            for a in range(3):
-                by_translation[n, a] += by_place[n, i, a]
-                for b in range(3):
-                    by_rotation[n, a, b] += by_place[n, i, a] * points[i, b]
+@kernel()
+def _spread(rotation: F32, scene: Scene, by_place: F64, by_vertices: F64) -> None:
+    """The gradient of the vertices [V, 3], summed over views, then over texels."""
+    for i in range(len(scene.row)):
+        for b in range(3):
+            total = 0.0
+            for n in range(len(rotation)):
+                for a in range(3):
+                    total += by_place[n, i, a] * rotation[n, a, b]
+            for k in range(3):
+                by_vertices[scene.corner[i, k], b] += scene.barycentric[i, k] * total

@@ -22,12 +22,20 @@ def depth_buffers(points: F64, triangles: I64, intrinsics: F64, size: tuple[int,
     and for triangles that name vertices beyond the points.
     """
     if points.ndim != 3 or points.shape[2] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
-        raise ValueError(f"points {points.shape}, triangles {triangles.shape}; [N, V, 3] and [F, 3] are needed")
+        raise ValueError(
+            f"points {points.shape}, triangles {triangles.shape}; [N, V, 3] and [F, 3] are needed"
+        )
     if triangles.size and not 0 <= triangles.min() <= triangles.max() < points.shape[1]:
         raise ValueError(f"triangles name vertices beyond the {points.shape[1]} there are")
     depth = np.full((len(points), size[1], size[0]), np.inf, np.float32)
     focal, principal = np.diag(intrinsics)[:2].copy(), intrinsics[:2, 2].copy()
-    _draw(np.ascontiguousarray(points, np.float64), np.ascontiguousarray(triangles, np.int64), focal, principal, depth)
+    _draw(
+        np.ascontiguousarray(points, np.float64),
+        np.ascontiguousarray(triangles, np.int64),
+        focal,
+        principal,
+        depth,
+    )
     return depth
 
 
@@ -35,7 +43,9 @@ def in_front(buffers: F32, pixels: F64, depth: F64, slack: float) -> npt.NDArray
     """[N, P] whether points at `pixels` [N, P, 2] and `depth` [N, P] are in the picture, and at most `slack` metres
     behind what buffers [N, H, W] hold there."""
     height, width = buffers.shape[1:]
-    column, row = (np.floor(np.nan_to_num(pixels[..., i], nan=-1.0)).clip(-1, 1e6).astype(np.int64) for i in (0, 1))
+    column, row = (
+        np.floor(np.nan_to_num(pixels[..., i], nan=-1.0)).clip(-1, 1e6).astype(np.int64) for i in (0, 1)
+    )
     inside = (column >= 0) & (column < width) & (row >= 0) & (row < height) & (depth > NEAR)
     view = np.arange(len(buffers))[:, None]
     before = depth <= buffers[view, row.clip(0, height - 1), column.clip(0, width - 1)] + slack
@@ -49,12 +59,17 @@ def covering(corners: F64, triangles: I64, size: int) -> tuple[I64, F64]:
     corners [V, 2] pixels, triangles [F, 3]; where triangles overlap, the first. Raises ValueError as `depth_buffers`.
     """
     if corners.ndim != 2 or corners.shape[1] != 2 or triangles.ndim != 2 or triangles.shape[1] != 3:
-        raise ValueError(f"corners {corners.shape}, triangles {triangles.shape}; [V, 2] and [F, 3] are needed")
+        raise ValueError(
+            f"corners {corners.shape}, triangles {triangles.shape}; [V, 2] and [F, 3] are needed"
+        )
     if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(corners):
         raise ValueError(f"triangles name vertices beyond the {len(corners)} there are")
     triangle, barycentric = np.full((size, size), -1, np.int64), np.zeros((size, size, 3))
     _cover(
-        np.ascontiguousarray(corners, np.float64), np.ascontiguousarray(triangles, np.int64), triangle, barycentric
+        np.ascontiguousarray(corners, np.float64),
+        np.ascontiguousarray(triangles, np.int64),
+        triangle,
+        barycentric,
     )
     return triangle, barycentric
 

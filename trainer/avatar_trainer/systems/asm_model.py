@@ -36,14 +36,24 @@ class Variant:
 VARIANTS = {
     "static": Variant(POSE, fixed_weights=True),
     "dynamic_binding": Variant((*POSE, "zeta"), fixed_weights=True),
+    # Not in the paper's table: mixtures keep their shape and go with their bones.
+    "moving_weights": Variant((*POSE, "zeta")),
     "random_weights": Variant((*POSE, "zeta", *MIXTURE), random_mixtures=True),
     "full": Variant((*POSE, "zeta", *MIXTURE)),
 }
 
 
 @dataclass(frozen=True)
+class Generation:
+    """Bones with equally many above them."""
+
+    bones: Tensor  # i64 [n]
+    parent: Tensor  # i64 [n] place of each one's parent in the generation before; of roots empty
+
+
+@dataclass(frozen=True)
 class TemplateTensors:
-    """`Template` as tensors, with its bones in generations: all parents of a generation stand in earlier ones."""
+    """`Template` as tensors, with its bones in generations."""
 
     vertices: Tensor  # [V, 3] metres
     triangles: Tensor  # i64 [F, 3]
@@ -51,9 +61,11 @@ class TemplateTensors:
     plane: F64  # [V, 3] uv, and 0
     plane_tree: TriangleTree  # of the triangles in `plane`
     parents: tuple[int, ...]  # [J], -1 for the root
-    generations: tuple[tuple[Tensor, Tensor], ...]  # (bones i64, their parents i64), without the roots
+    generations: tuple[Generation, ...]  # roots first
+    place: Tensor  # i64 [J] of each bone when all generations stand in a row
     rest_position: Tensor  # [J, 3] psi^0
     rest_linear: Tensor  # [J, 3, 3] R^0 S^0
+    rest_inverse: Tensor  # [J, 3, 3] of rest_linear
     anchor_vertex: Tensor  # i64 [J]
     softplus: bool  # the weight rule of the unofficial code
 
@@ -61,6 +73,8 @@ class TemplateTensors:
     def of(template: Template, dtype: torch.dtype = torch.float32) -> TemplateTensors:
         """Tensors of `template`."""
         parents = tuple(int(p) for p in template.parents)
+        generations, place = _generations(parents)
+        linear = template.rest_linear.astype(np.float64)
         plane = np.pad(template.uv.astype(np.float64), ((0, 0), (0, 1)))
         return TemplateTensors(
             vertices=_tensor(template.vertices, dtype),
@@ -69,9 +83,11 @@ class TemplateTensors:
             plane=plane,
             plane_tree=triangle_tree(plane, template.triangles),
             parents=parents,
-            generations=_generations(parents),
+            generations=generations,
+            place=place,
             rest_position=_tensor(template.rest_position, dtype),
-            rest_linear=_tensor(template.rest_linear, dtype),
+            rest_linear=_tensor(linear, dtype),
+            rest_inverse=_tensor(np.linalg.inv(linear), dtype),
             anchor_vertex=_tensor(template.anchor_vertex.astype(np.int64), torch.int64),
             softplus=template.weight_rule == "softplus",
         )
@@ -155,20 +171,23 @@ def bone_positions(template: TemplateTensors, face: Face) -> Tensor:
 
 
 def skin_matrices(template: TemplateTensors, face: Face) -> Tensor:
-    """T [..., J, 3, 4] of Eq. 13, rest to posed: each bone's world matrix times the inverse of its bind matrix."""
+    """T [..., J, 3, 4] of Eq. 13, rest to posed.
+
+    With Eq. 15 and 16 a bone's matrix is its parent's times B_j M(tau_j) B_j^-1: the bone's own motion, in the mesh.
+    """
     position = bone_positions(template, face)
-    local = local_matrices(face)
-    bind = _affine(template.rest_linear.expand(*position.shape[:-1], 3, 3), position)
-    inverse = _inverse(bind)
-    shape = np.broadcast_shapes(bind.shape, local.shape)
-    bind, inverse, local = (m.expand(shape) for m in (bind, inverse, local))
-    world = list((bind @ local).unbind(-3))  # a root's bind matrix is its place in the world
-    for bones, parents in template.generations:
-        above = torch.stack([world[p] for p in parents.tolist()], dim=-3)
-        found = above @ inverse[..., parents, :, :] @ bind[..., bones, :, :] @ local[..., bones, :, :]
-        for row, j in enumerate(bones.tolist()):
-            world[j] = found[..., row, :, :]
-    return (torch.stack(world, dim=-3) @ inverse)[..., :3, :]
+    rotated = rotation_matrices(face.rotation_vector) * face.log_scale.exp()[..., None, :]
+    linear = template.rest_linear @ rotated @ template.rest_inverse
+    pushed = (template.rest_linear @ face.translation[..., None]).squeeze(-1)
+    shift = position + pushed - (linear @ position[..., None]).squeeze(-1)
+    shape = np.broadcast_shapes(linear.shape[:-2], shift.shape[:-1])
+    own = torch.cat([linear.expand(*shape, 3, 3), shift.expand(*shape, 3)[..., None]], dim=-1)
+    last = own[..., template.generations[0].bones, :, :]
+    done = [last]
+    for generation in template.generations[1:]:
+        last = _after(last[..., generation.parent, :, :], own[..., generation.bones, :, :])
+        done.append(last)
+    return torch.cat(done, dim=-3)[..., template.place, :, :]
 
 
 def posed(template: TemplateTensors, face: Face, fixed_weights: Tensor | None = None) -> Tensor:
@@ -178,12 +197,6 @@ def posed(template: TemplateTensors, face: Face, fixed_weights: Tensor | None = 
     blended = share @ matrix.flatten(-2)
     blended = blended.reshape(*blended.shape[:-1], 3, 4)
     return (blended[..., :3] * template.vertices[:, None, :]).sum(-1) + blended[..., 3]
-
-
-def local_matrices(face: Face) -> Tensor:
-    """M(tau) = T R S [..., J, 4, 4] of Eq. 15."""
-    linear = rotation_matrices(face.rotation_vector) * face.log_scale.exp()[..., None, :]
-    return _affine(linear, face.translation)
 
 
 def rotation_matrices(rotation_vector: Tensor) -> Tensor:
@@ -281,27 +294,25 @@ def _cross(a: Tensor, b: Tensor) -> Tensor:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _affine(linear: Tensor, translation: Tensor) -> Tensor:
-    """[..., 4, 4] of [..., 3, 3] and [..., 3]."""
-    shape = np.broadcast_shapes(linear.shape[:-2], translation.shape[:-1])
-    upper = torch.cat([linear.expand(*shape, 3, 3), translation.expand(*shape, 3)[..., None]], dim=-1)
-    last = torch.tensor([0.0, 0.0, 0.0, 1.0], dtype=linear.dtype).expand(*shape, 1, 4)
-    return torch.cat([upper, last], dim=-2)
+def _after(first: Tensor, then: Tensor) -> Tensor:
+    """Affine maps [..., 3, 4]: `then`, and `first` of what it gives."""
+    moved = first[..., :3] @ then
+    return torch.cat([moved[..., :3], moved[..., 3:] + first[..., 3:]], dim=-1)
 
 
-def _inverse(bind: Tensor) -> Tensor:
-    """Of affine matrices [..., 4, 4]."""
-    linear = torch.linalg.inv(bind[..., :3, :3])
-    return _affine(linear, -(linear @ bind[..., :3, 3:]).squeeze(-1))
-
-
-def _generations(parents: tuple[int, ...]) -> tuple[tuple[Tensor, Tensor], ...]:
-    """Bones by how many stand above them, without the roots."""
+def _generations(parents: tuple[int, ...]) -> tuple[tuple[Generation, ...], Tensor]:
+    """(bones by how many stand above them, where each bone comes when all generations stand in a row)."""
     depth: list[int] = []
     for parent in parents:
         depth.append(0 if parent < 0 else depth[parent] + 1)
-    rows = [[j for j, d in enumerate(depth) if d == level] for level in range(1, max(depth) + 1)]
-    return tuple((torch.tensor(r), torch.tensor([parents[j] for j in r])) for r in rows)
+    rows = [[j for j, d in enumerate(depth) if d == level] for level in range(max(depth) + 1)]
+    above = [[], *rows]
+    found = [
+        Generation(torch.tensor(bones), torch.tensor([before.index(parents[j]) for j in bones if before]))
+        for before, bones in zip(above, rows, strict=False)
+    ]
+    order = [j for bones in rows for j in bones]
+    return tuple(found), torch.tensor([order.index(j) for j in range(len(parents))])
 
 
 def _tensor(array: object, dtype: torch.dtype) -> Tensor:

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_export.asm.model import AsmFace, Binding, Template
+from avatar_export.asm.model import AsmFace, Binding, Take, Template
 from avatar_runtime.avatar import F64, I64
 from avatar_runtime.errors import AvatarError
 from avatar_trainer.kernels.closest import TriangleTree, point_to_surface, triangle_tree
@@ -42,7 +42,7 @@ from avatar_trainer.systems.asm_model import (
 from avatar_trainer.systems.asm_register_settings import RegisterSettings
 
 DECIMETRE = 0.1  # metres; the unit of translations in steps and in Eq. 19
-WIDER = 1.5  # part of the template that is fitted, in radii of the part of the scan
+WIDER = 1.2  # part of the template that is fitted, in radii of the part of the scan
 SQUARE_MM = 1e6  # in a square metre
 NEUTRAL = "neutral"
 
@@ -74,18 +74,20 @@ def register_takes(
     scans: Sequence[Scan],
     settings: RegisterSettings | None = None,
     first_weights: Tensor | None = None,
+    start: Take | None = None,
 ) -> Registration:
     """A face fitted to scans of one person: one binding for all, poses for each; the first scan is the neutral face.
 
-    `binding` is where it begins; `first_weights` [V, J] what variants with fixed weights use, by default those of
-    `binding`; given others, the face's binding only resembles them, and `vertices` alone is what was fitted. The
-    same scans, template and settings give the same bits. Raises AvatarError for a template without the keypoints'
-    landmarks, a scan without points in the facial region, and a fit that goes astray.
+    `binding` is where it begins, and `start`, one frame, from where its poses do, by default rest. `first_weights`
+    [V, J] are what variants with fixed weights use, by default those of `binding`; given others, the face's binding
+    only resembles them, and `vertices` alone is what was fitted. The same scans, template and settings give the same
+    bits. Raises AvatarError for a template without the keypoints' landmarks, a scan without points in the facial
+    region, and a fit that goes astray.
     """
     settings = settings or RegisterSettings()
     if not scans:
         raise ValueError("a face is fitted to one scan at least")
-    fit = _Fit(template, binding, scans, settings, first_weights)
+    fit = _Fit(template, binding, scans, settings, first_weights, start)
     energy = np.array([fit.step(i) for i in range(settings.iterations)])
     return fit.result(energy)
 
@@ -115,12 +117,7 @@ class _Target:
 
     def __init__(self, scan: Scan, goal: dict[str, F64], settings: RegisterSettings) -> None:
         self.scan = scan
-        try:
-            self.start = placed_by_pairs(
-                keypoint_rows(scan.keypoints), keypoint_rows(goal), settings.similarity
-            )
-        except ValueError as error:
-            raise AvatarError(str(error), file=scan.name, field="keypoints") from None
+        self.start = Placement(np.eye(3), np.zeros(3)) if settings.placed else _start(scan, goal, settings)
         rows = in_face(scan.points, scan.keypoints, settings.widened)
         if scan.vertex is not None:
             rows = rows[scan.vertex[rows] >= 0]
@@ -147,6 +144,14 @@ class _Target:
         return Placement(rotation, self.middle - rotation @ self.middle + shift).after(self.start)
 
 
+def _start(scan: Scan, goal: dict[str, F64], settings: RegisterSettings) -> Placement:
+    """Where the keypoints place a scan."""
+    try:
+        return placed_by_pairs(keypoint_rows(scan.keypoints), keypoint_rows(goal), settings.similarity)
+    except ValueError as error:
+        raise AvatarError(str(error), file=scan.name, field="keypoints") from None
+
+
 class _Fit:
     """What is fitted, and one step of it."""
 
@@ -157,6 +162,7 @@ class _Fit:
         scans: Sequence[Scan],
         settings: RegisterSettings,
         first_weights: Tensor | None,
+        start: Take | None,
     ) -> None:
         self.template, self.settings, self.variant = template, settings, VARIANTS[settings.variant]
         self.tensors = TemplateTensors.of(template)
@@ -165,12 +171,12 @@ class _Fit:
         self.rows, self.tree = _fitted_part(
             template, goal, settings, whole=any(t.vertex is not None for t in self.targets)
         )
-        self.first = _begin(binding, settings, len(scans))
+        self.first = _begin(binding, settings, len(scans), start)
         self.face = Face(*(tensor.clone() for _, tensor in self.first.parameters()))
         self.fixed = None
         if self.variant.fixed_weights:
             self.fixed = (
-                weights(self.tensors, _begin(binding, settings, 1))
+                weights(self.tensors, _begin(binding, settings, 1, start))
                 if first_weights is None
                 else first_weights.float()
             )
@@ -182,8 +188,9 @@ class _Fit:
             {"params": [tensor.requires_grad_()], "lr": rate * (DECIMETRE if name == "translation" else 1.0)}
             for name, tensor in self.face.parameters(self.variant.fitted)
         ]
-        groups.append({"params": [t.turn for t in self.targets], "lr": rate})
-        groups.append({"params": [t.shift for t in self.targets], "lr": rate * DECIMETRE})
+        if not self.settings.placed:
+            groups.append({"params": [t.turn for t in self.targets], "lr": rate})
+            groups.append({"params": [t.shift for t in self.targets], "lr": rate * DECIMETRE})
         return torch.optim.Adam(groups, foreach=False)
 
     def step(self, iteration: int) -> float:
@@ -234,20 +241,20 @@ class _Fit:
     def _prior(self) -> Tensor:
         """Eq. 19: squared norms over all bones and components.
 
-        Of tau: radians, decimetres, log of scale, the mean over the scans. Of zeta, pi, mu and Sigma: from where they
-        began; zeta and mu in uv, pi as weights, Sigma as its logarithmic Cholesky factor.
+        All from where they began, the mean over the scans of tau: radians, decimetres, log of scale; zeta and mu in
+        uv, pi as weights, Sigma as its logarithmic Cholesky factor.
         """
         s, face, first = self.settings, self.face, self.first
-        pose = (
-            face.rotation_vector.square() + (face.translation / DECIMETRE).square() + face.log_scale.square()
-        )
-        return (
+        turn, shift, grow = (getattr(face, name) - getattr(first, name) for name in POSE)
+        pose = turn.square() + (shift / DECIMETRE).square() + grow.square()
+        total: Tensor = (
             s.lambda_pose * pose.sum() / len(self.targets)
             + s.lambda_zeta * (face.zeta - first.zeta).square().sum()
             + s.lambda_pi * (face.pi_logit.softmax(-1) - first.pi_logit.softmax(-1)).square().sum()
             + s.lambda_mu * (face.mu - first.mu).square().sum()
             + s.lambda_sigma * (face.scale_tril - first.scale_tril).square().sum()
         )
+        return total
 
     @torch.no_grad()
     def result(self, energy: F64) -> Registration:
@@ -264,9 +271,9 @@ class _Fit:
         return replace(self.face, **{name: getattr(self.face, name)[scan] for name in POSE})
 
 
-def _begin(binding: Binding, settings: RegisterSettings, scans: int) -> Face:
-    """Where a fit begins: at rest in every scan."""
-    face = Face.of(binding)
+def _begin(binding: Binding, settings: RegisterSettings, scans: int, start: Take | None) -> Face:
+    """Where a fit begins: one pose for every scan."""
+    face = Face.of(binding, start)
     if VARIANTS[settings.variant].random_mixtures:
         face = random_mixtures(face, torch.Generator().manual_seed(settings.seed))
     for name in POSE:

@@ -21,29 +21,26 @@ class RegisterSettings:
     iterations: int = 300  # paper, section 4.1
     learning_rate: float = 1e-3  # paper, section 4.1
     # The energy is the mean squared distance in mm^2 + `prior` times Eq. 19; the paper leaves this weight open.
-    prior: float = 0.05
+    prior: float = 0.001
     lambda_pose: float = 1.0  # Eq. 19, lambda_1 to lambda_5
     lambda_zeta: float = 0.1
     lambda_pi: float = 0.1
     lambda_mu: float = 0.1
     lambda_sigma: float = 0.1
-    mesh_to_scan: float = 0.0  # weight of the mean squared distance the other way, for scans with triangles
     first_cap_mm: float = (
         30.0  # a point farther away does not pull: hair, clothes, what the mesh has no part for
     )
     last_cap_mm: float = 10.0  # reached half way
     widened: float = 1.1  # radius of the part of a scan that is fitted, in radii of the facial region
     similarity: bool = False  # whether the scan has a unit of its own, found by the keypoints
+    placed: bool = False  # whether the scans stand in the template's space, and stay there
     seed: int = 0  # of the variant random_weights
 
     def __post_init__(self) -> None:
         if self.variant not in VARIANTS:
             raise ValueError(f"variant {self.variant!r} is none of {', '.join(VARIANTS)}")
         weights = dict.fromkeys(
-            (
-                *("prior", "lambda_pose", "lambda_zeta", "lambda_pi", "lambda_mu", "lambda_sigma"),
-                "mesh_to_scan",
-            ),
+            ("prior", "lambda_pose", "lambda_zeta", "lambda_pi", "lambda_mu", "lambda_sigma"),
             (0.0, 1e6),
         )
         caps = dict.fromkeys(("first_cap_mm", "last_cap_mm"), (1e-3, 1e6))

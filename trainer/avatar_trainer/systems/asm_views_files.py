@@ -66,7 +66,9 @@ def read(folder: Path) -> Views:
             f"has {len(entries)} pictures of {width}x{height}, more than {MAX_PIXELS} pixels; make them smaller",
             file=file,
         )
-    landmarks = np.stack([_landmarks(entry, len(names), file, f"views[{i}]") for i, entry in enumerate(entries)])
+    landmarks = np.stack(
+        [_landmarks(entry, len(names), file, f"views[{i}]") for i, entry in enumerate(entries)]
+    )
     intensity, mask = (np.empty((len(entries), height, width), np.float32) for _ in range(2))
     for i, entry in enumerate(entries):
         image = inside(folder, entry["image"], file, f"views[{i}].image")

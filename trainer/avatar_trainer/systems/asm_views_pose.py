@@ -62,9 +62,7 @@ def weak_perspective(points: F64, pixels: F64, intrinsics: F64) -> tuple[F64, F6
     return rotation, translation
 
 
-def _residual(
-    points: F64, pixels: F64, intrinsics: F64, rotation: F64, translation: F64
-) -> tuple[F64, F64]:
+def _residual(points: F64, pixels: F64, intrinsics: F64, rotation: F64, translation: F64) -> tuple[F64, F64]:
     """(projected minus seen [2 N], its Jacobian [2 N, 6] by a turn before the camera and a shift)."""
     turned = points @ rotation.T
     x = turned + translation

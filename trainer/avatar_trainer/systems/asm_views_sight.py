@@ -1,4 +1,4 @@
-"""What cameras see of a mesh as it stands: texels, contour vertices, and the points of the masks' contours they meet."""
+"""What cameras see of a mesh as it stands: texels, contour vertices, and the points of the contours they meet."""
 
 from __future__ import annotations
 
@@ -14,8 +14,11 @@ from avatar_trainer.kernels.zbuffer import covering, depth_buffers, in_front
 from avatar_trainer.systems.asm_views_energy import Pairs, Texels
 
 SLACK = 0.004  # metres that a point may lie behind the depth buffer and still be seen
-CONTOUR = float(np.sin(np.radians(10.0)))  # the paper's threshold: least cosine of a vertex that is no contour
+CONTOUR = float(
+    np.sin(np.radians(10.0))
+)  # the paper's threshold: least cosine of a vertex that is no contour
 GRAZING = float(np.cos(np.radians(72.0)))  # texels turned away farther are not compared: few pixels hold them
+THINNED = 4  # of the mask's points, every so many look for a vertex: they stand closer than vertices
 FEWEST_VIEWS = 2  # that see a texel
 
 Bools = npt.NDArray[np.bool_]
@@ -112,6 +115,8 @@ def contour_pairs(found: Sight, contours: list[F64], reach: float) -> Pairs:
         for axis in (1, 0):
             near = squared.argmin(axis=axis)
             close = squared.min(axis=axis) <= reach**2
+            if not axis:
+                close[np.arange(len(close)) % THINNED != 0] = False
             vertex, point = (rows, points[near]) if axis else (rows[near], points)
             count = int(close.sum())
             if count:

@@ -49,6 +49,7 @@ FIRST_OFF_OPACITY = 0.1  # of points off the mesh, most of which lie in free air
 RADIUS_PER_SPACING = 1.2  # so that discs on the mesh close
 SCALE_PER_RADIUS = 1 / math.sqrt(6)  # a Gaussian of the variance that 1 - r^2 / R^2 has on a disc
 COLOUR_FRAMES = 8
+OBSERVED = 100  # pictures after which points are removed that none of them showed, or as many as there are
 IN_METRES = ("displacement", "bases")
 AS_POINTS = ("opacity_logit", "sh_dc", "log_radius")  # that `_appearance` puts into the table
 AS_GAUSSIANS = ("opacity_logit", "sh_dc", "sh_rest", "log_scale", "rotation")
@@ -189,7 +190,8 @@ class PSAvatar:
     def after_step(self, iteration: int, generator: Generator) -> None:
         """Removal of points that are hardly seen; the change to Gaussians; SH degree."""
         settings = self.settings
-        if self.acquiring and settings.removal_due(iteration) and self.observed >= len(self.capture.train):
+        enough = min(len(self.capture.train), OBSERVED)
+        if self.acquiring and settings.removal_due(iteration) and self.observed >= enough:
             self.remove(self.visibility < settings.least_visibility)
         if self.acquiring and iteration >= settings.acquired_after:
             self._become_gaussians()

@@ -1,0 +1,179 @@
+"""Many ASM faces of one template at once, without gradients: `systems.asm_model.posed`, float32.
+
+Vertices are worked on in tiles of neighbours in the uv plane. A mixture's component whose density is nowhere in a tile
+more than exp(-FAINT) of another's is left out there: a share that float32 hardly holds. A tile of a face is one
+thread's alone, so that the result does not depend on their number.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numba
+import numpy as np
+import torch
+from torch import Tensor
+
+from avatar_runtime.avatar import F32, I64
+from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_trainer.kernels.arrays import plain
+from avatar_trainer.systems.asm_model import Face, TemplateTensors, skin_matrices
+
+TILE = 32  # vertices
+FAINT = np.float32(16)
+HALF, ONE, ZERO = np.float32(0.5), np.float32(1), np.float32(0)
+CELLS = 1024  # of the curve along which vertices are put in order, each way
+
+
+class Tiles(NamedTuple):
+    """A template's vertices in the order in which they are worked on."""
+
+    row: I64  # [V] of the template
+    uv: F32  # [V, 2]
+    vertices: F32  # [V, 3] metres
+    middle: F32  # [B, 2] of each tile's box in the plane
+    radius: F32  # [B]
+
+
+class Mixtures(NamedTuple):
+    """The components of N faces, G = J K of each."""
+
+    centre: F32  # [N, G, 2] uv
+    whiten: F32  # [N, G, 3] of L^-1: 1 / L_00, 1 / L_11, L_10
+    height: F32  # [N, G] log of the density at the centre, with its weight pi
+    matrix: F32  # [N, J, 12] skin matrices
+
+
+def tiles(template: TemplateTensors) -> Tiles:
+    """Tiles of a template, made once."""
+    uv = template.uv.float().numpy()
+    low, high = uv.min(axis=0), uv.max(axis=0)
+    cell = ((uv - low) / np.maximum(high - low, 1e-12) * (CELLS - 1)).astype(np.int64)
+    key = np.zeros(len(uv), np.int64)
+    for bit in range(int(math.log2(CELLS))):  # of u and v in turn: Morton's order
+        for axis in range(2):
+            key |= ((cell[:, axis] >> bit) & 1) << (2 * bit + axis)
+    row = np.argsort(key, kind="stable")
+    parts = [uv[row[at : at + TILE]] for at in range(0, len(uv), TILE)]
+    middle = np.stack([0.5 * (part.min(axis=0) + part.max(axis=0)) for part in parts])
+    radius = [np.linalg.norm(part - m, axis=1).max() for part, m in zip(parts, middle, strict=True)]
+    rest = template.vertices.float().numpy()[row]
+    return Tiles(row, uv[row], rest, middle.astype(np.float32), np.array(radius, np.float32))
+
+
+@torch.no_grad()
+def posed_cpu(template: TemplateTensors, face: Face, of: Tiles) -> Tensor:
+    """Vertices [N, V, 3] metres of faces whose tensors all have one leading axis of N; float32, normalised weights.
+
+    Within 1e-5 of the head's size of `asm_model.posed`. Raises ValueError for another weight rule, type or shape.
+    """
+    if template.softplus:
+        raise ValueError("posed_cpu has the rule `normalised` alone; asm_model.posed has both")
+    count, bones, components = face.pi_logit.shape
+    tril = face.scale_tril
+    height = face.pi_logit.log_softmax(-1) - tril[..., 0] - tril[..., 1]
+    whiten = torch.cat([(-tril[..., :2]).exp(), tril[..., 2:]], dim=-1)
+    each = bones * components
+    mixtures = Mixtures(
+        plain(face.mu + face.zeta[..., None, :], count, each, 2),
+        plain(whiten, count, each, 3),
+        plain(height, count, each),
+        plain(skin_matrices(template, face), count, bones, 12),
+    )
+    posed = np.empty((count, len(of.row), 3), np.float32)
+    _pose(of, mixtures, components, posed)
+    return torch.from_numpy(posed)
+
+
+@kernel(parallel=True)
+def _pose(of: Tiles, mixtures: Mixtures, components: int, posed: F32) -> None:
+    blocks = len(of.radius)
+    for task in numba.prange(len(posed) * blocks):
+        _pose_tile(of, mixtures, components, posed, task // blocks, task % blocks)
+
+
+@inlined
+def _pose_tile(of: Tiles, mixtures: Mixtures, components: int, posed: F32, face: int, tile: int) -> None:
+    first = tile * TILE
+    size = min(TILE, len(of.row) - first)
+    kept = np.empty(mixtures.height.shape[1], np.int64)
+    count = _components_of(of, mixtures, face, tile, kept)
+    share = np.empty((count, TILE), np.float32)
+    top = np.full(TILE, -np.inf, np.float32)
+    u, v = np.zeros(TILE, np.float32), np.zeros(TILE, np.float32)
+    for i in range(size):
+        u[i], v[i] = of.uv[first + i, 0], of.uv[first + i, 1]
+    for k in range(count):
+        g = kept[k]
+        x0, y0 = mixtures.centre[face, g, 0], mixtures.centre[face, g, 1]
+        a, b, c = mixtures.whiten[face, g, 0], mixtures.whiten[face, g, 1], mixtures.whiten[face, g, 2]
+        height = mixtures.height[face, g]
+        for i in range(TILE):
+            x = (u[i] - x0) * a
+            y = (v[i] - y0 - c * x) * b
+            share[k, i] = height - HALF * (x * x + y * y)
+            top[i] = max(top[i], share[k, i])
+    total = np.zeros(TILE, np.float32)
+    blended = np.zeros((12, TILE), np.float32)
+    for k in range(count):
+        matrix = mixtures.matrix[face, kept[k] // components]
+        for i in range(TILE):
+            share[k, i] = _exp(share[k, i] - top[i])
+            total[i] += share[k, i]
+        for entry in range(12):
+            m = matrix[entry]
+            for i in range(TILE):
+                blended[entry, i] += share[k, i] * m
+    for i in range(size):
+        x, y, z = of.vertices[first + i, 0], of.vertices[first + i, 1], of.vertices[first + i, 2]
+        to, scale = of.row[first + i], ONE / total[i]
+        for axis in range(3):
+            row = 4 * axis
+            moved = blended[row, i] * x + blended[row + 1, i] * y + blended[row + 2, i] * z
+            posed[face, to, axis] = (moved + blended[row + 3, i]) * scale
+
+
+@inlined
+def _components_of(of: Tiles, mixtures: Mixtures, face: int, tile: int, kept: I64) -> int:
+    """How many components count somewhere in the tile; their rows in `kept`."""
+    most = np.empty(len(kept), np.float32)
+    floor = np.float32(-np.inf)
+    radius = of.radius[tile]
+    for g in range(len(kept)):
+        a, b, c = mixtures.whiten[face, g, 0], mixtures.whiten[face, g, 1], mixtures.whiten[face, g, 2]
+        x = (of.middle[tile, 0] - mixtures.centre[face, g, 0]) * a
+        y = (of.middle[tile, 1] - mixtures.centre[face, g, 1] - c * x) * b
+        apart = np.float32(math.sqrt(x * x + y * y))
+        slant = c * a * b
+        reach = radius * np.float32(math.sqrt(a * a + b * b + slant * slant))
+        near, far = max(apart - reach, ZERO), apart + reach
+        most[g] = mixtures.height[face, g] - HALF * near * near
+        floor = max(floor, mixtures.height[face, g] - HALF * far * far)
+    count = 0
+    for g in range(len(kept)):
+        if most[g] >= floor - FAINT:
+            kept[count] = g
+            count += 1
+    return count
+
+
+POWERS = np.exp2(np.arange(-127, 1)).astype(np.float32)
+LOG2_E = np.float32(1.44269504088896341)
+LN2_HIGH, LN2_LOW = np.float32(0.693359375), np.float32(-2.12194440e-4)
+LEAST = np.float32(-87)
+
+
+@inlined
+def _exp(x: np.float32) -> np.float32:
+    """exp of x <= 0 within 2 units in the last place (Cephes' expf); written out so that it runs on many at once."""
+    x = max(x, LEAST)
+    n = np.float32(math.floor(x * LOG2_E + HALF))
+    r = x - n * LN2_HIGH - n * LN2_LOW
+    p = np.float32(1.9875691500e-4)
+    p = p * r + np.float32(1.3981999507e-3)
+    p = p * r + np.float32(8.3334519073e-3)
+    p = p * r + np.float32(4.1665795894e-2)
+    p = p * r + np.float32(1.6666665459e-1)
+    p = p * r + np.float32(5.0000001201e-1)
+    return (p * r * r + r + ONE) * POWERS[np.int32(n) + 127]
