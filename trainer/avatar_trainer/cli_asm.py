@@ -25,6 +25,7 @@ from avatar_trainer.systems.asm_register import Registration, register_takes, sc
 from avatar_trainer.systems.asm_register_settings import RegisterSettings
 from avatar_trainer.systems.asm_scan_files import read_keypoints, read_scan
 from avatar_trainer.systems.asm_template import initial_binding
+from avatar_trainer.systems.asm_template_files import template_of
 from avatar_trainer.systems.asm_views import ViewSettings, as_face
 from avatar_trainer.systems.asm_views import fit as fit_views
 from avatar_trainer.systems.asm_views_files import read as read_views
@@ -120,6 +121,30 @@ def views(
             found = fit_views(start.template, binding, pictures, settings)
         write_face(as_face(found, start.template, pictures.name), out)
     output.print(f"{out}: {len(start.template.bone_names)} bones from {len(pictures.mask)} views")
+
+
+@app.command()
+def template(
+    mesh: Annotated[
+        Path, typer.Argument(help="Head without eyes and teeth, open at the neck: .obj, .npz, .glb, .ply.")
+    ],
+    landmarks: Annotated[
+        Path,
+        typer.Option(help="JSON list of iBUG's 68 landmarks: vertices, or [x, y, z] in the mesh's unit."),
+    ],
+    out: Out,
+    units: Annotated[float, typer.Option(help="Units of the mesh in a metre.", min=1e-6, max=1e6)] = 1.0,
+    components: Annotated[int, typer.Option(help="Mixture components K of a bone.", min=1, max=16)] = 2,
+    force: Force = False,
+) -> None:
+    """Make a template of a head mesh: 84 bones placed by landmarks, with first weights. +Y up, face +Z."""
+    _expect_places(out, None, force)
+    with Steps() as step, memory_advice():
+        step("placing bones")
+        with reproducible(0, threads=0):
+            found = template_of(mesh, landmarks, units, components)
+        write_face(found, out)
+    output.print(f"{out}: {len(found.template.bone_names)} bones, {len(found.template.vertices)} vertices")
 
 
 def with_components(face: AsmFace, components: int | None) -> Binding:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from plyfile import PlyData, PlyParseError
 
 from avatar_export.readers.mesh_files import read_mesh
 from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import F64, I64
 from avatar_runtime.codec.glb import accessor, decode
+from avatar_runtime.codec.ply import MAX_HEADER_BYTES, POSITION, SCALARS
+from avatar_runtime.codec.ply import decode as decode_ply
 from avatar_runtime.errors import AvatarError
 
 MAX_BYTES = 512 << 20
@@ -26,8 +26,8 @@ Mesh = tuple[F64, I64 | None]  # points [N, 3], triangles [F, 3]
 def read_points(path: Path) -> Mesh:
     """(points [N, 3], triangles [F, 3] or None) in the file's frame and unit.
 
-    .obj and .npz (`vertices`, `faces`), the first mesh of a .glb as it is stored, .ply. Raises AvatarError for any
-    other file, for one that is unsound, and for points that are not finite.
+    .obj and .npz (`vertices`, `faces`), the first mesh of a .glb as it is stored, the points of a binary
+    .ply. Raises AvatarError for any other file, for one that is unsound, and for points that are not finite.
     """
     points, triangles = _reader(path)(path)
     if not len(points):
@@ -71,22 +71,28 @@ def _glb(path: Path) -> Mesh:
 
 
 def _ply(path: Path) -> Mesh:
-    data = read_bytes(path, MAX_BYTES)
-    try:
-        elements = {element.name: element for element in PlyData.read(BytesIO(data)).elements}
-        vertex = elements["vertex"]
-        points = np.stack([np.asarray(vertex[axis], np.float64) for axis in "xyz"], axis=1)
-    except KeyError as error:
-        raise AvatarError(f"has no {error}", file=path) from None
-    except (PlyParseError, ValueError, TypeError, MemoryError, OverflowError) as error:
-        raise AvatarError(f"is no sound .ply ({error})", file=path) from None
-    if "face" not in elements or not len(elements["face"].data):
-        return points, None
-    listed: Any = elements["face"].data
-    name = next((n for n in ("vertex_indices", "vertex_index") if n in (listed.dtype.names or ())), None)
-    if name is None or any(len(row) != 3 for row in listed[name]):
-        raise AvatarError("has faces that are no triangles; triangulate the mesh", file=path, field="face")
-    return points, np.stack(list(listed[name])).astype(np.int64)
+    ply = decode_ply(_vertices_alone(read_bytes(path, MAX_BYTES)), path)
+    missing = [axis for axis in POSITION if axis not in ply.properties]
+    if missing:
+        raise AvatarError(f"has no property {missing[0]}", file=path, field="vertex")
+    return np.stack([ply.properties[axis].astype(np.float64) for axis in POSITION], axis=1), None
+
+
+def _vertices_alone(data: bytes) -> bytes:
+    """A .ply without the elements after its first one, such as faces; as it is where that is not understood."""
+    header, end, _ = data[:MAX_HEADER_BYTES].partition(b"end_header\n")
+    lines = header.splitlines()
+    starts = [i for i, line in enumerate(lines) if line.startswith(b"element")]
+    if not end or len(starts) < 2:
+        return data
+    words = [line.split() for line in lines[starts[0] : starts[1]]]
+    kinds = [word[1].decode("ascii", "replace") for word in words[1:] if len(word) == 3]
+    count = words[0][-1]
+    if not count.isdigit() or len(count) > 12 or any(kind not in SCALARS for kind in kinds):
+        return data
+    size = int(count) * sum(np.dtype(SCALARS[kind]).itemsize for kind in kinds)
+    first = len(header) + len(end)
+    return b"\n".join([*lines[: starts[1]], end]) + data[first : first + size]
 
 
 def _rows_of_three(indices: Any, path: Path) -> I64:

@@ -15,10 +15,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, I64
+from avatar_runtime.avatar import F32, F64, I64
 from avatar_runtime.backends.cpu.jit import inlined, kernel
 from avatar_trainer.kernels.arrays import plain
-from avatar_trainer.systems.asm_model import Face, TemplateTensors, skin_matrices
+from avatar_trainer.kernels.closest import nearest
+from avatar_trainer.systems.asm_model import Face, TemplateTensors
 
 TILE = 32  # vertices
 FAINT = np.float32(16)
@@ -62,28 +63,138 @@ def tiles(template: TemplateTensors) -> Tiles:
     return Tiles(row, uv[row], rest, middle.astype(np.float32), np.array(radius, np.float32))
 
 
-@torch.no_grad()
+class Faces(NamedTuple):
+    """`asm_model.Face` of N faces, as arrays."""
+
+    pi_logit: F32  # [N, J, K]
+    mu: F32  # [N, J, K, 2]
+    scale_tril: F32  # [N, J, K, 3]
+    zeta: F32  # [N, J, 2]
+    rotation_vector: F32  # [N, J, 3]
+    translation: F32  # [N, J, 3]
+    log_scale: F32  # [N, J, 3]
+
+
+class Bones(NamedTuple):
+    """A template's bones."""
+
+    parents: I64  # [J]
+    linear: F64  # [J, 3, 3] R^0 S^0
+    inverse: F64  # [J, 3, 3] of linear
+
+
 def posed_cpu(template: TemplateTensors, face: Face, of: Tiles) -> Tensor:
     """Vertices [N, V, 3] metres of faces whose tensors all have one leading axis of N; float32, normalised weights.
 
-    Within 1e-5 of the head's size of `asm_model.posed`. Raises ValueError for another weight rule, type or shape.
+    Within float32's rounding of `asm_model.posed`. Raises ValueError for another weight rule, type or shape.
     """
     if template.softplus:
         raise ValueError("posed_cpu has the rule `normalised` alone; asm_model.posed has both")
-    count, bones, components = face.pi_logit.shape
-    tril = face.scale_tril
-    height = face.pi_logit.log_softmax(-1) - tril[..., 0] - tril[..., 1]
-    whiten = torch.cat([(-tril[..., :2]).exp(), tril[..., 2:]], dim=-1)
-    each = bones * components
-    mixtures = Mixtures(
-        plain(face.mu + face.zeta[..., None, :], count, each, 2),
-        plain(whiten, count, each, 3),
-        plain(height, count, each),
-        plain(skin_matrices(template, face), count, bones, 12),
+    count, joints, components = face.pi_logit.shape
+    wide = {"pi_logit": (components,), "mu": (components, 2), "scale_tril": (components, 3), "zeta": (2,)}
+    faces = Faces(
+        *(plain(getattr(face, name), count, joints, *wide.get(name, (3,))) for name in Faces._fields)
     )
+    each = joints * components
+    shapes = (each, 2), (each, 3), (each,), (joints, 12)
+    mixtures = Mixtures(*(np.empty((count, *shape), np.float32) for shape in shapes))
+    parents = np.array(template.parents, np.int64)
+    bones = Bones(parents, template.rest_linear.double().numpy(), template.rest_inverse.double().numpy())
+    _mix(faces, mixtures)
+    _move(bones, faces, _bone_positions(template, faces.zeta), mixtures.matrix)
     posed = np.empty((count, len(of.row), 3), np.float32)
     _pose(of, mixtures, components, posed)
     return torch.from_numpy(posed)
+
+
+def _bone_positions(template: TemplateTensors, zeta: F32) -> F64:
+    """psi [N, J, 3] of Eq. 7."""
+    points = np.pad(zeta.reshape(-1, 2).astype(np.float64), ((0, 0), (0, 1)))
+    found = nearest(points, template.plane, template.plane_tree)
+    vertices = template.vertices.double().numpy()
+    corner = vertices[template.plane_tree.triangles[found.triangle]]
+    place = (found.barycentric[:, :, None] * corner).sum(axis=1).reshape(*zeta.shape[:2], 3)
+    psi: F64 = place - vertices[template.anchor_vertex.numpy()] + template.rest_position.double().numpy()
+    return psi
+
+
+@kernel(parallel=True)
+def _mix(faces: Faces, mixtures: Mixtures) -> None:
+    """Centres, whitening and heights of all components."""
+    for n in numba.prange(len(faces.zeta)):
+        _mix_face(faces, mixtures, n)
+
+
+@inlined
+def _mix_face(faces: Faces, mixtures: Mixtures, n: int) -> None:
+    components = faces.pi_logit.shape[2]
+    for j in range(faces.zeta.shape[1]):
+        most = faces.pi_logit[n, j].max()
+        total = 0.0
+        for k in range(components):
+            total += math.exp(faces.pi_logit[n, j, k] - most)
+        for k in range(components):
+            g = j * components + k
+            log_a, log_b = faces.scale_tril[n, j, k, 0], faces.scale_tril[n, j, k, 1]
+            mixtures.whiten[n, g, 0], mixtures.whiten[n, g, 1] = math.exp(-log_a), math.exp(-log_b)
+            mixtures.whiten[n, g, 2] = faces.scale_tril[n, j, k, 2]
+            log_pi = faces.pi_logit[n, j, k] - most - math.log(total)
+            mixtures.height[n, g] = log_pi - log_a - log_b
+            for axis in range(2):
+                mixtures.centre[n, g, axis] = faces.zeta[n, j, axis] + faces.mu[n, j, k, axis]
+
+
+@kernel(parallel=True)
+def _move(bones: Bones, faces: Faces, position: F64, matrix: F32) -> None:
+    """Skin matrices `matrix` [N, J, 12] of bones at `position` [N, J, 3], in float64."""
+    joints = len(bones.parents)
+    for n in numba.prange(len(position)):
+        done = np.empty((joints, 3, 4))
+        for j in range(joints):
+            own = np.empty((3, 4))
+            _own_motion(bones, faces, position[n, j], n, j, own)
+            parent = bones.parents[j]
+            for row in range(3):
+                for column in range(4):
+                    if parent < 0:
+                        done[j, row, column] = own[row, column]
+                    else:
+                        above = done[parent, row]
+                        moved = (
+                            above[0] * own[0, column] + above[1] * own[1, column] + above[2] * own[2, column]
+                        )
+                        done[j, row, column] = moved + (above[3] if column == 3 else 0.0)
+                    matrix[n, j, 4 * row + column] = done[j, row, column]
+
+
+@inlined
+def _own_motion(bones: Bones, faces: Faces, position: F64, n: int, j: int, own: F64) -> None:
+    """B M(tau) B^-1 of bone j, `own` [3, 4]."""
+    x, y, z = faces.rotation_vector[n, j]
+    x, y, z = float(x), float(y), float(z)
+    squared = x * x + y * y + z * z
+    angle = math.sqrt(squared)
+    sine = math.sin(angle) / angle if squared > 1e-12 else 1.0 - squared / 6
+    half = math.sin(0.5 * angle)
+    cosine = 2 * half * half / squared if squared > 1e-12 else 0.5 - squared / 24
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    local = np.zeros((3, 3))
+    for r in range(3):
+        for c in range(3):
+            twice = cross[r, 0] * cross[0, c] + cross[r, 1] * cross[1, c] + cross[r, 2] * cross[2, c]
+            entry = (1.0 if r == c else 0.0) + sine * cross[r, c] + cosine * twice
+            local[r, c] = entry * math.exp(faces.log_scale[n, j, c])
+    for r in range(3):
+        pushed = 0.0
+        for c in range(3):
+            pushed += bones.linear[j, r, c] * faces.translation[n, j, c]
+            total = 0.0
+            for a in range(3):
+                for b in range(3):
+                    total += bones.linear[j, r, a] * local[a, b] * bones.inverse[j, b, c]
+            own[r, c] = total
+        moved = own[r, 0] * position[0] + own[r, 1] * position[1] + own[r, 2] * position[2]
+        own[r, 3] = position[r] + pushed - moved
 
 
 @kernel(parallel=True)
@@ -114,17 +225,21 @@ def _pose_tile(of: Tiles, mixtures: Mixtures, components: int, posed: F32, face:
             y = (v[i] - y0 - c * x) * b
             share[k, i] = height - HALF * (x * x + y * y)
             top[i] = max(top[i], share[k, i])
-    total = np.zeros(TILE, np.float32)
+    total, held = np.zeros(TILE, np.float32), np.zeros(TILE, np.float32)
     blended = np.zeros((12, TILE), np.float32)
     for k in range(count):
-        matrix = mixtures.matrix[face, kept[k] // components]
         for i in range(TILE):
-            share[k, i] = _exp(share[k, i] - top[i])
-            total[i] += share[k, i]
+            weight = _exp(share[k, i] - top[i])
+            held[i] += weight
+            total[i] += weight
+        bone = kept[k] // components
+        if k + 1 < count and kept[k + 1] // components == bone:
+            continue  # its next component
         for entry in range(12):
-            m = matrix[entry]
+            m = mixtures.matrix[face, bone, entry]
             for i in range(TILE):
-                blended[entry, i] += share[k, i] * m
+                blended[entry, i] += held[i] * m
+        held[:] = 0
     for i in range(size):
         x, y, z = of.vertices[first + i, 0], of.vertices[first + i, 1], of.vertices[first + i, 2]
         to, scale = of.row[first + i], ONE / total[i]

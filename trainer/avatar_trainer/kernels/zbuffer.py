@@ -94,11 +94,11 @@ def _draw(points: F64, triangles: I64, focal: F64, principal: F64, depth: F32) -
             left, right, top, bottom = _box(a, b, c, width, height)
             for y in range(top, bottom):
                 for x in range(left, right):
-                    u, v = _shares(a, b, c, x + 0.5, y + 0.5, area)
-                    w = 1 - u - v
-                    if u < 0 or v < 0 or w < 0:
+                    to_a, to_b = _shares(a, b, c, x + 0.5, y + 0.5, area)
+                    to_c = 1 - to_a - to_b
+                    if to_a < 0 or to_b < 0 or to_c < 0:
                         continue
-                    z = np.float32(1 / (u * a[2] + v * b[2] + w * c[2]))
+                    z = np.float32(1 / (to_a * a[2] + to_b * b[2] + to_c * c[2]))
                     if z < depth[n, y, x]:
                         depth[n, y, x] = z
 

@@ -23,12 +23,14 @@ from avatar_trainer.systems.asm_model import Face, TemplateTensors, posed, rotat
 from avatar_trainer.systems.asm_views_energy import (
     FLAT,
     Cameras,
+    Edges,
     Pairs,
     Priors,
     Texels,
     edge_energy,
     landmark_energy,
     prior_energy,
+    strain_energy,
 )
 from avatar_trainer.systems.asm_views_files import FEWEST_SEEN, Views
 from avatar_trainer.systems.asm_views_pose import pose_from_points
@@ -80,11 +82,12 @@ class ViewSettings:
     edge: float = 0.02
     photometric: float = 100.0
     prior: float = 0.1
+    smooth: float = 100.0  # of `strain_energy`, which the paper has not
     iterations: int = 160  # paper: 500, at a step of 1e-4
     refresh: int = 10  # iterations between two looks at what is seen
 
     def __post_init__(self) -> None:
-        weights = dict.fromkeys(("landmarks", "edge", "photometric", "prior"), (0.0, 1e6))
+        weights = dict.fromkeys(("landmarks", "edge", "photometric", "prior", "smooth"), (0.0, 1e6))
         expect_ranges(self, {**weights, "iterations": (4, MOST_ITERATIONS), "refresh": (1, MOST_ITERATIONS)})
 
 
@@ -144,6 +147,7 @@ class _Problem:
         )
         for part in fields(Face):
             getattr(self.face, part.name).requires_grad_()
+        self.edges = Edges.of(self.template.vertices, self.template.triangles)
         self.contours = contour_points(views.mask)
 
     def vertices(self) -> Tensor:
@@ -186,7 +190,7 @@ class _Problem:
                 scene = self.scene(level, texels, found) if texels else None
             total = self.energy(pairs, scene)
             optimiser.zero_grad()
-            total.backward()
+            torch.autograd.backward(total)
             optimiser.step()
             decay.step()
         return float(total.detach())
@@ -195,6 +199,7 @@ class _Problem:
         """Eq. 23."""
         settings, cameras, vertices = self.settings, self.cameras, self.vertices()
         total = settings.prior * prior_energy(self.face, self.first, Priors())
+        total = total + settings.smooth * strain_energy(vertices, self.edges)
         marks = cameras.pixels(vertices[self.landmark_rows])
         total = total + settings.landmarks * landmark_energy(marks, self.found, self.seen)
         if pairs is not None:

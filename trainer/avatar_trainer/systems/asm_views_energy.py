@@ -13,6 +13,7 @@ from torch import Tensor
 
 from avatar_trainer.systems.asm_model import Face, rotation_matrices
 
+LEAST_EDGE = 5e-4  # metres; a shorter edge counts as this long
 FLAT = 2.0 / 255  # deviation of a patch below which it says little: noise and the steps of 8 bits
 
 
@@ -96,7 +97,7 @@ def unwrapped(pictures: Tensor, pixels: Tensor, texels: Texels) -> Tensor:
         pictures[:, None], (pixels * scale - 1)[:, None], padding_mode="border", align_corners=False
     )
     flat = grey.new_zeros(len(pictures), texels.size**2)
-    return flat.index_copy(1, texels.row, grey[:, 0, 0]).unflatten(1, (texels.size, texels.size))
+    return flat.index_copy(1, texels.row, grey[:, 0, 0]).reshape(-1, texels.size, texels.size)
 
 
 def photometric_energy(maps: Tensor, valid: Tensor, texels: int) -> Tensor:
@@ -117,6 +118,35 @@ def photometric_energy(maps: Tensor, valid: Tensor, texels: int) -> Tensor:
     seen = valid.sum(0)
     pairs = seen.square().sum() - valid.square().sum()
     return (pairs - together) / (n * (n - 1) * texels)
+
+
+@dataclass(frozen=True)
+class Edges:
+    """The E edges of a mesh, as it was first."""
+
+    ends: Tensor  # i64 [E, 2] vertices
+    difference: Tensor  # sparse [E, V]: one end minus the other, over the edge's length in metres
+    vertices: Tensor  # [V, 3] metres
+
+    @staticmethod
+    def of(vertices: Tensor, triangles: Tensor) -> Edges:
+        """Of a mesh [V, 3], [F, 3]."""
+        both = torch.cat([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).sort(dim=1)[0]
+        ends = torch.unique(both, dim=0)
+        length = (vertices[ends[:, 0]] - vertices[ends[:, 1]]).norm(dim=1).clamp_min(LEAST_EDGE)
+        row = torch.arange(len(ends)).repeat(2)
+        values = torch.cat([1 / length, -1 / length])
+        shape = (len(ends), len(vertices))
+        difference = torch.sparse_coo_tensor(torch.stack([row, ends.T.reshape(-1)]), values, shape)
+        return Edges(ends, difference.coalesce(), vertices)
+
+
+def strain_energy(vertices: Tensor, edges: Edges) -> Tensor:
+    """How unevenly vertices [V, 3] moved: the mean over edges of (difference of the ends' ways / length) squared.
+
+    Not in the paper. Where mixtures meet sharply, Eq. 19 lets neighbouring bones tear the surface into scales.
+    """
+    return torch.sparse.mm(edges.difference, vertices - edges.vertices).square().sum(-1).mean()
 
 
 @dataclass(frozen=True)

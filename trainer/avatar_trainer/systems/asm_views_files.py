@@ -40,7 +40,8 @@ class Views:
     @property
     def seen(self) -> npt.NDArray[np.bool_]:
         """[N, L] which landmarks were found."""
-        return np.isfinite(self.landmarks).all(axis=-1)
+        found: npt.NDArray[np.bool_] = np.isfinite(self.landmarks).all(axis=-1)
+        return found
 
     def chosen(self, rows: npt.ArrayLike) -> Views:
         """Only the views `rows`."""

@@ -75,7 +75,8 @@ def seen_texels(found: Sight, texels: Texels) -> Bools:
     place = np.einsum("xk,nxkc->nxc", share, found.in_camera[:, corner])
     facing = np.einsum("xk,nxk->nx", share, found.facing[:, corner])
     pixels = place[..., :2] / np.maximum(place[..., 2:], 1e-3) * found.focal + found.principal
-    return (facing > GRAZING) & in_front(found.buffers, pixels, place[..., 2], SLACK)
+    seen: Bools = (facing > GRAZING) & in_front(found.buffers, pixels, place[..., 2], SLACK)
+    return seen
 
 
 def whole_patches(seen: Bools, texels: Texels) -> Bools:
@@ -95,7 +96,7 @@ def contour_points(mask: F32) -> list[F64]:
     inside = mask >= 0.5
     core = inside[:, 1:-1, 1:-1]
     ringed = inside[:, :-2, 1:-1] & inside[:, 2:, 1:-1] & inside[:, 1:-1, :-2] & inside[:, 1:-1, 2:]
-    return [np.argwhere(edge)[:, ::-1] + 1.5 for edge in core & ~ringed]
+    return [np.argwhere(edge)[:, ::-1].astype(np.float64) + 1.5 for edge in core & ~ringed]
 
 
 def contour_pairs(found: Sight, contours: list[F64], reach: float) -> Pairs:

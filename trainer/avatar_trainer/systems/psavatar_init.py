@@ -55,8 +55,8 @@ def _head(rig: Rig) -> Mask:
     row = np.repeat(np.arange(rig.skin.rows), ptr[1:] - ptr[:-1])
     of_root = rig.parents[rig.skin.column.astype(np.int64)] < 0
     np.add.at(by_root, row[of_root], rig.skin.values["weight"][of_root].astype(np.float64))
-    of_head: Mask = np.asarray(by_root <= MOST_OF_A_VERTEX)
-    result: Mask = of_head[rig.triangles].all(axis=1)
+    of_head = np.asarray(by_root <= MOST_OF_A_VERTEX)
+    result: Mask = np.asarray(of_head[rig.triangles].all(axis=1))
     return result
 
 

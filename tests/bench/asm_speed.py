@@ -1,0 +1,113 @@
+"""How long a batch of 32 ASM faces takes on the CPU, and how large a face is (the paper's Table 4 and Fig. 5).
+
+    python -m tests.bench.asm_speed [--repeats 9]
+
+All parameters differ from face to face, weights too. The paper: 2.658 s for 32 faces of about 35,000 vertices on a
+Xeon Gold 6133. Vertices are those of the sample head, or of it with triangles split, cut to the number asked for.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numba
+import numpy as np
+import torch
+from samples.asm_data import load_asm_head
+
+from avatar_export.asm.files import save, save_person
+from avatar_export.asm.model import Template
+from avatar_trainer.kernels.asm import posed_cpu, tiles
+from avatar_trainer.systems.asm_model import Face, TemplateTensors
+from avatar_trainer.systems.asm_template_files import at_rest
+
+FACES, PAPER_SECONDS = 32, 2.658
+SIZES = {4_700: 20, 26_000: 8}  # vertices: how many times faster than the paper this is to be
+SPREAD = {"zeta": 0.003, "pi_logit": 0.2, "mu": 0.003, "scale_tril": 0.05, "rotation_vector": 0.05,
+          "translation": 0.002, "log_scale": 0.05}  # fmt: skip
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=9)
+    args = parser.parse_args()
+    head = load_asm_head("ict")
+    print(
+        f"{'vertices':>9} {'K':>2} {'threads':>7} {'wall s':>8} {'CPU s':>8} {'paper / wall':>12} {'aim':>4}"
+    )
+    for size, aim in SIZES.items():
+        template = TemplateTensors.of(sized(head.template, size))
+        for components in (2, 5):
+            faces = different_faces(Face.of(head.bindings[components]), FACES)
+            for threads in (1, 2):
+                wall, cpu = seconds(template, faces, threads, args.repeats)
+                ratio = PAPER_SECONDS / wall
+                print(f"{size:9} {components:2} {threads:7} {wall:8.3f} {cpu:8.3f} {ratio:12.1f} {aim:4}")
+    for components in (2, 5):
+        face = at_rest("face", head.template, head.bindings[components])
+        count = len(head.template.bone_names) * (11 + 6 * components)
+        with tempfile.TemporaryDirectory() as folder:
+            whole, person = Path(folder) / "face.npz", Path(folder) / "person.npz"
+            save(face, whole)
+            save_person(face, person)
+            print(
+                f"K={components}: {count} parameters; person {person.stat().st_size / 1e3:.1f} kB, "
+                f"with its template {whole.stat().st_size / 1e3:.1f} kB"
+            )
+
+
+def seconds(template: TemplateTensors, faces: Face, threads: int, repeats: int) -> tuple[float, float]:
+    """(wall, CPU) medians of a batch; the template's tiles are made before."""
+    numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
+    prepared = tiles(template)
+    posed_cpu(template, faces, prepared)
+    wall, cpu = [], []
+    for _ in range(repeats):
+        start, busy = time.perf_counter(), time.process_time()
+        posed_cpu(template, faces, prepared)
+        wall.append(time.perf_counter() - start)
+        cpu.append(time.process_time() - busy)
+    return statistics.median(wall), statistics.median(cpu)
+
+
+def different_faces(face: Face, count: int, seed: int = 0) -> Face:
+    """`count` faces about one, different in every parameter."""
+    generator = torch.Generator().manual_seed(seed)
+    return Face(
+        **{
+            name: tensor + SPREAD[name] * torch.randn((count, *tensor.shape), generator=generator)
+            for name, tensor in face.parameters()
+        }
+    )
+
+
+def sized(template: Template, vertices: int) -> Template:
+    """The template with as many vertices: some left out with their triangles, or the middles of triangles added.
+
+    Bones and their anchors stay. Every vertex is worked on alone, so that this is as much work as a mesh of that size.
+    """
+    uv, place = template.uv, template.vertices
+    if vertices > len(uv):
+        corners = template.triangles[: vertices - len(uv)]
+        uv = np.concatenate([uv, uv[corners].mean(axis=1)])
+        place = np.concatenate([place, place[corners].mean(axis=1)])
+        return replace(template, uv=uv, vertices=place)
+    anchors = np.unique(template.anchor_vertex)
+    others = np.setdiff1d(np.arange(len(uv)), anchors)
+    chosen = others[np.linspace(0, len(others) - 1, vertices - len(anchors)).astype(int)]
+    rows = np.sort(np.concatenate([anchors, chosen]))
+    new = np.full(len(uv), -1)
+    new[rows] = np.arange(len(rows))
+    corners = new[template.triangles]
+    kept = corners[(corners >= 0).all(axis=1)].astype(np.uint32)
+    anchor = new[template.anchor_vertex].astype(np.uint32)
+    return replace(template, uv=uv[rows], vertices=place[rows], triangles=kept, anchor_vertex=anchor)
+
+
+if __name__ == "__main__":
+    main()

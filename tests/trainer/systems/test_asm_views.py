@@ -1,0 +1,297 @@
+"""Faces from uncalibrated pictures: poses, energies against plain definitions, what is seen, the whole fit."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from avatar_runtime.errors import AvatarError
+from avatar_runtime.rotation import matrix_from_rotvec
+from avatar_trainer.kernels.consistency import Scene, consistency
+from avatar_trainer.kernels.zbuffer import covering, depth_buffers, in_front
+from avatar_trainer.systems.asm_model import Face
+from avatar_trainer.systems.asm_views_energy import (
+    FLAT,
+    Cameras,
+    Edges,
+    Pairs,
+    Priors,
+    Texels,
+    edge_energy,
+    landmark_energy,
+    photometric_energy,
+    prior_energy,
+    strain_energy,
+    unwrapped,
+)
+from avatar_trainer.systems.asm_views_files import read
+from avatar_trainer.systems.asm_views_pose import pose_from_points
+from avatar_trainer.systems.asm_views_sight import contour_pairs, contour_points, sight
+
+K = np.array([[300.0, 0, 64], [0, 310.0, 60], [0, 0, 1]])
+
+
+def test_a_pose_is_found_again_from_every_side() -> None:
+    rng = np.random.default_rng(0)
+    points = rng.normal(0, 0.06, (40, 3))
+    for turn in rng.normal(0, 1.2, (20, 3)):
+        rotation, translation = matrix_from_rotvec(turn), np.array([0.03, -0.02, 0.9])
+        x = points @ rotation.T + translation
+        found = pose_from_points(points, x[:, :2] / x[:, 2:] * (300, 310) + (64, 60), K)
+        np.testing.assert_allclose(found[0], rotation, atol=1e-8)
+        np.testing.assert_allclose(found[1], translation, atol=1e-8)
+
+
+def test_points_that_leave_the_pose_open_are_refused() -> None:
+    line = np.outer(np.arange(8.0), [1, 2, 3])
+    with pytest.raises(ValueError, match="on one line"):
+        pose_from_points(line, line[:, :2], K)
+    with pytest.raises(ValueError, match="fewest"):
+        pose_from_points(line[:3], line[:3, :2], K)
+
+
+def _ncc_by_hand(maps: np.ndarray[Any, Any], valid: np.ndarray[Any, Any], texels: int) -> float:
+    """Eq. 21 and 22 with loops; numpy's correlation coefficient where patches are far from flat."""
+    n, m, _ = maps.shape
+    total = 0.0
+    for i in range(n):
+        for j in range(i + 1, n):
+            for y in range(m - 2):
+                for x in range(m - 2):
+                    if valid[i, y, x] and valid[j, y, x]:
+                        a, b = (maps[v, y : y + 3, x : x + 3].ravel() for v in (i, j))
+                        total += 1 - np.corrcoef(a, b)[0, 1]
+    return 2 / (n * (n - 1)) * total / texels
+
+
+def test_the_consistency_is_one_minus_the_correlation_of_patches() -> None:
+    rng = np.random.default_rng(1)
+    maps, valid = (
+        100 * rng.random((4, 9, 9)),
+        rng.random((4, 7, 7)) > 0.3,
+    )  # so far from flat that FLAT is nothing
+    found = photometric_energy(torch.from_numpy(maps), torch.from_numpy(valid).double(), 50)
+    assert float(found) == pytest.approx(_ncc_by_hand(maps, valid, 50), rel=1e-5)
+
+
+def _scene(seed: int = 0) -> tuple[list[torch.Tensor], Scene, Texels]:
+    generator = torch.Generator().manual_seed(seed)
+
+    def uniform(*shape: int) -> torch.Tensor:
+        return torch.rand(*shape, generator=generator)
+
+    views, size, count = 4, 10, 60
+    row = torch.randperm(size * size, generator=generator)[:count].sort().values
+    corner = torch.randint(0, 30, (count, 3), generator=generator)
+    texels = Texels(size, row, corner, torch.softmax(3 * uniform(count, 3), -1))
+    valid = torch.nn.functional.pad((uniform(views, size - 2, size - 2) > 0.3).float(), (1, 1, 1, 1))
+    scene = Scene(
+        uniform(views, 20, 24).numpy(),
+        np.array([22.0, 21.0]),
+        np.array([12.0, 10.0]),
+        *(part.numpy() for part in (row, corner, texels.barycentric, valid)),
+        FLAT,
+    )
+    translation = torch.tensor([0.0, 0.0, 1.0]) + 0.05 * uniform(views, 3)
+    return [0.5 * uniform(30, 3) - 0.25, 0.2 * uniform(views, 3) - 0.1, translation], scene, texels
+
+
+def test_the_kernel_has_the_definitions_value_and_gradients() -> None:
+    given, scene, texels = _scene()
+    results = []
+    for fused in (True, False):
+        vertices, turn, translation = (t.clone().requires_grad_() for t in given)
+        cameras = Cameras(
+            torch.eye(3).expand(len(turn), 3, 3),
+            turn,
+            translation,
+            torch.from_numpy(scene.focal).float(),
+            torch.from_numpy(scene.principal).float(),
+        )
+        if fused:
+            energy = consistency(vertices, cameras.turned(), translation, scene)
+        else:
+            pixels = cameras.pixels(texels.points(vertices))
+            maps = unwrapped(torch.from_numpy(scene.pictures), pixels, texels)
+            inner = torch.from_numpy(scene.valid)[:, 1:-1, 1:-1]
+            energy = photometric_energy(maps, inner, len(texels.row))
+        energy.backward()
+        results.append([energy.detach(), vertices.grad, turn.grad, translation.grad])
+    for ours, theirs in zip(*results, strict=True):
+        assert ours is not None and theirs is not None and theirs.abs().max() > 0
+        torch.testing.assert_close(ours, theirs, rtol=1e-4, atol=1e-5 * float(theirs.abs().max()))
+
+
+def test_energies_have_their_own_gradients() -> None:
+    generator = torch.Generator().manual_seed(3)
+
+    def normal(*shape: int) -> torch.Tensor:
+        return torch.randn(*shape, generator=generator, dtype=torch.float64)
+
+    vertices, turn = (0.1 * normal(6, 3)).requires_grad_(), (0.1 * normal(2, 3)).requires_grad_()
+    translation = (torch.tensor([0.0, 0, 1], dtype=torch.float64) + 0.1 * normal(2, 3)).requires_grad_()
+    eye = torch.eye(3, dtype=torch.float64).expand(2, 3, 3)
+    focal, principal = (
+        torch.full((2,), 50.0, dtype=torch.float64),
+        torch.full((2,), 20.0, dtype=torch.float64),
+    )
+    found, seen = 20 + normal(2, 6, 2), torch.tensor([[1, 1, 0, 1, 1, 1], [1, 0, 1, 1, 1, 1]]).bool()
+    found[~seen] = torch.nan
+    pairs = Pairs(torch.tensor([0, 1, 1]), torch.tensor([2, 2, 5]), 20 + normal(3, 2), torch.rand(3).double())
+    edges = Edges.of(0.1 * normal(6, 3), torch.tensor([[0, 1, 2], [2, 3, 4], [3, 4, 5]]))
+
+    def marks(v: torch.Tensor, w: torch.Tensor, t: torch.Tensor) -> torch.Tensor:
+        return landmark_energy(Cameras(eye, w, t, focal, principal).pixels(v), found, seen)
+
+    def contour(v: torch.Tensor, w: torch.Tensor, t: torch.Tensor) -> torch.Tensor:
+        return edge_energy(Cameras(eye, w, t, focal, principal), v, pairs)
+
+    for energy in (marks, contour):
+        assert torch.autograd.gradcheck(energy, (vertices, turn, translation))
+    assert torch.autograd.gradcheck(lambda v: strain_energy(v, edges), (vertices,))
+
+
+def test_landmarks_by_hand() -> None:
+    projected, found = torch.tensor([[[1.0, 2], [5, 5]]]), torch.tensor([[[4.0, 6], [torch.nan, torch.nan]]])
+    assert float(landmark_energy(projected, found, torch.tensor([[True, False]]))) == 25
+
+
+def test_strain_by_hand() -> None:
+    rest = torch.tensor([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
+    edges = Edges.of(rest, torch.tensor([[0, 1, 2]]))
+    assert float(strain_energy(rest + torch.tensor([1.0, 2, 3]), edges)) == pytest.approx(0, abs=1e-10)
+    moved = rest + torch.tensor([[0.0, 0, 0], [0.01, 0, 0], [0, 0, 0]])
+    assert float(strain_energy(moved, edges)) == pytest.approx((0.1**2 + 0.01**2 / 0.02) / 3, rel=1e-5)
+
+
+def test_the_prior_counts_every_part() -> None:
+    bones, k = 3, 2
+    shapes = ((bones, 2), (bones, k), (bones, k, 2), (bones, k, 3), (bones, 3), (bones, 3), (bones, 3))
+    first = Face(*(torch.zeros(shape) for shape in shapes))
+    assert float(prior_energy(first, first, Priors())) == 0
+    for name, _ in first.parameters():
+        moved = replace(
+            first, **{name: getattr(first, name) + torch.arange(1.0, 1 + getattr(first, name).shape[-1])}
+        )
+        assert float(prior_energy(moved, first, Priors())) > 0, name
+
+
+def test_depth_is_of_the_nearest_surface_and_hides_what_is_behind() -> None:
+    def wall(z: float, half: float) -> list[list[float]]:
+        return [[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]]
+
+    points = np.array([wall(2.0, 9.0) + wall(1.0, 0.1)])
+    triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
+    depth = depth_buffers(points, triangles, K, (128, 120))
+    assert depth[0, 60, 64] == 1 and depth[0, 5, 5] == 2
+    assert np.isclose((depth == 1).sum(), 60 * 62, rtol=0.05)  # 0.2 m at 300 and 310 pixels a metre
+    pixels, far = np.array([[[64.0, 60], [5, 5], [64, 60], [-3, 5]]]), np.array([[1.5, 1.5, 1.001, 1.0]])
+    assert in_front(depth, pixels, far, 0.004).tolist() == [[False, True, True, False]]
+
+
+def test_slanted_depth_is_perspective() -> None:
+    points = np.array([[[-1.0, -1, 1], [1, -1, 3], [0, 1, 2.0]]])  # the plane z = x + 2
+    depth = depth_buffers(points, np.array([[0, 1, 2]]), K, (128, 120))[0]
+    y, x = np.argwhere(np.isfinite(depth)).T
+    ray = (x + 0.5 - 64) / 300
+    np.testing.assert_allclose(depth[y, x], 2 / (1 - ray), rtol=1e-6)
+
+
+def test_texels_lie_in_their_triangles() -> None:
+    corners = np.array([[1.0, 1], [9, 2], [3, 8]])
+    triangle, barycentric = covering(corners, np.array([[0, 1, 2], [0, 1, 2]]), 10)
+    y, x = np.argwhere(triangle == 0).T
+    assert len(y) == pytest.approx(26, abs=4) and not (triangle == 1).any()  # area 26; of equals the first
+    np.testing.assert_allclose(barycentric[y, x] @ corners, np.c_[x, y] + 0.5, atol=1e-12)
+
+
+def _sphere(rings: int = 24) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    around = np.linspace(0, 2 * np.pi, 2 * rings, endpoint=False)
+    down = np.linspace(0.05, np.pi - 0.05, rings)
+    p, q = np.meshgrid(around, down)
+    vertices = 0.1 * np.stack([np.sin(q) * np.sin(p), np.cos(q), np.sin(q) * np.cos(p)], -1).reshape(-1, 3)
+    r, c = np.meshgrid(np.arange(rings - 1), np.arange(2 * rings), indexing="ij")
+    a, b = r * 2 * rings + c, r * 2 * rings + (c + 1) % (2 * rings)
+    low, beside = a + 2 * rings, b + 2 * rings
+    return vertices, np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, low, b), (b, low, beside))])
+
+
+def test_a_spheres_contour_meets_its_mask() -> None:
+    vertices, triangles = _sphere()
+    rotation, translation = np.diag([1.0, -1, -1])[None], np.array([[0.0, 0, 1.0]])
+    found = sight(vertices, triangles, rotation, translation, K, (128, 120))
+    assert found.facing[0, vertices[:, 2] > 0.09].min() > 0.8  # outside is where normals point
+    y, x = np.mgrid[:120, :128] + 0.5
+    ray = np.stack([(x - 64) / 300, (y - 60) / 310, np.ones_like(x)], -1)
+    sine = np.sqrt(1 - (ray[..., 2] / np.linalg.norm(ray, axis=-1)) ** 2)
+    contours = contour_points((sine < 0.1).astype(np.float32)[None])
+    pairs = contour_pairs(found, contours, 6.0)
+    assert len(pairs.view) > 40
+    away = torch.from_numpy(found.pixels[0])[pairs.vertex] - pairs.point
+    assert away.norm(dim=1).mean() < 2.5
+    assert len(contour_pairs(found, [contours[0] + 50], 6.0).view) == 0
+
+
+def _folder(tmp_path: Path, **changes: Any) -> Path:
+    for name in ("a.png", "b.png"):
+        Image.fromarray(np.full((16, 20, 3), 90, np.uint8)).save(tmp_path / name)
+    Image.fromarray(np.full((16, 20), 255, np.uint8)).save(tmp_path / "m.png")
+    marks = [[float(i), float(i * i % 7)] for i in range(7)] + [None]
+    document = {
+        "version": "1.0",
+        "name": "toy",
+        "width": 20,
+        "height": 16,
+        "K": [[30, 0, 10], [0, 30, 8], [0, 0, 1]],
+        "landmarks": [f"ibug_{i}" for i in range(8)],
+        "views": [{"image": name, "mask": "m.png", "landmarks": marks} for name in ("a.png", "b.png")],
+    }
+    (tmp_path / "views.json").write_text(json.dumps({**document, **changes}))
+    return tmp_path
+
+
+def test_views_are_read(tmp_path: Path) -> None:
+    found = read(_folder(tmp_path))
+    assert found.intensity.shape == found.mask.shape == (2, 16, 20)
+    assert found.seen.tolist() == [[True] * 7 + [False]] * 2
+    np.testing.assert_allclose(found.intensity, 90 / 255, atol=1e-6)
+
+
+VIEW = {"image": "a.png", "mask": "m.png", "landmarks": [[1, 2]] * 8}
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"version": "2.0"}, "version"),
+        ({"K": [[30, 1, 10], [0, 30, 8], [0, 0, 1]]}, "K"),
+        ({"K": [[-30, 0, 10], [0, 30, 8], [0, 0, 1]]}, "K"),
+        ({"width": 8192, "height": 8192, "views": [VIEW] * 4}, None),
+        ({"width": 21}, None),
+        ({"views": [VIEW]}, "views"),
+        ({"views": [VIEW, {**VIEW, "landmarks": [[1, 2]] * 7}]}, "views[1].landmarks"),
+        ({"views": [VIEW, {**VIEW, "landmarks": [[1, 2]] * 5 + [None] * 3}]}, "views[1].landmarks"),
+        ({"views": [VIEW, {**VIEW, "landmarks": [[1, 1e9]] * 8}]}, "views[1].landmarks"),
+        ({"views": [VIEW, {**VIEW, "image": "../a.png"}]}, "views[1].image"),
+        ({"views": [VIEW, {**VIEW, "image": "none.png"}]}, None),
+        ({"landmarks": ["a", "a"]}, "landmarks"),
+    ],
+)
+def test_bad_views_are_named(tmp_path: Path, changes: dict[str, Any], field: str | None) -> None:
+    with pytest.raises(AvatarError) as error:
+        read(_folder(tmp_path, **changes))
+    assert "\n" not in str(error.value)
+    assert field is None or (error.value.field or "").startswith(field)
+
+
+def test_text_that_is_no_json_is_named(tmp_path: Path) -> None:
+    (tmp_path / "views.json").write_text("{" * 10_000)
+    with pytest.raises(AvatarError, match="no JSON"):
+        read(tmp_path)
