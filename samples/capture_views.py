@@ -1,7 +1,7 @@
 """Still pictures of one head from many sides: `python -m samples.capture_views OUT --views 20 --identity SEED`.
 
 What somebody with a telephone and a landmark detector would have of a person who keeps still: pictures, the 2D
-positions of 68 landmarks, masks, the camera's K; no poses. trainer/ASM.md has the layout (views.json). The truth -
+positions of 68 landmarks, masks, the camera's K; no poses. trainer/CAPTURE.md has the layout (views.json). The truth -
 cameras and mesh - lies beside it in truth.json and truth.npz, for measuring only; no fit may read them.
 
 The head is the scanned one with the identity modes of ICT-FaceKit added, textured as in samples.capture. The light
@@ -24,6 +24,7 @@ from PIL import Image
 from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.captures.mesh_raster import Picture, Surface, draw
+from avatar_trainer.kernels.zbuffer import depth_buffers, in_front
 from samples.body_model import build_body_model
 from samples.capture_head import AUTHOR, CONSENT, DARK, LICENCE, LIGHT, LIT, WRAP, Model
 from samples.capture_shots import rays_per_pixel
@@ -36,6 +37,7 @@ DISTANCE, NEARER = 0.80, 0.08  # metres; share of it
 TARGET = (0.0, -0.005, 0.03)
 FOV_Y = 0.36  # the face fills the picture
 BASES = (2, 3, 7, 5)  # of the sequences that yaw, pitch, roll and distance follow
+CAMERAS = 20  # that the facial region is seen by
 FACE_REACH = 0.095  # metres about the tip of the nose: the facial region that errors are measured in
 NOSE_TIP = 30  # of the landmarks
 # Landmarks in the order of the 68-point annotation: vertices of the head (idx_to_landmark_verts of ICT-FaceKit).
@@ -231,17 +233,31 @@ def write_views(out: Path, count: int, identity: int, size: int, noise: float) -
     return out / "views.json"
 
 
+def seen_from_outside(head: Head) -> Array:
+    """Mask [V] of what at least one of CAMERAS cameras sees: not the inside of nostrils and mouth, as in a scan."""
+    shown = np.zeros(len(head.vertices), bool)
+    for i in range(CAMERAS):
+        k, rotation, translation = camera_at(i, 384)
+        pixels, far = projected(head.vertices, k, rotation, translation)
+        points = (head.vertices @ rotation.T + translation)[None]
+        shown |= in_front(
+            depth_buffers(points, head.triangles, k, (384, 384)), pixels[None], far[None], 0.001
+        )[0]
+    return shown
+
+
 def write_truth(out: Path, head: Head, taken: list[View]) -> None:
     """What no fit may see: truth.json, the cameras; truth.npz, the mesh in metres and its facial region."""
     cameras = [{"R": view.camera[0].tolist(), "t": view.camera[1].tolist()} for view in taken]
     (out / "truth.json").write_text(json.dumps({"cameras": cameras}, indent=1) + "\n")
     tip = head.vertices[LANDMARKS[NOSE_TIP]]
     near = np.linalg.norm(head.vertices - tip, axis=1) <= FACE_REACH
+    shown = seen_from_outside(head)
     np.savez_compressed(
         out / "truth.npz",
         vertices=head.vertices,
         triangles=head.triangles[head.triangles_in("face")],
-        facial=near & head.in_part("face"),
+        facial=near & shown & head.in_part("face"),
         landmarks=np.array(LANDMARKS),
     )
 

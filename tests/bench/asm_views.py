@@ -1,10 +1,10 @@
 """ASM's Table 6 at a small size: `python -m tests.bench.asm_views OUT [--identities N]`.
 
 Faces fitted to 3, 5, 10 and 20 uncalibrated pictures of heads that the template is not (samples.capture_views), with
-K = 2 and 5. The error is the 3D-RMSE of the facial region, the truth's vertices within 95 mm of the tip of its nose:
-each one's distance to the fitted surface, after the similarity that makes the sum of their squares least, in the
-truth's millimetres. It takes the scale away, which pictures without a known length cannot tell. Writes OUT/views.png:
-truth | fitted | error (red: 3 mm), from the fewest and from the most views.
+K = 2 and 5. The error is the 3D-RMSE of the facial region, the truth's vertices within 95 mm of the tip of its nose
+that can be seen from outside: each one's distance to the fitted surface, after the similarity that makes the sum of
+their squares least, in the truth's millimetres. It takes the scale away, which pictures without a known length cannot
+tell. Writes OUT/views.png: truth | fitted | error (red: 3 mm), from the fewest and from the most views.
 """
 
 from __future__ import annotations

@@ -27,7 +27,10 @@ from tests.measured import Measure
 
 @pytest.fixture(scope="module")
 def stored() -> AsmFace:
-    return small_face()
+    """With weights pi that add up to 1 in float64 as well: files round them to float32."""
+    face = small_face()
+    pi = face.binding.pi / face.binding.pi.sum(axis=1, keepdims=True)
+    return replace(face, binding=replace(face.binding, pi=pi))
 
 
 def face_at(stored: AsmFace, frame: int, dtype: torch.dtype = torch.float64) -> tuple[Face, Take]:
@@ -110,18 +113,19 @@ def test_far_from_all_bones_weights_still_add_up(stored: AsmFace) -> None:
 
 
 def test_many_at_once_are_the_same_faces(stored: AsmFace, measured: Measure) -> None:
-    for dtype, faces in ((torch.float32, batch(stored, 5, torch.float32)),):
-        template = TemplateTensors.of(stored.template, dtype)
-        prepared = tiles(template)
-        fast = posed_cpu(template, faces, prepared)
-        for row in range(5):
-            apart = float((fast[row] - posed(template, one_of(faces, row))).abs().max())
-            measured("asm posed_cpu against asm_model m", apart)
-            assert apart < 1e-6
+    faces, template = batch(stored, 5, torch.float32), TemplateTensors.of(stored.template)
+    prepared = tiles(template)
+    fast = posed_cpu(template, faces, prepared)
+    for row in range(5):
+        apart = float((fast[row] - posed(template, one_of(faces, row))).abs().max())
+        measured("asm posed_cpu against asm_model m", apart)
+        assert apart < 1e-6
+    threads = numba.get_num_threads()
+    try:
         numba.set_num_threads(1)
-        alone = posed_cpu(template, faces, prepared)
-        numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
-        assert torch.equal(fast, alone)
+        assert torch.equal(fast, posed_cpu(template, faces, prepared))
+    finally:
+        numba.set_num_threads(threads)
 
 
 def test_the_fast_way_refuses_the_other_rule(stored: AsmFace) -> None:
@@ -157,4 +161,4 @@ def test_random_mixtures_are_the_seeds(stored: AsmFace) -> None:
     face, _ = face_at(stored, 0, torch.float32)
     one, two = (random_mixtures(face, torch.Generator().manual_seed(7)) for _ in range(2))
     assert torch.equal(one.mu, two.mu) and not torch.equal(one.mu, face.mu)
-    assert set(VARIANTS) == {"static", "dynamic_binding", "random_weights", "full"}
+    assert VARIANTS["random_weights"].random_mixtures and not VARIANTS["full"].random_mixtures

@@ -69,6 +69,23 @@ def test_it_begins_as_points_at_rest(capture: Capture) -> None:
     assert float(points.radius.detach()[0]) ** 2 * np.pi > 2 * area
 
 
+@pytest.mark.parametrize("which", ["off_mesh", "all"])
+def test_whose_offset_is_trained(capture: Capture, which: str) -> None:
+    """Under rule displacement off_mesh what was sampled on the mesh stays there, and has no gradient."""
+    system = scene.system_of(capture, off_mesh=0.4, displacement=which)
+    pose = capture.frames[0].pose
+    before = system.splats(pose).mean.detach()
+    with torch.no_grad():
+        system.table["displacement"].add_(0.01)
+    after = system.splats(pose).mean
+    moved = (after.detach() - before).norm(dim=1)
+    trained = system.off_mesh if which == "off_mesh" else torch.ones_like(system.off_mesh)
+    assert (moved[trained] > 0.005).all() and (moved[~trained] == 0).all()
+    after.sum().backward()
+    gradient = system.table["displacement"].grad
+    assert gradient is not None and ((gradient != 0) == trained).all()
+
+
 @pytest.mark.parametrize("order", ["mesh_first", "as_printed"])
 def test_gaussians_are_carried_as_the_paper_says(capture: Capture, order: str, measured: Measure) -> None:
     """Eqs. 4 to 11 for every Gaussian of every frame; the mesh's joints see nothing of the learned bases."""
@@ -199,6 +216,7 @@ def test_it_goes_on_bit_by_bit(capture: Capture, stop: int, enhancer: bool) -> N
     scene.run(whole, stop + 1, 12)
     other = scene.trainer_of(scene.system_of(capture, enhancer=enhancer, enhancing=0.4))
     other.load_state(kept)
+    assert_same(other.system.state(), kept["system"])
     scene.run(other, stop + 1, 12)
     assert_same(whole.system.state(), other.system.state())
 

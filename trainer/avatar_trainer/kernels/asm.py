@@ -291,4 +291,5 @@ def _exp(x: np.float32) -> np.float32:
     p = p * r + np.float32(4.1665795894e-2)
     p = p * r + np.float32(1.6666665459e-1)
     p = p * r + np.float32(5.0000001201e-1)
-    return (p * r * r + r + ONE) * POWERS[np.int32(n) + 127]
+    found: np.float32 = (p * r * r + r + ONE) * POWERS[np.int32(n) + 127]
+    return found

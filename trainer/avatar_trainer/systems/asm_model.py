@@ -153,7 +153,8 @@ def weights(template: TemplateTensors, face: Face) -> Tensor:
     """
     log_density = _log_mixture(template.uv, face)
     if template.softplus:
-        soft = torch.nn.functional.softplus(log_density.exp())
+        density = log_density.exp()
+        soft = torch.logaddexp(density, torch.zeros_like(density))
         return soft / soft.sum(-1, keepdim=True)
     return log_density.softmax(-1)
 

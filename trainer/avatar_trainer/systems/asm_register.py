@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 import torch
 from torch import Tensor
 
@@ -39,10 +40,14 @@ from avatar_trainer.systems.asm_model import (
     skin_matrices,
     weights,
 )
+from avatar_trainer.systems.asm_place import front_depth
 from avatar_trainer.systems.asm_register_settings import RegisterSettings
 
-DECIMETRE = 0.1  # metres; the unit of translations in steps and in Eq. 19
+# The units of steps and of Eq. 19, see RegisterSettings; 1 for what has none.
+DECIMETRE, TENTH = 0.1, 0.1  # metres; of the uv plane
+UNITS = {"translation": DECIMETRE, "zeta": TENTH, "mu": TENTH}
 WIDER = 1.2  # part of the template that is fitted, in radii of the part of the scan
+BEHIND = 0.004  # metres behind what is seen from the front, from which a vertex is inside
 SQUARE_MM = 1e6  # in a square metre
 NEUTRAL = "neutral"
 
@@ -128,14 +133,33 @@ class _Target:
         placed = self.start.apply(scan.points[rows])
         self.middle = self.start.apply(keypoint_rows(scan.keypoints)).mean(axis=0)
         self.arm = torch.from_numpy(placed - self.middle).float()
+        marks = self.start.apply(keypoint_rows(scan.keypoints))
+        self.mark_arm = torch.from_numpy(marks - self.middle).float()
+        whole = self.start.apply(scan.points)
+        self.whole_arm = torch.from_numpy(whole - self.middle).float()
+        self.tree = (
+            None
+            if scan.triangles is None or scan.vertex is not None
+            else triangle_tree(whole, scan.triangles)
+        )
         self.vertex = None if scan.vertex is None else torch.from_numpy(scan.vertex[rows])
         self.turn, self.shift = torch.zeros(3, requires_grad=True), torch.zeros(3, requires_grad=True)
         self.guess: I64 | None = None
 
     def points(self) -> Tensor:
         """The fitted part [n, 3] in the template's space."""
-        middle = torch.from_numpy(self.middle).float()
-        return self.arm @ rotation_matrices(self.turn).T + (middle + self.shift)
+        return self._moved(self.arm)
+
+    def whole(self) -> Tensor:
+        """All of the scan [N, 3] in the template's space."""
+        return self._moved(self.whole_arm)
+
+    def keypoints(self) -> Tensor:
+        """[7, 3] in the template's space."""
+        return self._moved(self.mark_arm)
+
+    def _moved(self, arm: Tensor) -> Tensor:
+        return arm @ rotation_matrices(self.turn).T + (torch.from_numpy(self.middle).float() + self.shift)
 
     def placement(self) -> Placement:
         """Of the scan, as it is moved now."""
@@ -171,6 +195,10 @@ class _Fit:
         self.rows, self.tree = _fitted_part(
             template, goal, settings, whole=any(t.vertex is not None for t in self.targets)
         )
+        near = in_face(template.vertices[self.rows.numpy()].astype(np.float64), goal)
+        self.skin = torch.from_numpy(near)
+        landmarks = [template.landmarks[landmark] for landmark in KEYPOINTS.values()]
+        self.marks = torch.searchsorted(self.rows, torch.tensor(landmarks))
         self.first = _begin(binding, settings, len(scans), start)
         self.face = Face(*(tensor.clone() for _, tensor in self.first.parameters()))
         self.fixed = None
@@ -185,7 +213,7 @@ class _Fit:
     def _optimiser(self) -> torch.optim.Adam:
         rate = self.settings.learning_rate
         groups = [
-            {"params": [tensor.requires_grad_()], "lr": rate * (DECIMETRE if name == "translation" else 1.0)}
+            {"params": [tensor.requires_grad_()], "lr": rate * UNITS.get(name, 1.0)}
             for name, tensor in self.face.parameters(self.variant.fitted)
         ]
         if not self.settings.placed:
@@ -224,7 +252,8 @@ class _Fit:
         return mixture_weights_cpu(uv, face.pi_logit, face.mu + face.zeta[:, None], face.scale_tril)
 
     def _distances(self, cap: float) -> Tensor:
-        """Mean squared distance in mm^2 of the scans' points to the mesh, those beyond the cap left out."""
+        """Mean squared distances in mm^2 of the scans' points to the mesh, those beyond the cap left out, and of the
+        keypoints to their vertices."""
         total, posed = torch.zeros(()), self._vertices(self.rows)
         if not bool(posed.isfinite().all()):
             raise AvatarError("the fit went astray, vertices are no numbers; a smaller learning_rate helps")
@@ -236,22 +265,27 @@ class _Fit:
                 squared, found = point_to_surface(points, vertices, self.tree, target.guess)
                 target.guess = found.triangle
             total = total + (squared * (squared.detach() < cap)).mean()
+            if target.tree is not None and self.settings.mesh_to_scan > 0:
+                back, _ = point_to_surface(vertices[self.skin], target.whole(), target.tree)
+                total = total + self.settings.mesh_to_scan * (back * (back.detach() < cap)).mean()
+            marked = (target.keypoints() - vertices[self.marks]).square().sum(-1)
+            total = total + self.settings.keypoints * marked.mean()
         return SQUARE_MM * total / len(self.targets)
 
     def _prior(self) -> Tensor:
         """Eq. 19: squared norms over all bones and components.
 
         All from where they began, the mean over the scans of tau: radians, decimetres, log of scale; zeta and mu in
-        uv, pi as weights, Sigma as its logarithmic Cholesky factor.
+        tenths of uv, pi as weights, Sigma as its logarithmic Cholesky factor.
         """
         s, face, first = self.settings, self.face, self.first
         turn, shift, grow = (getattr(face, name) - getattr(first, name) for name in POSE)
         pose = turn.square() + (shift / DECIMETRE).square() + grow.square()
         total: Tensor = (
             s.lambda_pose * pose.sum() / len(self.targets)
-            + s.lambda_zeta * (face.zeta - first.zeta).square().sum()
+            + s.lambda_zeta * ((face.zeta - first.zeta) / TENTH).square().sum()
             + s.lambda_pi * (face.pi_logit.softmax(-1) - first.pi_logit.softmax(-1)).square().sum()
-            + s.lambda_mu * (face.mu - first.mu).square().sum()
+            + s.lambda_mu * ((face.mu - first.mu) / TENTH).square().sum()
             + s.lambda_sigma * (face.scale_tril - first.scale_tril).square().sum()
         )
         return total
@@ -291,9 +325,17 @@ def _fitted_part(
         centre, radius = face_region(goal)
         near = np.sum((vertices - centre) ** 2, axis=1) <= (WIDER * settings.widened * radius) ** 2
         kept = near[triangles].any(axis=1)
+        kept &= ~_inside(vertices, triangles, np.unique(triangles[kept]))[triangles].any(axis=1)
     rows = np.arange(len(vertices)) if whole else np.unique(triangles[kept])
     if not kept.any():
         raise AvatarError("has no triangle near its facial landmarks", field="landmarks")
     place = np.full(len(vertices), -1)
     place[rows] = np.arange(len(rows))
     return torch.from_numpy(rows), triangle_tree(vertices[rows], place[triangles[kept]])
+
+
+def _inside(vertices: F64, triangles: I64, rows: I64) -> npt.NDArray[np.bool_]:
+    """[V] whether a vertex of `rows` lies behind the skin: in mouth, nostrils and sockets, which no scan shows."""
+    found = np.zeros(len(vertices), np.bool_)
+    found[rows] = vertices[rows, 2] < front_depth(vertices, triangles, vertices[rows, :2]) - BEHIND
+    return found

@@ -14,14 +14,20 @@ class RegisterSettings:
 
     Lengths are measured as the paper's numbers suggest: translations of bones, whose step and whose term of Eq. 19
     are written without a unit, in decimetres (a step of 1e-3 is 0.1 mm, 300 steps reach 3 cm; in metres 300 steps
-    of 1 mm would shake the face, in millimetres they would reach 0.3 mm); distances in millimetres.
+    of 1 mm would shake the face, in millimetres they would reach 0.3 mm); zeta and mu in tenths of the uv plane for
+    the same reason, as a component is some hundredths wide; distances in millimetres.
     """
 
     variant: str = "full"  # VARIANTS: what is fitted
     iterations: int = 300  # paper, section 4.1
     learning_rate: float = 1e-3  # paper, section 4.1
     # The energy is the mean squared distance in mm^2 + `prior` times Eq. 19; the paper leaves this weight open.
-    prior: float = 0.001
+    prior: float = 0.05
+    # Weight of the keypoints' mean squared distance in mm^2: a surface slides along itself, nose and lips do not. The
+    # paper uses keypoints for the start alone; without them folds come about the mouth.
+    keypoints: float = 0.1
+    # Weight of the mean squared distance the other way, mesh to scan, for scans that have triangles.
+    mesh_to_scan: float = 0.5
     lambda_pose: float = 1.0  # Eq. 19, lambda_1 to lambda_5
     lambda_zeta: float = 0.1
     lambda_pi: float = 0.1
@@ -40,7 +46,16 @@ class RegisterSettings:
         if self.variant not in VARIANTS:
             raise ValueError(f"variant {self.variant!r} is none of {', '.join(VARIANTS)}")
         weights = dict.fromkeys(
-            ("prior", "lambda_pose", "lambda_zeta", "lambda_pi", "lambda_mu", "lambda_sigma"),
+            (
+                "prior",
+                "keypoints",
+                "mesh_to_scan",
+                "lambda_pose",
+                "lambda_zeta",
+                "lambda_pi",
+                "lambda_mu",
+                "lambda_sigma",
+            ),
             (0.0, 1e6),
         )
         caps = dict.fromkeys(("first_cap_mm", "last_cap_mm"), (1e-3, 1e6))

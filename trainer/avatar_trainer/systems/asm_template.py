@@ -13,14 +13,12 @@ import numpy.typing as npt
 from avatar_export.asm.model import Binding, Template
 from avatar_runtime.avatar import F32, F64
 from avatar_runtime.errors import AvatarError
-from avatar_trainer.systems.asm_align import KEYPOINTS, face_region
 from avatar_trainer.systems.asm_gmm import fit, polish
-from avatar_trainer.systems.asm_place import LANDMARKS, front_depth, place, skeleton
+from avatar_trainer.systems.asm_place import LANDMARKS, place, skeleton
 from avatar_trainer.systems.asm_unwrap import unwrap
 from avatar_trainer.systems.asm_weights import initial_weights
 
 NOSE_TIP = 30  # of iBUG's landmarks, in the middle of the unwrap
-HIDDEN = 0.006  # metres behind what is seen from the front, from which a vertex is inside
 
 Array = npt.NDArray[Any]
 
@@ -64,27 +62,14 @@ def plane_areas(template: Template) -> F64:
     a, b, c = template.uv.astype(np.float64)[template.triangles].transpose(1, 0, 2)
     x, y = b - a, c - a
     third = np.abs(x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]) / 6
-    return np.bincount(template.triangles.reshape(-1), np.repeat(third, 3), len(template.uv)).astype(np.float64)
+    return np.bincount(template.triangles.reshape(-1), np.repeat(third, 3), len(template.uv)).astype(
+        np.float64
+    )
 
 
 def landmark_rows(template: Template) -> npt.NDArray[np.int64]:
     """[68] vertices of iBUG's landmarks."""
     return np.array([template.landmarks[f"ibug_{k}"] for k in range(LANDMARKS)], np.int64)
-
-
-def facial_region(template: Template) -> npt.NDArray[np.bool_]:
-    """[V] whether a vertex is of the face that errors are measured on: `asm_align.face_region`, seen from the front.
-
-    What lies inside mouth, nostrils and eye sockets is left out.
-    """
-    vertices = template.vertices.astype(np.float64)
-    keypoints = {name: vertices[template.landmarks[landmark]] for name, landmark in KEYPOINTS.items()}
-    centre, radius = face_region(keypoints)
-    near = np.flatnonzero(np.linalg.norm(vertices - centre, axis=1) < radius)
-    depth = front_depth(vertices, template.triangles.astype(np.int64), vertices[near, :2])
-    region = np.zeros(len(vertices), np.bool_)
-    region[near[vertices[near, 2] > depth - HIDDEN]] = True
-    return region
 
 
 def _check(vertices: Array, triangles: Array, landmarks: Array) -> None:

@@ -124,21 +124,17 @@ def photometric_energy(maps: Tensor, valid: Tensor, texels: int) -> Tensor:
 class Edges:
     """The E edges of a mesh, as it was first."""
 
-    ends: Tensor  # i64 [E, 2] vertices
-    difference: Tensor  # sparse [E, V]: one end minus the other, over the edge's length in metres
+    ends: Tensor  # i64 [2, E] vertices
+    length: Tensor  # [E] metres, at least LEAST_EDGE
     vertices: Tensor  # [V, 3] metres
 
     @staticmethod
     def of(vertices: Tensor, triangles: Tensor) -> Edges:
         """Of a mesh [V, 3], [F, 3]."""
         both = torch.cat([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).sort(dim=1)[0]
-        ends = torch.unique(both, dim=0)
-        length = (vertices[ends[:, 0]] - vertices[ends[:, 1]]).norm(dim=1).clamp_min(LEAST_EDGE)
-        row = torch.arange(len(ends)).repeat(2)
-        values = torch.cat([1 / length, -1 / length])
-        shape = (len(ends), len(vertices))
-        difference = torch.sparse_coo_tensor(torch.stack([row, ends.T.reshape(-1)]), values, shape)
-        return Edges(ends, difference.coalesce(), vertices)
+        ends = torch.unique(both, dim=0).T.contiguous()
+        length = (vertices[ends[0]] - vertices[ends[1]]).norm(dim=1)
+        return Edges(ends, length.clamp_min(LEAST_EDGE), vertices)
 
 
 def strain_energy(vertices: Tensor, edges: Edges) -> Tensor:
@@ -146,7 +142,9 @@ def strain_energy(vertices: Tensor, edges: Edges) -> Tensor:
 
     Not in the paper. Where mixtures meet sharply, Eq. 19 lets neighbouring bones tear the surface into scales.
     """
-    return torch.sparse.mm(edges.difference, vertices - edges.vertices).square().sum(-1).mean()
+    way = vertices - edges.vertices
+    apart = way.index_select(0, edges.ends[0]) - way.index_select(0, edges.ends[1])
+    return (apart.square().sum(-1) / edges.length.square()).mean()
 
 
 @dataclass(frozen=True)

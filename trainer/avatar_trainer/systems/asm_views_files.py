@@ -1,4 +1,4 @@
-"""Pictures of one still head from many sides, as views.json names them: see ASM.md beside this package."""
+"""Pictures of one still head from many sides, as views.json names them: see CAPTURE.md beside this package."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Views:
     @property
     def seen(self) -> npt.NDArray[np.bool_]:
         """[N, L] which landmarks were found."""
-        found: npt.NDArray[np.bool_] = np.isfinite(self.landmarks).all(axis=-1)
+        found: npt.NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(self.landmarks), axis=-1)
         return found
 
     def chosen(self, rows: npt.ArrayLike) -> Views:

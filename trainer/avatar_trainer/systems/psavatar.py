@@ -181,11 +181,15 @@ class PSAvatar:
         self.observed += 1
 
     def before_step(self, iteration: int) -> None:
-        """Learning rates in metres fall exponentially."""
-        rates = self.settings.learning_rates
-        share = min(iteration / self.settings.iterations, 1.0)
+        """Learning rates in metres, and the enhancer's, fall exponentially."""
+        settings, rates = self.settings, self.settings.learning_rates
+        share = min(iteration / settings.iterations, 1.0)
         for name in IN_METRES:
             self.table.learning_rate(name, getattr(rates, name) * rates.falls_to**share)
+        if settings.enhances(iteration):
+            share = 1 - (1 - share) / settings.enhancing
+            for name in WEIGHTS:
+                self.table.learning_rate(name, rates.enhancer * rates.falls_to**share)
 
     def after_step(self, iteration: int, generator: Generator) -> None:
         """Removal of points that are hardly seen; the change to Gaussians; SH degree."""

@@ -43,7 +43,9 @@ RULES: Mapping[str, Rule] = {
 
 @dataclass(frozen=True)
 class LearningRates:
-    """Of Adam. Those in metres a step fall exponentially over the run, to `falls_to` of what they begin with."""
+    """Of Adam. Those in metres a step fall exponentially over the run, to `falls_to` of what they begin with; the
+    enhancer's so over the iterations in which it is trained.
+    """
 
     displacement: float = 1e-4  # metres
     bases: float = 1e-5  # metres, P' and E'
