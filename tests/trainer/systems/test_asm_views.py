@@ -190,6 +190,7 @@ def test_depth_is_of_the_nearest_surface_and_hides_what_is_behind() -> None:
     points = np.array([wall(2.0, 9.0) + wall(1.0, 0.1)])
     triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
     depth = depth_buffers(points, triangles, K, (128, 120))
+    np.testing.assert_array_equal(depth, depth_buffers(points, triangles[::-1], K, (128, 120)))
     assert depth[0, 60, 64] == 1 and depth[0, 5, 5] == 2
     assert np.isclose((depth == 1).sum(), 60 * 62, rtol=0.05)  # 0.2 m at 300 and 310 pixels a metre
     pixels, far = np.array([[[64.0, 60], [5, 5], [64, 60], [-3, 5]]]), np.array([[1.5, 1.5, 1.001, 1.0]])

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 import torch
 from torch import Tensor
 
@@ -40,14 +39,12 @@ from avatar_trainer.systems.asm_model import (
     skin_matrices,
     weights,
 )
-from avatar_trainer.systems.asm_place import front_depth
 from avatar_trainer.systems.asm_register_settings import RegisterSettings
 
 # The units of steps and of Eq. 19, see RegisterSettings; 1 for what has none.
 DECIMETRE, TENTH = 0.1, 0.1  # metres; of the uv plane
 UNITS = {"translation": DECIMETRE, "zeta": TENTH, "mu": TENTH}
 WIDER = 1.2  # part of the template that is fitted, in radii of the part of the scan
-BEHIND = 0.004  # metres behind what is seen from the front, from which a vertex is inside
 SQUARE_MM = 1e6  # in a square metre
 NEUTRAL = "neutral"
 
@@ -195,8 +192,7 @@ class _Fit:
         self.rows, self.tree = _fitted_part(
             template, goal, settings, whole=any(t.vertex is not None for t in self.targets)
         )
-        near = in_face(template.vertices[self.rows.numpy()].astype(np.float64), goal)
-        self.skin = torch.from_numpy(near)
+        self.skin = torch.from_numpy(in_face(template.vertices[self.rows.numpy()].astype(np.float64), goal))
         landmarks = [template.landmarks[landmark] for landmark in KEYPOINTS.values()]
         self.marks = torch.searchsorted(self.rows, torch.tensor(landmarks))
         self.first = _begin(binding, settings, len(scans), start)
@@ -325,17 +321,10 @@ def _fitted_part(
         centre, radius = face_region(goal)
         near = np.sum((vertices - centre) ** 2, axis=1) <= (WIDER * settings.widened * radius) ** 2
         kept = near[triangles].any(axis=1)
-        kept &= ~_inside(vertices, triangles, np.unique(triangles[kept]))[triangles].any(axis=1)
-    rows = np.arange(len(vertices)) if whole else np.unique(triangles[kept])
+    marks = [template.landmarks[landmark] for landmark in KEYPOINTS.values()]
+    rows = np.arange(len(vertices)) if whole else np.union1d(triangles[kept], marks)
     if not kept.any():
         raise AvatarError("has no triangle near its facial landmarks", field="landmarks")
     place = np.full(len(vertices), -1)
     place[rows] = np.arange(len(rows))
     return torch.from_numpy(rows), triangle_tree(vertices[rows], place[triangles[kept]])
-
-
-def _inside(vertices: F64, triangles: I64, rows: I64) -> npt.NDArray[np.bool_]:
-    """[V] whether a vertex of `rows` lies behind the skin: in mouth, nostrils and sockets, which no scan shows."""
-    found = np.zeros(len(vertices), np.bool_)
-    found[rows] = vertices[rows, 2] < front_depth(vertices, triangles, vertices[rows, :2]) - BEHIND
-    return found

@@ -83,7 +83,7 @@ class ViewSettings:
     photometric: float = 100.0
     prior: float = 0.1
     smooth: float = 100.0  # of `strain_energy`, which the paper has not
-    iterations: int = 160  # paper: 500, at a step of 1e-4
+    iterations: int = 120  # paper: 500, at a step of 1e-4
     refresh: int = 10  # iterations between two looks at what is seen
 
     def __post_init__(self) -> None:
