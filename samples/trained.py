@@ -40,6 +40,7 @@ class Recipe:
 
 HEAD = ("--subject", "head", "--size", "256", "--frames", "360", "--yaw", "110")
 BODY = ("--subject", "body", "--size", "256", "--frames", "200")
+GLASSES = ("--subject", "head", "--glasses", "--size", "256", "--frames", "300", "--yaw", "110")
 RECIPES = {
     "head_blendshapes": Recipe(
         HEAD,
@@ -63,6 +64,14 @@ RECIPES = {
         (
             *("--gaussians", "6000", "--set", "density.max_gaussians=12000"),
             *("--iterations", "4000", "--seed", "1"),
+        ),
+    ),
+    "head_points": Recipe(
+        GLASSES,
+        "psavatar",
+        (
+            *("--gaussians", "21000", "--set", "off_mesh=0.4", "--sh-degree", "0"),
+            *("--iterations", "5000", "--seed", "1"),
         ),
     ),
 }
