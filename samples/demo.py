@@ -52,7 +52,27 @@ def walking_body(out: Path) -> list[Command]:
     ]
 
 
-DEMOS = (blendshapes, talking_head, walking_body)
+def glasses(out: Path) -> list[Command]:
+    """Points on and off a body model's mesh: glasses that the mesh has not, in frames never trained on."""
+    bundle = out / "points_head"
+    turn = ("--clip", "held_out", "--every", "4", "--yaw", "-35", "--zoom", "1.15", "--size", "256")
+    return [
+        ("avatar_export", "convert", str(TRAINED / "head_points"), "-o", str(bundle)),
+        render(bundle, out / "points_head.webp", *turn),
+    ]
+
+
+def bones(out: Path) -> list[Command]:
+    """A face of 84 bones, fitted to a scan, which makes faces."""
+    bundle = out / "bones_head"
+    faces = ("--clip", "expressions", "--every", "6", "--yaw", "15", "--size", "256")
+    return [
+        ("avatar_export", "convert", str(TRAINED / "head_bones.npz"), "-o", str(bundle)),
+        render(bundle, out / "bones_head.webp", *faces),
+    ]
+
+
+DEMOS = (blendshapes, talking_head, walking_body, glasses, bones)
 PICTURES = (
     "avatar/preview.png",
     "smile.png",
@@ -61,6 +81,10 @@ PICTURES = (
     "splatting_head.webp",
     "body/preview.png",
     "walk.webp",
+    "points_head/preview.png",
+    "points_head.webp",
+    "bones_head/preview.png",
+    "bones_head.webp",
 )
 
 

@@ -70,7 +70,7 @@ RECIPES = {
         GLASSES,
         "psavatar",
         (
-            *("--gaussians", "21000", "--set", "off_mesh=0.4", "--sh-degree", "0"),
+            *("--gaussians", "26000", "--set", "off_mesh=0.6", "--sh-degree", "0"),
             *("--iterations", "5000", "--seed", "1"),
         ),
     ),

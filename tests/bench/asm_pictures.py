@@ -10,6 +10,7 @@ from PIL import Image
 from avatar_runtime.avatar import F32, F64, I64
 from avatar_runtime.camera import Camera
 from avatar_trainer.captures.mesh_raster import Surface, draw
+from avatar_trainer.systems.asm_align import vertex_normals
 
 AWAY, LENS = 0.9, 4.2  # metres from the face; focal length in heights of a picture
 GREY = np.full((1, 1, 3), 0.8, np.float32)
@@ -47,18 +48,8 @@ def save_sheet(rows: list[list[F32]], path: Path) -> None:
 
 def _drawn(vertices: F64, triangles: I64, uv: F32, texture: F32, camera: Camera) -> F32:
     light = np.array([-0.4, 0.5, 0.77])
-    gain = (0.25 + 0.75 * np.clip(_normals(vertices, triangles) @ light, 0, 1)).astype(np.float32)
+    gain = (0.25 + 0.75 * np.clip(vertex_normals(vertices, triangles) @ light, 0, 1)).astype(np.float32)
     none, all_of_it = np.zeros(len(vertices), np.float32), np.ones(len(vertices), np.float32)
     picture = draw(Surface(vertices, triangles, uv, texture, gain, none, all_of_it), camera)
     shown: F32 = picture.colour * picture.alpha[..., None] + (1 - picture.alpha[..., None])
     return shown
-
-
-def _normals(vertices: F64, triangles: I64) -> F64:
-    corner = vertices[triangles]
-    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    found = np.zeros_like(vertices)
-    for k in range(3):
-        np.add.at(found, triangles[:, k], across)
-    unit: F64 = found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-12)
-    return unit

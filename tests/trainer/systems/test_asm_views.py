@@ -17,10 +17,10 @@ from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.kernels.consistency import Scene, consistency
 from avatar_trainer.kernels.zbuffer import covering, depth_buffers, in_front
 from avatar_trainer.systems.asm_model import Face
+from avatar_trainer.systems.asm_strain import Edges, strain_energy
 from avatar_trainer.systems.asm_views_energy import (
     FLAT,
     Cameras,
-    Edges,
     Pairs,
     Priors,
     Texels,
@@ -28,7 +28,6 @@ from avatar_trainer.systems.asm_views_energy import (
     landmark_energy,
     photometric_energy,
     prior_energy,
-    strain_energy,
     unwrapped,
 )
 from avatar_trainer.systems.asm_views_files import read

@@ -14,9 +14,9 @@ import torch
 from torch import Tensor
 
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
-from avatar_runtime.avatar import F64, I64
+from avatar_runtime.avatar import F64
 from avatar_runtime.errors import AvatarError
-from avatar_trainer.kernels.closest import TriangleTree, point_to_surface, triangle_tree
+from avatar_trainer.kernels.closest import TriangleTree, triangle_tree
 from avatar_trainer.kernels.mixture import mixture_weights_cpu
 from avatar_trainer.systems.asm_align import (
     KEYPOINTS,
@@ -24,9 +24,6 @@ from avatar_trainer.systems.asm_align import (
     Scan,
     ScanError,
     face_region,
-    in_face,
-    keypoint_rows,
-    placed_by_pairs,
     scan_to_mesh,
 )
 from avatar_trainer.systems.asm_model import (
@@ -35,11 +32,12 @@ from avatar_trainer.systems.asm_model import (
     Face,
     TemplateTensors,
     random_mixtures,
-    rotation_matrices,
     skin_matrices,
     weights,
 )
 from avatar_trainer.systems.asm_register_settings import RegisterSettings
+from avatar_trainer.systems.asm_register_target import Target
+from avatar_trainer.systems.asm_strain import Edges, strain_energy
 
 # The units of steps and of Eq. 19, see RegisterSettings; 1 for what has none.
 DECIMETRE, TENTH = 0.1, 0.1  # metres; of the uv plane
@@ -114,65 +112,6 @@ def template_keypoints(template: Template) -> dict[str, F64]:
     return {name: template.vertices[row].astype(np.float64) for name, row in rows.items()}
 
 
-class _Target:
-    """One scan, placed by its keypoints: the part that is fitted, and how it is moved."""
-
-    def __init__(self, scan: Scan, goal: dict[str, F64], settings: RegisterSettings) -> None:
-        self.scan = scan
-        self.start = Placement(np.eye(3), np.zeros(3)) if settings.placed else _start(scan, goal, settings)
-        rows = in_face(scan.points, scan.keypoints, settings.widened)
-        if scan.vertex is not None:
-            rows = rows[scan.vertex[rows] >= 0]
-        if not len(rows):
-            raise AvatarError(
-                "has no point in the facial region; are the keypoints in its unit?", file=scan.name
-            )
-        placed = self.start.apply(scan.points[rows])
-        self.middle = self.start.apply(keypoint_rows(scan.keypoints)).mean(axis=0)
-        self.arm = torch.from_numpy(placed - self.middle).float()
-        marks = self.start.apply(keypoint_rows(scan.keypoints))
-        self.mark_arm = torch.from_numpy(marks - self.middle).float()
-        whole = self.start.apply(scan.points)
-        self.whole_arm = torch.from_numpy(whole - self.middle).float()
-        self.tree = (
-            None
-            if scan.triangles is None or scan.vertex is not None
-            else triangle_tree(whole, scan.triangles)
-        )
-        self.vertex = None if scan.vertex is None else torch.from_numpy(scan.vertex[rows])
-        self.turn, self.shift = torch.zeros(3, requires_grad=True), torch.zeros(3, requires_grad=True)
-        self.guess: I64 | None = None
-
-    def points(self) -> Tensor:
-        """The fitted part [n, 3] in the template's space."""
-        return self._moved(self.arm)
-
-    def whole(self) -> Tensor:
-        """All of the scan [N, 3] in the template's space."""
-        return self._moved(self.whole_arm)
-
-    def keypoints(self) -> Tensor:
-        """[7, 3] in the template's space."""
-        return self._moved(self.mark_arm)
-
-    def _moved(self, arm: Tensor) -> Tensor:
-        return arm @ rotation_matrices(self.turn).T + (torch.from_numpy(self.middle).float() + self.shift)
-
-    def placement(self) -> Placement:
-        """Of the scan, as it is moved now."""
-        rotation = rotation_matrices(self.turn.detach().double()).numpy()
-        shift = self.shift.detach().double().numpy()
-        return Placement(rotation, self.middle - rotation @ self.middle + shift).after(self.start)
-
-
-def _start(scan: Scan, goal: dict[str, F64], settings: RegisterSettings) -> Placement:
-    """Where the keypoints place a scan."""
-    try:
-        return placed_by_pairs(keypoint_rows(scan.keypoints), keypoint_rows(goal), settings.similarity)
-    except ValueError as error:
-        raise AvatarError(str(error), file=scan.name, field="keypoints") from None
-
-
 class _Fit:
     """What is fitted, and one step of it."""
 
@@ -188,13 +127,11 @@ class _Fit:
         self.template, self.settings, self.variant = template, settings, VARIANTS[settings.variant]
         self.tensors = TemplateTensors.of(template)
         goal = template_keypoints(template)
-        self.targets = [_Target(scan, goal, settings) for scan in scans]
+        self.targets = [Target(scan, goal, settings) for scan in scans]
         self.rows, self.tree = _fitted_part(
             template, goal, settings, whole=any(t.vertex is not None for t in self.targets)
         )
-        self.skin = torch.from_numpy(in_face(template.vertices[self.rows.numpy()].astype(np.float64), goal))
-        landmarks = [template.landmarks[landmark] for landmark in KEYPOINTS.values()]
-        self.marks = torch.searchsorted(self.rows, torch.tensor(landmarks))
+        self.edges = Edges.of(self.tensors.vertices[self.rows], torch.from_numpy(self.tree.triangles))
         self.first = _begin(binding, settings, len(scans), start)
         self.face = Face(*(tensor.clone() for _, tensor in self.first.parameters()))
         self.fixed = None
@@ -219,7 +156,10 @@ class _Fit:
 
     def step(self, iteration: int) -> float:
         """One iteration; the energy before it. Raises AvatarError for a face that is no number any more."""
-        energy = self._distances(self._cap(iteration)) + self.settings.prior * self._prior()
+        posed = self._vertices(self.rows)
+        if not bool(posed.isfinite().all()):
+            raise AvatarError("the fit went astray, vertices are no numbers; a smaller learning_rate helps")
+        energy = self._apart(posed, self._cap(iteration)) + self.settings.prior * self._prior()
         self.optimiser.zero_grad()
         energy.backward()  # type: ignore[no-untyped-call]
         self.optimiser.step()
@@ -247,26 +187,14 @@ class _Fit:
             return weights(replace(self.tensors, uv=uv), face)
         return mixture_weights_cpu(uv, face.pi_logit, face.mu + face.zeta[:, None], face.scale_tril)
 
-    def _distances(self, cap: float) -> Tensor:
-        """Mean squared distances in mm^2 of the scans' points to the mesh, those beyond the cap left out, and of the
-        keypoints to their vertices."""
-        total, posed = torch.zeros(()), self._vertices(self.rows)
-        if not bool(posed.isfinite().all()):
-            raise AvatarError("the fit went astray, vertices are no numbers; a smaller learning_rate helps")
+    def _apart(self, posed: Tensor, cap: float) -> Tensor:
+        """The mean over scans of their distances in mm^2 and of the weighed strain of their faces [scans, v, 3]."""
+        total = torch.zeros(())
         for target, vertices in zip(self.targets, posed, strict=True):
-            points = target.points()
-            if target.vertex is not None:
-                squared = (points - vertices[target.vertex]).square().sum(-1)
-            else:
-                squared, found = point_to_surface(points, vertices, self.tree, target.guess)
-                target.guess = found.triangle
-            total = total + (squared * (squared.detach() < cap)).mean()
-            if target.tree is not None and self.settings.mesh_to_scan > 0:
-                back, _ = point_to_surface(vertices[self.skin], target.whole(), target.tree)
-                total = total + self.settings.mesh_to_scan * (back * (back.detach() < cap)).mean()
-            marked = (target.keypoints() - vertices[self.marks]).square().sum(-1)
-            total = total + self.settings.keypoints * marked.mean()
-        return SQUARE_MM * total / len(self.targets)
+            total = total + SQUARE_MM * target.apart(vertices, self.tree, cap, self.settings.facing)
+            if self.settings.smooth > 0:
+                total = total + self.settings.smooth * strain_energy(vertices, self.edges)
+        return total / len(self.targets)
 
     def _prior(self) -> Tensor:
         """Eq. 19: squared norms over all bones and components.
@@ -321,8 +249,7 @@ def _fitted_part(
         centre, radius = face_region(goal)
         near = np.sum((vertices - centre) ** 2, axis=1) <= (WIDER * settings.widened * radius) ** 2
         kept = near[triangles].any(axis=1)
-    marks = [template.landmarks[landmark] for landmark in KEYPOINTS.values()]
-    rows = np.arange(len(vertices)) if whole else np.union1d(triangles[kept], marks)
+    rows = np.arange(len(vertices)) if whole else np.unique(triangles[kept])
     if not kept.any():
         raise AvatarError("has no triangle near its facial landmarks", field="landmarks")
     place = np.full(len(vertices), -1)

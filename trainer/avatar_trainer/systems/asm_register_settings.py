@@ -23,11 +23,11 @@ class RegisterSettings:
     learning_rate: float = 1e-3  # paper, section 4.1
     # The energy is the mean squared distance in mm^2 + `prior` times Eq. 19; the paper leaves this weight open.
     prior: float = 0.05
-    # Weight of the keypoints' mean squared distance in mm^2: a surface slides along itself, nose and lips do not. The
-    # paper uses keypoints for the start alone; without them folds come about the mouth.
-    keypoints: float = 0.1
-    # Weight of the mean squared distance the other way, mesh to scan, for scans that have triangles.
-    mesh_to_scan: float = 0.5
+    # Weight of `strain_energy`, against folds; the paper adds "regularization to avoid model artifacts", and no more
+    # is said.
+    smooth: float = 1.0
+    # Points of a scan with triangles count where the cosine of its normal and the face's is above this.
+    facing: float = 0.5
     lambda_pose: float = 1.0  # Eq. 19, lambda_1 to lambda_5
     lambda_zeta: float = 0.1
     lambda_pi: float = 0.1
@@ -48,8 +48,7 @@ class RegisterSettings:
         weights = dict.fromkeys(
             (
                 "prior",
-                "keypoints",
-                "mesh_to_scan",
+                "smooth",
                 "lambda_pose",
                 "lambda_zeta",
                 "lambda_pi",
@@ -62,6 +61,7 @@ class RegisterSettings:
         rest = {
             "iterations": (1, MOST_ITERATIONS),
             "learning_rate": (1e-9, 1.0),
+            "facing": (-1.0, 1.0),
             "widened": (0.1, 100.0),
             "seed": (0, MOST),
         }

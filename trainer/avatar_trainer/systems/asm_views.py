@@ -20,17 +20,16 @@ from avatar_trainer.kernels.consistency import Scene, consistency
 from avatar_trainer.kernels.mixture import mixture_weights_cpu
 from avatar_trainer.settings import MOST_ITERATIONS, expect_ranges
 from avatar_trainer.systems.asm_model import Face, TemplateTensors, posed, rotation_matrices
+from avatar_trainer.systems.asm_strain import Edges, strain_energy
 from avatar_trainer.systems.asm_views_energy import (
     FLAT,
     Cameras,
-    Edges,
     Pairs,
     Priors,
     Texels,
     edge_energy,
     landmark_energy,
     prior_energy,
-    strain_energy,
 )
 from avatar_trainer.systems.asm_views_files import FEWEST_SEEN, Views
 from avatar_trainer.systems.asm_views_pose import pose_from_points

@@ -1,0 +1,73 @@
+"""The whole fit to uncalibrated pictures, by the command: nearer to the truth than the template; the same bytes again."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from samples.asm_data import load_asm_head
+from samples.capture_views import write_views
+
+from avatar_export.asm.files import load, save
+from avatar_export.asm.maths import posed
+from avatar_trainer import cli
+from avatar_trainer.systems.asm_template_files import at_rest
+from tests.bench.asm_views import Truth, rmse_mm
+
+Command = Callable[..., tuple[int, str]]
+FIT = ("--set", "iterations=32")
+NEARER = 0.6  # of the template's own error
+
+
+@pytest.fixture
+def asm_views(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Command:
+    """Runs the command; (exit code, standard error)."""
+
+    def command(*arguments: object) -> tuple[int, str]:
+        monkeypatch.setattr(sys, "argv", ["avatar-train", "asm", "views", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return (end.value.code if isinstance(end.value.code, int) else 0), capfd.readouterr().err
+
+    return command
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_views(tmp_path_factory.mktemp("views"), 6, identity=2, size=192, noise=0.5).parent
+
+
+@pytest.fixture(scope="module")
+def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    head = load_asm_head("ict")
+    path = tmp_path_factory.mktemp("template") / "ict.npz"
+    save(at_rest("ict", head.template, head.bindings[2]), path)
+    return path
+
+
+def test_a_face_comes_out_of_pictures(
+    asm_views: Command, folder: Path, template: Path, tmp_path: Path, measured: Callable[[str, float], None]
+) -> None:
+    for name in ("face.npz", "again.npz"):
+        assert asm_views(folder, "--template", template, "-o", tmp_path / name, *FIT)[0] == 0
+    assert (tmp_path / "face.npz").read_bytes() == (tmp_path / "again.npz").read_bytes()
+    face, truth = load(tmp_path / "face.npz"), Truth.of(folder)
+    error = rmse_mm(truth, face.template, posed(face, face.takes[0]))
+    before = rmse_mm(truth, face.template, face.template.vertices.astype(float))
+    measured("ASM from 6 small pictures, 32 iterations: error of the template's", error / before)
+    assert error < NEARER * before
+
+
+def test_what_is_wrong_is_said_in_one_line(asm_views: Command, folder: Path, template: Path, tmp_path: Path) -> None:
+    out = tmp_path / "face.npz"
+    for arguments, word in (
+        ((tmp_path, "--template", template, "-o", out), "views.json"),
+        ((folder, "--template", folder / "views.json", "-o", out), "views.json"),
+        ((folder, "--template", template, "-o", out, "--set", "iterations=0"), "iterations"),
+        ((folder, "--template", template, "-o", tmp_path), str(tmp_path)),
+    ):
+        code, error = asm_views(*arguments)
+        assert code == 2 and error.count("\n") == 1 and word in error, error
+    assert not out.exists()
