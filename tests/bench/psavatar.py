@@ -55,7 +55,8 @@ SHOWN, ENLARGED = 3, 3  # frames of a picture, factor
 def capture_of(which: str, out: Path, size: int) -> Capture:
     """The capture of an experiment, made under `out` where it is not there yet."""
     worn = WORN[which]
-    folder = out / "captures" / (worn[0].strip("-") if worn else "bare")
+    head = worn[0].strip("-") if worn else "bare"
+    folder = out / "captures" / f"{head}_{size}px_{FRAMES}frames"
     if not (folder / "capture.json").exists():
         options = ("--size", str(size), "--frames", str(FRAMES), *worn)
         subprocess.run([sys.executable, "-m", "samples.capture", str(folder), *options], check=True)

@@ -16,6 +16,7 @@ from onnx import ModelProto, TensorProto, helper, numpy_helper
 from avatar_runtime.avatar import Enhancer
 from avatar_runtime.camera import Camera
 from avatar_runtime.enhance import make_enhance
+from avatar_runtime.enhance.network import read_network
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
@@ -315,6 +316,30 @@ def test_colours_beyond_all_bounds_are_refused() -> None:
     run = make_enhance(changed(lambda m: put(m, "A", np.full((5, 3, 1, 1), 3e38, np.float32))))
     with pytest.raises(AvatarError, match="gives no picture of finite numbers"):
         run(picture(4, 4))
+
+
+@pytest.mark.parametrize("name", [b"hidden", b"Relu", b"kernel_shape", b"multiple"])
+def test_names_that_are_no_text(name: bytes) -> None:
+    """A tensor, an operator, an attribute, a constant."""
+    refused = refusal(replace(tiny(), onnx=tiny().onnx.replace(name, name[:-1] + b"\xc2")))
+    assert refused.startswith("enhancer.onnx: holds a name that is no UTF-8, b'")
+
+
+@pytest.mark.parametrize("limits", [(10_000, 1 << 60), (1 << 60, 10_000)])
+def test_a_picture_that_takes_too_much(monkeypatch: pytest.MonkeyPatch, limits: tuple[int, int]) -> None:
+    """For a small one of few pixels there is room, for the size it was trained on there is none."""
+    network = read_network(tiny())
+    monkeypatch.setattr("avatar_runtime.enhance.network.MOST_IN_ALL", limits)
+    network.check_size(8, 8)
+    with pytest.raises(AvatarError, match="takes too much memory or time for 320x240; draw it smaller"):
+        network.check_size(240, 320)
+
+
+def test_the_largest_pictures_fit_a_trained_network_and_no_memory_is_without_end() -> None:
+    network = read_network(tiny())
+    network.check_size(2160, 3840)
+    with pytest.raises(AvatarError, match="takes too much memory or time"):
+        network.check_size(16384, 16384)
 
 
 EDITS = st.lists(

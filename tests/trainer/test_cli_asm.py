@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import json
 import struct
+import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
-from avatar_export.asm.files import load, save
+from avatar_export.asm.files import load, save, save_person
 from avatar_export.asm.model import AsmFace, Take
 from avatar_runtime.bundle import load as load_bundle
-from avatar_trainer import cli
+from avatar_runtime.errors import AvatarError
+from avatar_trainer import cli, cli_asm
 from avatar_trainer.systems.asm_align import KEYPOINTS
 from tests.trainer.systems.asm_toy import PLACES, binding, changed, grid, template
 
@@ -184,6 +187,89 @@ def test_other_mistakes_are_one_line(asm_scan: Command, files: Path) -> None:
     one_line(*wrong[::2], "variant 'none' is none of static")
     template_wrong = [files / "scan.obj" if a == files / "template.npz" else a for a in given(files)]
     one_line(*asm_scan(*template_wrong, "-o", files / "f.npz")[::2], "scan.obj")
+
+
+def no_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise AssertionError("fitted before everything was looked at")
+
+    monkeypatch.setattr(cli_asm, "register_takes", fail)
+
+
+@pytest.mark.parametrize(
+    ("scans", "said"),
+    [
+        (("scan.obj", "smile.ply", "in/smile.ply"), "in/smile.ply: take_names: 'smile' is empty, unprintable or there"),
+        (("scan.obj", "neutral.ply"), "neutral.ply: take_names: 'neutral' is empty, unprintable or there twice"),
+        (("scan.obj", "smile.ply", "a\tb.ply"), "take_names: 'a\\tb' is empty, unprintable or there twice"),
+        (("a\tb.obj",), "name: 'a\\tb' is empty or unprintable"),
+    ],
+)  # fmt: skip
+def test_names_are_looked_at_before_the_fit(
+    asm_scan: Command, files: Path, monkeypatch: pytest.MonkeyPatch, scans: tuple[str, ...], said: str
+) -> None:
+    no_fit(monkeypatch)
+    for name in scans:
+        (files / name).parent.mkdir(exist_ok=True)
+        (files / name).write_bytes(
+            (files / ("scan.obj" if name.endswith("obj") else "smile.ply")).read_bytes()
+        )
+    others = [part for name in scans[1:] for part in ("--expression", files / name)]
+    one_line(*asm_scan(*given(files, scans[0]), *others, "-o", files / "f.npz")[::2], said)
+
+
+def test_units_and_keypoints_that_cannot_be_are_one_line(
+    asm_scan: Command, files: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    no_fit(monkeypatch)
+
+    def said(units: float, place: str, *parts: str) -> None:
+        arguments = [units if a == 1000 else a for a in given(files)]
+        arguments = [files / place if a == files / "keypoints.json" else a for a in arguments]
+        one_line(*asm_scan(*arguments, "-o", files / "f.npz")[::2], place, *parts)
+
+    said(1, "keypoints.json", "eyes are 96.1 m apart; 0.04 to 0.25 make sense: is --units right?")
+    said(1e5, "keypoints.json", "eyes are 0.000961 m apart")
+    far = keypoints(files, lambda d: {name: [7000 * x for x in at] for name, at in d.items()})  # type: ignore[attr-defined]
+    for units in (0, 1000):
+        said(units, far.name, "keypoint right_eye_outer: lies far from the scan")
+    one = keypoints(files, lambda d: d.update(mouth_left=[0, 0, 400]))
+    said(0, one.name, "keypoint mouth_left: lies far from the scan; are the keypoints in its unit?")
+
+
+def test_a_template_that_will_not_do_is_named(
+    asm_scan: Command, files: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    no_fit(monkeypatch)
+    face = load(files / "template.npz")
+    save(replace(face, template=replace(face.template, landmarks={})), files / "bare.npz")
+    save_person(face, files / "person.npz")
+    for name, said in (
+        ("bare.npz", "bare.npz: landmarks: has no ibug_36; fits to scans need it"),
+        ("person.npz", "person.npz: holds a person without the template; a face with its template is needed"),
+    ):
+        arguments = [files / name if a == files / "template.npz" else a for a in given(files)]
+        one_line(*asm_scan(*arguments, "-o", files / "f.npz")[::2], said)
+
+
+def test_a_face_that_cannot_be_written_is_named_as_given(files: Path) -> None:
+    out = files / f"{'a' * 250}.npz"  # a name for a file, but not with more about it
+    with pytest.raises(AvatarError, match=r"/a{250}\.npz: cannot be written"):
+        cli_asm.write_face(load(files / "template.npz"), out)
+
+
+def test_an_interrupt_while_it_loads_is_no_traceback() -> None:
+    code = (
+        "import sys\n"
+        "class Stop:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'avatar_trainer.cli': raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Stop())\n"
+        "from avatar_trainer.__main__ import main\n"
+        "main()\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, b"", b"")
 
 
 def test_the_keypoints_are_those_of_the_help() -> None:

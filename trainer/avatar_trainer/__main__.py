@@ -6,6 +6,7 @@ import importlib.util
 import os
 import sys
 
+INTERRUPTED = 130  # exit code, as the shell has it
 NEEDED = ("torch", "numba", "tensorboard")
 
 
@@ -20,8 +21,10 @@ def main() -> None:
     # torch and Numba each have a pool of threads that by default spins while it waits: they take the cores from each
     # other, and an iteration takes several times as long. Read once, when the first of them is loaded.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-    from avatar_trainer import cli  # imports torch
-
+    try:
+        from avatar_trainer import cli  # imports torch, which takes seconds
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
     cli.main()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -10,20 +11,22 @@ from typing import Annotated
 import typer
 
 from avatar_export import arguments
+from avatar_export.asm.check import NEUTRAL, check_names
 from avatar_export.asm.files import load, save
 from avatar_export.asm.model import AsmFace, Binding
 from avatar_export.console import Steps, facts_table, output
 from avatar_export.read import read
 from avatar_export.readers.options import ReadOptions
+from avatar_export.readers.ownership import of_file
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.errors import AvatarError
 from avatar_trainer.machine import disk_advice, memory_advice, reproducible
 from avatar_trainer.places import expect_bundle_place, expect_room
 from avatar_trainer.settings import with_values
 from avatar_trainer.systems.asm_align import Scan
-from avatar_trainer.systems.asm_register import Registration, register_takes, scan_error
+from avatar_trainer.systems.asm_register import Registration, register_takes, scan_error, template_keypoints
 from avatar_trainer.systems.asm_register_settings import RegisterSettings
-from avatar_trainer.systems.asm_scan_files import read_keypoints, read_scan
+from avatar_trainer.systems.asm_scan_files import expect_eyes, expect_on_scan, read_keypoints, read_scan
 from avatar_trainer.systems.asm_template import initial_binding
 from avatar_trainer.systems.asm_template_files import template_of
 from avatar_trainer.systems.asm_views import ViewSettings, as_face
@@ -84,6 +87,8 @@ def scan(
     with Steps() as step, memory_advice():
         step("reading")
         start = load(template)
+        with of_file(template):
+            template_keypoints(start.template)
         scans = _scans([neutral, *(expression or [])], keypoints, units)
         step("preparing")
         binding = with_components(start, components)
@@ -164,8 +169,11 @@ def write_face(face: AsmFace, out: Path) -> None:
             out.parent.mkdir(parents=True, exist_ok=True)
             save(face, partial)
             partial.replace(out)
+    except AvatarError as error:
+        raise AvatarError(error.message, file=out, field=error.field) from None
     finally:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink()
 
 
 def _expect_places(out: Path, export: Path | None, force: bool) -> None:
@@ -181,11 +189,18 @@ def _expect_places(out: Path, export: Path | None, force: bool) -> None:
 
 def _scans(paths: list[Path], keypoints: Path, units: float) -> list[Scan]:
     """The scans in metres, or in their own unit where `units` is 0."""
+    for count, path in enumerate(paths):
+        with of_file(path):
+            check_names(paths[0].stem, [NEUTRAL, *(p.stem for p in paths[1 : count + 1])])
     found = []
     for path in paths:
         own = path.with_suffix(".json")
-        marks = read_keypoints(own if path is not paths[0] and own.is_file() else keypoints)
+        marks_file = own if path is not paths[0] and own.is_file() else keypoints
+        marks = read_keypoints(marks_file)
         given = read_scan(path, marks)
+        expect_on_scan(given, marks_file)
+        if units:
+            expect_eyes(marks["right_eye_outer"] / units, marks["left_eye_outer"] / units, marks_file)
         unit = units or 1.0
         placed = {name: place / unit for name, place in marks.items()}
         found.append(replace(given, points=given.points / unit, keypoints=placed))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,8 @@ from avatar_runtime.errors import AvatarError
 MOST_BONES, MOST_COMPONENTS, MOST_VERTICES = 1024, 64, 1 << 22  # what one weighing of the mesh may cost
 NEUTRAL = "neutral"
 SUM_TOLERANCE = 1e-4  # of mixture weights, from 1
-LEAST_NEUTRAL_SCALE = 1e-6  # the neutral's transforms are inverted
+LARGEST = 1e4  # of any number: metres, radians, scales, parts of the plane; half floats hold it
+CHAIN_SCALES = (1e-3, 1e3)  # of a bone in the neutral, with those above it; its transforms are inverted
 LEAST_LINEAR = 1e-12  # determinant of a bone's first rotation and scale
 
 Array = npt.NDArray[Any]
@@ -22,25 +24,34 @@ Array = npt.NDArray[Any]
 
 def check_face(face: AsmFace) -> AsmFace:
     """The face, or AvatarError naming the field whose shape, range or value is wrong."""
-    if not face.name or not face.name.isprintable():
-        raise AvatarError("is empty or not printable", field="name")
     check_template(face.template)
     bones = len(face.template.bone_names)
     _check_binding(face.binding, bones)
-    if not face.takes or face.takes[0].name != NEUTRAL or len(face.takes[0].scale) != 1:
+    check_names(face.name, [take.name for take in face.takes])
+    if len(face.takes[0].scale) != 1:
         raise AvatarError(f"the first take must be {NEUTRAL!r}, of one frame", field="take_names")
-    names = [take.name for take in face.takes]
-    for name in names:
-        if not name or not name.isprintable() or names.count(name) > 1:
-            raise AvatarError(f"{name[:40]!a} is empty, unprintable or there twice", field="take_names")
     for take in face.takes:
         _check_take(take, bones)
     _check_neutral(face)
     return face
 
 
+def check_names(name: str, takes: Sequence[str]) -> None:
+    """Raise AvatarError unless a face can be called `name` and its takes so."""
+    if not name or not name.isprintable():
+        raise AvatarError(f"{name[:40]!a} is empty or unprintable", field="name")
+    if not takes or takes[0] != NEUTRAL:
+        raise AvatarError(f"the first take must be {NEUTRAL!r}, of one frame", field="take_names")
+    for take in takes:
+        if not take or not take.isprintable() or takes.count(take) > 1:
+            raise AvatarError(f"{take[:40]!a} is empty, unprintable or there twice", field="take_names")
+
+
 def check_template(template: Template) -> None:
     """Raise AvatarError naming the field whose shape, range or value is wrong."""
+    for name in ("vertices", "triangles"):
+        if (array := getattr(template, name)).ndim != 2:
+            raise AvatarError(f"expected [rows, 3], got {list(array.shape)}", field=name)
     v, j = len(template.vertices), len(template.bone_names)
     if not 0 < v <= MOST_VERTICES:
         raise AvatarError(f"has {v} rows; 1 to {MOST_VERTICES} are read", field="vertices")
@@ -123,18 +134,29 @@ def _check_take(take: Take, bones: int) -> None:
 
 
 def _check_neutral(face: AsmFace) -> None:
-    small = (np.abs(face.takes[0].scale[0]) < LEAST_NEUTRAL_SCALE).any(axis=1)
-    if small.any():
-        name = face.template.bone_names[int(np.argmax(small))]
-        raise AvatarError("has a scale of 0 in the neutral, which has no inverse", field=f"bone {name}")
+    with np.errstate(divide="ignore"):
+        logs = np.log(np.abs(face.takes[0].scale[0]))  # [J, 3]
+    least, most = np.log(CHAIN_SCALES)
+    for bone, parent in enumerate(face.template.parents.tolist()):
+        if parent >= 0:
+            logs[bone] += logs[parent]
+        if not ((logs[bone] >= least) & (logs[bone] <= most)).all():
+            raise AvatarError(
+                f"has a scale in the neutral, times those of the bones above it, beyond {CHAIN_SCALES[0]:g} to "
+                f"{CHAIN_SCALES[1]:g}",
+                field=f"bone {face.template.bone_names[bone]}",
+            )
 
 
 def _check_finite(field: str, array: Array, shape: tuple[int, ...]) -> None:
     if array.dtype.kind != "f" or array.shape != shape:
         raise AvatarError(f"expected floats {list(shape)}, got {array.dtype}{list(array.shape)}", field=field)
-    finite = np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
-    if not finite.all():
-        raise AvatarError("is not finite", field=f"{field}[{int(np.argmin(finite))}]")
+    sound = (np.abs(array) <= LARGEST).all(axis=tuple(range(1, array.ndim)))  # NaN is not
+    if not sound.all():
+        raise AvatarError(
+            f"is not finite or beyond {LARGEST:g}; lengths are in metres",
+            field=f"{field}[{int(np.argmin(sound))}]",
+        )
 
 
 def _check_rows(field: str, index: Array, shape: tuple[int, ...] | None, limit: int) -> None:

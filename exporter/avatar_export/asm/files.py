@@ -21,6 +21,7 @@ from avatar_export.asm.check import check_face, check_template
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
 from avatar_export.readers.archive import Archive
 from avatar_export.readers.arrays import parse_npy, parse_text_npy
+from avatar_export.readers.ownership import of_file
 from avatar_runtime.errors import AvatarError
 
 ASM_VERSION = 1
@@ -49,7 +50,7 @@ def load(path: Path) -> AsmFace:
     source = _Source(path)
     if TEMPLATE_HASH in source:
         raise AvatarError(
-            "holds a person without the template; name a face with that template by --mesh", file=path
+            "holds a person without the template; a face with its template is needed", file=path
         )
     return _checked(source, _read_template(source))
 
@@ -250,11 +251,9 @@ def _whole(source: _Source, name: str, kind: type[np.generic]) -> Array:
 
 
 def _checked(source: _Source, template: Template) -> AsmFace:
-    try:
+    with of_file(source.path):
         check_template(template)
         return check_face(_read_person(source, template))
-    except AvatarError as error:
-        raise AvatarError(error.message, file=source.path, field=error.field) from None
 
 
 def _read_person(source: _Source, template: Template) -> AsmFace:
@@ -276,7 +275,9 @@ def _read_takes(source: _Source, bones: int) -> tuple[Take, ...]:
         raise AvatarError("does not go with take_names and take_fps", field="take_frames")
     tau = source.numbers("tau").astype(np.float64)
     counts = [int(count) for count in frames.tolist()]
-    if min(counts, default=0) < 0 or tau.shape != (sum(counts), bones, 9):
+    if min(counts, default=0) < 0:
+        raise AvatarError("is negative", field=f"take_frames[{int(np.argmin(counts))}]")
+    if tau.shape != (sum(counts), bones, 9):
         raise AvatarError(
             f"expected [{sum(counts)}, {bones}, 9]: frames, bones, tau; got {list(tau.shape)}", field="tau"
         )

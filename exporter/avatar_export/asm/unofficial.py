@@ -23,7 +23,8 @@ import numpy.typing as npt
 from avatar_export.asm.check import MOST_BONES, check_face
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
 from avatar_export.readers.arrays import RowSource
-from avatar_export.readers.obj import MAX_BYTES, TriangleMesh, read_obj
+from avatar_export.readers.obj import LARGEST_INDEX, MAX_BYTES, TriangleMesh, read_obj
+from avatar_export.readers.ownership import of_file
 from avatar_export.readers.pickles import arrays_of, read_pickle
 from avatar_export.readers.whole_files import opened, read_bytes
 from avatar_runtime.avatar import F64, I64
@@ -67,10 +68,8 @@ def read_folder(folder: Path, units: float | None = None) -> AsmFace:
     binding = _read_binding(parameter_file, template)
     shape = (1, len(template.bone_names), 3)
     neutral = Take("neutral", FPS, np.zeros(shape), np.zeros(shape), np.ones(shape))
-    try:
+    with of_file(folder):
         return check_face(AsmFace("ASM unofficial", template, binding, (neutral,)))
-    except AvatarError as error:
-        raise AvatarError(error.message, file=folder, field=error.field) from None
 
 
 def _files(folder: Path) -> tuple[Path, Path, Path]:
@@ -156,11 +155,15 @@ def _read_binding(path: Path, template: Template) -> Binding:
         if array.shape != (*pi.shape, last):
             raise AvatarError(f"expected {[*pi.shape, last]}, got {list(array.shape)}", file=path, field=name)
     soft = np.logaddexp(0.0, pi)
+    total = soft.sum(axis=1, keepdims=True)
+    if not (total > 0).all():
+        bone = template.bone_names[int(np.argmin(total))]
+        raise AvatarError(f"gives bone {bone[:40]} no weight", file=path, field="pi")
     first, second = np.logaddexp(0.0, tril[..., 0]), np.logaddexp(0.0, tril[..., 1])
     below = tril[..., 2]  # L = [[first, 0], [below, second]]
     covariance = np.stack([first * first, first * below, below * below + second * second], axis=-1)
     zeta = template.uv.astype(np.float64)[template.anchor_vertex]
-    return Binding(zeta, soft / soft.sum(axis=1, keepdims=True), mu, covariance)
+    return Binding(zeta, soft / total, mu, covariance)
 
 
 def _parameters(arrays: dict[str, RowSource], name: str, path: Path) -> F64:
@@ -190,6 +193,14 @@ def _vertex_uv(path: Path, mesh: TriangleMesh) -> tuple[F64, I64]:
     return uv, np.argsort(across, kind="stable")
 
 
+def _index(word: bytes) -> int:
+    """A row of an .obj. Raises ValueError for what is none."""
+    index = int(word)
+    if abs(index) >= LARGEST_INDEX:
+        raise ValueError(word)
+    return index
+
+
 def _corner_uv(lines: Iterable[bytes], path: Path, triangles: int) -> tuple[F64, I64]:
     """(texture coordinates [T, 2], row of each corner [3 F]) of an .obj whose faces are known to be triangles."""
     places: list[tuple[float, float]] = []
@@ -200,7 +211,7 @@ def _corner_uv(lines: Iterable[bytes], path: Path, triangles: int) -> tuple[F64,
             if words and words[0] == b"vt":
                 places.append((float(words[1]), float(words[2])))
             elif words and words[0] == b"f":
-                found = [int(word.split(b"/")[1]) for word in words[1:]]
+                found = [_index(word.split(b"/")[1]) for word in words[1:]]
                 corner.extend(row - 1 if row > 0 else len(places) + row for row in found)
         except (ValueError, IndexError):
             raise AvatarError(

@@ -21,7 +21,7 @@ from avatar_export.provenance import source_files
 from avatar_export.readers import surface
 from avatar_export.readers.embedded_rig import EmbeddedRig, rest_vertices
 from avatar_export.readers.options import ReadOptions
-from avatar_export.readers.ownership import owned
+from avatar_export.readers.ownership import of_file, owned
 from avatar_runtime.avatar import Avatar, Clip, Driving, Rig
 from avatar_runtime.errors import AvatarError
 from avatar_runtime.player import Player
@@ -48,7 +48,8 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         face, files = _face(path, options)
         rig, clips = bake_rig(face), bake_clips(face)
         mesh = rest_vertices(rig)
-        gaussians, embedding = surfels(mesh, face.template.triangles, face.template.colour)
+        with of_file(path):
+            gaussians, embedding = surfels(mesh, face.template.triangles, face.template.colour)
         made = EmbeddedRig(rig, clips=clips, driving=_driving(face), notes=_notes(face, rig, clips))
         avatar = surface.surface_avatar(
             name=options.name or face.name,

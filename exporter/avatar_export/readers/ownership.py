@@ -1,4 +1,4 @@
-"""Whose an error is: a codec says which file and field, the reader that called it says which system."""
+"""Whose an error is: a codec says which field, the reader that called it says which file and system."""
 
 from __future__ import annotations
 
@@ -17,3 +17,14 @@ def owned(owner: str) -> Iterator[None]:
         if error.owner:
             raise
         raise AvatarError(error.message, file=error.file, field=error.field, owner=owner) from error
+
+
+@contextmanager
+def of_file(file: object) -> Iterator[None]:
+    """Says which file an AvatarError is about, where nobody has said so."""
+    try:
+        yield
+    except AvatarError as error:
+        if error.file:
+            raise
+        raise AvatarError(error.message, file=file, field=error.field, owner=error.owner) from None

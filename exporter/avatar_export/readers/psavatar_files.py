@@ -29,6 +29,7 @@ KEYS = (
 MAX_LOOKED_AT = 16  # .npz files beside a .ply
 MAX_NAMES_BYTES = 1 << 24
 LARGEST_SHIFT = 1.0  # metres that one basis vector may move a vertex
+LARGEST = 1e4  # of any number: metres, training units in a metre, parts of a quaternion
 
 Array = npt.NDArray[Any]
 
@@ -107,13 +108,16 @@ class _File:
         self._archive = archive
 
     def floats(self, key: str, shape: tuple[int | None, ...]) -> F32:
-        """Finite float32."""
+        """float32, up to LARGEST."""
         array = self._array(key, shape, "f", "floats")
         with np.errstate(over="ignore"):
             values: F32 = array.astype(np.float32)
-        finite = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
-        if not finite.all():
-            raise self._wrong("is not finite in float32", f"{key}[{int(np.argmin(finite))}]")
+        sound = (np.abs(values) <= LARGEST).all(axis=tuple(range(1, values.ndim)))  # NaN is not
+        if not sound.all():
+            raise self._wrong(
+                f"is not finite or beyond {LARGEST:g}; lengths are in metres",
+                f"{key}[{int(np.argmin(sound))}]",
+            )
         return values
 
     def whole(self, key: str, shape: tuple[int | None, ...], end: int, what: str) -> Array:

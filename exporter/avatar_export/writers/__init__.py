@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from avatar_export.readers.ownership import of_file
 from avatar_export.writers.embedding_json import embedding_json
 from avatar_export.writers.reference import REFERENCE_FILES, make_for, reference_files
 from avatar_export.writers.residual import engine_residual
@@ -69,7 +70,8 @@ class Export:
         """rig.usdc, which avatar.usdz wraps."""
         from avatar_export.writers.usd.stage import rig_usdc  # loads USD, 2 s: only where it is written
 
-        return rig_usdc(self.avatar)
+        with of_file(USDC):
+            return rig_usdc(self.avatar)
 
 
 @dataclass(frozen=True)

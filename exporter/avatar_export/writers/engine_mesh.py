@@ -11,9 +11,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, F64, I64, U16, U32, Avatar, SparseRows
-from avatar_runtime.engine_pose import target_names
+from avatar_export.writers.fewer_joints import few
+from avatar_runtime.avatar import F32, F64, I64, U16, U32, Avatar, Rig, SparseRows
+from avatar_runtime.engine_pose import rests_bound, target_names
 from avatar_runtime.errors import AvatarError
+from avatar_runtime.stages.joints import chain
+
+FITTED_POSES = 20  # of the clips, to which the few joints of a vertex are fitted
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Influences:
-    """The n strongest joints of each vertex."""
+    """The n joints that an engine has of each vertex."""
 
     joints: U16  # [v, n] strongest first, ties by joint; 0 where the weight is 0
     weights: F32  # [v, n] not negative, a row adds up to 1
@@ -45,12 +49,26 @@ class EngineMesh:
     triangles: U32  # [f, 3] rows of `vertices`
     targets: tuple[Target, ...]  # [M] as engine_pose.target_names
     skin: SparseRows  # [v] all influences
+    fitted_poses: F64 | None  # [P, J, 4, 4] skin matrices, of a rig that does not rest in its binding pose
 
     def influences(self, most: int) -> Influences:
         """The `most` strongest influences of each vertex, their weights scaled to add up to 1.
 
+        With `fitted_poses`, where more joints have a weight: those that show these poses best (`fewer_joints`).
         A vertex without a positive weight goes to joint 0. Raises ValueError unless `most` is 4 or 8.
         """
+        found = self._strongest(most)
+        full = found.truncated > 0
+        if self.fitted_poses is None or not full.any():
+            return found
+        rows = np.flatnonzero(full)
+        joints, weights = _padded(self.skin.take(rows))
+        joints, weights = few(self.vertices[rows], joints, weights, self.fitted_poses, most)
+        found.joints[rows] = np.where(weights > 0, joints, 0)
+        found.weights[rows] = weights
+        return found
+
+    def _strongest(self, most: int) -> Influences:
         if most not in (4, 8):
             raise ValueError(f"influences come in fours: 4 or 8, not {most}")
         row = entry_rows(self.skin)
@@ -97,7 +115,32 @@ def engine_mesh(avatar: Avatar) -> EngineMesh:
         triangles,
         tuple(Target(name, *column) for name, column in zip(target_names(avatar), columns, strict=True)),
         rig.skin.take(vertex_id),
+        None if rests_bound(rig) else _poses(avatar, rig),
     )
+
+
+def _poses(avatar: Avatar, rig: Rig) -> F64:
+    """[P, J, 4, 4] skin matrices of the rest, and of frames of the clips at even distances."""
+    still = np.zeros(len(avatar.expressions), np.float32), np.tile(np.eye(4), (1, rig.joint_count, 1, 1))
+    found = [chain(rig, still[0][None], still[1])[0]]
+    for clip in avatar.clips:
+        share = max(1, FITTED_POSES // len(avatar.clips))
+        at = np.unique(((np.arange(share) + 0.5) * clip.frames / share).astype(np.int64))
+        delta = clip.joint_delta[at].astype(np.float64)
+        found.append(chain(rig, clip.expression_weights[at], delta)[0])
+    return np.concatenate(found)
+
+
+def _padded(skin: SparseRows) -> tuple[I64, F64]:
+    """(joints [v, n], weights [v, n]) strongest first, ties by joint; weights add up to 1, 0 where there is none."""
+    row = entry_rows(skin)
+    weight = np.maximum(skin.values["weight"].astype(np.float64), 0)
+    order = np.lexsort((skin.column, -weight, row))
+    rank = np.arange(len(row)) - skin.row_ptr[row]
+    shape = skin.rows, int(np.diff(skin.row_ptr.astype(np.int64)).max())
+    joints, weights = np.zeros(shape, np.int64), np.zeros(shape)
+    joints[row, rank], weights[row, rank] = skin.column[order], weight[order]
+    return joints, weights / weights.sum(axis=1, keepdims=True)
 
 
 def _sound_triangles(vertices: F32, triangles: U32) -> I64:

@@ -26,6 +26,7 @@ MOST_NODES = 256
 MOST_WHOLE = 8  # numbers of a constant that pads or crops
 MOST_VALUES = 512  # a pixel, of all that is computed; ours has 110
 MOST_PRODUCTS = 100_000  # multiplications a pixel; ours has 6,000
+MOST_IN_ALL = 1 << 30, 1 << 37  # values and multiplications of one picture: ours at 3840x2160 keeps below
 MARGIN = 64  # pixels that small pictures may be made wider and higher
 ATTRIBUTES = (AttributeProto.INT, AttributeProto.INTS, AttributeProto.STRING)
 FLOAT, WHOLE = TensorProto.FLOAT, TensorProto.INT64
@@ -67,6 +68,10 @@ class Network:
             if values > MOST_VALUES * pixels or products > MOST_PRODUCTS * pixels:
                 limits = f"{MOST_VALUES} values and {MOST_PRODUCTS} multiplications a pixel"
                 raise _bad(f"takes more than {limits} for {width}x{height}", node.output)
+            if values > MOST_IN_ALL[0] or products > MOST_IN_ALL[1]:
+                raise _bad(
+                    f"takes too much memory or time for {width}x{height}; draw it smaller", node.output
+                )
             known[node.output] = result
         if known[self.output].shape != (1, CHANNELS, height, width):
             raise _bad(f"gives {known[self.output].shape} for a picture of {width}x{height}", self.output)
@@ -81,6 +86,7 @@ def read_network(enhancer: Enhancer) -> Network:
         raise AvatarError("is no ONNX file", file=ENHANCER_FILE) from None
     opset = _opset(model)
     graph = model.graph
+    _check_names(graph)
     if len(graph.node) > MOST_NODES or len(graph.initializer) > MOST_NODES:
         raise AvatarError(f"has more than {MOST_NODES} nodes or initialisers", file=ENHANCER_FILE)
     tensors = [_tensor(tensor) for tensor in graph.initializer]
@@ -115,6 +121,17 @@ def _opset(model: ModelProto) -> int:
     if model.functions or model.training_info or model.graph.sparse_initializer:
         raise _bad("holds functions, training or sparse tensors, which are not read", "model")
     return int(sets[0][1])
+
+
+def _check_names(graph: GraphProto) -> None:
+    """Raise AvatarError where a name is no text: the library then gives bytes."""
+    names: list[object] = [tensor.name for tensor in graph.initializer]
+    for node in graph.node:
+        names += [node.op_type, node.domain, *node.input, *node.output]
+        names += [name for attribute in node.attribute for name in (attribute.name, attribute.ref_attr_name)]
+    for name in names:
+        if not isinstance(name, str):
+            raise AvatarError(f"holds a name that is no UTF-8, {str(name)[:80]}", file=ENHANCER_FILE)
 
 
 def _tensor(tensor: TensorProto) -> TensorProto:

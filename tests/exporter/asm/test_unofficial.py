@@ -201,9 +201,14 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
         pickled(lambda p: p | {"mu": p["mu"].astype(int)}),
         "mu: is missing or holds no floats",
     ),
+    "no weight": (
+        pickled(lambda p: p | {"pi": p["pi"] * 0 - np.array([[0], [0], [1e5], [0]])}),
+        r"inited_gmm_params_K2\.pkl: pi: gives bone lip\.T\.L no weight",
+    ),
     "a trap": (pickled(lambda p: p | {"pi": Trap()}), "print"),
     "no places": (text("mu_face.obj", "f 1/", "f 1//"), "line"),
     "place beyond": (text("mu_face.obj", "f 1/", "f 1/9"), "without a sound texture coordinate"),
+    "place beyond all": (text("mu_face.obj", "f 1/", f"f 1/{'9' * 30}"), "line .* has no texture coordinate"),
     "a quad": (text("mu_face.obj", "f 1/", "f 2/2 1/"), "more than three corners"),
 }
 

@@ -256,6 +256,16 @@ def test_bad_options(run: Run, tmp_path: Path, options: tuple[str, ...], message
     assert not (tmp_path / "out").exists()
 
 
+def test_a_face_without_area_is_named(tmp_path: Path) -> None:
+    face = small_face()
+    flat = replace(face.template, triangles=np.zeros_like(face.template.triangles))
+    save(replace(face, template=flat), tmp_path / "flat.npz")
+    with pytest.raises(
+        AvatarError, match=r"asm: .*flat\.npz: triangles: no triangle of the mesh has an area"
+    ):
+        read(tmp_path / "flat.npz")
+
+
 def test_a_damaged_face_is_one_line_and_2(run: Run, tmp_path: Path) -> None:
     save(small_face(), tmp_path / "face.npz")
     data = bytearray((tmp_path / "face.npz").read_bytes())

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from samples.asm_data import load_asm_head
 
 from avatar_runtime.avatar import F64
 from avatar_trainer.kernels.closest import triangle_tree
@@ -13,12 +14,15 @@ from avatar_trainer.systems.asm_align import (
     KEYPOINTS,
     Placement,
     Scan,
+    ScanError,
     face_region,
     in_face,
     placed_by_pairs,
     refined,
     scan_to_mesh,
+    vertex_normals,
 )
+from avatar_trainer.systems.asm_register import template_keypoints
 from tests.measured import Measure
 from tests.trainer.systems.asm_toy import grid, scan, surface
 
@@ -133,3 +137,28 @@ def test_a_scan_without_a_face_has_no_error() -> None:
     away = dataclasses.replace(scan(), points=scan().points + 9)
     with pytest.raises(ValueError, match="no point in the facial region"):
         scan_to_mesh(away, vertices, triangle_tree(vertices, triangles))
+
+
+def test_the_mean_is_in_millimetres() -> None:
+    still = Placement(np.eye(3), np.zeros(3))
+    assert ScanError(np.arange(3), np.array([1e-3, 2e-3, 6e-3]), still).mean_mm == pytest.approx(3)
+
+
+def test_right_and_left_are_the_persons_on_the_ict_head() -> None:
+    """Which faces +Z with its left at +X, eyes above the nose, the nose above the mouth."""
+    at = template_keypoints(load_asm_head("ict").template)
+    across = ["right_eye_outer", "right_eye_inner", "nose_bottom", "left_eye_inner", "left_eye_outer"]
+    x = [at[name][0] for name in across]
+    assert x == sorted(x)
+    assert at["mouth_right"][0] < 0 < at["mouth_left"][0]
+    eyes, nose, mouth = (at[n][1] for n in ("left_eye_inner", "nose_bottom", "mouth_left"))
+    assert eyes > nose > mouth
+
+
+def test_normals_weigh_triangles_by_area() -> None:
+    """A corner of a box whose sides are 1, 2 and 2 at the corner: their sum, and none where nothing is."""
+    vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 2), (9, 9, 9)], np.float64)
+    triangles = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1)])
+    found = vertex_normals(vertices, triangles)
+    np.testing.assert_allclose(found[0], np.array([2, 2, 1]) / 3)
+    np.testing.assert_array_equal(found[4], 0)

@@ -9,9 +9,11 @@ import pytest
 import torch
 
 from avatar_export.asm.maths import posed
-from avatar_export.asm.model import AsmFace
+from avatar_export.asm.model import AsmFace, Take
+from avatar_runtime.avatar import F64
 from avatar_runtime.backends.cpu.threads import using
 from avatar_runtime.errors import AvatarError
+from avatar_trainer.kernels.closest import nearest, triangle_tree
 from avatar_trainer.systems.asm_align import Scan
 from avatar_trainer.systems.asm_register import (
     Registration,
@@ -187,6 +189,107 @@ def test_given_weights_are_what_a_static_face_has() -> None:
     plain = np.c_[TEMPLATE.vertices, np.ones(len(TEMPLATE.vertices))]
     left = plain @ np.linalg.lstsq(plain, found.vertices[0], rcond=None)[0] - found.vertices[0]
     assert np.abs(left).max() < 1e-6
+
+
+def bumpy(given: F64, triangles: F64, height: float) -> tuple[F64, F64]:
+    """A scan's surface, and the same turned inside out `height` metres behind it: what lies within."""
+    inner = given - (0, 0, height)
+    return np.concatenate([given, inner]), np.concatenate([triangles, triangles[:, ::-1] + len(given)])
+
+
+def off(found: Registration, given: Scan) -> float:
+    """Mean mm along z of a placed scan's points in the middle from the face, which no motion makes up for."""
+    middle = np.linalg.norm(given.points[:, :2], axis=1) < 0.03
+    tree = triangle_tree(found.vertices[0], TEMPLATE.triangles)
+    return float(
+        1e3 * np.sqrt(nearest(given.points[middle], found.vertices[0], tree).squared_distance).mean()
+    )
+
+
+def test_what_faces_the_other_way_does_not_attract() -> None:
+    """The inner side of a surface 2 mm behind it, as in a nostril: by distance alone the face settles between."""
+    uv, triangles = grid(41)
+    keypoints = scan(1.0).keypoints
+    points, both = bumpy(changed(uv, 1.0), triangles, 2e-3)
+    given = Scan("s", points, both, keypoints)
+    outer = Scan("s", changed(uv, 1.0), None, keypoints)
+    deaf = dataclasses.replace(QUICK, facing=-1.0, smooth=0.0, placed=True)
+    errors = []
+    for settings in (deaf, dataclasses.replace(deaf, facing=0.5)):
+        errors.append(off(register(TEMPLATE, BINDING, given, settings), outer))
+    assert errors[1] < 0.3 < 0.7 < errors[0]
+
+
+def roughness(moved: F64, of: F64) -> float:
+    """Mean over the sheet's edges of how unevenly it `moved` from `of` [V, 3], by edge length, squared."""
+    ends = np.unique(np.sort(TEMPLATE.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0)
+    way = moved - of
+    length = np.linalg.norm(TEMPLATE.vertices[ends[:, 0]] - TEMPLATE.vertices[ends[:, 1]], axis=1)
+    return float(np.mean((np.linalg.norm(way[ends[:, 0]] - way[ends[:, 1]], axis=1) / length) ** 2))
+
+
+def test_strain_keeps_the_surface_even() -> None:
+    """A noisy scan crumples the face; the smooth term, of the size that is written out here, holds it."""
+    given = scan(1.0, points=600)
+    noise = np.random.default_rng(5).normal(size=given.points.shape) * 2e-3
+    given = dataclasses.replace(given, points=given.points + noise)
+    settings = dataclasses.replace(QUICK, smooth=0.0, prior=0.0, widened=9.0)
+    still = TEMPLATE.vertices.astype(np.float64)
+    rough = [
+        roughness(register(TEMPLATE, BINDING, given, change).vertices[0], still)
+        for change in (settings, dataclasses.replace(settings, smooth=300.0))
+    ]
+    assert rough[1] < 0.3 * rough[0]
+    random, count = np.random.default_rng(6), len(TEMPLATE.bone_names)
+    shift = random.normal(size=(1, count, 3)) * 3e-3
+    start = Take("begun", 30.0, np.zeros_like(shift), shift, np.ones_like(shift))
+    energies = [
+        register_takes(
+            TEMPLATE, BINDING, [given], dataclasses.replace(settings, smooth=s, iterations=1), start=start
+        ).energy[0]
+        for s in (0.0, 7000.0)
+    ]
+    begun = posed(AsmFace("a", TEMPLATE, BINDING, (start,)), start)
+    assert energies[1] - energies[0] == pytest.approx(7000 * roughness(begun, still), rel=1e-4)
+
+
+def test_known_vertices_may_stretch_as_they_will() -> None:
+    """Their strain is that of what the face misses them by, not of their own motion."""
+    uv, triangles = grid(len(np.unique(TEMPLATE.uv[:, 0])))
+    goal = changed(uv, 1.0) * (1.3, 1.0, 1.0)
+    given = Scan("s", goal, triangles, scan().keypoints, np.arange(len(goal)))
+    settings = dataclasses.replace(QUICK, placed=True, widened=9.0, smooth=10.0, iterations=120)
+    found = register(TEMPLATE, BINDING, given, settings)
+    rest = TEMPLATE.vertices.astype(np.float64)
+    assert roughness(found.vertices[0], goal) < 0.2 * roughness(found.vertices[0], rest)
+    assert 1e3 * np.linalg.norm(found.vertices[0] - goal, axis=1).mean() < 1
+    first = [
+        register(TEMPLATE, BINDING, given, dataclasses.replace(settings, iterations=1, smooth=smooth)).energy[
+            0
+        ]
+        for smooth in (0.0, 1000.0)
+    ]
+    assert first[1] - first[0] == pytest.approx(1000 * roughness(rest, goal), rel=1e-4)
+
+
+def test_the_cap_shrinks_until_half_way() -> None:
+    """Points that all lie 20 mm off pull while the cap is above that, and no longer."""
+    given = scan()
+    away = dataclasses.replace(given, points=np.add(given.points, (0, 0, 0.02)))
+    settings = dataclasses.replace(
+        QUICK, iterations=9, learning_rate=1e-9, placed=True, smooth=0.0, first_cap_mm=30.0, last_cap_mm=10.0
+    )
+    energy = register(TEMPLATE, BINDING, away, settings).energy
+    # Nearest points lie 12 to 20 mm off. The cap falls by 40/9 mm an iteration: 30.0, 25.6, 21.1, 16.7, 12.2, 10, ...
+    assert energy[0] > 100 and energy[1:3] == pytest.approx(energy[0], rel=1e-3)
+    assert 0.1 * energy[0] < energy[3] < 0.9 * energy[0]
+    assert (energy[5:] < 1e-3).all()
+
+
+def test_bones_that_are_nowhere_are_one_line() -> None:
+    lost = dataclasses.replace(BINDING, zeta=BINDING.zeta * np.nan)
+    with pytest.raises(AvatarError, match="went astray"):
+        register(TEMPLATE, lost, scan(), QUICK)
 
 
 def test_bad_scans_and_templates_are_one_line() -> None:

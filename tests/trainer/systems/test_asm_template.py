@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -207,6 +208,16 @@ def test_the_command_makes_a_template(
     assert face.template.bone_names == stored.bone_names and face.takes[0].name == "neutral"
     np.testing.assert_allclose(face.template.rest_position, stored.rest_position, atol=1e-5)
     assert landmark_rows(face.template).tolist() == rows
+    for units, apart in ((1, "8.71"), (10000, "0.000871")):
+        code, err = train(*command[:-1], str(units), "--force")
+        assert code == 2 and re.search(
+            rf"head\.obj: the outer corners .* are {re.escape(apart)} m apart; .*is --units", err
+        )
+    renamed = mesh.with_name("a\tb.obj")
+    renamed.write_bytes(mesh.read_bytes())
+    monkeypatch.setattr("avatar_trainer.systems.asm_template_files.make_template", None)
+    code, err = train(*command[:2], str(renamed), *command[3:], "--force")
+    assert code == 2 and err.splitlines()[-1].endswith("name: 'a\\tb' is empty or unprintable")
     marks.write_text("[1, 2]")
     code, err = train(*command, "--force")
     assert code == 2 and err.splitlines()[-1].startswith(f"avatar-train: {marks}: is not a list of 68")

@@ -1,4 +1,4 @@
-"""Faces from uncalibrated pictures: poses, energies against plain definitions, what is seen, the whole fit."""
+"""Faces from uncalibrated pictures: poses, energies against plain definitions, depth, the files."""
 
 from __future__ import annotations
 
@@ -32,7 +32,6 @@ from avatar_trainer.systems.asm_views_energy import (
 )
 from avatar_trainer.systems.asm_views_files import read
 from avatar_trainer.systems.asm_views_pose import pose_from_points
-from avatar_trainer.systems.asm_views_sight import contour_pairs, contour_points, sight
 
 K = np.array([[300.0, 0, 64], [0, 310.0, 60], [0, 0, 1]])
 
@@ -162,6 +161,12 @@ def test_landmarks_by_hand() -> None:
     assert float(landmark_energy(projected, found, torch.tensor([[True, False]]))) == 25
 
 
+def test_landmarks_are_summed_in_a_view_and_the_mean_is_over_views() -> None:
+    found = torch.tensor([[[3.0, 4], [torch.nan, torch.nan]], [[0, 1], [2, 0]]])
+    seen = torch.tensor([[True, False], [True, True]])
+    assert float(landmark_energy(torch.zeros(2, 2, 2), found, seen)) == (25 + 1 + 4) / 2
+
+
 def test_strain_by_hand() -> None:
     rest = torch.tensor([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
     edges = Edges.of(rest, torch.tensor([[0, 1, 2]]))
@@ -170,16 +175,31 @@ def test_strain_by_hand() -> None:
     assert float(strain_energy(moved, edges)) == pytest.approx((0.1**2 + 0.01**2 / 0.02) / 3, rel=1e-5)
 
 
-def test_the_prior_counts_every_part() -> None:
-    bones, k = 3, 2
-    shapes = ((bones, 2), (bones, k), (bones, k, 2), (bones, k, 3), (bones, 3), (bones, 3), (bones, 3))
-    first = Face(*(torch.zeros(shape) for shape in shapes))
-    assert float(prior_energy(first, first, Priors())) == 0
-    for name, _ in first.parameters():
-        moved = replace(
-            first, **{name: getattr(first, name) + torch.arange(1.0, 1 + getattr(first, name).shape[-1])}
-        )
-        assert float(prior_energy(moved, first, Priors())) > 0, name
+@pytest.mark.parametrize(
+    ("name", "moved", "expected"),
+    [
+        ("zeta", 0.03, 0.5 * (0.03 / 0.02) ** 2),
+        ("mu", 0.03, 0.5 * (0.03 / 0.02) ** 2),
+        ("pi_logit", 1.0, 0.5 * 2 * (np.e / (1 + np.e) - 0.5) ** 2),
+        ("scale_tril", 0.3, 0.5 * 0.3**2),
+        ("rotation_vector", 0.3, 2 * 3.0**2),
+        ("translation", 0.03, 2 * 3.0**2),
+        ("log_scale", 0.3, 2 * 3.0**2),
+    ],
+)
+def test_the_prior_of_one_entry(name: str, moved: float, expected: float) -> None:
+    """Of three bones with two Gaussians, at rest, whose binding is anything."""
+    generator = torch.Generator().manual_seed(4)
+    shapes = ((3, 2), (3, 2), (3, 2, 2), (3, 2, 3), (3, 3), (3, 3), (3, 3))
+    first = Face(*(torch.randn(shape, generator=generator).double() for shape in shapes))
+    still = {part: torch.zeros(3, 3).double() for part in ("rotation_vector", "translation", "log_scale")}
+    first = replace(first, **still, pi_logit=torch.zeros(3, 2).double())
+    priors = Priors(pose=2.0, binding=0.5)
+    assert float(prior_energy(first, first, priors)) == 0
+    entry = getattr(first, name).clone()
+    entry.view(-1)[1] += moved
+    found = prior_energy(replace(first, **{name: entry}), first, priors)
+    assert float(found) == pytest.approx(expected / 3, rel=1e-6)
 
 
 def test_depth_is_of_the_nearest_surface_and_hides_what_is_behind() -> None:
@@ -210,33 +230,6 @@ def test_texels_lie_in_their_triangles() -> None:
     y, x = np.argwhere(triangle == 0).T
     assert len(y) == pytest.approx(26, abs=4) and not (triangle == 1).any()  # area 26; of equals the first
     np.testing.assert_allclose(barycentric[y, x] @ corners, np.c_[x, y] + 0.5, atol=1e-12)
-
-
-def _sphere(rings: int = 24) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    around = np.linspace(0, 2 * np.pi, 2 * rings, endpoint=False)
-    down = np.linspace(0.05, np.pi - 0.05, rings)
-    p, q = np.meshgrid(around, down)
-    vertices = 0.1 * np.stack([np.sin(q) * np.sin(p), np.cos(q), np.sin(q) * np.cos(p)], -1).reshape(-1, 3)
-    r, c = np.meshgrid(np.arange(rings - 1), np.arange(2 * rings), indexing="ij")
-    a, b = r * 2 * rings + c, r * 2 * rings + (c + 1) % (2 * rings)
-    low, beside = a + 2 * rings, b + 2 * rings
-    return vertices, np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, low, b), (b, low, beside))])
-
-
-def test_a_spheres_contour_meets_its_mask() -> None:
-    vertices, triangles = _sphere()
-    rotation, translation = np.diag([1.0, -1, -1])[None], np.array([[0.0, 0, 1.0]])
-    found = sight(vertices, triangles, rotation, translation, K, (128, 120))
-    assert found.facing[0, vertices[:, 2] > 0.09].min() > 0.8  # outside is where normals point
-    y, x = np.mgrid[:120, :128] + 0.5
-    ray = np.stack([(x - 64) / 300, (y - 60) / 310, np.ones_like(x)], -1)
-    sine = np.sqrt(1 - (ray[..., 2] / np.linalg.norm(ray, axis=-1)) ** 2)
-    contours = contour_points((sine < 0.1).astype(np.float32)[None])
-    pairs = contour_pairs(found, contours, 6.0)
-    assert len(pairs.view) > 40
-    away = torch.from_numpy(found.pixels[0])[pairs.vertex] - pairs.point
-    assert away.norm(dim=1).mean() < 2.5
-    assert len(contour_pairs(found, [contours[0] + 50], 6.0).view) == 0
 
 
 def _folder(tmp_path: Path, **changes: Any) -> Path:
@@ -273,6 +266,8 @@ VIEW = {"image": "a.png", "mask": "m.png", "landmarks": [[1, 2]] * 8}
         ({"version": "2.0"}, "version"),
         ({"K": [[30, 1, 10], [0, 30, 8], [0, 0, 1]]}, "K"),
         ({"K": [[-30, 0, 10], [0, 30, 8], [0, 0, 1]]}, "K"),
+        ({"K": [[1e-300, 0, 10], [0, 30, 8], [0, 0, 1]]}, "K"),
+        ({"name": "a\nb"}, "name"),
         ({"width": 8192, "height": 8192, "views": [VIEW] * 4}, None),
         ({"width": 21}, None),
         ({"views": [VIEW]}, "views"),
@@ -289,6 +284,17 @@ def test_bad_views_are_named(tmp_path: Path, changes: dict[str, Any], field: str
         read(_folder(tmp_path, **changes))
     assert "\n" not in str(error.value)
     assert field is None or (error.value.field or "").startswith(field)
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+@pytest.mark.parametrize("place", ["K", "landmarks"])
+def test_no_number_is_no_json(tmp_path: Path, place: str, number: float) -> None:
+    changes: dict[str, dict[str, Any]] = {
+        "K": {"K": [[30, 0, number], [0, 30, 8], [0, 0, 1]]},
+        "landmarks": {"views": [VIEW, {**VIEW, "landmarks": [[1, 2]] * 7 + [[number, 1]]}]},
+    }
+    with pytest.raises(AvatarError, match=r"views\.json: is no JSON"):
+        read(_folder(tmp_path, **changes[place]))
 
 
 def test_text_that_is_no_json_is_named(tmp_path: Path) -> None:

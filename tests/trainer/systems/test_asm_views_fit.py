@@ -18,7 +18,8 @@ from tests.bench.asm_views import Truth, rmse_mm
 
 Command = Callable[..., tuple[int, str]]
 FIT = ("--set", "iterations=32")
-NEARER = 0.6  # of the template's own error
+SHORT = ("--set", "iterations=4")
+NEARER = 0.52  # of the template's own error; without edges it is 0.53
 
 
 @pytest.fixture
@@ -50,9 +51,7 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_face_comes_out_of_pictures(
     asm_views: Command, folder: Path, template: Path, tmp_path: Path, measured: Callable[[str, float], None]
 ) -> None:
-    for name in ("face.npz", "again.npz"):
-        assert asm_views(folder, "--template", template, "-o", tmp_path / name, *FIT)[0] == 0
-    assert (tmp_path / "face.npz").read_bytes() == (tmp_path / "again.npz").read_bytes()
+    assert asm_views(folder, "--template", template, "-o", tmp_path / "face.npz", *FIT)[0] == 0
     face, truth = load(tmp_path / "face.npz"), Truth.of(folder)
     error = rmse_mm(truth, face.template, posed(face, face.takes[0]))
     before = rmse_mm(truth, face.template, face.template.vertices.astype(float))
@@ -60,7 +59,16 @@ def test_a_face_comes_out_of_pictures(
     assert error < NEARER * before
 
 
-def test_what_is_wrong_is_said_in_one_line(asm_views: Command, folder: Path, template: Path, tmp_path: Path) -> None:
+def test_the_same_bytes_again(asm_views: Command, folder: Path, template: Path, tmp_path: Path) -> None:
+    files = [tmp_path / name for name in ("face.npz", "again.npz")]
+    for file in files:
+        assert asm_views(folder, "--template", template, "-o", file, *SHORT)[0] == 0
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_what_is_wrong_is_said_in_one_line(
+    asm_views: Command, folder: Path, template: Path, tmp_path: Path
+) -> None:
     out = tmp_path / "face.npz"
     for arguments, word in (
         ((tmp_path, "--template", template, "-o", out), "views.json"),

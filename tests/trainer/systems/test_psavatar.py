@@ -18,6 +18,7 @@ from avatar_trainer.drawing import draw
 from avatar_trainer.evaluate import evaluate
 from avatar_trainer.systems.psavatar import create
 from avatar_trainer.systems.psavatar_init import REGIONS, sample_points
+from avatar_trainer.systems.psavatar_settings import LearningRates
 from avatar_trainer.tensors import Points, Splats
 from tests.measured import Measure
 from tests.oracles import joint_turns as oracle
@@ -313,11 +314,19 @@ def test_a_subject_that_never_moves_has_nothing_to_learn_of_it(tmp_path: Path) -
         ({"vgg": 0.1}, "vgg needs vgg_weights"),
         ({"off_mesh": 1.5}, "off_mesh is 1.5"),
         ({"acquiring": 1.0}, "acquiring is 1.0"),
+        ({"r_max": 1.1}, "r_max is 1.1; at least 0, at most 1"),
+        ({"scale": 1e7}, "scale is 1"),
+        ({"dssim": 1e300}, "dssim is 1e"),
     ],
 )
 def test_impossible_settings_are_refused(values: dict[str, Any], what: str) -> None:
     with pytest.raises(ValueError, match=what):
         scene.settings(**values)
+
+
+def test_impossible_learning_rates_are_refused() -> None:
+    with pytest.raises(ValueError, match="opacity_logit is 2000"):
+        LearningRates(opacity_logit=2000.0)
 
 
 def test_without_a_point_left_it_says_so(capture: Capture) -> None:

@@ -156,7 +156,8 @@ class _Fit:
 
     def step(self, iteration: int) -> float:
         """One iteration; the energy before it. Raises AvatarError for a face that is no number any more."""
-        posed = self._vertices(self.rows)
+        sound = bool(self.face.zeta.isfinite().all())
+        posed = self._vertices(self.rows) if sound else torch.full((1,), torch.nan)
         if not bool(posed.isfinite().all()):
             raise AvatarError("the fit went astray, vertices are no numbers; a smaller learning_rate helps")
         energy = self._apart(posed, self._cap(iteration)) + self.settings.prior * self._prior()
@@ -193,7 +194,7 @@ class _Fit:
         for target, vertices in zip(self.targets, posed, strict=True):
             total = total + SQUARE_MM * target.apart(vertices, self.tree, cap, self.settings.facing)
             if self.settings.smooth > 0:
-                total = total + self.settings.smooth * strain_energy(vertices, self.edges)
+                total = total + self.settings.smooth * strain_energy(vertices, target.even(self.edges))
         return total / len(self.targets)
 
     def _prior(self) -> Tensor:

@@ -22,10 +22,10 @@ class RegisterSettings:
     iterations: int = 300  # paper, section 4.1
     learning_rate: float = 1e-3  # paper, section 4.1
     # The energy is the mean squared distance in mm^2 + `prior` times Eq. 19; the paper leaves this weight open.
-    prior: float = 0.05
+    prior: float = 1e-3
     # Weight of `strain_energy`, against folds; the paper adds "regularization to avoid model artifacts", and no more
     # is said.
-    smooth: float = 1.0
+    smooth: float = 10.0
     # Points of a scan with triangles count where the cosine of its normal and the face's is above this.
     facing: float = 0.5
     lambda_pose: float = 1.0  # Eq. 19, lambda_1 to lambda_5

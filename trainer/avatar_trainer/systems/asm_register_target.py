@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import torch
 from torch import Tensor
@@ -19,6 +21,7 @@ from avatar_trainer.systems.asm_align import (
 )
 from avatar_trainer.systems.asm_model import rotation_matrices
 from avatar_trainer.systems.asm_register_settings import RegisterSettings
+from avatar_trainer.systems.asm_strain import Edges
 
 
 class Target:
@@ -40,6 +43,7 @@ class Target:
         self.middle = self.start.apply(keypoint_rows(scan.keypoints)).mean(axis=0)
         self.arm = torch.from_numpy(self.start.apply(scan.points[rows]) - self.middle).float()
         self.vertex = None if scan.vertex is None else torch.from_numpy(scan.vertex[rows])
+        self.known: Tensor | None = None  # bool [E] edges between known vertices, once they were asked for
         self.normal: Tensor | None = None
         if scan.triangles is not None and scan.vertex is None:
             normal = vertex_normals(scan.points, scan.triangles)[rows] @ self.start.rotation.T
@@ -69,6 +73,18 @@ class Target:
         if self.normal is not None and self.guess is not None:
             counted &= self._agree(vertices.detach(), tree, self.guess) > facing
         return (squared * counted).mean()
+
+    def even(self, first: Edges) -> Edges:
+        """What the strain of a face is measured against: the mesh as it was first, or known vertices of the scan.
+
+        Vertices that are known may move as they will; how far the face misses them is to vary slowly over it.
+        """
+        if self.vertex is None:
+            return first
+        if self.known is None:
+            self.known = torch.isin(first.ends, self.vertex).all(0)
+        goal = first.vertices.index_put((self.vertex,), self.points())
+        return replace(first, ends=first.ends[:, self.known], length=first.length[self.known], vertices=goal)
 
     def placement(self) -> Placement:
         """Of the scan, as it is moved now."""

@@ -14,12 +14,35 @@ from avatar_runtime.errors import AvatarError, no_such
 from avatar_trainer.systems.asm_align import KEYPOINTS, Scan
 
 MAX_KEYPOINT_BYTES = 1 << 20
+EYES = (0.04, 0.25)  # metres between the outer corners of the eyes, of infants and giants
+NEAR = 0.5  # of the keypoints' spread: so near to a keypoint there is a point of the scan
 
 
 def read_scan(path: Path, keypoints: dict[str, F64]) -> Scan:
     """The scan of a file of `read_points`, in its frame and unit. Raises AvatarError as that does."""
     points, triangles = read_points(path)
     return Scan(path.stem, points, triangles, keypoints)
+
+
+def expect_eyes(right: F64, left: F64, file: Path) -> None:
+    """Raise AvatarError where the outer corners of the eyes [3] in metres are not as far apart as anybody's."""
+    apart = float(np.linalg.norm(right - left))
+    if not EYES[0] <= apart <= EYES[1]:
+        raise AvatarError(
+            f"the outer corners of the eyes are {apart:.3g} m apart; {EYES[0]:g} to {EYES[1]:g} make sense: "
+            "is --units right?",
+            file=file,
+        )
+
+
+def expect_on_scan(scan: Scan, file: Path) -> None:
+    """Raise AvatarError, which names `file`, for a keypoint that lies far from all points of its scan."""
+    spread = np.linalg.norm(np.ptp(list(scan.keypoints.values()), axis=0))
+    for name, place in scan.keypoints.items():
+        if np.square(scan.points - place).sum(axis=1).min() > (NEAR * spread) ** 2:
+            raise AvatarError(
+                "lies far from the scan; are the keypoints in its unit?", file=file, field=f"keypoint {name}"
+            )
 
 
 def read_keypoints(path: Path) -> dict[str, F64]:

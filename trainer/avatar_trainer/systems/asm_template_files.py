@@ -7,15 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
+from avatar_export.asm.check import NEUTRAL, check_names
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
+from avatar_export.readers.ownership import of_file
 from avatar_export.readers.scan_files import FURTHEST, read_points
 from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import F64, I64
 from avatar_runtime.errors import AvatarError
 from avatar_trainer.systems.asm_place import LANDMARKS
+from avatar_trainer.systems.asm_scan_files import expect_eyes
 from avatar_trainer.systems.asm_template import initial_binding, make_template
 
 MAX_LANDMARK_BYTES = 1 << 20
+EYE_RIGHT, EYE_LEFT = 36, 45  # of iBUG's landmarks, the outer corners
 SHAPE = f"a list of {LANDMARKS}, iBUG's order, each a vertex or [x, y, z]"
 
 
@@ -24,10 +28,14 @@ def template_of(mesh: Path, landmarks: Path, units: float, components: int) -> A
 
     Raises AvatarError for files that are not what they should be, and as `make_template`.
     """
+    with of_file(mesh):
+        check_names(mesh.stem, [NEUTRAL])
     points, triangles = read_points(mesh)
     if triangles is None or not len(triangles):
         raise AvatarError("has no triangles; a mesh is needed", file=mesh)
     rows = read_landmarks(landmarks, points)
+    right, left = points[rows[[EYE_RIGHT, EYE_LEFT]]] / units
+    expect_eyes(right, left, mesh)
     try:
         template, weights = make_template(points / units, triangles, None, rows)
     except AvatarError as error:
@@ -39,7 +47,7 @@ def template_of(mesh: Path, landmarks: Path, units: float, components: int) -> A
 def at_rest(name: str, template: Template, binding: Binding) -> AsmFace:
     """A face in its first shape, with the take `neutral` alone."""
     still = np.zeros((1, len(template.bone_names), 3))
-    return AsmFace(name, template, binding, (Take("neutral", 30.0, still, still.copy(), still + 1),))
+    return AsmFace(name, template, binding, (Take(NEUTRAL, 30.0, still, still.copy(), still + 1),))
 
 
 def read_landmarks(path: Path, points: F64) -> I64:

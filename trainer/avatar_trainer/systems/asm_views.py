@@ -109,10 +109,6 @@ def fit(template: Template, binding: Binding, views: Views, settings: ViewSettin
     """
     problem = _Problem(template, binding, views, settings or ViewSettings())
     energies = tuple(problem.level(level) for level in LEVELS)
-    if not np.isfinite(energies).all():
-        raise AvatarError(
-            "the fit did not stay finite; are the landmarks those of one face?", file=views.file
-        )
     rotation, translation = problem.poses()
     return Fitted(problem.face, problem.vertices().detach().double().numpy(), rotation, translation, energies)
 
@@ -170,7 +166,7 @@ class _Problem:
         return sight(vertices, self.triangles, *self.poses(), self.views.intrinsics, (width, height))
 
     def level(self, level: Level) -> float:
-        """Adam over one level; the last energy."""
+        """Adam over one level; the last energy. Raises AvatarError where it does not stay finite."""
         settings = self.settings
         iterations = max(1, round(level.share * settings.iterations))
         groups: list[dict[str, Any]] = [
@@ -192,6 +188,11 @@ class _Problem:
             torch.autograd.backward(total)
             optimiser.step()
             decay.step()
+            moved = [tensor for group in groups for tensor in group["params"]]
+            if not all(bool(tensor.isfinite().all()) for tensor in (total, *moved)):
+                raise AvatarError(
+                    "the fit did not stay finite; are the landmarks those of one face?", file=self.views.file
+                )
         return float(total.detach())
 
     def energy(self, pairs: Pairs | None, scene: Scene | None) -> Tensor:

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avatar_export.asm.check import NEUTRAL, check_names
+from avatar_export.readers.ownership import of_file
 from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import F32, F64
 from avatar_runtime.errors import AvatarError
@@ -21,6 +23,7 @@ FILE = "views.json"
 VERSION = "1.0"
 MAX_JSON_BYTES = 16 << 20
 MAX_PIXELS = 200_000_000  # of all pictures together: they are held in memory
+LEAST_FOCAL = 1.0  # pixels
 FEWEST_SEEN = 6  # landmarks that a view's pose can be found from
 LUMA = np.array([0.299, 0.587, 0.114], np.float32)
 
@@ -85,7 +88,7 @@ def read(folder: Path) -> Views:
 
 def _document(file: Path) -> dict[str, Any]:
     try:
-        document = json.loads(read_bytes(file, MAX_JSON_BYTES))
+        document = json.loads(read_bytes(file, MAX_JSON_BYTES), parse_constant=_refuse)
     except (ValueError, RecursionError) as error:
         raise AvatarError(f"is no JSON ({type(error).__name__})", file=file) from None
     version = parse_version(document.get("version")) if isinstance(document, dict) else None
@@ -95,15 +98,26 @@ def _document(file: Path) -> dict[str, Any]:
         )
     for problem in schema_problems(document, "views"):
         raise AvatarError(problem.message, file=file, field=problem.path.removeprefix("$."))
+    with of_file(file):
+        check_names(document["name"], [NEUTRAL])
     return dict(document)
+
+
+def _refuse(constant: str) -> None:
+    """NaN and Infinity are no JSON."""
+    raise ValueError(constant)
 
 
 def _intrinsics(values: list[list[float]], file: Path) -> F64:
     k = np.array(values, np.float64)
     rest = k.copy()
     rest[[0, 1, 0, 1], [0, 1, 2, 2]] = 0
-    if not (k[0, 0] > 0 and k[1, 1] > 0 and (rest == np.diag([0, 0, 1])).all()):
-        raise AvatarError("is no [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] with fx, fy > 0", file=file, field="K")
+    if not (min(k[0, 0], k[1, 1]) >= LEAST_FOCAL and (rest == np.diag([0, 0, 1])).all()):
+        raise AvatarError(
+            f"is no [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] with fx, fy of at least {LEAST_FOCAL:g}",
+            file=file,
+            field="K",
+        )
     return k
 
 

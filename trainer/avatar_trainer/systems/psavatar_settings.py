@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -22,6 +21,7 @@ from avatar_trainer.systems.psavatar_init import REGIONS
 # vertex normals and r_max are in such units.
 UNITS = 4.0
 PAPER_OFFSET = 0.30  # r_max, training units
+MOST_RATE, MOST_WEIGHT = 1e3, 1e6  # learning rates; weights of losses: what is beyond is a slip
 
 RULES: Mapping[str, Rule] = {
     "acquisition": Rule(
@@ -59,7 +59,7 @@ class LearningRates:
     enhancer: float = 1e-3
 
     def __post_init__(self) -> None:
-        expect_ranges(self, {**dict.fromkeys(vars(self), (0, math.inf)), "falls_to": (ABOVE_ZERO, 1)})
+        expect_ranges(self, {**dict.fromkeys(vars(self), (0, MOST_RATE)), "falls_to": (ABOVE_ZERO, 1)})
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,8 @@ class Settings:
                 "removals": (0, MOST),
                 "acquiring": (0, 0.9),
                 **dict.fromkeys(("off_mesh", "least_visibility", "enhancing"), (0, 1)),
-                **dict.fromkeys(("r_max", "dssim", "vgg", "scale"), (0, math.inf)),
+                "r_max": (0, 1),
+                **dict.fromkeys(("dssim", "vgg", "scale"), (0, MOST_WEIGHT)),
             },
         )
         if self.region not in REGIONS:
