@@ -7,7 +7,9 @@ that brings the truth to the fit. It takes the scale away, which pictures withou
 of squares that it makes small is that in the fit's unit; ROUNDS of nearest points are within 0.1 % of converged.
 
 Easier than photographs: landmarks are the same points of the mesh in every picture and on the template, those of the
-contour too, where a detector's slide along it (noise of a pixel is added); K is exact; nothing shines. Writes OUT/views.png: truth | fitted | error (red: 3 mm), from the fewest and from the most views.
+contour too, where a detector's slide along it (noise of a pixel is added); K is exact; nothing shines.
+
+Writes OUT/views.png: truth | fitted | error (red: 3 mm), from the fewest and from the most views.
 """
 
 from __future__ import annotations

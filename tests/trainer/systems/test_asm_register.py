@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from avatar_runtime.avatar import F64
 from avatar_runtime.backends.cpu.threads import using
 from avatar_runtime.errors import AvatarError
 from avatar_trainer.kernels.closest import nearest, triangle_tree
+from avatar_trainer.machine import reproducible
 from avatar_trainer.systems.asm_align import Scan
 from avatar_trainer.systems.asm_register import (
     Registration,
@@ -30,6 +32,13 @@ from tests.trainer.systems.test_asm_align import a_motion, moved
 TEMPLATE = template()
 BINDING = binding(TEMPLATE)
 QUICK = RegisterSettings(iterations=60, learning_rate=4e-3, prior=1e-3)
+
+
+@pytest.fixture(autouse=True)
+def on_one_thread() -> Iterator[None]:
+    """The toy is too small to share out."""
+    with reproducible(0, threads=1):
+        yield
 
 
 def fitted(given: Scan, **settings: object) -> float:

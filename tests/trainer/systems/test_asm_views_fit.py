@@ -1,4 +1,4 @@
-"""The whole fit to uncalibrated pictures, by the command: nearer to the truth than the template; the same bytes again."""
+"""The whole fit to uncalibrated pictures, by the command: nearer to the truth than the template; the same bytes."""
 
 from __future__ import annotations
 

@@ -181,6 +181,22 @@ def test_what_no_picture_shows_is_removed_and_the_rest_become_gaussians(capture:
     scene.run(trainer, 7, 12)
 
 
+def test_the_scale_term_by_hand(capture: Capture) -> None:
+    """Eq. 14 in training units, 4 to the metre; a point counts as the Gaussian that takes its place."""
+    points = scene.system_of(capture, scale=0.7)
+    with torch.no_grad():
+        log_radius = points.table["log_radius"]
+        log_radius.add_(torch.linspace(-1, 1, len(log_radius)))
+        radius = log_radius.exp().double().numpy()
+    of_points = scene.trainer_of(points).step(1, scene.read(capture.train[0])).terms["scale"]
+    assert float(of_points) == pytest.approx(0.7 * 4 * radius.mean() / np.sqrt(2), rel=1e-5)
+    gaussians = scene.as_gaussians(capture, scale=0.7)
+    scale = gaussians.table["log_scale"].detach().double().exp().numpy()
+    of_gaussians = scene.trainer_of(gaussians).step(1, scene.read(capture.train[0])).terms["scale"]
+    wanted = 0.7 * 4 * np.sqrt((scale**2).sum(axis=1)).mean()
+    assert float(of_gaussians) == pytest.approx(wanted, rel=1e-5)
+
+
 def test_a_gaussian_takes_the_place_of_its_point(capture: Capture) -> None:
     """The change of stage hardly changes the picture: same centres, opacities, colours, and variance."""
     system = scene.system_of(capture, off_mesh=0.0, gaussians=600, removals=0)
