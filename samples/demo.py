@@ -65,7 +65,7 @@ def glasses(out: Path) -> list[Command]:
 def bones(out: Path) -> list[Command]:
     """A face of 84 bones, fitted to a scan, which makes faces."""
     bundle = out / "bones_head"
-    faces = ("--clip", "expressions", "--every", "6", "--yaw", "15", "--size", "256")
+    faces = ("--clip", "expressions", "--every", "8", "--yaw", "15", "--size", "224")
     return [
         ("avatar_export", "convert", str(TRAINED / "head_bones.npz"), "-o", str(bundle)),
         render(bundle, out / "bones_head.webp", *faces),

@@ -46,8 +46,8 @@ def render(
 
     `screen_offset` is added to the projected centres once it is decided which tiles each splat touches: the gradient
     of zeros given here is that of the splats' places on the screen. `threads`: as for the runtime's backend `cpu`.
-    Points have one rasteriser, whatever `rasteriser` says. Raises ValueError for an unknown rasteriser and for tensors that do not fit together, TypeError for a type that
-    the rasteriser does not take.
+    Points have one rasteriser, whatever `rasteriser` says. Raises ValueError for an unknown rasteriser and for tensors
+    that do not fit together, TypeError for a type that the rasteriser does not take.
     """
     if rasteriser not in RASTERISERS:
         raise ValueError(f"{rasteriser!r} is none of {', '.join(RASTERISERS)}")

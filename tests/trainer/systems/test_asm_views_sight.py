@@ -90,12 +90,12 @@ def test_contour_points_of_a_small_mask() -> None:
             [0, 1, 0.5, 1, 0],
             [0, 1, 1, 1, 1],
             [0, 1, 1, 1, 0.49],
-            [0, 0, 1, 0, 0],
+            [0, 0, 0, 1, 0],
         ],
         np.float32,
     )
     found = {tuple(point) for point in contour_points(mask[None])[0].tolist()}
-    assert found == {(1.5, 1.5), (2.5, 1.5), (3.5, 1.5), (1.5, 2.5), (1.5, 3.5), (3.5, 3.5)}
+    assert found == {(1.5, 1.5), (2.5, 1.5), (3.5, 1.5), (1.5, 2.5), (1.5, 3.5), (2.5, 3.5), (3.5, 3.5)}
 
 
 def test_a_spheres_contour_meets_its_mask() -> None:
@@ -195,7 +195,7 @@ def test_only_texels_that_two_views_see_are_compared() -> None:
     uv = (np.stack(np.meshgrid(np.arange(64), np.arange(64)), -1).reshape(-1, 2) + 0.5) / 64
     step = 1e-5
     along = [asm_toy.surface(uv + move) - asm_toy.surface(uv - move) for move in ((step, 0), (0, step))]
-    normal = np.cross(*along)
+    normal = np.cross(along[0], along[1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     place = asm_toy.surface(uv)
     eyes = [-rotation.T @ (0, 0, 0.9) for rotation in _toy_rotations()]

@@ -2,8 +2,8 @@
 
 Source: ASM (arXiv 2304.09423) section 3.3. Expectation maximisation, bone by bone, over the vertices. Each mixture
 holds one unit of mass (Eq. 4), however wide its bone: so it is fitted not to the bone's weights w_j but to w_j S,
-where S(v) > 0, the sum in Eq. 6, is chosen such that w_j S holds one unit for every bone, as far as may be. Some steps of Adam on the divergence of
-W^g (Eq. 6) from the weights take away most of what is left. Deterministic.
+where S(v) > 0, the sum in Eq. 6, is chosen such that w_j S holds one unit for every bone, as far as may be. Some
+steps of Adam on the divergence of W^g (Eq. 6) from the weights take away most of what is left. Deterministic.
 """
 
 from __future__ import annotations
