@@ -55,9 +55,9 @@ def walking_body(out: Path) -> list[Command]:
 def glasses(out: Path) -> list[Command]:
     """Points on and off a body model's mesh: glasses that the mesh has not, in frames never trained on."""
     bundle = out / "points_head"
-    turn = ("--clip", "held_out", "--every", "4", "--yaw", "-35", "--zoom", "1.15", "--size", "256")
+    turn = ("--clip", "held_out", "--every", "5", "--yaw", "-35", "--zoom", "1.15", "--size", "256")
     return [
-        ("avatar_export", "convert", str(TRAINED / "head_points"), "-o", str(bundle)),
+        ("avatar_export", "convert", str(TRAINED / "head_points"), "-o", str(bundle), "--no-preview"),
         render(bundle, out / "points_head.webp", *turn),
     ]
 
@@ -67,7 +67,7 @@ def bones(out: Path) -> list[Command]:
     bundle = out / "bones_head"
     faces = ("--clip", "expressions", "--every", "8", "--yaw", "15", "--size", "224")
     return [
-        ("avatar_export", "convert", str(TRAINED / "head_bones.npz"), "-o", str(bundle)),
+        ("avatar_export", "convert", str(TRAINED / "head_bones.npz"), "-o", str(bundle), "--no-preview"),
         render(bundle, out / "bones_head.webp", *faces),
     ]
 
@@ -81,9 +81,7 @@ PICTURES = (
     "splatting_head.webp",
     "body/preview.png",
     "walk.webp",
-    "points_head/preview.png",
     "points_head.webp",
-    "bones_head/preview.png",
     "bones_head.webp",
 )
 
