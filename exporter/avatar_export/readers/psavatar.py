@@ -45,6 +45,7 @@ RULES = Rules(
     sh_direction="inverse_rotation",
 )
 WITHOUT_SKELETON = "vertex_quaternion"  # the nearest that a posed mesh alone gives
+PLAYED_RULES: dict[str, tuple[str, ...]] = {}  # one way to play them all
 RECORDED_RULES = {
     "acquisition": ("points", "gaussians"),
     "order": ("mesh_first",),
@@ -79,7 +80,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             raise AvatarError(f"holds no {NAME} with {FILE} beside it", file=path)
         splats = ply.gaussians(read_ply(cloud), cloud.file)
         points = read_points(found, splats.count)
-        trained = read_rules(cloud.find(RULES_FILE), SYSTEM, {}, RECORDED_RULES)
+        trained = read_rules(cloud.find(RULES_FILE), SYSTEM, PLAYED_RULES, RECORDED_RULES)
         enhancer = read_enhancer(cloud.file.parent)
         rig, rules, notes = _taught_rig(points, options)
         avatar = surface.surface_avatar(

@@ -18,6 +18,7 @@ from avatar_runtime.errors import AvatarError
 from avatar_runtime.stages.joints import chain
 
 FITTED_POSES = 20  # of the clips, to which the few joints of a vertex are fitted
+FURTHEST = 1e4  # metres; what poses carry further is no face, and squares of it leave no digit for the fit
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,9 @@ class EngineMesh:
     triangles: U32  # [f, 3] rows of `vertices`
     targets: tuple[Target, ...]  # [M] as engine_pose.target_names
     skin: SparseRows  # [v] all influences
-    fitted_poses: F64 | None  # [P, J, 4, 4] skin matrices, of a rig that does not rest in its binding pose
+    fitted_poses: (
+        F64 | None
+    )  # [P, J, 4, 4] skin matrices, of a rig of sane size that does not rest in its binding pose
 
     def influences(self, most: int) -> Influences:
         """The `most` strongest influences of each vertex, their weights scaled to add up to 1.
@@ -119,8 +122,9 @@ def engine_mesh(avatar: Avatar) -> EngineMesh:
     )
 
 
-def _poses(avatar: Avatar, rig: Rig) -> F64:
-    """[P, J, 4, 4] skin matrices of the rest, and of frames of the clips at even distances."""
+@np.errstate(over="ignore", invalid="ignore")
+def _poses(avatar: Avatar, rig: Rig) -> F64 | None:
+    """[P, J, 4, 4] skin matrices of the rest, and of frames of the clips at even distances; None beyond FURTHEST."""
     still = np.zeros(len(avatar.expressions), np.float32), np.tile(np.eye(4), (1, rig.joint_count, 1, 1))
     found = [chain(rig, still[0][None], still[1])[0]]
     for clip in avatar.clips:
@@ -128,7 +132,8 @@ def _poses(avatar: Avatar, rig: Rig) -> F64:
         at = np.unique(((np.arange(share) + 0.5) * clip.frames / share).astype(np.int64))
         delta = clip.joint_delta[at].astype(np.float64)
         found.append(chain(rig, clip.expression_weights[at], delta)[0])
-    return np.concatenate(found)
+    matrices = np.concatenate(found)
+    return matrices if np.abs(matrices).max(initial=0) <= FURTHEST else None
 
 
 def _padded(skin: SparseRows) -> tuple[I64, F64]:

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from avatar_export.read import READERS, read
-from avatar_export.readers import gaussian_blendshapes, splatting_avatar
+from avatar_export.readers import gaussian_blendshapes, psavatar, splatting_avatar
 from avatar_export.readers.options import ReadOptions
 from avatar_export.readers.rules_file import MAX_BYTES, RULES_FILE, read_rules
 from avatar_runtime.avatar import Rules
@@ -28,7 +28,7 @@ from tests.golden import BlendshapesGolden
 
 CODE = Rules("vertex_quaternion", None, "inverse_rotation", scale="log_area")
 PAPER = {"scale": "linear_area", "position": "interpolated_normal", "rotation": "vertex_quaternion_mean"}
-MODULES = {module.SYSTEM: module for module in (gaussian_blendshapes, splatting_avatar)}
+MODULES = {module.SYSTEM: module for module in (gaussian_blendshapes, psavatar, splatting_avatar)}
 
 
 def write_rules(folder: Path, system: str, **rules: Any) -> Path:
