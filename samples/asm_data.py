@@ -1,7 +1,11 @@
-"""Three heads as ASM templates, from data/asm_*.npz (`samples.asm_make`), and true scans made of identity shapes."""
+"""Three heads as ASM templates, from data/asm_*.npz (`samples.asm_make`), and true scans made of identity shapes.
+
+`python -m samples.asm_data ict -o template.npz` writes one as `avatar-train asm` takes it.
+"""
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,8 +13,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avatar_export.asm.files import save
 from avatar_export.asm.model import Binding, Template
 from avatar_trainer.systems.asm_place import skeleton
+from avatar_trainer.systems.asm_template_files import at_rest
 
 Array = npt.NDArray[Any]
 DATA = Path(__file__).parent / "data"
@@ -67,3 +73,18 @@ def load_asm_head(name: str) -> AsmHead:
         else np.zeros((0, *template.vertices.shape), np.float32)
     )
     return AsmHead(name, template, weights, bindings, identity)
+
+
+def main() -> None:
+    """The command."""
+    parser = argparse.ArgumentParser(prog="python -m samples.asm_data", description=__doc__)
+    parser.add_argument("name", choices=TOPOLOGIES)
+    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser.add_argument("--components", type=int, choices=COMPONENTS, default=COMPONENTS[0])
+    given = parser.parse_args()
+    head = load_asm_head(given.name)
+    save(at_rest(head.name, head.template, head.bindings[given.components]), given.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
-from samples.asm_data import AsmHead, load_asm_head
+from samples.asm_data import TOPOLOGIES, AsmHead, load_asm_head, main
 from samples.asm_face import HOLD, RISE, in_turn
 from samples.asm_scans import HOLE_RADIUS, coefficients, person_scan, seen
 
+from avatar_export.asm.files import load
 from avatar_export.asm.model import Take
 from avatar_trainer.kernels.closest import nearest, triangle_tree
 from avatar_trainer.systems.asm_align import KEYPOINTS, in_face
@@ -71,3 +75,13 @@ def test_expressions_follow_one_another_from_rest_to_rest() -> None:
     steps = np.abs(np.diff(turn))
     assert steps.max() == pytest.approx(2 / RISE)
     np.testing.assert_allclose(found.scale, found.rotation_vector + 2)
+
+
+@pytest.mark.parametrize("name", TOPOLOGIES)
+def test_a_template_is_written_as_a_face(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "template.npz"
+    monkeypatch.setattr(sys, "argv", ["asm_data", name, "-o", str(out), "--components", "3"])
+    main()
+    face = load(out)
+    assert face.binding.components == 3 and len(face.template.bone_names) == 84
+    np.testing.assert_array_equal(face.template.vertices, load_asm_head(name).template.vertices)
