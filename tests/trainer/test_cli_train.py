@@ -7,7 +7,6 @@ import importlib.util
 import json
 import os
 import shutil
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -439,20 +438,3 @@ def test_a_run_json_that_is_none(text: str, tmp_path: Path) -> None:
     (tmp_path / "run.json").write_text(text)
     with pytest.raises(AvatarError, match=r"run\.json"):
         run.read(tmp_path)
-
-
-PROGRAM = """
-import importlib.util, sys
-find = importlib.util.find_spec
-importlib.util.find_spec = lambda name, *rest: None if name in {hidden!r} else find(name, *rest)
-from avatar_trainer.__main__ import main
-sys.argv = ["avatar-train", "--help"]
-main()
-"""
-
-
-def test_without_torch_it_says_what_to_install() -> None:
-    program = PROGRAM.format(hidden=("torch", "tensorboard"))
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert done.returncode == 2 and done.stdout == ""
-    assert done.stderr == 'avatar-train: needs torch, tensorboard: pip install "avatar-export[train]"\n'
