@@ -5,6 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from samples.body_model import BodyModel, build_body_model
+from samples.capture_head import blinking_head
+from samples.head import Head
 from samples.make import make_gaussian_blendshapes, make_lam
 
 
@@ -23,3 +26,15 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def lam_zip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_lam(tmp_path_factory.mktemp("lam"))
+
+
+@pytest.fixture(scope="session")
+def head() -> Head:
+    """The head that captures show."""
+    return blinking_head()
+
+
+@pytest.fixture(scope="session")
+def body(head: Head) -> BodyModel:
+    """The body model of its every vertex."""
+    return build_body_model(head)

@@ -14,9 +14,9 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 from samples.body import load_body
-from samples.body_model import JAW_SHAPES, MESH_ONLY, BodyModel, build_body_model
+from samples.body_model import JAW_SHAPES, MESH_ONLY, BodyModel
 from samples.capture_body import write_body
-from samples.capture_head import blinking_head, weights, write_head
+from samples.capture_head import weights, write_head
 from samples.capture_shots import Noise, splits
 from samples.head import DATA, Head, load_head, unit
 from samples.take import posed_vertices
@@ -43,16 +43,6 @@ def fewer_rays() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(capture_shots, "RAYS", 192)
         yield
-
-
-@pytest.fixture(scope="module")
-def head() -> Head:
-    return blinking_head()
-
-
-@pytest.fixture(scope="module")
-def body(head: Head) -> BodyModel:
-    return build_body_model(head)
 
 
 @pytest.fixture(scope="module")

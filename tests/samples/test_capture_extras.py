@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from PIL import Image
-from samples.body_model import BodyModel, build_body_model
+from samples.body_model import BodyModel
 from samples.capture_extras import EXTRAS, glasses, hair
-from samples.capture_head import DARK, LIT, Model, blinking_head, perform, write_head
+from samples.capture_head import DARK, LIT, Model, perform, write_head
 from samples.capture_shots import Noise
 from samples.head import Head
 from samples.take import Take
@@ -34,16 +34,6 @@ def fewer_rays() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(capture_shots, "RAYS", 96)
         yield
-
-
-@pytest.fixture(scope="module")
-def head() -> Head:
-    return blinking_head()
-
-
-@pytest.fixture(scope="module")
-def body(head: Head) -> BodyModel:
-    return build_body_model(head)
 
 
 @pytest.fixture(scope="module")
