@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from samples.body import PATH as BODY_RIG
-from samples.body import load_body
-from samples.body_files import save_body, save_flame_pickle, save_tracked_frame
-from samples.body_model import FEATURES, BodyModel, build_body_model, driving
-from samples.gaussian_blendshapes import build_model
-from samples.gaussian_blendshapes_files import save_cfg_args, save_dump, save_raw
-from samples.head import Head, load_head, simplify
-from samples.lam import NAME as LAM_NAME
-from samples.lam import build_lam, save_lam
-from samples.splatting_avatar_files import save_run
-from samples.splatting_body import build_walker
-from samples.splatting_head import UNITS_PER_METRE, build_head
-from samples.take import load_take, save_flame_params
+from samples.subjects.body import PATH as BODY_RIG
+from samples.subjects.body import load_body
+from samples.subjects.body_files import save_body, save_flame_pickle, save_tracked_frame
+from samples.subjects.body_model import FEATURES, BodyModel, build_body_model, driving
+from samples.subjects.head import Head, load_head, simplify
+from samples.subjects.take import load_take, save_flame_params
+from samples.systems.gaussian_blendshapes import build_model
+from samples.systems.gaussian_blendshapes_files import save_cfg_args, save_dump, save_raw
+from samples.systems.lam import NAME as LAM_NAME
+from samples.systems.lam import build_lam, save_lam
+from samples.systems.splatting_avatar_files import save_run
+from samples.systems.splatting_body import build_walker
+from samples.systems.splatting_head import UNITS_PER_METRE, build_head
 
 Array = npt.NDArray[Any]
 

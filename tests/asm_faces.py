@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from avatar_export.asm.files import save
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
-from avatar_export.read import read
+from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
 
 Array = npt.NDArray[Any]

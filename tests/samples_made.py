@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from samples.make import make_body, make_gaussian_blendshapes, make_lam, make_splatting_head
 
-from avatar_export.read import read
-from avatar_export.readers.options import ReadOptions
+from avatar_export.options import ReadOptions
+from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
 
 

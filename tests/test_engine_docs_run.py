@@ -15,8 +15,8 @@ import numpy.typing as npt
 import pytest
 from samples.make import make_gaussian_blendshapes
 
-from avatar_export.read import read
-from avatar_export.readers.options import ReadOptions
+from avatar_export.options import ReadOptions
+from avatar_export.readers.table import read
 from avatar_export.writers.bundle import write_bundle
 from avatar_export.writers.rig_glb import rig_glb
 from avatar_export.writers.usd.stage import rig_usdc

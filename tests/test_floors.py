@@ -118,7 +118,7 @@ def test_only_the_gl_backend_of_the_runtime_knows_the_shaders() -> None:
 
 def test_heavy_libraries_are_loaded_only_where_they_are_needed() -> None:
     program = (
-        "import sys, avatar_export.cli, avatar_export.validate, avatar_runtime.backends, avatar_shaders.__main__;"
+        "import sys, avatar_export.cli, avatar_export.checks.bundle, avatar_runtime.backends, avatar_shaders.__main__;"
         f"print(*set({[*HEAVY]}) & sys.modules.keys())"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, text=True)

@@ -7,15 +7,15 @@ from typing import Annotated
 
 import typer
 
-from avatar_export import arguments, program
+from avatar_export.checks.bundle import validate as validate_bundle
+from avatar_export.commands import arguments, program
 from avatar_export.commands.conform import conform
+from avatar_export.commands.console import Steps, facts_table, output, print_json
 from avatar_export.commands.convert import convert
 from avatar_export.commands.pose import pose
 from avatar_export.commands.render import render
-from avatar_export.console import Steps, facts_table, output, print_json
-from avatar_export.inspect import inspect as inspect_avatar
-from avatar_export.read import READERS, expect_bundle
-from avatar_export.validate import validate as validate_bundle
+from avatar_export.commands.summary import inspect as inspect_avatar
+from avatar_export.readers.table import READERS, expect_bundle
 from avatar_runtime.bundle import handedness, opener, read_manifest
 
 app = typer.Typer(

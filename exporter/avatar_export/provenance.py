@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.errors import AvatarError
-from avatar_runtime.files import open_file
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.files import open_file
 
 DOUBT = "doubtful: "  # begins a note of the provenance that says something may be wrong
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.checks import check_avatar
-from avatar_runtime.checks_enhancer import check_enhancer
+from avatar_runtime.checks.avatar import check_avatar
+from avatar_runtime.checks.enhancer import check_enhancer
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]

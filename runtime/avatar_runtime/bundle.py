@@ -19,9 +19,9 @@ from avatar_runtime.codec import ply, safetensors
 from avatar_runtime.codec.clips import read_clip_tensors
 from avatar_runtime.codec.embedding import read_embedding_tensors
 from avatar_runtime.codec.tensors import read_gaussian_tensors, read_rig_tensors
-from avatar_runtime.errors import AvatarError
-from avatar_runtime.files import open_file
 from avatar_runtime.handedness import mirrored
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.files import open_file
 from avatar_runtime.topology import topology_hash
 from avatar_schema.validate import Problem, manifest_problems
 

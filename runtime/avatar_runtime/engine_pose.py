@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avatar_runtime.avatar import F32, F64, I64, Avatar, Clip, Rig
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import LARGEST, Pose, resolve
 from avatar_runtime.rotation import homogeneous, matrix_from_quat, quat_from_matrix
 from avatar_runtime.stages.joints import chain, levels, pose_features, rest_transforms

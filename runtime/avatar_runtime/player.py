@@ -13,7 +13,7 @@ from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.backends import Backend, make_backend
 from avatar_runtime.camera import Camera
 from avatar_runtime.enhance import make_enhance
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose, resolve
 from avatar_runtime.posed import Clock, Posed, Poser
 from avatar_runtime.stages.activate import Splats

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, F64, Avatar, Clip
-from avatar_runtime.errors import AvatarError, no_such
+from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 
 IDENTITY = np.eye(4)

@@ -30,7 +30,7 @@ from pathlib import Path
 from samples.make import make_splatting_head
 
 from avatar_export import __version__
-from avatar_export.pictures import arkit_pose, frame_camera, robust_box
+from avatar_export.images import arkit_pose, frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.player import Frame, Player
@@ -113,7 +113,7 @@ def start(bundle: Path, environment: dict[str, str]) -> float:
     """Seconds from a fresh process's `Player(avatar, "cpu")` to its first picture."""
     program = (
         "import sys, time; from avatar_runtime.bundle import load; from avatar_runtime.player import Player\n"
-        "from avatar_runtime.pose import Pose; from avatar_export.pictures import frame_camera, robust_box\n"
+        "from avatar_runtime.pose import Pose; from avatar_export.images import frame_camera, robust_box\n"
         "avatar = load(sys.argv[1]); camera = frame_camera(robust_box(avatar.gaussians.mean), 512, 512)\n"
         "start = time.perf_counter(); Player(avatar, 'cpu').frame(Pose(), camera); print(time.perf_counter() - start)"
     )

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from samples.asm_data import AsmHead, load_asm_head
-from samples.asm_scans import coefficients, head_scan, person_scan, seen
+from samples.asm.data import AsmHead, load_asm_head
+from samples.asm.scans import coefficients, head_scan, person_scan, seen
 
 from avatar_runtime.avatar import F64
 from avatar_trainer.kernels.closest import nearest, triangle_tree

@@ -19,7 +19,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import torch
-from samples.asm_data import load_asm_head
+from samples.asm.data import load_asm_head
 
 from avatar_export.asm.files import save, save_person
 from avatar_export.asm.model import Template

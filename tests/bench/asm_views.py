@@ -1,6 +1,6 @@
 """ASM's Table 6 at a small size: `python -m tests.bench.asm_views OUT [--identities N]`.
 
-Faces fitted to 3, 5, 10 and 20 uncalibrated pictures of heads that the template is not (samples.capture_views), with
+Faces fitted to 3, 5, 10 and 20 uncalibrated pictures of heads that the template is not (samples.capture.views), with
 K = 2 and 5. The error is the 3D-RMSE of the facial region, the truth's vertices within 95 mm of the tip of its nose
 that can be seen from outside: each one's distance to the fitted surface, in the truth's millimetres, after a similarity
 that brings the truth to the fit. It takes the scale away, which pictures without a known length cannot tell. The sum
@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from samples.asm_data import load_asm_head
-from samples.capture_views import write_views
+from samples.asm.data import load_asm_head
+from samples.capture.views import write_views
 
 from avatar_export.asm.model import Binding, Template
 from avatar_trainer.kernels.closest import TriangleTree, nearest, triangle_tree

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from avatar_export.pictures import frame_camera, robust_box
+from avatar_export.images import frame_camera, robust_box
 from avatar_runtime.avatar import Avatar, Blendshapes, Gaussians, Group, SparseRows
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player

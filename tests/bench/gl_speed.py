@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from avatar_export.pictures import frame_camera, robust_box
+from avatar_export.images import frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends.gl.backend import GlBackend
 from avatar_runtime.bundle import load

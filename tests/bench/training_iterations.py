@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from samples.capture_head import write_head
-from samples.capture_shots import Noise
+from samples.capture.head import write_head
+from samples.capture.shots import Noise
 
 from avatar_trainer.capture import load
 from avatar_trainer.iterate import Trainer

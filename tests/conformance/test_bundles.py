@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from avatar_export.validate import validate
+from avatar_export.checks.bundle import validate
 from tests.commands import Run
 from tests.conformance.bundles import write_bundles
 

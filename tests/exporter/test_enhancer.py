@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from avatar_export.validate import validate
+from avatar_export.checks.bundle import validate
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.bundle import load
 from tests import bundles

@@ -13,10 +13,10 @@ from jsonschema import Draft202012Validator
 from plyfile import PlyData
 from safetensors.numpy import load_file
 
+from avatar_export.checks.bundle import validate
 from avatar_export.driving import axes
 from avatar_export.driving.drive import pose_from_frame
 from avatar_export.driving.frames import DrivingFrame
-from avatar_export.validate import validate
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar, Expression, Rules
 from avatar_runtime.bundle import load

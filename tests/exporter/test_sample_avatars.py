@@ -7,9 +7,9 @@ import pytest
 from samples.make import make_gaussian_blendshapes
 
 from avatar_export.driving.matrix import with_driving
-from avatar_export.pictures import arkit_pose
-from avatar_export.read import read
-from avatar_export.readers.options import ReadOptions
+from avatar_export.images import arkit_pose
+from avatar_export.options import ReadOptions
+from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose

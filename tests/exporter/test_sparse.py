@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avatar_export.sparse import SparseRowsBuilder, exceeds, sparse_rows
-from avatar_runtime.checks_arrays import check_sparse
+from avatar_runtime.checks.arrays import check_sparse
 
 
 def values(rows: int = 9, columns: int = 5) -> dict[str, np.ndarray]:

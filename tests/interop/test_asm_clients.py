@@ -15,7 +15,7 @@ from pxr import Gf, Sdf, UsdSkel
 from avatar_export.asm.bake import with_half_scales
 from avatar_export.asm.files import save
 from avatar_export.asm.model import AsmFace
-from avatar_export.read import read
+from avatar_export.readers.table import read
 from avatar_export.writers.rig_glb import rig_glb
 from avatar_export.writers.usd.stage import CLIPS, SKELETON, rig_usdc
 from avatar_runtime.avatar import Avatar

@@ -16,7 +16,7 @@ import pytest
 from avatar_runtime import rules as rule_values
 from avatar_runtime.bundle import load, warnings
 from avatar_runtime.codec import safetensors
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_schema import LATEST, schema
 from tests import bundles
 from tests.bundles import Document

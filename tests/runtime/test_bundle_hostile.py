@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from avatar_runtime.bundle import load
 from avatar_runtime.codec import ply
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests import bundles
 from tests.avatars import full_avatar, surface_avatar
 

@@ -20,7 +20,7 @@ from avatar_runtime.engine_pose import (
     target_names,
     unique_names,
 )
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose, joint_rotation, resolve
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.stages.joints import joints

@@ -17,7 +17,7 @@ from avatar_runtime.avatar import Enhancer
 from avatar_runtime.camera import Camera
 from avatar_runtime.enhance import make_enhance
 from avatar_runtime.enhance.network import read_network
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from tests.avatars import full_avatar, surface_avatar

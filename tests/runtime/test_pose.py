@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avatar_runtime.avatar import Avatar, Expression
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose, joint_rotation, resolve
 from tests.avatars import full_avatar
 from tests.golden import Array

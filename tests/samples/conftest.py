@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from samples.body_model import BodyModel, build_body_model
-from samples.capture_head import blinking_head
-from samples.head import Head
+from samples.capture.head import blinking_head
 from samples.make import make_gaussian_blendshapes, make_lam
+from samples.subjects.body_model import BodyModel, build_body_model
+from samples.subjects.head import Head
 
 
 @pytest.fixture(scope="session")

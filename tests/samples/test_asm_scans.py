@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from samples.asm_data import TOPOLOGIES, AsmHead, load_asm_head, main
-from samples.asm_face import HOLD, RISE, in_turn
-from samples.asm_scans import HOLE_RADIUS, coefficients, person_scan, seen
+from samples.asm.data import TOPOLOGIES, AsmHead, load_asm_head, main
+from samples.asm.face import HOLD, RISE, in_turn
+from samples.asm.scans import HOLE_RADIUS, coefficients, person_scan, seen
 
 from avatar_export.asm.files import load
 from avatar_export.asm.model import Take

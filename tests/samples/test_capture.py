@@ -13,22 +13,23 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from PIL import Image
-from samples.body import load_body
-from samples.body_model import JAW_SHAPES, MESH_ONLY, BodyModel
-from samples.capture_body import write_body
-from samples.capture_head import weights, write_head
-from samples.capture_shots import Noise, splits
-from samples.head import DATA, Head, load_head, unit
-from samples.take import posed_vertices
-from samples.tracking_mesh import load_tracking_head, tracking_body
+from samples.capture import __main__ as command
+from samples.capture import head as capture_head
+from samples.capture import shots as capture_shots
+from samples.capture.body import write_body
+from samples.capture.head import weights, write_head
+from samples.capture.shots import Noise, splits
+from samples.capture.tracking_mesh import load_tracking_head, tracking_body
+from samples.subjects.body import load_body
+from samples.subjects.body_model import JAW_SHAPES, MESH_ONLY, BodyModel
+from samples.subjects.head import DATA, Head, load_head, unit
+from samples.subjects.take import posed_vertices
 
 from avatar_runtime.avatar import Rig
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints
 from avatar_trainer import capture
-from samples import capture as command
-from samples import capture_head, capture_shots
 from tests.measured import Measure
 
 Array = npt.NDArray[Any]

@@ -11,17 +11,17 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from PIL import Image
-from samples.body_model import BodyModel
-from samples.capture_extras import EXTRAS, glasses, hair
-from samples.capture_head import DARK, LIT, Model, perform, write_head
-from samples.capture_shots import Noise
-from samples.head import Head
-from samples.take import Take
+from samples.capture import __main__ as command
+from samples.capture import shots as capture_shots
+from samples.capture.extras import EXTRAS, glasses, hair
+from samples.capture.head import DARK, LIT, Model, perform, write_head
+from samples.capture.shots import Noise
+from samples.subjects.body_model import BodyModel
+from samples.subjects.head import Head
+from samples.subjects.take import Take
 
 from avatar_runtime.camera import Camera
 from avatar_trainer.captures.mesh_raster import Picture
-from samples import capture as command
-from samples import capture_shots
 
 Array = npt.NDArray[Any]
 SIZE, FRAMES = 32, 3

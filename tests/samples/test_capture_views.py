@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from samples.capture_views import LANDMARKS, in_sight, person, projected, radical_inverse, write_views
+from samples.capture.views import LANDMARKS, in_sight, person, projected, radical_inverse, write_views
 
 from avatar_trainer.systems.asm_views_files import read
 

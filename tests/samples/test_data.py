@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from samples.head import load_head
+from samples.subjects.head import load_head
 
 SAMPLES = Path(__file__).parents[2] / "samples"
 

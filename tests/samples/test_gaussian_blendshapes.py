@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from samples.body_model import JOINTS, LOWER_TEETH_MIX, PARENTS
-from samples.gaussian_blendshapes import NAN_ROWS
-from samples.head import load_head
 from samples.make import make_gaussian_blendshapes
+from samples.subjects.body_model import JOINTS, LOWER_TEETH_MIX, PARENTS
+from samples.subjects.head import load_head
+from samples.systems.gaussian_blendshapes import NAN_ROWS
 
 from tests.samples.torch_file import load_checkpoint
 from tests.shared_data import shared

@@ -11,8 +11,8 @@ import numpy as np
 import pygltflib
 import pytest
 from plyfile import PlyData
-from samples.head import load_head
 from samples.make import make_lam
+from samples.subjects.head import load_head
 
 from avatar_export.readers.lam import read_lam
 from avatar_runtime.player import Player

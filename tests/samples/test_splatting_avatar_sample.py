@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 import yaml
 from plyfile import PlyData
-from samples.body import PATH, load_body
-from samples.head import load_head
 from samples.make import make_body, make_splatting_head
-from samples.splatting_avatar import Embedded, fit_log_scale
-from samples.splatting_avatar_files import save_ply
+from samples.subjects.body import PATH, load_body
+from samples.subjects.head import load_head
+from samples.systems.splatting_avatar import Embedded, fit_log_scale
+from samples.systems.splatting_avatar_files import save_ply
 
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.camera import Camera

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from samples.surface import deformation, independent_set, near_pairs, poisson_disk
+from samples.subjects.surface import deformation, independent_set, near_pairs, poisson_disk
 
 
 def test_near_pairs_are_all_pairs() -> None:

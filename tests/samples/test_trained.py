@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from samples.trained import RECIPES
 
-from avatar_export.pictures import arkit_pose
-from avatar_export.validate import validate
-from avatar_export.validate_reference import read_reference
+from avatar_export.checks.bundle import validate
+from avatar_export.checks.reference import read_reference
+from avatar_export.images import arkit_pose
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load, opener, read_manifest
 from avatar_runtime.camera import Camera

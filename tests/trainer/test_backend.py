@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avatar_export.reference_cases import reference_cases
+from avatar_export.writers.reference_cases import reference_cases
 from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.conformance import Maker, conform, make_reference
 from avatar_runtime.conformance.pictures import draw

@@ -10,7 +10,7 @@ import pytest
 from jsonschema import Draft202012Validator
 from PIL import Image
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_schema import schema
 from avatar_trainer.capture import check_pixels, load, pixels
 from tests.trainer.captures import folders

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 import torch
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer import checkpoint
 
 HEAD = 16  # magic and length

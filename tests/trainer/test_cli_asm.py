@@ -17,7 +17,7 @@ import trimesh
 from avatar_export.asm.files import load, save, save_person
 from avatar_export.asm.model import AsmFace, Take
 from avatar_runtime.bundle import load as load_bundle
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer import cli, cli_asm
 from avatar_trainer.systems.asm_align import KEYPOINTS
 from tests.trainer.systems.asm_toy import PLACES, binding, changed, grid, template

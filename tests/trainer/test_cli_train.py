@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from avatar_export.writers.bundle import write_bundle
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer import cli, finished, run
 from avatar_trainer.cli_train import train_command
 from avatar_trainer.settings import TrainSettings, chosen_rules, settable, with_values

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from avatar_runtime.enhance import make_enhance
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.enhancer import (
     MULTIPLE,
     WEIGHTS,

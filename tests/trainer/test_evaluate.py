@@ -10,7 +10,7 @@ import pytest
 import torch
 from PIL import Image
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer import run
 from avatar_trainer.capture import Capture, load
 from avatar_trainer.densify import DensitySettings

@@ -8,17 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from samples.capture_body import write_body
-from samples.capture_head import write_head
-from samples.capture_shots import Noise
+from samples.capture.body import write_body
+from samples.capture.head import write_head
+from samples.capture.shots import Noise
 
+from avatar_export.checks.bundle import validate
+from avatar_export.checks.reference import read_reference
 from avatar_export.cli import main as export_main
-from avatar_export.validate import validate
-from avatar_export.validate_reference import read_reference
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load, opener, read_manifest
 from avatar_runtime.conformance import conform
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.capture import Capture
 from avatar_trainer.capture import load as load_capture
 from avatar_trainer.compare import compare

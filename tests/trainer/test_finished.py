@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 import torch
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer import checkpoint, cli, run
 from avatar_trainer.capture import Capture, load
 from avatar_trainer.finished import load_run

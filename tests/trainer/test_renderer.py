@@ -12,7 +12,7 @@ import pytest
 import torch
 
 from avatar_runtime.camera import Camera
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.raster import gsplat
 from avatar_trainer.renderer import RASTERISERS, render
 from avatar_trainer.tensors import Splats

@@ -15,7 +15,7 @@ import pytest
 import torch
 from PIL import Image
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer import checkpoint
 from avatar_trainer.capture import Capture, load
 from avatar_trainer.drawing import raster_settings

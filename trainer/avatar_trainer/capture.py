@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from avatar_export.readers.options import ReadOptions
+from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import F32
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures import imavatar, metrical_tracker, own, pictures
 from avatar_trainer.captures.describe import describe
 from avatar_trainer.captures.model import Capture, Frame

@@ -21,8 +21,8 @@ import numpy.typing as npt
 import torch
 
 from avatar_runtime.codec import safetensors
-from avatar_runtime.errors import AvatarError
-from avatar_runtime.files import open_file
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.files import open_file
 
 MAGIC = b"AVTRAIN1"
 NAME = re.compile(r"iteration_(\d{6,9})\.ckpt")

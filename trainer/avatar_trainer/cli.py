@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from avatar_export import arguments, program
-from avatar_export.console import Steps, facts_table, output, print_json
-from avatar_export.read import expect_bundle
+from avatar_export.commands import arguments, program
+from avatar_export.commands.console import Steps, facts_table, output, print_json
+from avatar_export.readers.table import expect_bundle
 from avatar_runtime.bundle import load as load_bundle
 from avatar_trainer import run
 from avatar_trainer.capture import check_pixels, describe, load

@@ -10,9 +10,9 @@ from typing import Annotated
 
 import typer
 
-from avatar_export import arguments
-from avatar_export.console import Steps, output
-from avatar_runtime.errors import AvatarError, no_such
+from avatar_export.commands import arguments
+from avatar_export.commands.console import Steps, output
+from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_trainer import checkpoint, run
 from avatar_trainer.capture import Capture, check_pixels, load
 from avatar_trainer.drawing import Drawing

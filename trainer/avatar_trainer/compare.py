@@ -10,7 +10,7 @@ import numpy.typing as npt
 from rich.table import Table
 
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from avatar_trainer.capture import Capture, Frame

@@ -12,7 +12,7 @@ import torch
 from rich.table import Table
 from torch import Tensor
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.capture import Capture, Frame
 from avatar_trainer.drawing import DRAWING, Drawing, draw
 from avatar_trainer.losses import psnr_db, ssim

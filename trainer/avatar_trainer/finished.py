@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer import checkpoint, run
 from avatar_trainer.capture import load
 from avatar_trainer.pictures import resized

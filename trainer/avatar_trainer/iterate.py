@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from avatar_runtime.backends.cpu.threads import thread_count
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.capture import Capture, Frame
 from avatar_trainer.drawing import Drawing, raster_settings
 from avatar_trainer.finished import load_system

@@ -11,7 +11,7 @@ import numba
 import torch
 
 from avatar_runtime.backends.cpu.threads import thread_count
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 OUT_OF_MEMORY = ("can't allocate memory", "not enough memory", "out of memory")  # torch's, in a RuntimeError
 

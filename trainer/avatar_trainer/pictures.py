@@ -13,7 +13,7 @@ from PIL import Image
 from torch import Tensor
 
 from avatar_runtime.camera import Camera
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.capture import Capture, Frame
 from avatar_trainer.captures.pictures import colour, matte
 

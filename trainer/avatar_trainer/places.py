@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from avatar_export.writers.bundle import may_replace
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer import run
 
 FOLDERS = (run.CHECKPOINTS, run.UPSTREAM, run.LOGS, run.PREVIEW)  # of a run

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from avatar_export.pictures import png
+from avatar_export.images import png
 from avatar_trainer.capture import Capture
 from avatar_trainer.drawing import DRAWING, Drawing, draw
 from avatar_trainer.pictures import Pictures, evenly

@@ -8,7 +8,7 @@ from datetime import timedelta
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from avatar_export.console import messages
+from avatar_export.commands.console import messages
 
 SECONDS = 10.0  # between two lines
 

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 from avatar_export import GENERATOR
-from avatar_runtime.errors import AvatarError, no_such
+from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_trainer.capture import Capture
 from avatar_trainer.renderer import RASTERISERS
 from avatar_trainer.settings import TrainSettings, chosen_rules, with_values

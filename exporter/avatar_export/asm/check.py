@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.asm.model import WEIGHT_RULES, AsmFace, Binding, Take, Template
-from avatar_runtime.checks_surface import RATES
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.checks.surface import RATES
+from avatar_runtime.io.errors import AvatarError
 
 MOST_BONES, MOST_COMPONENTS, MOST_VERTICES = 1024, 64, 1 << 22  # what one weighing of the mesh may cost
 NEUTRAL = "neutral"

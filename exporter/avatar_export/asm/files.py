@@ -19,10 +19,10 @@ import numpy.typing as npt
 
 from avatar_export.asm.check import check_face, check_template
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
-from avatar_export.readers.archive import Archive
-from avatar_export.readers.arrays import parse_npy, parse_text_npy
-from avatar_export.readers.ownership import of_file
-from avatar_runtime.errors import AvatarError
+from avatar_export.formats.archive import Archive
+from avatar_export.formats.npy import parse_npy, parse_text_npy
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.ownership import of_file
 
 ASM_VERSION = 1
 MAX_ARRAY_BYTES = 1 << 30

@@ -22,13 +22,13 @@ import numpy.typing as npt
 
 from avatar_export.asm.check import MOST_BONES, check_face
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
-from avatar_export.readers.arrays import RowSource
-from avatar_export.readers.obj import LARGEST_INDEX, MAX_BYTES, TriangleMesh, read_obj
-from avatar_export.readers.ownership import of_file
-from avatar_export.readers.pickles import arrays_of, read_pickle
-from avatar_export.readers.whole_files import opened, read_bytes
+from avatar_export.formats.npy import RowSource
+from avatar_export.formats.obj import LARGEST_INDEX, MAX_BYTES, TriangleMesh, read_obj
+from avatar_export.formats.pickle.arrays import arrays_of, read_pickle
 from avatar_runtime.avatar import F64, I64
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.ownership import of_file
+from avatar_runtime.io.whole_files import opened, read_bytes
 
 RIG, MESH, PARAMETERS = "rig_info.json", "mu_face.obj", re.compile(r"inited_gmm_params_K([0-9]{1,2})\.pkl")
 DATA = "data"  # folder of the repository that holds them

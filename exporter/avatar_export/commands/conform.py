@@ -11,8 +11,9 @@ import typer
 from rich.console import Console
 from rich.table import Column, Table
 
-from avatar_export import arguments
-from avatar_export.conform_report import (
+from avatar_export.checks.reference import named_in_full, read_reference
+from avatar_export.commands import arguments
+from avatar_export.commands.conform_report import (
     COLUMNS,
     Line,
     facts,
@@ -23,18 +24,17 @@ from avatar_export.conform_report import (
     verdict,
     worst_elements,
 )
-from avatar_export.console import Steps, messages, output, print_json
-from avatar_export.pictures import Pixels, png
-from avatar_export.read import expect_bundle
-from avatar_export.text_files import refuse_existing, write_text
-from avatar_export.validate_reference import named_in_full, read_reference
+from avatar_export.commands.console import Steps, messages, output, print_json
+from avatar_export.images import Pixels, png
+from avatar_export.readers.table import expect_bundle
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import BACKENDS, default_backend
 from avatar_runtime.bundle import load, opener, read_manifest
 from avatar_runtime.codec import safetensors
 from avatar_runtime.conformance import Reference, Report, conform_outputs
 from avatar_runtime.conformance import conform as run_conform
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.text_files import refuse_existing, write_text
 
 MOST_BYTES = 64 << 20  # of a port's outputs; a reference has tenths of that
 FILE_WIDTH = 120  # characters a line where no terminal says how many there are

@@ -9,16 +9,16 @@ from typing import Annotated, Any
 
 import typer
 
-from avatar_export import arguments
-from avatar_export.clips import clips_from
-from avatar_export.console import Steps, messages, output, print_json
+from avatar_export.bodies.inputs import found_driving
+from avatar_export.clips.sources import clips_from
+from avatar_export.commands import arguments
+from avatar_export.commands.console import Steps, messages, output, print_json
+from avatar_export.commands.summary import summary
 from avatar_export.driving.drive import driving_notes
 from avatar_export.driving.matrix import with_driving
-from avatar_export.inspect import summary
+from avatar_export.options import ReadOptions
 from avatar_export.provenance import DOUBT, with_rights
-from avatar_export.read import read
-from avatar_export.readers.inputs import found_driving
-from avatar_export.readers.options import ReadOptions
+from avatar_export.readers.table import read
 from avatar_export.writers import INFLUENCES
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar

@@ -9,14 +9,14 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from avatar_export import arguments, playing
-from avatar_export.console import output
-from avatar_export.read import expect_bundle
-from avatar_export.text_files import refuse_existing, write_text
+from avatar_export.commands import arguments, playing
+from avatar_export.commands.console import output
+from avatar_export.readers.table import expect_bundle
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.engine_pose import engine_pose, node_names, target_names
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.text_files import refuse_existing, write_text
 from avatar_runtime.pose import Pose
 
 

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from avatar_export import arguments, playing
+from avatar_export.commands import arguments, playing
+from avatar_export.commands.console import Steps, messages, output
 from avatar_export.commands.pose import flags_pose
-from avatar_export.console import Steps, messages, output
-from avatar_export.read import expect_bundle
+from avatar_export.readers.table import expect_bundle
 from avatar_runtime.backends import BACKENDS
 from avatar_runtime.bundle import load, warnings
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.raster import PROFILES
 
 

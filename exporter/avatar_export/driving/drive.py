@@ -19,7 +19,7 @@ from avatar_export.driving import axes
 from avatar_export.driving.arkit import ARKIT_NAMES, first_canonical
 from avatar_export.driving.frames import DrivingFrame, DrivingTake
 from avatar_runtime.avatar import F64, Avatar
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec, translation_matrix
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from avatar_export.driving.arkit import ARKIT_NAMES, CHANNELS
 from avatar_runtime.avatar import F64
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 Euler = tuple[float, float, float]
 

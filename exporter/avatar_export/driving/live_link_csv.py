@@ -18,7 +18,7 @@ import numpy as np
 from avatar_export.driving.arkit import CHANNELS, canonical, rotation_channel
 from avatar_export.driving.frames import CHANNEL_LIMIT, DrivingTake, take
 from avatar_runtime.avatar import F64
-from avatar_runtime.errors import AvatarError, no_such
+from avatar_runtime.io.errors import AvatarError, no_such
 
 TIMECODE_BASES = (24, 25, 30, 48, 50, 60, 120, 240)
 # Live Link Face counts in frames of 60 a second; taken where the file crosses no full second.

@@ -21,7 +21,7 @@ import numpy as np
 from avatar_export.driving.arkit import CHANNELS
 from avatar_export.driving.frames import DrivingTake, take
 from avatar_runtime.avatar import F64
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 VERSION = 6
 GZIP_MAGIC = b"\x1f\x8b"

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from avatar_export.driving.arkit import ARKIT_NAMES, canonical
-from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.codec.glb import short
-from avatar_runtime.errors import AvatarError, no_such
+from avatar_runtime.io.errors import AvatarError, no_such
+from avatar_runtime.io.whole_files import read_bytes
 
 MAX_FILE_BYTES = 16 << 20
 # A larger factor overflows nothing, but no face needs it.

@@ -9,8 +9,8 @@ from typing import NamedTuple
 from avatar_export.driving.frames import DrivingTake
 from avatar_export.driving.live_link_csv import is_live_link_csv, read_live_link_csv
 from avatar_export.driving.live_link_udp import is_live_link_udp, read_live_link_udp
-from avatar_export.readers.whole_files import read_bytes
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.whole_files import read_bytes
 
 MAX_FILE_BYTES = 256 << 20
 

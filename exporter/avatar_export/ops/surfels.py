@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avatar_runtime.avatar import F32, F64, I64, U32, Embedding, Gaussians, Rules
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.surface import binding_pose, triangle_shape
 from avatar_schema import constants
 

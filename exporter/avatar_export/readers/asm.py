@@ -15,15 +15,15 @@ from avatar_export.asm import maths, unofficial
 from avatar_export.asm.bake import LEAST_WEIGHT, bake_clips, bake_rig
 from avatar_export.asm.files import is_face, is_person, load, load_person
 from avatar_export.asm.model import AsmFace
-from avatar_export.clips import clip_poses, rig_avatar
+from avatar_export.clips.sources import clip_poses, rig_avatar
 from avatar_export.ops.surfels import RULES, surfels
+from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
 from avatar_export.readers import surface
-from avatar_export.readers.embedded_rig import EmbeddedRig, rest_vertices
-from avatar_export.readers.options import ReadOptions
-from avatar_export.readers.ownership import of_file, owned
+from avatar_export.rigs.embedded_rig import EmbeddedRig, rest_vertices
 from avatar_runtime.avatar import Avatar, Clip, Driving, Rig
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.ownership import of_file, owned
 from avatar_runtime.player import Player
 
 SYSTEM = "asm"

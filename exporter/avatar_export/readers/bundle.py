@@ -7,8 +7,8 @@ import zipfile
 from dataclasses import replace
 from pathlib import Path
 
-from avatar_export.readers.archive import ZIP_FAULTS
-from avatar_export.readers.options import ReadOptions
+from avatar_export.formats.archive import ZIP_FAULTS
+from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, load
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import Enhancer
-from avatar_runtime.checks_enhancer import LARGEST
+from avatar_runtime.checks.enhancer import LARGEST
 from avatar_runtime.codec.manifest import ENHANCER_FILE, decode_enhancer, encode_enhancer
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.whole_files import read_bytes
 from avatar_schema.validate import key_problems
 
 FACTS_FILE = "enhancer.json"

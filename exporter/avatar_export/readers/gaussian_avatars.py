@@ -12,22 +12,22 @@ from pathlib import Path
 
 import numpy as np
 
+from avatar_export.bodies.body_model import read_body_model
+from avatar_export.formats.archive import Archive
+from avatar_export.formats.mesh_files import MAX_ARRAY_BYTES, read_mesh
+from avatar_export.formats.npy import parse_npy
+from avatar_export.formats.obj import TriangleMesh
+from avatar_export.formats.point_cloud import NAME, PointCloud, has_property, locate, read_ply
+from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
 from avatar_export.readers import surface
-from avatar_export.readers.archive import Archive
-from avatar_export.readers.arrays import parse_npy
-from avatar_export.readers.body_model import read_body_model
-from avatar_export.readers.embedded_rig import embedded_rig, no_rig, rest_vertices
-from avatar_export.readers.mesh_files import MAX_ARRAY_BYTES, read_mesh
-from avatar_export.readers.obj import TriangleMesh
-from avatar_export.readers.options import ReadOptions
-from avatar_export.readers.ownership import owned
-from avatar_export.readers.point_cloud import NAME, PointCloud, has_property, locate, read_ply
-from avatar_export.readers.rig_file import read_rig_file
-from avatar_export.readers.whole_files import read_bytes
+from avatar_export.rigs.embedded_rig import embedded_rig, no_rig, rest_vertices
+from avatar_export.rigs.rig_file import read_rig_file
 from avatar_runtime.avatar import F32, U32, Avatar, Embedding, Gaussians, Rules
 from avatar_runtime.codec import ply
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.ownership import owned
+from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.stages.surface import triangle_shape
 
 SYSTEM = "gaussian_avatars"

@@ -16,11 +16,10 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from avatar_export.driving.arkit import canonical
+from avatar_export.formats.archive import ZIP_FAULTS, Archive
+from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
-from avatar_export.readers.archive import ZIP_FAULTS, Archive
-from avatar_export.readers.gltf_rig import GltfRig, read_rig
-from avatar_export.readers.options import ReadOptions
-from avatar_export.readers.ownership import owned
+from avatar_export.rigs.gltf_rig import GltfRig, read_rig
 from avatar_runtime.avatar import (
     Avatar,
     Blendshapes,
@@ -33,7 +32,8 @@ from avatar_runtime.avatar import (
     SparseRows,
 )
 from avatar_runtime.codec import glb, ply
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.ownership import owned
 from avatar_runtime.rules import SKIN_ROTATIONS
 from avatar_schema import constants
 

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from avatar_export.readers.whole_files import read_bytes
-from avatar_runtime.errors import AvatarError, no_such
+from avatar_runtime.io.errors import AvatarError, no_such
+from avatar_runtime.io.whole_files import read_bytes
 
 RULES_FILE = "rules.json"
 MAX_BYTES = 1 << 16

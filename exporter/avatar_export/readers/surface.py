@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avatar_export.formats.obj import TriangleMesh
 from avatar_export.provenance import DOUBT
-from avatar_export.readers.embedded_rig import EmbeddedRig
-from avatar_export.readers.obj import TriangleMesh
+from avatar_export.rigs.embedded_rig import EmbeddedRig
 from avatar_runtime.avatar import (
     F32,
     F64,
@@ -25,8 +25,8 @@ from avatar_runtime.avatar import (
     Rules,
     SparseRows,
 )
-from avatar_runtime.checks import check_rule_values
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.checks.avatar import check_rule_values
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.surface import binding_pose
 from avatar_schema import constants
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from avatar_export.readers.ownership import of_file
 from avatar_export.writers.embedding_json import embedding_json
 from avatar_export.writers.reference import REFERENCE_FILES, make_for, reference_files
 from avatar_export.writers.residual import engine_residual
@@ -25,6 +24,7 @@ from avatar_runtime.codec.manifest import ENHANCER_FILE
 from avatar_runtime.codec.tensors import gaussian_tensors, rig_tensors
 from avatar_runtime.conformance import RUNTIME, Maker, Reference
 from avatar_runtime.handedness import mirrored
+from avatar_runtime.io.ownership import of_file
 
 Piece = bytes | memoryview
 PLY_COMMENTS = ("SplatRenderMode: default",)
@@ -125,7 +125,7 @@ def _usd_problems(export: Export) -> Iterable[str]:
 
 
 def _preview(export: Export) -> Iterable[Piece]:
-    from avatar_export.pictures import contact_sheet, png  # draws the avatar: slow, and not always wanted
+    from avatar_export.images import contact_sheet, png  # draws the avatar: slow, and not always wanted
 
     return [png(contact_sheet(export.avatar))]
 

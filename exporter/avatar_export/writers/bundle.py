@@ -23,8 +23,8 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, opener, read_manifest
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.conformance import RUNTIME, Maker
-from avatar_runtime.errors import AvatarError
 from avatar_runtime.handedness import HANDEDNESS, mirrored_boxes
+from avatar_runtime.io.errors import AvatarError
 from avatar_schema.validate import manifest_problems
 
 FORMAT = "avatar-export"  # what avatar.json calls itself

@@ -14,7 +14,7 @@ import numpy as np
 from avatar_export.writers.fewer_joints import few
 from avatar_runtime.avatar import F32, F64, I64, U16, U32, Avatar, Rig, SparseRows
 from avatar_runtime.engine_pose import rests_bound, target_names
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.joints import chain
 
 FITTED_POSES = 20  # of the clips, to which the few joints of a vertex are fitted

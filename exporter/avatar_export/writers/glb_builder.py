@@ -13,7 +13,7 @@ import pygltflib as gltf
 
 from avatar_export import GENERATOR
 from avatar_runtime.codec.glb import BINARY_CHUNK, COMPONENTS, JSON_CHUNK, SHAPES
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 Array = npt.NDArray[Any]
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from avatar_export import GENERATOR
-from avatar_export.reference_cases import DRAWN, reference_cases
+from avatar_export.writers.reference_cases import DRAWN, reference_cases
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.conformance import Case, Maker, Reference, encode, make_reference
 from avatar_runtime.handedness import mirrored_pose

@@ -19,7 +19,7 @@ from avatar_runtime.engine_pose import (
     node_transforms,
     rests_bound,
 )
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose, clip_pose, joint_rotation, resolve
 from avatar_runtime.rotation import homogeneous
 from avatar_runtime.stages.joints import chain, pose_features

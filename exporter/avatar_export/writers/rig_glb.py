@@ -22,7 +22,7 @@ from avatar_export.writers.engine_mesh import EngineMesh, engine_mesh, vertex_id
 from avatar_export.writers.glb_builder import Array, GlbBuilder
 from avatar_runtime.avatar import Avatar, Clip, Rig
 from avatar_runtime.engine_pose import EnginePose, bind_nodes, engine_clip, engine_rest, node_names
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 FILE = "rig.glb"
 MOST_JOINTS = 65_535  # JOINTS_n are u16

@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 from PIL import Image
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 PIXEL_TOLERANCE = 2  # of 255: another libm rounds an exponential elsewhere
 MAX_PIXELS = 64 << 20

@@ -11,9 +11,9 @@ import zipfile
 import zlib
 from collections.abc import Iterable, Iterator
 
-from avatar_export.readers.archive import ZIP_FAULTS
+from avatar_export.formats.archive import ZIP_FAULTS
 from avatar_export.writers.usd.compare import same_usd
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 ALIGNMENT = 64
 PADDING_ID = 0x1986  # extra field of USD's own writer; its contents mean nothing

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.camera import Camera
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import Picture

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import Embedding
 from avatar_runtime.codec.tensors import tensor
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.topology import vertex_triangles
 
 Tensors = dict[str, npt.NDArray[Any]]

@@ -16,7 +16,7 @@ from typing import Any, NoReturn, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 MAX_JSON_BYTES = 32 << 20
 READABLE_EXTENSIONS = (

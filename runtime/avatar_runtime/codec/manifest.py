@@ -19,7 +19,7 @@ from avatar_runtime.avatar import (
     RasterSettings,
     Rules,
 )
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.topology import topology_hash
 from avatar_schema import LATEST, schema
 

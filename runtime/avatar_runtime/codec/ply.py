@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, Gaussians
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 MAX_HEADER_BYTES = 65536
 FORMAT = "binary_little_endian"

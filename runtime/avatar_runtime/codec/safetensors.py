@@ -12,7 +12,7 @@ from typing import Any, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 Array = npt.NDArray[Any]
 

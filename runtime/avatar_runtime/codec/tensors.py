@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import Avatar, Blendshapes, Rig, SparseRows
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 Tensors = dict[str, npt.NDArray[Any]]
 

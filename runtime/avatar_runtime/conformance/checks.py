@@ -9,7 +9,7 @@ import numpy as np
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.conformance.arrays import STAGE_ARRAYS, WHEN, Array, floor_of, inputs_of, sizes, stages_of
 from avatar_runtime.conformance.model import CaseVectors, Expected, Reference, Step, Tensor
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.raster import PROFILES
 
 CASES, VECTORS = "cases.json", "vectors.safetensors"

@@ -23,7 +23,7 @@ from avatar_runtime.conformance.model import (
     Tensor,
     View,
 )
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose
 from avatar_schema import LATEST
 from avatar_schema.validate import document_problems

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 
 from avatar_runtime.conformance.model import U8
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 COLOUR_TYPE = {1: 0, 3: 2}  # channels: grey, RGB

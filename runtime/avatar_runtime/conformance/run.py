@@ -15,7 +15,7 @@ from avatar_runtime.conformance.judge import Verdict, judge
 from avatar_runtime.conformance.model import CaseVectors, Reference, Step, Tensor, View
 from avatar_runtime.conformance.pictures import compare, view
 from avatar_runtime.conformance.stages import at_pixels, run_stage
-from avatar_runtime.errors import AvatarError, no_such
+from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.player import Player
 from avatar_runtime.pose import resolve
 from avatar_runtime.subset import subset

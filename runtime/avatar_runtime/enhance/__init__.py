@@ -7,7 +7,7 @@ import importlib.util
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 if TYPE_CHECKING:
     from avatar_runtime.avatar import F32, Enhancer

@@ -18,7 +18,7 @@ from onnx import AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto,
 from avatar_runtime.avatar import Enhancer
 from avatar_runtime.codec.manifest import ENHANCER_FILE
 from avatar_runtime.enhance.operators import OPERATORS, Attributes, Value
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 OPSETS = range(13, 22)  # in these the operators mean the same
 IR_VERSION = 8  # of what is run; readers of all these opsets know it

@@ -8,7 +8,7 @@ import onnxruntime
 from avatar_runtime.avatar import F32, Enhancer
 from avatar_runtime.codec.manifest import ENHANCER_FILE
 from avatar_runtime.enhance.network import read_network
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 THREADS = 1  # the same everywhere: sums may depend on how many share them
 SILENT = 4  # what it would log comes as an exception as well

@@ -24,7 +24,7 @@ from avatar_export.asm.files import (
     template_hash,
 )
 from avatar_export.asm.model import AsmFace, Template
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.asm_faces import small_face
 from tests.measured import Measure
 

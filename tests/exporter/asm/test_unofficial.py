@@ -16,7 +16,7 @@ import pytest
 from avatar_export.asm import maths
 from avatar_export.asm.model import AsmFace, Take
 from avatar_export.asm.unofficial import detect, files_of, read_folder
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.asm_faces import grid
 from tests.exporter.asm.unofficial_files import BONES, UPRIGHT, parameters, rig_info, write_folder
 

@@ -16,7 +16,7 @@ from avatar_export.driving.frames import DrivingFrame
 from avatar_export.driving.matrix import with_driving
 from avatar_export.driving.takes import read_take
 from avatar_runtime.avatar import Avatar, Driving, Expression
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import resolve
 from tests.exporter.driving.recordings import CSV, avatar_of, recording, rig_of
 

@@ -18,7 +18,7 @@ from avatar_export.driving.frames import DrivingTake, frame_rate
 from avatar_export.driving.live_link_csv import read_live_link_csv
 from avatar_export.driving.live_link_udp import parse_packet, read_live_link_udp
 from avatar_export.driving.takes import read_take
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.exporter.driving.recordings import CSV, UDP, recording
 
 HEADER = "Timecode,BlendShapeCount,JawOpen,EyeBlinkLeft,HeadYaw\n"

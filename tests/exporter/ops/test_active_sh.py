@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from avatar_export.images import frame_camera, robust_box
 from avatar_export.ops.active_sh import with_active_sh
-from avatar_export.pictures import frame_camera, robust_box
-from avatar_export.reference_cases import every_input
+from avatar_export.writers.reference_cases import every_input
 from avatar_runtime.player import Player
 from tests.avatars import full_avatar
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from avatar_export.ops.surfels import CLAY, FLATNESS, OPACITY_LOGIT, SPREAD, surfels
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.rotation import matrix_from_quat
 from tests.asm_faces import grid
 

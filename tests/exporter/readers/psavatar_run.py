@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from avatar_export.readers import psavatar
-from avatar_export.readers.options import ReadOptions
+from avatar_export.options import ReadOptions
+from avatar_export.readers.psavatar import reader as psavatar
 from avatar_runtime.avatar import Avatar
-from tests.exporter.readers import body_files, splatting_files
+from tests.exporter.bodies import body_files
+from tests.exporter.readers import splatting_files
 
 COUNT = splatting_files.COUNT
 BODY = body_files.body(body_files.FLAME_PARENTS)

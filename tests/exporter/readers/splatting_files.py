@@ -10,8 +10,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from plyfile import PlyData, PlyElement
 
-from avatar_export.readers import splatting_avatar
-from avatar_export.readers.options import ReadOptions
+from avatar_export.options import ReadOptions
+from avatar_export.readers.splatting_avatar import reader as splatting_avatar
 from avatar_runtime.avatar import Avatar
 
 COUNT = 24

@@ -13,13 +13,13 @@ from avatar_export.asm import maths
 from avatar_export.asm.bake import LEAST_WEIGHT, with_half_scales
 from avatar_export.asm.files import save, save_person
 from avatar_export.asm.model import AsmFace
-from avatar_export.clips import clip_poses, clips_from
-from avatar_export.read import find, read
-from avatar_export.readers.options import ReadOptions
-from avatar_export.readers.rig_file import read_rig_file
-from avatar_export.validate import validate
+from avatar_export.checks.bundle import validate
+from avatar_export.clips.sources import clip_poses, clips_from
+from avatar_export.options import ReadOptions
+from avatar_export.readers.table import find, read
+from avatar_export.rigs.rig_file import read_rig_file
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from tests.asm_faces import small_face

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from avatar_export.readers.enhancer_file import read_enhancer, save_enhancer
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.enhancers import tiny
 
 

@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from avatar_export.options import ReadOptions
 from avatar_export.readers import gaussian_avatars
-from avatar_export.readers.options import ReadOptions
-from avatar_export.readers.rig_file import read_rig_file
+from avatar_export.rigs.rig_file import read_rig_file
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.errors import AvatarError
-from tests.exporter.readers import body_files, lam_files, splatting_files
-from tests.exporter.readers.made import MANGLING, mangled, only_avatar_errors
+from avatar_runtime.io.errors import AvatarError
+from tests.exporter.bodies import body_files
+from tests.exporter.readers import lam_files, splatting_files
 from tests.exporter.readers.splatting_files import COUNT, FACES, VERTICES, write_gaussian_run
+from tests.hostile import MANGLING, mangled, only_avatar_errors
 from tests.measured import Measure
 from tests.shared_data import shared
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avatar_export.read import find, read
-from avatar_export.readers import gaussian_blendshapes
-from avatar_export.readers.options import ReadOptions
+from avatar_export.options import ReadOptions
+from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blendshapes
+from avatar_export.readers.table import find, read
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, resolve
 from avatar_runtime.rotation import homogeneous

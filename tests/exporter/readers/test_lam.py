@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avatar_export.options import ReadOptions
 from avatar_export.readers import lam
-from avatar_export.readers.options import ReadOptions
 from avatar_runtime.codec import glb
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.exporter.readers import lam_files
 from tests.exporter.readers.lam_files import COUNT, offset_ply, skin_glb
 

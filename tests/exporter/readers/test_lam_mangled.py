@@ -13,10 +13,10 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
+from avatar_export.options import ReadOptions
 from avatar_export.readers import lam
-from avatar_export.readers.options import ReadOptions
 from tests.exporter.readers import lam_files
-from tests.exporter.readers.made import MANGLING, mangled, only_avatar_errors
+from tests.hostile import MANGLING, mangled, only_avatar_errors
 from tests.runtime.codec.test_mangled import VALUES
 
 OFFSET, SKIN = lam_files.offset_ply(), lam_files.skin_glb()

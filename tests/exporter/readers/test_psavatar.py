@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from avatar_export import read as readers
-from avatar_export.readers import psavatar
-from avatar_export.readers.body_model import read_body_model
-from avatar_export.readers.body_rig import bake_rig
-from avatar_export.readers.options import ReadOptions
-from avatar_export.readers.psavatar_files import StoredPoints, read_points
+from avatar_export.bodies.body_model import read_body_model
+from avatar_export.bodies.body_rig import bake_rig
+from avatar_export.options import ReadOptions
+from avatar_export.readers import table as readers
+from avatar_export.readers.psavatar import reader as psavatar
+from avatar_export.readers.psavatar.files import StoredPoints, read_points
 from avatar_runtime.avatar import F32, Rig, SparseRows
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.exporter.readers import splatting_files
-from tests.exporter.readers.made import MANGLING, mangled, only_avatar_errors, peak_bytes
 from tests.exporter.readers.psavatar_run import COUNT, NAMES, arrays, read_run, write_run
+from tests.hostile import MANGLING, mangled, only_avatar_errors, peak_bytes
 
 A = arrays()
 JOINTS = ("root", "neck", "jaw", "leftEye", "rightEye")

@@ -13,18 +13,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from avatar_export.read import READERS, read
-from avatar_export.readers import gaussian_blendshapes, psavatar, splatting_avatar
-from avatar_export.readers.options import ReadOptions
+from avatar_export.options import ReadOptions
+from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blendshapes
+from avatar_export.readers.psavatar import reader as psavatar
 from avatar_export.readers.rules_file import MAX_BYTES, RULES_FILE, read_rules
+from avatar_export.readers.splatting_avatar import reader as splatting_avatar
+from avatar_export.readers.table import READERS, read
 from avatar_runtime.avatar import Rules
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
-from tests.exporter.readers.made import MANGLING, only_avatar_errors
 from tests.exporter.readers.splatting_files import notes_of, read_run
 from tests.exporter.readers.test_gaussian_blendshapes import options
 from tests.golden import BlendshapesGolden
+from tests.hostile import MANGLING, only_avatar_errors
 
 CODE = Rules("vertex_quaternion", None, "inverse_rotation", scale="log_area")
 PAPER = {"scale": "linear_area", "position": "interpolated_normal", "rotation": "vertex_quaternion_mean"}

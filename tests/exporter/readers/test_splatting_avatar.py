@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avatar_export import read as readers
-from avatar_export.readers import gaussian_avatars, gaussian_blendshapes, lam, splatting_avatar
-from avatar_runtime.errors import AvatarError
+from avatar_export.readers import gaussian_avatars, lam
+from avatar_export.readers import table as readers
+from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blendshapes
+from avatar_export.readers.splatting_avatar import reader as splatting_avatar
+from avatar_runtime.io.errors import AvatarError
 from tests.exporter.readers import lam_files, splatting_files
 from tests.exporter.readers.splatting_files import (
     COUNT,

@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from avatar_export.readers import splatting_avatar
+from avatar_export.readers.splatting_avatar import reader as splatting_avatar
 from tests.exporter.readers import splatting_files
-from tests.exporter.readers.made import MANGLING, mangled, only_avatar_errors
 from tests.exporter.readers.splatting_files import (
     put,
     read_run,
     write_splatting_run,
 )
+from tests.hostile import MANGLING, mangled, only_avatar_errors
 
 A = splatting_files.arrays()
 

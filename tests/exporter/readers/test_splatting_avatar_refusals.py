@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avatar_export.readers import splatting_avatar
-from avatar_runtime.errors import AvatarError
+from avatar_export.readers.splatting_avatar import reader as splatting_avatar
+from avatar_runtime.io.errors import AvatarError
 from tests.exporter.readers import splatting_files
-from tests.exporter.readers.made import Array, only_avatar_errors, peak_bytes
 from tests.exporter.readers.splatting_files import (
     FACES,
     VERTICES,
@@ -21,6 +20,7 @@ from tests.exporter.readers.splatting_files import (
     read_run,
     write_splatting_run,
 )
+from tests.hostile import Array, only_avatar_errors, peak_bytes
 
 A = splatting_files.arrays()
 

@@ -18,7 +18,7 @@ from avatar_export.writers import WRITERS, Export, bundle
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Gaussians, Group, Rules, SparseRows
 from avatar_runtime.bundle import load
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests import bundles
 from tests.avatars import COUNT, full_avatar, surface_avatar
 

@@ -11,11 +11,11 @@ import numpy.typing as npt
 import pytest
 
 from avatar_export.asm.files import save
-from avatar_export.read import read
+from avatar_export.readers.table import read
 from avatar_export.writers.residual import engine_residual, residual_poses
 from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.engine_pose import bind_nodes, engine_pose, engine_rest, local_transforms
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from tests.asm_faces import asm_avatar, small_face

@@ -21,7 +21,7 @@ from avatar_export.writers.rig_glb import rig_glb
 from avatar_export.writers.splats_glb import splats_glb
 from avatar_runtime.avatar import Clip, SparseRows
 from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_pose, target_names
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose, joint_rotation
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from tests.avatars import JOINTS, VERTICES, full_avatar, surface_avatar

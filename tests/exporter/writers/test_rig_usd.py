@@ -22,7 +22,7 @@ from avatar_export.writers.usd.stage import CLIPS, MESH, ROOT, SKELETON, SPLATS,
 from avatar_export.writers.usd.values import prim_names
 from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.engine_pose import target_names
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.avatars import full_avatar, surface_avatar
 from tests.exporter.writers.rigs import rig_of, with_rig
 from tests.exporter.writers.stages import ends, unit, written

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from avatar_export.writers.same_glb import same_glb
 from avatar_export.writers.splats_glb import splats_glb
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.avatars import full_avatar
 from tests.exporter.writers.rigs import File, rig_of, with_rig, written
 

@@ -12,7 +12,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdValidation, UsdVol, Vt
 from avatar_export.writers.usd.checks import usd_problems
 from avatar_export.writers.usd.layer import layer_bytes, open_layer
 from avatar_export.writers.usd.stage import CLIPS, MESH, ROOT, SKELETON, SPLATS, rig_usdc
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.avatars import full_avatar
 
 Break = Callable[[Any], object]

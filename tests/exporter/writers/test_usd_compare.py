@@ -19,7 +19,7 @@ from avatar_export.writers.usd.compare import same_usd
 from avatar_export.writers.usd.difference import _limit_memory, difference
 from avatar_export.writers.usd.layer import layer_bytes, open_layer
 from avatar_export.writers.usd.stage import MESH, ROOT, SPLATS, rig_usdc
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.avatars import full_avatar
 
 GOOD = rig_usdc(full_avatar())

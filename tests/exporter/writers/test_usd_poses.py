@@ -14,7 +14,7 @@ from avatar_export.writers import Export
 from avatar_export.writers.usd.stage import CLIPS, ROOT, SKELETON, SPLATS, WORLD, rig_usdc
 from avatar_runtime.avatar import Avatar, Clip
 from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_pose, target_names
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose, joint_rotation
 from tests.avatars import full_avatar, surface_avatar
 from tests.exporter.writers.rigs import rig_of, with_rig

@@ -15,7 +15,7 @@ from pxr import Usd, UsdValidation
 
 from avatar_export.writers.usd.stage import MESH, SPLATS, rig_usdc
 from avatar_export.writers.usdz import same_usdz, usdz
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.avatars import full_avatar
 
 GOOD = rig_usdc(full_avatar())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from avatar_export.read import read
+from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
 from tests.shared_data import shared
 

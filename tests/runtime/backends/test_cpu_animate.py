@@ -32,7 +32,7 @@ from avatar_runtime.subset import subset
 from tests.avatars import full_avatar, surface_avatar
 from tests.golden import FRAMES, BlendshapesGolden
 from tests.measured import Measure
-from tests.runtime.golden_model import GoldenModel, golden_joints
+from tests.runtime.stages.golden_model import GoldenModel, golden_joints
 
 Array = npt.NDArray[Any]
 FIELDS = ("mean", "scale", "quat_wxyz", "opacity", "sh", "sh_rotation")

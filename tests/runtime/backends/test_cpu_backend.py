@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from avatar_runtime.backends import make_backend
+from avatar_runtime.backends.cpu.deform.skinned import animate_skinned
 from avatar_runtime.backends.cpu.jit import SOURCES, kernel
-from avatar_runtime.backends.cpu.skinned import animate_skinned
 from avatar_runtime.backends.cpu.threads import thread_count
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
@@ -108,7 +108,7 @@ def test_kernels_come_from_disk_in_the_next_process() -> None:
         "from tests.avatars import full_avatar\n"
         "from avatar_runtime.player import Player\n"
         "from avatar_runtime.pose import Pose\n"
-        "from avatar_runtime.backends.cpu.skinned import animate_skinned\n"
+        "from avatar_runtime.backends.cpu.deform.skinned import animate_skinned\n"
         "Player(full_avatar(), 'cpu').animate(Pose())\n"
         "print(sum(animate_skinned.stats.cache_hits.values()), len(animate_skinned.stats.cache_misses))\n"
     )

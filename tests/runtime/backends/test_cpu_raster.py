@@ -20,14 +20,14 @@ from avatar_runtime.stages.sort import sort
 from tests.avatars import full_avatar
 from tests.golden import Array, rasteriser_case, rasteriser_names
 from tests.measured import Measure
-from tests.runtime.golden_scene import camera_of, projected_of
+from tests.runtime.stages.golden_scene import camera_of, projected_of
 
 pytest.importorskip("numba")
-from avatar_runtime.backends.cpu import tiles as cpu_tiles
-from avatar_runtime.backends.cpu.draw import STAGES, blend, draw, screen_of
-from avatar_runtime.backends.cpu.project import project as cpu_project
-from avatar_runtime.backends.cpu.screen import CENTRE_X, CONIC_XX, OPACITY, RED, Screen
-from avatar_runtime.backends.cpu.sort import sort as cpu_sort
+from avatar_runtime.backends.cpu.draw import tiles as cpu_tiles
+from avatar_runtime.backends.cpu.draw.frame import STAGES, blend, draw, screen_of
+from avatar_runtime.backends.cpu.draw.project import project as cpu_project
+from avatar_runtime.backends.cpu.draw.screen import CENTRE_X, CONIC_XX, OPACITY, RED, Screen
+from avatar_runtime.backends.cpu.draw.sort import sort as cpu_sort
 
 TOLERANCE = 1e-4  # what is further away is a threshold's other side: alpha at 1/255 or T at 1e-4
 FLIP = 4e-3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avatar_export.pictures import frame_camera, robust_box
+from avatar_export.images import frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.player import Player
 from avatar_runtime.stages.raster import PROFILES

@@ -15,7 +15,7 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends.gl import GlBackend, draw_together
 from avatar_runtime.backends.gl.context import own_context
 from avatar_runtime.backends.gl.gpu import Gpu
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.posed import Clock
 from avatar_runtime.stages import STAGES

@@ -15,7 +15,7 @@ import pytest
 
 from avatar_runtime.backends.gl import GlBackend
 from avatar_runtime.backends.gl.context import language_of, own_context
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.posed import Clock
 from tests.avatars import full_avatar
 from tests.runtime.backends.gl_cases import BACKGROUND, SIZE, backend, camera, posed_of, reference_picture
@@ -47,7 +47,7 @@ def test_no_context_says_what_to_install() -> None:
     code = (
         "from tests.avatars import full_avatar\n"
         "from avatar_runtime.player import Player\n"
-        "from avatar_runtime.errors import AvatarError\n"
+        "from avatar_runtime.io.errors import AvatarError\n"
         "for es in (False, True):\n"
         "    try:\n"
         "        Player(full_avatar(), 'gl', es=es)\n"

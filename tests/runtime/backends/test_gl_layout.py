@@ -21,7 +21,7 @@ from avatar_runtime.backends.gl.layout import (
     surface_heap,
     vertex_runs,
 )
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.surface import prepare
 from tests.avatars import COUNT, VERTICES, full_avatar, surface_avatar
 

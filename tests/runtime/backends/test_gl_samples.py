@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from avatar_export.pictures import frame_camera, robust_box
+from avatar_export.images import frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends.gl.context import own_context
 from avatar_runtime.camera import Camera

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 from avatar_runtime.codec import glb
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.shared_data import shared
 
 CODES = {5120: "b", 5121: "B", 5122: "h", 5123: "H", 5125: "I", 5126: "f"}

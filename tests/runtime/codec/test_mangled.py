@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from avatar_runtime.codec import glb, ply
-from tests.exporter.readers.made import MANGLING, mangled, only_avatar_errors
+from tests.hostile import MANGLING, mangled, only_avatar_errors
 from tests.runtime.codec.test_glb import FLOATS, pack, small, sparse, sparse_binary
 from tests.runtime.codec.test_ply import made
 

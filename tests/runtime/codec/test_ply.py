@@ -10,7 +10,7 @@ from plyfile import PlyData, PlyElement
 
 from avatar_runtime.avatar import Gaussians
 from avatar_runtime.codec import ply
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from tests.shared_data import shared
 
 FIELDS = ("mean", "log_scale", "quat_wxyz", "opacity_logit", "sh")

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from avatar_runtime.codec.safetensors import DTYPES, HEADER_LIMIT, decode, encode
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 Array = npt.NDArray[Any]
 TYPES = [np.dtype(code) for code in DTYPES.values()]

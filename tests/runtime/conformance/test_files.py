@@ -17,7 +17,7 @@ from safetensors.numpy import load as load_with_library
 from avatar_runtime.bundle import opener
 from avatar_runtime.codec import safetensors
 from avatar_runtime.conformance import Reference, decode, encode
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_schema import LATEST
 from tests.runtime.conformance.made import reference
 

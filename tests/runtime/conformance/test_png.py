@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from avatar_runtime.conformance import png
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 PICTURES = [(5, 7), (5, 7, 3), (1, 1), (1, 1, 3), (40, 33, 3)]
 

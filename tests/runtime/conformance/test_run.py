@@ -23,7 +23,7 @@ from avatar_runtime.conformance import (
 from avatar_runtime.conformance.model import Step
 from avatar_runtime.conformance.pictures import compare, view
 from avatar_runtime.conformance.rows import kept_pixels, thinned
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from avatar_runtime.stages.raster import Picture

@@ -17,7 +17,7 @@ from avatar_runtime.pose import PoseArrays
 from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints
 from avatar_trainer.capture import Shot, write
-from tests.exporter.readers import body_files
+from tests.exporter.bodies import body_files
 
 Array = npt.NDArray[Any]
 WIDTH, HEIGHT = 12, 10

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.capture import load, pixels
-from tests.exporter.readers import body_files
+from tests.exporter.bodies import body_files
 from tests.measured import Measure
 from tests.oracles.lbs import posed_vertices
 from tests.trainer.captures import folders

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 
 from avatar_trainer.capture import check_pixels, load
-from tests.exporter.readers.made import MANGLING, mangled, only_avatar_errors
+from tests.hostile import MANGLING, mangled, only_avatar_errors
 from tests.trainer.captures import folders
 
 CAMERA = {"K": [[40, 0, 6], [0, 41, 5], [0, 0, 1]], "R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [0, 0, 1]}

@@ -12,7 +12,7 @@ import pytest
 import torch
 from PIL import Image
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.capture import Capture, load, pixels
 from avatar_trainer.captures.metrical_tracker import rotation_from_6d
 from tests import golden

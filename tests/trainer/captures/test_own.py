@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.joints import rest_transforms
 from avatar_schema import schema
 from avatar_trainer.capture import Shot, load, pixels, write

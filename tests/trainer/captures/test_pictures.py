@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures import pictures
 from tests.trainer.captures import folders
 

@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from avatar_runtime.avatar import RasterSettings
-from avatar_runtime.backends.cpu.draw import draw
+from avatar_runtime.backends.cpu.draw.frame import draw
 from avatar_runtime.backends.cpu.jit import SOURCES
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock
@@ -22,7 +22,7 @@ from tests.golden import Array, rasteriser_case, rasteriser_names
 from tests.measured import Measure
 from tests.oracles import one_splat
 from tests.oracles.splat import Splat, picture
-from tests.runtime.golden_scene import camera_of
+from tests.runtime.stages.golden_scene import camera_of
 from tests.trainer.raster.scenes import INPUTS, Scene, drawn, gradients, harsh, leaves, loss, scene
 from tests.trainer.tensors import relative
 

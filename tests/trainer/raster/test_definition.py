@@ -17,7 +17,7 @@ from avatar_trainer.stages.sort import sort
 from avatar_trainer.tensors import Splats
 from tests.golden import rasteriser_case, rasteriser_names
 from tests.measured import Measure
-from tests.runtime.golden_scene import camera_of
+from tests.runtime.stages.golden_scene import camera_of
 from tests.trainer.raster.scenes import Scene, drawn, gradients, harsh, leaves, scene
 
 PICTURE_TOLERANCE = 1e-6

@@ -14,7 +14,7 @@ from avatar_runtime.camera import Camera
 from avatar_trainer.capture import Capture, Shot, load, write
 from avatar_trainer.drawing import draw
 from avatar_trainer.systems.splatting_avatar import Settings, SplattingAvatar, create
-from tests.exporter.readers import body_files
+from tests.exporter.bodies import body_files
 
 Array = npt.NDArray[Any]
 SIZE, FRAMES = 48, 4

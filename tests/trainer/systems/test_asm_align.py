@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from samples.asm_data import load_asm_head
+from samples.asm.data import load_asm_head
 
 from avatar_runtime.avatar import F64
 from avatar_trainer.kernels.closest import triangle_tree

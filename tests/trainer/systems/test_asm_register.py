@@ -13,7 +13,7 @@ from avatar_export.asm.maths import posed
 from avatar_export.asm.model import AsmFace, Take
 from avatar_runtime.avatar import F64
 from avatar_runtime.backends.cpu.threads import using
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.kernels.closest import nearest, triangle_tree
 from avatar_trainer.machine import reproducible
 from avatar_trainer.systems.asm_align import Scan

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from samples.asm_data import COMPONENTS, TOPOLOGIES, AsmHead, load_asm_head
+from samples.asm.data import COMPONENTS, TOPOLOGIES, AsmHead, load_asm_head
 
 from avatar_export.asm.check import check_face
 from avatar_export.asm.files import load
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer import cli
 from avatar_trainer.systems.asm_gmm import fit, misfit
 from avatar_trainer.systems.asm_model import Face, TemplateTensors, posed, weights

@@ -12,7 +12,7 @@ import pytest
 import torch
 from PIL import Image
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.kernels.consistency import Scene, consistency
 from avatar_trainer.kernels.zbuffer import covering, depth_buffers, in_front

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from samples.asm_data import load_asm_head
-from samples.capture_views import write_views
+from samples.asm.data import load_asm_head
+from samples.capture.views import write_views
 
 from avatar_export.asm.files import load, save
 from avatar_export.asm.maths import posed

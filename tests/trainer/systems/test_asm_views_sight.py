@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 import torch
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.systems import asm_views
 from avatar_trainer.systems.asm_views import LEVELS, Level, ViewSettings, fit

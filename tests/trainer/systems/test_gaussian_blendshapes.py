@@ -14,7 +14,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.rotation import matrix_from_quat
 from avatar_trainer.densify import Density, DensitySettings, Plan
 from avatar_trainer.losses import dssim_loss

@@ -11,11 +11,11 @@ import numpy.typing as npt
 import pytest
 import torch
 
-from avatar_export.readers.body_model import read_body_model
-from avatar_export.readers.body_rig import bake_rig
-from avatar_export.readers.subject_files import read_eyelids, read_faces
+from avatar_export.bodies.body_model import read_body_model
+from avatar_export.bodies.body_rig import bake_rig
+from avatar_export.bodies.subject_files import read_eyelids, read_faces
 from avatar_runtime.avatar import Rig
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.capture import Capture, Shot, load, write
 from avatar_trainer.settings import rule_defaults

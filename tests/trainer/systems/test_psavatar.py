@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import torch
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.capture import Capture
 from avatar_trainer.drawing import draw
 from avatar_trainer.evaluate import evaluate

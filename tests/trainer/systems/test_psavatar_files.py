@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import torch
 
-from avatar_export.read import read
-from avatar_export.readers.options import ReadOptions
+from avatar_export.options import ReadOptions
+from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose

@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from avatar_runtime.codec import safetensors
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.systems.psavatar_losses import VGG_SHAPES, picture_terms, read_vgg
 from tests.trainer.systems import psavatar_scene as scene
 from tests.trainer.systems import splatting_avatar_scene as sheet

@@ -13,7 +13,7 @@ import pytest
 import torch
 
 from avatar_runtime.avatar import RasterSettings
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer import checkpoint
 from avatar_trainer.capture import Capture
 from avatar_trainer.densify import Density, DensitySettings, Plan

@@ -12,11 +12,11 @@ import pytest
 import torch
 import yaml
 
-from avatar_export.readers import splatting_avatar as reader
-from avatar_export.readers.options import ReadOptions
+from avatar_export.options import ReadOptions
+from avatar_export.readers.splatting_avatar import reader
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.codec import ply
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, PoseArrays
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import torch
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.capture import Capture
 from avatar_trainer.finished import load_system
 from avatar_trainer.system import System

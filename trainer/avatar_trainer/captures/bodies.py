@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from avatar_export.readers.body_model import JOINT_NAMES, read_body_model
-from avatar_export.readers.body_rig import bake_rig
-from avatar_export.readers.inputs import Inputs, find_inputs
-from avatar_export.readers.options import ReadOptions
-from avatar_export.readers.rig_file import read_rig_file
-from avatar_export.readers.subject_files import read_eyelids, read_faces, read_shape
+from avatar_export.bodies.body_model import JOINT_NAMES, read_body_model
+from avatar_export.bodies.body_rig import bake_rig
+from avatar_export.bodies.inputs import Inputs, find_inputs
+from avatar_export.bodies.subject_files import read_eyelids, read_faces, read_shape
+from avatar_export.options import ReadOptions
+from avatar_export.rigs.rig_file import read_rig_file
 from avatar_runtime.avatar import Rig
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 FLAME_JOINTS = JOINT_NAMES[5]
 BESIDE = "body"  # a folder of this name beside the data is searched, too

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from avatar_export.readers.options import ReadOptions
-from avatar_export.readers.pose_files import body_clip, read_poses
-from avatar_export.readers.whole_files import read_bytes
+from avatar_export.bodies.pose_files import body_clip, read_poses
+from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import F64, Clip
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.pose import PoseArrays
 from avatar_trainer.captures import pictures
 from avatar_trainer.captures.bodies import body_of_model, check_flame, found_inputs

@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from avatar_export.readers.inputs import Inputs
-from avatar_export.readers.options import ReadOptions
-from avatar_export.readers.whole_files import read_bytes
-from avatar_export.text_files import write_text
+from avatar_export.bodies.inputs import Inputs
+from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import F64
-from avatar_runtime.errors import AvatarError, no_such
+from avatar_runtime.io.errors import AvatarError, no_such
+from avatar_runtime.io.text_files import write_text
+from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.pose import PoseArrays, joint_rotation
 from avatar_schema.validate import parse_version, schema_problems
 from avatar_trainer.captures.bodies import Body, body_of_model, body_of_rig

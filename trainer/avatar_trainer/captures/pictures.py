@@ -15,8 +15,8 @@ import numpy as np
 from PIL import Image
 
 from avatar_runtime.avatar import F32
-from avatar_runtime.errors import AvatarError
-from avatar_runtime.files import open_file
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.files import open_file
 
 MAX_SIDE = 8192  # pixels; a picture is decoded as a whole
 MAX_FILE_BYTES = 512 << 20

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.camera import Camera
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import PoseArrays
 from avatar_trainer.captures import pictures
 from avatar_trainer.captures.model import Frame

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from avatar_runtime.avatar import F32
-from avatar_runtime.backends.cpu.bind import POLAR_STEPS
+from avatar_runtime.backends.cpu.deform.bind import POLAR_STEPS
 from avatar_runtime.backends.cpu.jit import inlined, kernel
 from avatar_runtime.backends.cpu.rotation import newton_step, quat_from_matrix, quat_multiply
 from avatar_trainer.kernels.activation import (

@@ -11,9 +11,9 @@ import torch
 from torch import Tensor
 
 from avatar_runtime.avatar import F32, I64, Rules
-from avatar_runtime.backends.cpu import surface as runtime
+from avatar_runtime.backends.cpu.deform import surface as runtime
+from avatar_runtime.backends.cpu.deform.plain import fresh_ridden
 from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
-from avatar_runtime.backends.cpu.plain import fresh_ridden
 from avatar_runtime.backends.cpu.rotation import (
     Quat,
     matrix_from_quat,

@@ -13,10 +13,8 @@ import numpy as np
 from numba import prange
 
 from avatar_runtime.avatar import F32, I32, I64, U32
-from avatar_runtime.backends.cpu.jit import inlined, kernel
-from avatar_runtime.backends.cpu.lanes import exponential, fma, lanes_above, lowest_bit, prefetch, take_next
-from avatar_runtime.backends.cpu.raster import ALPHA_MAX, ALPHA_MIN, LANES, aligned, look_up
-from avatar_runtime.backends.cpu.screen import (
+from avatar_runtime.backends.cpu.draw.raster import ALPHA_MAX, ALPHA_MIN, LANES, aligned, look_up
+from avatar_runtime.backends.cpu.draw.screen import (
     BLUE,
     CENTRE_X,
     CENTRE_Y,
@@ -29,6 +27,8 @@ from avatar_runtime.backends.cpu.screen import (
     RED,
     TILE,
 )
+from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime.backends.cpu.lanes import exponential, fma, lanes_above, lowest_bit, prefetch, take_next
 from avatar_trainer.raster.reduce import sum_of_16
 
 f32, u32, u64 = np.float32, np.uint32, np.uint64

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avatar_runtime.avatar import F32
-from avatar_runtime.backends.cpu.colour import C0, C1, C2, C3, FOUR, HALF, THREE, TWO
+from avatar_runtime.backends.cpu.draw.colour import C0, C1, C2, C3, FOUR, HALF, THREE, TWO
 from avatar_runtime.backends.cpu.jit import inlined
 from avatar_runtime.backends.cpu.lanes import fma
 from avatar_trainer.raster.geometry_backward import Vector, add_to, dot

@@ -12,13 +12,13 @@ from torch import Tensor
 from torch.autograd.function import once_differentiable
 
 from avatar_runtime.avatar import F32, I32, I64, U32, RasterSettings
-from avatar_runtime.backends.cpu.draw import STOP
-from avatar_runtime.backends.cpu.project import project
-from avatar_runtime.backends.cpu.raster import blend_tiles
-from avatar_runtime.backends.cpu.screen import CENTRE_X, CENTRE_Y, TILE, Screen, read_only
-from avatar_runtime.backends.cpu.sort import sort
+from avatar_runtime.backends.cpu.draw.frame import STOP
+from avatar_runtime.backends.cpu.draw.project import project
+from avatar_runtime.backends.cpu.draw.raster import blend_tiles
+from avatar_runtime.backends.cpu.draw.screen import CENTRE_X, CENTRE_Y, TILE, Screen, read_only
+from avatar_runtime.backends.cpu.draw.sort import sort
+from avatar_runtime.backends.cpu.draw.tiles import tile_lists
 from avatar_runtime.backends.cpu.threads import thread_count, using
-from avatar_runtime.backends.cpu.tiles import tile_lists
 from avatar_runtime.camera import Camera
 from avatar_runtime.stages.activate import Splats as RuntimeSplats
 from avatar_trainer.raster.blend_backward import ROW, blend_tiles_backward

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from avatar_runtime.avatar import F32
-from avatar_runtime.backends.cpu.geometry import FRUSTUM_CLAMP, HALF, HOMOGENEOUS_EPSILON, ONE, TWO
+from avatar_runtime.backends.cpu.draw.geometry import FRUSTUM_CLAMP, HALF, HOMOGENEOUS_EPSILON, ONE, TWO
 from avatar_runtime.backends.cpu.jit import inlined
 from avatar_runtime.backends.cpu.rotation import Quat, matrix_from_quat
 

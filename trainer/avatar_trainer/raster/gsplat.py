@@ -16,7 +16,7 @@ from torch import Tensor
 
 from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.stages.project import splat_colour
 from avatar_trainer.tensors import Rendered, Splats
 

@@ -11,10 +11,10 @@ from torch import Tensor
 from torch.autograd.function import once_differentiable
 
 from avatar_runtime.avatar import F32, I32, I64, U32, RasterSettings
-from avatar_runtime.backends.cpu.screen import read_only
-from avatar_runtime.backends.cpu.sort import sort
+from avatar_runtime.backends.cpu.draw.screen import read_only
+from avatar_runtime.backends.cpu.draw.sort import sort
+from avatar_runtime.backends.cpu.draw.tiles import tile_lists
 from avatar_runtime.backends.cpu.threads import using
-from avatar_runtime.backends.cpu.tiles import tile_lists
 from avatar_runtime.camera import Camera
 from avatar_trainer.raster.cpu import started
 from avatar_trainer.raster.points_geometry import project_points, project_points_backward

@@ -13,9 +13,9 @@ import numpy as np
 from numba import prange
 
 from avatar_runtime.avatar import F32, I32, I64, U32
+from avatar_runtime.backends.cpu.draw.raster import aligned
 from avatar_runtime.backends.cpu.jit import inlined, kernel
 from avatar_runtime.backends.cpu.lanes import fma, prefetch, take_next
-from avatar_runtime.backends.cpu.raster import aligned
 from avatar_trainer.raster import points_screen
 from avatar_trainer.raster.reduce import sum_of_16
 

@@ -10,10 +10,10 @@ import numpy as np
 from numba import prange
 
 from avatar_runtime.avatar import F32, I32, I64
-from avatar_runtime.backends.cpu.geometry import HALF, TWO
+from avatar_runtime.backends.cpu.draw.geometry import HALF, TWO
+from avatar_runtime.backends.cpu.draw.screen import CONIC_XX, CONIC_XY, CONIC_YY, OPACITY
 from avatar_runtime.backends.cpu.jit import inlined, kernel
 from avatar_runtime.backends.cpu.lanes import take_next
-from avatar_runtime.backends.cpu.screen import CONIC_XX, CONIC_XY, CONIC_YY, OPACITY
 from avatar_trainer.raster.blend_backward import (
     ROW,
     S_BLUE,

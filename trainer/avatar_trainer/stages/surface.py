@@ -15,7 +15,7 @@ from torch import Tensor
 
 from avatar_runtime.avatar import F32, U32, Rules
 from avatar_runtime.backends.cpu.arrays import Mesh
-from avatar_runtime.backends.cpu.plain import plain
+from avatar_runtime.backends.cpu.deform.plain import plain
 from avatar_runtime.rules import RIGGED_ROTATIONS
 from avatar_runtime.topology import vertex_triangles
 from avatar_schema import constants

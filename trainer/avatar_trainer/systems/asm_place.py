@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F64, I32, I64
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 BONES_FILE = Path(__file__).with_name("asm_bones.json")
 LANDMARKS = 68

@@ -15,7 +15,7 @@ from torch import Tensor
 
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
 from avatar_runtime.avatar import F64
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.kernels.closest import TriangleTree, triangle_tree
 from avatar_trainer.kernels.mixture import mixture_weights_cpu
 from avatar_trainer.systems.asm_align import (

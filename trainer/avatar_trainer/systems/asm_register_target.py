@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from avatar_runtime.avatar import F64, I64
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.kernels.closest import TriangleTree, point_to_surface
 from avatar_trainer.systems.asm_align import (
     Placement,

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from avatar_export.readers.scan_files import FURTHEST, read_points
-from avatar_export.readers.whole_files import read_bytes
+from avatar_export.formats.scan_files import FURTHEST, read_points
 from avatar_runtime.avatar import F64
-from avatar_runtime.errors import AvatarError, no_such
+from avatar_runtime.io.errors import AvatarError, no_such
+from avatar_runtime.io.whole_files import read_bytes
 from avatar_trainer.systems.asm_align import KEYPOINTS, Scan
 
 MAX_KEYPOINT_BYTES = 1 << 20

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from avatar_export.asm.model import Binding, Template
 from avatar_runtime.avatar import F32, F64
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.systems.asm_gmm import fit, polish
 from avatar_trainer.systems.asm_place import LANDMARKS, place, skeleton
 from avatar_trainer.systems.asm_unwrap import unwrap

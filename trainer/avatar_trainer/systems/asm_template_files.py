@@ -9,11 +9,11 @@ import numpy as np
 
 from avatar_export.asm.check import NEUTRAL, check_names
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
-from avatar_export.readers.ownership import of_file
-from avatar_export.readers.scan_files import FURTHEST, read_points
-from avatar_export.readers.whole_files import read_bytes
+from avatar_export.formats.scan_files import FURTHEST, read_points
 from avatar_runtime.avatar import F64, I64
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.ownership import of_file
+from avatar_runtime.io.whole_files import read_bytes
 from avatar_trainer.systems.asm_place import LANDMARKS
 from avatar_trainer.systems.asm_scan_files import expect_eyes
 from avatar_trainer.systems.asm_template import initial_binding, make_template

@@ -15,7 +15,7 @@ from torch import Tensor
 
 from avatar_export.asm.model import AsmFace, Binding, Template
 from avatar_runtime.avatar import F32, F64, I64
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.kernels.consistency import Scene, consistency
 from avatar_trainer.kernels.mixture import mixture_weights_cpu
 from avatar_trainer.settings import MOST_ITERATIONS, expect_ranges

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.asm.check import NEUTRAL, check_names
-from avatar_export.readers.ownership import of_file
-from avatar_export.readers.whole_files import read_bytes
 from avatar_runtime.avatar import F32, F64
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.ownership import of_file
+from avatar_runtime.io.whole_files import read_bytes
 from avatar_schema.validate import parse_version, schema_problems
 from avatar_trainer.captures import pictures
 from avatar_trainer.captures.paths import inside

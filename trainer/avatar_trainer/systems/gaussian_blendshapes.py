@@ -11,10 +11,10 @@ import numpy as np
 import torch
 from torch import Generator, Tensor
 
-from avatar_export.readers.gaussian_blendshapes import JOINTS, PLAYED_RULES, RECORDED_RULES, SYSTEM
-from avatar_export.readers.subject_files import read_faces
+from avatar_export.bodies.subject_files import read_faces
+from avatar_export.readers.gaussian_blendshapes.reader import JOINTS, PLAYED_RULES, RECORDED_RULES, SYSTEM
 from avatar_runtime.avatar import F32, I64, Rig
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import PoseArrays
 from avatar_trainer import losses, stored
 from avatar_trainer.capture import Capture

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_export.readers.gaussian_blendshapes import LOWER_TEETH
+from avatar_export.readers.gaussian_blendshapes.reader import LOWER_TEETH
 from avatar_runtime.avatar import F32, F64, Avatar, Blendshapes, Expression, Group, Rules, SparseRows
 from avatar_runtime.avatar import Gaussians as RuntimeGaussians
 from avatar_runtime.pose import PoseArrays

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F64, I64, Rig
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.systems.gaussian_blendshapes_sampling import Samples, poisson_disk
 
 LOWER_WEIGHT = 0.25  # of the jaw: triangles of the mouth's inside with more go with the lower teeth

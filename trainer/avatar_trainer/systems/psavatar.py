@@ -17,7 +17,7 @@ import torch
 from torch import Generator, Tensor
 
 from avatar_runtime.avatar import Gaussians
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import PoseArrays
 from avatar_schema import constants
 from avatar_trainer import stored

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, F64, I64, Rig
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.systems.splatting_avatar_init import sampled
 
 Mask = npt.NDArray[np.bool_]

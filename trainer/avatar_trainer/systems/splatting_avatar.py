@@ -19,7 +19,7 @@ from torch import Generator, Tensor
 
 from avatar_export.readers.surface import in_metres
 from avatar_runtime.avatar import F32
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import PoseArrays
 from avatar_schema import constants
 from avatar_trainer import stored

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 MAGIC = b"PXR-USDC"
 SLACK = 1 << 16  # bytes; two releases of the library pack a layer to within half its size and this

@@ -8,7 +8,7 @@ from typing import Any
 
 from pxr import Sdf, Tf
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 CRATE = ".usdc"
 LEADS = ("references", "payload")  # metadata that names other files or prims

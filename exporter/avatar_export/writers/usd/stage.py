@@ -18,7 +18,7 @@ from avatar_export.writers.usd.splats import author_splats, splat_box
 from avatar_export.writers.usd.values import Box, box_of, prim_names, text, vec3f
 from avatar_runtime.avatar import Avatar, Clip, Rig
 from avatar_runtime.engine_pose import engine_clip, rests_bound
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 from avatar_schema import LATEST
 
 ROOT = "/avatar"

@@ -12,7 +12,7 @@ from pxr import Vt
 
 from avatar_runtime.avatar import F32
 from avatar_runtime.engine_pose import unique_names
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 Array = npt.NDArray[Any]
 Box = F32  # [2, 3] least and largest corner

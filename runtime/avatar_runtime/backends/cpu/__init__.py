@@ -14,11 +14,11 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.backends import Arrays
-from avatar_runtime.backends.cpu import alone, plain
-from avatar_runtime.backends.cpu import mesh as mesh_kernels
 from avatar_runtime.backends.cpu.arrays import U8, Base, Out, PosedArrays, Sizes
-from avatar_runtime.backends.cpu.carriers import Carrier, RidingGaussians, SkinnedGaussians
-from avatar_runtime.backends.cpu.draw import STAGES, draw
+from avatar_runtime.backends.cpu.deform import alone, plain
+from avatar_runtime.backends.cpu.deform import mesh as mesh_kernels
+from avatar_runtime.backends.cpu.deform.bindings import Carrier, RidingGaussians, SkinnedGaussians
+from avatar_runtime.backends.cpu.draw.frame import STAGES, draw
 from avatar_runtime.backends.cpu.threads import thread_count, using
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock, Posed

@@ -58,8 +58,8 @@ def _watch_all_sources(kept: Any, folder: Path) -> None:
 
 @cache
 def _files(folder: Path) -> tuple[str, ...]:
-    """Name, time and size of every module in `folder`."""
-    found = [(path.name, path.stat()) for path in sorted(folder.glob("*.py"))]
+    """Name, time and size of every module in `folder` and below it."""
+    found = [(path.relative_to(folder).as_posix(), path.stat()) for path in sorted(folder.rglob("*.py"))]
     return tuple(f"{name} {stat.st_mtime_ns} {stat.st_size}" for name, stat in found)
 
 

@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from avatar_runtime.backends.gl.backend import GlBackend, draw_together, make
-from avatar_runtime.backends.gl.together import Together
+from avatar_runtime.backends.gl.scene import Together
 
 __all__ = ["GlBackend", "Together", "draw_together", "make"]

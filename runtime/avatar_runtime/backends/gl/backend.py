@@ -12,9 +12,9 @@ from avatar_runtime.backends import Arrays
 from avatar_runtime.backends.gl.deform import Deformer
 from avatar_runtime.backends.gl.gpu import BUFFER_LIMIT, Gpu
 from avatar_runtime.backends.gl.programs import Programs, Shaders
+from avatar_runtime.backends.gl.scene import Together
 from avatar_runtime.backends.gl.stage import run_stage
 from avatar_runtime.backends.gl.steps import Steps, clocked
-from avatar_runtime.backends.gl.together import Together
 from avatar_runtime.backends.gl.transfer import take_sh, take_splats
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock, Posed

@@ -14,7 +14,7 @@ from typing import Any
 
 import moderngl
 
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 DESKTOP, ES = 430, 310  # the least versions; compute shaders begin there
 NO_GL = (

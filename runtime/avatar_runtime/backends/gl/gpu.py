@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.backends.gl.context import current, language_of, let_go, own_context
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 BUFFER_LIMIT = 128 << 20  # bytes of one binding that WebGPU and most phones grant
 MOST_GROUPS, GROUP = 65535, 64  # thread groups of one dispatch, threads of one group

@@ -13,7 +13,7 @@ import numpy as np
 
 import avatar_shaders
 from avatar_runtime.backends.gl.gpu import GROUP, MOST_GROUPS, Gpu
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 Values = Mapping[str, Any]
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F32
 from avatar_runtime.backends.gl.gpu import Gpu
 from avatar_runtime.backends.gl.state import drawing_into
-from avatar_runtime.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError
 
 TARGETS = {"rgba32f": "f4", "rgba16f": "f2", "rgba8": "f1"}  # and moderngl's names of their components
 

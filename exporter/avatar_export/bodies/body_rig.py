@@ -1,0 +1,99 @@
+"""A body model with one subject's shape, baked to a Rig that needs no body model to be played."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_export.bodies.body_model import BodyModel
+from avatar_export.sparse import sparse_rows
+from avatar_runtime.avatar import F32, F64, Rig, SparseRows
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.rotation import translation_matrix
+
+Array = npt.NDArray[Any]
+
+
+def bake_rig(
+    body: BodyModel,
+    shape: Array | None = None,
+    late_morphs: Mapping[str, F32] | None = None,
+    anchor_faces: Array | None = None,
+) -> Rig:
+    """The Rig of `body` with the identity `shape` (coefficients; missing ones are 0).
+
+    template = v_template + identity_dirs shape; rest joints = J_regressor template; joint_basis = J_regressor
+    expression_dirs: FLAME's joints move with identity and expression, before pose correctives.
+    `late_morphs`: name -> [V, 3], in this order. `anchor_faces`: triangles whose vertices carry anchored
+    groups, taken with repeats. Raises AvatarError if a morph, face or coefficient does not go with the body.
+    """
+    vertices = shaped_template(body, shape)
+    joints = body.joint_regressor.astype(np.float64) @ vertices  # [J, 3]
+    basis = np.tensordot(body.joint_regressor, body.expression_dirs, (1, 0))  # [J, 3, K]
+    offsets = joints - np.where(body.parents[:, None] < 0, 0, joints[body.parents])
+    return Rig(
+        vertices=vertices.astype(np.float32),
+        triangles=body.triangles,
+        morphs=_by_vertex(np.moveaxis(body.expression_dirs, 2, 1)),
+        correctives=_by_vertex(np.moveaxis(body.posedirs, 2, 1)),
+        late_morphs=_late(body, late_morphs or {}),
+        skin=sparse_rows({"weight": body.skin_weights}, {"weight": 0.0}),
+        joint_names=body.joint_names,
+        parents=body.parents,
+        rest_local=translation_matrix(offsets).astype(np.float32),
+        inverse_bind_matrix=translation_matrix(-joints).astype(np.float32),
+        joint_basis=np.ascontiguousarray(np.moveaxis(basis, 2, 0), np.float32),
+        corrective_joints=np.arange(1, len(body.parents), dtype=np.int32),
+        anchor_vertices=_anchors(body, anchor_faces),
+    )
+
+
+def shaped_template(body: BodyModel, shape: Array | None) -> F64:
+    """Template vertices [V, 3] of a subject, before any expression or pose.
+
+    Raises AvatarError for a non-zero coefficient that the body has no direction for.
+    """
+    coefficients = np.zeros(0) if shape is None else np.asarray(shape, np.float64).reshape(-1)
+    known = body.identity_dirs.shape[2]
+    if coefficients[known:].any():
+        raise AvatarError(
+            f"has {len(coefficients)} coefficients, but the body model has {known} identity directions: "
+            "the shape was fitted with another body model",
+            field="shape",
+        )
+    coefficients = coefficients[:known]
+    result: F64 = body.v_template + body.identity_dirs[:, :, : len(coefficients)] @ coefficients
+    return result
+
+
+def _by_vertex(dirs: Array) -> SparseRows:
+    return sparse_rows({"position": dirs}, {"position": 0.0})
+
+
+def _late(body: BodyModel, morphs: Mapping[str, F32]) -> SparseRows:
+    for name, offsets in morphs.items():
+        if offsets.shape != (body.vertex_count, 3):
+            raise AvatarError(
+                f"has shape {list(offsets.shape)}, the body model has {body.vertex_count} vertices",
+                field=name,
+            )
+    if not morphs:
+        return SparseRows.empty(body.vertex_count, 0, {"position": (3,)})
+    return _by_vertex(np.stack(list(morphs.values()), axis=1))
+
+
+def _anchors(body: BodyModel, faces: Array | None) -> npt.NDArray[np.uint32]:
+    if faces is None:
+        return np.zeros(0, np.uint32)
+    faces = np.asarray(faces)
+    outside = (faces < 0) | (faces >= len(body.triangles))
+    if outside.any():
+        row = int(np.argmax(outside))
+        raise AvatarError(
+            f"[{row}] = {int(faces[row])}, but the body model has {len(body.triangles)} triangles",
+            field="anchor faces",
+        )
+    return body.triangles[faces].reshape(-1)

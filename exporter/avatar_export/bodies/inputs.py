@@ -1,0 +1,82 @@
+"""The files beside a checkpoint: given by option, or found in a data-set folder by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from avatar_export.bodies.subject_files import EYELID_FILES
+from avatar_export.options import ReadOptions
+from avatar_runtime.io.errors import AvatarError
+
+# What each input is called where people keep it; the first pattern that matches wins.
+PATTERNS: dict[str, tuple[str, ...]] = {
+    "body_model": (
+        "body_model.npz",
+        "generic_model.pkl",
+        "flame*model*.pkl",
+        "FLAME20*.pkl",
+        "FLAME_NEUTRAL*.pkl",
+        "FLAME_*MALE*.pkl",
+        "SMPL_*.pkl",
+    ),
+    "shape": ("shape.npy", "*.frame"),
+    "eyelids": ("l_eyelid.npy",),
+    "anchor_faces": ("back_of_head.txt",),
+}
+DEPTH = 3
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Paths, None where nothing was given or found."""
+
+    body_model: Path | None
+    shape: Path | None
+    eyelids: Path | None  # folder
+    anchor_faces: Path | None
+
+    def files(self) -> dict[str, Path]:
+        """Every file that is there, under "ROLE/FILE"; `--shape zero` is none."""
+        found: dict[str, Path] = {}
+        for field in fields(self):
+            path: Path | None = getattr(self, field.name)
+            if path is not None and path.is_file():
+                found[f"{field.name}/{path.name}"] = path
+            elif path is not None and path.is_dir():
+                found |= {f"{field.name}/{name}": path / name for name in EYELID_FILES.values()}
+        return found
+
+
+def find_inputs(model_folder: Path, options: ReadOptions, owner: str) -> Inputs:
+    """Each input from its option, else from `--dataset`, else from the model folder itself."""
+    if options.dataset is not None and not options.dataset.is_dir():
+        raise AvatarError("no such folder", file=options.dataset, field="--dataset", owner=owner)
+    roots = [root for root in (options.dataset, model_folder) if root is not None]
+    found: dict[str, Path | None] = {}
+    for name, patterns in PATTERNS.items():
+        given: Path | None = getattr(options, name)
+        if given is not None and str(given) != "zero" and not given.exists():
+            raise AvatarError("no such file", file=given, field=f"--{name.replace('_', '-')}", owner=owner)
+        first = next(filter(None, (_first(root, patterns) for root in roots)), None)
+        found[name] = given or (first.parent if first and name == "eyelids" else first)
+    return Inputs(**found)
+
+
+def found_driving(dataset: Path | None) -> Path | None:
+    """driving.json in a data-set folder."""
+    return None if dataset is None else _first(dataset, ("driving.json",))
+
+
+def _first(root: Path, patterns: tuple[str, ...]) -> Path | None:
+    for pattern in patterns:
+        for depth in range(DEPTH + 1):
+            matches = sorted(p for p in root.glob("*/" * depth + pattern) if p.is_file())
+            if len(matches) > 1 and not pattern.endswith(".frame"):
+                raise AvatarError(
+                    f"holds {', '.join(p.name for p in matches[:4])}: name the one to take by its option",
+                    file=root,
+                )
+            if matches:
+                return matches[0]  # of a subject's frames any: they share the identity
+    return None

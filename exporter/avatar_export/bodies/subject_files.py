@@ -1,0 +1,139 @@
+"""The small files beside a checkpoint that tell of one subject: identity shape, eyelids, index lists."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_export.formats.archive import Archive
+from avatar_export.formats.npy import ComputedArray, StoredArray, open_npy, parse_npy
+from avatar_export.formats.pth import read_frame
+from avatar_runtime.avatar import F32, F64
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.files import open_file
+
+MAX_COEFFICIENTS = 300
+MAX_TEXT_BYTES = 256 << 20
+EYELID_FILES = {"left": "l_eyelid.npy", "right": "r_eyelid.npy"}
+SHAPE_KEYS = ("shape", "shape_params", "betas")
+
+
+def read_shape(path: Path) -> F64:
+    """Identity coefficients [S], S <= 300, from a tracked `.frame`, `.npy`, `.npz` or `.json`.
+
+    A dict is searched for flame.shape, shape, shape_params or betas. Raises AvatarError if there is no such
+    list of finite numbers.
+    """
+    values = np.asarray(_shape_values(path), np.float64)
+    if sum(size > 1 for size in values.shape) > 1 or not 0 < values.size <= MAX_COEFFICIENTS:
+        raise _wrong(f"expected 1 to {MAX_COEFFICIENTS} coefficients, got shape {list(values.shape)}", path)
+    values = values.reshape(-1)
+    if not np.isfinite(values).all():
+        raise _wrong(f"[{int(np.argmax(~np.isfinite(values)))}] is not a finite number", path)
+    return values
+
+
+def read_eyelids(folder: Path, vertices: int) -> dict[str, F32]:
+    """The eyelid shapes left and right, [V, 3] offsets of a body model's vertices for a closed lid.
+
+    From l_eyelid.npy and r_eyelid.npy in `folder`. Raises AvatarError for a missing file, another shape, NaN.
+    """
+    return {side: _vertex_offsets(folder / name, vertices) for side, name in EYELID_FILES.items()}
+
+
+def read_faces(path: Path, count: int) -> npt.NDArray[np.int32]:
+    """Face indices below `count` from a text file such as back_of_head.txt, repeats and order kept.
+
+    Raises AvatarError for a word that is no number, an index out of range, or an empty file.
+    """
+    words = _text(path).replace(",", " ").split()
+    if not words:
+        raise AvatarError("holds no face index", file=path)
+    for row, word in enumerate(words):
+        if not (word.isascii() and word.isdigit()) or len(word) > 10 or int(word) >= count:
+            raise AvatarError(
+                f"entry {row} is {word[:20]!a}, expected a face of the body model, 0..{count - 1}",
+                file=path,
+            )
+    return np.array([int(word) for word in words], np.int32)
+
+
+def _vertex_offsets(path: Path, vertices: int) -> F32:
+    source = open_npy(path)
+    if source.shape != (vertices, 3) or source.dtype.kind != "f":
+        raise AvatarError(
+            f"expected floats [{vertices}, 3] (one row a vertex of the body model), "
+            f"got {source.dtype}{list(source.shape)}",
+            file=path,
+        )
+    with np.errstate(over="ignore"):
+        offsets = source.rows(0, vertices)
+    if not np.isfinite(offsets).all():
+        raise AvatarError(f"row {int(np.nonzero(~np.isfinite(offsets))[0][0])} is not finite", file=path)
+    return offsets
+
+
+def _shape_values(path: Path) -> Any:
+    try:
+        with open_file(path) as stream:
+            head = stream.read(6)
+    except OSError as error:
+        raise AvatarError(f"cannot be read: {error}", file=path) from error
+    if head == b"\x93NUMPY":
+        return _numbers(open_npy(path), path)
+    if not head.startswith(b"PK"):
+        return _from_json(path)
+    with Archive(path) as archive:
+        if not any(name.endswith("data.pkl") for name in archive.names):
+            keys = [key for key in SHAPE_KEYS if f"{key}.npy" in archive.names]
+            name = f"{keys[0]}.npy" if keys else archive.names[0] if len(archive.names) == 1 else None
+            if name is None:
+                raise _wrong(f"has none of the arrays {', '.join(SHAPE_KEYS)}", path)
+            return _numbers(parse_npy(archive.read(name), path, name), path)
+    return _numbers(_search(read_frame(path), path), path)
+
+
+def _from_json(path: Path) -> Any:
+    try:
+        content = json.loads(_text(path))
+    except (ValueError, RecursionError) as error:
+        raise _wrong(f"is no .frame, .npy, .npz or JSON ({type(error).__name__})", path) from error
+    values = _search(content, path) if isinstance(content, dict) else content
+    if isinstance(values, list) and len(values) == 1 and isinstance(values[0], list):
+        values = values[0]
+    if not isinstance(values, list) or not all(type(v) in (int, float) and abs(v) < 1e30 for v in values):
+        raise _wrong("is no list of numbers", path)
+    return values
+
+
+def _search(content: dict[str, Any], path: Path) -> Any:
+    flame = content.get("flame")
+    for holder in (flame if isinstance(flame, dict) else {}, content):
+        for key in SHAPE_KEYS:
+            if key in holder:
+                return holder[key]
+    raise _wrong(f"has none of the keys flame.shape, {', '.join(SHAPE_KEYS)}", path)
+
+
+def _numbers(source: object, path: Path) -> Any:
+    if not isinstance(source, (StoredArray, ComputedArray)) or source.dtype.kind not in "fiu":
+        raise _wrong("is no array of numbers", path)
+    return source.read()
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > MAX_TEXT_BYTES:
+            raise AvatarError(f"is over {MAX_TEXT_BYTES} bytes, no such text file", file=path)
+        with open_file(path) as stream:
+            return stream.read().decode("utf8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise AvatarError(f"cannot be read as text: {type(error).__name__}", file=path) from error
+
+
+def _wrong(message: str, path: Path) -> AvatarError:
+    return AvatarError(message, file=path, field="shape")

@@ -1,0 +1,236 @@
+"""Everything wrong with a bundle, not just the first: manifest, files, then what its numbers say."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_export.checks.derived import derived_problems
+from avatar_export.checks.reference import reference_problems
+from avatar_export.driving.arkit import canonical
+from avatar_export.ops.bounds import bounds
+from avatar_runtime.avatar import Avatar, SparseRows
+from avatar_runtime.bundle import MANIFEST, Open, checked_bytes, handedness, load, opener, read_manifest
+from avatar_runtime.codec.manifest import ENHANCER_FILE
+from avatar_runtime.enhance import make_enhance, missing_libraries
+from avatar_runtime.handedness import mirrored, mirrored_boxes
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose, resolve
+from avatar_runtime.stages.joints import joints
+from avatar_schema.validate import Problem, manifest_problems
+
+WEIGHT_SUM_TOLERANCE = 1e-3  # of a row of skin weights, which adds up to 1
+REST_TOLERANCE = 1e-4  # of a joint's skin matrix at rest, which is the identity; linear part and metres
+BOUNDS_TOLERANCE = 1e-4  # metres, plus this part of the box's size
+LARGEST_LOG_SCALE = float(np.log(10.0))  # a standard deviation of ten metres
+LARGEST_LOGIT = 30.0  # sigmoid has long been 0 or 1 in float32
+FARTHEST = 100.0  # metres from the origin: beyond, the unit is hardly the metre
+
+Bools = npt.NDArray[np.bool_]
+
+
+def validate(path: str | Path) -> list[Problem]:
+    """Every problem of the bundle at `path`, folder or zip; none for a good one. A warning stops no reader.
+
+    Problem.path is "FILE: FIELD" as an AvatarError has it. Where the manifest is not sound nothing else is
+    looked at. Raises AvatarError if there is nothing at `path`.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise AvatarError("no such file or folder", file=path)
+    try:
+        read = opener(path)
+        document = read_manifest(read)
+    except AvatarError as error:
+        return [_problem(error)]
+    problems = [Problem(f"{MANIFEST}: {p.path}", p.message, p.warning) for p in manifest_problems(document)]
+    if any(not p.warning for p in problems):
+        return problems
+    problems += _files(path, read, document)
+    try:
+        avatar = load(path)
+    except AvatarError as error:
+        if not any(p.path == error.file for p in problems):
+            problems.append(_problem(error))
+        return problems
+    problems += [p for check in _CHECKS for p in check(avatar, document)]
+    problems += derived_problems(avatar, document, read)
+    stored = avatar if handedness(document) == "right" else mirrored(avatar)
+    return problems + list(reference_problems(stored, document, read))
+
+
+def _problem(error: AvatarError) -> Problem:
+    return Problem(": ".join(p for p in (error.file, error.field) if p) or "bundle", error.message)
+
+
+def _files(path: Path, read: Open, document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Listed files that are missing or altered, and files that are not listed."""
+    listed: set[str] = set()
+    for index, entry in enumerate(document["files"]):
+        if entry["path"] in listed:
+            yield Problem(f"{MANIFEST}: $.files[{index}].path", f"{entry['path']} stands twice")
+            continue
+        listed.add(entry["path"])
+        try:
+            checked_bytes(read, entry)
+        except AvatarError as error:
+            yield _problem(error)
+    for name, count in Counter(_names(path)).items():
+        if name != MANIFEST and name not in listed:
+            yield Problem(name, "is not listed in the manifest", warning=True)
+        if count > 1:
+            yield Problem(name, "stands more than once in the zip; readers may take either")
+
+
+def _names(path: Path) -> list[str]:
+    """Every file of a folder or zip, by its path inside."""
+    if path.is_dir():
+        found = [Path(folder, name) for folder, _, names in os.walk(path) for name in names]
+        return sorted(file.relative_to(path).as_posix() for file in found)
+    with zipfile.ZipFile(path) as archive:
+        return sorted(name for name in archive.namelist() if not name.endswith("/"))
+
+
+def _names_problems(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
+    """Aliases that mean two expressions, ranges that run backwards, driving inputs that no capture sends."""
+    owner = {name: name for name in avatar.expression_names}
+    for index, expression in enumerate(avatar.expressions):
+        where = f"{MANIFEST}: $.expressions[{index}]"
+        for alias in expression.aliases:
+            if owner.setdefault(alias, expression.name) != expression.name:
+                yield Problem(f"{where}.aliases", f"{alias!r} also means {owner[alias]!r}")
+        low, high = expression.range
+        if not low <= high:
+            yield Problem(f"{where}.range", f"runs from {low} down to {high}")
+    for index, name in enumerate(avatar.driving.inputs):
+        if canonical(name) is None:
+            where = f"{MANIFEST}: $.driving.inputs[{index}]"
+            yield Problem(
+                where, f"{name!r} is none of the 52 ARKit names, so nothing drives it", warning=True
+            )
+
+
+def _counts(avatar: Avatar, document: Mapping[str, Any]) -> Iterator[Problem]:
+    """The manifest's entry counts against the tensors."""
+    said = document["blendshapes"]["entries"]
+    parts = ("geometry", "appearance", "correctives", "late_morphs")
+    for name in dict.fromkeys((*parts, *said)):
+        there = getattr(avatar.blendshapes, name).entries if name in parts else None
+        if said.get(name) != there:
+            message = f"is {said.get(name, 'missing')}, blendshapes.safetensors has {there or 'none'}"
+            yield Problem(f"{MANIFEST}: $.blendshapes.entries.{name}", message)
+
+
+def _gaussians(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
+    """Numbers that are legal and hardly meant."""
+    g = avatar.gaussians
+    limit = f"more than {LARGEST_LOGIT:g} from 0: sigmoid is 0 or 1"
+    checks: tuple[tuple[str, Any, str], ...] = (
+        ("rot", ~g.quat_wxyz.any(axis=1), "a quaternion of length 0, drawn as the identity"),
+        ("scale", (g.log_scale > LARGEST_LOG_SCALE).any(axis=1), "a standard deviation above 10 m"),
+        ("opacity", np.abs(g.opacity_logit) > LARGEST_LOGIT, limit),
+        ("xyz", (np.abs(g.mean) > FARTHEST).any(axis=1), f"more than {FARTHEST:g} m from the origin"),
+    )
+    for field, bad, message in checks:
+        yield from _rows("gaussians.ply", field, bad, message, warning=True)
+
+
+def _weights(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
+    """Skin weights: every skinned row has some, none is negative, they add up to 1."""
+    if avatar.rig is None:
+        return
+    skinned = np.zeros(avatar.gaussians.count, bool)
+    for group in avatar.groups:
+        skinned[group.first : group.first + group.count] = group.binding == "skin"
+    yield from _skin("blendshapes.safetensors", avatar.skin, skinned)
+    yield from _skin("rig.safetensors", avatar.rig.skin, np.ones(len(avatar.rig.vertices), bool))
+
+
+def _skin(file: str, skin: SparseRows, skinned: Bools) -> Iterator[Problem]:
+    weight = skin.values["weight"].astype(np.float64)
+    row = np.repeat(np.arange(skin.rows), skin.row_ptr[1:] - skin.row_ptr[:-1])
+    total = np.bincount(row, weight, skin.rows)
+    empty = np.bincount(row, minlength=skin.rows) == 0
+    off = ~(np.abs(total - 1) <= WEIGHT_SUM_TOLERANCE)
+    negative = np.bincount(row, weight < 0, skin.rows) > 0
+    yield from _rows(file, "skin", skinned & empty, "no weight, so it would collapse to the origin")
+    message = f"weights that do not add up to 1 within {WEIGHT_SUM_TOLERANCE:g}"
+    yield from _rows(file, "skin", skinned & off & ~empty, message)
+    yield from _rows(file, "skin", skinned & negative, "a negative weight")
+
+
+def _rest(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
+    """The binding pose: with nothing posed every skin matrix is the identity.
+
+    A mesh under embedded Gaussians may rest elsewhere, as the faces of ASM do: their bones make the person. It is
+    looked at where Gaussians are not bound to that very rest.
+    """
+    rig = avatar.rig
+    if rig is None:
+        return
+    matrix = joints(rig, resolve(Pose(), avatar)).skin_matrix
+    off = ~(np.abs(matrix - np.eye(4)).max(axis=(1, 2)) <= REST_TOLERANCE)
+    if off.any() and avatar.embedding is not None:
+        mesh = Player(avatar, "reference").mesh(Pose())
+        if np.abs(mesh - avatar.embedding.canonical_vertices).max(initial=0) <= REST_TOLERANCE:
+            return
+    message = f"a skin matrix that is not the identity at rest (within {REST_TOLERANCE:g})"
+    warning = avatar.embedding is not None
+    yield from _rows("rig.safetensors", "inverse_bind_matrix", off, message, warning=warning)
+
+
+def _bounds(avatar: Avatar, document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Boxes in the manifest against the Gaussians; `swept` may be another writer's, so only a warning."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        computed = bounds(avatar)
+    if handedness(document) == "left":
+        computed = mirrored_boxes(computed)
+    for name, box in computed.items():
+        said = document["bounds"][name]
+        tolerance = BOUNDS_TOLERANCE * (1 + np.ptp([box["min"], box["max"]], axis=0))
+        for end in ("min", "max"):
+            if not (np.abs(np.subtract(said[end], box[end])) <= tolerance).all():
+                message = f"is {_short(said[end])}, computed from the Gaussians {_short(box[end])}"
+                yield Problem(f"{MANIFEST}: $.bounds.{name}.{end}", message, warning=name == "swept")
+    rest, swept = (document["bounds"][name] for name in ("rest", "swept"))
+    if not (np.less_equal(swept["min"], rest["min"]) & np.less_equal(rest["max"], swept["max"])).all():
+        yield Problem(f"{MANIFEST}: $.bounds.swept", "does not hold the box at rest")
+
+
+def _enhancer(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
+    """The network, where its library is there to look into it."""
+    if avatar.enhancer is None:
+        return
+    missing = missing_libraries()
+    if missing:
+        message = f"was not looked into: that needs {missing}"
+        yield Problem(ENHANCER_FILE, message, warning=True)
+        return
+    try:
+        make_enhance(avatar.enhancer)
+    except AvatarError as error:
+        yield _problem(error)
+
+
+def _rows(file: str, field: str, bad: Bools, what: str, warning: bool = False) -> Iterable[Problem]:
+    """One problem for all bad rows: the first by its number, and how many there are."""
+    count = int(np.count_nonzero(bad))
+    if not count:
+        return []
+    more = f" (and {count - 1} more of {len(bad)} rows)" if count > 1 else ""
+    return [Problem(f"{file}: {field}[{int(np.argmax(bad))}]", f"has {what}{more}", warning)]
+
+
+def _short(vector: Iterable[float]) -> str:
+    return "[" + ", ".join(f"{value:.6g}" for value in vector) + "]"
+
+
+_CHECKS = (_names_problems, _counts, _gaussians, _weights, _rest, _bounds, _enhancer)

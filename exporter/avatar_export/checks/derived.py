@@ -1,0 +1,97 @@
+"""Derived files of a bundle against what its normative files give."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from avatar_export.writers import INFLUENCES, WRITERS, Export, Writer, engine_facts
+from avatar_runtime.avatar import F32, F64, Avatar, Gaussians
+from avatar_runtime.bundle import MANIFEST, Open, checked_bytes, handedness
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.stages.surface import binding_pose
+from avatar_schema.validate import Problem
+
+BINDING_TOLERANCE = 1e-5  # of gaussians.ply against the embedding: metres; distance of unit quaternions
+FIGURE_TOLERANCE = 1e-3  # millimetres, of what the manifest says the files for engines cannot say
+
+
+def derived_problems(avatar: Avatar, document: Mapping[str, Any], read: Open) -> Iterator[Problem]:
+    """Every derived file that is listed and sound in size and hash is made again and compared.
+
+    Files that differ in bytes alone (another library version) pass where their contents are the same up to
+    the rounding of float32. Also the Gaussians of a surface avatar, whose xyz and rot the embedding gives.
+    """
+    yield from _binding_pose(avatar)
+    engine = document["engine"]
+    influences = engine["influences"] if engine else INFLUENCES[0]
+    export = Export(avatar, influences, handedness(document))
+    if engine:
+        try:
+            yield from _figures(engine, engine_facts(export))
+        except AvatarError as error:
+            yield Problem(f"{MANIFEST}: $.engine", str(error))
+    writers = {writer.path: writer for writer in WRITERS}
+    for entry in document["files"]:
+        name, writer = entry["path"], writers.get(entry["path"])
+        if writer is None:
+            yield Problem(name, "is no file that this version writes; it is not looked into", warning=True)
+        elif writer.derived != entry["derived"]:
+            want = "derived" if writer.derived else "not derived"
+            yield Problem(f"{MANIFEST}: $.files", f"{name} is {want}, the manifest says otherwise")
+        elif writer.derived and writer.part != "reference":  # which is played, not made again
+            yield from _compared(writer, export, entry, read)
+
+
+def _compared(writer: Writer, export: Export, entry: Mapping[str, Any], read: Open) -> Iterator[Problem]:
+    try:
+        stored = bytes(checked_bytes(read, dict(entry)))
+    except AvatarError:
+        return  # said already
+    try:
+        pieces = writer.pieces(export)
+        if pieces is None:
+            yield Problem(writer.path, "belongs to no avatar like this one")
+            return
+        difference = writer.same(stored, b"".join(pieces))
+        for message in writer.problems(export):
+            yield Problem(writer.path, message)
+    except AvatarError as error:
+        yield Problem(writer.path, error.message)
+        return
+    if difference is not None:
+        yield Problem(
+            writer.path, f"is not what the other files give: {difference}; `convert` again writes it anew"
+        )
+
+
+def _figures(said: Mapping[str, Any], found: Mapping[str, Any]) -> Iterator[Problem]:
+    for name, value in found.items():
+        stated = said.get(name)
+        if isinstance(stated, int | float) and abs(stated - value) <= FIGURE_TOLERANCE + 1e-3 * abs(value):
+            continue
+        yield Problem(f"{MANIFEST}: $.engine.{name}", f"is {stated}, measured again {value:.6g}")
+
+
+def _binding_pose(avatar: Avatar) -> Iterator[Problem]:
+    if avatar.embedding is None:
+        return
+    with np.errstate(over="ignore", invalid="ignore"):  # what is too large to compare is a problem below
+        mean, quat = binding_pose(avatar.embedding, avatar.rules, avatar.training_per_bundle)
+        for field, error in zip(("xyz", "rot"), _apart(avatar.gaussians, mean, quat), strict=True):
+            row = int(np.argmax(error))
+            if not error[row] <= BINDING_TOLERANCE:
+                message = (
+                    f"is {error[row]:.3g} away from what embedding.safetensors gives in the binding pose"
+                )
+                yield Problem(f"gaussians.ply: {field}[{row}]", message)
+
+
+def _apart(stored: Gaussians, mean: F32, quat: F32) -> tuple[F64, F64]:
+    """[N] metres between the means, [N] distances between the unit quaternions, signs aside."""
+    away = np.linalg.norm(stored.mean.astype(np.float64) - mean, axis=1)
+    a, b = (q.astype(np.float64) for q in (stored.quat_wxyz, quat))
+    a, b = (q / np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-12) for q in (a, b))
+    return away, np.minimum(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))

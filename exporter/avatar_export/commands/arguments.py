@@ -1,0 +1,114 @@
+"""Values of command line options; a wrong one raises typer.BadParameter, a usage error with exit code 2."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Mapping
+from typing import Annotated
+
+import typer
+
+from avatar_export.readers.table import READERS
+from avatar_runtime.backends import BACKENDS
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace OUT if it exists.")]
+System = Annotated[
+    str | None, typer.Option(help=f"Skip detection: {', '.join(r.system for r in READERS)}.", metavar="NAME")
+]
+Expressions = Annotated[
+    list[str] | None, typer.Option("--expression", "-e", help="One of the avatar's own, NAME=WEIGHT.")
+]
+Arkit = Annotated[
+    list[str] | None,
+    typer.Option("--arkit", "-a", help="ARKit NAME=WEIGHT, through the avatar's driving."),
+]
+Turns = Annotated[
+    list[str] | None, typer.Option("--joint", "-j", help="NAME=X,Y,Z: rotation vector in degrees.")
+]
+Backend = Annotated[
+    str | None,
+    typer.Option(
+        help=f"What computes: {', '.join(BACKENDS)}; default: cpu where Numba is installed, else reference.",
+        metavar="NAME",
+    ),
+]
+Eyelids = Annotated[list[str] | None, typer.Option(help="NAME=WEIGHT.")]
+NUMBER = re.compile("[0-9]{1,6}")
+LARGEST = 1e6  # weights and degrees beyond are slips
+
+
+def pairs(values: list[str] | None) -> list[tuple[str, str]]:
+    """NAME=VALUE options as (name, value)."""
+    pairs = []
+    for value in values or []:
+        name, equals, text = value.rpartition("=")
+        if not equals or not name:
+            raise typer.BadParameter(f"{value!r} is not NAME=VALUE")
+        pairs.append((name, text))
+    return pairs
+
+
+def numbers(text: str, count: int) -> tuple[float, ...]:
+    """Exactly `count` finite numbers between commas."""
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count or not all(abs(number) <= LARGEST for number in numbers):
+        raise typer.BadParameter(
+            f"{text!r} is not {count} finite number{'s' * (count > 1)} up to {LARGEST:g}"
+        )
+    return numbers
+
+
+def size(text: str) -> tuple[int, int]:
+    """(width, height) from N or WxH."""
+    width, by, height = text.partition("x")
+    if not (NUMBER.fullmatch(width) and (not by or NUMBER.fullmatch(height))):
+        raise typer.BadParameter(f"{text!r} is not N or WxH", param_hint="--size")
+    size = int(width), int(height or width)
+    if not all(1 <= side <= 8192 for side in size):
+        raise typer.BadParameter("each side is 1 to 8192 pixels", param_hint="--size")
+    return size
+
+
+def frame_slice(text: str | None) -> slice:
+    """FIRST:END, either may be left away."""
+    if text is None:
+        return slice(None)
+    first, colon, end = text.partition(":")
+    if not colon or not all(part == "" or NUMBER.fullmatch(part) for part in (first, end)):
+        raise typer.BadParameter(f"{text!r} is not FIRST:END", param_hint="--frames")
+    return slice(int(first or 0), int(end) if end else None)
+
+
+def background(text: str | None) -> tuple[float, float, float] | None:
+    """A colour; None for the trainer's and for `transparent`."""
+    if text is None or text == "transparent":
+        return None
+    r, g, b = numbers(text, 3)
+    if not all(0 <= value <= 1 for value in (r, g, b)):
+        raise typer.BadParameter(f"{text!r} is not three numbers from 0 to 1", param_hint="--background")
+    return r, g, b
+
+
+def one_of(option: str, value: object, known: Collection[object]) -> None:
+    """The value of an option is one that is known, or not given."""
+    if value is not None and value not in known:
+        raise typer.BadParameter(f"{value!r} is none of {', '.join(map(str, known))}", param_hint=option)
+
+
+def finite(given: Mapping[str, float]) -> None:
+    """None of these may be infinite or no number."""
+    for name, value in given.items():
+        if not math.isfinite(value):
+            raise typer.BadParameter(f"{value} is not a finite number", param_hint=name)
+
+
+def exclude(given: Mapping[str, object]) -> None:
+    """At most one of these may be given."""
+    named = [name for name, value in given.items() if value]
+    if len(named) > 1:
+        raise typer.BadParameter(f"{' and '.join(named)} exclude each other")

@@ -1,0 +1,280 @@
+"""What `conform` found, for people: lines of a table, one HTML file that needs no other, pictures of what differs."""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_export.images import png
+from avatar_runtime.conformance import Expected, PictureRow, Reference, Report, Row
+
+Pixels = npt.NDArray[np.uint8]
+ENGINE_AGREES_DB = 65.0  # of profile engine against trainer, what a GPU's way of drawing should reach
+GAIN = 32  # a difference of 8/255 is white in the picture of differences
+MOST_PERCENT = 999  # of a tolerance; more is not worth a number
+COLUMNS = ("stage", "case", "array", "max error", "tolerance", "used", "flips", "verdict")
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the table, as text but for whether it holds."""
+
+    stage: str  # with its profile where it has one
+    case: str
+    array: str
+    error: str
+    tolerance: str
+    used: str  # the largest part of its tolerance that an element takes up
+    flips: str
+    passed: bool
+    worst: str = ""  # of what fails: which element, what was given, what is expected
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """By COLUMNS."""
+        verdict = "holds" if self.passed else "FAILS"
+        return (
+            self.stage, self.case, self.array, self.error, self.tolerance, self.used, self.flips, verdict
+        )  # fmt: skip
+
+
+def all_lines(report: Report, reference: Reference) -> list[Line]:
+    """Every array of every stage of every case, then every picture."""
+    return [*(_line(row, reference) for row in report.rows), *map(_picture_line, report.pictures)]
+
+
+def stage_lines(report: Report, reference: Reference) -> list[Line]:
+    """The worst of each stage over cases and arrays, in the order of the stages; of the pictures by profile."""
+    worst: dict[str, tuple[tuple[bool, float], Line]] = {}
+    rows = [((not row.passed, row.verdict.used), _line(row, reference)) for row in report.rows]
+    pictures = [((not p.passed, p.difference), _picture_line(p)) for p in report.pictures]
+    for rank, line in (*rows, *pictures):
+        if line.stage not in worst or rank > worst[line.stage][0]:
+            worst[line.stage] = (rank, line)
+    return [line for _, line in worst.values()]
+
+
+def facts(report: Report, reference: Reference) -> dict[str, Any]:
+    """All of it as JSON has it; a number that is not finite is null."""
+    return {
+        "backend": report.backend,
+        "made_by": reference.made_by,
+        "passed": report.passed,
+        "first_failure": report.first_failure,
+        "stages": [_row_facts(row, _expected(reference, row)) for row in report.rows],
+        "pictures": [_picture_facts(picture) for picture in report.pictures],
+        "engine_psnr_db": {c.case.name: c.engine_psnr_db for c in reference.cases if c.pictures},
+        "notes": notes(report, reference),
+    }
+
+
+def notes(report: Report, reference: Reference) -> list[str]:
+    """What the table does not say: what was passed over, and how far the two raster profiles lie apart."""
+    said = []
+    if report.skipped:
+        why = "not given" if report.backend is None else f"backend {report.backend} does not draw"
+        said.append(f"{why}, so passed over: {'; '.join(report.skipped)}")
+    if report.backend is None:
+        said.append("pictures are not judged where outputs are given")
+        return said
+    for case in reference.cases:
+        if not case.pictures:
+            continue
+        if case.engine_psnr_db is None:
+            said.append(f"case {case.case.name}: the profiles engine and trainer draw the same picture")
+            continue
+        short = "" if case.engine_psnr_db >= ENGINE_AGREES_DB else f", less than {ENGINE_AGREES_DB:g}"
+        said.append(
+            f"case {case.case.name}: profile engine against trainer {case.engine_psnr_db:.1f} dB{short}"
+        )
+    return said
+
+
+def verdict(report: Report) -> str:
+    """One sentence."""
+    who = "what was given" if report.backend is None else f"backend {report.backend}"
+    return f"{who} repeats the reference" if report.passed else f"{who} fails first at {report.first_failure}"
+
+
+def worst_elements(lines: Iterable[Line]) -> list[str]:
+    """Of every line that fails and has one."""
+    return [f"{line.stage}, case {line.case}: {line.worst}" for line in lines if line.worst]
+
+
+def failed_pictures(report: Report) -> dict[str, Pixels]:
+    """File name -> picture, of the cases in which anything fails: the reference, what was drawn, the difference."""
+    bad = {row.case for row in report.rows if not row.passed}
+    bad |= {picture.case for picture in report.pictures if not picture.passed}
+    return {
+        f"{picture.case}.{picture.profile}.{kind}.png": pixels
+        for picture in report.pictures
+        if picture.case in bad
+        for kind, pixels in _shown(picture).items()
+    }
+
+
+def html_report(title: str, report: Report, reference: Reference) -> str:
+    """The page: verdict, the worst of each stage, all arrays, pictures. Same results, same bytes."""
+    cases = {case.case.name: case.case.why for case in reference.cases}
+    parts = [
+        f"<h1>{html.escape(title)}</h1>",
+        f'<p class="{"good" if report.passed else "bad"}">{html.escape(verdict(report))}.</p>',
+        f"<p>Reference made by {html.escape(reference.made_by)} ({html.escape(reference.generator)}).</p>",
+        _table(stage_lines(report, reference)),
+        _list(notes(report, reference)),
+        "<h2>Pictures</h2>",
+        *(_figure(picture, cases.get(picture.case, "")) for picture in report.pictures),
+        "<h2>Every array</h2>",
+        _table(all_lines(report, reference)),
+    ]
+    return PAGE.format(title=html.escape(title), body="\n".join(parts))
+
+
+def _row_facts(row: Row, expected: Expected) -> dict[str, Any]:
+    """`worst.tolerance` is what that element may be off by: atol times its row's weight + rtol |want|."""
+    found, element = row.verdict, row.verdict.worst
+    named = {name: getattr(row, name) for name in ("case", "stage", "profile", "array", "passed")}
+    numbers = {"error": _finite(found.error), "used": _finite(found.used), "flips": found.flips}
+    allowed = {"most_flips": expected.most_flips, "atol": expected.atol, "rtol": expected.rtol}
+    worst = element and {
+        "index": list(element.index),
+        **row.place,
+        "got": _finite(element.got),
+        "want": element.want,
+        "tolerance": element.allowed,
+    }
+    return {**named, **numbers, **allowed, "worst": worst, "note": found.note}
+
+
+def _picture_facts(picture: PictureRow) -> dict[str, Any]:
+    named = {name: getattr(picture, name) for name in ("case", "profile", "tolerance", "psnr_db", "passed")}
+    return {**named, "difference": _finite(picture.difference), "unit": 1 / 255}
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _line(row: Row, reference: Reference) -> Line:
+    expected = _expected(reference, row)
+    found = row.verdict
+    flips = f"{found.flips} of {found.most_flips}" if found.flips or found.most_flips else ""
+    return Line(
+        row.stage if row.profile is None else f"{row.stage} {row.profile}",
+        row.case,
+        row.array,
+        found.note or f"{found.error:.2g}",
+        _tolerance(expected),
+        _percent(found.used),
+        flips,
+        row.passed,
+        "" if row.passed else _worst(row),
+    )
+
+
+def _percent(used: float) -> str:
+    return f"{100 * used:.0f} %" if 100 * used <= MOST_PERCENT else f">{MOST_PERCENT} %"
+
+
+def _worst(row: Row) -> str:
+    """`mean[12, 0] of gaussian 3491: got 0.1, expected 0.2`."""
+    element = row.verdict.worst
+    if element is None:
+        return ""
+    names = {"gaussian": "Gaussian"}
+    place = ", ".join(f"{names.get(name, name)} {value}" for name, value in row.place.items())
+    of = f" of {'pixel ' if 'x' in row.place else ''}{place}" if place else ""
+    return f"{row.array}{list(element.index)}{of}: got {element.got:.9g}, expected {element.want:.9g}"
+
+
+def _picture_line(picture: PictureRow) -> Line:
+    return Line(
+        f"picture {picture.profile}",
+        picture.case,
+        "colour, alpha",
+        f"{_steps(picture.difference)}/255",
+        f"{_steps(picture.tolerance)}/255",
+        _percent(picture.difference / picture.tolerance),
+        "",
+        picture.passed,
+    )
+
+
+def _steps(difference: float) -> str:
+    """Parts of 255."""
+    return f"{difference:.1f}" if difference > 1 else f"{difference:.2g}"
+
+
+def _expected(reference: Reference, row: Row) -> Expected:
+    (case,) = (c for c in reference.cases if c.case.name == row.case)
+    (step,) = (s for s in case.steps if (s.stage, s.profile) == (row.stage, row.profile))
+    return step.outputs[row.array]
+
+
+def _tolerance(expected: Expected) -> str:
+    """atol + rtol |x|, or what there is of it."""
+    weight = " w" if expected.weight else ""
+    terms = [f"{expected.atol:.2g}{weight}"] if expected.atol else []
+    terms += [f"{expected.rtol:.2g} |x|"] if expected.rtol else []
+    return " + ".join(terms) or "equal"
+
+
+def _shown(picture: PictureRow) -> dict[str, Pixels]:
+    off = np.abs(picture.got.colour.astype(np.int16) - picture.want.colour)
+    return {
+        "ref": picture.want.colour,
+        "got": picture.got.colour,
+        "diff": np.minimum(GAIN * off, 255).astype(np.uint8),
+    }
+
+
+def _table(lines: Iterable[Line]) -> str:
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in (*COLUMNS, "worst element"))
+    body = "".join(
+        f'<tr class="{"good" if line.passed else "bad"}">'
+        + "".join(f"<td>{html.escape(cell)}</td>" for cell in (*line.cells, line.worst))
+        + "</tr>\n"
+        for line in lines
+    )
+    return f"<table><tr>{head}</tr>\n{body}</table>"
+
+
+def _list(texts: Iterable[str]) -> str:
+    items = "".join(f"<li>{html.escape(text)}</li>" for text in texts)
+    return f"<ul>{items}</ul>"
+
+
+def _figure(picture: PictureRow, why: str) -> str:
+    images = "".join(
+        f'<img alt="{kind}" title="{kind}" src="data:image/png;base64,{base64.b64encode(png(pixels)).decode()}">'
+        for kind, pixels in _shown(picture).items()
+    )
+    psnr = "equal" if picture.psnr_db is None else f"{picture.psnr_db:.1f} dB"
+    text = (
+        f"{picture.case}, profile {picture.profile}: {why}. Reference, drawn, difference x {GAIN}; up to "
+        f"{_steps(picture.difference)} of 255, {psnr}"
+    )
+    return f"<figure>{images}<figcaption>{html.escape(text)}</figcaption></figure>"
+
+
+PAGE = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<title>{title}</title>
+<style>
+body {{ font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 70em; padding: 0 1em; }}
+table {{ border-collapse: collapse; }}
+th, td {{ padding: 0.1em 0.8em 0.1em 0; text-align: left; font-variant-numeric: tabular-nums; }}
+tr.bad td:nth-child(8), p.bad {{ color: #b00020; font-weight: bold; }}
+figure {{ margin: 1em 0; }}
+img {{ image-rendering: pixelated; margin-right: 4px; }}
+</style>
+{body}
+</html>
+"""

@@ -1,0 +1,39 @@
+"""What the project's command lines share: how they say their version and how they end."""
+
+from __future__ import annotations
+
+import io
+import sys
+from typing import Annotated
+
+import typer
+
+from avatar_export import GENERATOR
+from avatar_runtime.io.errors import AvatarError
+
+
+def _version(show: bool) -> None:
+    if show:
+        print(GENERATOR)
+        raise typer.Exit
+
+
+def root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show version.")
+    ] = False,
+) -> None:
+    """What stands before every command."""
+
+
+def run(app: typer.Typer, program: str) -> None:
+    """Run `app`: bad data is one line and exit code 2; anything else that escapes is a bug."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        app()
+    except (AvatarError, OSError, UnicodeError) as error:  # the last two: names that this system cannot take
+        text = " ".join(str(error).split()).encode("utf-8", "backslashreplace").decode()
+        print(f"{program}: {text}", file=sys.stderr)
+        sys.exit(2)

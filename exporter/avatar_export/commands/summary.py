@@ -1,0 +1,140 @@
+"""What is in an avatar, as plain data; the command line prints it as a table or as JSON."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from avatar_export.driving.drive import unreached
+from avatar_export.readers import bundle
+from avatar_export.readers.table import find, read_with
+from avatar_runtime.avatar import Avatar, Embedding, Enhancer, SparseRows
+from avatar_runtime.bundle import MANIFEST, handedness, load, opener, read_manifest
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.topology import topology_hash
+
+
+def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
+    """The summary of a bundle, or of a trained avatar that can be read (without its rig). Raises AvatarError."""
+    if not path.exists():
+        raise AvatarError("no such file or folder", file=path)
+    if system is None and bundle.detect(path):
+        avatar = load(path)  # checks the manifest before anything else reads it
+        manifest = read_manifest(opener(path))
+        files = {entry["path"]: entry["bytes"] for entry in manifest["files"]}
+        return {
+            "kind": "bundle",
+            "version": manifest["asset"]["version"],
+            "handedness": handedness(manifest),
+            **summary(avatar),
+            "reference": _reference(manifest["reference"]),
+            "files": files,
+        }
+    reader = find(path, system)
+    avatar = read_with(reader, path, reader.without_rig)
+    return {"kind": "source", "note": f"convert it to get {MANIFEST}", **summary(avatar)}
+
+
+@np.errstate(over="ignore")
+def summary(avatar: Avatar) -> dict[str, Any]:
+    """Counts, names, ranges and rules of an avatar."""
+    g, b, rig = avatar.gaussians, avatar.blendshapes, avatar.rig
+    return {
+        "name": avatar.name,
+        "system": avatar.provenance.get("system"),
+        "gaussians": g.count,
+        "groups": {group.name: f"{group.count} ({group.binding})" for group in avatar.groups},
+        "sh_degree": avatar.sh_degree,
+        "expressions": list(avatar.expression_names),
+        "late_morphs": list(avatar.late_morph_names),
+        "rules": {
+            **{name: value for name, value in asdict(avatar.rules).items() if value is not None},
+            "head_pose_in": avatar.head_pose_in,
+        },
+        "deltas": {
+            name: _filled(getattr(b, name))
+            for name in ("geometry", "appearance", "correctives", "late_morphs")
+        },
+        "rig": None
+        if rig is None
+        else {
+            "vertices": len(rig.vertices),
+            "triangles": len(rig.triangles),
+            "joints": list(rig.joint_names),
+            "corrective_joints": len(rig.corrective_joints),
+            "anchor_vertices": len(rig.anchor_vertices),
+        },
+        "embedding": None if avatar.embedding is None else _embedding(avatar.embedding),
+        "clips": {clip.name: f"{clip.frames} frames at {clip.fps:g} a second" for clip in avatar.clips},
+        "enhancer": None if avatar.enhancer is None else _enhancer(avatar.enhancer),
+        "training_units_per_metre": avatar.training_per_bundle,
+        "ranges": {
+            "mean_min": _rounded(g.mean.min(axis=0)),
+            "mean_max": _rounded(g.mean.max(axis=0)),
+            "scale_mm": _rounded(1e3 * np.exp(np.percentile(g.log_scale, [0, 50, 100]))),
+            "opacity": _rounded(
+                1 / (1 + np.exp(-np.percentile(g.opacity_logit.astype(np.float64), [0, 50, 100])))
+            ),
+        },
+        "driving": _driving(avatar),
+        "background": avatar.raster.background,
+        "provenance": dict(avatar.provenance),
+    }
+
+
+def _reference(facts: dict[str, Any] | None) -> dict[str, Any] | None:
+    """Who made the reference vectors, and by case how far profile engine lies from trainer."""
+    if facts is None:
+        return None
+    lies = {case["name"]: case["engine_psnr_db"] for case in facts["cases"]}
+    shown = {
+        name: "equal" if db is None else f"engine against trainer {db:.1f} dB" for name, db in lies.items()
+    }
+    return {"made_by": facts["made_by"], **shown}
+
+
+def _embedding(embedding: Embedding) -> dict[str, Any]:
+    lift = np.abs(embedding.displacement) if len(embedding.displacement) else np.zeros(1)
+    return {
+        "vertices": len(embedding.canonical_vertices),
+        "triangles": len(embedding.triangles),
+        "topology_hash": topology_hash(embedding.triangles, len(embedding.canonical_vertices)),
+        "displacement_mm": _rounded(1e3 * np.percentile(lift, [50, 100])),
+    }
+
+
+def _enhancer(enhancer: Enhancer) -> dict[str, Any]:
+    """What it is worth; playing it is left to the player."""
+    worth = (enhancer.psnr_raw_db, enhancer.psnr_enhanced_db)
+    return {
+        "optional": "render --enhance",
+        "bytes": len(enhancer.onnx),
+        "trained_on": f"{enhancer.trained_width}x{enhancer.trained_height}",
+        "psnr": "not measured"
+        if None in worth
+        else f"{worth[0]:.2f} dB without it, {worth[1]:.2f} dB with it",
+        "measured_on": enhancer.measured_on,
+    }
+
+
+def _filled(sparse: SparseRows) -> str:
+    cells = sparse.rows * sparse.columns
+    return f"{sparse.entries} of {cells} ({100 * sparse.entries / cells:.1f} %)" if cells else "none"
+
+
+def _driving(avatar: Avatar) -> dict[str, Any]:
+    if avatar.driving.mode == "none":
+        way = "convert it with --driving FILE" if avatar.expressions else "it has no expressions"
+        return {"mode": "none", "note": f"ARKit cannot drive this avatar; {way}"}
+    return {
+        "mode": avatar.driving.mode,
+        "head_joint": avatar.driving.head_joint,
+        "unreached": unreached(avatar),
+    }
+
+
+def _rounded(values: Any) -> list[float]:
+    return [float(f"{v:.4g}") for v in values]

@@ -1,0 +1,80 @@
+"""Where trainers that grew out of 3DGS keep their Gaussians: RUN/point_cloud/iteration_N/point_cloud.ply."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from avatar_runtime.codec import ply
+from avatar_runtime.io.files import open_file
+from avatar_runtime.io.whole_files import read_bytes
+
+NAME = "point_cloud.ply"
+ITERATION = re.compile(r"iteration_[0-9]{1,12}")
+MAX_PLY_BYTES = 2 << 30
+
+
+@dataclass(frozen=True)
+class PointCloud:
+    """A .ply of Gaussians and the folders of its run, nearest first: iteration_N, point_cloud, RUN."""
+
+    file: Path
+    folders: tuple[Path, ...]  # its own alone where the layout is another
+
+    @property
+    def name(self) -> str:
+        """Of the avatar, for want of a better one."""
+        return self.folders[-1].absolute().name or self.file.stem
+
+    def find(self, name: str) -> Path | None:
+        """The file `name` next to the .ply, else further up in its run; None if there is none."""
+        return first_file(folder / name for folder in self.folders)
+
+
+def locate(path: Path) -> PointCloud | None:
+    """The Gaussians of a run folder (its newest iteration), of an iteration's folder, or of a .ply; never raises."""
+    if os.path.isfile(path):
+        return _point_cloud(path) if path.suffix.lower() == ".ply" else None
+    found = first_file(folder / NAME for folder in (path, *_iterations(path / "point_cloud")))
+    return None if found is None else _point_cloud(found)
+
+
+def first_file(paths: Iterable[Path]) -> Path | None:
+    """The first that is a file; what cannot be looked at is none."""
+    return next((path for path in paths if os.path.isfile(path)), None)
+
+
+def has_property(cloud: PointCloud, name: str) -> bool:
+    """Whether the header of the .ply has the property `name`; never raises."""
+    try:
+        with open_file(cloud.file) as file:
+            head = file.read(ply.MAX_HEADER_BYTES)
+    except OSError:
+        return False
+    header, end, _ = head.partition(b"\nend_header")
+    return bool(end) and re.search(rb"\nproperty \w+ " + name.encode() + rb"\r?(\n|$)", header) is not None
+
+
+def read_ply(cloud: PointCloud) -> ply.Ply:
+    """The rows of the .ply. Raises AvatarError for a file that cannot be read or is none."""
+    return ply.decode(read_bytes(cloud.file, MAX_PLY_BYTES), cloud.file)
+
+
+def _iterations(folder: Path) -> list[Path]:
+    """The folders iteration_N, newest first."""
+    try:
+        names = [name for name in os.listdir(folder) if ITERATION.fullmatch(name)]
+    except (OSError, ValueError):
+        return []
+    names.sort(key=lambda name: int(name.removeprefix("iteration_")), reverse=True)
+    return [folder / name for name in names]
+
+
+def _point_cloud(file: Path) -> PointCloud:
+    iteration = file.absolute().parent
+    if ITERATION.fullmatch(iteration.name) and iteration.parent.name == "point_cloud":
+        return PointCloud(file, (file.parent, iteration.parent, iteration.parent.parent))
+    return PointCloud(file, (file.parent,))

@@ -1,0 +1,224 @@
+"""What moves the mesh under embedded Gaussians: a rig file, a body model with tracked poses, or nothing.
+
+Systems that embed Gaussians in a mesh store the mesh of one posed frame, no rig. A rig comes from elsewhere, so it
+must be shown that its vertices are those of that mesh; they are then numbered as the mesh is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from avatar_export.bodies.body_model import BodyModel, read_body_model
+from avatar_export.bodies.body_rig import bake_rig
+from avatar_export.bodies.inputs import find_inputs
+from avatar_export.bodies.pose_files import BodyPoses, body_clip, read_poses
+from avatar_export.bodies.subject_files import read_shape
+from avatar_export.clips.sources import clip_poses, clips_from, first_frame, rig_avatar
+from avatar_export.options import ReadOptions
+from avatar_export.provenance import DOUBT
+from avatar_export.rigs.rig_driving import expressions_named, rig_driving
+from avatar_export.rigs.rig_file import read_rig_file
+from avatar_export.rigs.vertex_map import VertexMap, vertex_map
+from avatar_runtime.avatar import F32, F64, I64, U32, Avatar, Clip, Driving, Expression, Rig
+from avatar_runtime.engine_pose import rests_bound
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose
+
+POSE_FILES = ("flame_params.json", "poses.npz", "flame_param.npz")
+CLOSE = 1e-3  # metres: what rounding to six decimals, float32 and another's body model leave is far less
+NO_RIG = (
+    "no rig: give one by --rig FILE.glb|.fbx or --body-model; without it there is no rig.glb, rig.usdc holds splats "
+    "alone, and the avatar plays on posed vertices, Player.frame(posed_vertices=...) or render --meshes"
+)
+
+
+@dataclass(frozen=True)
+class EmbeddedRig:
+    """A rig whose vertices and triangles are those of the mesh it was asked for, and what plays on it."""
+
+    rig: Rig | None
+    expressions: tuple[Expression, ...] = ()
+    clips: tuple[Clip, ...] = ()
+    driving: Driving = field(default_factory=Driving)
+    notes: tuple[str, ...] = ()
+    files: Mapping[str, Path] = field(default_factory=dict)  # "ROLE/FILE" -> path, for the provenance
+    head_pose_in: str = "mesh"
+
+
+def no_rig() -> EmbeddedRig:
+    """No rig: the avatar plays on posed vertices only."""
+    return EmbeddedRig(None, notes=(NO_RIG,))
+
+
+def embedded_rig(vertices: F32, triangles: U32, options: ReadOptions, owner: str) -> EmbeddedRig:
+    """The rig that `options` name for the mesh `vertices` [V, 3] metres, `triangles` [F, 3].
+
+    `rig`: a .glb or .fbx of the mesh; its morph targets are the expressions, its animations the clips.
+    `body_model`: FLAME or SMPL with the identity of `shape`, else of `poses`; `poses` become a clip. Body model,
+    shape and poses may be found in `dataset`. None of them: no rig. Raises AvatarError for both, for files that are
+    broken, and for a rig whose mesh is another.
+    """
+    if options.rig is not None and options.body_model is not None:
+        raise AvatarError("--rig and --body-model both give a rig; leave one away", owner=owner)
+    if options.rig is not None:
+        if options.shape is not None:
+            raise AvatarError("--shape goes with --body-model; a --rig has its shape", owner=owner)
+        _check_exists(options, owner)
+        return _from_file(options.rig, vertices, triangles, options, owner)
+    asked = options
+    if options.dataset is not None:
+        options = _searched(options, options.dataset, owner)
+    if options.body_model is not None:
+        _check_exists(options, owner)
+        return _from_body_model(options.body_model, vertices, triangles, options, owner)
+    if given := [name for name in ("shape", "poses") if getattr(asked, name) is not None]:
+        raise AvatarError(f"--{given[0]} goes with a rig: give --body-model or --rig, too", owner=owner)
+    return no_rig()
+
+
+def _searched(options: ReadOptions, dataset: Path, owner: str) -> ReadOptions:
+    """`options` with what a data-set folder holds in place of what they do not name."""
+    inputs = find_inputs(dataset, options, owner)
+    poses = (sorted(dataset.glob(pattern)) for name in POSE_FILES for pattern in (name, f"*/{name}"))
+    first = next((found[0] for found in poses if found), None)
+    body = options.body_model or inputs.body_model
+    return replace(
+        options, body_model=body, shape=options.shape or inputs.shape, poses=options.poses or first
+    )
+
+
+def _check_exists(options: ReadOptions, owner: str) -> None:
+    for name in ("rig", "body_model", "shape", "poses"):
+        path: Path | None = getattr(options, name)
+        if path is not None and str(path) != "zero" and not path.is_file():
+            what = "is no file" if path.exists() else "no such file"
+            raise AvatarError(what, file=path, field=f"--{name.replace('_', '-')}", owner=owner)
+
+
+def _from_file(path: Path, vertices: F32, triangles: U32, options: ReadOptions, owner: str) -> EmbeddedRig:
+    found = read_rig_file(path)
+    mapped = _mapped(found.rig, found.vertex_ids, vertices, triangles, path, owner)
+    rig = renumbered(found.rig, mapped.rows, triangles)
+    expressions = expressions_named(found.morph_names)
+    avatar = rig_avatar(rig, expressions)
+    clips = clips_from(avatar, path, optional=True)
+    files = {f"rig/{path.name}": path}
+    if options.poses is not None:
+        tracked = clips_from(replace(avatar, clips=clips), options.poses)
+        clips, files = (*tracked, *clips), {**files, f"poses/{options.poses.name}": options.poses}
+    notes = (
+        *found.notes,
+        *_map_notes(mapped, path),
+        *_fit_notes(replace(avatar, clips=clips), vertices, triangles),
+    )
+    return EmbeddedRig(rig, expressions, clips, rig_driving(rig, expressions), notes, files)
+
+
+def _from_body_model(
+    path: Path, vertices: F32, triangles: U32, options: ReadOptions, owner: str
+) -> EmbeddedRig:
+    body = read_body_model(path)
+    poses = None if options.poses is None else read_poses(options.poses)
+    shape, notes = _identity(options, poses)
+    if poses is not None and poses.static_offset is not None:
+        body = _with_offset(body, poses.static_offset, options.poses)
+    baked = bake_rig(body, shape)
+    mapped = _mapped(baked, None, vertices, triangles, path, owner)
+    rig = renumbered(baked, mapped.rows, triangles)
+    expressions = expressions_named(body.expression_names)
+    clips: tuple[Clip, ...] = ()
+    files = {f"body_model/{path.name}": path}
+    for role, given in (("shape", options.shape), ("poses", options.poses)):
+        if given is not None and given.is_file():
+            files[f"{role}/{given.name}"] = given
+    if poses is not None and options.poses is not None:
+        clips = (body_clip(rig, poses, options.poses.stem),)
+        notes.append(f"{options.poses.name} does not say its rate; {poses.fps:g} frames a second are taken")
+    else:
+        notes.append("no tracked poses (--poses): the rig is not shown to fit the mesh")
+    avatar = replace(rig_avatar(rig, expressions), clips=clips)
+    notes += [*_map_notes(mapped, path), *_fit_notes(avatar, vertices, triangles)]
+    return EmbeddedRig(rig, expressions, clips, rig_driving(rig, expressions), tuple(notes), files)
+
+
+def _identity(options: ReadOptions, poses: BodyPoses | None) -> tuple[F64 | None, list[str]]:
+    if options.shape is not None:
+        return (None if str(options.shape) == "zero" else read_shape(options.shape)), []
+    if poses is not None and len(poses.shape):
+        return poses.shape, []
+    return None, ["no identity (--shape, --poses): the body model's mean shape is taken"]
+
+
+def rest_vertices(rig: Rig) -> F32:
+    """[V, 3] the mesh as it rests: the template, but of a rig that does not rest in its binding pose."""
+    return rig.vertices if rests_bound(rig) else Player(rig_avatar(rig, ()), "reference").mesh(Pose())
+
+
+def _with_offset(body: BodyModel, offset: F32, path: Path | None) -> BodyModel:
+    if len(offset) != body.vertex_count:
+        raise AvatarError(
+            f"has {len(offset)} vertices, the body model {body.vertex_count}; GaussianAvatars adds 120 vertices of "
+            "teeth to FLAME: give a body model or a --rig that has them",
+            file=path,
+            field="static_offset",
+        )
+    return replace(body, v_template=body.v_template + offset)
+
+
+def _mapped(
+    rig: Rig, vertex_ids: I64 | None, vertices: F32, triangles: U32, path: Path, owner: str
+) -> VertexMap:
+    try:
+        return vertex_map(rig, vertex_ids, triangles, vertices)
+    except AvatarError as error:
+        raise AvatarError(error.message, file=path, owner=owner) from None
+
+
+def renumbered(rig: Rig, rows: I64, triangles: U32) -> Rig:
+    """`rig` with its vertices `rows`, in that order, and with `triangles` for its own."""
+    return replace(
+        rig,
+        vertices=rig.vertices[rows],
+        triangles=triangles,
+        morphs=rig.morphs.take(rows),
+        correctives=rig.correctives.take(rows),
+        late_morphs=rig.late_morphs.take(rows),
+        skin=rig.skin.take(rows),
+        anchor_vertices=np.zeros(0, np.uint32),
+    )
+
+
+def _map_notes(mapped: VertexMap, path: Path) -> list[str]:
+    notes = [f"vertices of {path.name} found by {mapped.how}"]
+    if mapped.disagreeing:
+        notes.append(
+            f"{mapped.disagreeing} vertices stand in {path.name} several times with different weights or "
+            "morphs; the first is taken"
+        )
+    return notes
+
+
+def _fit_notes(avatar: Avatar, vertices: F32, triangles: U32) -> list[str]:
+    """How far the rig is from the mesh, at rest or in the first frame of its first clip, whichever is nearer."""
+    poses = {"at rest": Pose()}
+    for clip in avatar.clips[:1]:
+        poses[f"in frame 0 of {clip.name!r}"] = clip_poses(avatar, first_frame(clip))[0]
+    player, used = Player(avatar, "reference"), np.unique(triangles)
+    off = {
+        when: np.linalg.norm((player.mesh(pose) - vertices)[used].astype(np.float64), axis=1)
+        for when, pose in poses.items()
+    }
+    when = min(off, key=lambda key: float(off[key].max()))
+    far, rms = 1e3 * off[when].max(), 1e3 * np.sqrt(np.mean(off[when] ** 2))
+    notes = [f"the rig {when} is the mesh to within {far:.3f} mm (rms {rms:.3f} mm)"]
+    if far > 1e3 * CLOSE:
+        notes.append(
+            f"{DOUBT}the mesh is in none of the poses that came with the rig, so these do not show that the rig "
+            "fits; look whether the unit (--units), the identity (--shape) and the rig are right"
+        )
+    return notes

@@ -1,0 +1,146 @@
+"""Which poses and cameras the reference of a bundle holds, from the avatar alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_export.images import FARTHEST, Box, frame_camera, robust_box
+from avatar_runtime.avatar import Avatar, RasterSettings
+from avatar_runtime.camera import Camera
+from avatar_runtime.conformance import Case
+from avatar_runtime.conformance.make import ROWS
+from avatar_runtime.conformance.rows import thinned
+from avatar_runtime.player import ABSURD, Player
+from avatar_runtime.pose import Pose, clip_pose
+from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.project import project
+from avatar_runtime.subset import subset
+from avatar_schema import constants
+
+SIZE = 256  # pixels, of a picture
+CLOSE_SIZE = (
+    2 * int(constants()["tile"]) + 1
+)  # its last tiles reach far beyond it: splats far aside are drawn
+FRAMED = 2048  # Gaussians that a camera is set by
+GOLDEN = (np.sqrt(5) - 1) / 2  # its multiples modulo 1 are all different and evenly spread
+LARGEST_WEIGHT = 3.0  # ranges of expressions are cut to +- this
+MOST_TURN = np.radians(9.0)  # of a joint
+WORLD_TURN = (0.15, 0.6, -0.1)  # rotation vector, radians
+WORLD_MOVE = (0.04, -0.03, 0.06)  # metres
+FRONT = (0.0, 0.0)  # yaw, pitch of the camera, radians
+ASIDE = (0.35, 0.2)
+NARROWEST, WIDEST = 1e-3, 4.0  # tangent of half the field of view
+STEPS = 64  # between which a camera from within is chosen
+Points = npt.NDArray[np.float64]
+DRAWN = ("rest", "posed", "clip")  # cases with pictures
+
+
+def reference_cases(avatar: Avatar) -> tuple[Case, ...]:
+    """At rest, with every input that `avatar` has, the same from within it, and amid its first clip.
+
+    The one from within is of vectors alone; the avatar without a clip has no case `clip`.
+    """
+    posed = every_input(avatar)
+    rest = "nothing is posed: files, camera, SH from the front, raster"
+    every = "every expression, joint and late morph that there is, the whole turned and moved: SH follow"
+    close = "from within: behind the camera, before the near plane, beyond the Jacobian's clamp, on no tile"
+    cases = [
+        Case("rest", rest, Pose(), _framed(avatar, Pose(), FRONT)),
+        Case("posed", every, posed, _framed(avatar, posed, ASIDE)),
+        Case("close", close, posed, close_camera(avatar, posed), pictures=False),
+    ]
+    if avatar.clips:
+        clip = avatar.clips[0]
+        frame = clip.frames // 2
+        pose = clip_pose(avatar, clip, frame)
+        why = f"frame {frame} of clip {clip.name!r}"
+        cases.append(Case("clip", why, pose, _framed(avatar, pose, ASIDE)))
+    return tuple(cases)
+
+
+def _framed(avatar: Avatar, pose: Pose, view: tuple[float, float]) -> Camera:
+    return frame_camera(seen(avatar, pose), SIZE, SIZE, *view)
+
+
+def every_input(avatar: Avatar) -> Pose:
+    """A pose in which no weight is 0, no two are equal and every joint turns about an axis of its own.
+
+    Weights lie in their ranges, the more of them the smaller, so that the avatar stays recognisable.
+    """
+    expressions, late = avatar.expressions, avatar.late_morph_names
+    ends = np.clip([e.range[1] or e.range[0] for e in expressions], -LARGEST_WEIGHT, LARGEST_WEIGHT)
+    weights = ends * _spread(len(expressions)) * min(1.0, 4.0 / np.sqrt(max(1, len(expressions))))
+    joints = avatar.rig.joint_names if avatar.rig else ()
+    turn = MOST_TURN * np.stack([_spread(len(joints), k) - 0.6 for k in range(3)], axis=-1)
+    return Pose(
+        dict(zip(avatar.expression_names, weights.tolist(), strict=True)),
+        dict(zip(joints, homogeneous(matrix_from_rotvec(turn)), strict=True)),
+        dict(zip(late, _spread(len(late)).tolist(), strict=True)),
+        homogeneous(matrix_from_rotvec(np.array(WORLD_TURN)), np.array(WORLD_MOVE)),
+    )
+
+
+def seen(avatar: Avatar, pose: Pose) -> Box:
+    """Where the Gaussians are in `pose`, by an even choice of them: the box a camera is set by."""
+    count = avatar.gaussians.count
+    rows = np.unique(np.linspace(0, count - 1, min(count, FRAMED)).astype(np.int64))
+    return robust_box(_animated(avatar, rows, pose).mean)
+
+
+@ABSURD
+def close_camera(avatar: Avatar, pose: Pose) -> Camera:
+    """A camera amid the Gaussians that a reference keeps, for what stage project decides by thresholds.
+
+    It looks along the longest way through them. Where it stands and how wide it sees are chosen so that none of
+    these is rare: behind it, before the near plane, drawn, drawn beyond the Jacobian's clamp, on no tile.
+    """
+    splats = _animated(avatar, thinned(avatar, ROWS).rows, pose)
+    mean = np.clip(np.nan_to_num(splats.mean.astype(np.float64)), -FARTHEST, FARTHEST)
+    middle = np.median(mean, axis=0)
+    along = np.linalg.svd(mean - middle, full_matrices=False)[2][0]
+    near, depth = avatar.raster.near, (mean - middle) @ along
+    low, high = np.percentile(depth, [2, 98])
+    eye = max(np.linspace(low - near, high, STEPS), key=lambda at: _along(depth - at, near))
+    yaw, pitch = np.arctan2(-along[0], -along[2]), np.arcsin(np.clip(-along[1], -1, 1))
+    orbit = (middle, -float(eye), float(yaw), float(pitch))
+    cameras = [
+        Camera.orbit(*orbit, float(2 * np.arctan(tangent)), CLOSE_SIZE, CLOSE_SIZE)
+        for tangent in np.geomspace(NARROWEST, WIDEST, STEPS)
+    ]
+    return max(cameras, key=lambda camera: _across(splats, camera, avatar.raster))
+
+
+def _along(z: Points, near: float) -> float:
+    """How evenly depths are spread; those beyond the near plane count twice, since the next choice divides them."""
+    behind, beyond = int((z <= 0).sum()), int((z > near).sum())
+    return _evenly(behind, len(z) - behind - beyond, beyond, beyond)
+
+
+def _across(splats: Splats, camera: Camera, settings: RasterSettings) -> float:
+    """How evenly what lies beyond the near plane is spread over the picture, aside beyond the clamp, and no tile."""
+    drawn = project(splats, camera, settings, 0).radius > 0
+    view = camera.camera_from_world
+    x, y, z = (splats.mean @ view[:3, :3].T + view[:3, 3]).T
+    tangent = constants()["frustum_clamp"] * camera.tan_half_fov_x
+    aside = np.maximum(np.abs(x), np.abs(y)) > tangent * z
+    hidden = ~drawn & (z > settings.near)
+    return _evenly(int((drawn & ~aside).sum()), int((drawn & aside).sum()), int(hidden.sum()))
+
+
+def _evenly(*counts: int) -> float:
+    """Largest where the same total is shared evenly; a count of 0 weighs most."""
+    return float(np.sum(np.log1p(counts)))
+
+
+def _animated(avatar: Avatar, rows: npt.NDArray[np.int64], pose: Pose) -> Splats:
+    """Some Gaussians in `pose`."""
+    vertices = np.arange(0) if avatar.rig is None else avatar.rig.anchor_vertices
+    return Player(subset(avatar, rows, vertices).avatar, "reference").animate(pose)
+
+
+def _spread(count: int, offset: int = 0) -> npt.NDArray[np.float64]:
+    """`count` different numbers in 0.1..1."""
+    part: npt.NDArray[np.float64] = (np.arange(count) + 1 + 0.3 * offset) * GOLDEN * (1 + offset) % 1
+    return 0.1 + 0.9 * part

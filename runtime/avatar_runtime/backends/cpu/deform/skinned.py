@@ -1,0 +1,167 @@
+"""Stages `blend`, `bind` and `activate` in one pass over the Gaussians, in one parallel region."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from avatar_runtime.avatar import F32, U32
+from avatar_runtime.backends.cpu.arrays import (
+    BLOCK,
+    U8,
+    Base,
+    Blocks,
+    Deltas,
+    Influences,
+    Offsets,
+    Out,
+    PosedArrays,
+)
+from avatar_runtime.backends.cpu.deform.activate import activate_planes, unit_quats
+from avatar_runtime.backends.cpu.deform.bind import bind_block
+from avatar_runtime.backends.cpu.deform.blend import (
+    Ends,
+    blend_geometry,
+    blend_shape,
+    colour_block,
+    list_active,
+)
+from avatar_runtime.backends.cpu.deform.planes import MEAN, PLANES, QUAT, SHAPE, TURN, load, store
+from avatar_runtime.backends.cpu.jit import inlined, kernel
+
+
+@kernel(parallel=True)
+def animate_skinned(
+    base: Base,
+    geometry: Deltas,
+    shape: Deltas,
+    colour: Deltas,
+    room: int,
+    correctives: Offsets,
+    late_morphs: Offsets,
+    skin: Influences,
+    blocks: Blocks,
+    sh_world: bool,
+    posed: PosedArrays,
+    touched: U8,  # [N, 2] 0 where scale and opacity, or SH, in `out` are already those without expression
+    out: Out,
+    threads: int,
+) -> None:
+    """Writes the splats of a frame into `out`; the same bits whatever the number of threads."""
+    for thread in numba.prange(threads):
+        # A call, since Numba drops a loop whose own stores go to the arrays of a tuple.
+        animate_share(
+            thread,
+            threads,
+            base,
+            geometry,
+            shape,
+            colour,
+            room,
+            correctives,
+            late_morphs,
+            skin,
+            blocks,
+            sh_world,
+            posed,
+            touched,
+            out,
+        )
+
+
+@inlined
+def animate_share(
+    thread: int,
+    threads: int,
+    base: Base,
+    geometry: Deltas,
+    shape: Deltas,
+    colour: Deltas,
+    room: int,
+    correctives: Offsets,
+    late_morphs: Offsets,
+    skin: Influences,
+    blocks: Blocks,
+    sh_world: bool,
+    posed: PosedArrays,
+    touched: U8,
+    out: Out,
+) -> None:
+    """Every `threads`-th block from block `thread`."""
+    planes = np.empty(PLANES, np.float32)
+    entry = np.empty(room, np.uint32)
+    end = np.empty(BLOCK, np.int64)
+    for block in range(thread, len(blocks.begin), threads):
+        first, count = blocks.begin[block], blocks.size[block]
+        blend_geometry(first, count, base, geometry, posed, entry, end, planes)
+        bind_block(block, blocks, correctives, late_morphs, skin, sh_world, posed, planes)
+        unit_quats(count, planes)
+        store(first, count, planes, MEAN, out.mean)
+        store(first, count, planes, QUAT, out.quat_wxyz)
+        store(first, count, planes, TURN, out.sh_rotation)
+        activate_shapes(first, count, base, shape, posed, entry, end, planes, touched, out)
+        colour_block(first, count, base, colour, posed, entry, end, touched, out.sh)
+
+
+@kernel()
+def bind_skinned(
+    mean: F32,  # [N, 3] blended
+    quat_wxyz: F32,  # [N, 4] blended
+    correctives: Offsets,
+    late_morphs: Offsets,
+    skin: Influences,
+    blocks: Blocks,
+    sh_world: bool,
+    posed: PosedArrays,
+    out: Out,
+) -> None:
+    """Stage `bind` alone: mean, quat_wxyz (any length) and sh_rotation of `out`."""
+    planes = np.empty(PLANES, np.float32)
+    for block in range(len(blocks.begin)):
+        first, count = blocks.begin[block], blocks.size[block]
+        load(first, count, mean, MEAN, planes)
+        load(first, count, quat_wxyz, QUAT, planes)
+        bind_block(block, blocks, correctives, late_morphs, skin, sh_world, posed, planes)
+        store(first, count, planes, MEAN, out.mean)
+        store(first, count, planes, QUAT, out.quat_wxyz)
+        store(first, count, planes, TURN, out.sh_rotation)
+
+
+@inlined
+def activate_shapes(
+    first: int,
+    count: int,
+    base: Base,
+    shape: Deltas,
+    posed: PosedArrays,
+    entry: U32,
+    end: Ends,
+    planes: F32,
+    touched: U8,
+    out: Out,
+) -> None:
+    """Scale and opacity of `count` Gaussians, where an expression moves them or did in the frame before."""
+    every, begin = list_active(first, count, shape, posed, entry, end)
+    start, changed = begin, False
+    for lane in range(count):
+        i, last = first + lane, end[lane]
+        if last > begin or touched[i, 0]:
+            x, y, z, logit = blend_shape(i, base, shape, posed, entry, every, begin, last)
+            planes[SHAPE + lane] = x
+            planes[SHAPE + BLOCK + lane] = y
+            planes[SHAPE + 2 * BLOCK + lane] = z
+            planes[SHAPE + 3 * BLOCK + lane] = logit
+            changed = True
+        begin = last
+    if not changed:
+        return
+    activate_planes(planes)
+    begin = start
+    for lane in range(count):
+        i, last = first + lane, end[lane]
+        if last > begin or touched[i, 0]:
+            for k in range(3):
+                out.scale[i, k] = planes[SHAPE + k * BLOCK + lane]
+            out.opacity[i] = planes[SHAPE + 3 * BLOCK + lane]
+            touched[i, 0] = last > begin
+        begin = last

@@ -1,0 +1,241 @@
+"""Whether an avatar is sound: shapes, types, ranges, finite values. Behind this border nothing is checked again."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from avatar_runtime.checks.arrays import check_f32, check_names, check_sparse, expect
+from avatar_runtime.checks.enhancer import check_enhancer
+from avatar_runtime.checks.surface import check_clip, check_embedding
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.rules import (
+    ANCHOR_RULES,
+    BACKGROUNDS,
+    BINDINGS,
+    HEAD_POSE_IN,
+    POSITION_RULES,
+    QUATERNION_SIGNS,
+    RIGGED_ROTATIONS,
+    ROTATION_RULES,
+    SCALE_RULES,
+    SH_DIRECTIONS,
+    SKIN_ROTATIONS,
+    SURFACE_FAMILIES,
+    SURFACE_RULES,
+)
+
+if TYPE_CHECKING:
+    from avatar_runtime.avatar import Avatar, Gaussians, Rig, Rules
+
+UNITS = (1e-6, 1e6)  # training units in a metre
+
+
+def check_avatar(avatar: Avatar) -> None:
+    """Raise AvatarError that names the field whose shape, type, range or value is wrong."""
+    _check_gaussians(avatar.gaussians)
+    if not 0 <= avatar.sh_degree <= avatar.gaussians.sh_degree:
+        raise AvatarError(
+            f"is {avatar.sh_degree}; 0..{avatar.gaussians.sh_degree} is stored", field="sh_degree"
+        )
+    _check_groups(avatar)
+    check_names("expressions", avatar.expression_names)
+    check_names("late_morph_names", avatar.late_morph_names)
+    n, k = avatar.gaussians.count, len(avatar.expressions)
+    joints = avatar.rig.joint_count if avatar.rig else 0
+    features = 9 * len(avatar.rig.corrective_joints) if avatar.rig else 0
+    b, sh = avatar.blendshapes, avatar.gaussians.sh.shape[1:]
+    check_sparse(b.geometry, "geometry", n, k, {"mean": (3,), "quat_wxyz": (4,)})
+    check_sparse(b.appearance, "appearance", n, k, {"log_scale": (3,), "opacity_logit": (), "sh": sh})
+    check_sparse(b.correctives, "correctives", n, features, {"mean": (3,)})
+    check_sparse(b.late_morphs, "late_morphs", n, len(avatar.late_morph_names), {"mean": (3,)})
+    check_sparse(avatar.skin, "skin", n, joints, {"weight": ()})
+    if avatar.rig:
+        _check_rig(avatar.rig, k, len(avatar.late_morph_names))
+    _check_rules(avatar)
+    if avatar.embedding:
+        check_embedding(avatar, avatar.embedding)
+    check_names("clips", tuple(clip.name for clip in avatar.clips))
+    for clip in avatar.clips:
+        check_clip(clip, k, len(avatar.late_morph_names), joints)
+    if avatar.enhancer:
+        check_enhancer(avatar.enhancer)
+
+
+def _check_gaussians(g: Gaussians) -> None:
+    n = len(g.mean)
+    if n == 0:
+        raise AvatarError("an avatar needs at least one Gaussian", field="gaussians")
+    for name, array, shape in (
+        ("mean", g.mean, (n, 3)),
+        ("log_scale", g.log_scale, (n, 3)),
+        ("quat_wxyz", g.quat_wxyz, (n, 4)),
+        ("opacity_logit", g.opacity_logit, (n,)),
+    ):
+        check_f32(f"gaussians.{name}", array, shape)
+    if g.sh.ndim != 3 or g.sh.shape[1] not in (1, 4, 9, 16):
+        expect(False, "gaussians.sh", "float32[N, 1 | 4 | 9 | 16, 3]", g.sh)
+    check_f32("gaussians.sh", g.sh, (n, g.sh.shape[1], 3))
+
+
+def _check_groups(avatar: Avatar) -> None:
+    at = 0
+    for group in avatar.groups:
+        where = f"groups.{group.name}"
+        if group.first != at or group.count < 1:
+            raise AvatarError(f"covers {group.first}+{group.count}, but row {at} comes next", field=where)
+        at += group.count
+        if group.binding not in BINDINGS:
+            raise AvatarError(f"binding {group.binding!r} is none of {', '.join(BINDINGS)}", field=where)
+        if (group.binding == "surface") != (avatar.embedding is not None):
+            raise AvatarError("binding 'surface' goes with an embedding, for all groups or none", field=where)
+        if group.binding not in ("none", "surface") and avatar.rig is None:
+            raise AvatarError(f"binding {group.binding!r} needs a rig", field=where)
+        if group.binding == "anchor" and avatar.rig is not None and len(avatar.rig.anchor_vertices) < 3:
+            raise AvatarError("binding 'anchor' needs at least three anchor vertices in the rig", field=where)
+        if (group.binding == "joint_mix") != bool(group.joint_mix):
+            raise AvatarError("joint_mix goes with binding 'joint_mix'", field=where)
+        for joint in group.joint_mix:
+            if avatar.rig is not None and joint not in avatar.rig.joint_names:
+                raise AvatarError(f"joint_mix names {joint!r}, which the rig lacks", field=where)
+    if at != avatar.gaussians.count:
+        raise AvatarError(f"cover {at} of {avatar.gaussians.count} Gaussians", field="groups")
+    check_names("groups", tuple(g.name for g in avatar.groups))
+
+
+def _check_rig(rig: Rig, expressions: int, late: int) -> None:
+    v, j = len(rig.vertices), rig.joint_count
+    check_f32("rig.vertices", rig.vertices, (v, 3))
+    t = rig.triangles
+    expect(t.dtype == np.uint32 and t.ndim == 2 and t.shape[1:] == (3,), "rig.triangles", "u32[F, 3]", t)
+    anchors = rig.anchor_vertices
+    expect(anchors.dtype == np.uint32 and anchors.ndim == 1, "rig.anchor_vertices", "u32[A]", anchors)
+    for name, index in (("triangles", t), ("anchor_vertices", anchors)):
+        if index.size and int(index.max()) >= v:
+            raise AvatarError(f"holds {int(index.max())}, but the rig has {v} vertices", field=f"rig.{name}")
+    check_sparse(rig.morphs, "rig.morphs", v, expressions, {"position": (3,)})
+    check_sparse(rig.correctives, "rig.correctives", v, 9 * len(rig.corrective_joints), {"position": (3,)})
+    check_sparse(rig.late_morphs, "rig.late_morphs", v, late, {"position": (3,)})
+    check_sparse(rig.skin, "rig.skin", v, j, {"weight": ()})
+    check_names("rig.joint_names", rig.joint_names)
+    expect(
+        rig.parents.dtype == np.int32 and rig.parents.shape == (j,), "rig.parents", f"i32[{j}]", rig.parents
+    )
+    if (rig.parents >= np.arange(j)).any() or (rig.parents < -1).any():
+        raise AvatarError("a parent must come before its children; a root is -1", field="rig.parents")
+    for name, matrix in (("rest_local", rig.rest_local), ("inverse_bind_matrix", rig.inverse_bind_matrix)):
+        check_f32(f"rig.{name}", matrix, (j, 4, 4))
+        volume = np.abs(np.linalg.det(matrix.astype(np.float64)))
+        sound = (matrix[:, 3] == (0, 0, 0, 1)).all(axis=1) & (volume > 1e-18)
+        if not sound.all():
+            raise AvatarError(
+                "is no affine matrix with an inverse", field=f"rig.{name}[{int(np.argmin(sound))}]"
+            )
+    check_f32("rig.joint_basis", rig.joint_basis, (expressions, j, 3))
+    c = rig.corrective_joints
+    expect(c.dtype == np.int32 and c.ndim == 1, "rig.corrective_joints", "i32[C]", c)
+    if c.size and (int(c.max()) >= j or int(c.min()) < 0):
+        raise AvatarError(f"must lie in 0..{j - 1}", field="rig.corrective_joints")
+
+
+def check_rule_values(rules: Rules) -> None:
+    """Raise AvatarError for a rule of unknown value; no stage may be run before."""
+    for name, value, known in (
+        ("rotation", rules.rotation, ROTATION_RULES),
+        ("sh_direction", rules.sh_direction, SH_DIRECTIONS),
+        ("anchor", rules.anchor, ANCHOR_RULES),
+        ("position", rules.position, POSITION_RULES),
+        ("scale", rules.scale, SCALE_RULES),
+        ("quaternion_sign", rules.quaternion_sign, QUATERNION_SIGNS),
+    ):
+        _one_of(f"rules.{name}", value, known)
+
+
+def _one_of(name: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise AvatarError(f"{value!r} is none of {', '.join(known)}", field=name)
+
+
+def _check_rules(avatar: Avatar) -> None:
+    rules = avatar.rules
+    check_rule_values(rules)
+    _one_of("head_pose_in", avatar.head_pose_in, HEAD_POSE_IN)
+    _check_surface_rules(avatar)
+    _check_numbers(avatar)
+    names = avatar.rig.joint_names if avatar.rig else ()
+    d = avatar.driving
+    for name, joint in (
+        ("rules.rotation_joint", rules.rotation_joint),
+        ("driving.head_joint", d.head_joint),
+        ("driving.left_eye_joint", d.left_eye_joint),
+        ("driving.right_eye_joint", d.right_eye_joint),
+    ):
+        if joint is not None and joint not in names:
+            raise AvatarError(f"{joint!r} is no joint of the rig", field=name)
+    if rules.rotation == "head_bone" and rules.rotation_joint is None:
+        raise AvatarError("rule head_bone needs a rotation_joint", field="rules.rotation_joint")
+    if d.mode not in ("names", "matrix", "none"):
+        raise AvatarError(f"{d.mode!r} is none of names, matrix, none", field="driving.mode")
+    if (d.mode == "matrix") != (d.matrix is not None):
+        raise AvatarError("a matrix goes with mode 'matrix'", field="driving.matrix")
+    if d.matrix is not None:
+        check_f32("driving.matrix", d.matrix, (len(d.outputs), len(d.inputs)))
+        _check_outputs(avatar)
+
+
+def _check_surface_rules(avatar: Avatar) -> None:
+    rules = avatar.rules
+    together = (rules.rotation, rules.position, rules.scale)
+    if avatar.embedding is not None and together not in SURFACE_RULES:
+        known = "; ".join(", ".join(" | ".join(names) for names in family) for family in SURFACE_FAMILIES)
+        raise AvatarError(
+            f"rotation, position, scale are {', '.join(together)}; with an embedding they are one of {known}",
+            field="rules",
+        )
+    if rules.rotation in RIGGED_ROTATIONS and avatar.rig is None:
+        raise AvatarError(
+            f"{rules.rotation} turns Gaussians by the joints: it needs a rig", field="rules.rotation"
+        )
+    if avatar.embedding is None and (rules.rotation not in SKIN_ROTATIONS or rules.scale != "none"):
+        raise AvatarError(f"{rules.rotation}, {rules.scale}: such rules need an embedding", field="rules")
+
+
+def _check_outputs(avatar: Avatar) -> None:
+    known = {f"expression/{name}" for name in avatar.expression_names}
+    known |= {f"eyelid/{name}" for name in avatar.late_morph_names}
+    joints = avatar.rig.joint_names if avatar.rig else ()
+    known |= {f"joint/{name}/{axis}" for name in joints for axis in "xyz"}
+    for output in avatar.driving.outputs:
+        if output not in known:
+            raise AvatarError(
+                f"{output!r} is no expression/NAME, eyelid/NAME or joint/NAME/x|y|z of this avatar",
+                field="driving.outputs",
+            )
+    check_names("driving.outputs", avatar.driving.outputs)
+
+
+def _check_numbers(avatar: Avatar) -> None:
+    """What no array holds: finite, and of a sign that makes sense."""
+    raster, u = avatar.raster, avatar.training_per_bundle
+    factors = [f for group in avatar.groups for f in group.joint_mix.values()]
+    colour = () if isinstance(raster.background, str) else raster.background
+    for name, values in (
+        ("groups.joint_mix", factors),
+        ("raster.near", (raster.near,)),
+        ("raster.low_pass", (raster.low_pass,)),
+        ("raster.background", colour),
+        ("training_per_bundle", (u,)),
+        ("driving.head_pivot", avatar.driving.head_pivot),
+        ("expressions.range", [end for e in avatar.expressions for end in e.range]),
+    ):
+        if not np.isfinite(np.array(values, np.float64)).all():
+            raise AvatarError("must be finite", field=name)
+    if raster.near <= 0 or raster.low_pass < 0:
+        raise AvatarError("near must be positive, low_pass not negative", field="raster")
+    if not UNITS[0] <= u <= UNITS[1]:
+        raise AvatarError(f"is {u}; {UNITS[0]:g} to {UNITS[1]:g} make sense", field="training_per_bundle")
+    if isinstance(raster.background, str) and raster.background not in BACKGROUNDS:
+        raise AvatarError(
+            f"{raster.background!r} is none of {', '.join(BACKGROUNDS)}", field="raster.background"
+        )

@@ -1,0 +1,26 @@
+"""Writing one file of text for a command: whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from avatar_runtime.io.errors import AvatarError
+
+
+def refuse_existing(out: Path, force: bool) -> None:
+    """Raises AvatarError if `out` exists and may not be replaced; a folder never is."""
+    if out.exists() and not (force and out.is_file()):
+        raise AvatarError("exists; name another or pass --force", file=out)
+
+
+def write_text(out: Path, text: str) -> None:
+    """`out` holds `text` in UTF-8, or is as it was before. Raises AvatarError where it cannot be written."""
+    partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
+    try:
+        partial.write_text(text, "utf-8")
+        partial.replace(out)
+    except OSError as error:
+        raise AvatarError(f"cannot be written ({error.strerror or error})", file=out) from None
+    finally:
+        partial.unlink(missing_ok=True)

@@ -1,0 +1,68 @@
+"""Synthetic captures: `python -m samples.capture OUT --subject head|body`. Pictures whose truth is known.
+
+A textured mesh - the scanned head, or the walking man - is drawn frame by frame. Nothing was filmed: the recording
+that moves the face is real, the pictures are computed. What comes with them is exact, unless noise is asked for;
+the pictures never get any.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from samples.capture.body import write_body
+from samples.capture.extras import EXTRAS
+from samples.capture.head import write_head
+from samples.capture.shots import Noise
+
+
+def main() -> None:
+    """The command."""
+    parser = argparse.ArgumentParser(prog="python -m samples.capture", description=__doc__)
+    parser.add_argument("out", type=Path, help="folder to write into")
+    parser.add_argument("--subject", choices=("head", "body"), default="head")
+    parser.add_argument("--size", type=int, default=256, help="pixels along an edge of the square pictures")
+    parser.add_argument("--frames", type=int, default=300, help="the last fifth is for testing")
+    parser.add_argument(
+        "--tracking-noise", type=float, default=0.0, help="deviation of weights and joint rotations (radians)"
+    )
+    parser.add_argument(
+        "--calibration-noise",
+        type=float,
+        default=0.0,
+        help="deviation of the camera: radians, metres, share of focal",
+    )
+    parser.add_argument(
+        "--hold-out",
+        default="",
+        metavar="NAME,...",
+        help="expressions of the head that only test frames show",
+    )
+    parser.add_argument(
+        "--yaw",
+        type=float,
+        default=40.0,
+        metavar="DEGREES",
+        help="how far the camera swings about the head; beyond 40 once, in the training part",
+    )
+    for name in EXTRAS:
+        parser.add_argument(
+            f"--{name}", dest="worn", action="append_const", const=name, help="put on the head; made by code"
+        )
+    parser.add_argument("--seed", type=int, default=0, help="of the noise")
+    given = parser.parse_args()
+    noise = Noise(given.tracking_noise, given.calibration_noise, given.seed)
+    held_out = tuple(name for name in given.hold_out.split(",") if name)
+    worn = tuple(given.worn or ())
+    if given.subject == "head":
+        print(write_head(given.out, given.size, given.frames, noise, held_out, np.radians(given.yaw), worn))
+    elif worn:
+        parser.error(f"the body wears no {' and no '.join(worn)}")
+    else:
+        print(write_body(given.out, given.size, given.frames, noise))
+
+
+if __name__ == "__main__":
+    main()

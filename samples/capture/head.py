@@ -1,0 +1,300 @@
+"""The head as a capture: what the real recording and exercises make it do, seen by a camera that moves about it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from avatar_runtime.camera import Camera
+from avatar_trainer.capture import Shot, write
+from avatar_trainer.captures.mesh_raster import Picture, Surface, draw
+from samples.capture.extras import EXTRAS, Extra, worn_with
+from samples.capture.shots import Noise, rays_per_pixel, shot, splits
+from samples.capture.tracking_mesh import tracking_body
+from samples.subjects.body_files import save_body
+from samples.subjects.body_model import GAUSSIAN_SHAPES, JOINTS, BodyModel, build_body_model, driving
+from samples.subjects.colour import surface_opacity
+from samples.subjects.head import DATA, Head, Mesh, load_head, smoothstep, unit
+from samples.subjects.surface import Samples
+from samples.subjects.take import AT_REST, RECORDING, Take, performed, posed_vertices
+
+Array = npt.NDArray[Any]
+
+FPS = 30.0
+EXERCISE_SHARE = 0.2  # of the frames, the first ones
+TOGETHER = 1.5  # sum of the weights of the expressions that are exercised in one frame, at most
+# The camera: how far it swings (radians), how often over the capture, where it begins.
+YAW, PITCH, ROLL = (np.radians(40.0), 5.0, 0.3), (0.26, 7.0, 1.1), (0.06, 3.0, 2.0)
+WIDE = (0.16, 0.23, 0.35, 0.42)  # shares of the capture between which a wider yaw comes in and goes: one beat
+DISTANCE, NEARER = 0.86, (0.05, 4.0, 0.7)  # metres; share of it
+TARGET = (0.0, -0.025, 0.0)
+FOV_Y = 0.43
+BLINK_GAIN = 1.2  # ICT's eyeBlink leaves a slit open
+# The light stands before the subject's left temple and turns with the head, as the head's pose lives in the camera.
+LIGHT = unit(np.array([0.35, 0.55, 0.76]))
+DARK, LIT, WRAP = 0.80, 0.26, 0.3
+# (part of the head, strength of the highlight, its exponent)
+GLOSS = {"skin": (0.07, 10.0), "wet": (0.12, 25.0), "eye": (0.45, 60.0)}
+SOURCE = (
+    "synthetic: computed pictures of a scanned head, no footage; moved by a real range-of-motion recording and "
+    "exercises, seen by a computed camera; parameters exact but for the noise asked for"
+)
+LICENCE = (
+    "ICT-FaceKit, Copyright (c) 2020 USC Institute for Creative Technologies: MIT; Infinite, 3D Head Scan by Lee "
+    "Perry-Smith, based on a work at www.triplegangers.com: CC BY 3.0, changed; Live Link Face take, Copyright (c) "
+    "2021 Alexandre Donciu-Julin: MIT"
+)
+AUTHOR = "scan: Lee Perry-Smith; pictures: avatar-export samples.capture"
+CONSENT = "the scan bears the name of Lee Perry-Smith, who published it for any use that names him"
+WET, EYES = ("upper_teeth", "lower_teeth", "upper_gums", "lower_gums"), ("left_eye", "right_eye")
+
+
+@dataclass(frozen=True)
+class Model:
+    """The textured head that pictures are made of."""
+
+    head: Head
+    body: BodyModel  # of every vertex
+    worn: tuple[Extra, ...] = ()
+
+    @cached_property
+    def texture(self) -> tuple[Array, Array]:
+        """(picture f32 [h, w, 3], uv f32 [F, 3, 2])."""
+        picture = np.asarray(Image.open(DATA / "head_texture.webp").convert("RGB"), np.float32) / 255
+        with np.load(DATA / "head_uv.npz", allow_pickle=False) as file:
+            return picture, file["uv"]
+
+    @cached_property
+    def opacity(self) -> Array:
+        """[V] the lower edge of the bust fades out."""
+        v = len(self.head.vertices)
+        nothing = np.zeros((v, 3, 3))
+        at = Samples(np.zeros(v, int), np.zeros((v, 3)), self.head.vertices, nothing, np.zeros(v))
+        return surface_opacity(self.head, at).astype(np.float32)
+
+    @cached_property
+    def gloss(self) -> tuple[Array, Array]:
+        """(strength [V], exponent [V]) of the highlights."""
+        table = np.tile(GLOSS["skin"], (len(self.head.vertices), 1))
+        table[self.head.in_part(*WET)] = GLOSS["wet"]
+        table[self.head.in_part(*EYES)] = GLOSS["eye"]
+        table[self.head.in_part("mouth_socket", "eye_sockets"), 0] = 0
+        strength, exponent = table.T
+        return strength, exponent
+
+    def picture(self, take: Take, frame: int, camera: Camera, samples: int) -> Picture:
+        """One frame of a take, seen by `camera`."""
+        return draw(self._surface(take, frame, camera), camera, samples)
+
+    def region(self, take: Take, frame: int, camera: Camera, samples: int) -> Array:
+        """[H, W] share of each pixel in which something worn is seen; the light is of no matter."""
+        surface = self._surface(take, frame, camera)
+        own = np.arange(len(surface.vertices)) < len(self.head.vertices)
+        white = np.ones_like(surface.texture)
+        lit = replace(
+            surface, texture=white, gain=(~own).astype(np.float32), gloss=np.zeros_like(surface.gloss)
+        )
+        picture = draw(lit, camera, samples)
+        share: Array = picture.colour[..., 0] * picture.alpha
+        return share
+
+    def _surface(self, take: Take, frame: int, camera: Camera) -> Surface:
+        """The head of a frame, and what it wears, in the light."""
+        mesh = Mesh(posed_vertices(self.body, take, frame), self.head.triangles)
+        texture, uv = self.texture
+        gain, shine = _lit(mesh, camera, *self.gloss)
+        surface = Surface(
+            mesh.vertices,
+            mesh.triangles,
+            uv,
+            texture,
+            gain.astype(np.float32),
+            shine.astype(np.float32),
+            self.opacity,
+        )
+        for extra in self.worn:
+            gain, shine = _lit(extra, camera, *map(np.array, extra.gloss))
+            surface = worn_with(surface, extra, extra.shade * gain, extra.shade * shine)
+        return surface
+
+
+def _lit(mesh: Mesh, camera: Camera, strength: Array, exponent: Array) -> tuple[Array, Array]:
+    """(factor on the colour [V], what shines [V]) of a mesh in the light."""
+    normal = mesh.vertex_normals
+    lambert = np.clip((normal @ LIGHT + WRAP) / (1 + WRAP), 0, 1)
+    half = unit(LIGHT + unit(camera.centre - mesh.vertices))
+    shine = strength * np.clip(np.sum(half * normal, axis=1), 0, 1) ** exponent
+    return DARK + LIT * lambert, shine
+
+
+def blinking_head() -> Head:
+    """The head of samples/data, its eyes shut by eyeBlink."""
+    head = load_head()
+    expressions = head.expressions.copy()
+    for name in ("eyeBlinkLeft", "eyeBlinkRight"):
+        expressions[head.expression_names.index(name)] *= BLINK_GAIN
+    return replace(head, expressions=expressions)
+
+
+def weights(names: tuple[str, ...], frames: int, held_out: tuple[str, ...]) -> Array:
+    """ARKit weights [frames, names]: exercises, then the recording.
+
+    Expressions that are held out are 0 in training and rise to 1 one after the other in testing.
+    """
+    exercise = round(frames * EXERCISE_SHARE)
+    result = np.concatenate([exercises(len(names), exercise), recorded(names, frames - exercise)])
+    test = np.array(splits(frames)) == "test"
+    for k, name in enumerate(held_out):
+        turn = np.arange(test.sum()) / max(test.sum(), 1) * 2 * np.pi * len(held_out) - 2 * np.pi * k
+        lone = (turn >= 0) & (turn < 2 * np.pi)
+        result[~test, names.index(name)] = 0
+        result[test, names.index(name)] = np.where(lone, (1 - np.cos(turn)) / 2, 0)
+    return result
+
+
+def exercises(count: int, frames: int) -> Array:
+    """Weights [frames, count]: each expression swells and goes, one after the other."""
+    if not frames:
+        return np.zeros((0, count))
+    width = max(frames / count, 1)
+    centre = (np.arange(count) + 0.5) * frames / count
+    weight = np.clip(1 - np.abs(np.arange(frames)[:, None] + 0.5 - centre) / width, 0, 1)
+    share = np.minimum(1, TOGETHER / np.maximum(weight.sum(axis=1, keepdims=True), 1e-9))
+    result: Array = weight * share
+    return result
+
+
+def recorded(names: tuple[str, ...], frames: int) -> Array:
+    """Weights [frames, names] of the whole recording at `frames` even times; 0 for what it lacks."""
+    header, *rows = csv.reader(RECORDING.read_text("utf-8").splitlines())
+    columns = [name[:1].lower() + name[1:] for name in header[2:]]
+    values = np.array([row[2:] for row in rows], np.float64)
+    for begin, (rest, gain) in AT_REST.items():
+        own = [k for k, name in enumerate(columns) if name.startswith(begin)]
+        values[:, own] = np.clip((values[:, own] - rest) * gain, 0, 1)
+    times = np.linspace(0, len(values) - 1, frames)
+    result = np.zeros((frames, len(names)))
+    for k, name in enumerate(names):
+        if name in columns:
+            result[:, k] = np.interp(times, np.arange(len(values)), values[:, columns.index(name)])
+    return result
+
+
+def perform(body: BodyModel, frames: int, held_out: tuple[str, ...]) -> Take:
+    """The parameters of every frame; ValueError for a held-out name that is no expression."""
+    names = tuple(sorted(body.expression_names))
+    for name in held_out:
+        if name not in names:
+            raise ValueError(f"{name} is no expression of the head; there are {', '.join(names)}")
+    shape = np.zeros(body.shapedirs_identity.shape[2])
+    return performed(body, shape, names, weights(names, frames, held_out))
+
+
+def camera_at(frame: int, frames: int, size: int, yaw: float = YAW[0]) -> tuple[Array, Array, Array]:
+    """(K, R, t) of the camera, OpenCV: on a smooth path about the head, looking at it.
+
+    It swings by `yaw` radians to either side; beyond YAW, in one beat of the training part only.
+    """
+    time = 2 * np.pi * frame / frames
+    wide = smoothstep(frame / frames, *WIDE[:2]) * smoothstep(frame / frames, *WIDE[:1:-1])
+    narrow = min(yaw, YAW[0])
+    reach = narrow + (yaw - narrow) * float(wide)
+
+    def swing(path: tuple[float, float, float]) -> float:
+        reach, beats, start = path
+        return float(reach * np.sin(beats * time + start))
+
+    camera = Camera.orbit(
+        np.array(TARGET),
+        DISTANCE * (1 + swing(NEARER)),
+        swing((reach, *YAW[1:])),
+        swing(PITCH),
+        FOV_Y,
+        size,
+        size,
+    )
+    view = camera.camera_from_world.astype(np.float64)
+    roll = swing(ROLL)
+    turn = np.array([[np.cos(roll), -np.sin(roll), 0], [np.sin(roll), np.cos(roll), 0], [0, 0, 1]])
+    focal = size / (2 * np.tan(FOV_Y / 2))
+    k = np.array([[focal, 0, size / 2], [0, focal, size / 2], [0, 0, 1]])
+    return k, turn @ view[:3, :3], turn @ view[:3, 3]
+
+
+def write_head(
+    out: Path,
+    size: int,
+    frames: int,
+    noise: Noise,
+    held_out: tuple[str, ...] = (),
+    yaw: float = YAW[0],
+    worn: tuple[str, ...] = (),
+) -> Path:
+    """Write the head's capture into the folder `out`: capture.json, images/, masks/, body/, driving.json.
+
+    Expressions `held_out` are seen in test frames only; `yaw`: see `camera_at`. With things `worn` (names of EXTRAS)
+    also regions/: in which share of each pixel they are seen. Returns the path of capture.json. Raises ValueError for
+    an unknown expression and for fewer than two frames.
+    """
+    head = blinking_head()
+    model = Model(head, build_body_model(head), tuple(EXTRAS[name](head) for name in worn))
+    take = perform(model.body, frames, held_out)
+    body = tracking_body(head, model.body)
+    save_body(body, np.zeros(0), out / "body")
+    if worn:
+        write_regions(out / "regions", model, take, size, yaw)
+    names = tuple(sorted(body.expression_names))
+    (out / "driving.json").write_text(json.dumps(driving(body, names), indent=1) + "\n")
+    return write(
+        out,
+        name=", ".join(["scanned head, synthetic", *worn]),
+        fps=FPS,
+        head_pose_in="camera",
+        expressions=body.expression_names[:GAUSSIAN_SHAPES],
+        body={
+            "kind": "body_model",
+            "model": "body/body_model.npz",
+            "eyelids": "body",
+            "anchor_faces": "body/back_of_head.txt",
+        },
+        frames=shots(model, take, size, noise, yaw),
+        source=SOURCE,
+        licence=LICENCE,
+        author=AUTHOR,
+        consent=CONSENT,
+    )
+
+
+def write_regions(folder: Path, model: Model, take: Take, size: int, yaw: float) -> None:
+    """One picture of grey a frame, named as the frame: what is worn, 255 where a pixel sees nothing else."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for k in range(take.frames):
+        camera = Camera.from_opencv(*_in_order(camera_at(k, take.frames, size, yaw)), size, size)
+        share = model.region(take, k, camera, -(-rays_per_pixel(size) // 2))
+        Image.fromarray(np.round(np.clip(share, 0, 1) * 255).astype(np.uint8)).save(folder / f"{k:05d}.png")
+
+
+def _in_order(camera: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+    """(R, t, K) of (K, R, t)."""
+    intrinsics, rotation, translation = camera
+    return rotation, translation, intrinsics
+
+
+def shots(model: Model, take: Take, size: int, noise: Noise, yaw: float) -> Iterator[tuple[str, Shot]]:
+    """(name, shot) of every frame of the take."""
+    for k, split in enumerate(splits(take.frames)):
+        intrinsics, rotation, translation = camera_at(k, take.frames, size, yaw)
+        camera = Camera.from_opencv(rotation, translation, intrinsics, size, size)
+        picture = model.picture(take, k, camera, rays_per_pixel(size))
+        joints = dict(zip(JOINTS, noise.tracked(take.pose[k]), strict=True))
+        stated = noise.calibrated(intrinsics, rotation, translation)
+        yield f"{k:05d}", shot(picture, stated, noise.tracked(take.expression[k]), joints, split)

@@ -1,0 +1,222 @@
+"""Tracked poses: what the rig then does against FLAME's and SMPL's own sums; damaged files by name."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from avatar_export.bodies.body_model import read_body_model
+from avatar_export.bodies.body_rig import bake_rig
+from avatar_export.bodies.pose_files import body_clip, is_pose_file, read_poses
+from avatar_export.clips.sources import clip_poses, rig_avatar
+from avatar_export.rigs.rig_driving import expressions_named
+from avatar_runtime.avatar import Clip, Rig
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.player import Player
+from tests.exporter.bodies import body_files
+from tests.exporter.bodies.body_files import FLAME_PARENTS, SMPL_PARENTS
+from tests.hostile import MANGLING, mangled, only_avatar_errors
+from tests.measured import Measure
+from tests.oracles.lbs import posed_vertices
+
+METRES = 1e-6  # float32 of vertices, joints and deltas within a metre or two
+
+
+def _rig(folder: Path, model: dict[str, Any], shape: Any) -> Rig:
+    return bake_rig(read_body_model(body_files.write_body(folder / "body.npz", model)), shape)
+
+
+def _played(rig: Rig, clip: Clip) -> list[np.ndarray]:
+    avatar = rig_avatar(rig, expressions_named(tuple(f"exp_{i}" for i in range(rig.morphs.columns))))
+    player = Player(avatar)
+    return [player.mesh(pose) for pose in clip_poses(avatar, clip)]
+
+
+def _expect(
+    played: list[np.ndarray], model: dict[str, Any], p: dict[str, Any], measured: Measure, offset: Any = None
+) -> None:
+    assert len(played) == body_files.FRAMES
+    for t, vertices in enumerate(played):
+        want = posed_vertices(
+            model, p["shape"], p["expression"][t], p["rotation"][t], p["translation"][t], offset
+        )
+        off = np.abs(vertices - want).max()
+        measured("body clip against plain LBS m", off)
+        assert off < METRES
+
+
+def test_flame_params_json(tmp_path: Path, measured: Measure) -> None:
+    model, p = body_files.body(FLAME_PARENTS), body_files.poses(5)
+    p["translation"][:] = 0  # the file has none
+    path = body_files.flame_json(tmp_path / "flame_params.json", p)
+    poses = read_poses(path)
+    assert is_pose_file(path) and poses.fps == 25
+    assert poses.joint_names == ("root", "neck", "jaw", "leftEye", "rightEye")
+    rig = _rig(tmp_path, model, poses.shape)
+    clip = body_clip(rig, poses, "take")
+    assert clip.name == "take" and clip.frames == body_files.FRAMES
+    _expect(_played(rig, clip), model, p, measured)
+
+
+@pytest.mark.parametrize("split", [False, True])
+def test_smpl_poses(tmp_path: Path, measured: Measure, split: bool) -> None:
+    model, p = body_files.body(SMPL_PARENTS), body_files.poses(24)
+    p["expression"][:] = 0
+    poses = read_poses(body_files.smpl_npz(tmp_path / "poses.npz", p, split))
+    assert poses.fps == 30 and poses.joint_names[15] == "head"
+    rig = _rig(tmp_path, model, poses.shape)
+    _expect(_played(rig, body_clip(rig, poses, "take")), model, p, measured)
+
+
+def test_gaussian_avatars_poses(tmp_path: Path, measured: Measure) -> None:
+    """The static offset is part of the template, so it moves the joints too."""
+    model, p = body_files.body(FLAME_PARENTS), body_files.poses(5)
+    offset = np.random.default_rng(3).normal(0, 0.01, model["v_template"].shape).astype("f4")
+    poses = read_poses(body_files.flame_param(tmp_path / "flame_param.npz", p, offset))
+    assert poses.static_offset is not None
+    np.testing.assert_array_equal(poses.static_offset, offset)
+    moved = {**model, "v_template": model["v_template"] + poses.static_offset}
+    rig = _rig(tmp_path, moved, poses.shape)
+    _expect(_played(rig, body_clip(rig, poses, "take")), model, p, measured, offset)
+
+
+def test_joints_of_a_turned_rest_frame_turn_in_mesh_axes(tmp_path: Path, measured: Measure) -> None:
+    """A rig file of the same body whose joints have axes of their own poses alike."""
+    model, p = body_files.body(FLAME_PARENTS), body_files.poses(5)
+    poses = read_poses(body_files.flame_param(tmp_path / "flame_param.npz", p, np.zeros((63, 3))))
+    model["posedirs"][:] = 0  # of the deltas, which differ
+    rig = _rig(tmp_path, model, poses.shape)
+    world = np.linalg.inv(rig.inverse_bind_matrix.astype(np.float64))
+    turn = np.array([[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1.0]])
+    world = world @ turn
+    local = [w if q < 0 else np.linalg.inv(world[q]) @ w for w, q in zip(world, rig.parents, strict=True)]
+    object.__setattr__(rig, "rest_local", np.array(local, "f4"))
+    object.__setattr__(rig, "inverse_bind_matrix", np.linalg.inv(world).astype("f4"))
+    _expect(_played(rig, body_clip(rig, poses, "take")), model, p, measured)
+
+
+def test_one_pose_and_what_is_missing(tmp_path: Path) -> None:
+    """Only betas and thetas of one frame: everything else is zero."""
+    np.savez(tmp_path / "a.npz", betas=np.zeros(10), thetas=np.zeros((1, 72)))
+    poses = read_poses(tmp_path / "a.npz")
+    assert poses.frames == 1 and not poses.translation.any() and poses.expression.shape == (1, 0)
+
+
+def test_a_clip_of_another_body_model_is_refused(tmp_path: Path) -> None:
+    model, p = body_files.body(FLAME_PARENTS), body_files.poses(5)
+    rig = _rig(tmp_path, model, None)
+    smpl = read_poses(body_files.smpl_npz(tmp_path / "poses.npz", body_files.poses(24), False))
+    with pytest.raises(AvatarError, match="turns joint pelvis, which the rig lacks"):
+        body_clip(rig, smpl, "take")
+    p["expression"] = np.ones((body_files.FRAMES, 9))
+    wide = read_poses(body_files.flame_json(tmp_path / "flame_params.json", p))
+    with pytest.raises(AvatarError, match="has 9 expressions, the rig has 3"):
+        body_clip(rig, wide, "take")
+
+
+def _json(change: Callable[[Any], object]) -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        path = body_files.flame_json(folder / "flame_params.json", body_files.poses(5))
+        document = json.loads(path.read_text())
+        change(document)
+        path.write_text(json.dumps(document))
+        return path
+
+    return write
+
+
+def _npz(**arrays: Any) -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        np.savez(folder / "poses.npz", **arrays)
+        return folder / "poses.npz"
+
+    return write
+
+
+T72 = np.zeros((2, 72))
+BAD: dict[str, tuple[Callable[[Path], Path], str]] = {
+    "no frames": (_json(lambda d: d.update(frames=[])), "frames: has no list of frames"),
+    "frames of numbers": (_json(lambda d: d.update(frames=[1])), "frames: has no list of frames"),
+    "no shape": (_json(lambda d: d.pop("shape_params")), "shape_params: is no list of 1 to 1000 numbers"),
+    "a short pose": (_json(lambda d: d["frames"][3]["pose"].pop()), "frames[3].pose: is no list of 15"),
+    "another width": (
+        _json(lambda d: d["frames"][2]["expression"].append(0)),
+        "frames[2].expression: is no list of 3 numbers",
+    ),
+    "text": (_json(lambda d: d["frames"][1].update(pose=["0"] * 15)), "frames[1].pose: holds what is no"),
+    "true": (_json(lambda d: d["frames"][1].update(pose=[True] * 15)), "frames[1].pose: holds what is no"),
+    "NaN": (_json(lambda d: d["frames"][1]["pose"].__setitem__(0, float("nan"))), "holds what is no usable"),
+    "a huge integer": (_json(lambda d: d["frames"][0]["pose"].__setitem__(0, 10**400)), "holds what is no"),
+    "no poses": (_npz(betas=np.zeros(10)), "holds no poses of a body model"),
+    "72 in 71": (_npz(betas=np.zeros(10), thetas=np.zeros((2, 71))), "expected numbers [any, 72]"),
+    "no frame": (_npz(thetas=np.zeros((0, 72))), "thetas: are 0; 1 to"),
+    "frames that differ": (_npz(thetas=np.zeros((3, 72)), transl=np.zeros((2, 3))), "transl: has 2 frames"),
+    "infinite": (_npz(thetas=T72 + np.inf), "thetas: [0, 0] is no usable number"),
+    "too large": (_npz(thetas=T72, transl=np.full((2, 3), 1e7)), "transl: [0, 0] is no usable number"),
+    "complex": (_npz(thetas=T72 + 1j), "thetas: has type complex128"),
+    "objects": (_npz(thetas=np.array([{}], object)), "thetas: holds pickled objects"),
+    "many betas": (_npz(thetas=T72, betas=np.zeros(1001)), "betas: has 1001 coefficients"),
+    "no expressions": (_npz(neck_pose=np.zeros((2, 3))), "expr: is missing"),
+    "another number of expressions": (
+        _npz(neck_pose=np.zeros((2, 3)), expr=np.zeros((3, 5))),
+        "expr: is [3, 5]",
+    ),
+    "offset of another shape": (
+        _npz(neck_pose=np.zeros((2, 3)), expr=np.zeros((2, 5)), static_offset=np.zeros((2, 9, 3))),
+        "static_offset: is float64[2, 9, 3]",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_damaged_files_are_named(tmp_path: Path, case: str) -> None:
+    write, message = BAD[case]
+    with pytest.raises(AvatarError) as caught:
+        read_poses(write(tmp_path))
+    assert message in str(caught.value)
+
+
+def test_other_files_are_no_pose_files(tmp_path: Path) -> None:
+    np.savez(tmp_path / "other.npz", vertices=np.zeros(3))
+    (tmp_path / "broken.npz").write_bytes(b"PK")
+    (tmp_path / "take.csv").write_text("Timecode")
+    assert not any(
+        is_pose_file(tmp_path / name) for name in ("other.npz", "broken.npz", "take.csv", "none.npz")
+    )
+
+
+@MANGLING
+@given(
+    mangled(
+        json.dumps(
+            {"shape_params": [0.5, 1.0], "frames": [{"expression": [0.1], "pose": [0.0] * 15}]}
+        ).encode()
+    )
+)
+def test_mangled_json(tmp_path_factory: Any, data: bytes) -> None:
+    path = tmp_path_factory.getbasetemp() / "mangled.json"
+    path.write_bytes(data)
+    only_avatar_errors(lambda: read_poses(path))
+
+
+def _npz_bytes() -> bytes:
+    import io
+
+    stream = io.BytesIO()
+    np.savez(stream, betas=np.zeros((1, 10)), thetas=np.zeros((2, 72), "f4"), transl=np.zeros((2, 3)))
+    return stream.getvalue()
+
+
+@MANGLING
+@given(mangled(_npz_bytes()))
+def test_mangled_npz(tmp_path_factory: Any, data: bytes) -> None:
+    path = tmp_path_factory.getbasetemp() / "mangled.npz"
+    path.write_bytes(data)
+    is_pose_file(path)
+    only_avatar_errors(lambda: read_poses(path))

@@ -1,0 +1,432 @@
+"""`conform`: what passes, which stage it names, what it leaves behind, and what bad references get."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import re
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from safetensors.numpy import load as load_tensors
+from safetensors.numpy import save as save_tensors
+
+from avatar_export.checks.bundle import validate
+from avatar_export.writers.bundle import write_bundle
+from avatar_runtime.backends.reference import ReferenceBackend
+from avatar_runtime.stages import STAGES
+from tests import bundles
+from tests.avatars import full_avatar
+from tests.commands import Run
+
+VECTORS, CASES = "reference/vectors.safetensors", "reference/cases.json"
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("conform") / "good"
+    write_bundle(full_avatar(), out, preview=False, engine_files=False)
+    return out
+
+
+@pytest.fixture
+def bundle(good: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(good, tmp_path / "bundle"))
+
+
+def edit_vectors(bundle: Path, change: Callable[[dict[str, Any]], Any]) -> None:
+    tensors = {name: t.copy() for name, t in load_tensors((bundle / VECTORS).read_bytes()).items()}
+    change(tensors)
+    (bundle / VECTORS).write_bytes(save_tensors(tensors))
+    bundles.sign(bundle)
+
+
+def edit_cases(bundle: Path, change: Callable[[dict[str, Any]], Any]) -> None:
+    document = json.loads((bundle / CASES).read_text("utf-8"))
+    change(document)
+    (bundle / CASES).write_text(json.dumps(document), "utf-8")
+    bundles.sign(bundle)
+
+
+def table(text: str) -> dict[str, str]:
+    """Stage, with its profile -> the end of its line."""
+    rows = (re.split(r"\s{2,}", line.strip()) for line in text.splitlines())
+    return {row[0]: row[-1] for row in rows if len(row) > 5}
+
+
+def test_a_bundle_repeats_its_own_reference(run: Run, good: Path, tmp_path: Path) -> None:
+    for path in (good, bundles.zipped(good, tmp_path / "x.avatar.zip")):
+        code, text, error = run(
+            "conform", path, "--backend", "reference", "--pictures", tmp_path / "pictures"
+        )
+        assert code == 0, error
+        lines = table(text)
+        rasters = [f"{what} {profile}" for what in ("raster", "picture") for profile in ("trainer", "engine")]
+        assert list(lines) == ["stage", *STAGES[:-1], *rasters]
+        assert set(lines.values()) == {"verdict", "holds"}
+        assert "backend reference repeats the reference; made by runtime" in text
+        assert "case rest: " in error
+    assert not (tmp_path / "pictures").exists(), "pictures are for failures"
+
+
+def test_a_left_handed_bundle(run: Run, tmp_path: Path) -> None:
+    write_bundle(full_avatar(), tmp_path / "left", preview=False, engine_files=False, handedness="left")
+    code, text, _ = run("conform", tmp_path / "left", "--backend", "reference")
+    assert code == 0, text
+
+
+def test_json(run: Run, good: Path) -> None:
+    code, text, _ = run("conform", good, "--backend", "reference", "--json")
+    facts = json.loads(text)
+    assert (code, facts["passed"], facts["first_failure"], facts["made_by"]) == (0, True, None, "runtime")
+    assert {(row["stage"], row["case"]) for row in facts["stages"]} >= {("blend", "rest"), ("blend", "clip")}
+    assert all(row["passed"] and row["used"] <= 1 for row in facts["stages"])
+    assert {(p["case"], p["profile"]) for p in facts["pictures"]} >= {
+        ("posed", "engine"),
+        ("clip", "trainer"),
+    }
+    assert set(facts["engine_psnr_db"]) == {"rest", "posed", "clip"}
+
+
+def shift(name: str) -> Callable[[dict[str, Any]], None]:
+    def change(tensors: dict[str, Any]) -> None:
+        tensors[name][-1] += np.ones_like(tensors[name][-1]) * (
+            1 if tensors[name].dtype.kind == "i" else 1e-2
+        )
+
+    return change
+
+
+def swap(name: str) -> Callable[[dict[str, Any]], None]:
+    def change(tensors: dict[str, Any]) -> None:
+        tensors[name][:2] = tensors[name][1::-1].copy()
+
+    return change
+
+
+WRONG = {
+    "joints": shift("posed/joints/skin_matrix"),
+    "morph": shift("posed/morph/vertices"),
+    "skin": swap("rest/skin/posed_vertices"),
+    "blend": shift("clip/blend/opacity_logit"),
+    "bind": swap("posed/bind/sh_rotation"),
+    "activate": shift("rest/activate/scale"),
+    "project": shift("posed/project/depth"),
+    "sort": swap("clip/sort/order"),
+    "raster": lambda tensors: tensors["rest/raster.engine/colour"].__setitem__(slice(None), 0.5),
+}
+
+
+@pytest.mark.parametrize("stage", WRONG)
+def test_the_stage_that_is_off_is_named_first(run: Run, bundle: Path, tmp_path: Path, stage: str) -> None:
+    edit_vectors(bundle, WRONG[stage])
+    pictures = tmp_path / "pictures"
+    code, text, _ = run("conform", bundle, "--backend", "reference", "--pictures", pictures)
+    assert code == 1
+    assert len(list(pictures.iterdir())) == 6, "of the one case that fails"
+    assert f"fails first at {stage};" in text
+    label = stage if stage != "raster" else "raster engine"
+    lines = table(text)
+    assert lines[label] == "FAILS"
+    before = list(lines)[1 : list(lines).index(label)]
+    assert all(lines[name] == "holds" for name in before)
+    assert all(lines[name] == "holds" for name in lines if name.startswith("picture"))
+    problems = [p for p in validate(bundle) if not p.warning]
+    assert problems[0].path == f"{VECTORS}: {stage}"
+    assert re.search(r"of case \w+ is \S+ off, \S+ times the tolerance", problems[0].message)
+
+
+def test_a_backend_that_is_wrong(run: Run, good: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    right = ReferenceBackend.stage
+
+    def transposed(self: Any, name: str, *rest: Any) -> Any:
+        found = right(self, name, *rest)
+        return found | ({"sh_rotation": np.swapaxes(found["sh_rotation"], 1, 2)} if name == "bind" else {})
+
+    monkeypatch.setattr(ReferenceBackend, "stage", transposed)
+    code, text, _ = run("conform", good, "--backend", "reference")
+    lines = table(text)
+    assert code == 1 and "fails first at bind;" in text
+    assert [name for name, end in lines.items() if end == "FAILS"] == ["bind"]
+    assert "sh_rotation" in next(line for line in text.splitlines() if line.startswith("bind"))
+
+
+def test_the_element_that_is_off_is_named(run: Run, bundle: Path, tmp_path: Path) -> None:
+    edit_vectors(bundle, lambda tensors: tensors["posed/bind/mean"].__setitem__((5, 1), 0.75))
+    kept = load_tensors((bundle / VECTORS).read_bytes())
+    page = tmp_path / "report.html"
+    code, text, _ = run("conform", bundle, "--backend", "reference", "--report", page)
+    words = rf"bind, case posed: mean\[5, 1\] of Gaussian {kept['rows'][5]}: got -?0\.\d+, expected 0\.75$"
+    assert code == 1 and re.search(words, text, re.MULTILINE), text
+    assert re.search(r"^bind .* >999 % +FAILS", text, re.MULTILINE)
+    (line,) = re.findall(words, text, re.MULTILINE)
+    assert f"<td>{line.split(': ', 1)[1]}</td>" in page.read_text("utf-8")
+    facts = json.loads(run("conform", bundle, "--backend", "reference", "--json")[1])
+    (row,) = [row for row in facts["stages"] if not row["passed"] and row["stage"] == "bind"]
+    worst = row["worst"]
+    assert (worst["index"], worst["gaussian"], worst["want"]) == ([5, 1], kept["rows"][5], 0.75)
+    assert abs(worst["got"] - 0.75) == pytest.approx(row["error"])
+    assert worst["tolerance"] == row["atol"] > 0 and row["rtol"] == 0
+    assert all(picture["unit"] == 1 / 255 for picture in facts["pictures"])
+
+
+def outputs_of(bundle: Path) -> dict[str, Any]:
+    """What a port that is right would give."""
+    tensors = load_tensors((bundle / VECTORS).read_bytes())
+    cases = json.loads((bundle / CASES).read_text("utf-8"))["cases"]
+    named = [o["tensor"] for c in cases for s in c["stages"] for o in s["outputs"].values()]
+    return {name: tensors[name] for name in named}
+
+
+def test_a_ports_own_outputs(run: Run, good: Path, tmp_path: Path) -> None:
+    file, page = tmp_path / "mine.safetensors", tmp_path / "report.html"
+    tensors = outputs_of(good)
+    file.write_bytes(save_tensors(tensors))
+    code, text, error = run("conform", good, "--outputs", file, "--report", page)
+    assert code == 0 and "what was given repeats the reference" in text, text + error
+    assert "not given" not in error and "pictures are not judged" in error
+    assert list(table(text)) == ["stage", *STAGES[:-1], "raster trainer", "raster engine"]
+    assert "outputs mine.safetensors" in page.read_text("utf-8")
+    tensors["posed/skin/posed_vertices"] = tensors["posed/skin/posed_vertices"] + np.float32(0.01)
+    file.write_bytes(save_tensors({name: t for name, t in tensors.items() if "/skin/" in name}))
+    code, text, error = run("conform", good, "--outputs", file)
+    assert code == 1 and "what was given fails first at skin" in text
+    assert re.search(r"skin, case posed: posed_vertices\[\d+, \d\] of vertex \d+: got", text)
+    assert "not given, so passed over: rest: stage joints; " in error
+    facts = json.loads(run("conform", good, "--outputs", file, "--json")[1])
+    assert facts["backend"] is None and facts["first_failure"] == "skin" and facts["pictures"] == []
+
+
+@pytest.mark.parametrize(
+    ("tensors", "words"),
+    [
+        ({"posed/skin/vertices": np.zeros(3)}, "mine.safetensors: 'posed/skin/vertices' is no output"),
+        ({}, "mine.safetensors: holds no output"),
+        (None, "mine.safetensors: cannot be read"),
+    ],
+)
+def test_outputs_that_cannot_be_used_are_one_line(
+    run: Run, good: Path, tmp_path: Path, tensors: dict[str, Any] | None, words: str
+) -> None:
+    file = tmp_path / "mine.safetensors"
+    if tensors is not None:
+        file.write_bytes(save_tensors(tensors))
+    code, _, error = run("conform", good, "--outputs", file)
+    assert (code, error.count("\n")) == (2, 1) and words in error, error
+    code, _, error = run("conform", good, "--outputs", file, "--backend", "reference")
+    assert code == 2 and "--outputs and --backend exclude each other" in error
+
+
+def test_pictures_of_what_fails(run: Run, bundle: Path, tmp_path: Path) -> None:
+    path = bundle / "reference" / "clip.engine.png"
+    before = np.asarray(Image.open(path))
+    spoilt = before.copy()
+    spoilt[100:108, 40:48] ^= 64
+    Image.fromarray(spoilt).save(path)
+    bundles.sign(bundle)
+    (problem,) = validate(bundle)
+    assert problem.path == "reference/clip.engine.png" and "of 255, allowed 1" in problem.message
+    out = tmp_path / "new" / "pictures"
+    code, text, _ = run("conform", bundle, "--backend", "reference", "--pictures", out)
+    assert code == 1 and "fails first at picture;" in text
+    assert re.search(r"picture engine +clip .* 6[34]\.\d/255 +1/255 +>999 % +FAILS", text)
+    assert table(text)["picture engine"] == "FAILS"
+    names = sorted(file.name for file in out.iterdir())
+    assert names == [f"clip.{p}.{kind}.png" for p in ("engine", "trainer") for kind in ("diff", "got", "ref")]
+    shown = {name: np.asarray(Image.open(out / name)) for name in names}
+    np.testing.assert_array_equal(shown["clip.engine.ref.png"], spoilt)
+    np.testing.assert_array_equal(shown["clip.engine.got.png"], before)
+    assert (shown["clip.engine.diff.png"][100:108, 40:48] == 255).all()
+    assert shown["clip.engine.diff.png"][:90].max() == 0
+    code, _, error = run("conform", bundle, "--backend", "reference", "--pictures", out)
+    assert (code, error.count("\n")) == (2, 1) and "exists" in error
+
+
+def test_the_report_needs_nothing_else(run: Run, tmp_path: Path) -> None:
+    avatar = replace(full_avatar(), name="<script>alert(1)</script>")
+    write_bundle(avatar, tmp_path / "out", preview=False, engine_files=False)
+    page = tmp_path / "report.html"
+    arguments = ("conform", tmp_path / "out", "--backend", "reference", "--report", page)
+    assert run(*arguments)[0] == 0
+    text = page.read_text("utf-8")
+    assert "<script" not in text and "http" not in text
+    sources = re.findall(r'src="([^"]+)"', text)
+    assert len(sources) == 3 * 2 * 3, "reference, drawn and difference of two profiles of three cases"
+    for source in sources:
+        kind, data = source.split(",")
+        assert kind == "data:image/png;base64"
+        assert Image.open(io.BytesIO(base64.b64decode(data))).size == (256, 256)
+    for stage in STAGES:
+        assert f"<td>{stage}" in text
+    code, _, error = run(*arguments)
+    assert (code, error.count("\n")) == (2, 1) and "--force" in error
+    assert run(*arguments, "--force")[0] == 0
+    assert page.read_text("utf-8") == text, "the same results give the same bytes"
+    code, _, error = run(*arguments[:-1], tmp_path / "no" / "report.html")
+    assert (code, error.count("\n")) == (2, 1) and "cannot be written" in error
+
+
+def drop(name: str) -> Callable[[dict[str, Any]], None]:
+    return lambda tensors: tensors.pop(name)
+
+
+def put(name: str, change: Callable[[Any], Any]) -> Callable[[dict[str, Any]], None]:
+    return lambda tensors: tensors.__setitem__(name, change(tensors[name]))
+
+
+def nan(tensor: Any) -> Any:
+    tensor[0] = np.nan
+    return tensor
+
+
+BAD: dict[str, tuple[Callable[[Path], None], str]] = {
+    "a missing tensor": (
+        lambda b: edit_vectors(b, drop("posed/blend/sh")),
+        f"{VECTORS}: posed/blend/sh: is missing",
+    ),
+    "a wrong shape": (
+        lambda b: edit_vectors(b, put("rest/morph/vertices", lambda t: t[:-1].copy())),
+        f"{VECTORS}: rest/morph/vertices: is float32[19, 3]",
+    ),
+    "a wrong type": (
+        lambda b: edit_vectors(b, put("rest/morph/vertices", lambda t: t.astype(np.float64))),
+        f"{VECTORS}: rest/morph/vertices: is float64[20, 3]",
+    ),
+    "no number": (
+        lambda b: edit_vectors(b, put("rest/bind/mean", nan)),
+        f"{VECTORS}: rest/bind/mean: holds a number that is not finite",
+    ),
+    "a newer version": (
+        lambda b: edit_cases(b, lambda d: d["asset"].update(version="2.0", minVersion="2.0")),
+        f"{CASES}: $.asset.version: is 2.0",
+    ),
+    "another document": (lambda b: edit_cases(b, lambda d: d.pop("cases")), f"{CASES}: $: 'cases'"),
+    "rows beyond the avatar": (
+        lambda b: edit_vectors(b, put("rows", lambda t: t + 7)),
+        f"{VECTORS}: rows: name 54, this avatar has 48: made for another",
+    ),
+    "cut vectors": (
+        lambda b: (cut(b / VECTORS), bundles.sign(b))[1],
+        f"{VECTORS}: ",
+    ),
+    "cut vectors, not signed": (lambda b: cut(b / VECTORS), f"{VECTORS}: is "),
+    "cut cases": (lambda b: (cut(b / CASES), bundles.sign(b))[1], f"{CASES}: is not JSON"),
+    "an altered byte": (lambda b: flip(b / VECTORS), f"{VECTORS}: sha256"),
+    "a cut picture": (
+        lambda b: (cut(b / "reference" / "rest.engine.png"), bundles.sign(b))[1],
+        "reference/rest.engine.png: is cut off or damaged",
+    ),
+    "a missing picture": (
+        lambda b: (b / "reference" / "rest.engine.png").unlink(),
+        "reference/rest.engine.png: cannot be read",
+    ),
+    "a picture that is not listed": (
+        lambda b: bundles.edit(b, lambda d: unlist(d, "reference/rest.engine.png")),
+        "avatar.json: $.files: does not list reference/rest.engine.png",
+    ),
+    "a stage that is gone": (
+        lambda b: edit_cases(b, lambda d: drop_stage(d, "bind")),
+        f"{CASES}: case posed lacks stage bind",
+    ),
+    "a tolerance that judges nothing": (
+        lambda b: edit_cases(b, lambda d: d["cases"][1]["stages"][4]["outputs"]["mean"].update(atol=1e5)),
+        f"{CASES}: posed/bind: mean may be 1e+05 ",
+    ),
+    "an expression of another avatar": (
+        lambda b: edit_cases(b, lambda d: d["cases"][1]["pose"]["expressions"].update(grin=0.5)),
+        f"{CASES}: posed: 'grin' is no expression of this avatar",
+    ),
+    "a joint of another avatar": (
+        lambda b: edit_cases(b, lambda d: d["cases"][1]["pose"]["joints"].update(tail=[0] * 16)),
+        f"{CASES}: posed: 'tail' is no joint of this avatar",
+    ),
+    "a picture elsewhere": (
+        lambda b: edit_cases(b, lambda d: d["cases"][0]["pictures"][0].update(colour="../preview.png")),
+        f"{CASES}: ",
+    ),
+}
+
+
+def drop_stage(document: dict[str, Any], stage: str) -> None:
+    stages = document["cases"][1]["stages"]
+    stages.remove(next(s for s in stages if s["stage"] == stage))
+
+
+def cut(path: Path) -> None:
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+
+
+def flip(path: Path) -> None:
+    data = bytearray(path.read_bytes())
+    data[-1] ^= 1
+    path.write_bytes(data)
+
+
+def unlist(document: dict[str, Any], path: str) -> None:
+    document["files"] = [entry for entry in document["files"] if entry["path"] != path]
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_reference_that_cannot_be_used_is_one_line(run: Run, bundle: Path, name: str) -> None:
+    change, words = BAD[name]
+    change(bundle)
+    code, out, error = run("conform", bundle, "--backend", "reference")
+    assert (code, out) == (2, "")
+    assert error.count("\n") == 1 and words in error, error
+    errors = [str(p) for p in validate(bundle) if not p.warning]
+    assert any(words in text for text in errors), errors
+    assert len(errors) <= 2
+
+
+def test_a_reference_of_other_files_is_stale(run: Run, bundle: Path, tmp_path: Path) -> None:
+    other = bundles.write(tmp_path / "other", full_avatar(seed=4))
+    shutil.copy(other / "blendshapes.safetensors", bundle)
+    bundles.edit(bundle, lambda d: d.update(blendshapes=bundles.manifest(other)["blendshapes"]))
+    bundles.sign(bundle)
+    words = (
+        "reference/cases.json: was made for another blendshapes.safetensors; `convert` again makes it anew"
+    )
+    code, _, error = run("conform", bundle)
+    assert (code, error) == (2, f"avatar-export: {words}\n")
+    assert words in [str(p) for p in validate(bundle)]
+
+
+def test_rules_that_changed_show_at_their_stage(run: Run, bundle: Path) -> None:
+    bundles.edit(bundle, lambda d: d["rules"].update(rotation="none"))
+    code, text, _ = run("conform", bundle, "--backend", "reference")
+    assert code == 1 and "fails first at bind;" in text
+
+
+def test_none_there(run: Run, tmp_path: Path) -> None:
+    bundle = bundles.write(tmp_path / "bare")
+    code, _, error = run("conform", bundle)
+    assert (code, error.count("\n")) == (2, 1)
+    assert "reference: is not there" in error and "convert" in error
+    assert validate(bundle) == []
+
+
+def test_who_made_it_is_kept(run: Run, bundle: Path) -> None:
+    edit_cases(bundle, lambda d: d.update(made_by="trainer"))
+    assert [p.path for p in validate(bundle)] == ["avatar.json: $.reference"]
+    bundles.edit(bundle, lambda d: d["reference"].update(made_by="trainer"))
+    assert validate(bundle) == []
+    code, text, _ = run("conform", bundle, "--backend", "reference")
+    assert code == 0 and "made by trainer" in text
+    bundles.edit(bundle, lambda d: d["reference"].update(made_by="somebody"))
+    code, _, error = run("conform", bundle)
+    assert code == 2 and "$.reference.made_by" in error
+
+
+def test_user_errors(run: Run, good: Path, tmp_path: Path) -> None:
+    code, _, error = run("conform", good, "--backend", "cuda")
+    assert code == 2 and "--backend" in error
+    code, _, error = run("conform", tmp_path / "no")
+    assert (code, error.count("\n")) == (2, 1) and "no such file" in error
