@@ -1,7 +1,7 @@
-"""`python -m avatar_shaders`: makes everything again that is made from hlsl/ and from the constants.
+"""`python -m avatar_shaders`: makes everything that is made from hlsl/ and from the tables of avatar_schema.
 
-That is hlsl/constants.hlsli, glsl430/, glsl310es/, msl/ and reflection.json, and in a checkout the copies in the
-engine folders beside this package.
+That is hlsl/constants.hlsli, hlsl/rules.hlsli, glsl430/, glsl310es/, msl/ and reflection.json, and in a checkout the
+copies in the engine folders beside this package.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from avatar_shaders import LANGUAGES
-from avatar_shaders.constants import constants_hlsli
 from avatar_shaders.engines import engine_files
+from avatar_shaders.entries import LANGUAGES
 from avatar_shaders.generate import HLSL, PACKAGE, generate_all
+from avatar_shaders.headers import made_headers
 from avatar_shaders.tools import ShaderError
 
 ENGINES = PACKAGE.parent
@@ -36,7 +36,7 @@ def main() -> int:
         elif asked.check:
             return _report(differing())
         else:
-            (HLSL / "constants.hlsli").write_text(constants_hlsli(), "utf-8")  # all else includes it
+            write(HLSL, made_headers())  # all else includes them
             files = made_files()
             write(ENGINES, files)
             for path in stale(files):
@@ -49,20 +49,20 @@ def main() -> int:
 
 def made_files() -> dict[str, str]:
     """{path beside this package: text} of everything that is made. Raises ShaderError."""
-    texts = {"hlsl/constants.hlsli": constants_hlsli(), **generate_all()}
+    texts = {f"hlsl/{name}": text for name, text in made_headers().items()} | generate_all()
     files = {f"{PACKAGE.name}/{path}": text for path, text in texts.items()}
     return files | (engine_files(ENGINES) if IN_CHECKOUT else {})
 
 
 def differing() -> list[str]:
-    """Paths of made files that are missing, differ or are left over. Raises ShaderError."""
+    """Paths of made files that are missing, different or no longer made. Raises ShaderError."""
     files = made_files()
     wrong = [path for path, text in files.items() if _text(ENGINES / path) != text]
     return wrong + [str(path.relative_to(ENGINES)) for path in stale(files)]
 
 
 def stale(files: dict[str, str]) -> list[Path]:
-    """Files of the made folders that nothing makes any more."""
+    """Made files that are no longer made."""
     folders = [PACKAGE / language for language in LANGUAGES]
     folders += [ENGINES / "unity", ENGINES / "unreal"] if IN_CHECKOUT else []
     present = [path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()]

@@ -1,6 +1,6 @@
-"""What the engine folders beside this package hold: copies of the HLSL under names that each engine takes.
+"""The made files of the engine folders beside this package: copies of the HLSL under names that each engine accepts.
 
-Unity packages cannot include text from outside, and Unreal takes .usf and .ush alone. So both get flat copies:
+A Unity package cannot include files from outside, and Unreal accepts .usf and .ush only. So both get flat copies:
 `x.hlsli` becomes x_core.hlsl or x_core.ush, `x.hlsl` keeps its name or becomes x.ush, and a compute entry gets
 a few lines that name its kernel.
 """
@@ -11,7 +11,7 @@ import hashlib
 import re
 from pathlib import Path
 
-from avatar_shaders import ENTRIES, HLSL_ONLY
+from avatar_shaders.entries import ENTRIES, HLSL_ONLY
 from avatar_shaders.generate import HLSL
 
 _INCLUDE = re.compile(r'#include "(\w+)\.(hlsli?)"')
@@ -33,10 +33,10 @@ _META = "fileFormatVersion: 2\nguid: {guid}\n"
 
 
 def engine_files(engines: Path, hlsl: Path = HLSL) -> dict[str, str]:
-    """{path below `engines`: text} of all that is made by itself in engines/unity and engines/unreal.
+    """{path below `engines`: text} of every made file of engines/unity and engines/unreal.
 
-    Hand-written files of unity/ are looked at for their names only: every asset of a Unity package needs a
-    .meta file with an identifier that never changes.
+    Of the hand-written files in unity/ only the names are used: every asset of a Unity package needs a .meta file
+    with an identifier that never changes.
     """
     files = _copies(hlsl, "unity") | _copies(hlsl, "unreal") | _unity_kernels() | _unreal_shaders()
     return files | _metas(engines, files)

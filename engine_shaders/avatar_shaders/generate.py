@@ -1,4 +1,4 @@
-"""Generated text: from a folder of HLSL to GLSL, MSL and the reflection table."""
+"""Makes GLSL, MSL and the reflection table from a folder of HLSL."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from avatar_shaders import ENTRIES, LANGUAGES, path_of
+from avatar_shaders.entries import ENTRIES, LANGUAGES, path_of
 from avatar_shaders.reflect import interface
 from avatar_shaders.tools import ShaderError, cross, spirv, versions
 
@@ -24,8 +24,8 @@ def generate(
 ) -> Texts:
     """{(language, entry): text} of the HLSL in a folder, which may be an altered copy of this package's.
 
-    Language "reflect" gives the interface as spirv-cross tells it (JSON). Raises tools.ShaderError where
-    something does not compile or a tool is missing.
+    Language "reflect" gives the interface as JSON of spirv-cross. Raises tools.ShaderError where a file does not
+    compile or a tool is missing.
     """
     chosen = tuple(languages)
     with ThreadPoolExecutor() as pool:
@@ -54,7 +54,7 @@ def _texts(hlsl: Path, entry: str, languages: tuple[str, ...]) -> Texts:
 
 
 def _finished(text: str, language: str, entry: str) -> str:
-    """The text with its origin, textures under their HLSL names. GLSL ES wants #version in the first line."""
+    """The text with a header, and textures under their HLSL names. In GLSL ES #version must be the first line."""
     tools = ", ".join(f"{tool} {version}" for tool, version in versions().items())
     header = (
         f"// Generated from hlsl/{ENTRIES[entry].hlsl}, entry {entry}, by `python -m avatar_shaders`; do not edit.\n"

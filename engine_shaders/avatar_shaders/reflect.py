@@ -6,7 +6,7 @@ import json
 import re
 from typing import Any
 
-from avatar_shaders import LANGUAGES, Entry
+from avatar_shaders.entries import LANGUAGES, Entry
 from avatar_shaders.spirv import CONSTANTS_BINDING
 
 _HLSL = {  # as HLSL spells a type
@@ -18,7 +18,7 @@ _SHARED = re.compile(r"^shared (\w+) \w+((?:\[\d+\])*);", re.MULTILINE)
 
 
 def interface(name: str, row: Entry, reflected: str, glsl: str) -> dict[str, Any]:
-    """One row of reflection.json; `glsl` is the entry's GLSL 4.30, in which shared memory is counted."""
+    """One row of reflection.json. `glsl` is the GLSL 4.30 of the entry: shared memory is counted in it."""
     told = json.loads(reflected)
     types = told.get("types", {})
     result: dict[str, Any] = {
@@ -63,7 +63,7 @@ def _block(block: dict[str, Any], types: dict[str, Any]) -> dict[str, Any]:
         if "array" in member:
             told |= {"count": member["array"][0], "stride": member["array_stride"]}
         members.append(told)
-    # The size that spirv-cross gives ends with the last member; a GL block is rounded up to 16.
+    # spirv-cross gives the end of the last member; the size of a GL block is a multiple of 16.
     size = -(-block["block_size"] // 16) * 16
     return {"name": block["name"], "binding": CONSTANTS_BINDING, "size": size, "members": members}
 

@@ -1,4 +1,4 @@
-"""The little of the SPIR-V binary form that binding numbers and names need."""
+"""The part of the SPIR-V binary format that sets binding numbers and names."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class Storage(IntEnum):
 def with_bindings(module: bytes) -> bytes:
     """A module without unused resources, with this project's binding numbers and a name for its constants.
 
-    Storage buffers get 0, 1, ... in the order of the numbers that come in (GLES 3.1 promises four only), the
-    constants CONSTANTS_BINDING, textures 0, 1, ...
+    Storage buffers get 0, 1, ... in the order of their old numbers (GLES 3.1 guarantees four only), constants
+    CONSTANTS_BINDING, textures 0, 1, ...
     """
     words = struct.unpack(f"<{len(module) // 4}I", module)
     instructions = _without_unused(list(_instructions(words)))
@@ -72,7 +72,7 @@ def _instructions(words: Words) -> Iterator[Words]:
 
 
 def _without_unused(instructions: list[Words]) -> list[Words]:
-    """Less the resources of the file that this entry does not touch, their names and decorations."""
+    """Without the resources that this entry does not use, their names and their decorations."""
     used = {i[3] for i in instructions if _opcode(i) in (Op.LOAD, Op.ACCESS_CHAIN)}
     resources = {i[2] for i in instructions if _opcode(i) == Op.VARIABLE and i[3] in tuple(Storage)}
     unused = resources - used

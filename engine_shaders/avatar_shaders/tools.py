@@ -9,7 +9,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-from avatar_shaders import ENTRIES, HLSL_ONLY
+from avatar_shaders.entries import ENTRIES, HLSL_ONLY
 from avatar_shaders.spirv import with_bindings
 
 PACKAGES = {  # program: the Debian package that holds it
@@ -18,8 +18,8 @@ PACKAGES = {  # program: the Debian package that holds it
     "spirv-cross": "spirv-cross",
 }
 _STAGES = {"compute": "comp", "vertex": "vert", "fragment": "frag"}
-# Not optimised (-Od): the text that comes out keeps functions and names, and every operation rounds as the HLSL
-# says; the optimiser would make fma() of sums of products, which GLSL ES 3.10 does not have.
+# Not optimised (-Od): the generated text keeps functions and names, and every operation rounds as in the HLSL.
+# The optimiser would make fma() of sums of products, which GLSL ES 3.10 does not have.
 _GLSLANG = ("-D", "-V", "-Od", "--auto-map-bindings", "--auto-map-locations")
 _GL = ("--combined-samplers-inherit-bindings", "--no-support-nonzero-baseinstance")
 _CROSS = {  # language: options of spirv-cross
@@ -33,7 +33,7 @@ _FAULT = re.compile(r"^(?:ERROR: )?(?P<file>[^:\n]+):(?P<line>\d+): (?P<text>.+)
 
 
 class ShaderError(Exception):
-    """A shader that does not compile, or a tool that is not there. One line: where, what, which tool says so."""
+    """A shader that does not compile, or a missing tool. One line: where, what, which tool reports it."""
 
     def __init__(self, message: str, *, file: str | None = None, line: int | None = None):
         self.file, self.line = file, line
@@ -43,7 +43,7 @@ class ShaderError(Exception):
 def spirv(folder: Path, entry: str, *, options: tuple[str, ...] = ()) -> bytes:
     """The validated SPIR-V of an entry whose HLSL lies in `folder`; `options` go to glslang.
 
-    Raises ShaderError, which names the file and line of the first fault, be it in an include.
+    Raises ShaderError, which names the file and line of the first fault, also in an included file.
     """
     row = (ENTRIES | HLSL_ONLY)[entry]
     return compile_file(folder / row.hlsl, entry, row.kind, (f"-I{folder}", *options))
@@ -76,13 +76,13 @@ def cross(module: bytes, language: str, *, vertex: bool = False, options: tuple[
 
 @cache
 def versions() -> dict[str, str]:
-    """What wrote the generated text: versions of glslang and spirv-cross. Raises ShaderError."""
+    """Versions of glslang and spirv-cross, the tools that write the generated text. Raises ShaderError."""
     glslang = _run(["glslangValidator", "--version"]).stdout.decode().splitlines()[0]
     return {"glslang": glslang.rpartition(" ")[2], "spirv-cross": _spirv_cross_version()}
 
 
 def _spirv_cross_version() -> str:
-    """spirv-cross knows its revision only, and as packaged by Debian not even that."""
+    """spirv-cross tells its revision only; Debian's package does not even tell that."""
     told = _run(["spirv-cross", "--revision"])
     revision = (told.stdout + told.stderr).decode().strip()
     if "Debian" in revision and shutil.which("dpkg-query"):

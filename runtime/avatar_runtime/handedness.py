@@ -31,6 +31,7 @@ from avatar_runtime.avatar import (
     SparseRows,
 )
 from avatar_runtime.pose import Pose
+from avatar_runtime.rules import MIRRORED_SIGNS
 
 HANDEDNESS = ("right", "left")
 Signs = npt.NDArray[np.int8]  # a factor of int8 keeps the type of any float array
@@ -45,10 +46,7 @@ FEATURE: Signs = MATRIX3.reshape(9)  # pose feature 9 c + 3 r + s is entry (r, s
 ORDER = np.array([0, -1, 0, 1, -2, -1, 0, 1, 2, -3, -2, -1, 0, 1, 2, 3])  # m of SH coefficient l^2 + l + m
 SH_IN_X: Signs = np.where(ORDER < 0, -1, 1).astype(np.int8) * np.where(ORDER % 2, -1, 1).astype(np.int8)
 SH_IN_Y: Signs = np.where(ORDER < 0, -1, 1).astype(np.int8)
-QUATERNION_SIGN = {
-    "largest_positive": "largest_positive_mirrored",
-    "largest_positive_mirrored": "largest_positive",
-}
+QUATERNION_SIGN = MIRRORED_SIGNS | {plain: other for other, plain in MIRRORED_SIGNS.items()}
 
 
 def mirrored(avatar: Avatar) -> Avatar:

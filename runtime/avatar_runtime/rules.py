@@ -1,29 +1,54 @@
-"""The values that a rule of the bundle may have; SPEC.md defines each by formula and source."""
+"""The values that a rule of the bundle may have, and their codes, from the table avatar_schema/v1/rules.json.
+
+SPEC.md defines each value by formula. Kernels take `code` at module level: it is compiled into them.
+"""
 
 from __future__ import annotations
 
 from itertools import product
 
-BINDINGS = ("skin", "anchor", "joint_mix", "surface", "none")
-SKIN_ROTATIONS = ("polar3", "head_bone", "none")
-VERTEX_ROTATIONS = ("vertex_quaternion", "vertex_quaternion_mean")
-RIGGED_ROTATIONS = ("bary_vertex_lbs",)  # of surfaces, by the joints that move the mesh
-SURFACE_ROTATIONS = (*VERTEX_ROTATIONS, "triangle_frame", *RIGGED_ROTATIONS)
-ROTATION_RULES = SKIN_ROTATIONS + SURFACE_ROTATIONS
-NORMAL_POSITIONS = ("normal", "interpolated_normal")
-POSITION_RULES = (*NORMAL_POSITIONS, "triangle_frame")
-AREA_SCALES = ("none", "log_area", "linear_area")
-SCALE_RULES = (*AREA_SCALES, "triangle_linear")
-TRAINED_SIGNS = ("w_positive", "largest_positive")
-QUATERNION_SIGNS = (*TRAINED_SIGNS, "largest_positive_mirrored")  # the last in mirrored frames only
-SH_DIRECTIONS = ("inverse_rotation", "world")
-ANCHOR_RULES = ("repeats", "unique")
-HEAD_POSE_IN = ("camera", "mesh")
-BACKGROUNDS = ("random", "per_view")  # where it is no one colour
+from avatar_schema import families
+from avatar_schema import rules as table
+
+
+def code(rule: str, name: str) -> int:
+    """The number that shaders and kernels get for a value of a rule. Raises KeyError for an unknown one."""
+    return table()[rule].value(name).code
+
+
+def names(rule: str, family: str | None = None) -> tuple[str, ...]:
+    """The values of a rule, or those that may stand in a family of the table, in the order of the schema's enum."""
+    return table()[rule].names(family)
+
+
+def needing(rule: str, what: str) -> tuple[str, ...]:
+    """The values of a rule that need `what` of an avatar: rig, rotation_joint, displacement or local_offset."""
+    return tuple(value.name for value in table()[rule].values if what in value.needs)
+
+
+BINDINGS = names("binding")
+ROTATION_RULES = names("rotation")
+SKIN_ROTATIONS = names("rotation", "joints")
+VERTEX_ROTATIONS = names("rotation", "surface_by_vertices")
+RIGGED_ROTATIONS = needing("rotation", "rig")  # of surfaces, by the joints that move the mesh
+JOINT_ROTATIONS = needing("rotation", "rotation_joint")
+POSITION_RULES = names("position")
+NORMAL_POSITIONS = needing("position", "displacement")
+SCALE_RULES = names("scale")
+SKIN_SCALES = names("scale", "joints")
+AREA_SCALES = names("scale", "surface_by_vertices")
+QUATERNION_SIGNS = names("quaternion_sign")
+MIRRORED_SIGNS = {v.name: v.mirror_of for v in table()["quaternion_sign"].values if v.mirror_of}
+TRAINED_SIGNS = tuple(name for name in QUATERNION_SIGNS if name not in MIRRORED_SIGNS)
+SH_DIRECTIONS = names("sh_direction")
+ANCHOR_RULES = names("anchor")
+HEAD_POSE_IN = names("head_pose_in")
+BACKGROUNDS = names("background")  # where it is no one colour
+DRIVING_MODES = names("driving_mode")
 # Rotations, positions and scales that go together where there is an embedding, in any choice within a family.
-SURFACE_FAMILIES = (
-    (VERTEX_ROTATIONS, NORMAL_POSITIONS, AREA_SCALES),  # SplattingAvatar, code and paper
-    (("triangle_frame",), ("triangle_frame",), ("triangle_linear",)),  # GaussianAvatars
-    (RIGGED_ROTATIONS, NORMAL_POSITIONS, ("none",)),  # PSAvatar
+SURFACE_FAMILIES = tuple(
+    (names("rotation", family.name), names("position", family.name), names("scale", family.name))
+    for family in families().values()
+    if family.embedded
 )
 SURFACE_RULES = tuple(row for family in SURFACE_FAMILIES for row in product(*family))

@@ -1,27 +1,11 @@
-"""The bundle format: JSON Schemas, constants and version rules. See SPEC.md beside this package."""
+"""The bundle format: JSON Schemas, constants, rules and versions. See SPEC.md beside this package.
+
+`validate` checks documents against them; `python -m avatar_schema` makes the schemas' enums of rules.
+"""
 
 from __future__ import annotations
 
-import json
-from functools import cache
-from importlib.resources import files
-from typing import Any
+from avatar_schema.documents import LATEST, constants, schema
+from avatar_schema.rule_table import Family, Rule, Value, families, rules
 
-LATEST = "1.0"
-
-
-@cache
-def _text(name: str) -> str:
-    return (files(__package__) / "v1" / name).read_text("utf-8")
-
-
-def schema(name: str) -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) called `name`, e.g. "avatar"; a fresh copy."""
-    document: dict[str, Any] = json.loads(_text(f"{name}.schema.json"))
-    return document
-
-
-@cache
-def constants() -> dict[str, Any]:
-    """Every render constant by name; values only. constants.json gives each its reason and source."""
-    return {name: entry["value"] for name, entry in json.loads(_text("constants.json")).items()}
+__all__ = ["LATEST", "Family", "Rule", "Value", "constants", "families", "rules", "schema"]

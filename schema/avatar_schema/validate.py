@@ -1,4 +1,4 @@
-"""Manifest against schema and version rules: problems with paths, as data."""
+"""Checks documents against their JSON Schema and the version rules. Problems come back as data, with JSON paths."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 from jsonschema import Draft202012Validator
 from jsonschema.validators import extend
 
-from avatar_schema import LATEST, schema
+from avatar_schema.documents import LATEST, schema
 
-MOST_PROBLEMS = 100  # a hostile manifest could have millions
+MOST_PROBLEMS = 100  # a damaged or hostile manifest could have millions
 BOUNDED_NUMBER = {"type", "minimum", "maximum"}  # the keys of such a schema
 EXTENSIONS: tuple[str, ...] = ()  # the ones this version understands
 
@@ -30,12 +30,12 @@ class Problem:
 
 
 def manifest_problems(manifest: Any) -> list[Problem]:
-    """Everything wrong with a parsed avatar.json. Versions first: a newer major hides all else."""
+    """All problems of a parsed avatar.json. A version that cannot be read is the only problem that is returned."""
     return document_problems(manifest, "avatar")
 
 
 def document_problems(document: Any, name: str) -> list[Problem]:
-    """The same for a document with versions in `asset` and the schema called `name`."""
+    """As `manifest_problems`, for a document with versions in `asset` and the schema called `name`."""
     if not isinstance(document, dict):
         return [Problem("$", "is not a JSON object")]
     problems = version_problems(document)
@@ -45,12 +45,12 @@ def document_problems(document: Any, name: str) -> list[Problem]:
 
 
 def schema_problems(document: Any, name: str) -> list[Problem]:
-    """Where a parsed document, versions aside, is not of the schema called `name`; at most MOST_PROBLEMS."""
+    """Problems of a parsed document against the schema called `name`, without the versions; at most MOST_PROBLEMS."""
     return _problems(document, schema(name))
 
 
 def key_problems(value: Any, key: str) -> list[Problem]:
-    """Where a parsed value is not what a manifest may have under the top-level `key`; at most MOST_PROBLEMS."""
+    """Problems of a value that a manifest has under the top-level `key`; at most MOST_PROBLEMS."""
     return _problems(value, schema("avatar")["properties"][key])
 
 
@@ -61,7 +61,7 @@ def _problems(document: Any, of: dict[str, Any]) -> list[Problem]:
 
 
 def _items(validator: Any, items: Any, instance: Any, schema: Any) -> Iterator[Any]:
-    """As the draft says; a row of bounded numbers is looked through at once, a capture has a million of them."""
+    """As the draft says. A row of bounded numbers is checked in one pass: a capture has a million of them."""
     bounded = isinstance(items, dict) and items.keys() == BOUNDED_NUMBER and items["type"] == "number"
     if bounded and isinstance(instance, list):
         low, high = items["minimum"], items["maximum"]

@@ -163,7 +163,7 @@ def project_case() -> tuple[dict[str, Any], list[Array], int]:
     constants: dict[str, Any] = {f"camera_row{i}": view[i] for i in range(3)}
     constants |= {f"clip_row{i}": clip[i] for i in range(4)}
     constants |= {"count": 200, "sh_degree": 3, "near_z": 0.2, "low_pass": 0.3, "eye": [0, 0, -3, 0]}
-    constants |= {"tan_half_fov": [0.5, 0.5], "picture_size": [256, 256]}
+    constants |= {"tan_half_fov": [0.5, 0.5], "image_size": [256, 256]}
     return constants, [splats, sh, np.zeros((3, 200, 4), np.float32)], 4
 
 
@@ -203,7 +203,7 @@ def quads() -> Array:
 def plain_picture() -> Array:
     """Drawn with instance attributes; the first row is the top one."""
     vertex, pixel = (spirv(HLSL, f"raster_{kind}") for kind in ("vertex", "pixel"))
-    constants = packed(vertex, {"picture_size": SIZE, "flip_y": -1})
+    constants = packed(vertex, {"image_size": SIZE, "flip_y": -1})
     texts = cross(vertex, "glsl430", vertex=True), cross(pixel, "glsl430")
     return gl_process.draw(*texts, constants, SIZE, 20, attributes=quads())
 
@@ -212,7 +212,7 @@ def unity_picture(folder: Path, material: str, *, direct3d: bool, turned: bool) 
     """Rows as they lie in memory. spirv-cross turns clip y and scales clip z where Direct3D is meant."""
     defines = ("-DUNITY_UV_STARTS_AT_TOP=1",) if direct3d else ("-DSHADER_API_GLCORE=1",)
     vertex, pixel = (unity_pass(folder, material, "Splat", entry, *defines) for entry in KINDS)
-    values = {"picture_size": SIZE, "flip_y": 1, "_ProjectionParams": [-1 if turned else 1, 0, 0, 0]}
+    values = {"image_size": SIZE, "flip_y": 1, "_ProjectionParams": [-1 if turned else 1, 0, 0, 0]}
     flip = ("--flip-vert-y",) if direct3d else ()
     texts = cross(vertex, "glsl430", vertex=direct3d, options=flip), cross(pixel, "glsl430")
     return gl_process.draw(*texts, packed(vertex, values), SIZE, 20, storage=[quads()])
@@ -235,7 +235,7 @@ def test_unity_material_draws_the_plain_picture(tmp_path: Path, material: str) -
 def test_unreal_material_draws_the_plain_picture() -> None:
     vertex, pixel = unreal_shader("raster_vertex_fetch"), unreal_shader("raster_pixel")
     texts = cross(vertex, "glsl430", vertex=True, options=("--flip-vert-y",)), cross(pixel, "glsl430")
-    constants = packed(vertex, {"picture_size": SIZE, "flip_y": 1})
+    constants = packed(vertex, {"image_size": SIZE, "flip_y": 1})
     got = gl_process.draw(*texts, constants, SIZE, 20, storage=[quads()])
     np.testing.assert_array_equal(got, plain_picture())
 

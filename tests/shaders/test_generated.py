@@ -14,11 +14,11 @@ import pytest
 
 import avatar_shaders
 import avatar_shaders.__main__ as command
-from avatar_schema import constants
+from avatar_schema import constants, rules
 from avatar_shaders import ENTRIES, LANGUAGES, reflection, source
 from avatar_shaders.__main__ import differing, made_files
-from avatar_shaders.constants import literal
 from avatar_shaders.generate import HLSL
+from avatar_shaders.headers import literal
 from avatar_shaders.tools import versions
 
 GLSL = ("glsl430", "glsl310es")
@@ -105,6 +105,16 @@ def test_shader_constants_are_the_formats() -> None:
         wanted |= {f"{name.upper()}{index}": v for index, v in numbers.items()}
     assert {name: float(number.strip("()f")) for name, number in found.items()} == wanted
     assert literal(16) == "16" and literal(-0.5) == "(-0.5f)"
+
+
+def test_shader_codes_are_the_formats() -> None:
+    text = (files(avatar_shaders) / "hlsl" / "rules.hlsli").read_text("utf-8")
+    found = [(name, int(number)) for name, number in re.findall(r"^#define AVATAR_(\w+) (\d+)$", text, re.M)]
+    assert found == [
+        (f"{rule.name}_{value.name}".upper(), value.code)
+        for rule in rules().values()
+        for value in rule.values
+    ]
 
 
 def test_unknown_names_are_refused() -> None:

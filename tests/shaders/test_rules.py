@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from avatar_schema import rules
 from avatar_shaders import ENTRIES, HLSL_ONLY
 from avatar_shaders.generate import HLSL
 from avatar_shaders.reflect import interface
@@ -46,6 +47,17 @@ def test_a_core_binds_nothing_and_may_be_included_twice(name: str) -> None:
     assert not re.search(RESOURCES, code(name))
     guard = f"AVATAR_{name.removesuffix('.hlsli').upper()}_HLSLI"
     assert f"#ifndef {guard}\n#define {guard}\n" in (HLSL / name).read_text("utf-8")
+
+
+CODE_OF_A_RULE = re.compile(r"\b(?:\w+_rule|quaternion_sign|sh_direction)\s*[!=<>]=?\s*(\w+)")
+
+
+def test_rules_are_compared_with_names_of_the_table() -> None:
+    macros = set(re.findall(r"^#define (\w+) \d+$", (HLSL / "rules.hlsli").read_text("utf-8"), re.M))
+    assert macros == {f"AVATAR_{r.name}_{name}".upper() for r in rules().values() for name in r.names()}
+    compared = {name: CODE_OF_A_RULE.findall(code(name)) for name in FILES}
+    assert sum(map(len, compared.values())) >= 12
+    assert not {name: found for name, found in compared.items() if not set(found) <= macros}
 
 
 def test_nothing_has_a_fixed_register() -> None:

@@ -51,7 +51,7 @@ layout(binding = 8, std140) uniform BindSurfaceConstants
     uint position_rule;
     uint rotation_rule;
     uint scale_rule;
-    uint sh_world;
+    uint sh_direction;
     float area_damping;
     float log_training_per_bundle;
     vec4 world_row0;
@@ -431,7 +431,7 @@ void _bind_surface(uvec3 id)
     vec4 param_32 = turn;
     vec4 param_33 = local_quat_wxyz;
     BoundSplat b = bind_by_turn(param_31, param_32, param_33);
-    if (constants.sh_world != 0u)
+    if (constants.sh_direction == 1u)
     {
         b.sh_rotation = identity_rows();
     }

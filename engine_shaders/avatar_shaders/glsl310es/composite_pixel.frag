@@ -9,7 +9,7 @@ layout(binding = 8, std140) uniform CompositeConstants
     highp vec4 background;
     highp float linear_target;
     highp float flip_rows;
-    highp vec2 picture_size;
+    highp vec2 image_size;
 } constants;
 
 layout(binding = 0) uniform highp sampler2D Accumulated;
@@ -25,7 +25,7 @@ highp vec3 linear_from_display(highp vec3 srgb)
 
 highp vec4 _composite_pixel(highp vec4 position)
 {
-    highp float y = (constants.flip_rows != 0.0) ? (constants.picture_size.y - position.y) : position.y;
+    highp float y = (constants.flip_rows != 0.0) ? (constants.image_size.y - position.y) : position.y;
     highp vec4 colour = texelFetch(Accumulated, ivec3(int(position.x), int(y), 0).xy, ivec3(int(position.x), int(y), 0).z);
     highp float left = 1.0 - colour.w;
     highp float alpha = colour.w + (left * constants.background.w);

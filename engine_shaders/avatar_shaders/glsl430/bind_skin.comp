@@ -43,9 +43,9 @@ layout(binding = 8, std140) uniform BindSkinConstants
     uint features;
     uint late;
     uint joints;
-    uint matrix_by_row;
-    uint rotation_by_polar;
-    uint sh_world;
+    uint binding_rule;
+    uint rotation_rule;
+    uint sh_direction;
     uint unused;
     vec4 group_matrix_row0;
     vec4 group_matrix_row1;
@@ -281,11 +281,11 @@ void _bind_skin(uvec3 id)
     rotation.row0 = constants.group_rotation_row0.xyz;
     rotation.row1 = constants.group_rotation_row1.xyz;
     rotation.row2 = constants.group_rotation_row2.xyz;
-    if (constants.matrix_by_row != 0u)
+    if (constants.binding_rule == 1u)
     {
         uint param = row;
         transform = bind_skin_matrix(param);
-        if (constants.rotation_by_polar != 0u)
+        if (constants.rotation_rule == 4u)
         {
             Rows4 param_1 = transform;
             Rows3 param_2 = linear_part(param_1);
@@ -308,7 +308,7 @@ void _bind_skin(uvec3 id)
     vec3 param_9 = bind_late(param_5);
     vec4 param_10 = Splats_1._data[constants.count + row];
     BoundSplat b = bind_by_matrix(param_6, param_7, param_8, param_9, param_10);
-    if (constants.sh_world != 0u)
+    if (constants.sh_direction == 1u)
     {
         b.sh_rotation = identity_rows();
     }

@@ -7,7 +7,7 @@ layout(binding = 8, std140) uniform CompositeConstants
     vec4 background;
     float linear_target;
     float flip_rows;
-    vec2 picture_size;
+    vec2 image_size;
 } constants;
 
 layout(binding = 0) uniform sampler2D Accumulated;
@@ -23,7 +23,7 @@ vec3 linear_from_display(vec3 srgb)
 
 vec4 _composite_pixel(vec4 position)
 {
-    float y = (constants.flip_rows != 0.0) ? (constants.picture_size.y - position.y) : position.y;
+    float y = (constants.flip_rows != 0.0) ? (constants.image_size.y - position.y) : position.y;
     vec4 colour = texelFetch(Accumulated, ivec3(int(position.x), int(y), 0).xy, ivec3(int(position.x), int(y), 0).z);
     float left = 1.0 - colour.w;
     float alpha = colour.w + (left * constants.background.w);

@@ -64,7 +64,7 @@ layout(binding = 8, std140) uniform ProjectConstants
     vec4 clip_row3;
     vec4 eye;
     vec2 tan_half_fov;
-    vec2 picture_size;
+    vec2 image_size;
 } constants;
 
 layout(binding = 1, std430) readonly buffer Sh
@@ -93,7 +93,7 @@ SplatCamera project_camera()
     camera.clip_z = constants.clip_row2;
     camera.clip_w = constants.clip_row3;
     camera.tan_half_fov = constants.tan_half_fov;
-    camera.size = constants.picture_size;
+    camera.size = constants.image_size;
     camera.low_pass = constants.low_pass;
     camera.near_z = constants.near_z;
     return camera;
@@ -169,7 +169,7 @@ bool is_finite(float x)
     return (floatBitsToUint(x) & 2139095040u) != 2139095040u;
 }
 
-bool touches_picture(vec2 centre, float extent, vec2 size)
+bool touches_image(vec2 centre, float extent, vec2 size)
 {
     vec2 grid = ceil(size / vec2(16.0));
     vec2 low = clamp((centre - vec2(extent)) / vec2(16.0), vec2(-1000000.0), vec2(1000000.0));
@@ -208,7 +208,7 @@ SeenSplat project_splat(vec3 mean, vec3 scale, vec4 quat_wxyz, SplatCamera camer
     vec2 param_10 = seen.centre;
     float param_11 = radius;
     vec2 param_12 = camera.size;
-    bool drawn = (sound && (p.z > camera.near_z)) && touches_picture(param_10, param_11, param_12);
+    bool drawn = (sound && (p.z > camera.near_z)) && touches_image(param_10, param_11, param_12);
     seen.radius = drawn ? radius : 0.0;
     seen.clip_depth = clamp(dot(camera.clip_z, at) * reciprocal, 0.0, 1.0);
     return seen;

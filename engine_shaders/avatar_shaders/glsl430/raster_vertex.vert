@@ -12,7 +12,7 @@ struct QuadFragment
 
 layout(binding = 8, std140) uniform RasterConstants
 {
-    vec2 picture_size;
+    vec2 image_size;
     float flip_y;
 } constants;
 
@@ -67,11 +67,11 @@ QuadFragment quad_vertex(uint vertex, vec4 place, vec3 conic, vec3 rgb)
         vec2 param_1 = place.xy;
         vec3 param_2 = conic;
         float param_3 = place.w;
-        vec2 param_4 = constants.picture_size;
+        vec2 param_4 = constants.image_size;
         vec2 pixel = splat_corner(param, param_1, param_2, param_3, param_4);
         vec2 param_5 = pixel;
         float param_6 = place.z;
-        vec2 param_7 = constants.picture_size;
+        vec2 param_7 = constants.image_size;
         float param_8 = constants.flip_y;
         q.position = clip_from_pixels(param_5, param_6, param_7, param_8);
     }

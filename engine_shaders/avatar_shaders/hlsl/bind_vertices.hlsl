@@ -1,4 +1,4 @@
-// Stage `bind` for binding surface, second step, one thread a vertex: normal and turn of the mesh there.
+// Stage `bind` for binding surface, second step, one thread a vertex: the normal and the turn of the mesh.
 // Reads: SurfaceStatic, Triangles, Pose. Writes: Mesh.
 #include "platform.hlsli"
 #include "bind.hlsli"
@@ -16,7 +16,7 @@ AVATAR_CONSTANTS(BindVerticesConstants)
     uint vertex_triangle; // triangles around a vertex, increasing
     float normal_floor; // bundle units squared
     float quaternion_floor; // bundle units squared
-    uint rotation_rule; // 0 vertex_quaternion, 1 vertex_quaternion_mean, 2 triangle_frame, 3 bary_vertex_lbs
+    uint rotation_rule; // AVATAR_ROTATION_*
     uint skin_ptr; // vertices + 1
     uint skin_entry; // of 2: joint, weight
     uint joints; // in Pose, 12 floats a joint: rows of mesh from binding mesh
@@ -64,14 +64,14 @@ void bind_vertices(uint3 id : SV_DispatchThreadID)
         area += asfloat(SurfaceStatic[canonical_size + t]);
     }
     Mesh[vertices + row] = float4(vertex_normal(across, normal_floor), 0);
-    if (rotation_rule == 3)
+    if (rotation_rule == AVATAR_ROTATION_BARY_VERTEX_LBS)
     {
         Rows4 blended = vertex_skin_matrix(row);
         Mesh[2 * vertices + row] = blended.row0;
         Mesh[3 * vertices + row] = blended.row1;
         Mesh[4 * vertices + row] = blended.row2;
     }
-    else if (rotation_rule == 1)
+    else if (rotation_rule == AVATAR_ROTATION_VERTEX_QUATERNION_MEAN)
     {
         Mesh[2 * vertices + row] = vertex_quat_mean(turn, area);
     }

@@ -1,4 +1,4 @@
-// Stage `blend`, one thread a Gaussian: sparse deltas summed as they are stored, without atomics.
+// Stage `blend`, one thread a Gaussian: adds its sparse deltas in their stored order, without atomics.
 // Reads: BlendStatic, Pose. Writes: Splats, Sh.
 #include "platform.hlsli"
 #include "blend.hlsli"
@@ -86,7 +86,7 @@ void blend_store_sh(uint k, uint row, float3 coefficient)
     }
 }
 
-// Four coefficients at once stay in registers while the entries go by; past the last one it stands in.
+// Four coefficients at a time stay in registers during the loop over entries. Indices past the last take the last.
 void blend_sh_from(uint k, uint row)
 {
     uint last = sh_terms - 1, stride = 5 + 3 * sh_terms;

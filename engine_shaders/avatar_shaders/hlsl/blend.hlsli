@@ -1,7 +1,7 @@
 // Core of stage `blend`: Gaussian blendshapes in training space, G = base + sum_k w_k delta_k.
 // Reads: nothing. Writes: nothing.
 //
-// Raw quaternions, log scales and opacity logits add as they are; nothing is activated or normalised here.
+// Raw quaternions, log scales and opacity logits are added. Nothing is activated or normalised here.
 #ifndef AVATAR_BLEND_HLSLI
 #define AVATAR_BLEND_HLSLI
 

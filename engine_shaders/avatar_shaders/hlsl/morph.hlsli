@@ -1,4 +1,4 @@
-// Core of stage `morph`: a mesh vertex before the skeleton moves it.
+// Core of stage `morph`: the position of a mesh vertex before skinning.
 // Reads: nothing. Writes: nothing.
 #ifndef AVATAR_MORPH_HLSLI
 #define AVATAR_MORPH_HLSLI

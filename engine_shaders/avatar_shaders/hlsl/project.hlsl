@@ -1,4 +1,4 @@
-// Stage `project`, one thread a Gaussian: screen-space splat, and its colour seen along sh_rotation^T d.
+// Stage `project`, one thread a Gaussian: the splat on the screen, and its colour in direction sh_rotation^T d.
 // Reads: Splats, Sh. Writes: Projected.
 #include "platform.hlsli"
 #include "project.hlsli"
@@ -21,7 +21,7 @@ AVATAR_CONSTANTS(ProjectConstants)
     float4 clip_row3;
     float4 eye; // world
     float2 tan_half_fov;
-    float2 picture_size; // pixels
+    float2 image_size; // pixels
 AVATAR_CONSTANTS_END
 
 float3 sh_coefficient(uint k, uint row)
@@ -63,7 +63,7 @@ SplatCamera project_camera()
     camera.clip_z = clip_row2;
     camera.clip_w = clip_row3;
     camera.tan_half_fov = tan_half_fov;
-    camera.size = picture_size;
+    camera.size = image_size;
     camera.low_pass = low_pass;
     camera.near_z = near_z;
     return camera;

@@ -1,4 +1,4 @@
-// Stage `raster`, drawing: 4 vertices (a strip) an instance, one instance a splat.
+// Stage `raster`, last step: draws a strip of 4 vertices an instance, one instance a splat.
 // Reads: Quads (raster_vertex_fetch alone; raster_vertex takes it as instance attributes). Writes: nothing.
 #include "platform.hlsli"
 #include "raster.hlsli"
@@ -6,7 +6,7 @@
 StructuredBuffer<float4> Quads; // [3 instances]: centre, clip depth, opacity; conic, 0; rgb, 0
 
 AVATAR_CONSTANTS(RasterConstants)
-    float2 picture_size; // pixels
+    float2 image_size; // pixels
     float flip_y; // 1 Direct3D, -1 OpenGL; see clip_from_pixels
 AVATAR_CONSTANTS_END
 
@@ -24,12 +24,12 @@ QuadFragment quad_vertex(uint vertex, float4 place, float3 conic, float3 rgb)
     q.place = place;
     q.conic = conic;
     q.rgb = rgb;
-    q.position = float4(2, 2, 0, 1); // nothing to see: all four corners in one place outside
+    q.position = float4(2, 2, 0, 1); // not visible: all four corners at one point outside the image
     if (place.w * AVATAR_ALPHA_MIN_DENOMINATOR >= 1)
     {
         float2 corner = float2((vertex & 1) != 0 ? 1 : -1, (vertex & 2) != 0 ? 1 : -1);
-        float2 pixel = splat_corner(corner, place.xy, conic, place.w, picture_size);
-        q.position = clip_from_pixels(pixel, place.z, picture_size, flip_y);
+        float2 pixel = splat_corner(corner, place.xy, conic, place.w, image_size);
+        q.position = clip_from_pixels(pixel, place.z, image_size, flip_y);
     }
     return q;
 }

@@ -1,4 +1,4 @@
-// Stage `raster`, first step, one thread an instance: splats in blending order, for one chunk and one piece.
+// Stage `raster`, first step, one thread an instance: splats in drawing order, for one chunk and one piece.
 // Reads: Projected, Pairs. Writes: Quads.
 #include "platform.hlsli"
 #include "sort.hlsli"

@@ -1,11 +1,11 @@
-// Core of stage `skin`, and of binding `skin` of Gaussians: linear blend skinning.
+// Core of stage `skin` and of binding `skin`: linear blend skinning of vertices and of Gaussians.
 // Reads: nothing. Writes: nothing.
 #ifndef AVATAR_SKIN_HLSLI
 #define AVATAR_SKIN_HLSLI
 
 #include "splat.hlsli"
 
-// Skinning matrices are blended, then applied: sum_b W_b A_b.
+// Adds one joint to the blended matrix sum_b W_b A_b, which is applied once.
 Rows4 skin_add(Rows4 sum, float weight, Rows4 joint)
 {
     sum.row0 += weight * joint.row0;
@@ -23,7 +23,7 @@ Rows4 skin_none()
     return sum;
 }
 
-// Late morphs (eyelids) are added to the skinned position as they are, unrotated.
+// Late morphs (eyelids) are added to the skinned position without a rotation.
 float3 late_add(float3 posed, float weight, float3 delta)
 {
     return posed + weight * delta;

@@ -1,4 +1,4 @@
-// Stage `sort`, each pass, one group a block: how often each digit occurs in the block.
+// Stage `sort`, each pass, one group a block: counts each digit in the block.
 // Reads: Pairs. Writes: Counts.
 #include "platform.hlsli"
 #include "sort.hlsli"

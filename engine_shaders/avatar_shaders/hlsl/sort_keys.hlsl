@@ -1,4 +1,4 @@
-// Stage `sort`, first step, one thread a splat: its key and its id among all chunks.
+// Stage `sort`, first step, one thread a splat: the key of the splat and its id among all chunks.
 // Reads: Projected. Writes: Pairs.
 #include "platform.hlsli"
 #include "sort.hlsli"

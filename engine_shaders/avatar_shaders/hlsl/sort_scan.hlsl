@@ -1,4 +1,4 @@
-// Stage `sort`, each pass, one group in all: counts become the place of each block's first pair of each digit.
+// Stage `sort`, each pass, one group in all: replaces each count by the place of the block's first pair of the digit.
 // Reads: nothing. Writes: Counts.
 #include "platform.hlsli"
 #include "sort.hlsli"

@@ -55,7 +55,7 @@ struct BindSurfaceConstants
     uint position_rule;
     uint rotation_rule;
     uint scale_rule;
-    uint sh_world;
+    uint sh_direction;
     float area_damping;
     float log_training_per_bundle;
     float4 world_row0;
@@ -455,7 +455,7 @@ void _bind_surface(thread const uint3& id, const device EmbedStatic& EmbedStatic
     float4 param_32 = turn;
     float4 param_33 = local_quat_wxyz;
     BoundSplat b = bind_by_turn(param_31, param_32, param_33);
-    if (constants.sh_world != 0u)
+    if (constants.sh_direction == 1u)
     {
         b.sh_rotation = identity_rows();
     }

@@ -12,7 +12,7 @@ struct CompositeConstants
     float4 background;
     float linear_target;
     float flip_rows;
-    float2 picture_size;
+    float2 image_size;
 };
 
 struct composite_pixel_out
@@ -31,7 +31,7 @@ float3 linear_from_display(thread const float3& srgb)
 static inline __attribute__((always_inline))
 float4 _composite_pixel(thread const float4& position, constant CompositeConstants& constants, texture2d<float> Accumulated)
 {
-    float y = (constants.flip_rows != 0.0) ? (constants.picture_size.y - position.y) : position.y;
+    float y = (constants.flip_rows != 0.0) ? (constants.image_size.y - position.y) : position.y;
     float4 colour = Accumulated.read(uint2(int3(int(position.x), int(y), 0).xy), int3(int(position.x), int(y), 0).z);
     float left = 1.0 - colour.w;
     float alpha = colour.w + (left * constants.background.w);

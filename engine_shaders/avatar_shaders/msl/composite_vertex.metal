@@ -12,7 +12,7 @@ struct CompositeConstants
     float4 background;
     float linear_target;
     float flip_rows;
-    float2 picture_size;
+    float2 image_size;
 };
 
 struct composite_vertex_out

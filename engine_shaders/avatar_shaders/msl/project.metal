@@ -68,7 +68,7 @@ struct ProjectConstants
     float4 clip_row3;
     float4 eye;
     float2 tan_half_fov;
-    float2 picture_size;
+    float2 image_size;
 };
 
 struct Sh
@@ -98,7 +98,7 @@ SplatCamera project_camera(constant ProjectConstants& constants)
     camera.clip_z = constants.clip_row2;
     camera.clip_w = constants.clip_row3;
     camera.tan_half_fov = constants.tan_half_fov;
-    camera.size = constants.picture_size;
+    camera.size = constants.image_size;
     camera.low_pass = constants.low_pass;
     camera.near_z = constants.near_z;
     return camera;
@@ -181,7 +181,7 @@ bool is_finite(thread const float& x)
 }
 
 static inline __attribute__((always_inline))
-bool touches_picture(thread const float2& centre, thread const float& extent, thread const float2& size)
+bool touches_image(thread const float2& centre, thread const float& extent, thread const float2& size)
 {
     float2 grid = ceil(size / float2(16.0));
     float2 low = fast::clamp((centre - float2(extent)) / float2(16.0), float2(-1000000.0), float2(1000000.0));
@@ -221,7 +221,7 @@ SeenSplat project_splat(thread const float3& mean, thread const float3& scale, t
     float2 param_10 = seen.centre;
     float param_11 = radius;
     float2 param_12 = camera.size;
-    bool drawn = (sound && (p.z > camera.near_z)) && touches_picture(param_10, param_11, param_12);
+    bool drawn = (sound && (p.z > camera.near_z)) && touches_image(param_10, param_11, param_12);
     seen.radius = drawn ? radius : 0.0;
     seen.clip_depth = fast::clamp(dot(camera.clip_z, at) * reciprocal, 0.0, 1.0);
     return seen;

@@ -22,7 +22,7 @@ struct Quads
 
 struct RasterConstants
 {
-    float2 picture_size;
+    float2 image_size;
     float flip_y;
 };
 

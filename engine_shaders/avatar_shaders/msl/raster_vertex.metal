@@ -17,7 +17,7 @@ struct QuadFragment
 
 struct RasterConstants
 {
-    float2 picture_size;
+    float2 image_size;
     float flip_y;
 };
 
@@ -83,11 +83,11 @@ QuadFragment quad_vertex(thread const uint& vertex0, thread const float4& place,
         float2 param_1 = place.xy;
         float3 param_2 = conic;
         float param_3 = place.w;
-        float2 param_4 = constants.picture_size;
+        float2 param_4 = constants.image_size;
         float2 pixel = splat_corner(param, param_1, param_2, param_3, param_4);
         float2 param_5 = pixel;
         float param_6 = place.z;
-        float2 param_7 = constants.picture_size;
+        float2 param_7 = constants.image_size;
         float param_8 = constants.flip_y;
         q.position = clip_from_pixels(param_5, param_6, param_7, param_8);
     }

@@ -39,7 +39,7 @@ Shader "Avatar/Splat"
 
             float4 frag(QuadFragment q) : SV_Target
             {
-                q.position.y = row_from_top(q.position.y, picture_size.y);
+                q.position.y = row_from_top(q.position.y, image_size.y);
                 return raster_pixel(q);
             }
             ENDHLSL

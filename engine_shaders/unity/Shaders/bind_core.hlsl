@@ -1,13 +1,14 @@
 // Copy of avatar_shaders/hlsl/bind.hlsli, by `python -m avatar_shaders`; do not edit.
-// Core of stage `bind`: what joints, group or triangle mesh do to one Gaussian.
+// Core of stage `bind`: how joints, a group or a triangle mesh move one Gaussian.
 // Reads: nothing. Writes: nothing.
 #ifndef AVATAR_BIND_HLSLI
 #define AVATAR_BIND_HLSLI
 
+#include "rules_core.hlsl"
 #include "splat_core.hlsl"
 #include "skin_core.hlsl"
 
-// Keeps what has no length from dividing by 0.
+// Prevents a division by 0 for vectors without a length.
 static const float AVATAR_TINY = 1e-30;
 
 struct BoundSplat
@@ -17,7 +18,7 @@ struct BoundSplat
     Rows3 sh_rotation; // colour is seen along sh_rotation^T d
 };
 
-// A Gaussian carried by a matrix; `rotation` turns its axes and its SH.
+// A Gaussian moved by a matrix. `rotation` turns its axes and its SH.
 BoundSplat bind_by_matrix(Rows4 transform, Rows3 rotation, float3 mean, float3 late, float4 quat_wxyz)
 {
     BoundSplat b;
@@ -27,7 +28,7 @@ BoundSplat bind_by_matrix(Rows4 transform, Rows3 rotation, float3 mean, float3 l
     return b;
 }
 
-// The posed avatar moved rigidly as a whole; the identity changes no bit.
+// Moves the posed avatar rigidly as a whole. The identity changes no bit.
 BoundSplat bind_place(BoundSplat b, Rows4 world, float4 world_quat_wxyz)
 {
     b.mean = transform_point(world, b.mean);
@@ -88,24 +89,20 @@ TriangleShape triangle_by_edge(float3 p0, float3 p1, float3 p2)
     return t;
 }
 
-#define AVATAR_SIGN_LARGEST_POSITIVE 0
-#define AVATAR_SIGN_W_POSITIVE 1
-#define AVATAR_SIGN_LARGEST_POSITIVE_MIRRORED 2
-
-// How a triangle has turned since the binding pose, its sign by rule quaternion_sign.
+// The turn of a triangle since the binding pose. `quaternion_sign` is a code of rules.hlsli.
 float4 triangle_turn(Rows3 frame, Rows3 canonical_frame, uint quaternion_sign)
 {
     float4 turn = quat_from_matrix(multiply_transposed(frame, canonical_frame));
-    bool negative = quaternion_sign == AVATAR_SIGN_W_POSITIVE && turn.x < 0;
-    if (quaternion_sign == AVATAR_SIGN_LARGEST_POSITIVE_MIRRORED)
+    bool negative = quaternion_sign == AVATAR_QUATERNION_SIGN_W_POSITIVE && turn.x < 0;
+    if (quaternion_sign == AVATAR_QUATERNION_SIGN_LARGEST_POSITIVE_MIRRORED)
     {
-        // Its largest component is positive as it comes: y and z change sign in a mirror.
+        // The largest component of `turn` is positive. A mirror in x negates y and z.
         negative = max(turn.z, turn.w) > max(turn.x, turn.y);
     }
     return negative ? -turn : turn;
 }
 
-// Sums over a vertex's triangles become normals and quaternions; floors are areas in bundle units squared.
+// Normals and quaternions of vertices, from sums over their triangles. Floors are areas in bundle units squared.
 float3 vertex_normal(float3 sum_across, float normal_floor)
 {
     return sum_across / max(length(sum_across), normal_floor);
@@ -135,7 +132,7 @@ float3 scale_linear(float3 log_scale, float size, float canonical_size)
     return log_scale + log(max(size, AVATAR_TINY) / canonical_size);
 }
 
-// A Gaussian carried by a surface turn (any length) and its own local quaternion.
+// A Gaussian embedded in a mesh: the turn of the mesh (any length) times the local quaternion of the Gaussian.
 BoundSplat bind_by_turn(float3 mean, float4 turn, float4 local_quat_wxyz)
 {
     BoundSplat b;

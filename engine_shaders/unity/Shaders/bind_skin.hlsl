@@ -21,9 +21,9 @@ AVATAR_CONSTANTS(BindSkinConstants)
     uint features; // in Pose
     uint late; // in Pose
     uint joints; // in Pose, 12 floats a joint
-    uint matrix_by_row; // 1: binding skin; 0: the group's matrix
-    uint rotation_by_polar; // 1: rotation rule polar3 of a skinned group; 0: the group's rotation
-    uint sh_world; // 1: SH stay in the world's frame
+    uint binding_rule; // AVATAR_BINDING_*: skin takes a matrix a row, others take the group's matrix
+    uint rotation_rule; // AVATAR_ROTATION_*: under binding skin, polar3 takes a rotation a row, others the group's
+    uint sh_direction; // AVATAR_SH_DIRECTION_*
     uint unused;
     float4 group_matrix_row0; // mesh from binding mesh
     float4 group_matrix_row1;
@@ -97,10 +97,10 @@ void bind_skin(uint3 id : SV_DispatchThreadID)
     rotation.row0 = group_rotation_row0.xyz;
     rotation.row1 = group_rotation_row1.xyz;
     rotation.row2 = group_rotation_row2.xyz;
-    if (matrix_by_row != 0)
+    if (binding_rule == AVATAR_BINDING_SKIN)
     {
         transform = bind_skin_matrix(row);
-        if (rotation_by_polar != 0)
+        if (rotation_rule == AVATAR_ROTATION_POLAR3)
         {
             rotation = polar(linear_part(transform));
         }
@@ -112,7 +112,7 @@ void bind_skin(uint3 id : SV_DispatchThreadID)
     float4 mean = Splats[row];
     BoundSplat b = bind_by_matrix(
         transform, rotation, bind_corrected(mean.xyz, row), bind_late(row), Splats[count + row]);
-    if (sh_world != 0)
+    if (sh_direction == AVATAR_SH_DIRECTION_WORLD)
     {
         b.sh_rotation = identity_rows();
     }

@@ -1,5 +1,5 @@
 // Copy of avatar_shaders/hlsl/bind_surface.hlsl, by `python -m avatar_shaders`; do not edit.
-// Stage `bind` for binding surface, last step, one thread a Gaussian: it rides on its triangle.
+// Stage `bind` for binding surface, last step, one thread a Gaussian: it moves with its triangle.
 // Reads: EmbedStatic, Mesh, Triangles. Writes: Splats.
 #include "platform_core.hlsl"
 #include "bind_core.hlsl"
@@ -20,10 +20,10 @@ AVATAR_CONSTANTS(BindSurfaceConstants)
     uint local_offset; // 3 planes, position rule triangle_frame
     uint local_quat; // 4 planes, wxyz
     uint canonical_size; // a float a Gaussian: of its triangle in the binding pose
-    uint position_rule; // 0 normal, 1 triangle_frame, 2 interpolated_normal
-    uint rotation_rule; // 0 vertex_quaternion, 1 vertex_quaternion_mean, 2 triangle_frame, 3 bary_vertex_lbs
-    uint scale_rule; // 0 none, 1 log_area, 2 linear_area and triangle_linear
-    uint sh_world; // 1: SH stay in the world's frame
+    uint position_rule; // AVATAR_POSITION_*
+    uint rotation_rule; // AVATAR_ROTATION_*
+    uint scale_rule; // AVATAR_SCALE_*
+    uint sh_direction; // AVATAR_SH_DIRECTION_*
     float area_damping; // bundle units squared
     float log_training_per_bundle;
     float4 world_row0; // world from avatar, rigid
@@ -50,14 +50,14 @@ float4 mesh_blend(uint plane, uint row, float3 weight)
         + weight.z * Mesh[first + embed_vertex(2, row)];
 }
 
-// How the mesh has turned under a Gaussian, any length.
+// The turn of the mesh under a Gaussian since the binding pose, of any length.
 float4 surface_turn(uint row, uint triangle_id, float3 weight)
 {
-    if (rotation_rule == 2)
+    if (rotation_rule == AVATAR_ROTATION_TRIANGLE_FRAME)
     {
         return Triangles[triangles + triangle_id];
     }
-    if (rotation_rule == 3)
+    if (rotation_rule == AVATAR_ROTATION_BARY_VERTEX_LBS)
     {
         Rows3 blended;
         blended.row0 = mesh_blend(2, row, weight).xyz;
@@ -70,7 +70,7 @@ float4 surface_turn(uint row, uint triangle_id, float3 weight)
 
 float3 surface_position(uint row, float3 foot, float3 weight, float size)
 {
-    if (position_rule == 1)
+    if (position_rule == AVATAR_POSITION_TRIANGLE_FRAME)
     {
         uint v0 = embed_vertex(0, row), v1 = embed_vertex(1, row), v2 = embed_vertex(2, row);
         TriangleShape shape = triangle_by_edge(Mesh[v0].xyz, Mesh[v1].xyz, Mesh[v2].xyz);
@@ -79,7 +79,7 @@ float3 surface_position(uint row, float3 foot, float3 weight, float size)
         return foot + size * rotate(shape.frame, offset);
     }
     float3 normal = mesh_blend(1, row, weight).xyz;
-    if (position_rule == 0)
+    if (position_rule == AVATAR_POSITION_NORMAL)
     {
         normal = bind_unit(normal);
     }
@@ -88,11 +88,11 @@ float3 surface_position(uint row, float3 foot, float3 weight, float size)
 
 float3 surface_scale(float3 log_scale, float size, float canonical)
 {
-    if (scale_rule == 1)
+    if (scale_rule == AVATAR_SCALE_LOG_AREA)
     {
         return scale_log_area(log_scale, size, canonical, area_damping, log_training_per_bundle);
     }
-    if (scale_rule == 2)
+    if (scale_rule == AVATAR_SCALE_LINEAR_AREA) // and triangle_linear, which has the same code
     {
         return scale_linear(log_scale, size, canonical);
     }
@@ -117,7 +117,7 @@ void bind_surface(uint3 id : SV_DispatchThreadID)
         embed_value(local_quat, 0, row), embed_value(local_quat, 1, row),
         embed_value(local_quat, 2, row), embed_value(local_quat, 3, row));
     BoundSplat b = bind_by_turn(surface_position(row, foot, weight, size), turn, local_quat_wxyz);
-    if (sh_world != 0)
+    if (sh_direction == AVATAR_SH_DIRECTION_WORLD)
     {
         b.sh_rotation = identity_rows();
     }

@@ -1,5 +1,5 @@
 // Copy of avatar_shaders/hlsl/bind_triangles.hlsl, by `python -m avatar_shaders`; do not edit.
-// Stage `bind` for binding surface, first step, one thread a triangle: how far it has turned, and its size.
+// Stage `bind` for binding surface, first step, one thread a triangle: its turn and its size.
 // Reads: SurfaceStatic, Mesh. Writes: Triangles.
 #include "platform_core.hlsl"
 #include "bind_core.hlsl"
@@ -12,8 +12,8 @@ AVATAR_CONSTANTS(BindTrianglesConstants)
     uint triangles;
     uint triangle_plane; // 3 planes of vertex ids
     uint canonical_frame; // 9 planes, row-major
-    uint rotation_rule; // 0 vertex_quaternion, 1 vertex_quaternion_mean, 2 triangle_frame, 3 bary_vertex_lbs
-    uint quaternion_sign; // 0 largest_positive, 1 w_positive, 2 largest_positive_mirrored
+    uint rotation_rule; // AVATAR_ROTATION_*
+    uint quaternion_sign; // AVATAR_QUATERNION_SIGN_*
 AVATAR_CONSTANTS_END
 
 float canonical_axis(uint plane, uint row)
@@ -46,7 +46,7 @@ void bind_triangles(uint3 id : SV_DispatchThreadID)
     float3 p0 = corner(0, row), p1 = corner(1, row), p2 = corner(2, row);
     TriangleShape shape;
     float4 turn;
-    if (rotation_rule == 2)
+    if (rotation_rule == AVATAR_ROTATION_TRIANGLE_FRAME)
     {
         shape = triangle_by_edge(p0, p1, p2);
         turn = quat_from_matrix(shape.frame);

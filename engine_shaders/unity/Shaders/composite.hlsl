@@ -1,5 +1,5 @@
 // Copy of avatar_shaders/hlsl/composite.hlsl, by `python -m avatar_shaders`; do not edit.
-// After stage `raster`: the accumulated picture over a background, and out of display-referred colour where the
+// After stage `raster`: puts the accumulated image over a background, and converts it to linear light where the
 // engine's target is linear. A full-screen triangle of 3 vertices.
 // Reads: Accumulated. Writes: nothing.
 #include "platform_core.hlsl"
@@ -8,10 +8,10 @@
 Texture2D<float4> Accumulated; // premultiplied, display-referred
 
 AVATAR_CONSTANTS(CompositeConstants)
-    float4 background; // display-referred rgb, and the alpha of nothing: 1 opaque, 0 keeps the picture's alpha
+    float4 background; // display-referred rgb, and its alpha: 1 is opaque, 0 keeps the image's alpha
     float linear_target; // 1: the target holds linear light
-    float flip_rows; // 1: the target's first row is the accumulated picture's last one
-    float2 picture_size; // pixels
+    float flip_rows; // 1: the target's first row is the last row of the accumulated image
+    float2 image_size; // pixels
 AVATAR_CONSTANTS_END
 
 float4 composite_vertex(uint vertex : SV_VertexID) : SV_Position
@@ -21,14 +21,14 @@ float4 composite_vertex(uint vertex : SV_VertexID) : SV_Position
 
 float4 composite_pixel(float4 position : SV_Position) : SV_Target
 {
-    float y = flip_rows != 0 ? picture_size.y - position.y : position.y;
+    float y = flip_rows != 0 ? image_size.y - position.y : position.y;
     float4 colour = Accumulated.Load(int3(int(position.x), int(y), 0));
     float left = 1 - colour.a;
     float alpha = colour.a + left * background.a;
     float3 display = colour.rgb + left * background.a * background.rgb;
     if (linear_target != 0)
     {
-        // A curve holds for a colour, not for a colour times alpha.
+        // The transfer curve is for colours that are not multiplied by alpha.
         float3 straight = alpha > 0 ? display / alpha : display;
         display = linear_from_display(straight) * alpha;
     }

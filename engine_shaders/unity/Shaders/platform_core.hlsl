@@ -1,7 +1,9 @@
 // Copy of avatar_shaders/hlsl/platform.hlsli, by `python -m avatar_shaders`; do not edit.
-// What differs between engines. Reads: nothing. Writes: nothing.
+// Macros for what differs between engines.
+// Reads: nothing. Writes: nothing.
 //
-// Constants stand in a cbuffer, or loose (define AVATAR_LOOSE_CONSTANTS) where the engine gathers them by name.
+// Constants are in a cbuffer. Where the engine gathers them by name, define AVATAR_LOOSE_CONSTANTS: they are then
+// global variables.
 #ifndef AVATAR_PLATFORM_HLSLI
 #define AVATAR_PLATFORM_HLSLI
 

@@ -2,14 +2,14 @@
 // Core of stage `project`: EWA projection of one Gaussian, in the trainer's order of operations.
 // Reads: nothing. Writes: nothing.
 //
-// Camera: +x right, +y down, +z forward; pixel centres at integers; the focal length is width / (2 tan(fov/2)),
-// in pixels (twice that would make the low-pass a quarter of what was trained).
+// Camera: +x right, +y down, +z forward; pixel centres at integers. The focal length in pixels is
+// width / (2 tan(fov / 2)): a port that takes twice that has a quarter of the trained low-pass.
 #ifndef AVATAR_PROJECT_HLSLI
 #define AVATAR_PROJECT_HLSLI
 
 #include "splat_core.hlsl"
 
-// Neither infinite nor no number.
+// Neither infinite nor NaN.
 bool is_finite(float x)
 {
     return (asuint(x) & 0x7F800000u) != 0x7F800000u;
@@ -62,8 +62,8 @@ float3 projected_covariance(float3 p, Covariance s, SplatCamera camera)
         project_form(t1, s, t1) + camera.low_pass);
 }
 
-// Whether centre +- extent touches a tile of the picture; an extent beyond the integers is cut at its border.
-bool touches_picture(float2 centre, float extent, float2 size)
+// Whether centre +- extent touches a tile of the image. An extent beyond the integers ends at the border.
+bool touches_image(float2 centre, float extent, float2 size)
 {
     float2 grid = ceil(size / AVATAR_TILE);
     float2 low = clamp((centre - extent) / AVATAR_TILE, -1e6, 1e6);
@@ -88,9 +88,9 @@ SeenSplat project_splat(float3 mean, float3 scale, float4 quat_wxyz, SplatCamera
     seen.centre = ndc * (0.5 * camera.size) + (0.5 * camera.size - 0.5);
     seen.depth = p.z;
     seen.conic = float3(cov.z, -cov.y, cov.x) * (1.0 / det);
-    // A compiler may take what is not a number for a number that it compares as it likes: the bits do not lie.
+    // A compiler may assume that there is no NaN when it compares numbers. The test of the bits is exact.
     bool sound = is_finite(det) && abs(det) > 0 && is_finite(radius) && is_finite(seen.centre.x + seen.centre.y);
-    bool drawn = sound && p.z > camera.near_z && touches_picture(seen.centre, radius, camera.size);
+    bool drawn = sound && p.z > camera.near_z && touches_image(seen.centre, radius, camera.size);
     seen.radius = drawn ? radius : 0;
     seen.clip_depth = saturate(dot(camera.clip_z, at) * reciprocal);
     return seen;

@@ -1,9 +1,9 @@
 // Copy of avatar_shaders/hlsl/raster.hlsli, by `python -m avatar_shaders`; do not edit.
-// Core of stage `raster`, profile `engine`: one front-parallel quad a splat, alpha from the fragment's position.
+// Core of stage `raster`, profile `engine`: one front-parallel quad a splat; alpha depends on the fragment's position.
 // Reads: nothing. Writes: nothing.
 //
-// Blend premultiplied into a float target, back to front (ONE, ONE_MINUS_SRC_ALPHA) or front to back
-// (ONE_MINUS_DST_ALPHA, ONE); colours are display-referred and stay so until `composite`.
+// Composite premultiplied into a float target, back to front (ONE, ONE_MINUS_SRC_ALPHA) or front to back
+// (ONE_MINUS_DST_ALPHA, ONE). Colours stay display-referred until entry `composite_pixel`.
 #ifndef AVATAR_RASTER_HLSLI
 #define AVATAR_RASTER_HLSLI
 
@@ -28,7 +28,8 @@ float4 splat_fragment(float3 rgb, float alpha)
 float2 splat_corner(float2 corner, float2 centre, float3 conic, float opacity, float2 size)
 {
     float reach = 2 * log(max(opacity * AVATAR_ALPHA_MIN_DENOMINATOR, 1.0));
-    // The determinant less what rounding may have added to it: too large a quad costs little, too small shows.
+    // The determinant minus its largest rounding error: a quad that is too large costs little, one that is too small
+    // cuts the splat.
     float det = conic.x * conic.z - conic.y * conic.y - 3e-7 * (conic.x * conic.z + conic.y * conic.y);
     if (!(det > 0))
     {

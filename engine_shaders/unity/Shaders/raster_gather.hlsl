@@ -1,5 +1,5 @@
 // Copy of avatar_shaders/hlsl/raster_gather.hlsl, by `python -m avatar_shaders`; do not edit.
-// Stage `raster`, first step, one thread an instance: splats in blending order, for one chunk and one piece.
+// Stage `raster`, first step, one thread an instance: splats in drawing order, for one chunk and one piece.
 // Reads: Projected, Pairs. Writes: Quads.
 #include "platform_core.hlsl"
 #include "sort_core.hlsl"

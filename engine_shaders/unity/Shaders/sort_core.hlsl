@@ -2,7 +2,8 @@
 // Core of stage `sort`: keys and digits of a stable radix sort by (view z, id).
 // Reads: nothing. Writes: nothing.
 //
-// Least digit first, 8 passes of 4 bits. A drawn splat's view z is positive, so its bits order as its value does.
+// 8 passes of 4 bits, lowest digit first. The view z of a drawn splat is positive, so
+// its bits have the order of its value.
 #ifndef AVATAR_SORT_HLSLI
 #define AVATAR_SORT_HLSLI
 

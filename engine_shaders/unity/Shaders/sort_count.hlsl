@@ -1,5 +1,5 @@
 // Copy of avatar_shaders/hlsl/sort_count.hlsl, by `python -m avatar_shaders`; do not edit.
-// Stage `sort`, each pass, one group a block: how often each digit occurs in the block.
+// Stage `sort`, each pass, one group a block: counts each digit in the block.
 // Reads: Pairs. Writes: Counts.
 #include "platform_core.hlsl"
 #include "sort_core.hlsl"

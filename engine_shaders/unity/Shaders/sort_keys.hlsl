@@ -1,5 +1,5 @@
 // Copy of avatar_shaders/hlsl/sort_keys.hlsl, by `python -m avatar_shaders`; do not edit.
-// Stage `sort`, first step, one thread a splat: its key and its id among all chunks.
+// Stage `sort`, first step, one thread a splat: the key of the splat and its id among all chunks.
 // Reads: Projected. Writes: Pairs.
 #include "platform_core.hlsl"
 #include "sort_core.hlsl"

@@ -1,5 +1,5 @@
 // Copy of avatar_shaders/hlsl/sort_scan.hlsl, by `python -m avatar_shaders`; do not edit.
-// Stage `sort`, each pass, one group in all: counts become the place of each block's first pair of each digit.
+// Stage `sort`, each pass, one group in all: replaces each count by the place of the block's first pair of the digit.
 // Reads: nothing. Writes: Counts.
 #include "platform_core.hlsl"
 #include "sort_core.hlsl"

@@ -1,5 +1,5 @@
 // Copy of avatar_shaders/hlsl/sort_scatter.hlsl, by `python -m avatar_shaders`; do not edit.
-// Stage `sort`, each pass, one group a block: pairs go to their place, equal digits in their old order.
+// Stage `sort`, each pass, one group a block: moves pairs to their places. Equal digits keep their order.
 // Reads: Pairs, Counts. Writes: PairsOut.
 #include "platform_core.hlsl"
 #include "sort_core.hlsl"
@@ -20,7 +20,7 @@ groupshared uint places[AVATAR_SORT_DIGITS * AVATAR_THREADS]; // [digit, thread]
 void sort_scatter(uint3 group : SV_GroupID, uint3 thread : SV_GroupThreadID)
 {
     uint lane = thread.x;
-    // A thread takes consecutive pairs, so that threads in order are pairs in order.
+    // A thread takes consecutive pairs, so the order of the threads is the order of the pairs.
     uint begin = min(group.x * AVATAR_SORT_BLOCK + lane * AVATAR_SORT_ITEMS, count);
     uint end = min(begin + AVATAR_SORT_ITEMS, count);
     for (uint d = 0; d < AVATAR_SORT_DIGITS; ++d)

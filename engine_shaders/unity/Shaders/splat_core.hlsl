@@ -1,9 +1,9 @@
 // Copy of avatar_shaders/hlsl/splat.hlsli, by `python -m avatar_shaders`; do not edit.
-// Functions that several stages share: rotations, covariance, spherical harmonics.
+// Functions of several stages: rotations, covariance, spherical harmonics.
 // Reads: nothing. Writes: nothing.
 //
-// Quaternions are float4 (w, x, y, z) in that order: q.x is w. Matrices are rows of float3 or float4, so that
-// no packing order of an engine can transpose them.
+// Quaternions are float4 in the order (w, x, y, z): q.x is w. Matrices are structs of rows, so the packing order of an
+// engine cannot transpose them.
 #ifndef AVATAR_SPLAT_HLSLI
 #define AVATAR_SPLAT_HLSLI
 
@@ -89,7 +89,7 @@ float4 quat_multiply(float4 a, float4 b)
         a.x * b.w + a.y * b.z - a.z * b.y + a.w * b.x);
 }
 
-// Rotation of a quaternion as it stands; the zero quaternion gives the identity.
+// Rotation of a quaternion that is not normalised here. The zero quaternion gives the identity.
 Rows3 matrix_from_quat(float4 q)
 {
     float w = q.x, x = q.y, y = q.z, z = q.w;
@@ -100,7 +100,7 @@ Rows3 matrix_from_quat(float4 q)
     return r;
 }
 
-// Unit quaternion of a rotation; its largest component is positive.
+// Unit quaternion of a rotation. Its largest component is positive.
 float4 quat_from_matrix(Rows3 m)
 {
     float d0 = m.row0.x, d1 = m.row1.y, d2 = m.row2.z;
@@ -122,7 +122,7 @@ float4 quat_from_matrix(Rows3 m)
     return float4(c, e, f, size.w * size.w) / (2 * size.w);
 }
 
-// Rotation factor by Newton steps R <- (R + R^-T) / 2, as many as the trainer takes.
+// Rotation factor by Newton steps R <- (R + R^-T) / 2. The trainer takes the same number of steps.
 Rows3 polar(Rows3 m)
 {
     for (int step = 0; step < AVATAR_POLAR_STEPS; ++step)
@@ -146,7 +146,7 @@ struct Covariance
     float zz;
 };
 
-// R S S R^T of standard deviations and a quaternion as it stands.
+// R S S R^T of standard deviations S and a quaternion that is not normalised here.
 Covariance covariance(float3 scale, float4 quat_wxyz)
 {
     Rows3 r = matrix_from_quat(quat_wxyz);
@@ -161,8 +161,8 @@ Covariance covariance(float3 scale, float4 quat_wxyz)
     return s;
 }
 
-// Spherical harmonics band by band; d is a unit direction from the eye to the splat, seen in the frame of the
-// coefficients (R^T d); the colour is the sum of the bands + 0.5, clamped below at 0.
+// Spherical harmonics band by band. d is the unit direction from the eye to the splat in the frame of the
+// coefficients (R^T d). The colour is the sum of the bands + 0.5, at least 0.
 float3 sh_band0(float3 k0)
 {
     return AVATAR_SH_C0_0 * k0;

@@ -1,9 +1,10 @@
-// Where a Unity shader draws in its target, and which row it draws. Reads: nothing. Writes: nothing.
+// Clip positions and rows of the target in Unity.
+// Reads: nothing. Writes: nothing.
 #ifndef AVATAR_UNITY_CLIP_HLSL
 #define AVATAR_UNITY_CLIP_HLSL
 
-// Clip position for the target of the current camera, from Direct3D's: y up, z in 0..w. Unity turns the rows of
-// targets that begin with the top one (_ProjectionParams.x is -1 then); OpenGL has z in -w..w.
+// Clip position for the target of the current camera, from a clip position of Direct3D: y up, z in 0..w. Where the
+// first row of the target is the top one, Unity draws upside down (_ProjectionParams.x is -1). OpenGL has z in -w..w.
 float4 unity_clip(float4 position)
 {
 #if defined(SHADER_API_GLCORE) || defined(SHADER_API_GLES3)
@@ -12,7 +13,7 @@ float4 unity_clip(float4 position)
     return float4(position.x, position.y * _ProjectionParams.x, position.zw);
 }
 
-// Rows from the top of the picture for an SV_Position.y, which counts rows of the target.
+// The row counted from the top of the image, from SV_Position.y, which counts rows of the target.
 float row_from_top(float y, float rows)
 {
 #if UNITY_UV_STARTS_AT_TOP

@@ -11,19 +11,17 @@ from avatar_runtime.checks.enhancer import check_enhancer
 from avatar_runtime.checks.surface import check_clip, check_embedding
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.rules import (
-    ANCHOR_RULES,
     BACKGROUNDS,
     BINDINGS,
+    DRIVING_MODES,
     HEAD_POSE_IN,
-    POSITION_RULES,
-    QUATERNION_SIGNS,
+    JOINT_ROTATIONS,
     RIGGED_ROTATIONS,
-    ROTATION_RULES,
-    SCALE_RULES,
-    SH_DIRECTIONS,
     SKIN_ROTATIONS,
+    SKIN_SCALES,
     SURFACE_FAMILIES,
     SURFACE_RULES,
+    names,
 )
 
 if TYPE_CHECKING:
@@ -141,15 +139,8 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
 
 def check_rule_values(rules: Rules) -> None:
     """Raise AvatarError for a rule of unknown value; no stage may be run before."""
-    for name, value, known in (
-        ("rotation", rules.rotation, ROTATION_RULES),
-        ("sh_direction", rules.sh_direction, SH_DIRECTIONS),
-        ("anchor", rules.anchor, ANCHOR_RULES),
-        ("position", rules.position, POSITION_RULES),
-        ("scale", rules.scale, SCALE_RULES),
-        ("quaternion_sign", rules.quaternion_sign, QUATERNION_SIGNS),
-    ):
-        _one_of(f"rules.{name}", value, known)
+    for name in ("rotation", "sh_direction", "anchor", "position", "scale", "quaternion_sign"):
+        _one_of(f"rules.{name}", getattr(rules, name), names(name))
 
 
 def _one_of(name: str, value: str, known: tuple[str, ...]) -> None:
@@ -163,7 +154,7 @@ def _check_rules(avatar: Avatar) -> None:
     _one_of("head_pose_in", avatar.head_pose_in, HEAD_POSE_IN)
     _check_surface_rules(avatar)
     _check_numbers(avatar)
-    names = avatar.rig.joint_names if avatar.rig else ()
+    joints = avatar.rig.joint_names if avatar.rig else ()
     d = avatar.driving
     for name, joint in (
         ("rules.rotation_joint", rules.rotation_joint),
@@ -171,12 +162,11 @@ def _check_rules(avatar: Avatar) -> None:
         ("driving.left_eye_joint", d.left_eye_joint),
         ("driving.right_eye_joint", d.right_eye_joint),
     ):
-        if joint is not None and joint not in names:
+        if joint is not None and joint not in joints:
             raise AvatarError(f"{joint!r} is no joint of the rig", field=name)
-    if rules.rotation == "head_bone" and rules.rotation_joint is None:
-        raise AvatarError("rule head_bone needs a rotation_joint", field="rules.rotation_joint")
-    if d.mode not in ("names", "matrix", "none"):
-        raise AvatarError(f"{d.mode!r} is none of names, matrix, none", field="driving.mode")
+    if rules.rotation in JOINT_ROTATIONS and rules.rotation_joint is None:
+        raise AvatarError(f"rule {rules.rotation} needs a rotation_joint", field="rules.rotation_joint")
+    _one_of("driving.mode", d.mode, DRIVING_MODES)
     if (d.mode == "matrix") != (d.matrix is not None):
         raise AvatarError("a matrix goes with mode 'matrix'", field="driving.matrix")
     if d.matrix is not None:
@@ -197,7 +187,7 @@ def _check_surface_rules(avatar: Avatar) -> None:
         raise AvatarError(
             f"{rules.rotation} turns Gaussians by the joints: it needs a rig", field="rules.rotation"
         )
-    if avatar.embedding is None and (rules.rotation not in SKIN_ROTATIONS or rules.scale != "none"):
+    if avatar.embedding is None and (rules.rotation not in SKIN_ROTATIONS or rules.scale not in SKIN_SCALES):
         raise AvatarError(f"{rules.rotation}, {rules.scale}: such rules need an embedding", field="rules")
 
 

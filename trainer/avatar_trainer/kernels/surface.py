@@ -21,6 +21,7 @@ from avatar_runtime.backends.cpu.rotation import (
     quat_from_matrix,
     quat_multiply,
 )
+from avatar_runtime.rules import code
 from avatar_schema import constants
 from avatar_trainer.kernels.activation import (
     ONE,
@@ -88,13 +89,14 @@ def carriers_cpu(
         raise ValueError("carriers_cpu has no gradients; stages.surface.carriers has")
     v = mesh.vertices
     ridden = fresh_ridden(mesh.arrays)
-    runtime.triangle_turns(plain(vertices, v, 3), mesh.arrays, True, True, 1.0, ridden)
+    rotation, sign = code("rotation", rules.rotation), code("quaternion_sign", rules.quaternion_sign)
+    runtime.triangle_turns(plain(vertices, v, 3), mesh.arrays, rotation, sign, ridden)
     unit_area = mesh.training_per_bundle**2
     runtime.vertex_sums(
         mesh.arrays,
         float(constants()["normal_floor"]) / unit_area,
         float(constants()["quaternion_floor"]) / unit_area,
-        rules.rotation == "vertex_quaternion_mean",
+        rotation,
         ridden,
     )
     at_vertices = torch.from_numpy(ridden.vertex.astype(np.float32))

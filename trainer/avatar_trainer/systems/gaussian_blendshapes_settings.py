@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from avatar_runtime.rules import ANCHOR_RULES
 from avatar_trainer.densify import DensitySettings
 from avatar_trainer.settings import (
     ABOVE_ZERO,
@@ -53,7 +54,7 @@ RULES: dict[str, Rule] = {
         "that each point was sampled on, copied along by density control",
     ),
     "anchor": Rule(
-        ("repeats", "unique"),
+        ANCHOR_RULES,
         released="repeats",
         paper="left open",
         default="repeats",

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from avatar_runtime.avatar import F32, Rules
+from avatar_runtime.rules import AREA_SCALES, NORMAL_POSITIONS, SH_DIRECTIONS, VERTEX_ROTATIONS
 from avatar_trainer.densify import DensitySettings
 from avatar_trainer.settings import (
     ABOVE_ZERO,
@@ -45,19 +46,19 @@ RULES: Mapping[str, Rule] = {
         trainer_only=("fixed",),
     ),
     "position": Rule(
-        ("normal", "interpolated_normal"), "normal", "interpolated_normal", "normal",
+        NORMAL_POSITIONS, "normal", "interpolated_normal", "normal",
         "displacement along the interpolated normal made unit, or as it is (Eq. 2)",
     ),
     "rotation": Rule(
-        ("vertex_quaternion", "vertex_quaternion_mean"), "vertex_quaternion", "vertex_quaternion_mean",
+        VERTEX_ROTATIONS, "vertex_quaternion", "vertex_quaternion_mean",
         "vertex_quaternion", "vertex quaternions made unit, or the mean by area (Eq. 5)",
     ),
     "scale": Rule(
-        (BY_SUBJECT, "log_area", "none", "linear_area"), BY_SUBJECT, "linear_area", BY_SUBJECT,
+        (BY_SUBJECT, *AREA_SCALES), BY_SUBJECT, "linear_area", BY_SUBJECT,
         "how the mesh stretches Gaussians; by_subject: log_area for heads, none for bodies",
     ),
     "sh_direction": Rule(
-        ("inverse_rotation", "world"), "world", "degree 0 only", "inverse_rotation",
+        SH_DIRECTIONS, "world", "degree 0 only", "inverse_rotation",
         "how colours beyond SH degree 0 are seen: turned with the mesh (the release's option convert_SHs_python, off "
         "by default; the gradient of (u, v) leaves the turn out), or not",
     ),

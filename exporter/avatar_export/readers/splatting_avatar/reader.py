@@ -65,7 +65,7 @@ class Preset:
 PRESETS = {"imavatar": Preset(4.0, True), "instant_avatar": Preset(1.0, False)}
 OTHERWISE = Preset(1.0, False)  # the code's own default for with_mesh_scaling
 SCALES = {True: "log_area", False: "none"}  # of model.with_mesh_scaling
-SCALING = {"log_area": "on", "none": "off", "linear_area": "linear"}
+SCALING = {"log_area": "on", "none": "off"}  # as the note says it; other rules by their name
 DIRECTIONS = {True: "inverse_rotation", False: "world"}  # of pipe.convert_SHs_python
 PLAYED_RULES = {  # of rules.json
     "scale": AREA_SCALES,
@@ -166,6 +166,7 @@ def _settings(
         options.mesh_scaling, "--mesh-scaling", played.get("scale"), "model.with_mesh_scaling", usual
     )
     scale = SCALES.get(scale, scale)
+    scaling = SCALING.get(scale, scale.removesuffix("_area"))
     usual = False, "assumed, the code's default"
     direction, direction_by = choose(
         options.sh_direction, "--sh-direction", played.get("sh_direction"), "pipe.convert_SHs_python", usual
@@ -184,7 +185,7 @@ def _settings(
             quaternion_sign=options.quaternion_sign or "w_positive",
         ),
         surface.degree_of(degree, splats, cloud.file, degree_by),
-        f"{units:g} training units a metre ({units_by}); mesh scaling {SCALING[scale]} ({scale_by}); "
+        f"{units:g} training units a metre ({units_by}); mesh scaling {scaling} ({scale_by}); "
         f"SH direction {direction} ({direction_by}); SH degree {degree} ({degree_by})"
         + "".join(f"; {name} {value} ({RULES_FILE})" for name, value in carried.items()),
     )

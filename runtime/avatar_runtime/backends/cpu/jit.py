@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numba
 
-from avatar_schema import constants
+from avatar_schema import constants, rules
 
 # A float32 or float64, as the caller has it: what a formula for both takes and gives.
 Scalar = Any
@@ -20,10 +20,15 @@ OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": False, "error_model": "num
 
 
 def kernel(*, parallel: bool = False) -> Callable[[F], F]:
-    """Compiled at the first call for the types of its arguments, and kept on disk for the next process."""
+    """Compiled at the first call for the types of its arguments, and kept on disk for the next process.
+
+    With NUMBA_DISABLE_JIT=1 the function stays Python.
+    """
 
     def compiled(function: F) -> F:
         dispatcher: Any = numba.njit(parallel=parallel, **OPTIONS)(function)
+        if dispatcher is function:  # NUMBA_DISABLE_JIT=1
+            return function
         try:
             dispatcher.enable_caching()
         except RuntimeError:  # nowhere to write: the kernel is compiled anew in each process
@@ -49,7 +54,7 @@ def _watch_all_sources(kept: Any, folder: Path) -> None:
     what is no more, and is then no good at all.
     """
     index = kept._cache_file
-    index._source_stamp = SOURCES if folder == HERE else (*SOURCES, *_files(folder))
+    index._source_stamp = SOURCES if folder.is_relative_to(HERE) else (*SOURCES, *_files(folder))
     try:
         index._load_index()
     except Exception:  # unpickling raises anything: a class renamed since, a file cut short
@@ -64,4 +69,5 @@ def _files(folder: Path) -> tuple[str, ...]:
 
 
 HERE = Path(__file__).parent
-SOURCES = (*_files(HERE), repr(sorted(constants().items())))  # the constants are compiled in
+# Constants and the codes of rules are compiled in.
+SOURCES = (*_files(HERE), repr(sorted(constants().items())), repr(sorted(rules().items())))

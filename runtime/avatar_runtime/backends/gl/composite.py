@@ -17,7 +17,7 @@ class Composite:
         self._context = gpu.context
         self._program = programs.draw("composite_vertex", "composite_pixel")
         self._unit = programs.table["composite_pixel"]["textures"][0]["binding"]
-        still = {"background": (0, 0, 0, 0), "linear_target": 0, "flip_rows": 1, "picture_size": (1, 1)}
+        still = {"background": (0, 0, 0, 0), "linear_target": 0, "flip_rows": 1, "image_size": (1, 1)}
         self._constants = programs.constants("composite_pixel", still)
         self._vertices = gpu.hold(gpu.context.vertex_array(self._program, []))
 
@@ -30,7 +30,7 @@ class Composite:
     ) -> None:
         """`target` over `background`, or where that is None over what `framebuffer` holds."""
         colour = (0, 0, 0, 0) if background is None else (*background, 1)
-        self._constants.set({"background": colour, "linear_target": linear, "picture_size": target.size})
+        self._constants.set({"background": colour, "linear_target": linear, "image_size": target.size})
         viewport = framebuffer.viewport
         framebuffer.viewport = (0, 0, *target.size)
         with drawing_into(self._context, framebuffer, moderngl.BLEND):

@@ -21,19 +21,17 @@ from avatar_runtime.backends.gl.layout import (
     heap,
     pose_sections,
 )
-from avatar_runtime.backends.gl.mesh import ROTATION_RULES, Mesh, Turns, run_all
+from avatar_runtime.backends.gl.mesh import Mesh, Turns, run_all
 from avatar_runtime.backends.gl.programs import Dispatch, Programs, Values
 from avatar_runtime.backends.gl.steps import Steps
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Posed
 from avatar_runtime.rotation import quat_from_matrix
-from avatar_runtime.rules import RIGGED_ROTATIONS
+from avatar_runtime.rules import RIGGED_ROTATIONS, code
 from avatar_runtime.stages.groups import GroupTransforms
 from avatar_runtime.stages.surface import Surface, prepare
 from avatar_schema import constants
 
-POSITION_RULES = {"normal": 0, "triangle_frame": 1, "interpolated_normal": 2}
-SCALE_RULES = {"none": 0, "log_area": 1, "linear_area": 2, "triangle_linear": 2}
 NO_WORLD = {f"world_row{i}": np.eye(4, dtype=np.float32)[i] for i in range(3)} | {
     "world_quat_wxyz": (1, 0, 0, 0)
 }
@@ -41,7 +39,7 @@ NO_CAMERA: dict[str, Any] = {
     **{name: np.zeros(4) for name in ("camera_row0", "camera_row1", "camera_row2", "eye")},
     **{f"clip_row{i}": np.zeros(4) for i in range(4)},
     "tan_half_fov": np.ones(2),
-    "picture_size": np.ones(2),
+    "image_size": np.ones(2),
 }
 
 
@@ -188,7 +186,7 @@ class Deformer:
             **{f"clip_row{i}": camera.clip_from_world[i] for i in range(4)},
             "eye": np.append(camera.centre, np.float32(1)),
             "tan_half_fov": (camera.tan_half_fov_x, camera.tan_half_fov_y),
-            "picture_size": (camera.width, camera.height),
+            "image_size": (camera.width, camera.height),
         }
         for chunk in self.chunks:
             chunk.project.constants.set(seen)
@@ -214,10 +212,10 @@ class Deformer:
                 **NO_WORLD,
                 "vertices": self.mesh.count,
                 "triangles": len(surface.embedding.triangles),
-                "position_rule": POSITION_RULES[surface.rules.position],
-                "rotation_rule": ROTATION_RULES[surface.rules.rotation],
-                "scale_rule": SCALE_RULES[surface.rules.scale],
-                "sh_world": surface.rules.sh_direction == "world",
+                "position_rule": code("position", surface.rules.position),
+                "rotation_rule": code("rotation", surface.rules.rotation),
+                "scale_rule": code("scale", surface.rules.scale),
+                "sh_direction": code("sh_direction", surface.rules.sh_direction),
                 "area_damping": constants()["area_damping"] / unit**2,
                 "log_training_per_bundle": np.log(unit),
             },
@@ -237,9 +235,9 @@ class Deformer:
             own = {
                 "first": first,
                 "rows": rows,
-                "matrix_by_row": group.binding == "skin",
-                "rotation_by_polar": group.binding == "skin" and rules.rotation == "polar3",
-                "sh_world": rules.sh_direction == "world",
+                "binding_rule": code("binding", group.binding),
+                "rotation_rule": code("rotation", rules.rotation),
+                "sh_direction": code("sh_direction", rules.sh_direction),
                 "unused": 0,
                 **{f"group_{what}_row{i}": np.zeros(4) for what in ("matrix", "rotation") for i in range(3)},
             }

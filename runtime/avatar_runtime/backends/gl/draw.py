@@ -43,7 +43,7 @@ class Drawing:
         self.sort = Sort(gpu, programs, chunks)
         self._target: Target | None = None
         self._program = programs.draw("raster_vertex", "raster_pixel")
-        self._constants = programs.constants("raster_vertex", {"picture_size": (1, 1), "flip_y": FLIP_Y})
+        self._constants = programs.constants("raster_vertex", {"image_size": (1, 1), "flip_y": FLIP_Y})
         piece = min(self.sort.count, gpu.limit // QUAD, MOST_ROWS)
         quads = gpu.buffer("Quads", QUAD * piece)
         names = [item["name"] for item in programs.table["raster_vertex"]["inputs"]]
@@ -60,7 +60,7 @@ class Drawing:
         """Stage raster of what is sorted: the accumulated picture, which stands until the next call."""
         target, context = self._sized((camera.width, camera.height)), self._gpu.context
         check_depth(depth, target.size)
-        self._constants.set({"picture_size": target.size})
+        self._constants.set({"image_size": target.size})
         flags = moderngl.BLEND if depth is None else moderngl.BLEND | moderngl.DEPTH_TEST
         target.clear(depth)
         with drawing_into(context, target.framebuffer, flags):

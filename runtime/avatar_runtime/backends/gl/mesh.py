@@ -23,17 +23,9 @@ from avatar_runtime.backends.gl.layout import (
     vertex_runs,
 )
 from avatar_runtime.backends.gl.programs import Dispatch, Programs, Values
-from avatar_runtime.rules import RIGGED_ROTATIONS
+from avatar_runtime.rules import RIGGED_ROTATIONS, code
 from avatar_runtime.stages.surface import Surface
 from avatar_schema import constants
-
-ROTATION_RULES = {
-    "vertex_quaternion": 0,
-    "vertex_quaternion_mean": 1,
-    "triangle_frame": 2,
-    "bary_vertex_lbs": 3,
-}
-SIGNS = {"largest_positive": 0, "w_positive": 1, "largest_positive_mirrored": 2}
 
 
 class Mesh:
@@ -113,8 +105,8 @@ class Turns:
             **heap.offsets,
             "triangles": count,
             "vertices": mesh.count,
-            "rotation_rule": ROTATION_RULES[surface.rules.rotation],
-            "quaternion_sign": SIGNS[surface.rules.quaternion_sign],
+            "rotation_rule": code("rotation", surface.rules.rotation),
+            "quaternion_sign": code("quaternion_sign", surface.rules.quaternion_sign),
             "normal_floor": constants()["normal_floor"] / area,
             "quaternion_floor": constants()["quaternion_floor"] / area,
         }

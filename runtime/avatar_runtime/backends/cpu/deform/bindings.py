@@ -21,20 +21,13 @@ from avatar_runtime.backends.cpu.arrays import (
     Sizes,
 )
 from avatar_runtime.backends.cpu.deform import plain
-from avatar_runtime.backends.cpu.deform.embedded import SCALE_RULES, animate_riding, bind_riding
+from avatar_runtime.backends.cpu.deform.embedded import animate_riding, bind_riding
 from avatar_runtime.backends.cpu.deform.mesh import vertex_matrices
 from avatar_runtime.backends.cpu.deform.skinned import animate_skinned, bind_skinned
-from avatar_runtime.backends.cpu.deform.surface import POSITION_RULES, triangle_turns, vertex_sums
-from avatar_runtime.rules import RIGGED_ROTATIONS
+from avatar_runtime.backends.cpu.deform.surface import triangle_turns, vertex_sums
+from avatar_runtime.rules import RIGGED_ROTATIONS, code
 from avatar_runtime.stages.surface import prepare
 from avatar_schema import constants
-
-# rule quaternion_sign -> (w is made positive, the frame in which the largest component is: 1 this, -1 mirrored in x)
-SIGN_RULES = {
-    "w_positive": (True, 1.0),
-    "largest_positive": (False, 1.0),
-    "largest_positive_mirrored": (False, -1.0),
-}
 
 
 class Carrier(Protocol):
@@ -87,16 +80,16 @@ class RidingGaussians:
             self._skin = plain.influences(avatar.rig.skin, vertices, avatar.rig.joint_count)
         self._ridden = plain.fresh_ridden(self._mesh, by_joints=self._skin is not None)
         self._by_vertex = avatar.rules.rotation != "triangle_frame"
-        self._by_area = avatar.rules.rotation == "vertex_quaternion_mean"
-        self._position_rule = POSITION_RULES[avatar.rules.position]
-        self._sign = SIGN_RULES[avatar.rules.quaternion_sign]
+        self._rotation_rule = code("rotation", avatar.rules.rotation)
+        self._position_rule = code("position", avatar.rules.position)
+        self._sign_rule = code("quaternion_sign", avatar.rules.quaternion_sign)
         # An area in training units is u^2 times one in bundle units.
         normal, quaternion, damping = (
             float(constants()[name]) / avatar.training_per_bundle**2
             for name in ("normal_floor", "quaternion_floor", "area_damping")
         )
         self._floors = (normal, quaternion)
-        self._scale = (SCALE_RULES[avatar.rules.scale], float(np.log(avatar.training_per_bundle)), damping)
+        self._scale = (code("scale", avatar.rules.scale), float(np.log(avatar.training_per_bundle)), damping)
         self._sh_world = avatar.rules.sh_direction == "world"
         self._turn = threading.Lock()  # held while _ridden is written or read
 
@@ -124,9 +117,9 @@ class RidingGaussians:
         """The posed mesh as both passes over Gaussians take it; `_turn` must be held."""
         assert vertices is not None
         posed = plain.plain(vertices, np.float32, (len(self._ridden.vertex), 3))
-        triangle_turns(posed, self._mesh, self._by_vertex, *self._sign, self._ridden)
+        triangle_turns(posed, self._mesh, self._rotation_rule, self._sign_rule, self._ridden)
         if self._by_vertex:
-            vertex_sums(self._mesh, *self._floors, self._by_area, self._ridden)
+            vertex_sums(self._mesh, *self._floors, self._rotation_rule, self._ridden)
         if self._skin is not None:
             vertex_matrices(self._skin, frame.skin_matrix, self._ridden.matrix)
         return self._embedded, self._mesh, self._ridden, posed, self._position_rule

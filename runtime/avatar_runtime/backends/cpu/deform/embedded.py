@@ -25,10 +25,11 @@ from avatar_runtime.backends.cpu.deform.blend import blend_shape, colour_block, 
 from avatar_runtime.backends.cpu.deform.planes import MEAN, PLANES, QUAT, TURN, store
 from avatar_runtime.backends.cpu.deform.surface import GAUSSIAN_PLANES, ride_block
 from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
+from avatar_runtime.rules import code
 from avatar_runtime.stages.surface import TINY
 
-SAME, LOG_AREA, LINEAR = 0, 1, 2
-SCALE_RULES = {"none": SAME, "log_area": LOG_AREA, "linear_area": LINEAR, "triangle_linear": LINEAR}
+SAME, LOG_AREA = code("scale", "none"), code("scale", "log_area")
+LINEAR = code("scale", "linear_area")  # and triangle_linear
 
 
 @kernel(parallel=True)

@@ -20,13 +20,16 @@ from avatar_runtime.backends.cpu.rotation import (
     quat_from_matrix,
     quat_multiply,
 )
+from avatar_runtime.rules import code
 from avatar_runtime.stages.surface import TINY
 from avatar_schema import constants
 
 Vector = tuple[Scalar, Scalar, Scalar]
 ZERO, ONE, HALF = 0.0, 1.0, 0.5
-UNIT_NORMAL, ANY_NORMAL, IN_TRIANGLE = 0, 1, 2
-POSITION_RULES = {"normal": UNIT_NORMAL, "interpolated_normal": ANY_NORMAL, "triangle_frame": IN_TRIANGLE}
+UNIT_NORMAL, IN_TRIANGLE = code("position", "normal"), code("position", "triangle_frame")
+BY_TRIANGLE, MEAN_BY_AREA = code("rotation", "triangle_frame"), code("rotation", "vertex_quaternion_mean")
+W_POSITIVE = code("quaternion_sign", "w_positive")
+LARGEST_MIRRORED = code("quaternion_sign", "largest_positive_mirrored")
 
 # Planes of float64. Of triangles:
 EDGES = 0  # 6: two edges from corner 0
@@ -71,19 +74,19 @@ def unit(a: Vector) -> Vector:
 def triangle_turns(
     vertices: F32,  # [V, 3] posed
     mesh: Mesh,
-    by_vertex: bool,  # not rotation rule triangle_frame
-    w_positive: bool,
-    mirror: float,
+    rotation_rule: int,
+    sign_rule: int,
     ridden: Ridden,
 ) -> None:
     """What the rules read of the posed triangles; the sign policy of quaternions as in `turns_from_canonical`."""
     p = np.empty(TRIANGLE_PLANES, np.float64)
+    by_vertex = rotation_rule != BY_TRIANGLE
     for first in range(0, len(mesh.triangles), BLOCK):
         count = min(BLOCK, len(mesh.triangles) - first)
         for lane in range(count):
             load_triangle(first + lane, lane, vertices, mesh, p)
         if by_vertex:
-            turns_from_canonical(count, w_positive, mirror, p)
+            turns_from_canonical(count, sign_rule, p)
         else:
             frames(count, p)
         for lane in range(count):
@@ -106,11 +109,11 @@ def load_triangle(triangle: int, lane: int, vertices: F32, mesh: Mesh, p: F64) -
 
 
 @inlined
-def turns_from_canonical(count: int, w_positive: bool, mirror: float, p: F64) -> None:
-    """SIZE (area) and RESULT: edge cross edge; posed frame times inverse canonical frame as a quaternion, by area.
-
-    With `mirror` -1 its sign is chosen in the frame mirrored in x, with 1 in this one.
-    """
+def turns_from_canonical(count: int, sign_rule: int, p: F64) -> None:
+    """SIZE (area) and RESULT: edge cross edge; posed frame times inverse canonical frame as a quaternion, by area."""
+    mirror = (
+        -ONE if sign_rule == LARGEST_MIRRORED else ONE
+    )  # the sign is chosen in the frame mirrored in x, or here
     for lane in range(count):
         at = EDGES + lane
         e = (p[at], p[at + BLOCK], p[at + 2 * BLOCK])
@@ -135,7 +138,7 @@ def turns_from_canonical(count: int, w_positive: bool, mirror: float, p: F64) ->
         seen = (m00, m01 * mirror, m02 * mirror, m10 * mirror, m11, m12, m20 * mirror, m21, m22)
         w, i, j, k = quat_from_matrix(seen, ONE)
         area = p[CANONICAL_SIZE + lane]
-        if w_positive and w < ZERO:
+        if sign_rule == W_POSITIVE and w < ZERO:
             area = -area
         p[SIZE + lane] = norm(across) / 2.0
         values = (
@@ -176,12 +179,12 @@ def vertex_sums(
     mesh: Mesh,
     normal_floor: float,
     quaternion_floor: float,
-    by_area: bool,  # rotation rule vertex_quaternion_mean
+    rotation_rule: int,
     ridden: Ridden,
 ) -> None:
     """Normals and quaternions of vertices: sums over their triangles, divided by their length or the floor.
 
-    Quaternions instead by the sum of canonical areas where `by_area`.
+    Under rotation rule vertex_quaternion_mean quaternions instead by the sum of canonical areas.
     """
     for v in range(len(ridden.vertex)):
         nx = ny = nz = qw = qx = qy = qz = area = ZERO
@@ -200,7 +203,7 @@ def vertex_sums(
         ridden.vertex[v, 1] = ny / length
         ridden.vertex[v, 2] = nz / length
         length = max(math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz), quaternion_floor)
-        if by_area:
+        if rotation_rule == MEAN_BY_AREA:
             length = max(area, TINY)
         ridden.vertex[v, 3] = qw / length
         ridden.vertex[v, 4] = qx / length

@@ -1,0 +1,58 @@
+"""The entry points of hlsl/: which file, kind and stage each has, and where the text made of it lies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+LANGUAGES = ("glsl430", "glsl310es", "msl")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One entry point: what is compiled on its own."""
+
+    hlsl: str  # file in hlsl/
+    kind: str  # compute, vertex or fragment
+    stage: str  # of the pipeline: the name it has everywhere
+
+
+ENTRIES: dict[str, Entry] = {
+    "morph": Entry("morph.hlsl", "compute", "morph"),
+    "skin": Entry("skin.hlsl", "compute", "skin"),
+    "blend": Entry("blend.hlsl", "compute", "blend"),
+    "bind_skin": Entry("bind_skin.hlsl", "compute", "bind"),
+    "bind_triangles": Entry("bind_triangles.hlsl", "compute", "bind"),
+    "bind_vertices": Entry("bind_vertices.hlsl", "compute", "bind"),
+    "bind_surface": Entry("bind_surface.hlsl", "compute", "bind"),
+    "activate": Entry("activate.hlsl", "compute", "activate"),
+    "project": Entry("project.hlsl", "compute", "project"),
+    "sort_keys": Entry("sort_keys.hlsl", "compute", "sort"),
+    "sort_count": Entry("sort_count.hlsl", "compute", "sort"),
+    "sort_scan": Entry("sort_scan.hlsl", "compute", "sort"),
+    "sort_scatter": Entry("sort_scatter.hlsl", "compute", "sort"),
+    "raster_gather": Entry("raster_gather.hlsl", "compute", "raster"),
+    "raster_vertex": Entry("raster.hlsl", "vertex", "raster"),
+    "raster_pixel": Entry("raster.hlsl", "fragment", "raster"),
+    "composite_vertex": Entry("composite.hlsl", "vertex", "raster"),
+    "composite_pixel": Entry("composite.hlsl", "fragment", "raster"),
+}
+HLSL_ONLY: dict[str, Entry] = {  # for engines; GLES 3.1 need not have storage buffers in vertex shaders
+    "raster_vertex_fetch": Entry("raster.hlsl", "vertex", "raster"),
+}
+SUFFIXES = {
+    "glsl430": {"compute": "comp", "vertex": "vert", "fragment": "frag"},
+    "glsl310es": {"compute": "comp", "vertex": "vert", "fragment": "frag"},
+    "msl": {"compute": "metal", "vertex": "metal", "fragment": "metal"},
+}
+
+
+def path_of(entry: str, language: str) -> str:
+    """Where the generated text of an entry lies below this package, e.g. "glsl430/blend.comp".
+
+    Raises ValueError for an unknown entry or language.
+    """
+    if entry not in ENTRIES:
+        raise ValueError(f"{entry!r} is none of {', '.join(ENTRIES)}")
+    if language not in LANGUAGES:
+        raise ValueError(f"{language!r} is none of {', '.join(LANGUAGES)}")
+    return f"{language}/{entry}.{SUFFIXES[language][ENTRIES[entry].kind]}"

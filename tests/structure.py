@@ -1,0 +1,204 @@
+"""How the code is laid out: `python -m tests.structure` prints it, tests/test_structure.py holds it to its limits.
+
+A room is a folder of a package, and so is each file: the children of one folder are rooms side by side. An import
+anywhere in a file counts, also inside a function.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SOURCES = {  # import package: the folder that holds it
+    "avatar_schema": "schema",
+    "avatar_shaders": "engine_shaders",
+    "avatar_runtime": "runtime",
+    "avatar_export": "exporter",
+    "avatar_trainer": "trainer",
+    "samples": ".",
+    "tests": ".",
+}
+PUBLIC = tuple(SOURCES)[:5]  # packages whose public names need a docstring
+MOST_MODULES = 20  # handwritten Python modules in one folder
+MOST_LINES = 400  # of one handwritten Python file
+PASSED_OVER = {"node_modules", "__pycache__"}
+
+Graph = Mapping[str, set[str]]
+
+
+@dataclass(frozen=True)
+class Module:
+    """One Python file."""
+
+    name: str  # dotted
+    path: Path
+    tree: ast.Module
+    lines: int
+
+
+@cache
+def modules() -> Mapping[str, Module]:
+    """Every handwritten Python module, by dotted name."""
+    found = {}
+    for package, folder in SOURCES.items():
+        base = ROOT / folder
+        for path in sorted((base / package).rglob("*.py")):
+            if PASSED_OVER & set(path.parts):
+                continue
+            parts = path.relative_to(base).with_suffix("").parts
+            name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+            text = path.read_text("utf-8")
+            found[name] = Module(name, path, ast.parse(text), len(text.splitlines()))
+    return found
+
+
+def imported(module: Module, known: Iterable[str]) -> set[str]:
+    """The names among `known` that a module imports: whole modules, or what stands in them."""
+    known, names = set(known), set()
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            inner = {f"{node.module}.{alias.name}" for alias in node.names}
+            names |= inner & known or {node.module}
+            if not inner <= known:
+                names.add(node.module)
+    return (names & known) - {module.name}
+
+
+@cache
+def imports() -> Graph:
+    """module -> modules that it imports. A package's face that only passes names on counts as the package."""
+    known = modules()
+    return {name: imported(module, known) for name, module in known.items()}
+
+
+def file_circles() -> list[list[str]]:
+    """Sets of files that import each other in a circle. The face of a package (its `__init__`) takes part."""
+    return circles(imports())
+
+
+def room_circles() -> list[list[str]]:
+    """Sets of sibling rooms, in any folder, that import each other in a circle."""
+    found = []
+    folders = {name.rpartition(".")[0] for name in modules()} | {""}
+    for folder in sorted(folders):
+        graph: dict[str, set[str]] = {}
+        for name, targets in imports().items():
+            room = child(folder, name)
+            if room is not None:
+                graph.setdefault(room, set())
+                graph[room] |= {other for t in targets if (other := child(folder, t)) not in (None, room)}  # type: ignore[misc]
+        found += circles(graph)
+    return found
+
+
+def child(folder: str, name: str) -> str | None:
+    """The room directly in `folder` that holds module `name`; None for the folder's own face and for others."""
+    start = f"{folder}." if folder else ""
+    if not name.startswith(start) or name == folder:
+        return None
+    return start + name[len(start) :].split(".")[0]
+
+
+def circles(graph: Graph) -> list[list[str]]:
+    """Strongly connected sets of more than one node (Tarjan 1972)."""
+    index: dict[str, int] = {}
+    low: dict[str, int] = {}
+    stack: list[str] = []
+    found: list[list[str]] = []
+
+    def visit(node: str) -> None:
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        for target in sorted(graph.get(node, ())):
+            if target not in index:
+                visit(target)
+                low[node] = min(low[node], low[target])
+            elif target in stack:
+                low[node] = min(low[node], index[target])
+        if low[node] == index[node]:
+            at = stack.index(node)
+            if len(stack) - at > 1:
+                found.append(sorted(stack[at:]))
+            del stack[at:]
+
+    for node in sorted(graph):
+        if node not in index:
+            visit(node)
+    return found
+
+
+def full_folders() -> dict[str, int]:
+    """Folders and how many handwritten modules each holds, the fullest first."""
+    count: dict[str, int] = {}
+    for module in modules().values():
+        folder = module.path.parent.relative_to(ROOT).as_posix()
+        count[folder] = count.get(folder, 0) + 1
+    return dict(sorted(count.items(), key=lambda item: -item[1]))
+
+
+def long_files() -> dict[str, int]:
+    """Files and their lines, the longest first."""
+    lines = {m.path.relative_to(ROOT).as_posix(): m.lines for m in modules().values()}
+    return dict(sorted(lines.items(), key=lambda item: -item[1]))
+
+
+def without_docstring() -> list[str]:
+    """Public modules, classes, functions and methods of the packages that have no docstring."""
+    return [
+        name
+        for module in modules().values()
+        if module.name.split(".")[0] in PUBLIC
+        for name in _undocumented(module)
+    ]
+
+
+def _undocumented(module: Module) -> Iterator[str]:
+    if module.lines and not ast.get_docstring(module.tree):
+        yield module.name
+    for node in module.tree.body:
+        if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_"):
+            if not ast.get_docstring(node):
+                yield f"{module.name}.{node.name}"
+            if isinstance(node, ast.ClassDef):
+                yield from _methods(module, node)
+
+
+def _methods(module: Module, owner: ast.ClassDef) -> Iterator[str]:
+    for node in owner.body:
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_") and not _overload(node):
+            if not ast.get_docstring(node):
+                yield f"{module.name}.{owner.name}.{node.name}"
+
+
+def _overload(node: ast.FunctionDef) -> bool:
+    return any(isinstance(d, ast.Name) and d.id == "overload" for d in node.decorator_list)
+
+
+def main() -> None:
+    """Print the figures and whatever lies beyond a limit."""
+    rooms, files, bare = room_circles(), file_circles(), without_docstring()
+    folders, lengths = full_folders(), long_files()
+    fullest, longest = next(iter(folders)), next(iter(lengths))
+    print(f"room circles: {len(rooms)}")
+    print(f"file circles: {len(files)}")
+    print(f"handwritten Python modules in the fullest folder: {folders[fullest]} ({fullest}; limit {MOST_MODULES})")
+    print(f"lines of the longest handwritten Python file: {lengths[longest]} ({longest}; limit {MOST_LINES})")
+    print(f"public names without docstring: {len(bare)}")
+    for label, circle in [("rooms", c) for c in rooms] + [("files", c) for c in files]:
+        print(f"  circle of {label}: {', '.join(circle)}")
+    for folder in (name for name, count in folders.items() if count > MOST_MODULES):
+        print(f"  full: {folder} {folders[folder]}")
+    for file in (name for name, lines in lengths.items() if lines > MOST_LINES):
+        print(f"  long: {file} {lengths[file]}")
+    for name in bare:
+        print(f"  no docstring: {name}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,45 @@
+"""The house keeps its shape: rooms stand in an order, nothing imports in a circle, folders and files stay small."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests import structure
+
+# Rooms of each package, from the ground up. A room may import what stands before it, never what stands after.
+ORDER: dict[str, tuple[str, ...]] = {}
+
+
+def test_no_rooms_import_each_other_in_a_circle() -> None:
+    assert not structure.room_circles()
+
+
+def test_no_files_import_each_other_in_a_circle() -> None:
+    assert not structure.file_circles()
+
+
+@pytest.mark.parametrize("package", ORDER)
+def test_the_rooms_of_a_package_stand_in_their_order(package: str) -> None:
+    order = {f"{package}.{room}": floor for floor, room in enumerate(ORDER[package])}
+    folders = {path.name for path in structure.folder_of(package).iterdir() if (path / "__init__.py").exists()}
+    assert folders <= set(ORDER[package]), "a new room needs a place in ORDER"
+    for name, targets in structure.imports().items():
+        room = structure.child(package, name)
+        for target in targets:
+            below = structure.child(package, target)
+            if room in order and below in order:
+                assert order[below] <= order[room], f"{name} imports {target}, which stands above it"
+
+
+def test_folders_and_files_stay_small() -> None:
+    assert not [f for f, count in structure.full_folders().items() if count > structure.MOST_MODULES]
+    assert not [f for f, lines in structure.long_files().items() if lines > structure.MOST_LINES]
+
+
+def test_every_public_name_has_a_docstring() -> None:
+    assert not structure.without_docstring()
+
+
+def test_circles_are_found() -> None:
+    graph = {"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}}
+    assert structure.circles(graph) == [["b", "c"]]
