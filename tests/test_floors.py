@@ -127,7 +127,7 @@ def test_heavy_libraries_are_loaded_only_where_they_are_needed() -> None:
 
 def test_samples_need_the_base_install_only() -> None:
     allowed = {"samples", "avatar_export", "avatar_runtime", "avatar_schema"}
-    allowed |= {"numpy", "PIL", "pygltflib", "plyfile"}
+    allowed |= {"numpy", "PIL", "pygltflib"}
     for file in (ROOT / "samples").rglob("*.py"):
         training = {"avatar_trainer", "numba"} if file.name.startswith(SAMPLES_THAT_TRAIN) else set()
         extra = set(imports(file)) - sys.stdlib_module_names - allowed - training

@@ -2,5 +2,8 @@
 
 from __future__ import annotations
 
-__version__ = "0.1.0"
+from avatar_schema.version import __version__
+
+__all__ = ["GENERATOR", "__version__"]
+
 GENERATOR = f"avatar-export {__version__}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import zipfile
 from dataclasses import dataclass, replace
@@ -11,13 +10,13 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from plyfile import PlyData, PlyElement
 
 from avatar_runtime.rotation import matrix_from_rotvec, quat_from_matrix
 from samples.subjects.colour import logit, surface_colour, surface_opacity
 from samples.subjects.glb import Clip, Node, save_animation_glb, save_skin_glb
 from samples.subjects.head import Head, neck_height, part_of, smoothstep, turned_eyes, unit
 from samples.subjects.surface import vertex_samples
+from samples.systems.ply import ply_bytes
 
 Array = npt.NDArray[Any]
 
@@ -170,12 +169,7 @@ def offset_ply(avatar: LamAvatar) -> bytes:
         **{f"scale_{i}": avatar.log_scale[:, i] for i in range(3)},
         **{f"rot_{i}": avatar.quat_wxyz[:, i] for i in range(4)},
     }
-    rows = np.zeros(n, [(name, "<f4") for name in columns])
-    for name, values in columns.items():
-        rows[name] = values
-    out = io.BytesIO()
-    PlyData([PlyElement.describe(rows, "vertex")], byte_order="<").write(out)
-    return out.getvalue()
+    return ply_bytes(columns)
 
 
 def save_lam(avatar: LamAvatar, path: Path) -> None:

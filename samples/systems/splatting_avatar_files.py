@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from plyfile import PlyData, PlyElement
 
 from samples.subjects.head import Mesh
+from samples.systems.ply import ply_bytes
 from samples.systems.splatting_avatar import Embedded
 
 Array = npt.NDArray[Any]
@@ -68,11 +68,7 @@ def save_ply(trained: Embedded, path: Path) -> None:
         **{f"scale_{i}": trained.log_scale[:, i] for i in range(3)},
         **{f"rot_{i}": quat[:, i] for i in range(4)},
     }
-    rows = np.zeros(len(xyz), [(name, "<f4") for name in columns])
-    for name, values in columns.items():
-        rows[name] = values
-    with path.open("wb") as file:
-        PlyData([PlyElement.describe(rows, "vertex")], byte_order="<").write(file)
+    path.write_bytes(ply_bytes(columns))
 
 
 def save_json(trained: Embedded, path: Path) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import re
 import struct
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from avatar_schema.version import __version__
 from avatar_shaders import ENTRIES, HLSL_ONLY, Entry
 from avatar_shaders.generate import HLSL, PACKAGE
 from avatar_shaders.reflect import interface
@@ -242,8 +242,7 @@ def test_unreal_material_draws_the_plain_picture() -> None:
 
 def test_unity_package_has_the_projects_version_and_a_meta_an_asset() -> None:
     package = json.loads((UNITY / "package.json").read_text("utf-8"))
-    project = tomllib.loads((ENGINES.parent / "pyproject.toml").read_text("utf-8"))["project"]
-    assert package["version"] == project["version"]
+    assert package["version"] == __version__
     assets = [path for path in UNITY.rglob("*") if path.suffix != ".meta"]
     guids = [Path(f"{path}.meta").read_text("utf-8").split("guid: ")[1].strip() for path in assets]
     assert len(set(guids)) == len(assets) > 30
