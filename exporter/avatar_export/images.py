@@ -1,4 +1,4 @@
-"""Pictures of an avatar: views, contact sheet, PNG and animated WebP."""
+"""Images of an avatar: camera, contact sheet, PNG and animated WebP."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ Pixels = npt.NDArray[np.uint8]
 Box = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
 FOV_Y = np.radians(20.0)
 MARGIN = 1.08
-FARTHEST = 1e12  # metres: what lies beyond, or is no number, is not looked for
+FARTHEST = 1e12  # metres; positions beyond do not enlarge the view
 SHEET_SIZE = 288
 SHEET_COLUMNS = 5
-# Shown on a contact sheet where the avatar has them: a face's most telling shapes.
+# The most recognisable shapes of a face, shown on a contact sheet if the avatar has them.
 SHEET_EXPRESSIONS: dict[str, dict[str, float]] = {
     "jawOpen": {"jawOpen": 1.0},
     "mouthSmile": {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0},
@@ -45,23 +45,23 @@ SHEET_VIEWS = (("three-quarter left", 40.0), ("three-quarter right", -40.0), ("s
 def frame_camera(
     box: Box, width: int, height: int, yaw: float = 0.0, pitch: float = 0.0, zoom: float = 1.0
 ) -> Camera:
-    """A camera that sees a whole box; yaw and pitch in radians, 0 in front of the face."""
+    """A camera that shows the whole box; yaw and pitch in radians, 0 in front of the face."""
     low, high = box
     half = (high - low) / 2 * MARGIN
-    across = float(np.hypot(half[0], half[2]))  # the widest that any yaw shows
+    across = float(np.hypot(half[0], half[2]))  # the largest width at any yaw
     fit = np.tan(FOV_Y / 2)
     distance = max(half[1] / fit, max(half[0], half[2]) / (fit * width / height)) / zoom + across
     return Camera.orbit((low + high) / 2, distance, yaw, pitch, float(FOV_Y), width, height)
 
 
 def robust_box(mean: npt.NDArray[np.floating[Any]]) -> Box:
-    """(low, high) of positions [N, 3] without the outermost thousandth: stray ones do not shrink the view."""
+    """The box (low, high) of positions [N, 3] without the outermost thousandth, which ignores stray Gaussians."""
     mean = np.clip(np.nan_to_num(mean.astype(np.float64)), -FARTHEST, FARTHEST)
     return np.percentile(mean, 0.1, axis=0), np.percentile(mean, 99.9, axis=0)
 
 
 def contact_sheet(avatar: Avatar, size: int = SHEET_SIZE) -> Pixels:
-    """Neutral, ten expressions or moments of a clip, and more views, labelled, [H, W, 3]."""
+    """The contact sheet [H, W, 3]: neutral, ten expressions or moments of a clip, and more views, with labels."""
     player, poses = Player(avatar, "reference"), sheet_poses(avatar)
     box = robust_box(_means(player, [pose for _, pose, _ in poses]))
     cells = [
@@ -105,14 +105,14 @@ def sheet_poses(avatar: Avatar) -> list[tuple[str, Pose, float]]:
 
 
 def _means(player: Player, poses: list[Pose]) -> npt.NDArray[np.float32]:
-    """What a camera must see of some poses; a skinned head stays about where it was bound."""
+    """Positions that the camera must show; a skinned head stays near its binding pose."""
     if player.avatar.embedding is None:
         return player.avatar.gaussians.mean
     return np.concatenate([player.animate(pose).mean for pose in poses])
 
 
 def arkit_pose(avatar: Avatar, weights: dict[str, float]) -> Pose:
-    """The pose that ARKit weights give, by the avatar's driving. Raises AvatarError if ARKit cannot drive it."""
+    """The pose for ARKit weights, through the avatar's driving. Raises AvatarError if ARKit cannot drive it."""
     return pose_from_frame(avatar, DrivingFrame(0.0, weights))
 
 

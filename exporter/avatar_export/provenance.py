@@ -1,4 +1,4 @@
-"""Where an avatar comes from and what may be done with it, as the manifest says it."""
+"""Provenance of an avatar: its source files, licence, author and consent, as in the manifest."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ DOUBT = "doubtful: "  # begins a note of the provenance that says something may 
 def source_files(files: Mapping[str, Path]) -> list[dict[str, Any]]:
     """{path, bytes, sha256} of every file an avatar was read from; `files` gives the name to show for each.
 
-    No folder of the machine is named. Raises AvatarError for a file that cannot be read.
+    Folders of this machine are not named. Raises AvatarError for a file that cannot be read.
     """
     return [_entry(name, files[name]) for name in sorted(files)]
 
 
 def with_rights(avatar: Avatar, licence: str | None, author: str | None, consent: str | None) -> Avatar:
-    """`avatar` with licence, author and consent statement; None keeps what it says, and what nobody stated is said
-    to be so."""
+    """`avatar` with licence, author and consent statement. None keeps the statement of the source; a missing statement
+    becomes null in the manifest."""
     given = {"licence": licence, "author": author, "consent": consent}
     kept = {name: avatar.provenance.get(name) if text is None else text for name, text in given.items()}
     return replace(avatar, provenance={**avatar.provenance, **kept})

@@ -17,8 +17,8 @@ MAX_COLUMNS = 65536  # columns are u16
 def sparse_rows(values: Mapping[str, Array], thresholds: Mapping[str, float]) -> SparseRows:
     """The SparseRows of dense `values`, attribute -> [R, C, ...].
 
-    An entry is kept if any value of any attribute exceeds that attribute's threshold in size, or is no number
-    (so that a check later sees it). Values are kept whole, as float32.
+    An entry is kept if the magnitude of any value of any attribute exceeds that attribute's threshold, or is NaN (which
+    checks report later). Values of kept entries are not changed; they are stored as float32.
     """
     rows, columns = next(iter(values.values())).shape[:2]
     builder = SparseRowsBuilder(rows, columns, {name: v.shape[2:] for name, v in values.items()}, thresholds)
@@ -27,10 +27,10 @@ def sparse_rows(values: Mapping[str, Array], thresholds: Mapping[str, float]) ->
 
 
 class SparseRowsBuilder:
-    """Builds SparseRows from blocks of rows, in order; `rows` is the most that may come.
+    """Builds SparseRows from blocks of rows, in order; `rows` is the largest number of rows.
 
-    Room for every entry is reserved at once: pages that no entry touches cost nothing, and nothing is copied
-    twice. `finish` returns views of that room.
+    Memory for every entry is reserved at once: pages that no entry touches cost nothing, and nothing is copied twice.
+    `finish` returns views of that memory.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class SparseRowsBuilder:
         thresholds: Mapping[str, float],
     ):
         if columns > MAX_COLUMNS:
-            raise ValueError(f"{columns} columns, at most {MAX_COLUMNS} can be numbered")
+            raise ValueError(f"{columns} columns; at most {MAX_COLUMNS} are supported")
         if set(shapes) != set(thresholds):
             raise ValueError(f"thresholds for {sorted(thresholds)}, attributes {sorted(shapes)}")
         self.columns, self.thresholds, self.shapes = columns, dict(thresholds), dict(shapes)
@@ -61,9 +61,9 @@ class SparseRowsBuilder:
         rows, columns = next(iter(values.values())).shape[:2]
         for name, shape in self.shapes.items():
             if values[name].shape != (rows, columns, *shape) or columns > self.columns:
-                raise ValueError(f"{name} is {values[name].shape}, announced {(rows, self.columns, *shape)}")
+                raise ValueError(f"{name} is {values[name].shape}, expected {(rows, self.columns, *shape)}")
         if self._row + rows >= len(self._row_ptr):
-            raise ValueError(f"{self._row + rows} rows, announced were {len(self._row_ptr) - 1}")
+            raise ValueError(f"{self._row + rows} rows; at most {len(self._row_ptr) - 1} were announced")
         keep = np.zeros((rows, columns), bool)
         for name, threshold in self.thresholds.items():
             keep |= exceeds(values[name], threshold)
@@ -87,9 +87,9 @@ class SparseRowsBuilder:
 
 
 def exceeds(values: Array, threshold: float) -> npt.NDArray[np.bool_]:
-    """[R, C]: whether any value of [R, C, ...] is larger than `threshold` in size, or no number."""
+    """[R, C]: whether the magnitude of any value of [R, C, ...] is larger than `threshold`, or NaN."""
     largest = np.abs(values)
-    if values.ndim > 2:  # the largest of some numbers is NaN if one of them is
+    if values.ndim > 2:  # max propagates NaN
         largest = np.max(largest, axis=tuple(range(2, values.ndim)), initial=0)
     result: npt.NDArray[np.bool_] = ~(largest <= threshold)
     return result

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import pygltflib as gltf
 
-from avatar_export.clips.sources import clips_from, rig_avatar
+from avatar_export.clips.poses import rig_avatar
+from avatar_export.clips.sources import clips_from
 from avatar_export.rigs.rig_file import read_rig_file
 from avatar_runtime.camera import Camera
 from avatar_runtime.pose import joint_rotation

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from avatar_export.writers import WRITERS, Export
 from avatar_export.writers.splats_glb import splats_glb
+from avatar_export.writers.table import WRITERS, Export
 from avatar_runtime.avatar import Avatar
 from tests.interop.clients import Answer, ask
 from tests.measured import Measure

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from avatar_export.writers import WRITERS
+from avatar_export.writers.table import WRITERS
 from avatar_runtime.codec import ply
 from avatar_runtime.codec.clips import clip_tensors
 from avatar_runtime.codec.embedding import embedding_tensors

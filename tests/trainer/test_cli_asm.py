@@ -162,7 +162,7 @@ def ply(body: bytes, vertices: int = 1) -> bytes:
         ("a.obj", b"v 1 2\n", "three numbers"),
         ("a.ply", b"ply\nnonsense", "a.ply"),
         ("a.ply", ply(b"", 1 << 40), "a.ply"),
-        ("a.ply", ply(struct.pack("<3f", 0, np.nan, 0)), "point 0: is not a finite place"),
+        ("a.ply", ply(struct.pack("<3f", 0, np.nan, 0)), "point 0: is not finite or too far away"),
         ("a.ply", ply(b"", 0), "has no points"),
         ("a.glb", b"glTF", "a.glb"),
         ("a.npz", b"PK", "a.npz"),
@@ -199,9 +199,9 @@ def no_fit(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("scans", "said"),
     [
-        (("scan.obj", "smile.ply", "in/smile.ply"), "in/smile.ply: take_names: 'smile' is empty, unprintable or there"),
-        (("scan.obj", "neutral.ply"), "neutral.ply: take_names: 'neutral' is empty, unprintable or there twice"),
-        (("scan.obj", "smile.ply", "a\tb.ply"), "take_names: 'a\\tb' is empty, unprintable or there twice"),
+        (("scan.obj", "smile.ply", "in/smile.ply"), "in/smile.ply: take_names: 'smile' is empty"),
+        (("scan.obj", "neutral.ply"), "neutral.ply: take_names: 'neutral' is empty, unprintable or a duplicate"),
+        (("scan.obj", "smile.ply", "a\tb.ply"), "take_names: 'a\\tb' is empty, unprintable or a duplicate"),
         (("a\tb.obj",), "name: 'a\\tb' is empty or unprintable"),
     ],
 )  # fmt: skip

@@ -172,7 +172,7 @@ def test_places_that_cannot_be_written_are_found_first(
         code, _, err = avatar_train("toy", folder, "-o", out, *SHORT, "--export", place)
         assert code == 2 and said in err and err.count("\n") == 1, err
     code, _, err = avatar_train("toy", folder, "-o", out, *SHORT, "--export", photos, "--force")
-    assert code == 2 and "is no bundle" in err
+    assert code == 2 and "is not a bundle" in err
     assert not out.exists()
     for name in ("checkpoints", "logs", "upstream", "preview"):
         run_folder = tmp_path / f"with_{name}"
@@ -324,7 +324,7 @@ WRONG = [
     (["--rule", "sky=black", "--rule", "sky=black"], "sky is given 2 times"),
     (["--rule", "skye=black"], "did you mean sky?"),
     (["--rule", "sky=blak"], "did you mean black?"),
-    (["--rasteriser", "gpu"], "'gpu' is none of cpu"),
+    (["--rasteriser", "gpu"], "'gpu' is not one of cpu"),
     (["--sh-degree", "4"], "--sh-degree"),
     (["--iterations", "0"], "--iterations"),
 ]

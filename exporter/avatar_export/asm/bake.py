@@ -1,4 +1,4 @@
-"""An ASM face as a rig and clips that need no mixtures: weights evaluated once, bones as joints."""
+"""An ASM face as a rig and clips without mixtures: weights are evaluated once, bones become joints."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from avatar_runtime.avatar import F32, F64, Clip, Rig, SparseRows
 
 Array = npt.NDArray[Any]
 
-LEAST_WEIGHT = 1e-6  # of a vertex's whole: a bone that moves by 100 mm moves what has less by 0.1 micrometres
+LEAST_WEIGHT = (
+    1e-6  # smaller weights are dropped: a bone that moves by 100 mm moves their vertex by 0.1 micrometres
+)
 
 
 def bake_rig(face: AsmFace) -> Rig:
@@ -46,10 +48,10 @@ def bake_rig(face: AsmFace) -> Rig:
 
 
 def bake_clips(face: AsmFace) -> tuple[Clip, ...]:
-    """A clip a take, the neutral as the last: joint_delta = M(tau of the neutral)^-1 M(tau).
+    """One clip for each take, the neutral last: joint_delta = M(tau of the neutral)^-1 M(tau).
 
-    Scales, the neutral's apart, are rounded to half floats: UsdSkel holds no more in a clip, and so every engine,
-    other readers and the runtime show the same.
+    Scales, except those of the neutral, are rounded to half floats, the precision of a clip in UsdSkel. So every
+    engine, every other reader and the runtime show the same.
     """
     neutral = face.takes[0]
     back = np.linalg.inv(maths.pose_matrices(neutral)[0])
@@ -59,7 +61,7 @@ def bake_clips(face: AsmFace) -> tuple[Clip, ...]:
 
 
 def with_half_scales(take: Take) -> Take:
-    """The take with scales that half floats hold; those beyond their range stay."""
+    """The take with its scales rounded to half floats; scales outside of their range are not changed."""
     with np.errstate(over="ignore"):
         half = take.scale.astype(np.float16).astype(np.float64)
     return replace(take, scale=np.where(np.isfinite(half) & (half != 0), half, take.scale))
@@ -89,7 +91,7 @@ def _skin(face: AsmFace) -> SparseRows:
 
 
 def _affine32(matrix: Array) -> F32:
-    with np.errstate(over="ignore"):  # becomes infinite, which a check of the avatar refuses
+    with np.errstate(over="ignore"):  # an overflow becomes infinite, which the check of the avatar refuses
         single = matrix.astype(np.float32)
     single[..., 3, :] = (0, 0, 0, 1)
     return single

@@ -1,4 +1,4 @@
-"""Whether an ASM face is sound: shapes, ranges and numbers, before anything is computed from it."""
+"""Checks of an ASM face: shapes, ranges and numbers, before anything is computed from it."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from avatar_export.asm.model import WEIGHT_RULES, AsmFace, Binding, Take, Templa
 from avatar_runtime.checks.surface import RATES
 from avatar_runtime.io.errors import AvatarError
 
-MOST_BONES, MOST_COMPONENTS, MOST_VERTICES = 1024, 64, 1 << 22  # what one weighing of the mesh may cost
+MOST_BONES, MOST_COMPONENTS, MOST_VERTICES = 1024, 64, 1 << 22  # limits the cost of evaluating the weights
 NEUTRAL = "neutral"
 SUM_TOLERANCE = 1e-4  # of mixture weights, from 1
-LARGEST = 1e4  # of any number: metres, radians, scales, parts of the plane; half floats hold it
-CHAIN_SCALES = (1e-3, 1e3)  # of a bone in the neutral, with those above it; its transforms are inverted
+LARGEST = 1e4  # of any number (metres, radians, scales, uv); it fits half floats
+CHAIN_SCALES = (1e-3, 1e3)  # of a bone in the neutral, times those above it; the transforms are inverted
 LEAST_LINEAR = 1e-12  # determinant of a bone's first rotation and scale
 
 Array = npt.NDArray[Any]
@@ -37,14 +37,14 @@ def check_face(face: AsmFace) -> AsmFace:
 
 
 def check_names(name: str, takes: Sequence[str]) -> None:
-    """Raise AvatarError unless a face can be called `name` and its takes so."""
+    """Raise AvatarError unless the names of a face and of its takes are valid."""
     if not name or not name.isprintable():
         raise AvatarError(f"{name[:40]!a} is empty or unprintable", field="name")
     if not takes or takes[0] != NEUTRAL:
         raise AvatarError(f"the first take must be {NEUTRAL!r}, of one frame", field="take_names")
     for take in takes:
         if not take or not take.isprintable() or takes.count(take) > 1:
-            raise AvatarError(f"{take[:40]!a} is empty, unprintable or there twice", field="take_names")
+            raise AvatarError(f"{take[:40]!a} is empty, unprintable or a duplicate", field="take_names")
 
 
 def check_template(template: Template) -> None:
@@ -54,12 +54,12 @@ def check_template(template: Template) -> None:
             raise AvatarError(f"expected [rows, 3], got {list(array.shape)}", field=name)
     v, j = len(template.vertices), len(template.bone_names)
     if not 0 < v <= MOST_VERTICES:
-        raise AvatarError(f"has {v} rows; 1 to {MOST_VERTICES} are read", field="vertices")
+        raise AvatarError(f"has {v} rows; 1 to {MOST_VERTICES} are supported", field="vertices")
     if not 0 < j <= MOST_BONES:
-        raise AvatarError(f"has {j} names; 1 to {MOST_BONES} bones are read", field="bone_names")
+        raise AvatarError(f"has {j} names; 1 to {MOST_BONES} bones are supported", field="bone_names")
     if template.weight_rule not in WEIGHT_RULES:
         raise AvatarError(
-            f"{template.weight_rule[:40]!a} is none of {', '.join(WEIGHT_RULES)}", field="weight_rule"
+            f"{template.weight_rule[:40]!a} is not one of {', '.join(WEIGHT_RULES)}", field="weight_rule"
         )
     _check_finite("vertices", template.vertices, (v, 3))
     _check_finite("uv", template.uv, (v, 2))
@@ -68,12 +68,12 @@ def check_template(template: Template) -> None:
     if template.colour is not None:
         _check_finite("colour", template.colour, (v, 3))
         if not ((template.colour >= 0) & (template.colour <= 1)).all():
-            raise AvatarError("is not display-referred colour within 0..1", field="colour")
+            raise AvatarError("is not a display-referred colour in 0..1", field="colour")
     _check_rows("triangles", template.triangles, (len(template.triangles), 3), v)
     _check_rows("anchor_vertex", template.anchor_vertex, (j,), v)
     _check_rows("landmark_vertices", np.array(list(template.landmarks.values()), np.int64), None, v)
     if not len(template.triangles):
-        raise AvatarError("is empty, so there is no surface", field="triangles")
+        raise AvatarError("is empty; a face needs triangles", field="triangles")
     _check_bones(template)
 
 
@@ -82,7 +82,7 @@ def _check_bones(template: Template) -> None:
     for name in names:
         if not name or not name.isprintable() or "/" in name or names.count(name) > 1:
             raise AvatarError(
-                f"{name[:40]!a} is empty, unprintable, holds a slash or is there twice", field="bone_names"
+                f"{name[:40]!a} is empty, unprintable, has a slash or is a duplicate", field="bone_names"
             )
     if parents.shape != (len(names),):
         raise AvatarError(
@@ -92,7 +92,8 @@ def _check_bones(template: Template) -> None:
     if after.any():
         at = int(np.argmax(after))
         raise AvatarError(
-            f"is {parents[at]}; a parent (-1: none) comes before its children", field=f"parents[{at}]"
+            f"is {parents[at]}; a parent must come before its children (-1: no parent)",
+            field=f"parents[{at}]",
         )
     flat = ~(np.abs(np.linalg.det(template.rest_linear.astype(np.float64))) > LEAST_LINEAR)
     if flat.any():
@@ -102,7 +103,9 @@ def _check_bones(template: Template) -> None:
 def _check_binding(binding: Binding, bones: int) -> None:
     k = binding.pi.shape[1] if binding.pi.ndim == 2 else 0
     if not 0 < k <= MOST_COMPONENTS:
-        raise AvatarError(f"has {k} Gaussians a bone; 1 to {MOST_COMPONENTS} are read", field="binding")
+        raise AvatarError(
+            f"has {k} Gaussians per bone; 1 to {MOST_COMPONENTS} are supported", field="binding"
+        )
     _check_finite("zeta", binding.zeta, (bones, 2))
     _check_finite("pi", binding.pi, (bones, k))
     _check_finite("mu", binding.mu, (bones, k, 2))
@@ -118,7 +121,7 @@ def _check_binding(binding: Binding, bones: int) -> None:
     wrong = ~((xx > 0) & (yy > 0) & (determinant > 0) & np.isfinite(determinant)).all(axis=1)
     if wrong.any():
         raise AvatarError(
-            "is no covariance: xx, xy, yy must be positive definite",
+            "is not a covariance: xx, xy, yy must be positive definite",
             field=f"covariance[{int(np.argmax(wrong))}]",
         )
 
@@ -126,9 +129,9 @@ def _check_binding(binding: Binding, bones: int) -> None:
 def _check_take(take: Take, bones: int) -> None:
     where, t = f"take {take.name}", len(take.scale)
     if not t:
-        raise AvatarError("has no frame", field=where)
+        raise AvatarError("has no frames", field=where)
     if not RATES[0] <= take.fps <= RATES[1]:
-        raise AvatarError(f"fps is {take.fps}; {RATES[0]:g} to {RATES[1]:g} make sense", field=where)
+        raise AvatarError(f"fps is {take.fps}, expected {RATES[0]:g} to {RATES[1]:g}", field=where)
     for name in ("rotation_vector", "translation", "scale"):
         _check_finite(f"{where}: {name}", getattr(take, name), (t, bones, 3))
 
@@ -142,8 +145,8 @@ def _check_neutral(face: AsmFace) -> None:
             logs[bone] += logs[parent]
         if not ((logs[bone] >= least) & (logs[bone] <= most)).all():
             raise AvatarError(
-                f"has a scale in the neutral, times those of the bones above it, beyond {CHAIN_SCALES[0]:g} to "
-                f"{CHAIN_SCALES[1]:g}",
+                "has a scale in the neutral that, times those of the bones above it, is outside "
+                f"{CHAIN_SCALES[0]:g} to {CHAIN_SCALES[1]:g}",
                 field=f"bone {face.template.bone_names[bone]}",
             )
 
@@ -151,10 +154,10 @@ def _check_neutral(face: AsmFace) -> None:
 def _check_finite(field: str, array: Array, shape: tuple[int, ...]) -> None:
     if array.dtype.kind != "f" or array.shape != shape:
         raise AvatarError(f"expected floats {list(shape)}, got {array.dtype}{list(array.shape)}", field=field)
-    sound = (np.abs(array) <= LARGEST).all(axis=tuple(range(1, array.ndim)))  # NaN is not
+    sound = (np.abs(array) <= LARGEST).all(axis=tuple(range(1, array.ndim)))  # False for NaN
     if not sound.all():
         raise AvatarError(
-            f"is not finite or beyond {LARGEST:g}; lengths are in metres",
+            f"is not finite or larger than {LARGEST:g}; lengths are in metres",
             field=f"{field}[{int(np.argmin(sound))}]",
         )
 

@@ -1,7 +1,7 @@
-"""ASM faces in files: an .npz with all of a face, and a small one of a person without the template.
+"""ASM faces in files: an .npz with a whole face, and a small .npz of a person without the template.
 
-Stored `.npy` entries, no compression and no dates: same face, same bytes. Keys, shapes and units stand in
-schema/ASM.md. Bulk is float32.
+Stored `.npy` entries, no compression and no dates: same face, same bytes. Keys, shapes and units are described
+in schema/ASM.md. Large arrays are float32.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from avatar_runtime.io.ownership import of_file
 
 ASM_VERSION = 1
 MAX_ARRAY_BYTES = 1 << 30
-DATE = (1980, 1, 1, 0, 0, 0)  # the earliest a zip can say: same input, same bytes
+DATE = (1980, 1, 1, 0, 0, 0)  # the earliest date of a zip, so that the same input gives the same bytes
 TEMPLATE_HASH = "template_sha256"
 
 Array = npt.NDArray[Any]
@@ -34,19 +34,19 @@ Arrays = dict[str, Array]
 
 
 def save(face: AsmFace, path: Path) -> None:
-    """Write all of a face. Raises AvatarError for one that is not sound once its numbers are float32."""
+    """Write a whole face. Raises AvatarError for a face that is unsound after rounding to float32."""
     stored = _rounded(face)
     _write(_template_arrays(stored.template) | _person_arrays(stored), path)
 
 
 def save_person(face: AsmFace, path: Path) -> None:
-    """Write what a person has, without the template; read again by `load_person`. Raises as `save`."""
+    """Write a person without the template, for `load_person`. Raises as `save`."""
     stored = _rounded(face)
     _write({TEMPLATE_HASH: np.array([template_hash(stored.template)])} | _person_arrays(stored), path)
 
 
 def load(path: Path) -> AsmFace:
-    """The face that `save` wrote. Raises AvatarError for a file that is none, is of a newer version, or unsound."""
+    """The face that `save` wrote. Raises AvatarError for another file, a newer version, or unsound data."""
     source = _Source(path)
     if TEMPLATE_HASH in source:
         raise AvatarError(
@@ -56,9 +56,9 @@ def load(path: Path) -> AsmFace:
 
 
 def load_person(path: Path, template: Template) -> AsmFace:
-    """The person of `save_person` on the template that they were fitted with; a whole face is read as it is.
+    """The person that `save_person` wrote, on the template that they were fitted with; a whole face is read unchanged.
 
-    Raises AvatarError as `load`, and where the template is another.
+    Raises AvatarError as `load`, and for another template.
     """
     source = _Source(path)
     if TEMPLATE_HASH not in source:
@@ -72,7 +72,7 @@ def load_person(path: Path, template: Template) -> AsmFace:
 
 
 def is_face(path: Path) -> bool:
-    """Whether `path` is a zip of arrays among which one is asm_version; never raises."""
+    """Whether `path` is an .npz with the array asm_version; never raises."""
     try:
         if not path.is_file():
             return False
@@ -83,13 +83,13 @@ def is_face(path: Path) -> bool:
 
 
 def is_person(path: Path) -> bool:
-    """Whether `path` holds a person without the template. Raises AvatarError for no zip."""
+    """Whether `path` holds a person without the template. Raises AvatarError if it is not a zip."""
     with Archive(path) as archive:
         return f"{TEMPLATE_HASH}.npy" in archive.names
 
 
 def template_hash(template: Template) -> str:
-    """sha256, hex, of the template's entries as `save` writes them, by rising name."""
+    """sha256 (hex) of the template's entries as `save` writes them, sorted by name."""
     digest = hashlib.sha256()
     for name, data in sorted(_entries(_template_arrays(template)).items()):
         digest.update(name.encode() + b"\0" + data)
@@ -97,7 +97,7 @@ def template_hash(template: Template) -> str:
 
 
 def _rounded(face: AsmFace) -> AsmFace:
-    """The face as it will be read again."""
+    """The face as `load` will read it."""
     check_face(face)
     b = face.binding
     binding = Binding(*map(_float32, (b.zeta, b.pi, b.mu, b.covariance)))
@@ -177,29 +177,29 @@ class _Source:
                 name.removesuffix(".npy"): archive.read(name, MAX_ARRAY_BYTES) for name in archive.names
             }
         if "asm_version" not in self:
-            raise AvatarError("holds no asm_version, so it is no ASM face", file=path)
+            raise AvatarError("has no array asm_version, so it is not an ASM face", file=path)
         version = self.numbers("asm_version")
         if version.dtype.kind not in "iu" or version.size != 1 or int(version.reshape(-1)[0]) != ASM_VERSION:
             raise AvatarError(
-                f"is of version {str(version)[:20]}; this program reads {ASM_VERSION}", file=path
+                f"has version {str(version)[:20]}; this program reads version {ASM_VERSION}", file=path
             )
 
     def __contains__(self, name: str) -> bool:
         return name in self._data
 
     def numbers(self, name: str) -> Array:
-        """An array as stored. Raises AvatarError where there is none."""
+        """An array as stored. Raises AvatarError if it is missing."""
         return np.asarray(parse_npy(self._bytes(name), self.path, name).read())
 
     def words(self, name: str) -> tuple[str, ...]:
-        """A list of texts. Raises AvatarError where there is none."""
+        """A list of strings. Raises AvatarError if it is missing."""
         return parse_text_npy(self._bytes(name), self.path, name)
 
     def word(self, name: str) -> str:
-        """One text. Raises AvatarError where there is none."""
+        """One string. Raises AvatarError if it is missing."""
         words = self.words(name)
         if len(words) != 1:
-            raise AvatarError(f"expected one text, got {len(words)}", file=self.path, field=name)
+            raise AvatarError(f"expected one string, got {len(words)}", file=self.path, field=name)
         return words[0]
 
     def _bytes(self, name: str) -> bytes:
@@ -213,7 +213,7 @@ def _read_template(source: _Source) -> Template:
     if "landmark_names" in source:
         names, rows = source.words("landmark_names"), source.numbers("landmark_vertices")
         if rows.shape != (len(names),) or rows.dtype.kind not in "iu" or len(set(names)) != len(names):
-            raise AvatarError("does not go with landmark_names", file=source.path, field="landmark_vertices")
+            raise AvatarError("does not match landmark_names", file=source.path, field="landmark_vertices")
         landmarks = dict(zip(names, rows.tolist(), strict=True))
     return Template(
         vertices=_floats(source, "vertices"),
@@ -262,7 +262,7 @@ def _read_person(source: _Source, template: Template) -> AsmFace:
     k = (packed.shape[1] - 2) // 6 if packed.ndim == 2 else 0
     if packed.shape != (bones, 2 + 6 * k) or k < 1:
         raise AvatarError(
-            f"expected [{bones}, 2 + 6 K], a row a bone, got {list(packed.shape)}", field="binding"
+            f"expected [{bones}, 2 + 6 K], one row per bone, got {list(packed.shape)}", field="binding"
         )
     zeta, pi, mu, covariance = np.split(packed, [2, 2 + k, 2 + 3 * k], axis=1)
     binding = Binding(zeta, pi, mu.reshape(bones, k, 2), covariance.reshape(bones, k, 3))
@@ -272,7 +272,7 @@ def _read_person(source: _Source, template: Template) -> AsmFace:
 def _read_takes(source: _Source, bones: int) -> tuple[Take, ...]:
     names, frames, fps = source.words("take_names"), source.numbers("take_frames"), source.numbers("take_fps")
     if frames.dtype.kind not in "iu" or frames.shape != (len(names),) or fps.shape != (len(names),):
-        raise AvatarError("does not go with take_names and take_fps", field="take_frames")
+        raise AvatarError("does not match take_names and take_fps", field="take_frames")
     tau = source.numbers("tau").astype(np.float64)
     counts = [int(count) for count in frames.tolist()]
     if min(counts, default=0) < 0:

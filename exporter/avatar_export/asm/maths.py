@@ -1,4 +1,4 @@
-"""The formulas of ASM (arXiv 2304.09423), NumPy in float64: weights from mixtures, bones bound to a mesh, poses.
+"""The formulas of ASM (arXiv 2304.09423), NumPy in float64: weights from mixtures, bones on a mesh, poses.
 
 Matrices act on column vectors and are [..., 4, 4]. Units are metres and radians.
 """
@@ -17,21 +17,21 @@ ROWS = 1024  # vertices at once: [ROWS, J, K] densities at a time
 
 
 def mixture_weights(template: Template, binding: Binding) -> F64:
-    """[V, J] skin weights, rows adding up to 1 (Eq. 4 and 6; its own rule for the unofficial code's models)."""
+    """[V, J] skin weights, rows add up to 1 (Eq. 4 and 6; models of the unofficial code use the rule `softplus`)."""
     return np.concatenate([mixture_weight_rows(template, binding, rows) for rows in row_blocks(template)])
 
 
 def row_blocks(template: Template) -> list[slice]:
-    """Runs of vertices that are weighed at once; at least one."""
+    """The vertices in blocks whose weights are computed at once; at least one block."""
     return [slice(at, at + ROWS) for at in range(0, max(len(template.vertices), 1), ROWS)]
 
 
 @np.errstate(under="ignore")
 def mixture_weight_rows(template: Template, binding: Binding, rows: slice) -> F64:
-    """[v, J] of some vertices.
+    """[v, J] skin weights of some vertices.
 
-    `normalised` divides densities by their sum as logarithms. Where each of them is below the least double, far from
-    every bone, the weight thus goes to the bone whose mixture falls off last, the limit of Eq. 6.
+    `normalised` divides densities by their sum, as logarithms. Far from every bone, where all densities underflow, the
+    weight goes to the bone whose mixture falls off last, which is the limit of Eq. 6.
     `softplus`: softplus(W_j) / sum_i softplus(W_i), never 0.
     """
     log_density = log_mixtures(template, binding, rows)
@@ -42,9 +42,9 @@ def mixture_weight_rows(template: Template, binding: Binding, rows: slice) -> F6
     return np.asarray(share / share.sum(axis=1, keepdims=True))
 
 
-@np.errstate(divide="ignore")  # the logarithm of a mixture weight of 0 is -inf, and its density 0
+@np.errstate(divide="ignore")  # the logarithm of a mixture weight of 0 is -inf, its density is 0
 def log_mixtures(template: Template, binding: Binding, rows: slice) -> F64:
-    """[v, J] natural logarithms of W_j (Eq. 4) at the places of some vertices."""
+    """[v, J] natural logarithms of W_j (Eq. 4) at the uv of some vertices."""
     uv = template.uv[rows].astype(np.float64)
     centre = binding.zeta[:, None] + binding.mu  # [J, K, 2]
     x = uv[:, None, None, 0] - centre[..., 0]
@@ -58,7 +58,7 @@ def log_mixtures(template: Template, binding: Binding, rows: slice) -> F64:
 
 
 def bone_positions(template: Template, binding: Binding) -> F64:
-    """psi [J, 3]: where zeta leads on the mesh, from v_t, moves each bone from psi^0 (Eq. 7 and 11)."""
+    """psi [J, 3]: psi^0 moved by the offset from v_t to the point of zeta on the mesh (Eq. 7 and 11)."""
     triangle, weights = locate(binding.zeta, template.uv.astype(np.float64), template.triangles)
     vertices = template.vertices.astype(np.float64)
     place = np.einsum("jc,jcx->jx", weights, vertices[template.triangles[triangle]])
@@ -67,7 +67,7 @@ def bone_positions(template: Template, binding: Binding) -> F64:
 
 
 def bind_matrices(template: Template, binding: Binding) -> F64:
-    """B [J, 4, 4], mesh from bone: the first placement's rotation and scale at the bone's position (Eq. 14)."""
+    """B [J, 4, 4], mesh from bone: rotation and scale of the template at the bone's position (Eq. 14)."""
     return np.asarray(homogeneous(template.rest_linear.astype(np.float64), bone_positions(template, binding)))
 
 
@@ -93,7 +93,7 @@ def skin_matrices(face: AsmFace, take: Take) -> F64:
 
 
 def posed(face: AsmFace, take: Take, frame: int = 0) -> F64:
-    """Vertices [V, 3] of one frame, by all weights (Eq. 3 and 12). Raises IndexError where there is no such frame."""
+    """Vertices [V, 3] of one frame, by all weights (Eq. 3 and 12). Raises IndexError without that frame."""
     return np.asarray(posed_by(face, skin_matrices(face, one_frame(take, frame)))[0])
 
 
@@ -111,7 +111,7 @@ def posed_by(face: AsmFace, skin_matrix: F64) -> F64:
 
 
 def one_frame(take: Take, frame: int) -> Take:
-    """A take of the frame alone. Raises IndexError where there is none."""
+    """A take of one frame of `take`. Raises IndexError for a frame that does not exist."""
     part = slice(frame, frame + 1) if frame >= 0 else slice(frame, frame + 1 or None)
     if not -len(take.scale) <= frame < len(take.scale):
         raise IndexError(f"frame {frame} of a take of {len(take.scale)}")

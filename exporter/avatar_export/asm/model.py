@@ -1,4 +1,4 @@
-"""An ASM face in memory: a mesh with bones, the mixtures that weigh them, and poses."""
+"""An ASM face in memory: a mesh with bones, the mixtures that give their skin weights, and poses."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from avatar_runtime.avatar import F32, F64, I32, U32
 WEIGHT_RULES = (
     "normalised",
     "softplus",
-)  # the paper's Eq. 6; the unofficial code's softplus of each mixture first
+)  # Eq. 6 of the paper; the unofficial code applies softplus to each mixture first
 
 
 @dataclass(frozen=True)
 class Template:
-    """What no fit changes: one topology with its bones as they were first placed. Metres, +Y up, face +Z."""
+    """What all fits share: a topology with bones in their first placement. Metres, +Y up, face +Z."""
 
     vertices: F32  # [V, 3]
     triangles: U32  # [F, 3]
-    uv: F32  # [V, 2] one place a vertex in the unwrapped plane; F(v) of Eq. 4
+    uv: F32  # [V, 2] F(v) of Eq. 4, one point per vertex in the unwrapped plane
     bone_names: tuple[str, ...]  # [J], a parent before its children
     parents: I32  # [J], -1 for the root
-    rest_position: F32  # [J, 3] psi^0, where a bone was first placed
+    rest_position: F32  # [J, 3] psi^0, the first placement of a bone
     rest_linear: F32  # [J, 3, 3] R^0 S^0 of its bind matrix; the identity in models of this project
     anchor_vertex: U32  # [J] v_t of Eq. 5 and 7, the vertex nearest to the bone
     weight_rule: str = "normalised"  # WEIGHT_RULES
@@ -32,7 +32,7 @@ class Template:
 
 @dataclass(frozen=True)
 class Binding:
-    """What a person has: where bones sit in the plane and how they weigh it; 2 + 6 K numbers a bone (Table 1)."""
+    """A person: positions of bones in the plane and mixtures of weights; 2 + 6 K numbers per bone (Table 1)."""
 
     zeta: F64  # [J, 2] uv
     pi: F64  # [J, K] mixture weights, which add up to 1
@@ -41,12 +41,13 @@ class Binding:
 
     @property
     def components(self) -> int:
+        """The number of Gaussians per bone, K."""
         return int(self.pi.shape[1])
 
 
 @dataclass(frozen=True)
 class Take:
-    """Poses tau of Eq. 2 in time, or one expression: 9 numbers a bone and frame, in the bone's own space."""
+    """Poses tau of Eq. 2 in time, or one expression: 9 numbers per bone and frame, in the bone's own space."""
 
     name: str
     fps: float

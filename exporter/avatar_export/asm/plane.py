@@ -1,4 +1,4 @@
-"""Where points of the unwrapped plane lie on a template's mesh."""
+"""From points of the unwrapped plane to points on a template's mesh."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from avatar_runtime.avatar import F64, I64, U32
 def locate(points: F64, uv: F64, triangles: U32) -> tuple[I64, F64]:
     """(triangle [P], barycentric [P, 3]) of `points` [P, 2] in the plane of `uv` [V, 2].
 
-    The triangle that holds the point, else the nearest one and the weights of its nearest point (Eq. 8 to 10 know
-    points inside alone; where an optimiser leads a bone off the chart, its nearest place is the continuous answer).
-    Of several as near, the first in the file. Triangles without area in the plane are lines or points.
+    The triangle that contains the point, else the nearest triangle and the weights of its nearest point. Eq. 8 to 10
+    define only points inside; the nearest point is the continuous extension, for an optimiser that moves a bone off the
+    chart. Of several equally near triangles the first in the file. Triangles without area count as lines or points.
     """
     corner = uv.astype(np.float64)[triangles]  # [F, 3, 2]
     low, high = corner.min(axis=1), corner.max(axis=1)
@@ -25,7 +25,7 @@ def locate(points: F64, uv: F64, triangles: U32) -> tuple[I64, F64]:
 
 
 def _candidates(point: F64, corner: F64, low: F64, high: F64) -> I64:
-    """Rows of the triangles whose boxes are no farther than the nearest first corner: the nearest is among them."""
+    """Rows of the triangles whose boxes are not farther than the nearest first corner; they include the nearest."""
     farthest = np.sum((corner[:, 0] - point) ** 2, axis=1).min()
     box = np.sum((point - np.clip(point, low, high)) ** 2, axis=1)
     result: I64 = np.flatnonzero(box <= farthest).astype(np.int64)
@@ -58,7 +58,7 @@ def _barycentric(p: F64, a: F64, b: F64, c: F64) -> F64:
 
 
 def _on_edge(point: F64, start: F64, end: F64) -> tuple[F64, F64]:
-    """(where along each edge [F] its point nearest to a point lies, 0..1; the squared distance [F])."""
+    """(position 0..1 on each edge [F] of its point nearest to a point; the squared distance [F])."""
     edge, offset = end - start, point - start
     squared = np.sum(edge * edge, axis=-1)
     along = np.clip(np.sum(offset * edge, axis=-1) / np.where(squared > 0, squared, 1.0), 0, 1)

@@ -1,12 +1,13 @@
-"""Models of the unofficial ASM code (LiuLinyun/ASM-unofficial 734ca75, MIT): files that its training starts from.
+"""Models of the unofficial ASM code (LiuLinyun/ASM-unofficial 734ca75, MIT): the files from which its training starts.
 
-    rig_info.json                 bones of a Blender rig and where the mesh stands beside it
+    rig_info.json                 bones of a Blender rig and the transform of its mesh
     mu_face.obj                   the mesh, with texture coordinates; 1 unit is 1 cm
     inited_gmm_params_KN.pkl      pi [J, K], mu [J, K, 2], scale_tril [J, K, 3] as its optimiser holds them
 
-It differs from the paper: bones have no parents but one root that is never posed, so here they are all roots; a bone
-sits at its head and is moved by where its *tail* lies on the mesh; weights are softplus(W) / sum softplus(W).
-Its start is not at rest (each bone is off by the distance from its tail to the nearest vertex); the neutral here is.
+It differs from the paper: the only parent of all bones is a root that is never posed, so here they are all roots. A bone
+is at its head, and the position of its *tail* on the mesh moves it. Weights are softplus(W) / sum softplus(W).
+Its start is not at rest: each bone is off by the distance from its tail to the nearest vertex. The neutral here is at
+rest.
 """
 
 from __future__ import annotations
@@ -31,9 +32,9 @@ from avatar_runtime.io.ownership import of_file
 from avatar_runtime.io.whole_files import opened, read_bytes
 
 RIG, MESH, PARAMETERS = "rig_info.json", "mu_face.obj", re.compile(r"inited_gmm_params_K([0-9]{1,2})\.pkl")
-DATA = "data"  # folder of the repository that holds them
-ROOT_BONE = "face"  # takes no weight and no pose
-UNITS = 100.0  # of the mesh, in a metre
+DATA = "data"  # the folder of the repository that holds them
+ROOT_BONE = "face"  # has no weight and no pose
+UNITS = 100.0  # of the mesh, per metre
 MAX_JSON_BYTES = 16 << 20
 FPS = 30.0  # of the neutral, which is one frame
 
@@ -55,9 +56,9 @@ def files_of(folder: Path) -> dict[str, Path]:
 
 
 def read_folder(folder: Path, units: float | None = None) -> AsmFace:
-    """The model with the fewest Gaussians a bone (the paper's default is 2), at rest, in metres.
+    """The model with the fewest Gaussians per bone (the paper's default is 2), at rest, in metres.
 
-    `units` of the mesh in a metre. Raises AvatarError for a file that is missing, unsound or does not go with the
+    `units` of the mesh per metre. Raises AvatarError for a file that is missing, unsound or inconsistent with the
     others; nothing of the pickle is run.
     """
     rig_file, mesh_file, parameter_file = _files(folder)
@@ -78,7 +79,7 @@ def _files(folder: Path) -> tuple[Path, Path, Path]:
             sized = [(int(m[1]), p) for p in place.iterdir() if (m := PARAMETERS.fullmatch(p.name))]
             if sized:
                 return place / RIG, place / MESH, min(sized)[1]
-    raise AvatarError(f"holds no {RIG}, {MESH} and inited_gmm_params_KN.pkl", file=folder)
+    raise AvatarError(f"has no {RIG}, {MESH} and inited_gmm_params_KN.pkl", file=folder)
 
 
 class _Bones:
@@ -89,7 +90,9 @@ class _Bones:
         face, rig = self._table(document, "mu_face"), self._table(document, "metarig")
         bones = {k: b for k, b in self._table(rig, "bones").items() if k != ROOT_BONE}
         if not 0 < len(bones) <= MOST_BONES:
-            raise AvatarError(f"has {len(bones)}; 1 to {MOST_BONES} are read", file=path, field="bones")
+            raise AvatarError(
+                f"has {len(bones)} bones; 1 to {MOST_BONES} are supported", file=path, field="bones"
+            )
         world = self._numbers(face, "mu_face", "matrix_world", (4, 4))
         if not abs(np.linalg.det(world)) > 1e-12:
             raise AvatarError("has no inverse", file=path, field="mu_face.matrix_world")
@@ -102,7 +105,7 @@ class _Bones:
     def _table(self, value: Any, key: str) -> dict[str, Any]:
         found = value.get(key) if isinstance(value, dict) else None
         if not isinstance(found, dict):
-            raise AvatarError("is missing or no object", file=self.path, field=key)
+            raise AvatarError("is missing or not an object", file=self.path, field=key)
         return found
 
     def _numbers(self, value: Any, bone: str, key: str, shape: tuple[int, ...]) -> F64:
@@ -110,7 +113,7 @@ class _Bones:
         try:
             array = np.array(value[key], np.float64)
         except (KeyError, TypeError, ValueError, OverflowError):
-            raise AvatarError("is missing or no array of numbers", file=self.path, field=field) from None
+            raise AvatarError("is missing or not an array of numbers", file=self.path, field=field) from None
         if array.shape != shape or not np.isfinite(array).all() or np.abs(array).max() > 1e12:
             raise AvatarError(f"expected {list(shape)} finite numbers", file=self.path, field=field)
         return array
@@ -120,12 +123,12 @@ def _read_bones(path: Path) -> _Bones:
     try:
         document = json.loads(read_bytes(path, MAX_JSON_BYTES))
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is no JSON ({type(error).__name__})", file=path) from None
+        raise AvatarError(f"is not valid JSON ({type(error).__name__})", file=path) from None
     return _Bones(path, document)
 
 
 def _template(bones: _Bones, mesh: TriangleMesh, uv: F64, order: I64, units: float) -> Template:
-    """psi^0 is where a bone's head is once its tail is moved to the vertex nearest to it, as the code does."""
+    """psi^0 is the bone's head after its tail was moved to the nearest vertex, as the code does."""
     vertices = mesh.vertices.astype(np.float64)
     nearest = np.array([np.argmin(((vertices - tail) ** 2).sum(axis=1)) for tail in bones.tail], np.uint32)
     position = bones.bind[:, :3, 3] + vertices[nearest] - bones.tail
@@ -148,7 +151,7 @@ def _read_binding(path: Path, template: Template) -> Binding:
     pi = _parameters(arrays, "pi", path)
     if pi.ndim != 2 or len(pi) != bones or not 0 < pi.shape[1] <= 64:
         raise AvatarError(
-            f"expected [{bones}, K], a row a bone of {RIG}, got {list(pi.shape)}", file=path, field="pi"
+            f"expected [{bones}, K], one row per bone of {RIG}, got {list(pi.shape)}", file=path, field="pi"
         )
     mu, tril = _parameters(arrays, "mu", path), _parameters(arrays, "scale_tril", path)
     for name, array, last in (("mu", mu, 2), ("scale_tril", tril, 3)):
@@ -158,7 +161,7 @@ def _read_binding(path: Path, template: Template) -> Binding:
     total = soft.sum(axis=1, keepdims=True)
     if not (total > 0).all():
         bone = template.bone_names[int(np.argmin(total))]
-        raise AvatarError(f"gives bone {bone[:40]} no weight", file=path, field="pi")
+        raise AvatarError(f"gives no weight to bone {bone[:40]}", file=path, field="pi")
     first, second = np.logaddexp(0.0, tril[..., 0]), np.logaddexp(0.0, tril[..., 1])
     below = tril[..., 2]  # L = [[first, 0], [below, second]]
     covariance = np.stack([first * first, first * below, below * below + second * second], axis=-1)
@@ -168,20 +171,20 @@ def _read_binding(path: Path, template: Template) -> Binding:
 
 def _parameters(arrays: dict[str, RowSource], name: str, path: Path) -> F64:
     if name not in arrays or arrays[name].dtype.kind != "f":
-        raise AvatarError("is missing or holds no floats", file=path, field=name)
+        raise AvatarError("is missing or does not hold floats", file=path, field=name)
     if max(arrays[name].shape, default=0) > MOST_BONES or len(arrays[name].shape) > 3:
         raise AvatarError(f"has shape {list(arrays[name].shape)}", file=path, field=name)
     values: F64 = arrays[name].read().astype(np.float64)
-    if not (np.abs(values) < 1e12).all():  # NaN is not
-        raise AvatarError("holds a number that is not finite or absurd", file=path, field=name)
+    if not (np.abs(values) < 1e12).all():  # False for NaN
+        raise AvatarError("holds NaN, an infinity or a number above 1e12", file=path, field=name)
     return values
 
 
 def _vertex_uv(path: Path, mesh: TriangleMesh) -> tuple[F64, I64]:
-    """(the place of each vertex in the plane [V, 2], the triangles in an order).
+    """(uv of each vertex [V, 2], the triangles, reordered).
 
-    A vertex on a seam has several; the code takes that of its first corner in the file. Triangles with a corner that
-    has another place lie across the chart then and must not be taken for what is under them: they come last.
+    A vertex on a seam has several uv; the code takes that of its first corner in the file. Triangles with a corner of
+    another uv then lie across the chart and must not be found before the triangles under them: they come last.
     """
     with opened(path, MAX_BYTES) as file:
         places, corner = _corner_uv(file, path, len(mesh.triangles))
@@ -194,7 +197,7 @@ def _vertex_uv(path: Path, mesh: TriangleMesh) -> tuple[F64, I64]:
 
 
 def _index(word: bytes) -> int:
-    """A row of an .obj. Raises ValueError for what is none."""
+    """An index of an .obj as a row. Raises ValueError for an invalid one."""
     index = int(word)
     if abs(index) >= LARGEST_INDEX:
         raise ValueError(word)
@@ -221,5 +224,5 @@ def _corner_uv(lines: Iterable[bytes], path: Path, triangles: int) -> tuple[F64,
             ) from None
     rows, uv = np.array(corner, np.int64), np.array(places, np.float64).reshape(-1, 2)
     if len(rows) != 3 * triangles or ((rows < 0) | (rows >= len(uv))).any() or not np.isfinite(uv).all():
-        raise AvatarError("has corners without a sound texture coordinate", file=path)
+        raise AvatarError("has corners without a valid texture coordinate", file=path)
     return uv, rows

@@ -1,4 +1,4 @@
-"""Body models of FLAME's and SMPL's layout, from `.npz` or `.pkl`, as plain checked arrays."""
+"""Body models in the layout of FLAME or SMPL, from `.npz` or `.pkl`, as checked arrays."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Array = npt.NDArray[Any]
 class BodyModel:
     """A linear body model: vertices = template + directions x coefficients, skinned by joints.
 
-    Lengths are the file's times the scale it was read with.
+    Lengths are in the units of the file.
     """
 
     v_template: F32  # [V, 3]
@@ -55,16 +55,16 @@ class BodyModel:
 
     @property
     def vertex_count(self) -> int:
-        """V."""
+        """The number of vertices, V."""
         return len(self.v_template)
 
 
 def read_body_model(path: Path) -> BodyModel:
-    """A body model of FLAME's or SMPL's layout, in the units of the file (metres).
+    """A body model in the layout of FLAME or SMPL, in the units of the file (metres).
 
     Keys: v_template, f | faces, shapedirs (300 identity directions, then expressions) or shapedirs_identity
     and shapedirs_expression, posedirs ([V, 3, P] or [P, 3 V]), J_regressor (dense or sparse),
-    weights | lbs_weights, kintree_table | parents. Raises AvatarError for a missing or unsound one.
+    weights | lbs_weights, kintree_table | parents. Raises AvatarError for a missing or unsound array.
     """
     fields = _Fields(path)
     template = fields.floats("v_template")
@@ -109,13 +109,15 @@ def _expression_names(fields: _Fields, count: int) -> tuple[str, ...]:
         return tuple(f"exp_{i:03d}" for i in range(count))
     names = fields.names("expression_names")
     if len(names) != count or len(set(names)) != count or not all(names):
-        raise fields.wrong(f"{len(names)} names for {count} expressions, or a name twice", "expression_names")
+        raise fields.wrong(
+            f"has {len(names)} names for {count} expressions, or duplicate names", "expression_names"
+        )
     return names
 
 
 def _pose_directions(fields: _Fields, v: int, joints: int) -> F32:
     dirs = fields.floats("posedirs")
-    if dirs.ndim == 2 and dirs.shape[1] == 3 * v:  # as smplx keeps it
+    if dirs.ndim == 2 and dirs.shape[1] == 3 * v:  # as smplx stores it
         dirs = np.ascontiguousarray(dirs.reshape(-1, v, 3).transpose(1, 2, 0))
     fields.expect(dirs, "posedirs", (v, 3, 9 * (joints - 1)))
     return dirs
@@ -139,8 +141,8 @@ def _check_weights(fields: _Fields, weights: F32) -> None:
     if wrong.any():
         row = int(np.argmax(wrong))
         raise fields.wrong(
-            f"row {row} sums to {sums[row]:.6g}, least {weights[row].min():.6g}; "
-            f"weights are >= 0 and sum to 1 within {WEIGHT_TOLERANCE}",
+            f"row {row} sums to {sums[row]:.6g}, its smallest weight is {weights[row].min():.6g}; "
+            f"weights must be >= 0 and sum to 1 within {WEIGHT_TOLERANCE}",
             "weights",
         )
 
@@ -157,7 +159,9 @@ def _parents(fields: _Fields, joints: int) -> I32:
     wrong = (parents < -1) | (parents >= np.arange(joints))
     if wrong.any():
         joint = int(np.argmax(wrong))
-        raise fields.wrong(f"joint {joint} has parent {int(parents[joint])}; a parent comes first", "parents")
+        raise fields.wrong(
+            f"joint {joint} has parent {int(parents[joint])}; parents must come before children", "parents"
+        )
     return parents.astype(np.int32)
 
 
@@ -166,7 +170,7 @@ PICKLE_STARTS = (b"\x80", b"(", b"]", b"}", b"c")
 
 
 class _Fields:
-    """The arrays of a body-model file by name, read when asked for."""
+    """The arrays of a body-model file by name, read on demand."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -178,21 +182,21 @@ class _Fields:
         self._entries: dict[str, str] = {}
         self._objects: Mapping[Any, object] = {}
         if not (head == b"PK\x03\x04" or head[:1] in PICKLE_STARTS):
-            raise AvatarError("is no body model: neither .npz nor .pkl", file=path)
+            raise AvatarError("is not a body model: neither .npz nor .pkl", file=path)
         if head == b"PK\x03\x04":
             with Archive(path) as archive:
                 self._entries = {n.removesuffix(".npy"): n for n in archive.names if n.endswith(".npy")}
             return
         content = read_pickle(path, body_globals(path))
         if not isinstance(content, dict):
-            raise AvatarError("is no body model: holds no dict", file=path)
+            raise AvatarError("is not a body model: it does not hold a dict", file=path)
         self._objects = content
 
     def __contains__(self, name: str) -> bool:
         return name in self._entries or name in self._objects
 
     def floats(self, *names: str) -> F32:
-        """The array of the first of `names` that is there, finite, as float32."""
+        """The first array of `names` that exists, as finite float32."""
         name = self._first(names)
         source = self._source(name)
         if source.dtype.kind not in "fiu":
@@ -205,7 +209,7 @@ class _Fields:
         return array
 
     def whole(self, *names: str) -> npt.NDArray[np.int64]:
-        """The array of the first of `names` that is there, whole numbers."""
+        """The first array of `names` that exists, as whole numbers."""
         name = self._first(names)
         source = self._source(name)
         if source.dtype.kind not in "iu":
@@ -217,7 +221,7 @@ class _Fields:
             return parse_text_npy(self._entry(name), self.path, name)
         value = self._objects[name]
         if not isinstance(value, (list, tuple)) or not all(isinstance(text, str) for text in value):
-            raise self.wrong("is no list of names", name)
+            raise self.wrong("is not a list of names", name)
         return tuple(str(text) for text in value)
 
     def expect(self, array: Array, name: str, shape: tuple[int | None, ...]) -> None:
@@ -237,7 +241,7 @@ class _Fields:
             if name in self:
                 return name
         there = ", ".join(ascii(str(key)[:40])[1:-1] for key in [*self._entries, *self._objects][:20])
-        raise self.wrong(f"is missing; a body model needs it, this file has: {there}", " or ".join(names))
+        raise self.wrong(f"is missing; a body model needs it. This file has: {there}", " or ".join(names))
 
     def _entry(self, name: str) -> bytes:
         with Archive(self.path) as archive:
@@ -248,5 +252,5 @@ class _Fields:
             return parse_npy(self._entry(name), self.path, name)
         value = self._objects[name]
         if not isinstance(value, (StoredArray, ComputedArray)):
-            raise self.wrong("is no array", name)
+            raise self.wrong("is not an array", name)
         return value

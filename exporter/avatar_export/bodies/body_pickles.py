@@ -1,4 +1,4 @@
-"""chumpy and scipy.sparse objects of FLAME and SMPL pickles: inert stand-ins, then arrays by checked code.
+"""chumpy and scipy.sparse objects of FLAME and SMPL pickles: inert stand-ins that checked code turns into arrays.
 
 Facts of the pickled state: chumpy.ch.Ch keeps its array as `x`; chumpy.reordering.Select is
 a.ravel()[idxs].reshape(preferred_shape); scipy's csc and csr matrices keep data, indices, indptr and a shape.
@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from avatar_export.formats.npy import ComputedArray, StoredArray, sizes_of
 from avatar_export.formats.pickle.arrays import PickledArray
-from avatar_export.formats.pickle.machine import Global, StandIn
+from avatar_export.formats.pickle.values import Global, StandIn
 from avatar_runtime.io.errors import AvatarError
 
 MAX_DENSE_CELLS = 1 << 25  # a joint regressor has 24 x 6890
@@ -35,7 +35,7 @@ class _Record(StandIn):
 
     def build(self, state: object) -> None:
         if type(state) is not dict:
-            raise ValueError("an object's state is no dict")
+            raise ValueError("an object's state is not a dict")
         self.state = state
 
     def wrong(self, message: str, name: str) -> AvatarError:
@@ -68,7 +68,7 @@ class _Select(_Record):
     def finish(self, name: str) -> ComputedArray:
         inner = self.state.get("a")
         if not isinstance(inner, _Chumpy) or not isinstance(inner.state.get("x"), PickledArray):
-            raise self.wrong("a chumpy selection is of no array", name)
+            raise self.wrong("a chumpy selection does not select from an array", name)
         values, index = inner.array("x", name), self.array("idxs", name)
         shape = sizes_of(self.state.get("preferred_shape", (math.prod(index.shape),)))
         if shape is None:
@@ -106,11 +106,11 @@ class _Sparse(_Record):
         data, index, start = values.read(), self.array("indices", name), self.array("indptr", name)
         lines, length = (shape[1], shape[0]) if self.by_column else shape
         if index.dtype.kind not in "iu" or start.dtype.kind not in "iu":
-            raise self.wrong("a sparse matrix has indices that are no whole numbers", name)
+            raise self.wrong("a sparse matrix has indices that are not whole numbers", name)
         at, ptr = index.read(), start.read().astype(np.int64)
         sound = data.ndim == at.ndim == ptr.ndim == 1 and len(at) == len(data) and len(ptr) == lines + 1
         if not sound or ptr[0] != 0 or ptr[-1] != len(data) or (np.diff(ptr) < 0).any():
-            raise self.wrong("a sparse matrix has arrays that disagree", name)
+            raise self.wrong("a sparse matrix has inconsistent arrays", name)
         if at.size and (int(at.min()) < 0 or int(at.max()) >= length):
             raise self.wrong(f"a sparse matrix has an index outside 0..{length - 1}", name)
         line = np.repeat(np.arange(lines), np.diff(ptr))
@@ -149,7 +149,7 @@ def body_globals(file: Path) -> dict[str, Global]:
 def _members(items: object = ()) -> list[object]:
     """A set of names among chumpy's bookkeeping, which is not used."""
     if not isinstance(items, (list, tuple)):
-        raise ValueError("a set is made of no list")
+        raise ValueError("a set is not made from a list")
     return list(items)
 
 

@@ -1,4 +1,4 @@
-"""A body model with one subject's shape, baked to a Rig that needs no body model to be played."""
+"""A body model with the shape of one subject, baked to a Rig that plays without the body model."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def bake_rig(
 
     template = v_template + identity_dirs shape; rest joints = J_regressor template; joint_basis = J_regressor
     expression_dirs: FLAME's joints move with identity and expression, before pose correctives.
-    `late_morphs`: name -> [V, 3], in this order. `anchor_faces`: triangles whose vertices carry anchored
-    groups, taken with repeats. Raises AvatarError if a morph, face or coefficient does not go with the body.
+    `late_morphs`: name -> [V, 3], in this order. `anchor_faces`: triangles whose vertices carry anchored groups,
+    repeats included. Raises AvatarError if a morph, face or coefficient does not fit the body model.
     """
     vertices = shaped_template(body, shape)
     joints = body.joint_regressor.astype(np.float64) @ vertices  # [J, 3]
@@ -54,7 +54,7 @@ def bake_rig(
 def shaped_template(body: BodyModel, shape: Array | None) -> F64:
     """Template vertices [V, 3] of a subject, before any expression or pose.
 
-    Raises AvatarError for a non-zero coefficient that the body has no direction for.
+    Raises AvatarError for a non-zero coefficient without a direction in the body model.
     """
     coefficients = np.zeros(0) if shape is None else np.asarray(shape, np.float64).reshape(-1)
     known = body.identity_dirs.shape[2]

@@ -1,4 +1,4 @@
-"""The files beside a checkpoint: given by option, or found in a data-set folder by name."""
+"""The input files of a conversion: given by option, or found by name in a dataset folder."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from avatar_export.bodies.subject_files import EYELID_FILES
 from avatar_export.options import ReadOptions
 from avatar_runtime.io.errors import AvatarError
 
-# What each input is called where people keep it; the first pattern that matches wins.
+# The usual file names of each input; the first pattern that matches wins.
 PATTERNS: dict[str, tuple[str, ...]] = {
     "body_model": (
         "body_model.npz",
@@ -29,7 +29,7 @@ DEPTH = 3
 
 @dataclass(frozen=True)
 class Inputs:
-    """Paths, None where nothing was given or found."""
+    """Paths of input files; None for an input that was not given or found."""
 
     body_model: Path | None
     shape: Path | None
@@ -37,7 +37,7 @@ class Inputs:
     anchor_faces: Path | None
 
     def files(self) -> dict[str, Path]:
-        """Every file that is there, under "ROLE/FILE"; `--shape zero` is none."""
+        """ "ROLE/FILE" -> path of every file; `--shape zero` is not a file."""
         found: dict[str, Path] = {}
         for field in fields(self):
             path: Path | None = getattr(self, field.name)
@@ -49,7 +49,9 @@ class Inputs:
 
 
 def find_inputs(model_folder: Path, options: ReadOptions, owner: str) -> Inputs:
-    """Each input from its option, else from `--dataset`, else from the model folder itself."""
+    """Each input from its option, else from `options.dataset`, else from the model folder.
+
+    Raises AvatarError, for `owner`, if a given path does not exist, or if several files match a pattern."""
     if options.dataset is not None and not options.dataset.is_dir():
         raise AvatarError("no such folder", file=options.dataset, field="--dataset", owner=owner)
     roots = [root for root in (options.dataset, model_folder) if root is not None]
@@ -64,7 +66,7 @@ def find_inputs(model_folder: Path, options: ReadOptions, owner: str) -> Inputs:
 
 
 def found_driving(dataset: Path | None) -> Path | None:
-    """driving.json in a data-set folder."""
+    """driving.json in a dataset folder; None if there is none."""
     return None if dataset is None else _first(dataset, ("driving.json",))
 
 
@@ -74,9 +76,9 @@ def _first(root: Path, patterns: tuple[str, ...]) -> Path | None:
             matches = sorted(p for p in root.glob("*/" * depth + pattern) if p.is_file())
             if len(matches) > 1 and not pattern.endswith(".frame"):
                 raise AvatarError(
-                    f"holds {', '.join(p.name for p in matches[:4])}: name the one to take by its option",
+                    f"holds several candidates, {', '.join(p.name for p in matches[:4])}; choose one by its option",
                     file=root,
                 )
             if matches:
-                return matches[0]  # of a subject's frames any: they share the identity
+                return matches[0]  # any frame of a subject: they share the identity
     return None

@@ -1,4 +1,4 @@
-"""Tracked poses of a body model: what a data set stores beside its pictures.
+"""Tracked poses of a body model, as datasets store them beside their images.
 
 - flame_params.json (IMavatar, SplattingAvatar's heads): shape_params [S], frames[]: expression [K], pose [15].
 - poses.npz (InstantAvatar, PeopleSnapshot): betas [S], thetas [T, 72] or global_orient [T, 3] and body_pose
@@ -6,8 +6,8 @@
 - flame_param.npz (GaussianAvatars): shape [S], expr [T, K], rotation, neck_pose, jaw_pose, translation [T, 3],
   eyes_pose [T, 6], static_offset [1, V, 3].
 
-Rotations are rotation vectors, parent from joint. Cameras (world_mat, intrinsics) are not read: they stay where
-they are, the head moves in the mesh. GaussianAvatars' dynamic_offset is not read, as its model ignores it.
+Rotations are rotation vectors, parent from joint. Cameras (world_mat, intrinsics) are not read: they do
+not move, the head moves in the mesh. GaussianAvatars' dynamic_offset is not read, as its model ignores it.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ from avatar_runtime.stages.joints import rest_transforms
 MAX_FILE_BYTES = 512 << 20
 MAX_FRAMES = 100_000
 MAX_COEFFICIENTS = 1000
-MAX_VALUE = 1e6  # of any coefficient, angle or metre
+MAX_VALUE = 1e6  # of any coefficient, angle or length
 FLAME_JOINTS, SMPL_JOINTS = JOINT_NAMES[5], JOINT_NAMES[24]
-# None of the files says its rate: IMavatar's and NeRSemble's videos are cut to 25 frames a second, InstantAvatar's
+# None of the files stores its rate: IMavatar's and NeRSemble's videos are cut to 25 frames a second, InstantAvatar's
 # (PeopleSnapshot) run at 30.
 FLAME_FPS, SMPL_FPS = 25.0, 30.0
 
 
 @dataclass(frozen=True)
 class BodyPoses:
-    """T poses of one subject, for a body model with these joints."""
+    """T poses of one subject, for a body model with the joints `joint_names`."""
 
     joint_names: tuple[str, ...]  # [J]
     shape: F64  # [S] identity coefficients
-    expression: F64  # [T, K] of the first K expressions
+    expression: F64  # [T, K] weights of the first K expressions
     rotation: F64  # [T, J, 3] rotation vectors, parent from joint, in mesh axes at rest
     translation: F64  # [T, 3] metres, added to every posed vertex
     static_offset: F32 | None  # [V, 3] metres, added to the template
@@ -52,6 +52,7 @@ class BodyPoses:
 
     @property
     def frames(self) -> int:
+        """The number of frames, T."""
         return len(self.rotation)
 
 
@@ -68,30 +69,28 @@ def is_pose_file(path: Path) -> bool:
 
 
 def read_poses(path: Path) -> BodyPoses:
-    """The poses in a flame_params.json, poses.npz or flame_param.npz, told apart by their fields.
+    """The poses in a flame_params.json, poses.npz or flame_param.npz, recognised by their fields.
 
-    Raises AvatarError for anything else, for missing fields, other shapes and numbers that are none.
+    Raises AvatarError for anything else, for missing fields, wrong shapes, NaN and infinities.
     """
     if path.suffix.lower() == ".json":
         return _flame_json(path)
     kind = _npz_kind(_names(path))
     if kind is None:
-        raise AvatarError(
-            "holds no poses of a body model: neither thetas, body_pose nor neck_pose", file=path
-        )
+        raise AvatarError("has no poses of a body model: no array thetas, body_pose or neck_pose", file=path)
     return kind(_Npz(path))
 
 
 def body_clip(rig: Rig, poses: BodyPoses, name: str) -> Clip:
-    """`poses` as a clip of `rig`, whose joints must be named as the body model's.
+    """`poses` as a clip of `rig`, whose joints must have the names of the body model's.
 
-    Posed vertices are then the body model's plus the translation: the root joints carry it. Raises AvatarError
-    for a joint that the rig lacks and that turns, and for more expressions than the rig has.
+    Posed vertices equal the body model's plus the translation, which the root joints carry. Raises AvatarError for a
+    rotating joint that the rig lacks, and for more expressions than the rig has.
     """
     joints, t, k = rig.joint_count, poses.frames, rig.morphs.columns
     if poses.expression[:, k:].any():
         raise AvatarError(
-            f"has {poses.expression.shape[1]} expressions, the rig has {k}: it is of another body model",
+            f"has {poses.expression.shape[1]} expressions, but the rig has {k}; the poses belong to another body model",
             field=name,
         )
     rotation = np.zeros((t, joints, 3))
@@ -100,9 +99,10 @@ def body_clip(rig: Rig, poses: BodyPoses, name: str) -> Clip:
             rotation[:, rig.joint_names.index(joint)] = poses.rotation[:, j]
         elif poses.rotation[:, j].any():
             raise AvatarError(
-                f"turns joint {joint}, which the rig lacks: it is of another body model", field=name
+                f"rotates joint {joint}, which the rig lacks; the poses belong to another body model",
+                field=name,
             )
-    rest = rest_transforms(rig)  # a rotation in mesh axes is one of the joint by its rest frame
+    rest = rest_transforms(rig)  # from a rotation in mesh axes to one in the joint's rest frame
     turn = homogeneous(np.linalg.solve(rest[:, :3, :3], matrix_from_rotvec(rotation) @ rest[:, :3, :3]))
     for root in np.flatnonzero(rig.parents < 0):
         turn[:, root, :3, 3] = np.linalg.solve(rest[root, :3, :3], poses.translation[..., None])[..., 0]
@@ -122,10 +122,12 @@ def _flame_json(path: Path) -> BodyPoses:
     try:
         document = json.loads(read_bytes(path, MAX_FILE_BYTES))
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is no JSON ({type(error).__name__})", file=path) from None
+        raise AvatarError(f"is not valid JSON ({type(error).__name__})", file=path) from None
     frames = document.get("frames") if isinstance(document, dict) else None
     if not isinstance(frames, list) or not frames or not all(isinstance(frame, dict) for frame in frames):
-        raise AvatarError("has no list of frames, as flame_params.json has", file=path, field="frames")
+        raise AvatarError(
+            "is not a non-empty list of objects, as in flame_params.json", file=path, field="frames"
+        )
     _check_frames(len(frames), path, "frames")
     shape = _list(document.get("shape_params"), path, "shape_params", None)
     width = len(_list(frames[0].get("expression"), path, "frames[0].expression", None))
@@ -145,17 +147,19 @@ def _list(value: object, path: Path, field: str, count: int | None) -> F64:
         len(value) == count if count else 0 < len(value) <= MAX_COEFFICIENTS
     ):
         raise AvatarError(
-            f"is no list of {count or f'1 to {MAX_COEFFICIENTS}'} numbers", file=path, field=field
+            f"is not a list of {count or f'1 to {MAX_COEFFICIENTS}'} numbers", file=path, field=field
         )
     for number in value:
         if isinstance(number, bool) or not isinstance(number, int | float) or not abs(number) <= MAX_VALUE:
-            raise AvatarError("holds what is no usable number", file=path, field=field)
+            raise AvatarError(
+                "holds a value that is not a finite number, or too large", file=path, field=field
+            )
     return np.array(value, np.float64)
 
 
 def _check_frames(count: int, path: Path, field: str) -> None:
     if not 0 < count <= MAX_FRAMES:
-        raise AvatarError(f"are {count}; 1 to {MAX_FRAMES} frames are read", file=path, field=field)
+        raise AvatarError(f"has {count} frames; 1 to {MAX_FRAMES} are supported", file=path, field=field)
 
 
 class _Npz:
@@ -166,7 +170,7 @@ class _Npz:
         self.names = _names(path)
 
     def array(self, name: str, shape: tuple[int | None, ...]) -> F64:
-        """A finite array of `shape`, None for any size; leading ones in the file do not count."""
+        """A finite array of `shape` (None: any size); leading axes of size 1 in the file are dropped."""
         if name not in self.names:
             raise AvatarError("is missing", file=self.path, field=name)
         with Archive(self.path) as archive:
@@ -186,30 +190,36 @@ class _Npz:
         bad = ~(np.abs(values) <= MAX_VALUE)
         if bad.any():
             at = [int(i[0]) for i in np.nonzero(bad)]
-            raise AvatarError(f"{at} is no usable number", file=self.path, field=name)
+            raise AvatarError(f"value at {at} is not finite, or too large", file=self.path, field=name)
         return values
 
     def frames(self, name: str, width: int) -> F64:
-        """[T, width]; a single [width] is one frame."""
+        """The array [T, width]; a single [width] is one frame."""
         values = self.array(name, (None, width))
         _check_frames(len(values), self.path, name)
         return values
 
     def each(self, name: str, width: int, frames: int) -> F64:
-        """[frames, width], zeros where the file has none."""
+        """The array [frames, width]; zeros if the file lacks it."""
         if name not in self.names:
             return np.zeros((frames, width))
         values = self.array(name, (None, width))
         if len(values) == 1:
             values = np.repeat(values, frames, axis=0)
         if len(values) != frames:
-            raise AvatarError(f"has {len(values)} frames, others {frames}", file=self.path, field=name)
+            raise AvatarError(
+                f"has {len(values)} frames, but other arrays have {frames}", file=self.path, field=name
+            )
         return values
 
     def shape(self, name: str) -> F64:
         values = self.array(name, (None,)) if name in self.names else np.zeros(0)
         if len(values) > MAX_COEFFICIENTS:
-            raise AvatarError(f"has {len(values)} coefficients", file=self.path, field=name)
+            raise AvatarError(
+                f"has {len(values)} coefficients; up to {MAX_COEFFICIENTS} are supported",
+                file=self.path,
+                field=name,
+            )
         return values
 
 
@@ -243,7 +253,7 @@ def _gaussian_avatars(npz: _Npz) -> BodyPoses:
     head = np.stack([npz.each("rotation", 3, t), neck, npz.each("jaw_pose", 3, t)], axis=1)
     expression = npz.array("expr", (None, None))
     if len(expression) != t or expression.shape[1] > MAX_COEFFICIENTS:
-        raise AvatarError(f"is {list(expression.shape)} for {t} frames", file=npz.path, field="expr")
+        raise AvatarError(f"has shape {list(expression.shape)} for {t} frames", file=npz.path, field="expr")
     offset = (
         npz.array("static_offset", (None, 3)).astype(np.float32) if "static_offset" in npz.names else None
     )

@@ -1,4 +1,4 @@
-"""The small files beside a checkpoint that tell of one subject: identity shape, eyelids, index lists."""
+"""The small files of one subject: identity shape, eyelids, index lists."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SHAPE_KEYS = ("shape", "shape_params", "betas")
 def read_shape(path: Path) -> F64:
     """Identity coefficients [S], S <= 300, from a tracked `.frame`, `.npy`, `.npz` or `.json`.
 
-    A dict is searched for flame.shape, shape, shape_params or betas. Raises AvatarError if there is no such
+    A dict is searched for flame.shape, shape, shape_params or betas. Raises AvatarError if there is no
     list of finite numbers.
     """
     values = np.asarray(_shape_values(path), np.float64)
@@ -38,7 +38,7 @@ def read_shape(path: Path) -> F64:
 
 
 def read_eyelids(folder: Path, vertices: int) -> dict[str, F32]:
-    """The eyelid shapes left and right, [V, 3] offsets of a body model's vertices for a closed lid.
+    """ "left" and "right" -> [V, 3] offsets of a body model's vertices for a closed eyelid.
 
     From l_eyelid.npy and r_eyelid.npy in `folder`. Raises AvatarError for a missing file, another shape, NaN.
     """
@@ -46,13 +46,13 @@ def read_eyelids(folder: Path, vertices: int) -> dict[str, F32]:
 
 
 def read_faces(path: Path, count: int) -> npt.NDArray[np.int32]:
-    """Face indices below `count` from a text file such as back_of_head.txt, repeats and order kept.
+    """Face indices below `count` from a text file such as back_of_head.txt, in its order and with repeats.
 
-    Raises AvatarError for a word that is no number, an index out of range, or an empty file.
+    Raises AvatarError for a word that is not a number, an index out of range, or an empty file.
     """
     words = _text(path).replace(",", " ").split()
     if not words:
-        raise AvatarError("holds no face index", file=path)
+        raise AvatarError("has no face index", file=path)
     for row, word in enumerate(words):
         if not (word.isascii() and word.isdigit()) or len(word) > 10 or int(word) >= count:
             raise AvatarError(
@@ -66,7 +66,7 @@ def _vertex_offsets(path: Path, vertices: int) -> F32:
     source = open_npy(path)
     if source.shape != (vertices, 3) or source.dtype.kind != "f":
         raise AvatarError(
-            f"expected floats [{vertices}, 3] (one row a vertex of the body model), "
+            f"expected floats [{vertices}, 3] (one row per vertex of the body model), "
             f"got {source.dtype}{list(source.shape)}",
             file=path,
         )
@@ -92,7 +92,7 @@ def _shape_values(path: Path) -> Any:
             keys = [key for key in SHAPE_KEYS if f"{key}.npy" in archive.names]
             name = f"{keys[0]}.npy" if keys else archive.names[0] if len(archive.names) == 1 else None
             if name is None:
-                raise _wrong(f"has none of the arrays {', '.join(SHAPE_KEYS)}", path)
+                raise _wrong(f"has no array {' or '.join(SHAPE_KEYS)}", path)
             return _numbers(parse_npy(archive.read(name), path, name), path)
     return _numbers(_search(read_frame(path), path), path)
 
@@ -101,12 +101,12 @@ def _from_json(path: Path) -> Any:
     try:
         content = json.loads(_text(path))
     except (ValueError, RecursionError) as error:
-        raise _wrong(f"is no .frame, .npy, .npz or JSON ({type(error).__name__})", path) from error
+        raise _wrong(f"is not a .frame, .npy, .npz or JSON file ({type(error).__name__})", path) from error
     values = _search(content, path) if isinstance(content, dict) else content
     if isinstance(values, list) and len(values) == 1 and isinstance(values[0], list):
         values = values[0]
     if not isinstance(values, list) or not all(type(v) in (int, float) and abs(v) < 1e30 for v in values):
-        raise _wrong("is no list of numbers", path)
+        raise _wrong("is not a list of numbers", path)
     return values
 
 
@@ -116,19 +116,21 @@ def _search(content: dict[str, Any], path: Path) -> Any:
         for key in SHAPE_KEYS:
             if key in holder:
                 return holder[key]
-    raise _wrong(f"has none of the keys flame.shape, {', '.join(SHAPE_KEYS)}", path)
+    raise _wrong(f"has no key flame.shape, {' or '.join(SHAPE_KEYS)}", path)
 
 
 def _numbers(source: object, path: Path) -> Any:
     if not isinstance(source, (StoredArray, ComputedArray)) or source.dtype.kind not in "fiu":
-        raise _wrong("is no array of numbers", path)
+        raise _wrong("is not an array of numbers", path)
     return source.read()
 
 
 def _text(path: Path) -> str:
     try:
         if path.stat().st_size > MAX_TEXT_BYTES:
-            raise AvatarError(f"is over {MAX_TEXT_BYTES} bytes, no such text file", file=path)
+            raise AvatarError(
+                f"is larger than {MAX_TEXT_BYTES} bytes, too large for such a text file", file=path
+            )
         with open_file(path) as stream:
             return stream.read().decode("utf8")
     except (OSError, UnicodeDecodeError) as error:

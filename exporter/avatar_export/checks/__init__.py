@@ -1,0 +1,1 @@
+"""Checks of a bundle: validation, and conformance to its reference."""

@@ -1,4 +1,4 @@
-"""Everything wrong with a bundle, not just the first: manifest, files, then what its numbers say."""
+"""Finds every problem of a bundle, not only the first: in the manifest, the files, and the values."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ from avatar_runtime.pose import Pose, resolve
 from avatar_runtime.stages.joints import joints
 from avatar_schema.validate import Problem, manifest_problems
 
-WEIGHT_SUM_TOLERANCE = 1e-3  # of a row of skin weights, which adds up to 1
-REST_TOLERANCE = 1e-4  # of a joint's skin matrix at rest, which is the identity; linear part and metres
-BOUNDS_TOLERANCE = 1e-4  # metres, plus this part of the box's size
+WEIGHT_SUM_TOLERANCE = 1e-3  # of the sum of a row of skin weights, which is 1
+REST_TOLERANCE = 1e-4  # of a joint's skin matrix at rest, which is the identity; linear part, and metres
+BOUNDS_TOLERANCE = 1e-4  # metres, plus this fraction of the box's size
 LARGEST_LOG_SCALE = float(np.log(10.0))  # a standard deviation of ten metres
-LARGEST_LOGIT = 30.0  # sigmoid has long been 0 or 1 in float32
-FARTHEST = 100.0  # metres from the origin: beyond, the unit is hardly the metre
+LARGEST_LOGIT = 30.0  # beyond, sigmoid is 0 or 1 in float32
+FARTHEST = 100.0  # metres from the origin; beyond, the unit is probably not the metre
 
 Bools = npt.NDArray[np.bool_]
 
 
 def validate(path: str | Path) -> list[Problem]:
-    """Every problem of the bundle at `path`, folder or zip; none for a good one. A warning stops no reader.
+    """Every problem of the bundle at `path`, a folder or zip; [] for a sound bundle. Warnings do not stop readers.
 
-    Problem.path is "FILE: FIELD" as an AvatarError has it. Where the manifest is not sound nothing else is
-    looked at. Raises AvatarError if there is nothing at `path`.
+    `Problem.path` is "FILE: FIELD" as in an AvatarError. If the manifest is invalid, nothing else is checked. Raises
+    AvatarError if `path` does not exist.
     """
     path = Path(path)
     if not path.exists():
@@ -76,7 +76,7 @@ def _files(path: Path, read: Open, document: Mapping[str, Any]) -> Iterator[Prob
     listed: set[str] = set()
     for index, entry in enumerate(document["files"]):
         if entry["path"] in listed:
-            yield Problem(f"{MANIFEST}: $.files[{index}].path", f"{entry['path']} stands twice")
+            yield Problem(f"{MANIFEST}: $.files[{index}].path", f"{entry['path']} is a duplicate")
             continue
         listed.add(entry["path"])
         try:
@@ -87,11 +87,11 @@ def _files(path: Path, read: Open, document: Mapping[str, Any]) -> Iterator[Prob
         if name != MANIFEST and name not in listed:
             yield Problem(name, "is not listed in the manifest", warning=True)
         if count > 1:
-            yield Problem(name, "stands more than once in the zip; readers may take either")
+            yield Problem(name, "is a duplicate in the zip; readers may take either")
 
 
 def _names(path: Path) -> list[str]:
-    """Every file of a folder or zip, by its path inside."""
+    """The path of every file in a folder or zip."""
     if path.is_dir():
         found = [Path(folder, name) for folder, _, names in os.walk(path) for name in names]
         return sorted(file.relative_to(path).as_posix() for file in found)
@@ -100,37 +100,37 @@ def _names(path: Path) -> list[str]:
 
 
 def _names_problems(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
-    """Aliases that mean two expressions, ranges that run backwards, driving inputs that no capture sends."""
+    """Ambiguous aliases, reversed ranges, and driving inputs that are not ARKit names."""
     owner = {name: name for name in avatar.expression_names}
     for index, expression in enumerate(avatar.expressions):
         where = f"{MANIFEST}: $.expressions[{index}]"
         for alias in expression.aliases:
             if owner.setdefault(alias, expression.name) != expression.name:
-                yield Problem(f"{where}.aliases", f"{alias!r} also means {owner[alias]!r}")
+                yield Problem(f"{where}.aliases", f"{alias!r} is also an alias of {owner[alias]!r}")
         low, high = expression.range
         if not low <= high:
-            yield Problem(f"{where}.range", f"runs from {low} down to {high}")
+            yield Problem(f"{where}.range", f"is reversed: from {low} to {high}")
     for index, name in enumerate(avatar.driving.inputs):
         if canonical(name) is None:
             where = f"{MANIFEST}: $.driving.inputs[{index}]"
             yield Problem(
-                where, f"{name!r} is none of the 52 ARKit names, so nothing drives it", warning=True
+                where, f"{name!r} is not one of the 52 ARKit names, so nothing drives it", warning=True
             )
 
 
 def _counts(avatar: Avatar, document: Mapping[str, Any]) -> Iterator[Problem]:
-    """The manifest's entry counts against the tensors."""
+    """Entry counts in the manifest that differ from the tensors."""
     said = document["blendshapes"]["entries"]
     parts = ("geometry", "appearance", "correctives", "late_morphs")
     for name in dict.fromkeys((*parts, *said)):
         there = getattr(avatar.blendshapes, name).entries if name in parts else None
         if said.get(name) != there:
-            message = f"is {said.get(name, 'missing')}, blendshapes.safetensors has {there or 'none'}"
+            message = f"is {said.get(name, 'missing')}, but blendshapes.safetensors has {there or 'none'}"
             yield Problem(f"{MANIFEST}: $.blendshapes.entries.{name}", message)
 
 
 def _gaussians(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
-    """Numbers that are legal and hardly meant."""
+    """Values that are legal but probably mistakes."""
     g = avatar.gaussians
     limit = f"more than {LARGEST_LOGIT:g} from 0: sigmoid is 0 or 1"
     checks: tuple[tuple[str, Any, str], ...] = (
@@ -144,7 +144,7 @@ def _gaussians(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
 
 
 def _weights(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
-    """Skin weights: every skinned row has some, none is negative, they add up to 1."""
+    """Skin weights that are missing, negative, or do not add up to 1."""
     if avatar.rig is None:
         return
     skinned = np.zeros(avatar.gaussians.count, bool)
@@ -168,10 +168,10 @@ def _skin(file: str, skin: SparseRows, skinned: Bools) -> Iterator[Problem]:
 
 
 def _rest(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
-    """The binding pose: with nothing posed every skin matrix is the identity.
+    """Skin matrices that are not the identity at rest.
 
-    A mesh under embedded Gaussians may rest elsewhere, as the faces of ASM do: their bones make the person. It is
-    looked at where Gaussians are not bound to that very rest.
+    A mesh under embedded Gaussians may rest in another pose than the binding pose, as ASM faces do, whose bones make
+    the person. That is no problem if the Gaussians are bound to the mesh at rest.
     """
     rig = avatar.rig
     if rig is None:
@@ -188,7 +188,7 @@ def _rest(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
 
 
 def _bounds(avatar: Avatar, document: Mapping[str, Any]) -> Iterator[Problem]:
-    """Boxes in the manifest against the Gaussians; `swept` may be another writer's, so only a warning."""
+    """Boxes in the manifest that differ from the Gaussians; `swept` may be another writer's, so only a warning."""
     with np.errstate(over="ignore", invalid="ignore"):
         computed = bounds(avatar)
     if handedness(document) == "left":
@@ -198,20 +198,20 @@ def _bounds(avatar: Avatar, document: Mapping[str, Any]) -> Iterator[Problem]:
         tolerance = BOUNDS_TOLERANCE * (1 + np.ptp([box["min"], box["max"]], axis=0))
         for end in ("min", "max"):
             if not (np.abs(np.subtract(said[end], box[end])) <= tolerance).all():
-                message = f"is {_short(said[end])}, computed from the Gaussians {_short(box[end])}"
+                message = f"is {_short(said[end])}, but the Gaussians give {_short(box[end])}"
                 yield Problem(f"{MANIFEST}: $.bounds.{name}.{end}", message, warning=name == "swept")
     rest, swept = (document["bounds"][name] for name in ("rest", "swept"))
     if not (np.less_equal(swept["min"], rest["min"]) & np.less_equal(rest["max"], swept["max"])).all():
-        yield Problem(f"{MANIFEST}: $.bounds.swept", "does not hold the box at rest")
+        yield Problem(f"{MANIFEST}: $.bounds.swept", "does not contain the box at rest")
 
 
 def _enhancer(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
-    """The network, where its library is there to look into it."""
+    """Problems of the enhancer's network, if the libraries to check it are installed."""
     if avatar.enhancer is None:
         return
     missing = missing_libraries()
     if missing:
-        message = f"was not looked into: that needs {missing}"
+        message = f"was not checked: that needs {missing}"
         yield Problem(ENHANCER_FILE, message, warning=True)
         return
     try:
@@ -221,7 +221,7 @@ def _enhancer(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
 
 
 def _rows(file: str, field: str, bad: Bools, what: str, warning: bool = False) -> Iterable[Problem]:
-    """One problem for all bad rows: the first by its number, and how many there are."""
+    """One problem for all bad rows: the number of the first, and how many there are."""
     count = int(np.count_nonzero(bad))
     if not count:
         return []

@@ -1,4 +1,4 @@
-"""reference/ of a bundle: read, held against the files it was made for, and played on backend `reference`."""
+"""reference/ of a bundle: read, checked against the files that it was made for, and played on backend `reference`."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ CASES_FILE = REFERENCE_FILES[0]
 def read_reference(document: Mapping[str, Any], read: Open) -> Reference:
     """The reference of the bundle whose manifest is `document`.
 
-    Raises AvatarError if there is none, if a file of it is missing, altered or not sound, or if it was made for other
-    normative files than lie beside it.
+    Raises AvatarError if there is none, if a file of it is missing, altered or unsound, or if it was made for other
+    normative files than those of the bundle.
     """
     listed = {entry["path"]: entry for entry in document["files"]}
     if CASES_FILE not in listed:
-        message = "is not there, so there is nothing to compare with; `convert` writes one"
+        message = "is missing, so there is nothing to compare with; `convert` writes it"
         raise AvatarError(message, file=FOLDER.rstrip("/"))
 
     def checked(name: str, most: int) -> Data:
@@ -41,20 +41,20 @@ def read_reference(document: Mapping[str, Any], read: Open) -> Reference:
     normative = {
         path: entry["sha256"]
         for path, entry in listed.items()
-        if not entry["derived"] and path != ENHANCER_FILE  # nothing of the reference goes through it
+        if not entry["derived"] and path != ENHANCER_FILE  # the reference does not use it
     }
     changed = sorted(
         path for path in {*normative, *reference.files} if normative.get(path) != reference.files.get(path)
     )
     if changed:
-        message = f"was made for another {' and '.join(changed)}; `convert` again makes it anew"
+        message = f"was made for another {' and '.join(changed)}; run `convert` again"
         raise AvatarError(message, file=CASES_FILE)
     return reference
 
 
 @contextmanager
 def named_in_full() -> Iterator[None]:
-    """Errors of the kit name its files by their place in the bundle."""
+    """Errors inside name the files of the reference by their path in the bundle."""
     try:
         yield
     except AvatarError as error:
@@ -64,10 +64,10 @@ def named_in_full() -> Iterator[None]:
 
 
 def reference_problems(stored: Avatar, document: Mapping[str, Any], read: Open) -> Iterator[Problem]:
-    """What is wrong with the reference, where there is one: each stage that backend `reference` does not repeat.
+    """Problems of the reference, if there is one: each stage that backend `reference` does not repeat.
 
-    `stored` is the avatar in the frame of the bundle's files. Compared by tolerance, since NumPy rounds differently
-    from machine to machine; who made it is not asked.
+    `stored` is the avatar in the frame of the bundle's files. Values are compared within tolerances, since NumPy rounds
+    differently on different machines.
     """
     said = document["reference"]
     if not said and not any(entry["path"] == CASES_FILE for entry in document["files"]):
@@ -81,7 +81,7 @@ def reference_problems(stored: Avatar, document: Mapping[str, Any], read: Open) 
         yield Problem(where, error.message)
         return
     if said != reference_facts(reference):
-        yield Problem(f"{MANIFEST}: $.reference", f"is not what {CASES_FILE} says")
+        yield Problem(f"{MANIFEST}: $.reference", f"differs from {CASES_FILE}")
     for row in report.rows:
         if not row.passed:
             yield Problem(f"{FOLDER}vectors.safetensors: {row.stage}", _off(row))
@@ -94,4 +94,4 @@ def reference_problems(stored: Avatar, document: Mapping[str, Any], read: Open) 
 def _off(row: Row) -> str:
     found = row.verdict
     times = f"{found.used:.3g} times the tolerance, {found.flips} flips"
-    return f"{row.array} of case {row.case} {found.note or f'is {found.error:.3g} off, {times}'}"
+    return f"{row.array} of case {row.case} {found.note or f'differs by {found.error:.3g}, {times}'}"

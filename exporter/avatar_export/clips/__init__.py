@@ -1,0 +1,1 @@
+"""From files that hold poses to the clips of an avatar, and from clips to poses."""

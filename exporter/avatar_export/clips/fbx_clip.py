@@ -1,7 +1,7 @@
-"""An animation of an .fbx on an avatar: nodes to joints, blend shapes to expressions, by name.
+"""Plays an animation of an .fbx on an avatar: nodes to joints, blend shapes to expressions, by name.
 
-As `driving.gltf_clip` does it: delta = rest_local^-1 parent_from_joint, nodes between two joints included; a joint
-that the file does not have rests. Clips of another skeleton are not retargeted.
+As in `clips.gltf_clip`: delta = rest_local^-1 parent_from_joint, nodes between two joints included. A joint that the
+file lacks stays at rest. Clips of another skeleton are not retargeted.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ from avatar_export.formats.fbx.file import FPS, FbxClip, FbxFile
 from avatar_runtime.avatar import F32, F64, Avatar, Clip, Rig
 from avatar_runtime.io.errors import AvatarError, no_such
 
-STILL = 1e-6  # of a transform's entries: less is rounding
+STILL = 1e-6  # of a transform's entries; smaller changes are rounding
 
 
 def moves(clip: FbxClip) -> bool:
-    """Whether anything moves in `clip`; files without an animation often hold one that stands still."""
+    """Whether anything moves in `clip`; files without an animation often hold a still one."""
     spread = [np.ptp(values, axis=0).max(initial=0) for values in (clip.world, clip.weights)]
     scale = max(1.0, float(np.abs(clip.world).max(initial=0)))
     return bool(max(spread) > STILL * scale)
 
 
 def concerns(avatar: Avatar, file: FbxFile, clip: FbxClip) -> bool:
-    """Whether the file has a joint of the avatar, or the clip moves one of its expressions."""
+    """Whether the file has a joint of the avatar, or the clip moves an expression of it."""
     return bool(_nodes(avatar, file)) or any(_columns(avatar, file, clip).values())
 
 
 def clip_of(avatar: Avatar, file: FbxFile, clip: FbxClip, name: str) -> Clip:
-    """`clip` as a clip of `avatar` called `name`. Raises AvatarError where it has none of the avatar's joints and
-    expressions, or moves a joint beyond what float32 holds.
+    """`clip` as a clip of `avatar` called `name`. Raises AvatarError if it has none of the avatar's joints and
+    expressions, or moves a joint out of the range of float32.
     """
     columns, rows = _columns(avatar, file, clip), _nodes(avatar, file)
     if not concerns(avatar, file, clip):
@@ -50,7 +50,7 @@ def clip_of(avatar: Avatar, file: FbxFile, clip: FbxClip, name: str) -> Clip:
     with np.errstate(over="ignore"):
         deltas: F32 = delta.astype(np.float32)
     if not np.isfinite(deltas).all():
-        raise AvatarError("moves a joint beyond what a number holds", file=file.name, field=name)
+        raise AvatarError("moves a joint out of the range of float32", file=file.name, field=name)
     world_from_avatar = np.tile(np.eye(4, dtype=np.float32), (t, 1, 1))
     return Clip(
         name, FPS, weights, np.zeros((t, len(avatar.late_morph_names)), np.float32), deltas, world_from_avatar
@@ -58,7 +58,7 @@ def clip_of(avatar: Avatar, file: FbxFile, clip: FbxClip, name: str) -> Clip:
 
 
 def _nodes(avatar: Avatar, file: FbxFile) -> dict[str, int]:
-    """joint -> node of that name, a bone of a skin before any other."""
+    """joint -> node of that name; bones of a skin are preferred."""
     named = {name: node for node, name in reversed([*enumerate(file.nodes)])}
     named |= {file.nodes[c.bone]: c.bone for mesh in file.meshes for c in mesh.clusters}
     return {joint: named[joint] for joint in _joints(avatar) if joint in named}
@@ -77,7 +77,7 @@ def _joints(avatar: Avatar) -> tuple[str, ...]:
 def _parent_from(rig: Rig, file: FbxFile, world: F64, rows: dict[str, int], joint: int) -> F64:
     """parent_from_joint [T, 4, 4] of a joint of the rig; from the scene for a root.
 
-    Where the file has no node of the parent's name (a skeleton cut elsewhere), from the node above.
+    If the file has no node of the parent's name (another cut of the skeleton), from the node above.
     """
     node = rows[rig.joint_names[joint]]
     if rig.parents[joint] < 0:
@@ -91,13 +91,15 @@ def _parent_from(rig: Rig, file: FbxFile, world: F64, rows: dict[str, int], join
 def _solved(matrices: F64, values: F64, joint: str, file: FbxFile) -> F64:
     if not (np.linalg.cond(matrices[..., :3, :3]) < 1e8).all():
         raise AvatarError(
-            "is flattened, so nothing below it has a place", file=file.name, field=f"joint {joint!a}"
+            "has a singular transform, so the joints below it are undefined",
+            file=file.name,
+            field=f"joint {joint!a}",
         )
     return np.linalg.solve(matrices, values).astype(np.float64)
 
 
 def _expressions(avatar: Avatar, channel: str) -> list[int]:
-    """The expressions of that name or alias; else those that spell the same ARKit name."""
+    """The expressions of that name or alias, else those with the same ARKit name in any spelling."""
     same = [i for i, e in enumerate(avatar.expressions) if channel in (e.name, *e.aliases)]
     arkit = canonical(channel)
     if same or arkit is None:

@@ -2,30 +2,26 @@
 
 A joint takes delta = rest_local^-1 parent_from_joint, where parent_from_joint is the clip's transform of the
 node of that name up to the node of the joint's parent (for a root joint: up to the scene), nodes in between
-included. A joint that the clip does not move rests. Clips of another skeleton are not retargeted.
+included. A joint that the clip does not move stays at rest. Clips of another skeleton are not retargeted.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from avatar_export.driving.arkit import canonical, first_canonical
-from avatar_export.formats.gltf.animation import Clip, clip_names, read_clip
+from avatar_export.formats.gltf.animation import Clip, read_clip
 from avatar_export.formats.gltf.sampler import Sampler, evaluate
 from avatar_runtime.avatar import F64, Avatar
-from avatar_runtime.codec import glb
 from avatar_runtime.codec.glb import Glb
 from avatar_runtime.io.errors import AvatarError, no_such
-from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_quat
 
-MAX_FILE_BYTES = 512 << 20
 MAX_FRAMES = 100_000
 MAX_MATRICES = 4_000_000  # 512 MB of joint deltas
 
@@ -38,27 +34,21 @@ class Match(NamedTuple):
     unmatched: list[str]  # moved nodes and morph targets that the avatar has no name for
 
 
-def clips(path: Path | str | Glb) -> list[str]:
-    """The names of the clips in a .glb. Raises AvatarError for a damaged file."""
-    return clip_names(_glb(path))
+def unmatched(avatar: Avatar, document: Glb, clip: str) -> list[str]:
+    """The nodes and morph targets that the clip moves and that this avatar has no joint or expression for."""
+    return _match(avatar, read_clip(document, clip)).unmatched
 
 
-def unmatched(avatar: Avatar, path: Path | str | Glb, clip: str) -> list[str]:
-    """The nodes and morph targets that the clip moves and this avatar has no joint or expression for."""
-    return _match(avatar, read_clip(_glb(path), clip)).unmatched
-
-
-def clip_poses(avatar: Avatar, path: Path | str | Glb, clip: str, fps: float) -> list[Pose]:
+def clip_poses(avatar: Avatar, document: Glb, clip: str, fps: float) -> list[Pose]:
     """The poses of one clip at 0, 1/fps, ... seconds up to its end.
 
-    Raises AvatarError for a damaged file, a clip that it does not have, or one that moves nothing of this
-    avatar; ValueError unless fps is a positive number.
+    Raises AvatarError for a damaged file, a clip that does not exist, or one that moves nothing of this avatar;
+    ValueError unless fps is a positive number.
     """
     if not (math.isfinite(fps) and fps > 0):
         raise ValueError(f"fps must be a positive number, not {fps}")
-    source = None if isinstance(path, Glb) else Path(path).name
-    field = " ".join(clip.split())
-    found = read_clip(_glb(path), clip)
+    source, field = document.file, " ".join(clip.split())
+    found = read_clip(document, clip)
     match = _match(avatar, found)
     if not match.joints and not match.expressions:
         known = (*(avatar.rig.joint_names if avatar.rig else ()), *avatar.expression_names)
@@ -72,7 +62,7 @@ def clip_poses(avatar: Avatar, path: Path | str | Glb, clip: str, fps: float) ->
         weights = {name: evaluate(sampler, at)[:, 0] for name, sampler in match.expressions.items()}
     for name, values in (*deltas.items(), *weights.items()):
         if not np.isfinite(values).all():
-            raise AvatarError(f"moves {name} beyond what a number holds", file=source, field=field)
+            raise AvatarError(f"moves {name} out of the range of float32", file=source, field=field)
     return [
         Pose(
             {name: float(values[frame]) for name, values in weights.items()},
@@ -80,12 +70,6 @@ def clip_poses(avatar: Avatar, path: Path | str | Glb, clip: str, fps: float) ->
         )
         for frame in range(len(at))
     ]
-
-
-def _glb(path: Path | str | Glb) -> Glb:
-    if isinstance(path, Glb):
-        return path
-    return glb.decode(read_bytes(Path(path), MAX_FILE_BYTES), Path(path).name)
 
 
 def _match(avatar: Avatar, clip: Clip) -> Match:
@@ -104,7 +88,7 @@ def _match(avatar: Avatar, clip: Clip) -> Match:
             for column, target in enumerate(node.targets):
                 names = _expressions(avatar, target)
                 for name in names:
-                    # Its column alone: a file may name thousands of targets that nothing here has.
+                    # Only this column: a file may name thousands of targets that the avatar lacks.
                     sampler = channels["weights"]
                     expressions.setdefault(name, replace(sampler, values=sampler.values[..., [column]]))
                 if not names:
@@ -113,7 +97,7 @@ def _match(avatar: Avatar, clip: Clip) -> Match:
 
 
 def _expressions(avatar: Avatar, target: str) -> list[str]:
-    """The expressions of that name or alias; else those that spell the same ARKit name."""
+    """The expressions of that name or alias, else those with the same ARKit name in any spelling."""
     same = [e.name for e in avatar.expressions if target and target in (e.name, *e.aliases)]
     arkit = canonical(target)
     if same or arkit is None:
@@ -132,7 +116,7 @@ def _deltas(avatar: Avatar, clip: Clip, match: Match, at: F64) -> dict[str, F64]
         parent = rig.joint_names[rig.parents[row]] if rig.parents[row] >= 0 else None
         rest = rig.rest_local[row].astype(np.float64)
         if not np.linalg.cond(rest[:3, :3]) < 1e6:
-            raise AvatarError("is flattened at rest", owner=avatar.name, field=f"joint {joint}")
+            raise AvatarError("has a singular rest transform", owner=avatar.name, field=f"joint {joint}")
         deltas[joint] = np.linalg.inv(rest) @ _parent_from_node(clip, index, parent, at)
     return deltas
 
@@ -140,7 +124,7 @@ def _deltas(avatar: Avatar, clip: Clip, match: Match, at: F64) -> dict[str, F64]
 def _parent_from_node(clip: Clip, index: int, parent: str | None, at: F64) -> F64:
     """Transforms [F, 4, 4] from a node to the node named `parent`, or to the scene for None.
 
-    Where no node above is named so (a skeleton cut elsewhere), the node's own transform alone.
+    If no node above has that name (another cut of the skeleton), only the node's own transform.
     """
     own = result = _local(clip, index, at)
     above = clip.nodes[index].parent
@@ -151,7 +135,7 @@ def _parent_from_node(clip: Clip, index: int, parent: str | None, at: F64) -> F6
 
 
 def _local(clip: Clip, index: int, at: F64) -> F64:
-    """parent_from_node [F, 4, 4]: translation, rotation, scale, each moved or as in the file."""
+    """parent_from_node [F, 4, 4]: translation, rotation, scale, each animated or as in the file."""
     node, channels = clip.nodes[index], clip.channels.get(index, {})
     if node.matrix is not None:
         return np.broadcast_to(node.matrix, (len(at), 4, 4))

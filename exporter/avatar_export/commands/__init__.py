@@ -1,0 +1,1 @@
+"""The commands of avatar-export: arguments in, one library call, printing."""

@@ -1,42 +1,59 @@
-"""Values of command line options; a wrong one raises typer.BadParameter, a usage error with exit code 2."""
+"""Types and values of command line options; a wrong value raises typer.BadParameter, a usage error with exit code 2."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Collection, Mapping
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from avatar_export.playing.sequences import pose_of
 from avatar_export.readers.table import READERS
+from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import BACKENDS
+from avatar_runtime.pose import Pose
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace OUT if it exists.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace the output if it exists.")]
+Bundle = Annotated[Path, typer.Argument(help="A bundle folder or .avatar.zip.")]
 System = Annotated[
-    str | None, typer.Option(help=f"Skip detection: {', '.join(r.system for r in READERS)}.", metavar="NAME")
-]
-Expressions = Annotated[
-    list[str] | None, typer.Option("--expression", "-e", help="One of the avatar's own, NAME=WEIGHT.")
-]
-Arkit = Annotated[
-    list[str] | None,
-    typer.Option("--arkit", "-a", help="ARKit NAME=WEIGHT, through the avatar's driving."),
-]
-Turns = Annotated[
-    list[str] | None, typer.Option("--joint", "-j", help="NAME=X,Y,Z: rotation vector in degrees.")
-]
-Backend = Annotated[
     str | None,
     typer.Option(
-        help=f"What computes: {', '.join(BACKENDS)}; default: cpu where Numba is installed, else reference.",
+        help=f"System of the source, if it should not be detected: {', '.join(r.system for r in READERS)}.",
         metavar="NAME",
     ),
 ]
-Eyelids = Annotated[list[str] | None, typer.Option(help="NAME=WEIGHT.")]
+Expressions = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--expression", "-e", help="NAME=WEIGHT of one of the avatar's expressions. May be repeated."
+    ),
+]
+Arkit = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--arkit", "-a", help="NAME=WEIGHT of an ARKit shape, through the avatar's driving. May be repeated."
+    ),
+]
+Turns = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--joint", "-j", help="NAME=X,Y,Z: rotation vector of a joint, in degrees. May be repeated."
+    ),
+]
+Eyelids = Annotated[list[str] | None, typer.Option(help="NAME=WEIGHT of an eyelid. May be repeated.")]
+Backend = Annotated[
+    str | None,
+    typer.Option(
+        help=f"Backend that computes: {', '.join(BACKENDS)}. Default: cpu if Numba is installed, else reference.",
+        metavar="NAME",
+    ),
+]
 NUMBER = re.compile("[0-9]{1,6}")
-LARGEST = 1e6  # weights and degrees beyond are slips
+LARGEST = 1e6  # larger weights and degrees are refused as typing errors
 
 
 def pairs(values: list[str] | None) -> list[tuple[str, str]]:
@@ -75,7 +92,7 @@ def size(text: str) -> tuple[int, int]:
 
 
 def frame_slice(text: str | None) -> slice:
-    """FIRST:END, either may be left away."""
+    """The frames FIRST:END; both numbers are optional, None means all frames."""
     if text is None:
         return slice(None)
     first, colon, end = text.partition(":")
@@ -85,7 +102,7 @@ def frame_slice(text: str | None) -> slice:
 
 
 def background(text: str | None) -> tuple[float, float, float] | None:
-    """A colour; None for the trainer's and for `transparent`."""
+    """The colour R,G,B; None for `transparent`, and without the option (the training background)."""
     if text is None or text == "transparent":
         return None
     r, g, b = numbers(text, 3)
@@ -95,20 +112,35 @@ def background(text: str | None) -> tuple[float, float, float] | None:
 
 
 def one_of(option: str, value: object, known: Collection[object]) -> None:
-    """The value of an option is one that is known, or not given."""
+    """Raise a usage error unless the value of an option is one of `known`, or None."""
     if value is not None and value not in known:
-        raise typer.BadParameter(f"{value!r} is none of {', '.join(map(str, known))}", param_hint=option)
+        raise typer.BadParameter(f"{value!r} is not one of {', '.join(map(str, known))}", param_hint=option)
 
 
 def finite(given: Mapping[str, float]) -> None:
-    """None of these may be infinite or no number."""
+    """Raise a usage error for an infinite number or NaN."""
     for name, value in given.items():
         if not math.isfinite(value):
             raise typer.BadParameter(f"{value} is not a finite number", param_hint=name)
 
 
 def exclude(given: Mapping[str, object]) -> None:
-    """At most one of these may be given."""
+    """Raise a usage error if more than one of these is given."""
     named = [name for name, value in given.items() if value]
     if len(named) > 1:
-        raise typer.BadParameter(f"{' and '.join(named)} exclude each other")
+        raise typer.BadParameter(f"{' and '.join(named)} cannot be used together")
+
+
+def pose(
+    avatar: Avatar,
+    expression: list[str] | None,
+    arkit: list[str] | None,
+    joint: list[str] | None,
+    eyelid: list[str] | None,
+) -> Pose:
+    """The pose that NAME=VALUE options describe. Raises AvatarError as `pose_of`."""
+    turns = {name: numbers(value, 3) for name, value in pairs(joint)}
+    weights = [
+        {name: numbers(value, 1)[0] for name, value in pairs(given)} for given in (expression, arkit, eyelid)
+    ]
+    return pose_of(avatar, weights[0], weights[1], turns, weights[2])

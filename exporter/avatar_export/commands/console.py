@@ -1,4 +1,4 @@
-"""What the command line prints: progress on a terminal, tables, JSON."""
+"""Output of the command lines: progress on a terminal, tables, JSON."""
 
 from __future__ import annotations
 

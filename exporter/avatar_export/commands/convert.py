@@ -2,91 +2,105 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from avatar_export.bodies.inputs import found_driving
-from avatar_export.clips.sources import clips_from
+from avatar_export import conversion
 from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, messages, output, print_json
-from avatar_export.commands.summary import summary
-from avatar_export.driving.drive import driving_notes
-from avatar_export.driving.matrix import with_driving
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import DOUBT, with_rights
-from avatar_export.readers.table import read
-from avatar_export.writers import INFLUENCES
-from avatar_export.writers.bundle import write_bundle
+from avatar_export.provenance import DOUBT
+from avatar_export.summary import summary
+from avatar_export.writers.table import INFLUENCES
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.bundle import load, opener, read_manifest
 from avatar_runtime.handedness import HANDEDNESS
 from avatar_runtime.rules import ROTATION_RULES, SH_DIRECTIONS, TRAINED_SIGNS
-
-VISIBLE_MM = 0.1
 
 
 def convert(
     source: Annotated[
-        Path, typer.Argument(help="What training left: a folder, checkpoint or zip (see `systems`).")
+        Path, typer.Argument(help="The output of training: a folder, checkpoint or zip (see `systems`).")
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="Bundle folder to write, or FILE.avatar.zip.")],
     system: arguments.System = None,
-    body_model: Annotated[Path | None, typer.Option(help="FLAME- or SMPL-layout .npz or .pkl.")] = None,
+    body_model: Annotated[Path | None, typer.Option(help="FLAME or SMPL file, .npz or .pkl.")] = None,
     body_scale: Annotated[
-        float, typer.Option(help="Training units in one unit of the body model.", min=1e-6, max=1e6)
+        float, typer.Option(help="Training units per unit of the body model.", min=1e-6, max=1e6)
     ] = 1.0,
     shape: Annotated[
         Path | None,
-        typer.Option("--shape", "--frame", help="Identity: tracked .frame, .npy, .npz, .json, or `zero`."),
+        typer.Option(
+            "--shape",
+            "--frame",
+            help="Identity coefficients: a tracked .frame, .npy, .npz, .json, or `zero` for the mean shape.",
+        ),
     ] = None,
     eyelids: Annotated[Path | None, typer.Option(help="Folder with l_eyelid.npy and r_eyelid.npy.")] = None,
     anchor_faces: Annotated[
-        Path | None, typer.Option(help="Face indices that carry the upper teeth (.txt).")
+        Path | None, typer.Option(help="Text file with the indices of the faces that carry the upper teeth.")
     ] = None,
     dataset: Annotated[
         Path | None,
-        typer.Option(help="Folder to search for the inputs that are not given, driving.json too."),
+        typer.Option(
+            help="Folder that is searched for every input that is not given, driving.json included."
+        ),
     ] = None,
     rig: Annotated[
         Path | None,
         typer.Option(
-            help="Skinned .glb or .fbx, or ASM face .npz, of the mesh that the Gaussians are embedded in."
+            help="Rig of the mesh that the Gaussians are embedded in: a skinned .glb or .fbx, or an ASM face .npz."
         ),
     ] = None,
     mesh: Annotated[
         Path | None,
         typer.Option(
-            help="That mesh itself, .obj or .npz (vertices, faces), training units, where it is not stored; "
-            "for an ASM person's small file a face .npz with the template."
+            help="That mesh, in training units, if the checkpoint does not store it: .obj, or .npz with vertices and "
+            "faces. For an ASM person: the face .npz with the template."
         ),
     ] = None,
     poses: Annotated[
         Path | None,
-        typer.Option(help="flame_params.json, poses.npz or flame_param.npz: identity, and a clip."),
+        typer.Option(
+            help="Tracked poses, for the identity and a clip: flame_params.json, poses.npz or flame_param.npz."
+        ),
     ] = None,
     units: Annotated[
         float | None,
-        typer.Option(help="Training units in a metre (4 for SplattingAvatar heads).", min=1e-6, max=1e6),
+        typer.Option(help="Training units per metre (4 for SplattingAvatar heads).", min=1e-6, max=1e6),
     ] = None,
     mesh_scaling: Annotated[
         bool | None,
-        typer.Option("--mesh-scaling/--no-mesh-scaling", help="SplattingAvatar; default: its config."),
+        typer.Option(
+            "--mesh-scaling/--no-mesh-scaling",
+            help="SplattingAvatar: whether triangles scale their Gaussians. Default: as config.yaml says.",
+        ),
     ] = None,
     sh_direction: Annotated[
-        str | None, typer.Option(help=f"{' or '.join(SH_DIRECTIONS)}; default: as the config says.")
+        str | None,
+        typer.Option(
+            help=f"View direction for SH: {' or '.join(SH_DIRECTIONS)}. Default: as the config says."
+        ),
     ] = None,
-    sh_degree: Annotated[int | None, typer.Option(help="Active SH degree.", min=0, max=3)] = None,
+    sh_degree: Annotated[
+        int | None, typer.Option(help="Active SH degree. Default: as stored.", min=0, max=3)
+    ] = None,
     quaternion_sign: Annotated[
         str | None,
-        typer.Option(help=f"{' or '.join(TRAINED_SIGNS)} (pytorch3d before 0.7.6) at training."),
+        typer.Option(
+            help=f"Sign of pytorch3d's quaternions at training: {' or '.join(TRAINED_SIGNS)} (before 0.7.6)."
+        ),
     ] = None,
-    no_rig: Annotated[bool, typer.Option("--no-rig", help="Expressions only: no joints, no skin.")] = False,
+    no_rig: Annotated[
+        bool, typer.Option("--no-rig", help="Write no rig: no joints, no skinning, only expressions.")
+    ] = False,
     rotation: Annotated[
         str | None,
-        typer.Option(help=f"Rotation rule where a system leaves it open: {', '.join(ROTATION_RULES)}."),
+        typer.Option(
+            help=f"Rotation rule, where the system leaves a choice: {', '.join(ROTATION_RULES)}.",
+        ),
     ] = None,
     driving: Annotated[
         Path | None, typer.Option(help="JSON matrix from the ARKit names to this avatar.")
@@ -94,37 +108,40 @@ def convert(
     clip: Annotated[
         list[Path] | None,
         typer.Option(
-            help="Recording (played through --driving), .glb, .fbx or pose file to carry along as a clip; may "
-            "be repeated."
+            help="File whose clips are added: a face recording (played through the driving), .glb, .fbx or pose file. "
+            "May be repeated."
         ),
     ] = None,
     influences: Annotated[
-        int, typer.Option(help="Joints a vertex of rig.glb has: 4, or 8 (JOINTS_1).")
+        int, typer.Option(help="Joints per vertex in rig.glb: 4, or 8 (JOINTS_1).")
     ] = INFLUENCES[0],
     handedness: Annotated[
         str,
         typer.Option(
-            help=f"Frame of the normative files: {' or '.join(HANDEDNESS)} (Unity, Unreal). Those for engines stay."
+            help=f"Frame of the normative files: {' or '.join(HANDEDNESS)} (Unity, Unreal). glTF and USD do not change."
         ),
     ] = HANDEDNESS[0],
-    exact: Annotated[bool, typer.Option("--exact", help="Keep deltas that are mere rounding noise.")] = False,
-    name: Annotated[str | None, typer.Option(help="Name of the avatar.")] = None,
+    exact: Annotated[
+        bool, typer.Option("--exact", help="Keep every delta that is not zero, rounding noise included.")
+    ] = False,
+    name: Annotated[str | None, typer.Option(help="Name of the avatar. Default: that of the source.")] = None,
     licence: Annotated[str | None, typer.Option(help="Licence of the avatar, for the manifest.")] = None,
-    author: Annotated[str | None, typer.Option(help="Who made it, for the manifest.")] = None,
+    author: Annotated[str | None, typer.Option(help="Author of the avatar, for the manifest.")] = None,
     consent: Annotated[
-        str | None, typer.Option(help="What the person shown agreed to, for the manifest.")
+        str | None, typer.Option(help="Consent of the person shown, for the manifest.")
     ] = None,
     no_preview: Annotated[bool, typer.Option("--no-preview", help="Do not draw preview.png.")] = False,
     no_engine_files: Annotated[
-        bool, typer.Option("--no-engine-files", help="Write no glTF, USD and JSON.")
+        bool, typer.Option("--no-engine-files", help="Do not write glTF, USD and embedding.json.")
     ] = False,
     no_reference: Annotated[
-        bool, typer.Option("--no-reference", help="Write no vectors and pictures for ports (`conform`).")
+        bool,
+        typer.Option("--no-reference", help="Do not write reference/, which `conform` compares ports with."),
     ] = False,
     force: arguments.Force = False,
     as_json: arguments.AsJson = False,
 ) -> None:
-    """Write the bundle of a trained avatar."""
+    """Convert a trained avatar to a bundle."""
     arguments.one_of("--sh-direction", sh_direction, SH_DIRECTIONS)
     arguments.one_of("--quaternion-sign", quaternion_sign, TRAINED_SIGNS)
     arguments.one_of("--influences", influences, INFLUENCES)
@@ -150,62 +167,38 @@ def convert(
         quaternion_sign=quaternion_sign,
     )
     with Steps() as step:
-        step("reading")
-        avatar = with_rights(read(source, options, system), licence, author, consent)
-        driving = driving or found_driving(dataset)
-        if driving is not None:
-            avatar = with_driving(avatar, driving).check()
-        for path in clip or ():
-            step(f"reading {path.name}")
-            avatar = replace(avatar, clips=(*avatar.clips, *clips_from(avatar, path))).check()
-        manifest = write_bundle(
-            avatar,
+        written = conversion.convert(
+            source,
             out,
+            options=options,
+            system=system,
+            driving=driving,
+            clips=clip or (),
+            licence=licence,
+            author=author,
+            consent=consent,
             preview=not no_preview,
             engine_files=not no_engine_files,
             reference=not no_reference,
             influences=influences,
             handedness=handedness,
             force=force,
-            progress=lambda file: step(f"writing {file}"),
+            progress=step,
         )
+        step("reading the bundle again")
+        avatar, manifest = load(written), read_manifest(opener(written))
     size = sum(entry["bytes"] for entry in manifest["files"])
     if as_json:
         print_json({"out": str(out), "bytes": size, "handedness": handedness, **summary(avatar)})
         return
-    count = len(avatar.clips)
-    clips = f", {count} clip{'s' * (count > 1)}" if count else ""
-    output.print(
-        f"{out}: {avatar.gaussians.count} Gaussians, {len(avatar.expressions)} expressions{clips}, "
-        f"{size / 1e6:.1f} MB{', left-handed' if handedness == 'left' else ''}"
-    )
-    notes = [*_notes(avatar), *_engine_notes(manifest["engine"] or {})]
-    for note in sorted(notes, key=lambda text: not text.startswith(DOUBT)):
+    output.print(f"{out}: {_contents(avatar)}, {size / 1e6:.1f} MB{', left-handed' * (handedness == 'left')}")
+    for note in conversion.conversion_notes(avatar, manifest):
         doubt = note.startswith(DOUBT)
         messages.print(f"warning: {note.removeprefix(DOUBT)}" if doubt else f"note: {note}")
 
 
-def _engine_notes(engine: Mapping[str, Any]) -> list[str]:
-    """What the files for engines lose, where it can be seen."""
-    reasons = {
-        "truncation_mm": f"{engine.get('influences')} joints a vertex are too few (--influences 8 gives more)",
-        "late_morph_mm": "eyelids move before the skeleton there",
-        "shear_mm": "nodes cannot shear",
-    }
-    return [
-        f"rig.glb is up to {engine[name]:.2g} mm from the runtime's mesh, since {reason}"
-        for name, reason in reasons.items()
-        if engine.get(name, 0) > VISIBLE_MM
-    ]
-
-
-def _notes(avatar: Avatar) -> list[str]:
-    notes = []
-    dropped = avatar.provenance.get("face_rows_dropped")
-    if dropped:
-        notes.append(f"{len(dropped)} rows with a NaN or infinity were dropped; avatar.json lists them")
-    if avatar.rig is None and avatar.embedding is None:
-        notes.append("no rig: expressions only, joints and teeth do not move")
-    notes.extend(driving_notes(avatar))
-    notes.extend(avatar.provenance.get("notes", ()))
-    return notes
+def _contents(avatar: Avatar) -> str:
+    """`1000 Gaussians, 50 expressions, 2 clips`."""
+    count = len(avatar.clips)
+    clips = f", {count} clip{'s' * (count > 1)}" if count else ""
+    return f"{avatar.gaussians.count} Gaussians, {len(avatar.expressions)} expressions{clips}"

@@ -1,4 +1,4 @@
-"""What the project's command lines share: how they say their version and how they end."""
+"""Shared by the project's command lines: the option --version, and the handling of errors."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from avatar_export import GENERATOR
+from avatar_export.version import GENERATOR
 from avatar_runtime.io.errors import AvatarError
 
 
@@ -20,20 +20,24 @@ def _version(show: bool) -> None:
 
 def root(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show version.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
-    """What stands before every command."""
+    """The options before every command."""
 
 
 def run(app: typer.Typer, program: str) -> None:
-    """Run `app`: bad data is one line and exit code 2; anything else that escapes is a bug."""
+    """Run `app`: bad data becomes one line and exit code 2; any other exception is a bug and shows its traceback."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
         app()
-    except (AvatarError, OSError, UnicodeError) as error:  # the last two: names that this system cannot take
+    except (
+        AvatarError,
+        OSError,
+        UnicodeError,
+    ) as error:  # the last two: names that this system cannot represent
         text = " ".join(str(error).split()).encode("utf-8", "backslashreplace").decode()
         print(f"{program}: {text}", file=sys.stderr)
         sys.exit(2)

@@ -1,4 +1,4 @@
-"""`avatar-export render`: a bundle in, pictures out."""
+"""`avatar-export render`: a bundle in, images out."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import Annotated
 
 import typer
 
-from avatar_export.commands import arguments, playing
+from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, messages, output
-from avatar_export.commands.pose import flags_pose
+from avatar_export.playing import frames as playing
+from avatar_export.playing import sequences
 from avatar_export.readers.table import expect_bundle
+from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import BACKENDS
 from avatar_runtime.bundle import load, warnings
 from avatar_runtime.io.errors import AvatarError
@@ -18,76 +20,88 @@ from avatar_runtime.stages.raster import PROFILES
 
 
 def render(
-    bundle: Annotated[Path, typer.Argument(help="A bundle folder or .avatar.zip.")],
+    bundle: arguments.Bundle,
     out: Annotated[
-        Path, typer.Option("--out", "-o", help="FILE.png, FILE.webp (animated) or a folder of PNGs.")
+        Path, typer.Option("--out", "-o", help="FILE.png, FILE.webp (animated), or a folder for PNG files.")
     ],
     expression: arguments.Expressions = None,
     arkit: arguments.Arkit = None,
     joint: arguments.Turns = None,
     eyelid: arguments.Eyelids = None,
-    drive: Annotated[Path | None, typer.Option(help="Live Link Face recording: CSV or UDP packets.")] = None,
+    drive: Annotated[
+        Path | None, typer.Option(help="Live Link Face recording to play: CSV or UDP packets.")
+    ] = None,
     clip: Annotated[
         str | None,
         typer.Option(
-            help="A clip of the bundle by name; or a .glb, .fbx, LAM zip or pose file for its joints.",
+            help="Clip to play: the name of a clip of the bundle, or a .glb, .fbx, LAM zip or pose file.",
             metavar="NAME|FILE",
         ),
     ] = None,
-    clip_name: Annotated[str | None, typer.Option(help="Which clip of FILE; default: the first.")] = None,
+    clip_name: Annotated[
+        str | None, typer.Option(help="Name of the clip in the FILE of --clip. Default: the first.")
+    ] = None,
     meshes: Annotated[
         list[Path] | None,
         typer.Option(
-            help="Posed meshes for a surface avatar: an .npz with vertices [frames, V, 3], a folder of .obj "
-            "in the order of their names, or this option again for each .obj."
+            help="Posed meshes, for Gaussians bound to a surface: an .npz with vertices [frames, V, 3], a folder of "
+            ".obj files in the order of their names, or one .obj each time the option is given."
         ),
     ] = None,
     mesh_units: Annotated[
         float | None,
         typer.Option(
-            help="Units of --meshes in a metre; default: the avatar's training units.", min=1e-6, max=1e6
+            help="Units of --meshes per metre. Default: the avatar's training units.", min=1e-6, max=1e6
         ),
     ] = None,
-    every: Annotated[int, typer.Option(help="Take each N-th frame of the sequence.", min=1)] = 1,
-    frames: Annotated[str | None, typer.Option(help="Only frames FIRST:END of the sequence.")] = None,
+    every: Annotated[int, typer.Option(help="Take every N-th frame of the sequence.", min=1)] = 1,
+    frames: Annotated[str | None, typer.Option(help="Take the frames FIRST:END of the sequence.")] = None,
     fps: Annotated[
         float,
-        typer.Option(help="Frames a second of --meshes and --orbit; clips have their own.", min=0.1, max=240),
+        typer.Option(
+            help="Frames per second of --meshes and --orbit. Clips have their own.", min=0.1, max=240
+        ),
     ] = 30.0,
-    size: Annotated[str, typer.Option(help="Pixels, N or WxH.")] = "512",
-    yaw: Annotated[float, typer.Option(help="Camera, degrees; positive: from the subject's left.")] = 0.0,
-    pitch: Annotated[float, typer.Option(help="Camera, degrees; positive: from above.")] = 0.0,
-    zoom: Annotated[float, typer.Option(help="1 shows the whole avatar.", min=0.01)] = 1.0,
+    size: Annotated[str, typer.Option(help="Size in pixels, N or WxH.")] = "512",
+    yaw: Annotated[
+        float, typer.Option(help="Camera yaw in degrees. Positive: from the subject's left.")
+    ] = 0.0,
+    pitch: Annotated[float, typer.Option(help="Camera pitch in degrees. Positive: from above.")] = 0.0,
+    zoom: Annotated[float, typer.Option(help="Camera zoom. 1 shows the whole avatar.", min=0.01)] = 1.0,
     orbit: Annotated[
         float,
-        typer.Option(help="Degrees the camera travels; one pose becomes a turntable."),
+        typer.Option(
+            help="Degrees that the camera orbits over the sequence. A single pose becomes a turntable."
+        ),
     ] = 0.0,
     background: Annotated[
-        str | None, typer.Option(help="R,G,B from 0 to 1, or `transparent`; default: the trainer's.")
+        str | None,
+        typer.Option(help="R,G,B from 0 to 1, or `transparent`. Default: the training background."),
     ] = None,
     profile: Annotated[
         str | None,
-        typer.Option(help=f"{' or '.join(PROFILES)}; default: the first that the backend draws."),
+        typer.Option(help=f"Raster profile: {' or '.join(PROFILES)}. Default: the backend's first."),
     ] = None,
     backend: arguments.Backend = None,
     enhance: Annotated[
-        bool, typer.Option("--enhance", help="Put each picture through the avatar's enhancer.")
+        bool, typer.Option("--enhance", help="Run the avatar's enhancer on each image.")
     ] = False,
     force: arguments.Force = False,
 ) -> None:
-    """Draw a bundle: one pose, a recording or a clip."""
+    """Draw a bundle: one pose, a recording, a clip or posed meshes."""
     width, height = arguments.size(size)
     arguments.one_of("--profile", profile, PROFILES)
     arguments.one_of("--backend", backend, BACKENDS)
     arguments.finite({"--yaw": yaw, "--pitch": pitch, "--zoom": zoom, "--orbit": orbit, "--fps": fps})
     posed = expression or arkit or joint or eyelid
     if clip_name is not None and (clip is None or not Path(clip).exists()):
-        raise typer.BadParameter("names a clip of a --clip FILE", param_hint="--clip-name")
+        raise typer.BadParameter("needs --clip FILE", param_hint="--clip-name")
     moving = {"--drive": drive, "--clip": clip, "--meshes": meshes}
     arguments.exclude({**moving, "a pose (-e, -a, -j, --eyelid)": posed})
     if not any(moving.values()) and orbit == 0 and frames is not None:
         raise typer.BadParameter(
-            "there is one picture; --frames goes with --drive, --clip, --meshes or --orbit"
+            "goes with --drive, --clip, --meshes or --orbit; without them there is one image",
+            param_hint="--frames",
         )
     view = playing.View(
         width,
@@ -102,28 +116,31 @@ def render(
         backend,
         enhance,
     )
+
+    def chosen(avatar: Avatar) -> sequences.PoseSequence:
+        pose = arguments.pose(avatar, expression, arkit, joint, eyelid)
+        if drive is not None:
+            return sequences.recorded(avatar, drive, every)
+        if clip is not None:
+            return sequences.clip(avatar, clip, clip_name, every)
+        if meshes:
+            return sequences.meshes(avatar, meshes, mesh_units, fps, every)
+        turns = orbit != 0 and out.suffix != ".png"
+        return sequences.turntable(pose, fps) if turns else sequences.PoseSequence([pose], fps)
+
     with Steps() as step:
         step("loading")
         expect_bundle(bundle)
         avatar = load(bundle)
-        newer = warnings(bundle)
-        flags = flags_pose(avatar, expression, arkit, joint, eyelid)
-        if drive is not None:
-            sequence = playing.recorded(avatar, drive, every)
-        elif clip is not None:
-            sequence = playing.clip(avatar, clip, clip_name, every)
-        elif meshes:
-            sequence = playing.meshes(avatar, meshes, mesh_units, fps, every)
-        elif orbit != 0 and out.suffix != ".png":
-            sequence = playing.turntable(flags, fps)
-        else:
-            sequence = playing.PoseSequence([flags], fps)
+        sequence = chosen(avatar)
         shown = sequence.part(arguments.frame_slice(frames))
         count = len(shown.poses)
         if not count:
-            raise AvatarError(f"no frame of {len(sequence.poses)} is in {frames}", field="--frames")
-        pictures = playing.frames(avatar, shown, view)
-        playing.save(out, pictures, count, sequence.fps, force, lambda i: step(f"frame {i} of {count}"))
-    for note in (*newer, *sequence.notes):
+            raise AvatarError(
+                f"{frames} holds no frame; the sequence has {len(sequence.poses)}", field="--frames"
+            )
+        images = playing.frames(avatar, shown, view)
+        playing.save(out, images, count, sequence.fps, force, lambda i: step(f"frame {i} of {count}"))
+    for note in (*warnings(bundle), *sequence.notes):
         messages.print(f"note: {note}")
-    output.print(f"{out}: {count} {'picture' if count == 1 else 'pictures'} of {width}x{height}")
+    output.print(f"{out}: {count} image{'s' * (count > 1)} of {width}x{height}")

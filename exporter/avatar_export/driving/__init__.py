@@ -1,0 +1,1 @@
+"""From recordings of a face (ARKit names, Live Link Face) to poses of an avatar."""

@@ -28,7 +28,7 @@ ROTATION_CHANNELS: tuple[str, ...] = tuple(
 
 CHANNELS: tuple[str, ...] = ARKIT_NAMES + ROTATION_CHANNELS
 
-# Bases that split a shape of ARKit's into two halves, one a side; the one input drives both.
+# Some bases split an ARKit shape into a left and a right half; one input drives both.
 _HALVES = ("browInnerUp", "cheekPuff")
 
 _PREFIX = re.compile(r"^(ak_\d+|arkit|bs)_")
@@ -53,7 +53,7 @@ _SPELLINGS = _spellings()
 def canonical(name: str) -> str | None:
     """The ARKit name that `name` spells, or None.
 
-    Taken: lowerCamelCase, PascalCase or any other case (`EyeBlinkLeft`), ARKit's raw values and ICT's
+    Accepted: lowerCamelCase, PascalCase or any other case (`EyeBlinkLeft`), ARKit's raw values and ICT's
     (`eyeBlink_L`), underscores (`eye_blink_left`), node and tool prefixes (`BS_node.eyeBlinkLeft`,
     `head|eyeBlinkLeft`, `AK_01_EyeBlinkLeft`), and the halves of browInnerUp and cheekPuff (`cheekPuff_L`).
     """
@@ -62,7 +62,7 @@ def canonical(name: str) -> str | None:
 
 
 def first_canonical(names: Iterable[str]) -> str | None:
-    """The ARKit name that the first of `names` to spell one spells, or None."""
+    """The ARKit name of the first of `names` that has one, or None."""
     return next((found for found in map(canonical, names) if found), None)
 
 

@@ -1,24 +1,24 @@
-"""What the nine rotation channels of Live Link Face mean, as rotations in mesh axes.
+"""The nine rotation channels of Live Link Face as rotations in mesh axes.
 
 Mesh axes: right-handed, +X the subject's left, +Y up, face +Z. The app documents neither axes nor signs;
-they were worked out on two recordings (`python -m tests.exporter.driving.axes_evidence` prints the numbers):
+they were found from two recordings (`python -m tests.exporter.driving.axes_evidence` prints the numbers):
 
 - Radians. An eye channel is 0.609 rad (35 degrees) times the difference of its eyeLook weights.
 - Sides. rightEyeYaw = 0.6093 (eyeLookInLeft - eyeLookOutLeft) with offset 0.0000 and residual 0.00024 rad;
   against the *Right* weights the offset is 0.0649 and the residual 0.00289, twelve times as much. So the
-  channels named rightEye measure the eye that the weights call Left, and the reverse; the CSV says the same.
-  The weights are the authority (Apple: left is the subject's, eyeLookInLeft goes with a rightward gaze).
-- Eyes: positive yaw looks to the subject's right, positive pitch down (slope +0.61 on Down - Up). With the
-  sides as above the eyes converge, by 0.065 rad: on a point 0.97 m away.
-- Eye roll and order: eyes turn without torsion (Listing's law), which makes roll a function of yaw and pitch.
-  R = Ry Rx Rz with roll of yaw's sign is 4.0e-6 rad off on all 180 packets, roll of the other sign 0.05 rad.
-- Head: every sign the other way round. The subject keeps looking at one place, so the eyes turn against the
-  head: the yaw of the gaze in space then varies by 0.052 rad, with the eyes' signs by 0.273. A head on a neck
-  whose eyes follow a slowly drifting point explains the packets to 0.0231 rad; the other seven choices of
-  signs to 0.0305 (pitch reversed), 0.0358 (roll reversed) and more. Yaw is certain, pitch and roll are well
-  supported, the order is taken over from the eyes.
+  channels named rightEye measure the eye that the weights call Left, and the reverse; so do those of the CSV.
+  The weights decide (Apple: left is the subject's, eyeLookInLeft goes with a gaze to the right).
+- Eyes: positive yaw looks to the subject's right, positive pitch down (slope +0.61 on Down - Up). With these
+  sides the eyes converge by 0.065 rad, on a point 0.97 m away.
+- Eye roll and order: eyes rotate without torsion (Listing's law), so roll is a function of yaw and pitch.
+  R = Ry Rx Rz with the sign of yaw for roll has an error of 4.0e-6 rad on all 180 packets, the other sign 0.05 rad.
+- Head: all signs are opposite. The subject keeps looking at one point, so the eyes rotate against the head:
+  the yaw of the gaze in space then varies by 0.052 rad, with the signs of the eyes by 0.273. A model of a head on a
+  neck whose eyes follow a slowly moving point fits the packets to 0.0231 rad; the other seven choices of signs
+  to 0.0305 (pitch reversed), 0.0358 (roll reversed) and more. Yaw is certain, pitch and roll are well supported,
+  the order is assumed to be that of the eyes.
 
-A recorder that mirrors the picture mirrors weights and angles alike, which no recording can tell.
+A recorder that mirrors the image mirrors weights and angles together, which a recording cannot show.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def head_rotation(frame: DrivingFrame) -> F64:
 
 
 def eye_rotation(frame: DrivingFrame, side: str) -> F64 | None:
-    """The rotation [3, 3] in mesh axes of the subject's "Left" or "Right" eye; None where not measured.
+    """The rotation [3, 3] in mesh axes of the subject's "Left" or "Right" eye; None if it was not measured.
 
     An eye that was measured is never exactly (0, 0, 0): those are the zeros of a file without eye channels.
     """

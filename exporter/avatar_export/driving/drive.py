@@ -1,10 +1,10 @@
 """ARKit frames to poses of one avatar: names -> matrix -> weights, joint rotations, eyelids.
 
 `Driving.mode` "names" is a matrix of zeros and ones (each input drives the expressions and eyelids whose name
-or alias spells it), so both modes take one path. On top come the measured rotations: the head's to
-`head_joint`, else to the avatar as a whole about `head_pivot`; an eye's to its joint. An eye joint that
-matrix outputs drive too takes the measured rotation alone where the frame has one, so that it never turns
-twice. Where it has none and no output drives the joint, the eye follows its eyeLook weights.
+or alias spells it), so both modes use the same code. Measured rotations are added: that of the head to
+`head_joint`, else to the whole avatar about `head_pivot`; that of an eye to its joint. If matrix outputs drive
+an eye joint too, the measured rotation replaces them, so that the eye is not rotated twice. If the frame has no
+measured rotation and no output drives the joint, the eye follows its eyeLook weights.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def poses(avatar: Avatar, take: DrivingTake) -> list[Pose]:
 
 
 def driving_notes(avatar: Avatar) -> list[str]:
-    """What whoever converts an avatar should know of how ARKit reaches it."""
+    """What a user should know about ARKit driving of an avatar; [] if there is nothing to say."""
     if not avatar.expressions and not avatar.late_morph_names:
         return []
     if avatar.driving.mode == "none":
@@ -67,21 +67,22 @@ def driving_notes(avatar: Avatar) -> list[str]:
     outputs = {output.split("/")[1] for output in linear_map(avatar).outputs if output.startswith("joint/")}
     if "jaw" in joints and joints["jaw"] not in outputs:
         return [
-            f"the jaw is a joint ({joints['jaw']}) that no ARKit name turns, so jawOpen moves the skin only; "
-            "pass --driving FILE with rows joint/jaw/x if this avatar was trained with a turning jaw"
+            f"the jaw is a joint ({joints['jaw']}), which ARKit names cannot rotate without a driving matrix, so "
+            "jawOpen only moves the skin; "
+            "pass --driving FILE with rows joint/jaw/x if this avatar was trained with a rotating jaw"
         ]
     return []
 
 
 def unreached(avatar: Avatar) -> list[str]:
-    """The ARKit names that move nothing of this avatar but its head and eye joints."""
+    """The ARKit names that move nothing of this avatar, except its head and eye joints."""
     linear = linear_map(avatar)
     used = {name for name, column in zip(linear.inputs, linear.matrix.T, strict=True) if column.any()}
     return [name for name in ARKIT_NAMES if name not in used]
 
 
 def linear_map(avatar: Avatar) -> LinearMap:
-    """How the ARKit names reach `avatar`. Raises AvatarError for mode "none"."""
+    """The linear map from ARKit names to the outputs of `avatar`. Raises AvatarError for driving mode "none"."""
     maps: dict[str, Callable[[Avatar], LinearMap]] = {"names": _map_by_name, "matrix": _map_by_matrix}
     if avatar.driving.mode not in maps:
         message = NO_DRIVING if avatar.expressions or avatar.late_morph_names else NOTHING_TO_DRIVE
@@ -108,7 +109,7 @@ def _map_by_matrix(avatar: Avatar) -> LinearMap:
 
 
 class _Slots(NamedTuple):
-    """Which output row drives what."""
+    """The output row that drives each expression, eyelid and joint axis."""
 
     expressions: dict[str, int]
     eyelids: dict[str, int]
@@ -128,7 +129,7 @@ def _slots(outputs: tuple[str, ...]) -> _Slots:
 
 
 def _driver(avatar: Avatar) -> Callable[[DrivingFrame], Pose]:
-    """A function from frames to poses, with everything that does not change from frame to frame done once."""
+    """A function from frames to poses; everything that is the same for all frames is computed once."""
     linear = linear_map(avatar)
     slots = _slots(linear.outputs)
     driving = avatar.driving
@@ -179,13 +180,13 @@ def _rest_frames(avatar: Avatar) -> dict[str, F64]:
     for name, linear in zip(rig.joint_names, world, strict=True):
         if not np.linalg.cond(linear) < 1e6:
             raise AvatarError(
-                "is flattened at rest, so it cannot turn", owner=avatar.name, field=f"joint {name}"
+                "has a singular rest transform, so it cannot rotate", owner=avatar.name, field=f"joint {name}"
             )
     return dict(zip(rig.joint_names, world, strict=True))
 
 
 def _turn_eyes(turns: dict[str, F64], eyes: dict[str, str | None], frame: DrivingFrame) -> None:
-    """Adds the eye joints' rotations to `turns`, measured ones in place of the matrix's."""
+    """Adds the rotations of the eye joints to `turns`; measured ones replace those of the matrix."""
     for side, joint in eyes.items():
         if joint is None:
             continue

@@ -1,4 +1,4 @@
-"""A recorded take of a face: 61 channels a frame, whatever file it came from."""
+"""A recorded take of a face: 61 channels per frame, from any file format."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from avatar_runtime.io.errors import AvatarError
 
 Euler = tuple[float, float, float]
 
-# Weights run from 0 to 1 and angles from -pi to pi; what lies beyond this is no channel of a face.
+# Weights are in 0..1 and angles in -pi..pi; larger values are errors.
 CHANNEL_LIMIT = 100.0
 
 
@@ -21,7 +21,7 @@ CHANNEL_LIMIT = 100.0
 class DrivingFrame:
     """One frame: `weights` by ARKit name and three Euler triples (yaw, pitch, roll) in radians.
 
-    The angles are the recorder's channels as they stand; `axes` says which eye and which axis they mean.
+    The angles are the recorder's channels, unchanged; `axes` says which eye and axis they mean.
     """
 
     time: float  # seconds from the start of the take
@@ -35,18 +35,19 @@ class DrivingFrame:
 class DrivingTake:
     """A recording. `missing` names the channels that the file lacks (they are 0 in every frame)."""
 
-    time: F64  # [F] seconds from the first frame, rising
+    time: F64  # [F] seconds from the first frame, increasing
     channels: F64  # [F, 61] in the order of arkit.CHANNELS
-    fps: float  # frames a second, from the median step
+    fps: float  # frames per second, from the median step
     source: str
     missing: tuple[str, ...] = ()
-    without_face: int = 0  # records that held no face, left out
+    without_face: int = 0  # number of records without a face, which are left out
 
     def __len__(self) -> int:
         return len(self.time)
 
     @property
     def frames(self) -> tuple[DrivingFrame, ...]:
+        """Every frame, in order."""
         return tuple(self.frame(row) for row in range(len(self)))
 
     def frame(self, row: int) -> DrivingFrame:
@@ -65,10 +66,10 @@ def take(
 ) -> DrivingTake:
     """A checked DrivingTake from absolute `time` [F] and `channels` [F, 61] in file order.
 
-    Raises AvatarError for no frames, or a value that is not a finite number of a channel's size.
+    Raises AvatarError without frames, and for a value that is not finite or too large for a channel.
     """
     if len(time) == 0:
-        raise AvatarError("holds no frame with a face", file=source)
+        raise AvatarError("has no frame with a face", file=source)
     bad = ~(np.abs(channels) <= CHANNEL_LIMIT)
     if bad.any():
         row, column = (int(i) for i in np.argwhere(bad)[0])
@@ -81,10 +82,10 @@ def take(
 
 
 def frame_rate(time: F64) -> float:
-    """Frames a second from the median step of `time` [F] (seconds); 30 for a single frame.
+    """Frames per second from the median step of `time` [F] (seconds); 30 for a single frame.
 
-    Within 8e-4 of a whole number it is that number: recorders' clocks drift (by 6.2e-4 in a real recording),
-    and the nearest rate that is none, 29.97, is 1e-3 away from 30.
+    A rate within 8e-4 of a whole number is rounded to it: clocks of recorders drift (by 6.2e-4 in a real recording),
+    and the nearest fractional rate, 29.97, differs by 1e-3 from 30.
     """
     steps = np.diff(time)
     steps = steps[steps > 0]

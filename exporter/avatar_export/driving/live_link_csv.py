@@ -1,8 +1,8 @@
-"""Live Link Face CSV: a timecode, a count and up to 61 named columns a row.
+"""Live Link Face CSV: a timecode, a count and up to 61 named columns per row.
 
-Columns are matched by name in any order and case; unknown columns are left alone. The timecode is
-HH:MM:SS:FF.sss, FF.sss counted in frames of a base the file does not name: the smallest usual rate above the
-highest FF. (The shared 300-row recording counts FF to 58 in steps of 2: base 60, recorded at 30 fps.)
+Columns are matched by name in any order and case; unknown columns are ignored. The timecode is
+HH:MM:SS:FF.sss, where FF.sss counts frames of a rate that the file does not store: the smallest common rate
+above the highest FF. (The shared 300-row recording counts FF to 58 in steps of 2: base 60, recorded at 30 fps.)
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from avatar_runtime.avatar import F64
 from avatar_runtime.io.errors import AvatarError, no_such
 
 TIMECODE_BASES = (24, 25, 30, 48, 50, 60, 120, 240)
-# Live Link Face counts in frames of 60 a second; taken where the file crosses no full second.
+# Live Link Face counts 60 frames per second; used if the file does not cross a full second.
 DEFAULT_BASE = 60
 DAY = 86400.0
 
@@ -37,7 +37,7 @@ def is_live_link_csv(data: bytes) -> bool:
 def read_live_link_csv(data: bytes, source: str) -> DrivingTake:
     """The take in the bytes of a Live Link Face CSV; AvatarError names the row (from 1) and the column.
 
-    A row whose BlendShapeCount is 0 held no face: it is left out and counted in `without_face`.
+    A row whose BlendShapeCount is 0 has no face: it is left out and counted in `without_face`.
     """
     rows = _rows(data, source)
     header = next(rows, (1, []))[1]
@@ -47,7 +47,9 @@ def read_live_link_csv(data: bytes, source: str) -> DrivingTake:
         if not row:
             continue
         if len(row) != len(header):
-            raise AvatarError(f"row {number} has {len(row)} fields, the header {len(header)}", file=source)
+            raise AvatarError(
+                f"row {number} has {len(row)} fields, but the header has {len(header)}", file=source
+            )
         if _no_face(row, columns):
             without_face += 1
             continue
@@ -70,11 +72,11 @@ def _rows(data: bytes, source: str) -> Iterator[tuple[int, list[str]]]:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise AvatarError(f"is no UTF-8 text (byte {error.start})", file=source) from None
+        raise AvatarError(f"is not UTF-8 text (byte {error.start})", file=source) from None
     try:
         yield from enumerate(csv.reader(io.StringIO(text, newline=""), strict=True), 1)
     except csv.Error as error:
-        raise AvatarError(f"is no CSV: {error}", file=source) from None
+        raise AvatarError(f"is not valid CSV: {error}", file=source) from None
 
 
 def _columns(header: list[str], source: str) -> dict[str, int]:
@@ -108,7 +110,7 @@ def _number(text: str, row: int, column: str, source: str) -> float:
     except ValueError:
         value = float("nan")
     if not abs(value) <= CHANNEL_LIMIT:
-        raise AvatarError(f"row {row}: {text[:40]!r} is no weight or angle", file=source, field=column)
+        raise AvatarError(f"row {row}: {text[:40]!r} is not a weight or angle", file=source, field=column)
     return value
 
 
@@ -116,11 +118,13 @@ def _timecode(text: str, row: int, source: str) -> tuple[float, float]:
     """(whole seconds of the day, frames into the second)."""
     match = _TIMECODE.fullmatch(text.strip())
     if match is None:
-        raise AvatarError(f"row {row}: {text[:40]!r} is no HH:MM:SS:FF.sss", file=source, field="Timecode")
+        raise AvatarError(
+            f"row {row}: {text[:40]!r} is not a timecode HH:MM:SS:FF.sss", file=source, field="Timecode"
+        )
     hours, minutes, seconds = (int(part) for part in match.groups()[:3])
     frames = float(match[4])
     if hours > 23 or minutes > 59 or seconds > 59 or frames >= TIMECODE_BASES[-1]:
-        raise AvatarError(f"row {row}: {text[:40]!r} is no time of day", file=source, field="Timecode")
+        raise AvatarError(f"row {row}: {text[:40]!r} is not a time of day", file=source, field="Timecode")
     return 3600.0 * hours + 60 * minutes + seconds, frames
 
 

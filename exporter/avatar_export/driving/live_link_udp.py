@@ -1,10 +1,10 @@
-"""Recorded Live Link Face packets (version 6): what the app sends over UDP, kept in a file.
+"""Recorded Live Link Face packets (version 6): the UDP packets of the app, stored in a file.
 
 The recording, plain or gzipped, all integers big-endian: u8 protocol version (6), u32 number of packets, then
 for each a u32 length and the packet. A packet: u8 version (6); device id and subject name, each a u32 length
 and UTF-8 text; frame number i32, sub-frame f32, frame rate as numerator i32 and denominator i32; then, if a
 face was seen, u8 count (61) and 61 f32 in the order of arkit.CHANNELS (52 weights, nine angles in radians).
-Layout worked out on a recording of 180 packets of 320 bytes, in which every byte is accounted for.
+The layout was found from a recording of 180 packets of 320 bytes, in which every byte is accounted for.
 """
 
 from __future__ import annotations
@@ -57,12 +57,12 @@ def read_live_link_udp(data: bytes, source: str) -> DrivingTake:
     """
     data = _unpacked(data, source)
     if len(data) < _COUNT.size or data[0] != VERSION:
-        raise AvatarError(f"is no recording of Live Link Face packets of version {VERSION}", file=source)
+        raise AvatarError(f"is not a recording of Live Link Face packets of version {VERSION}", file=source)
     packets = _packets(data, source)
     senders = sorted({(p.device, p.subject) for p in packets})
     if len(senders) > 1:
         raise AvatarError(
-            f"holds packets of {len(senders)} subjects; one is needed: {senders[:4]}", file=source
+            f"holds packets of {len(senders)} devices or subjects, expected one: {senders[:4]}", file=source
         )
     seen = [(p.time, p.channels) for p in packets if p.channels is not None]
     time = np.array([t for t, _ in seen])
@@ -88,7 +88,7 @@ def _packets(data: bytes, source: str) -> list[Packet]:
     count = _COUNT.unpack_from(data)[1]
     smallest = _LENGTH.size * 3 + 1 + _FRAME_TIME.size
     if count * smallest > len(data):
-        raise AvatarError(f"says {count} packets, but holds {len(data)} bytes", file=source)
+        raise AvatarError(f"announces {count} packets, but holds only {len(data)} bytes", file=source)
     packets, at = [], _COUNT.size
     for number in range(count):
         if at + _LENGTH.size > len(data):
@@ -96,7 +96,9 @@ def _packets(data: bytes, source: str) -> list[Packet]:
         (size,) = _LENGTH.unpack_from(data, at)
         at += _LENGTH.size
         if size > len(data) - at:
-            raise AvatarError(f"packet {number}: {size} bytes said, {len(data) - at} left", file=source)
+            raise AvatarError(
+                f"packet {number}: announces {size} bytes, but {len(data) - at} are left", file=source
+            )
         packets.append(parse_packet(data[at : at + size], source=source, number=number))
         at += size
     if at != len(data):
@@ -105,7 +107,7 @@ def _packets(data: bytes, source: str) -> list[Packet]:
 
 
 def parse_packet(data: bytes, *, source: str = "packet", number: int = 0) -> Packet:
-    """One UDP packet, every byte accounted for; AvatarError otherwise."""
+    """One UDP packet. Raises AvatarError, naming packet `number` of `source`, unless every byte is understood."""
 
     def wrong(what: str) -> AvatarError:
         return AvatarError(f"packet {number}: {what}", file=source)
@@ -119,17 +121,17 @@ def parse_packet(data: bytes, *, source: str = "packet", number: int = 0) -> Pac
         (length,) = _LENGTH.unpack_from(data, at)
         at += _LENGTH.size
         if length > min(MAX_TEXT, len(data) - at):
-            raise wrong(f"{what} of {length} bytes does not fit")
+            raise wrong(f"{what} of {length} bytes is too long")
         try:
             texts.append(data[at : at + length].decode())
         except UnicodeDecodeError:
-            raise wrong(f"{what} is no UTF-8 text") from None
+            raise wrong(f"{what} is not UTF-8 text") from None
         at += length
     if at + _FRAME_TIME.size > len(data):
         raise wrong("ends before its frame time")
     frame, sub_frame, rate, per = _FRAME_TIME.unpack_from(data, at)
     if rate <= 0 or per <= 0 or not np.isfinite(sub_frame):
-        raise wrong(f"frame time {frame} + {sub_frame} at {rate}/{per} is none")
+        raise wrong(f"frame time {frame} + {sub_frame} at {rate}/{per} frames per second is invalid")
     channels = _channels(data[at + _FRAME_TIME.size :], wrong)
     return Packet(texts[0], texts[1], (frame + sub_frame) * per / rate, channels)
 

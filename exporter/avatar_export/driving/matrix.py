@@ -20,14 +20,14 @@ from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.io.whole_files import read_bytes
 
 MAX_FILE_BYTES = 16 << 20
-# A larger factor overflows nothing, but no face needs it.
+# No face needs a larger factor.
 MAX_FACTOR = 1e6
 
 
 def with_driving(avatar: Avatar, path: Path | str) -> Avatar:
-    """`avatar` driven by the matrix in the JSON file `path`; its head and eye joints stay as they are.
+    """`avatar` driven by the matrix in the JSON file `path`; its head and eye joints do not change.
 
-    Raises AvatarError for a file that is no such matrix, or that names what the avatar does not have.
+    Raises AvatarError for a file that is not such a matrix, and for outputs that the avatar lacks.
     """
     source = Path(path).name
     document = _document(read_bytes(Path(path), MAX_FILE_BYTES), source)
@@ -43,7 +43,7 @@ def _document(data: bytes, source: str) -> dict[str, Any]:
     try:
         document = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is no JSON: {error}", file=source) from None
+        raise AvatarError(f"is not valid JSON: {error}", file=source) from None
     keys = ("inputs", "outputs", "matrix")
     if not isinstance(document, dict) or any(not isinstance(document.get(key), list) for key in keys):
         raise AvatarError(f"needs an object with the lists {', '.join(keys)}", file=source)
@@ -54,7 +54,7 @@ def _names(document: dict[str, Any], key: str, source: str) -> list[str]:
     names: list[Any] = document[key]
     for at, name in enumerate(names):
         if not isinstance(name, str):
-            raise AvatarError(f"{short(name)} is no name", file=source, field=f"{key}[{at}]")
+            raise AvatarError(f"{short(name)} is not a name", file=source, field=f"{key}[{at}]")
     if not names:
         raise AvatarError("is empty", file=source, field=key)
     return names
@@ -103,11 +103,11 @@ def _matrix(rows: list[Any], outputs: int, inputs: int, source: str) -> F32:
         for column, value in enumerate(row):
             if not _is_factor(value):
                 raise AvatarError(
-                    f"{short(value)} is no finite factor", file=source, field=f"matrix[{at}][{column}]"
+                    f"{short(value)} is not a finite factor", file=source, field=f"matrix[{at}][{column}]"
                 )
     return np.array(rows, np.float32)
 
 
 def _is_factor(value: object) -> bool:
-    # A comparison, unlike a conversion, takes integers of any size; NaN compares false.
+    # A comparison works for integers of any size, a conversion does not; NaN compares false.
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MAX_FACTOR

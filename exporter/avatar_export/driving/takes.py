@@ -1,4 +1,4 @@
-"""Reads a recorded take, whatever its format: one row of READERS a format, told apart by content."""
+"""Reads a recorded take of any known format: one row of TAKE_READERS per format, recognised by content."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MAX_FILE_BYTES = 256 << 20
 
 
 class TakeReader(NamedTuple):
-    """How one format is told by its first bytes and read."""
+    """How one format is recognised by its first bytes, and read."""
 
     name: str
     what: str
@@ -24,17 +24,17 @@ class TakeReader(NamedTuple):
     read: Callable[[bytes, str], DrivingTake]
 
 
-READERS: tuple[TakeReader, ...] = (
+TAKE_READERS: tuple[TakeReader, ...] = (
     TakeReader("live_link_udp", "recorded Live Link Face packets", is_live_link_udp, read_live_link_udp),
     TakeReader("live_link_csv", "Live Link Face CSV", is_live_link_csv, read_live_link_csv),
 )
 
 
 def read_take(path: Path | str) -> DrivingTake:
-    """The take in the file `path`, its format told by content. Raises AvatarError for anything else."""
+    """The take in the file `path`, its format recognised by content. Raises AvatarError for anything else."""
     data = read_bytes(Path(path), MAX_FILE_BYTES)
-    for reader in READERS:
+    for reader in TAKE_READERS:
         if reader.matches(data):
             return reader.read(data, Path(path).name)
-    known = " nor ".join(reader.what for reader in READERS)
+    known = " nor ".join(reader.what for reader in TAKE_READERS)
     raise AvatarError(f"is neither {known}", file=Path(path).name)

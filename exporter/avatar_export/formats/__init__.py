@@ -1,0 +1,1 @@
+"""From bytes to arrays: file formats that know nothing of a trained system. All files are untrusted."""

@@ -1,4 +1,4 @@
-"""Zip files from strangers: listed and read with limits, never extracted by the names inside."""
+"""Zip files from untrusted sources: listed and read within limits, never extracted by the names inside."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from avatar_runtime.io.files import open_file
 
 MAX_ENTRIES = 10_000
 MAX_TOTAL_BYTES = 8 << 30
-MAX_READ_BYTES = 2 << 30  # of a file that is read as a whole
-MAX_RATIO = 200  # of entries over RATIO_FREE_BYTES; arrays of zeros shrink a thousandfold when they are small
+MAX_READ_BYTES = 2 << 30  # of one file
+MAX_RATIO = 200  # of entries above RATIO_FREE_BYTES; small arrays of zeros compress a thousandfold
 RATIO_FREE_BYTES = 64 << 20
 CHUNK_BYTES = 1 << 20
 IGNORED_FOLDERS = ("__MACOSX",)
@@ -32,7 +32,7 @@ ZIP_FAULTS = (zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error, struct.error
 class Archive:
     """An opened zip whose names and sizes have been checked; use it in a `with`.
 
-    `names` are the files in it, without folders and the litter of file managers. Raises AvatarError for names
+    `names` are the files in it, without folders and the extra files that macOS adds. Raises AvatarError for names
     that leave the archive (`..`, absolute, drive letters, backslashes), links, duplicates, encryption,
     unknown compression, and sizes beyond the limits of this module.
     """
@@ -69,10 +69,11 @@ class Archive:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """The paths of the files in the zip, in its order."""
         return tuple(self._entries)
 
     def size(self, name: str) -> int:
-        """Bytes of a file, as the directory says."""
+        """Size of a file in bytes, as the zip's directory says."""
         return self._entry(name).file_size
 
     def read(self, name: str, limit: int = MAX_READ_BYTES) -> bytes:
@@ -82,7 +83,7 @@ class Archive:
         return b"".join(self.chunks(name))
 
     def chunks(self, name: str) -> Iterator[bytes]:
-        """The bytes of a file, piece by piece; never more than the directory said."""
+        """The bytes of a file in chunks, never more than the zip's directory says."""
         entry = self._entry(name)
         left = entry.file_size
         try:
@@ -110,7 +111,7 @@ class Archive:
         for info in infos:
             self._check_entry(info)
             if info.filename.casefold() in seen:
-                raise self._wrong("stands twice in the zip", info.filename)
+                raise self._wrong("is a duplicate in the zip", info.filename)
             seen.add(info.filename.casefold())
             parts = info.filename.split("/")
             if not info.is_dir() and parts[0] not in IGNORED_FOLDERS and parts[-1] not in IGNORED_FILES:
@@ -145,4 +146,4 @@ class Archive:
 
     def _damaged(self, error: BaseException, name: str | None = None) -> AvatarError:
         reason = f"{type(error).__name__}: {str(error)[:80]}"
-        return self._wrong(f"is no sound zip ({reason!a})", name)
+        return self._wrong(f"is a damaged zip ({reason!a})", name)

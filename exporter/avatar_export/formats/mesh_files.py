@@ -25,7 +25,9 @@ def read_mesh(path: Path) -> TriangleMesh:
     """
     read = {".obj": read_obj, ".npz": _read_npz}.get(path.suffix.lower())
     if read is None:
-        raise AvatarError("is no mesh read here; pass an .obj, or an .npz with vertices and faces", file=path)
+        raise AvatarError(
+            "is not a mesh file that can be read; pass an .obj, or an .npz with vertices and faces", file=path
+        )
     return read(path)
 
 
@@ -34,7 +36,7 @@ def _read_npz(path: Path) -> TriangleMesh:
         missing = [key for key in ("vertices", "faces") if f"{key}.npy" not in archive.names]
         if missing:
             there = ", ".join(sorted(name.removesuffix(".npy") for name in archive.names)[:6])
-            raise AvatarError(f"needs arrays vertices and faces, and holds {there or 'nothing'}", file=path)
+            raise AvatarError(f"needs arrays vertices and faces, but holds {there or 'nothing'}", file=path)
         stored_vertices = _rows(archive, "vertices", "f", "floats")
         faces = _rows(archive, "faces", "iu", "whole numbers").astype(np.int64)
     with np.errstate(over="ignore"):  # becomes infinite, which is refused

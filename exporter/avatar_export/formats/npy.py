@@ -1,6 +1,6 @@
-"""Arrays that lie in files (or in bytes) and are read by rows; `.npy` without pickle.
+"""Arrays in files (or in bytes) that are read row by row; `.npy` without pickle.
 
-Nothing is mapped: resident pages of a mapped file count as memory, plain reads of a block do not.
+Files are read in blocks, not mapped: resident pages of a mapped file count as memory.
 """
 
 from __future__ import annotations
@@ -24,26 +24,34 @@ from avatar_runtime.io.files import open_file
 NUMBER_CODES = ("f2", "f4", "f8", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "b1")
 BYTE_ORDERS = ("<", ">", "=", "|")
 MAX_DIMENSIONS = 32
-LARGEST_EXTENT = 1 << 56  # NumPy refuses more, zero sizes among them or not
+LARGEST_EXTENT = 1 << 56  # elements; NumPy refuses larger shapes, even empty ones
 MAX_HEADER_BYTES = 65536
-SPAN_BYTES = 65536  # up to this much is read at once where only part of it is wanted
+SPAN_BYTES = 65536  # a span up to this size is read at once, even if only part of it is needed
 
 Array = npt.NDArray[Any]
 Fetch = Callable[[int, Array], None]  # byte offset, C-contiguous array to fill
 
 
 class RowSource(Protocol):
-    """An array that can be read block by block, wherever it lies."""
+    """An array that can be read block by block."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The name in messages."""
+        ...
+
     @property
-    def shape(self) -> tuple[int, ...]: ...
+    def shape(self) -> tuple[int, ...]:
+        """The sizes of all axes."""
+        ...
+
     @property
-    def dtype(self) -> np.dtype[Any]: ...
+    def dtype(self) -> np.dtype[Any]:
+        """The stored type."""
+        ...
 
     def rows(self, start: int, stop: int, axis: int = 0) -> F32:
-        """A float32 copy of the rows start:stop along `axis`; the other axes whole."""
+        """A float32 copy of the rows start:stop along `axis`; the other axes are complete."""
         ...
 
     def read(self) -> Array:
@@ -59,9 +67,9 @@ def number_type(code: str) -> np.dtype[Any] | None:
 
 @dataclass(frozen=True)
 class StoredArray:
-    """A RowSource over a run of a file or of bytes, with any non-overlapping strides (counted in elements).
+    """A RowSource over a byte range of a file or of bytes, with any non-overlapping strides (in elements).
 
-    Made by `stored_array`, which checks every size before anything is touched.
+    Made by `stored_array`, which checks every size before anything is read.
     """
 
     name: str
@@ -73,9 +81,9 @@ class StoredArray:
     file: str
 
     def rows(self, start: int, stop: int, axis: int = 0) -> F32:
-        """A float32 copy of the rows start:stop along `axis`; the other axes whole.
+        """A float32 copy of the rows start:stop along `axis`; the other axes are complete.
 
-        Raises ValueError for rows that are not there, AvatarError where the file has since become shorter.
+        Raises ValueError for rows that do not exist, AvatarError if the file has become shorter since.
         """
         if not 0 <= start <= stop <= self.shape[axis]:
             raise ValueError(f"{self.name}: rows {start}:{stop} are not within 0:{self.shape[axis]}")
@@ -122,7 +130,7 @@ class StoredArray:
 
 @dataclass(frozen=True)
 class ComputedArray:
-    """A RowSource that is made when it is read."""
+    """A RowSource that is computed when it is read."""
 
     name: str
     shape: tuple[int, ...]
@@ -130,7 +138,7 @@ class ComputedArray:
     make: Callable[[], Array] = field(repr=False)
 
     def rows(self, start: int, stop: int, axis: int = 0) -> F32:
-        """A float32 copy of the rows start:stop along `axis`; the other axes whole."""
+        """A float32 copy of the rows start:stop along `axis`; the other axes are complete."""
         if not 0 <= start <= stop <= self.shape[axis]:
             raise ValueError(f"{self.name}: rows {start}:{stop} are not within 0:{self.shape[axis]}")
         return _float32(np.moveaxis(np.moveaxis(self.make(), axis, 0)[start:stop], 0, axis).copy())
@@ -152,10 +160,10 @@ def stored_array(
     strides: Sequence[object] | None = None,
     exact: bool = False,
 ) -> StoredArray:
-    """A StoredArray whose elements are known to lie within the `available` bytes from `offset` on.
+    """A StoredArray whose elements lie within the `available` bytes from `offset` on, which is checked.
 
     `strides` in elements, default C order. With `exact`, the array must fill the bytes to the last one.
-    Raises AvatarError for dimensions or strides that are no sizes, that overlap, or that do not fit.
+    Raises AvatarError for invalid dimensions or strides, for overlapping ones, and for those that do not fit.
     """
 
     def wrong(message: str) -> AvatarError:
@@ -163,13 +171,13 @@ def stored_array(
 
     sizes = sizes_of(shape)
     if sizes is None:
-        raise wrong("has a shape that is no list of sizes")
+        raise wrong("has an invalid shape")
     steps = c_strides(sizes) if strides is None else sizes_of(strides)
     if steps is None or len(steps) != len(sizes):
-        raise wrong("has strides that do not go with its shape")
+        raise wrong("has strides that do not match its shape")
     count = math.prod(sizes)
     if not count and math.prod(max(size, 1) for size in sizes) >= LARGEST_EXTENT:
-        raise wrong(f"has a shape of {' x '.join(map(str, sizes))[:80]}, which nothing can hold")
+        raise wrong(f"has a shape of {' x '.join(map(str, sizes))[:80]}, which is too large")
     extent = 0
     if count:
         extent = 1
@@ -180,7 +188,7 @@ def stored_array(
     need = extent * dtype.itemsize
     if need > available or (exact and need != available):
         raise wrong(
-            f"{dtype.str[1:]}{list(sizes)} needs {need} bytes, but {available} are there; the file is damaged"
+            f"{dtype.str[1:]}{list(sizes)} needs {need} bytes, but there are {available}; the file is damaged"
         )
     steps = tuple(step if size > 1 else 0 for step, size in zip(steps, sizes, strict=True))
     return StoredArray(name, sizes, dtype, steps, offset, source, str(file))
@@ -192,13 +200,13 @@ def c_strides(shape: Sequence[int]) -> tuple[int, ...]:
 
 
 def fortran_strides(shape: object) -> tuple[int, ...] | None:
-    """Strides in elements of a Fortran-contiguous array; None for what is no shape."""
+    """Strides in elements of a Fortran-contiguous array; None for an invalid shape."""
     sizes = sizes_of(shape)
     return None if sizes is None else c_strides(sizes[::-1])[::-1]
 
 
 def sizes_of(values: object) -> tuple[int, ...] | None:
-    """`values` as a shape of at most MAX_DIMENSIONS whole, non-negative sizes; None if it is none."""
+    """`values` as a shape of at most MAX_DIMENSIONS whole, non-negative sizes; None if they are not one."""
     if not isinstance(values, (tuple, list)) or len(values) > MAX_DIMENSIONS:
         return None
     sizes = tuple(v for v in values if type(v) is int and 0 <= v < 2**62)
@@ -208,7 +216,7 @@ def sizes_of(values: object) -> tuple[int, ...] | None:
 def open_npy(path: Path) -> StoredArray:
     """A `.npy` file of plain numbers, C or Fortran order; only its header is read.
 
-    Raises AvatarError for anything else: pickled objects, strings, records, a size that is not the file's.
+    Raises AvatarError for anything else: pickled objects, strings, records, a size that differs from the file's.
     """
     try:
         with open_file(path) as stream:
@@ -230,18 +238,18 @@ def parse_text_npy(data: bytes, file: object, name: str) -> tuple[str, ...]:
     if dtype.kind != "U" or dtype.itemsize == 0 or len(shape) != 1:
         raise AvatarError(f"expected a list of names, got {dtype}{list(shape)}", file=file, field=name)
     if shape[0] * dtype.itemsize != len(data) - offset:
-        raise AvatarError("its size is not what its header says", file=file, field=name)
+        raise AvatarError("its size differs from its header", file=file, field=name)
     size, encoding = dtype.itemsize, "utf-32-be" if dtype.str[0] == ">" else "utf-32-le"
-    try:  # NumPy would hand on code points that are none
+    try:  # NumPy does not check code points
         return tuple(
             data[at : at + size].decode(encoding).rstrip("\0") for at in range(offset, len(data), size)
         )
     except UnicodeError as error:
-        raise AvatarError("holds text that is no unicode", file=file, field=name) from error
+        raise AvatarError("holds invalid unicode text", file=file, field=name) from error
 
 
 def npy_header(stream: BinaryIO, file: object, name: str) -> tuple[tuple[int, ...], bool, np.dtype[Any], int]:
-    """Shape, Fortran order, type and data offset of a `.npy`. Raises AvatarError if there is none."""
+    """Shape, Fortran order, type and data offset of a `.npy`. Raises AvatarError for an invalid header."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -254,9 +262,9 @@ def npy_header(stream: BinaryIO, file: object, name: str) -> tuple[tuple[int, ..
                 else np.lib.format.read_array_header_2_0
             )
             shape, fortran, dtype = read(stream, max_header_size=MAX_HEADER_BYTES)
-    except Exception as error:  # NumPy parses the header as Python text, which can fail in any way
+    except Exception as error:  # NumPy parses the header as Python text, which can raise almost anything
         reason = f"{type(error).__name__}: {str(error)[:80]}"
-        raise AvatarError(f"is no .npy array ({reason!a})", file=file, field=name) from error
+        raise AvatarError(f"is not an .npy array ({reason!a})", file=file, field=name) from error
     return shape, bool(fortran), dtype, stream.tell()
 
 
@@ -277,13 +285,13 @@ def _stored_npy(stream: BinaryIO, size: int, source: Path | bytes, file: object,
 
 
 def _float32(array: Array) -> F32:
-    with np.errstate(over="ignore", invalid="ignore"):  # too large becomes infinite, which a check sees
+    with np.errstate(over="ignore", invalid="ignore"):  # an overflow becomes infinite, which checks refuse
         result: F32 = array.astype(np.float32, copy=False)
     return result
 
 
 def _fill(fetch: Fetch, offset: int, out: Array, strides: tuple[int, ...]) -> None:
-    """Fill `out` with elements `strides` apart: in one read where that wastes little, else by pieces.
+    """Fill `out` with elements `strides` apart: in one read where that wastes little, else in pieces.
 
     The pieces follow the axis with the largest stride, so the number of reads is bounded by the bytes spanned
     over SPAN_BYTES plus one per contiguous run.

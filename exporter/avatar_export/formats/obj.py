@@ -1,6 +1,6 @@
 """Triangle meshes from Wavefront .obj text, vertices and faces in the order of the file.
 
-Ids of vertices and triangles are what an embedding refers to, so nothing is merged, split or reordered.
+An embedding refers to ids of vertices and triangles, so nothing is merged, split or reordered.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ def read_obj(path: Path) -> TriangleMesh:
 def parse_obj(lines: Iterable[bytes], file: object = None) -> TriangleMesh:
     """The mesh that lines of an .obj describe: `v x y z ...` and `f a b c`, `a/t`, `a//n`, `a/t/n`, `-1`.
 
-    Text is parsed in double precision and then rounded, as libigl and torch do. All else, normals too, is passed
-    over. Raises AvatarError with the line of a polygon, a missing, unsound or non-finite number, or an index that
+    Text is parsed in double precision and then rounded, as libigl and torch do. Everything else, normals included, is
+    skipped. Raises AvatarError with the line of a polygon, a missing, unsound or non-finite number, or an index that
     is 0 or beyond the vertices; and for a file without vertices or faces.
     """
     reader = _Reader(file)
@@ -77,7 +77,8 @@ class _Reader:
                 index = 0
             if not 0 < abs(index) < LARGEST_INDEX:
                 raise self.wrong(
-                    number, f"{_shown([word])} is no corner; 'v', 'v/vt', 'v//vn' or 'v/vt/vn', v from 1"
+                    number,
+                    f"{_shown([word])} is not a corner; 'v', 'v/vt', 'v//vn' or 'v/vt/vn' is expected, v from 1",
                 )
             self.corners.append(index - 1 if index > 0 else len(self.coordinates) // 3 + index)
         self.face_lines.append(number)

@@ -1,4 +1,4 @@
-"""Where trainers that grew out of 3DGS keep their Gaussians: RUN/point_cloud/iteration_N/point_cloud.ply."""
+"""Gaussians in the folders of 3DGS and trainers derived from it: RUN/point_cloud/iteration_N/point_cloud.ply."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class PointCloud:
     """A .ply of Gaussians and the folders of its run, nearest first: iteration_N, point_cloud, RUN."""
 
     file: Path
-    folders: tuple[Path, ...]  # its own alone where the layout is another
+    folders: tuple[Path, ...]  # in another layout only the folder of the .ply
 
     @property
     def name(self) -> str:
-        """Of the avatar, for want of a better one."""
+        """The default name of the avatar."""
         return self.folders[-1].absolute().name or self.file.stem
 
     def find(self, name: str) -> Path | None:
@@ -43,7 +43,7 @@ def locate(path: Path) -> PointCloud | None:
 
 
 def first_file(paths: Iterable[Path]) -> Path | None:
-    """The first that is a file; what cannot be looked at is none."""
+    """The first path that is a file; None if there is none. Paths that cannot be accessed are skipped."""
     return next((path for path in paths if os.path.isfile(path)), None)
 
 
@@ -59,7 +59,7 @@ def has_property(cloud: PointCloud, name: str) -> bool:
 
 
 def read_ply(cloud: PointCloud) -> ply.Ply:
-    """The rows of the .ply. Raises AvatarError for a file that cannot be read or is none."""
+    """The rows of the .ply. Raises AvatarError for a file that cannot be read or is not a .ply."""
     return ply.decode(read_bytes(cloud.file, MAX_PLY_BYTES), cloud.file)
 
 

@@ -1,8 +1,8 @@
 """`.pth` files (and metrical-tracker's `.frame`) without torch: a zip of one pickle and raw storages.
 
 The pickle is interpreted by an allow-list; a tensor becomes a StoredArray over its storage's bytes inside the
-zip, so that a file of gigabytes opens in milliseconds and is read by rows. Therefore the checksums of
-storages are not compared.
+zip, so that a file of gigabytes opens in milliseconds and is read by rows. The checksums of storages are
+therefore not compared.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from avatar_export.formats.archive import ZIP_FAULTS
 from avatar_export.formats.npy import RowSource, StoredArray, number_type, stored_array
 from avatar_export.formats.pickle.arrays import parse_pickle
-from avatar_export.formats.pickle.machine import Global, StandIn
+from avatar_export.formats.pickle.values import Global, StandIn
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
 
@@ -50,7 +50,7 @@ def read_frame(path: Path) -> dict[str, object]:
     """A tracked frame: torch.save of (nested) dicts of NumPy arrays or tensors. Raises as above."""
     frame = read_checkpoint(path)
     if not isinstance(frame, dict):
-        raise AvatarError("is no tracked frame: holds no dict", file=path)
+        raise AvatarError("is not a tracked frame: it does not hold a dict", file=path)
     return frame
 
 
@@ -68,7 +68,7 @@ class _Storages:
                     self.pickle = archive.read(self._pickle_entry())
         except ZIP_FAULTS as error:
             reason = f"{type(error).__name__}: {str(error)[:80]}"
-            raise AvatarError(f"is no zip that torch.save writes ({reason!a})", file=path) from error
+            raise AvatarError(f"is not a zip of torch.save ({reason!a})", file=path) from error
 
     def _refuse_legacy(self, head: bytes) -> None:
         if head.startswith(LEGACY_MAGIC) or head[257:262] == b"ustar":
@@ -80,10 +80,10 @@ class _Storages:
     def _list(self, archive: zipfile.ZipFile) -> None:
         self.entries = {entry.filename: entry for entry in archive.infolist()}
         if len(self.entries) != len(archive.infolist()):
-            raise AvatarError("has two entries of one name", file=self.path)
+            raise AvatarError("has duplicate entries", file=self.path)
         pickles = [name for name in self.entries if name == "data.pkl" or name.endswith("/data.pkl")]
         if len(pickles) != 1:
-            raise AvatarError(f"has {len(pickles)} entries data.pkl, torch.save writes one", file=self.path)
+            raise AvatarError(f"has {len(pickles)} entries data.pkl; torch.save writes one", file=self.path)
         self.prefix = pickles[0].removesuffix("data.pkl")
         order = self.entries.get(f"{self.prefix}byteorder")
         if order and (order.file_size > 16 or archive.read(order) != b"little"):
@@ -98,12 +98,12 @@ class _Storages:
     def load(self, reference: object) -> _Storage:
         """The storage of ('storage', its class, key, device, number of elements)."""
         if not isinstance(reference, tuple) or len(reference) != 5 or reference[0] != "storage":
-            raise AvatarError("refers to something that is no storage", file=self.path)
+            raise AvatarError("refers to something that is not a storage", file=self.path)
         _, kind, key, _, count = reference
         code = STORAGE_CODES.get(kind.name.removeprefix("torch.")) if isinstance(kind, Global) else None
         dtype = number_type("<" + code) if code else None
         if dtype is None or not isinstance(key, str) or type(count) is not int:
-            raise AvatarError("refers to a storage of no known type", file=self.path)
+            raise AvatarError("refers to a storage of unknown type", file=self.path)
         name = f"{self.prefix}data/{key}"
         entry = self.entries.get(name)
         if entry is None:
@@ -121,7 +121,7 @@ class _Storages:
         return _Storage(self.path, name, self.offsets[name], count, dtype)
 
     def _data_offset(self, entry: zipfile.ZipInfo) -> int:
-        """Where an entry's bytes begin: behind its local header, whose padding varies."""
+        """The offset of an entry's bytes: after its local header, whose padding varies."""
         with open_file(self.path) as stream:
             size = stream.seek(0, 2)
             stream.seek(entry.header_offset)
@@ -142,7 +142,7 @@ class _Storages:
 
 
 class _Storage:
-    """A run of numbers in the file."""
+    """A contiguous range of numbers in the file."""
 
     def __init__(self, path: Path, name: str, offset: int, count: int, dtype: np.dtype[np.generic]):
         self.path, self.name, self.offset, self.count, self.dtype = path, name, offset, count, dtype
@@ -175,12 +175,12 @@ def _torch_globals(path: Path) -> dict[str, Global]:
 
     def parameter(data: object, *_: object) -> object:
         if not isinstance(data, _Tensor):
-            raise ValueError("a parameter is no tensor")
+            raise ValueError("a parameter is not a tensor")
         return data
 
     def size(items: object = ()) -> object:
         if not isinstance(items, tuple):
-            raise ValueError("a torch.Size is no tuple")
+            raise ValueError("a torch.Size is not a tuple")
         return items
 
     makers: dict[str, Callable[..., object]] = {

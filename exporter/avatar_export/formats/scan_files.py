@@ -1,4 +1,4 @@
-"""Points of a scan from files, with its triangles if it has some: .obj, .npz, .glb, .ply."""
+"""The points of a scan, and its triangles if it has any, from an .obj, .npz, .glb or .ply."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from avatar_runtime.io.whole_files import read_bytes
 
 MAX_BYTES = 512 << 20
 TRIANGLES = 4  # glTF's mode
-FURTHEST = 1e9  # a coordinate beyond is a slip
+FURTHEST = 1e9  # in any unit; a larger coordinate is a mistake
 
 Mesh = tuple[F64, I64 | None]  # points [N, 3], triangles [F, 3]
 
@@ -34,9 +34,11 @@ def read_points(path: Path) -> Mesh:
         raise AvatarError("has no points", file=path)
     sound = (np.abs(points) <= FURTHEST).all(axis=1)
     if not sound.all():
-        raise AvatarError("is not a finite place", file=path, field=f"point {int(np.argmin(sound))}")
+        raise AvatarError("is not finite or too far away", file=path, field=f"point {int(np.argmin(sound))}")
     if triangles is not None and not 0 <= triangles.min(initial=0) <= triangles.max(initial=0) < len(points):
-        raise AvatarError(f"names points beyond the {len(points)} there are", file=path, field="triangles")
+        raise AvatarError(
+            f"name points that do not exist; there are {len(points)}", file=path, field="triangles"
+        )
     return points, triangles
 
 
@@ -44,7 +46,7 @@ def _reader(path: Path) -> Callable[[Path], Mesh]:
     readers = {".obj": _mesh, ".npz": _mesh, ".glb": _glb, ".ply": _ply}
     read = readers.get(path.suffix.lower())
     if read is None:
-        raise AvatarError(f"is no scan read here; there are {', '.join(readers)}", file=path)
+        raise AvatarError(f"is not a scan that can be read; supported are {', '.join(readers)}", file=path)
     return read
 
 
@@ -79,7 +81,7 @@ def _ply(path: Path) -> Mesh:
 
 
 def _vertices_alone(data: bytes) -> bytes:
-    """A .ply without the elements after its first one, such as faces; as it is where that is not understood."""
+    """A .ply without the elements after its first one, such as faces; unchanged if the header is not understood."""
     header, end, _ = data[:MAX_HEADER_BYTES].partition(b"end_header\n")
     lines = header.splitlines()
     starts = [i for i, line in enumerate(lines) if line.startswith(b"element")]
@@ -97,6 +99,6 @@ def _vertices_alone(data: bytes) -> bytes:
 
 def _rows_of_three(indices: Any, path: Path) -> I64:
     if len(indices) % 3:
-        raise AvatarError(f"are {len(indices)}, not threes", file=path, field="indices")
+        raise AvatarError(f"are {len(indices)}, which is not a multiple of 3", file=path, field="indices")
     rows: I64 = indices.reshape(-1, 3).astype(np.int64)
     return rows

@@ -1,0 +1,1 @@
+"""Functions from Avatar to Avatar, and measures of an Avatar."""

@@ -1,4 +1,4 @@
-"""Spherical harmonics beyond the active degree, left out: nothing ever evaluates them."""
+"""Drops spherical harmonics above the active degree, which are never evaluated."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from avatar_runtime.avatar import Avatar
 
 
 def with_active_sh(avatar: Avatar) -> Avatar:
-    """`avatar` with the coefficients of its active SH degree alone; it plays as before.
+    """`avatar` with only the coefficients of its active SH degree; it plays as before.
 
-    Gaussian Blendshapes stores degree 3 whatever was trained: 16 coefficients for every Gaussian and delta.
+    Gaussian Blendshapes always stores degree 3, 16 coefficients for every Gaussian and delta, whatever was trained.
     """
     kept = (avatar.sh_degree + 1) ** 2
     if avatar.gaussians.sh.shape[1] <= kept:

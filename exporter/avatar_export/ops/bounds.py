@@ -1,4 +1,4 @@
-"""Boxes that a renderer may cull by: at rest, and swept over what a pose may do."""
+"""Boxes for culling: at rest, and swept over all poses."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from avatar_runtime.stages.bind import rows_of
 from avatar_runtime.stages.joints import rest_transforms
 from avatar_runtime.stages.sparse import gather
 
-JOINT_SWEEP = np.radians(30.0)  # the most that one joint turns, about any axis
+JOINT_SWEEP = np.radians(30.0)  # largest rotation of one joint, about any axis
 CHORD = 2 * np.sin(
     JOINT_SWEEP / 2
-)  # how far that moves a point at unit distance; bounds |R - I| entrywise too
+)  # how far that moves a point at unit distance; also bounds the entries of |R - I|
 SIGMAS = 3.0
 STRETCH = 2.0
-CLIP_FRAMES = 24  # drawn from all clips together
+CLIP_FRAMES = 24  # sampled from all clips together
 
 
 def bounds(avatar: Avatar) -> dict[str, Any]:
     """{"rest", "swept"}: {"min", "max"} in mesh space, metres, three standard deviations included.
 
-    Swept holds every pose with all expressions in their ranges and all eyelids in 0..1, in any combination,
-    and one joint that carries Gaussians turned by at most 30 degrees: interval arithmetic, then chords of
-    rotations, so it is generous. Only growth is counted for one expression at a time: all of them at once
-    would add up in the exponent. For `anchor` groups the fit is bounded by the anchors' own motion. Frames of the
-    avatar's clips are in it too, `CLIP_FRAMES` of them in all. Gaussians on a surface without a rig: nobody
-    knows how the mesh will move, so swept is the box at rest.
+    `swept` contains every pose with all expressions in their ranges and all eyelids in 0..1, in any combination,
+    and one joint with Gaussians rotated by at most 30 degrees. It uses interval arithmetic, then chords of rotations,
+    so it is larger than needed. Growth of scales is counted for one expression at a time, since all of them together
+    would add up in the exponent. For `anchor` groups the motion of the anchors bounds the fit. It also contains
+    `CLIP_FRAMES` frames of the avatar's clips. For Gaussians on a surface without a rig the motion is unknown, so
+    `swept` is the box at rest.
     """
-    with np.errstate(over="ignore"):  # absurd scales become infinite, which `_box` limits
+    with np.errstate(over="ignore"):  # an overflow becomes infinite, which `box` limits
         return _bounds(avatar)
 
 
@@ -45,8 +45,8 @@ def _bounds(avatar: Avatar) -> dict[str, Any]:
     rest = box(g.mean - reach, g.mean + reach)
     low, high = _swept(avatar)
     for mean, extent in _clip_frames(avatar):
-        low, high = np.fmin(low, mean - extent), np.fmax(high, mean + extent)  # a NaN is not drawn
-    if avatar.embedding is not None:  # the rig's rest may lie apart from the canonical mesh
+        low, high = np.fmin(low, mean - extent), np.fmax(high, mean + extent)  # NaN is not drawn
+    if avatar.embedding is not None:  # the rig's rest may differ from the canonical mesh
         low, high = np.minimum(low, g.mean - reach), np.maximum(high, g.mean + reach)
     return {"rest": rest, "swept": box(low, high)}
 
@@ -70,9 +70,9 @@ def _swept(avatar: Avatar) -> tuple[F64, F64]:
 
 
 def swept_surface(avatar: Avatar, embedding: Embedding) -> tuple[F64, F64]:
-    """[N, 3] corners for Gaussians on a mesh: the balls of their corners, their height over it, their size.
+    """[N, 3] corners for Gaussians on a mesh, from the balls of their triangle's vertices, their height and their size.
 
-    How far a triangle stretches is not followed: heights in triangle sizes and scales count `STRETCH` times.
+    Stretching of triangles is not followed: heights in triangle sizes, and scales, count `STRETCH` times.
     """
     size = SIGMAS * np.exp(avatar.gaussians.log_scale.max(axis=1).astype(np.float64))
     if avatar.rig is None:
@@ -89,7 +89,7 @@ def swept_surface(avatar: Avatar, embedding: Embedding) -> tuple[F64, F64]:
 
 
 def _vertex_balls(avatar: Avatar, rig: Rig) -> tuple[F64, F64]:
-    """([V, 3] centre, [V] radius) of where the mesh's vertices can be."""
+    """([V, 3] centres, [V] radii) of balls that contain the mesh's vertices in every pose."""
     low, high = interval(rig.morphs, "position", ranges(avatar))
     late = interval(rig.late_morphs, "position", np.tile([0.0, 1.0], (rig.late_morphs.columns, 1)))
     low, high = low + late[0], high + late[1]
@@ -106,7 +106,7 @@ def _vertex_balls(avatar: Avatar, rig: Rig) -> tuple[F64, F64]:
 
 
 def _clip_frames(avatar: Avatar) -> Iterator[tuple[F64, F64]]:
-    """([N, 3] means, [N, 3] half-sizes) at frames spread over the avatar's clips, without world_from_avatar."""
+    """([N, 3] means, [N, 3] half-sizes) at frames sampled from the avatar's clips, without world_from_avatar."""
     frames = [(clip, frame) for clip in avatar.clips for frame in range(clip.frames)]
     player = Player(avatar, "reference")
     for index in np.unique(np.linspace(0, len(frames) - 1, min(len(frames), CLIP_FRAMES)).astype(int)):
@@ -124,7 +124,7 @@ def _reach(scale: F32, quat_wxyz: F32) -> F64:
 
 
 def _displacement(avatar: Avatar) -> tuple[F64, F64]:
-    """[N, 3] least and largest displacement that expressions and eyelids give."""
+    """[N, 3] smallest and largest displacement by expressions and eyelids."""
     b = avatar.blendshapes
     low, high = interval(b.geometry, "mean", ranges(avatar))
     eyelids = np.tile([0.0, 1.0], (b.late_morphs.columns, 1))
@@ -133,7 +133,7 @@ def _displacement(avatar: Avatar) -> tuple[F64, F64]:
 
 
 def _largest_growth(avatar: Avatar) -> F64:
-    """[N] most that one expression can add to the largest log scale."""
+    """[N] largest increase of the largest log scale by one expression."""
     appearance = avatar.blendshapes.appearance
     delta = appearance.values["log_scale"].astype(np.float64)
     at = ranges(avatar)[appearance.column]
@@ -146,7 +146,7 @@ def _largest_growth(avatar: Avatar) -> F64:
 
 
 def _turned(avatar: Avatar, rig: Rig, group: Group, centre: F64, half: F64) -> F64:
-    """[count] how far one joint's turn can carry each Gaussian of a group from where it is."""
+    """[count] largest distance by which the rotation of one joint moves each Gaussian of a group."""
     correctives = rows_of(avatar.blendshapes.correctives, group.first, group.count)
     most = np.zeros(group.count)
     corrected: F64 = (
@@ -156,7 +156,7 @@ def _turned(avatar: Avatar, rig: Rig, group: Group, centre: F64, half: F64) -> F
         return corrected
     pivots = rest_transforms(rig)[:, :3, 3]
     wander = np.einsum("k,kjx->jx", np.abs(ranges(avatar)).max(axis=1), np.abs(rig.joint_basis))
-    for joint in _carriers(avatar, rig):
+    for joint in _moving_joints(avatar, rig):
         share = _share(avatar, rig, group, below(rig, joint))
         arm = np.linalg.norm(centre - pivots[joint], axis=1) + half + np.linalg.norm(wander[joint])
         most = np.maximum(most, share * CHORD * arm)
@@ -167,7 +167,7 @@ def _turned(avatar: Avatar, rig: Rig, group: Group, centre: F64, half: F64) -> F
 
 
 def _anchor_slack(avatar: Avatar, rig: Rig, centre: F64) -> F64:
-    """[count] how far the fit carries a Gaussian when the anchors themselves deform."""
+    """[count] largest distance by which the fit moves a Gaussian when the anchors deform."""
     morphs = rig.morphs
     low, high = interval(morphs, "position", ranges(avatar))
     correctives = np.linalg.norm(rig.correctives.values["position"], axis=1)[:, None]
@@ -182,8 +182,8 @@ def _anchor_slack(avatar: Avatar, rig: Rig, centre: F64) -> F64:
     return result
 
 
-def _carriers(avatar: Avatar, rig: Rig) -> list[int]:
-    """Joints that carry Gaussians: by skin weights, by a mix, or through the anchors."""
+def _moving_joints(avatar: Avatar, rig: Rig) -> list[int]:
+    """Joints that move Gaussians: by skin weights, by a mix, or through the anchors."""
     used = set(avatar.skin.column.tolist())
     for group in avatar.groups:
         used |= {rig.joint_names.index(name) for name in group.joint_mix}
@@ -193,7 +193,7 @@ def _carriers(avatar: Avatar, rig: Rig) -> list[int]:
 
 
 def _share(avatar: Avatar, rig: Rig, group: Group, mask: F32) -> F64:
-    """[count] or [1]: the part of each Gaussian's weight that lies on joints of the [J] mask."""
+    """[count] or [1]: the fraction of each Gaussian's weight on joints of the [J] mask."""
     if group.binding == "skin":
         weights = gather(rows_of(avatar.skin, group.first, group.count), mask[:, None])
         return weights[:, 0].astype(np.float64)
@@ -214,24 +214,26 @@ def below(rig: Rig, joint: int) -> F32:
 
 
 def ranges(avatar: Avatar) -> F64:
+    """[K, 2] the range of every expression."""
     return np.array([e.range for e in avatar.expressions], np.float64).reshape(-1, 2)
 
 
 def interval(sparse: SparseRows, attribute: str, ranges: F64) -> tuple[F64, F64]:
-    """[R, ...] least and largest weighted sum with every column's weight in its range, 0 included."""
+    """[R, ...] smallest and largest weighted sum with every column's weight in its range, which includes 0."""
     at = np.concatenate([np.minimum(ranges[:, :1], 0), np.maximum(ranges[:, 1:], 0)], axis=1)[sparse.column]
     a, b = sparse.values[attribute] * at[:, :1], sparse.values[attribute] * at[:, 1:]
     return row_sums(sparse, np.minimum(a, b)), row_sums(sparse, np.maximum(a, b))
 
 
 def row_sums(sparse: SparseRows, values: F64) -> F64:
+    """[R, ...] sums of `values` [entries, ...] over the entries of each row."""
     sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0, dtype=np.float64)])
     result: F64 = sums[sparse.row_ptr[1:]] - sums[sparse.row_ptr[:-1]]
     return result
 
 
 def box(low: F64, high: F64) -> dict[str, list[float]]:
-    """Corners as float32 numbers; a box beyond float32 ends at its limits, since JSON knows no infinity."""
+    """{"min", "max"} as float32 numbers; a larger box ends at the limits of float32, since JSON has no infinity."""
     limit = np.finfo(np.float32).max
     corners = np.clip([low.min(axis=0), high.max(axis=0)], -limit, limit).astype(np.float32)
     return {"min": corners[0].tolist(), "max": corners[1].tolist()}

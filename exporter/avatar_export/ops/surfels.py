@@ -1,4 +1,4 @@
-"""Flat Gaussians on a mesh, one a triangle, so that an avatar that is a mesh alone can be drawn as any other."""
+"""Flat Gaussians on a mesh, one per triangle, so that an avatar without Gaussians can be drawn like any other."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from avatar_schema import constants
 
 RULES = Rules("triangle_frame", position="triangle_frame", scale="triangle_linear", sh_direction="world")
 SPREAD = (
-    2.0  # times the triangle's own standard deviation: neighbours meet at 0.9 opacity, and edges stay sharp
+    2.0  # times the standard deviation of the triangle: neighbours meet at 0.9 opacity, and edges stay sharp
 )
-FLATNESS = 0.02  # thickness, and the least width of a sliver, in parts of the length
-OPACITY_LOGIT = 4.6  # 0.99, the most that the renderer shows
-LEAST_SINE = 1e-7  # of the angle at a corner: below it float32 gives the triangle no plane
-CLAY = (0.76, 0.63, 0.55)  # display-referred, where the mesh has no colours
-LIGHT = (0.25, 0.45, 0.85)  # from where the clay is lit, mesh space
+FLATNESS = 0.02  # thickness, and smallest width of a sliver, relative to the length
+OPACITY_LOGIT = 4.6  # 0.99, the largest opacity of the rasteriser
+LEAST_SINE = 1e-7  # of the angle at a corner; smaller angles define no plane in float32
+CLAY = (0.76, 0.63, 0.55)  # display-referred, for a mesh without colours
+LIGHT = (0.25, 0.45, 0.85)  # direction to the light on the clay, mesh space
 AMBIENT = 0.45
 
 
 def surfels(vertices: F32, triangles: U32, colour: F32 | None) -> tuple[Gaussians, Embedding]:
-    """A Gaussian with the second moments of each triangle, times SPREAD; they move by RULES.
+    """(Gaussians, embedding): for each triangle a Gaussian with its second moments, times SPREAD; they move by RULES.
 
-    `vertices` [V, 3] metres, the binding pose; `colour` [V, 3] display-referred, None: clay, lit once in that pose.
-    Triangles without area get none. Raises AvatarError where no triangle has an area.
+    `vertices` [V, 3] metres, the binding pose; `colour` [V, 3] display-referred, None: clay, lit in that pose.
+    Triangles without area get none. Raises AvatarError if no triangle has an area.
     """
     chosen = _sound(vertices, triangles)
     if not len(chosen):
@@ -66,7 +66,7 @@ def _sound(vertices: F32, triangles: U32) -> I64:
 
 
 def _ellipses(vertices: F32, triangles: U32, chosen: I64) -> tuple[F64, F64, F64]:
-    """(angle of the longer axis from the frame's first towards its third, the standard deviations along both)."""
+    """(angle of the longer axis from the first axis of the frame to the third; standard deviations along both)."""
     frame = triangle_shape(vertices, triangles[chosen], RULES).frame
     corner = vertices.astype(np.float64)[triangles[chosen]]
     offset = corner - corner.mean(axis=1, keepdims=True)

@@ -1,6 +1,6 @@
 """Colours for the mesh of an avatar, from the Gaussians near each vertex in the binding pose.
 
-Files for engines carry a mesh without texture; with these it looks like the avatar and not like grey plaster.
+The mesh in files for engines has no texture; with these colours it resembles the avatar.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from avatar_runtime.avatar import F32, F64, Avatar, Gaussians, Rig
 from avatar_runtime.stages.activate import sigmoid
 from avatar_schema import constants
 
-LEVELS = 8  # grids, each twice as coarse as the one before
+LEVELS = 8  # grids, each twice as coarse as the previous
 FINEST = 256  # cells along the diagonal of the mesh's box
-ENOUGH = 1.0  # opacity near a vertex that makes a colour
-GREY = 0.6  # display-referred, where nothing is near
+ENOUGH = 1.0  # sum of opacities near a vertex that is enough for a colour
+GREY = 0.6  # display-referred, for vertices without Gaussians nearby
 
 
 def vertex_colours(avatar: Avatar, rig: Rig) -> F32:
     """Display-referred colours [V, 3], 0..1, of the rig's vertices.
 
     Each is the mean degree-0 colour of the Gaussians around it, weighted by opacity, in the finest grid whose
-    cells about the vertex hold enough of it.
+    cells around the vertex hold ENOUGH opacity.
     """
     vertices = rig.vertices if avatar.embedding is None else avatar.embedding.canonical_vertices
     low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
@@ -55,7 +55,7 @@ def _weighted_colours(gaussians: Gaussians) -> F64:
 
 
 def _around(mean: F32, weighted: F64, vertices: F32, low: F64, cell: float) -> F64:
-    """[V, 4] sums over the 2 x 2 x 2 cells nearest to each vertex, by how near they are."""
+    """[V, 4] sums over the 2 x 2 x 2 cells nearest to each vertex, with trilinear weights."""
     key = _keys(np.floor((mean - low) / cell))
     cells, inverse = np.unique(key, return_inverse=True)
     sums = np.stack([np.bincount(inverse, column, len(cells)) for column in weighted.T], axis=1)
@@ -71,7 +71,7 @@ def _around(mean: F32, weighted: F64, vertices: F32, low: F64, cell: float) -> F
 
 
 def _keys(cells: F64) -> npt.NDArray[np.int64]:
-    """One number for each cell [..., 3]; far-off ones share a border cell."""
+    """One number for each cell [..., 3]; distant cells share a border cell."""
     x, y, z = np.clip(cells, -(1 << 19), (1 << 19) - 1).astype(np.int64).T + (1 << 19)
     result: npt.NDArray[np.int64] = (x << 40) | (y << 20) | z
     return result

@@ -1,7 +1,7 @@
-"""ASM faces (arXiv 2304.09423): bones, mixtures that weigh a mesh, poses; fitted here or with the unofficial code.
+"""ASM faces (arXiv 2304.09423): bones, mixtures for skin weights, poses; fitted by avatar-train or the unofficial code.
 
 The official code was never released. A face has no Gaussians: each triangle gets a flat one in its colours, so that
-a face is drawn, checked and written as any other avatar.
+a face is drawn, checked and written like any other avatar.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from avatar_export.asm import maths, unofficial
 from avatar_export.asm.bake import LEAST_WEIGHT, bake_clips, bake_rig
 from avatar_export.asm.files import is_face, is_person, load, load_person
 from avatar_export.asm.model import AsmFace
-from avatar_export.clips.sources import clip_poses, rig_avatar
+from avatar_export.clips.poses import clip_poses, rig_avatar
 from avatar_export.ops.surfels import RULES, surfels
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
@@ -28,12 +28,12 @@ from avatar_runtime.player import Player
 
 SYSTEM = "asm"
 FILES = (
-    "FACE.npz with asm_version, written by avatar-train asm; a person's small file needs --mesh FACE.npz beside it",
+    "FACE.npz with asm_version, written by avatar-train asm; the small file of a person needs --mesh FACE.npz",
     "or a folder of the unofficial code: rig_info.json, inited_gmm_params_KN.pkl, mu_face.obj",
 )
 USED_OPTIONS = ("mesh", "units", "name", "exact")  # exact: there are no deltas to drop
 WITHOUT_RIG = ReadOptions()  # a face is a rig
-FRAMES = 8  # of each take, in which the baked rig is held against the formulas
+FRAMES = 8  # of each take, in which the baked rig is compared with the formulas
 
 
 def detect(path: Path) -> bool:
@@ -42,9 +42,9 @@ def detect(path: Path) -> bool:
 
 
 def read(path: Path, options: ReadOptions) -> Avatar:
-    """The face as an avatar that rests in its neutral. Raises AvatarError for files that are not what they claim."""
+    """The face as an avatar that rests in its neutral. Raises AvatarError for unsound files."""
     with owned(SYSTEM):
-        options.refuse_others(USED_OPTIONS, SYSTEM, "a face holds its mesh, its rig and its clips")
+        options.refuse_others(USED_OPTIONS, SYSTEM, "the face contains its mesh, rig and clips")
         face, files = _face(path, options)
         rig, clips = bake_rig(face), bake_clips(face)
         mesh = rest_vertices(rig)
@@ -75,21 +75,23 @@ def _face(path: Path, options: ReadOptions) -> tuple[AsmFace, dict[str, Path]]:
     if path.is_dir():
         return unofficial.read_folder(path, options.units), unofficial.files_of(path)
     if options.units is not None:
-        raise AvatarError("is no option for an ASM .npz, whose unit is the metre", field="--units")
+        raise AvatarError("cannot be used with an ASM .npz, whose unit is the metre", field="--units")
     if not is_person(path):
         if options.mesh is not None:
-            raise AvatarError("goes with a person's small file; this face holds its mesh", field="--mesh")
+            raise AvatarError(
+                "is only for the small file of a person; this face contains its mesh", field="--mesh"
+            )
         return load(path), {path.name: path}
     if options.mesh is None:
         raise AvatarError(
-            "holds a person without the template; pass a face with that template by --mesh", file=path
+            "holds a person without the template; pass a face with that template: --mesh FACE.npz", file=path
         )
     template = load(options.mesh).template
     return load_person(path, template), {path.name: path, f"mesh/{options.mesh.name}": options.mesh}
 
 
 def _driving(face: AsmFace) -> Driving:
-    """The whole face turns about the head bone: turned in its own space it would shear where its scale is uneven."""
+    """Driving that rotates the whole face about the head bone; in the bone's own space an uneven scale would shear."""
     names = face.template.bone_names
     if "head" not in names:
         return Driving()
@@ -100,7 +102,7 @@ def _driving(face: AsmFace) -> Driving:
 
 
 def _notes(face: AsmFace, rig: Rig, clips: tuple[Clip, ...]) -> tuple[str, ...]:
-    """What baking changed, over frames of every take at even distances."""
+    """Notes on what baking changed, measured over evenly spaced frames of every take."""
     avatar = replace(rig_avatar(rig, ()), clips=clips)
     player = Player(avatar, "reference")
     worst = []

@@ -1,4 +1,4 @@
-"""A bundle that is there already: read again, to write what it lacks, or another form of it."""
+"""An existing bundle, read again to write the files that it lacks, or another form of it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ USED_OPTIONS = ("name",)
 
 
 def detect(path: Path) -> bool:
-    """Whether `path` holds a manifest, sound or not; never raises."""
+    """Whether `path` holds a manifest, valid or not; never raises."""
     try:
         if path.is_dir():
             return (path / MANIFEST).exists()
@@ -30,7 +30,7 @@ def detect(path: Path) -> bool:
 
 
 def read(path: Path, options: ReadOptions) -> Avatar:
-    """The avatar as its normative files say, with its clips and provenance. Raises AvatarError as `bundle.load`."""
-    options.refuse_others(USED_OPTIONS, SYSTEM, "a bundle holds all that it is made of")
+    """The avatar of the normative files, with its clips and provenance. Raises AvatarError as `bundle.load`."""
+    options.refuse_others(USED_OPTIONS, SYSTEM, "a bundle contains all its inputs")
     avatar = load(path)
     return avatar if options.name is None else replace(avatar, name=options.name)

@@ -1,7 +1,7 @@
-"""enhancer.onnx and enhancer.json beside a checkpoint: the network over its pictures, and what it is worth.
+"""enhancer.onnx and enhancer.json beside a checkpoint: a network for its images, and the network's measured quality.
 
-enhancer.json holds what avatar.json says of an enhancer (SPEC.md section 17), without more. The trainer of this project
-writes both; whoever has such a network may put them there.
+enhancer.json holds the entry `enhancer` of avatar.json (SPEC.md section 17) and nothing else. The trainer of this
+project writes both files; other programs may write them too.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MAX_BYTES = 1 << 16
 
 
 def save_enhancer(folder: Path, enhancer: Enhancer) -> None:
-    """Write both files into `folder`, which is there."""
+    """Write both files into the existing `folder`."""
     (folder / ENHANCER_FILE).write_bytes(enhancer.onnx)
     text = json.dumps(encode_enhancer(enhancer), indent=1, ensure_ascii=False, allow_nan=False)
     (folder / FACTS_FILE).write_text(text + "\n", "utf-8")
@@ -30,8 +30,8 @@ def save_enhancer(folder: Path, enhancer: Enhancer) -> None:
 def read_enhancer(folder: Path) -> Enhancer | None:
     """The enhancer in a checkpoint's folder; None without either file.
 
-    The network is not looked into here. Raises AvatarError for one file without the other, files that are too large,
-    and facts that are missing or make no sense.
+    The network itself is not checked here. Raises AvatarError for one file without the other, files that are too large,
+    and facts that are missing or invalid.
     """
     onnx, facts = folder / ENHANCER_FILE, folder / FACTS_FILE
     if not onnx.exists() and not facts.exists():
@@ -42,7 +42,7 @@ def read_enhancer(folder: Path) -> Enhancer | None:
     try:
         said = json.loads(read_bytes(facts, MAX_BYTES))
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is no JSON ({type(error).__name__})", file=facts) from None
+        raise AvatarError(f"is not valid JSON ({type(error).__name__})", file=facts) from None
     for problem in key_problems(said, "enhancer"):
         raise AvatarError(problem.message, file=facts, field=problem.path)
     data = read_bytes(onnx, LARGEST)

@@ -1,4 +1,4 @@
-"""GaussianAvatars (ShenhanQian/GaussianAvatars 30cc4bd): Gaussians in the frames of a head mesh's triangles.
+"""GaussianAvatars (ShenhanQian/GaussianAvatars 30cc4bd): Gaussians in the frames of the triangles of a head mesh.
 
 point_cloud.ply holds them local to the triangle that `binding_0` names: offset and scale in multiples of the
 triangle's size, rotation in its frame. The mesh is not stored; the release makes it from FLAME by adding teeth.
@@ -51,24 +51,24 @@ RULES = Rules(
     position="triangle_frame", rotation="triangle_frame", scale="triangle_linear", sh_direction="world"
 )
 TOPOLOGY = (
-    "its mesh is FLAME with 120 teeth vertices and 168 triangles added by the release (5143 and 10144 in all), "
-    "which a plain FLAME file is not"
+    "its mesh is FLAME with 120 vertices and 168 triangles of teeth that the release adds (5143 and 10144 in all), "
+    "not plain FLAME"
 )
 
 
 def detect(path: Path) -> bool:
-    """Whether `path` is a run, an iteration's folder or a .ply, whose Gaussians name triangles; never raises."""
+    """Whether `path` is a run, an iteration's folder or a .ply whose Gaussians have triangle ids; never raises."""
     cloud = locate(path)
     return cloud is not None and has_property(cloud, BINDING)
 
 
 def read(path: Path, options: ReadOptions) -> Avatar:
-    """The avatar, in metres. Raises AvatarError where no mesh is given, and for data that is not what it claims."""
+    """The avatar, in metres. Raises AvatarError if no mesh is given, and for unsound data."""
     with owned(SYSTEM):
-        options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such choice or input")
+        options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such input or choice")
         cloud = locate(path)
         if cloud is None:
-            raise AvatarError(f"holds no {NAME}", file=path)
+            raise AvatarError(f"has no {NAME}", file=path)
         rows = read_ply(cloud)
         splats = ply.gaussians(rows, cloud.file)
         poses = cloud.find(POSES)
@@ -107,7 +107,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
 
 
 def _mesh(options: ReadOptions, units: float) -> tuple[TriangleMesh, Path]:
-    """The mesh that binding_0 counts the triangles of, in metres, and where it is from."""
+    """The mesh whose triangles binding_0 numbers, in metres, and its file."""
     if options.mesh is not None:
         mesh = read_mesh(options.mesh)
         return TriangleMesh(surface.in_metres(mesh.vertices, units), mesh.triangles), options.mesh
@@ -122,7 +122,7 @@ def _mesh(options: ReadOptions, units: float) -> tuple[TriangleMesh, Path]:
         vertices = body.v_template if shaped is None else shaped.vertices  # with the subject's identity
         return TriangleMesh(vertices, body.triangles), options.body_model
     raise AvatarError(
-        "a checkpoint of this system does not hold its mesh; pass it by --mesh MESH.obj|.npz, by --rig or by "
+        "a checkpoint of this system does not contain its mesh; pass it with --mesh MESH.obj|.npz, --rig or "
         f"--body-model: {TOPOLOGY}"
     )
 
@@ -130,13 +130,13 @@ def _mesh(options: ReadOptions, units: float) -> tuple[TriangleMesh, Path]:
 def _binding(rows: ply.Ply, cloud: PointCloud) -> surface.Floats:
     if BINDING not in rows.properties:
         raise AvatarError(
-            "is missing, so no Gaussian knows its triangle", file=cloud.file, field=f"property {BINDING}"
+            "is missing; it holds the triangle of each Gaussian", file=cloud.file, field=f"property {BINDING}"
         )
     return rows.properties[BINDING].astype(np.float64)
 
 
 def _check_static_offset(poses: Path | None, vertices: int, mesh_file: Path) -> None:
-    """Raise AvatarError where the run's own per-vertex offsets are those of another mesh."""
+    """Raise AvatarError if the run's per-vertex offsets belong to another mesh."""
     if poses is None:
         return
     with Archive(poses) as archive:
@@ -165,8 +165,8 @@ def _embedding(mesh: TriangleMesh, triangle: U32, splats: Gaussians) -> Embeddin
 
 
 def _log_scale(mesh: TriangleMesh, triangle: U32, splats: Gaussians) -> F32:
-    """Of the binding pose: the stored one is in multiples of the triangle's size."""
-    with np.errstate(all="ignore"):  # absurd numbers become infinite, which check() refuses
+    """Log scale in the binding pose; the stored one is in multiples of the triangle's size."""
+    with np.errstate(all="ignore"):  # an overflow becomes infinite, which the check of the avatar refuses
         size = triangle_shape(mesh.vertices, mesh.triangles, RULES).size[triangle]
         result: F32 = (splats.log_scale + np.log(size.astype(np.float64))[:, None]).astype(np.float32)
     return result
@@ -184,7 +184,7 @@ def _note(options: ReadOptions, units: float) -> str:
 
 
 def _background(cloud: PointCloud) -> tuple[float, float, float]:
-    """White, as the release's scripts train, unless cfg_args says otherwise (it is searched, never evaluated)."""
+    """White, as in the release's scripts, unless cfg_args says otherwise (its text is searched, never evaluated)."""
     path = cloud.find(CONFIG)
     text = b"" if path is None else read_bytes(path, MAX_CONFIG_BYTES)
     black = re.search(rb"\bwhite_background=False\b", text) is not None

@@ -1,22 +1,21 @@
 """The avatar zip that LAM exports (aigc3d/LAM 3395736): offset.ply on the vertices of skin.glb.
 
-Splat i belongs to vertex i of the glb (measured: the colours of a real avatar are smooth along the edges in
-this order, and only in this one); the zip's vertex_order.json is loaded by LAM's web page and not used, and
-not used here. The PLY looks like a 3DGS file and is none: x, y, z is the offset from the vertex, f_dc is
-plain RGB.
+Splat i belongs to vertex i of the glb: the colours of a real avatar are smooth along the edges in this order, and in
+no other. LAM's web page loads the zip's vertex_order.json but does not use it, nor does this reader. The PLY looks
+like a 3DGS file but differs: x, y, z is the offset from the vertex, f_dc is plain RGB.
 """
 
 from __future__ import annotations
 
-import zipfile
-from collections.abc import Callable, Iterable
 from dataclasses import replace
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 import numpy as np
 
+from avatar_export.clips.gltf_files import CLIPS, SKIN
+from avatar_export.clips.sources import clips_from
 from avatar_export.driving.arkit import canonical
-from avatar_export.formats.archive import ZIP_FAULTS, Archive
+from avatar_export.formats.file_set import FileSet, holds_together
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
 from avatar_export.rigs.gltf_rig import GltfRig, read_rig
@@ -38,41 +37,34 @@ from avatar_runtime.rules import SKIN_ROTATIONS
 from avatar_schema import constants
 
 SYSTEM = "lam"
-OFFSETS, SKIN, CLIPS = "offset.ply", "skin.glb", "animation.glb"
+OFFSETS = "offset.ply"
 FILES = (
     f"NAME.zip, or the folder it unpacks to, with {OFFSETS} (the Gaussians, offsets from the vertices)",
     f"{SKIN} (mesh, ARKit morph targets, joints and skin weights)",
     f"{CLIPS} (optional: animation clips)",
 )
 NEEDED = (OFFSETS, SKIN)
-USED_OPTIONS = ("rotation", "exact", "name")  # exact: every delta that is not zero is kept anyway
-WITHOUT_RIG = ReadOptions()  # the zip holds its rig
-MAX_FILE_BYTES = 512 << 20
+USED_OPTIONS = ("rotation", "exact", "name")  # exact changes nothing: every delta that is not zero is kept
+WITHOUT_RIG = ReadOptions()  # the zip contains its rig
 HEAD_JOINT = "head"
 
 
 def detect(path: Path) -> bool:
     """Whether `path` is a zip, or a folder, with offset.ply and skin.glb in one folder; never raises."""
-    try:
-        if path.is_dir():
-            return bool(_folders(str(p.relative_to(path)) for p in _files_of(path)))
-        if not path.is_file():
-            return False
-        with zipfile.ZipFile(path) as archive:
-            return bool(_folders(archive.namelist()))
-    except ZIP_FAULTS:
-        return False
+    return holds_together(path, NEEDED)
 
 
 def read(path: Path, options: ReadOptions) -> Avatar:
-    """The avatar, in metres. Raises AvatarError for an option of no use here, and as `read_lam`."""
-    options.refuse_others(USED_OPTIONS, SYSTEM, "the zip holds all there is")
+    """The avatar with the clips of animation.glb. Raises AvatarError as `read_lam`, and for an option not used here."""
+    options.refuse_others(USED_OPTIONS, SYSTEM, "the zip contains all inputs")
     avatar = read_lam(path, rotation=options.rotation or "none")
-    return replace(avatar, name=options.name or avatar.name)
+    with owned(SYSTEM):
+        clips = clips_from(avatar, path, optional=True)
+    return replace(avatar, name=options.name or avatar.name, clips=clips)
 
 
 def read_lam(path: Path, *, rotation: str = "none") -> Avatar:
-    """The avatar in a LAM zip or folder; y up, face +Z, metres.
+    """The avatar in a LAM zip or folder, without its clips; y up, face +Z, metres.
 
     `rotation` says how joints turn a Gaussian: `none` as trained (animate_gs_model moves positions only),
     `head_bone` as its web page draws it, `polar3` as skinning would.
@@ -80,8 +72,8 @@ def read_lam(path: Path, *, rotation: str = "none") -> Avatar:
     """
     with owned(SYSTEM):
         if rotation not in SKIN_ROTATIONS:
-            raise AvatarError(f"{rotation!r} is none of {', '.join(SKIN_ROTATIONS)}", field="rotation")
-        source = _Source(path)
+            raise AvatarError(f"{rotation!r} is not one of {', '.join(SKIN_ROTATIONS)}", field="rotation")
+        source = FileSet(path, NEEDED)
         splats = _gaussians(source.read(OFFSETS))
         found = read_rig(glb.decode(source.read(SKIN), SKIN))
         avatar = _avatar(source.name, splats, found, rotation)
@@ -89,78 +81,11 @@ def read_lam(path: Path, *, rotation: str = "none") -> Avatar:
         return replace(avatar, provenance={**avatar.provenance, "source_files": files}).check()
 
 
-def clip_source(path: Path) -> bytes | None:
-    """The bytes of animation.glb, None where there is none. Raises AvatarError as `read_lam`."""
-    with owned(SYSTEM):
-        source = _Source(path)
-        return source.read(CLIPS) if source.has(CLIPS) else None
-
-
-class _Source:
-    """The files of one avatar by their bare names, from a zip or a folder."""
-
-    def __init__(self, path: Path):
-        self._path = path
-        if path.is_dir():
-            names = [str(p.relative_to(path).as_posix()) for p in _files_of(path)]
-        elif path.is_file():
-            with Archive(path) as archive:
-                names = list(archive.names)
-        else:
-            raise AvatarError("no such file or folder", file=path)
-        found = _folders(names)
-        if len(found) != 1:
-            number = "no" if not found else f"{len(found)}"
-            raise AvatarError(f"holds {number} folder with {' and '.join(NEEDED)}, expected one", file=path)
-        self._names = names
-        self._folder = found[0]
-        self.name = self._folder.name or path.resolve().stem
-
-    def has(self, name: str) -> bool:
-        return str(self._folder / name) in self._names
-
-    def files(self) -> dict[str, Path]:
-        """The zip itself, or the files of a folder that are read."""
-        if self._path.is_file():
-            return {self._path.name: self._path}
-        return {name: self._path / self._folder / name for name in NEEDED}
-
-    def read(self, name: str) -> bytes:
-        inner = str(self._folder / name)
-        if self._path.is_dir():
-            return _limited(name, (self._path / inner).stat().st_size, (self._path / inner).read_bytes)
-        with Archive(self._path) as archive:
-            return _limited(name, archive.size(inner), lambda: archive.read(inner))
-
-
-def _limited(name: str, size: int, read: Callable[[], bytes]) -> bytes:
-    if size > MAX_FILE_BYTES:
-        raise AvatarError(f"is {size} bytes long; up to {MAX_FILE_BYTES} are read", file=name)
-    try:
-        return read()
-    except OSError as error:
-        raise AvatarError(f"cannot be read: {error.strerror or error}", file=name) from None
-
-
-def _files_of(folder: Path) -> list[Path]:
-    """The files in a folder and in the folders right in it."""
-    return [p for pattern in ("*", "*/*") for p in sorted(folder.glob(pattern)) if p.is_file()]
-
-
-def _folders(names: Iterable[str]) -> list[PurePosixPath]:
-    """The folders that hold every needed file."""
-    paths = {PurePosixPath(name) for name in names}
-    homes = sorted({p.parent for p in paths if p.name == OFFSETS and p.parts[0] != "__MACOSX"})
-    return [home for home in homes if all(home / name in paths for name in NEEDED)]
-
-
 def _gaussians(data: bytes) -> Gaussians:
-    """The file's Gaussians with `mean` still the offset, colours as SH."""
+    """The Gaussians of the file: `mean` is the offset from the vertex, colours are SH."""
     raw = ply.gaussians(ply.decode(data, OFFSETS), OFFSETS)
     if raw.sh_degree:
-        raise AvatarError(
-            "are there, but LAM has none: this is no file of its", file=OFFSETS, field="f_rest_*"
-        )
+        raise AvatarError("are present, but files of LAM have none", file=OFFSETS, field="f_rest_*")
     outside = (raw.sh < 0) | (raw.sh > 1)
     if outside.any():
         row, _, channel = np.unravel_index(int(np.argmax(outside)), raw.sh.shape)
@@ -180,7 +105,7 @@ def _avatar(name: str, splats: Gaussians, found: GltfRig, rotation: str) -> Avat
     if rotation == "head_bone" and HEAD_JOINT not in rig.joint_names:
         raise AvatarError(f"rotation head_bone needs a joint {HEAD_JOINT!r}", file=SKIN)
     columns = len(found.morph_names)
-    with np.errstate(over="ignore"):  # becomes infinite, which check() refuses
+    with np.errstate(over="ignore"):  # an overflow becomes infinite, which the check of the avatar refuses
         mean = rig.vertices + splats.mean
     return Avatar(
         name=name,
@@ -213,7 +138,7 @@ def _avatar(name: str, splats: Gaussians, found: GltfRig, rotation: str) -> Avat
 
 
 def _geometry(morphs: SparseRows) -> SparseRows:
-    """A vertex's morphs as its Gaussian's: positions move, rotations never do."""
+    """The morphs of the vertices as deltas of their Gaussians: positions move, rotations do not."""
     still = np.zeros((morphs.entries, 4), np.float32)
     return replace(morphs, values={"mean": morphs.values["position"], "quat_wxyz": still})
 

@@ -1,7 +1,7 @@
-"""rules.json: by which rules a checkpoint was trained, where its system's paper and released code differ.
+"""rules.json: the rules that a checkpoint was trained with, where the paper and the released code differ.
 
 {"system": "splatting_avatar", "rules": {"scale": "linear_area"}}, beside the files of the released layout. The trainer
-of this project writes it; whoever changed the released code may. A rule that it does not name is the released code's.
+of this project writes it; so may users who changed the released code. Other rules are those of the released code.
 """
 
 from __future__ import annotations
@@ -17,28 +17,28 @@ from avatar_runtime.io.whole_files import read_bytes
 RULES_FILE = "rules.json"
 MAX_BYTES = 1 << 16
 
-Values = Mapping[str, tuple[str, ...]]  # of each rule
+Values = Mapping[str, tuple[str, ...]]  # the known values of each rule
 
 
 @dataclass(frozen=True)
 class TrainedRules:
-    """What a rules.json says; without a file nothing."""
+    """The content of a rules.json; empty without a file."""
 
     file: Path | None
-    played: Mapping[str, str]  # of rules that say how the avatar is played
-    recorded: Mapping[str, str]  # of rules whose effect lies in the stored numbers
+    played: Mapping[str, str]  # value of each rule that changes how the avatar is played
+    recorded: Mapping[str, str]  # value of each rule whose effect is already in the stored numbers
 
     def notes(self) -> list[str]:
-        """That there are rules which change nothing here."""
+        """A note that lists the recorded rules, if there are any."""
         listed = ", ".join(f"{name} {value}" for name, value in self.recorded.items())
         return [f"{RULES_FILE} records how it was trained: {listed}"] if listed else []
 
 
 def read_rules(path: Path | None, system: str, played: Values, recorded: Values) -> TrainedRules:
-    """The rules.json at `path` of a checkpoint of `system`, whose rules have those values; None is no file.
+    """The rules.json at `path` (None: there is no file) of a checkpoint of `system`, whose rules have those values.
 
-    Raises AvatarError for a file that is too large or no such JSON, of another system, or that names an unknown
-    rule or value.
+    Raises AvatarError for a file that is too large, not such JSON or of another system, and for an unknown rule or
+    value.
     """
     if path is None:
         return TrainedRules(None, {}, {})
@@ -50,7 +50,7 @@ def read_rules(path: Path | None, system: str, played: Values, recorded: Values)
         if value not in known[name]:
             found = ascii(value[:40]) if isinstance(value, str) else "no text"
             raise AvatarError(
-                f"is {found}, none of {', '.join(known[name])}",
+                f"is {found}, not one of {', '.join(known[name])}",
                 file=path,
                 field=f"rules.{name}",
                 owner=system,
@@ -67,14 +67,14 @@ def _stored(path: Path, system: str) -> dict[str, str]:
     try:
         document = json.loads(read_bytes(path, MAX_BYTES))
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is no JSON ({type(error).__name__})", file=path, owner=system) from None
+        raise AvatarError(f"is not valid JSON ({type(error).__name__})", file=path, owner=system) from None
     if not isinstance(document, dict) or not isinstance(document.get("rules"), dict):
-        raise AvatarError('holds no {"system": ..., "rules": {...}}', file=path, owner=system)
+        raise AvatarError('is not of the form {"system": ..., "rules": {...}}', file=path, owner=system)
     if document.get("system") != system:
         found = document.get("system")
         named = ascii(found[:40]) if isinstance(found, str) else "no system"
         raise AvatarError(
-            f"is of {named}, but the checkpoint beside it of {system}",
+            f"is for {named}, but the checkpoint beside it is of {system}",
             file=path,
             field="system",
             owner=system,

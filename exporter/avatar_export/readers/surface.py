@@ -1,4 +1,4 @@
-"""What readers of mesh-embedded avatars share: checks of an embedding against its mesh, the avatar around it."""
+"""Shared by the readers of mesh-embedded avatars: checks of an embedding against its mesh, and the avatar around it."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from avatar_runtime.stages.surface import binding_pose
 from avatar_schema import constants
 
 SUM_TOLERANCE = 1e-4
-LEAST_WEIGHT = np.float32(-1e-3)  # SplattingAvatar's walk over triangles ends up to that far outside
-LEAST_SINE = 1e-7  # of the angle at a corner: below it float32 gives the triangle no plane
+LEAST_WEIGHT = np.float32(-1e-3)  # SplattingAvatar's walk over triangles can end this far outside
+LEAST_SINE = 1e-7  # of the angle at a corner; smaller angles define no plane in float32
 HEIGHTS = (0.15, 2.5)  # metres, from a baby's head to a tall man with an arm raised
 LEAST_UNITS, MOST_UNITS = 1e-6, 1e6
 
@@ -40,16 +40,16 @@ Floats = npt.NDArray[np.floating[Any]]
 
 
 def units_of(units: float) -> float:
-    """`units`, training units in a metre, once they are possible."""
+    """`units`, training units per metre. Raises AvatarError for an impossible number."""
     if not LEAST_UNITS <= units <= MOST_UNITS:
         raise AvatarError(
-            f"is {units}; training units in a metre are {LEAST_UNITS:g} to {MOST_UNITS:g}", field="--units"
+            f"is {units}; training units per metre must be {LEAST_UNITS:g} to {MOST_UNITS:g}", field="--units"
         )
     return float(units)
 
 
 def degree_of(degree: int, gaussians: Gaussians, file: Path, where: str) -> int:
-    """`degree`, which `where` says, once the file stores as much."""
+    """`degree`, as stated by `where`. Raises AvatarError if the file stores a lower degree."""
     if not 0 <= degree <= gaussians.sh_degree:
         raise AvatarError(
             f"stores SH of degree {gaussians.sh_degree}, but {where} says {degree}; pass --sh-degree",
@@ -59,9 +59,9 @@ def degree_of(degree: int, gaussians: Gaussians, file: Path, where: str) -> int:
 
 
 def triangle_rows(values: Floats, mesh: TriangleMesh, file: Path, name: str, hint: str = "") -> U32:
-    """Triangle ids [N] of a float array, which must be whole and rows of the mesh; `hint` ends the error."""
+    """Triangle ids [N] from a float array. Raises AvatarError, with `hint` appended, for an id that the mesh lacks."""
     count = len(mesh.triangles)
-    wrong = ~((values >= 0) & (values < count) & (values == np.floor(values)))  # NaN is wrong, too
+    wrong = ~((values >= 0) & (values < count) & (values == np.floor(values)))  # includes NaN
     if wrong.any():
         at = int(np.argmax(wrong))
         raise AvatarError(
@@ -75,7 +75,7 @@ def triangle_rows(values: Floats, mesh: TriangleMesh, file: Path, name: str, hin
 def check_barycentric(weights: F32, file: Path, name: str) -> list[str]:
     """Notes on weights [N, 3] slightly outside their triangle.
 
-    Raises AvatarError for a row that does not add up to 1, and for a weight well below 0.
+    Raises AvatarError for a row that does not add up to 1, and for a weight below LEAST_WEIGHT.
     """
     total = weights.sum(axis=1, dtype=np.float64)
     off = np.abs(total - 1) > SUM_TOLERANCE
@@ -88,7 +88,7 @@ def check_barycentric(weights: F32, file: Path, name: str) -> list[str]:
     if least.min() < LEAST_WEIGHT:
         at = int(np.argmin(least))
         raise AvatarError(
-            f"holds {least[at]:.6g}, far outside the triangle; -0.001 is the least that training leaves",
+            f"has a weight of {least[at]:.6g}, far outside the triangle; training gives at least -0.001",
             file=file,
             field=f"{name}[{at}]",
         )
@@ -101,7 +101,7 @@ def check_barycentric(weights: F32, file: Path, name: str) -> list[str]:
 
 
 def check_areas(mesh: TriangleMesh, triangle: U32, file: Path) -> None:
-    """Raise AvatarError for a triangle without area that carries a Gaussian: it gives no frame."""
+    """Raise AvatarError for a triangle without area that carries a Gaussian: it has no frame."""
     used, first = np.unique(triangle, return_index=True)
     corner = mesh.vertices.astype(np.float64)[mesh.triangles[used]]
     e, f = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
@@ -111,13 +111,13 @@ def check_areas(mesh: TriangleMesh, triangle: U32, file: Path) -> None:
         at = int(np.argmax(flat))
         raise AvatarError(
             f"triangle {used[at]} (vertices {', '.join(map(str, mesh.triangles[used[at]]))}) has no area, but "
-            f"carries Gaussian {first[at]}; mend the mesh or remove that Gaussian",
+            f"carries Gaussian {first[at]}; repair the mesh or remove that Gaussian",
             file=file,
         )
 
 
 def mesh_notes(vertices: F32, units: float) -> list[str]:
-    """A doubt about the unit, where the mesh in metres is no head and no body."""
+    """A doubt about the unit, if the mesh in metres has neither the size of a head nor of a body."""
     height = float(np.ptp(vertices[:, 1].astype(np.float64)))
     if HEIGHTS[0] <= height <= HEIGHTS[1]:
         return []
@@ -132,10 +132,10 @@ def surface_avatar(
 ) -> Avatar:  # fmt: skip
     """The avatar of an embedding in metres; mean and rotation of `gaussians` are replaced by those of the binding pose.
 
-    All its Gaussians are one group, nothing but the mesh moves them.
+    All Gaussians are one group, which only the mesh moves.
     """
     check_rule_values(rules)
-    with np.errstate(all="ignore"):  # absurd numbers become infinite, which check() refuses
+    with np.errstate(all="ignore"):  # an overflow becomes infinite, which the check of the avatar refuses
         mean, quat_wxyz = binding_pose(embedding, rules, units)
     n, k = gaussians.count, len(rig.expressions)
     features = 0 if rig.rig is None else 9 * len(rig.rig.corrective_joints)
@@ -166,13 +166,13 @@ def surface_avatar(
 
 
 def in_metres(values: F32, units: float) -> F32:
-    """Lengths in training units, in metres."""
+    """From lengths in training units to metres."""
     scaled: F64 = values / np.float64(units)
     with np.errstate(over="ignore"):
         return scaled.astype(np.float32)
 
 
 def log_in_metres(log_scale: F32, units: float) -> F32:
-    """Logarithms of lengths in training units, as those of metres."""
+    """From logarithms of lengths in training units to logarithms of metres."""
     result: F32 = (log_scale - np.log(units)).astype(np.float32)
     return result

@@ -1,12 +1,11 @@
-"""READERS: one row for every system that can be read."""
+"""The table READERS: one row for each system that can be read."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
-from avatar_export.clips.sources import clips_from
 from avatar_export.options import ReadOptions
 from avatar_export.readers import asm, bundle, gaussian_avatars, lam
 from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blendshapes
@@ -23,11 +22,10 @@ class Reader:
     system: str
     about: str
     files: tuple[str, ...]
-    detect: Callable[[Path], bool]  # by content, cheap; never raises on junk
+    detect: Callable[[Path], bool]  # by content, fast; never raises
     read: Callable[[Path, ReadOptions], Avatar]
     used_options: tuple[str, ...]  # fields of ReadOptions; any other is refused
-    without_rig: ReadOptions  # what reads it when nothing lies beside it
-    holds_clips: bool  # animations lie in the source itself
+    without_rig: ReadOptions  # options with which it reads the checkpoint alone
 
 
 READERS = tuple(
@@ -39,49 +37,48 @@ READERS = tuple(
         module.read,
         module.USED_OPTIONS,
         module.WITHOUT_RIG,
-        module is lam,
     )
     for module in (bundle, gaussian_blendshapes, splatting_avatar, gaussian_avatars, psavatar, lam, asm)
 )
 
 
-def read(path: Path, options: ReadOptions | None = None, system: str | None = None) -> Avatar:
-    """The avatar at `path`, of the system that its content shows or that `system` forces; checked.
+def read(path: str | Path, options: ReadOptions | None = None, system: str | None = None) -> Avatar:
+    """The trained avatar or bundle at `path`, checked; right-handed, +Y up, metres.
 
-    Raises AvatarError where nothing is recognised, or by the reader.
+    `options` are inputs that the checkpoint does not hold. The system is detected by content, or is `system`, one of
+    the names in READERS. Raises AvatarError for a path or system that does not exist, for files that no reader
+    recognises, and for unsound data.
     """
+    path = Path(path)
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
     return read_with(find(path, system), path, options or ReadOptions())
 
 
 def read_with(reader: Reader, path: Path, options: ReadOptions) -> Avatar:
-    """The avatar that `reader` makes of `path`, with the clips that lie in it; checked."""
-    avatar = reader.read(path, options)
-    if reader.holds_clips:
-        avatar = replace(avatar, clips=clips_from(avatar, path, optional=True))
-    return avatar.check()
+    """The avatar that `reader` makes of `path`, checked. Raises AvatarError."""
+    return reader.read(path, options).check()
 
 
 def find(path: Path, system: str | None = None) -> Reader:
-    """The reader for `path`. Raises AvatarError naming what can be read."""
+    """The reader of `system`, else the first that recognises `path`. Raises AvatarError if there is none."""
     known = ", ".join(reader.system for reader in READERS)
     if system is not None:
         for reader in READERS:
             if reader.system == system:
                 return reader
-        raise AvatarError(f"{system!r} is no system; there are {known}", field="--system")
+        raise AvatarError(f"unknown system {system!r}; there are {known}", field="--system")
     for reader in READERS:
         if reader.detect(path):
             return reader
     raise AvatarError(
-        f"looks like none of {known}; `avatar-export systems` lists the files each has, --system forces one",
+        f"is not recognised as any of {known}; `avatar-export systems` lists the files of each, --system chooses one",
         file=path,
     )
 
 
 def expect_bundle(path: Path) -> None:
-    """Raise AvatarError that says what to do where `path` is a trained avatar and not a bundle."""
+    """Raise AvatarError if `path` does not exist, or is a trained avatar that must be converted first."""
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
     if bundle.detect(path):
@@ -89,6 +86,6 @@ def expect_bundle(path: Path) -> None:
     for reader in READERS:
         if reader.detect(path):
             raise AvatarError(
-                f"is a trained {reader.system} avatar, no bundle; run `avatar-export convert` on it first",
+                f"is a trained {reader.system} avatar, not a bundle; run `avatar-export convert` on it first",
                 file=path,
             )

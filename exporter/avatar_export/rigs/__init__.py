@@ -1,0 +1,1 @@
+"""Rigs from files (.glb, .fbx, ASM) for the mesh of an avatar, and the matching of their vertices."""

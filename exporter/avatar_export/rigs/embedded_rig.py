@@ -1,7 +1,7 @@
-"""What moves the mesh under embedded Gaussians: a rig file, a body model with tracked poses, or nothing.
+"""The rig of the mesh under embedded Gaussians: from a rig file, from a body model with tracked poses, or none.
 
-Systems that embed Gaussians in a mesh store the mesh of one posed frame, no rig. A rig comes from elsewhere, so it
-must be shown that its vertices are those of that mesh; they are then numbered as the mesh is.
+Systems that embed Gaussians in a mesh store the mesh of one posed frame, without a rig. A rig from another file must
+have the vertices of that mesh; they are renumbered in the mesh's order.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from avatar_export.bodies.body_rig import bake_rig
 from avatar_export.bodies.inputs import find_inputs
 from avatar_export.bodies.pose_files import BodyPoses, body_clip, read_poses
 from avatar_export.bodies.subject_files import read_shape
-from avatar_export.clips.sources import clip_poses, clips_from, first_frame, rig_avatar
+from avatar_export.clips.poses import clip_poses, first_frame, rig_avatar
+from avatar_export.clips.sources import clips_from
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import DOUBT
 from avatar_export.rigs.rig_driving import expressions_named, rig_driving
@@ -30,7 +31,7 @@ from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 
 POSE_FILES = ("flame_params.json", "poses.npz", "flame_param.npz")
-CLOSE = 1e-3  # metres: what rounding to six decimals, float32 and another's body model leave is far less
+CLOSE = 1e-3  # metres; rounding to six decimals, to float32 and other body model code gives far less
 NO_RIG = (
     "no rig: give one by --rig FILE.glb|.fbx or --body-model; without it there is no rig.glb, rig.usdc holds splats "
     "alone, and the avatar plays on posed vertices, Player.frame(posed_vertices=...) or render --meshes"
@@ -39,7 +40,7 @@ NO_RIG = (
 
 @dataclass(frozen=True)
 class EmbeddedRig:
-    """A rig whose vertices and triangles are those of the mesh it was asked for, and what plays on it."""
+    """A rig with the vertices and triangles of a given mesh, with its expressions, clips and driving."""
 
     rig: Rig | None
     expressions: tuple[Expression, ...] = ()
@@ -51,23 +52,23 @@ class EmbeddedRig:
 
 
 def no_rig() -> EmbeddedRig:
-    """No rig: the avatar plays on posed vertices only."""
+    """An EmbeddedRig without a rig: the avatar plays on posed vertices only."""
     return EmbeddedRig(None, notes=(NO_RIG,))
 
 
 def embedded_rig(vertices: F32, triangles: U32, options: ReadOptions, owner: str) -> EmbeddedRig:
-    """The rig that `options` name for the mesh `vertices` [V, 3] metres, `triangles` [F, 3].
+    """The rig that `options` give for the mesh `vertices` [V, 3] in metres, `triangles` [F, 3].
 
     `rig`: a .glb or .fbx of the mesh; its morph targets are the expressions, its animations the clips.
     `body_model`: FLAME or SMPL with the identity of `shape`, else of `poses`; `poses` become a clip. Body model,
-    shape and poses may be found in `dataset`. None of them: no rig. Raises AvatarError for both, for files that are
-    broken, and for a rig whose mesh is another.
+    shape and poses may be found in `dataset`. Without these options there is no rig. Raises AvatarError for both, for
+    damaged files, and for a rig of another mesh.
     """
     if options.rig is not None and options.body_model is not None:
-        raise AvatarError("--rig and --body-model both give a rig; leave one away", owner=owner)
+        raise AvatarError("--rig and --body-model both give a rig; pass only one of them", owner=owner)
     if options.rig is not None:
         if options.shape is not None:
-            raise AvatarError("--shape goes with --body-model; a --rig has its shape", owner=owner)
+            raise AvatarError("--shape needs --body-model; a --rig has its own shape", owner=owner)
         _check_exists(options, owner)
         return _from_file(options.rig, vertices, triangles, options, owner)
     asked = options
@@ -77,12 +78,12 @@ def embedded_rig(vertices: F32, triangles: U32, options: ReadOptions, owner: str
         _check_exists(options, owner)
         return _from_body_model(options.body_model, vertices, triangles, options, owner)
     if given := [name for name in ("shape", "poses") if getattr(asked, name) is not None]:
-        raise AvatarError(f"--{given[0]} goes with a rig: give --body-model or --rig, too", owner=owner)
+        raise AvatarError(f"--{given[0]} needs a rig: pass --body-model or --rig too", owner=owner)
     return no_rig()
 
 
 def _searched(options: ReadOptions, dataset: Path, owner: str) -> ReadOptions:
-    """`options` with what a data-set folder holds in place of what they do not name."""
+    """`options`, completed with the files in a dataset folder."""
     inputs = find_inputs(dataset, options, owner)
     poses = (sorted(dataset.glob(pattern)) for name in POSE_FILES for pattern in (name, f"*/{name}"))
     first = next((found[0] for found in poses if found), None)
@@ -96,7 +97,7 @@ def _check_exists(options: ReadOptions, owner: str) -> None:
     for name in ("rig", "body_model", "shape", "poses"):
         path: Path | None = getattr(options, name)
         if path is not None and str(path) != "zero" and not path.is_file():
-            what = "is no file" if path.exists() else "no such file"
+            what = "is not a file" if path.exists() else "no such file"
             raise AvatarError(what, file=path, field=f"--{name.replace('_', '-')}", owner=owner)
 
 
@@ -155,15 +156,15 @@ def _identity(options: ReadOptions, poses: BodyPoses | None) -> tuple[F64 | None
 
 
 def rest_vertices(rig: Rig) -> F32:
-    """[V, 3] the mesh as it rests: the template, but of a rig that does not rest in its binding pose."""
+    """[V, 3] the mesh at rest: the template, unless the rig does not rest in its binding pose."""
     return rig.vertices if rests_bound(rig) else Player(rig_avatar(rig, ()), "reference").mesh(Pose())
 
 
 def _with_offset(body: BodyModel, offset: F32, path: Path | None) -> BodyModel:
     if len(offset) != body.vertex_count:
         raise AvatarError(
-            f"has {len(offset)} vertices, the body model {body.vertex_count}; GaussianAvatars adds 120 vertices of "
-            "teeth to FLAME: give a body model or a --rig that has them",
+            f"has {len(offset)} vertices, but the body model has {body.vertex_count}; GaussianAvatars adds 120 "
+            "vertices of teeth to FLAME: pass a body model or a --rig with them",
             file=path,
             field="static_offset",
         )
@@ -180,7 +181,7 @@ def _mapped(
 
 
 def renumbered(rig: Rig, rows: I64, triangles: U32) -> Rig:
-    """`rig` with its vertices `rows`, in that order, and with `triangles` for its own."""
+    """`rig` with only its vertices `rows` [V], in that order, and with other `triangles` [F, 3]."""
     return replace(
         rig,
         vertices=rig.vertices[rows],
@@ -204,7 +205,7 @@ def _map_notes(mapped: VertexMap, path: Path) -> list[str]:
 
 
 def _fit_notes(avatar: Avatar, vertices: F32, triangles: U32) -> list[str]:
-    """How far the rig is from the mesh, at rest or in the first frame of its first clip, whichever is nearer."""
+    """Notes on the distance between rig and mesh, at rest or in the first frame of a clip, whichever is nearer."""
     poses = {"at rest": Pose()}
     for clip in avatar.clips[:1]:
         poses[f"in frame 0 of {clip.name!r}"] = clip_poses(avatar, first_frame(clip))[0]

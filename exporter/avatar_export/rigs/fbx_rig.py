@@ -18,14 +18,14 @@ from avatar_export.rigs.rig_arrays import by_row, unit_weights
 from avatar_runtime.avatar import F64, I32, I64, Rig, SparseRows
 from avatar_runtime.io.errors import AvatarError
 
-# How far bind poses of two meshes on one skeleton may differ: metres, and entries of the 3x3 by its largest.
+# Largest difference between the bind poses of two meshes on one skeleton: metres, and relative entries of the 3x3.
 BIND_TOLERANCE = 1e-4
-MORPH_NOISE = 1e-6  # metres; most of what a real file stores is rounding, 4e-8 m (float32 of a centimetre)
+MORPH_NOISE = 1e-6  # metres; smaller offsets are rounding, 4e-8 m in real files (float32 of a centimetre)
 
 
 @dataclass(frozen=True)
 class FbxRig:
-    """What `fbx_rig` found."""
+    """The result of `fbx_rig`."""
 
     rig: Rig  # without correctives, late morphs, joint basis and anchors
     morph_names: tuple[str, ...]  # [K] columns of rig.morphs
@@ -33,15 +33,15 @@ class FbxRig:
 
 
 def fbx_rig(file: FbxFile) -> FbxRig:
-    """All skinned meshes of `file` as one rig; joints are the bones that a skin names.
+    """All skinned meshes of `file` as one rig; its joints are the bones of the skins.
 
     Vertices keep their order in the file, mesh after mesh (control points, which have no seams); blend shapes of one
     name on several meshes become one. Weights are divided by their sum. Raises AvatarError without a skinned
-    mesh, for meshes bound in different poses, for a vertex without weight, for names that are none.
+    mesh, for meshes bound in different poses, a vertex without weight, and invalid names.
     """
     meshes = [mesh for mesh in file.meshes if len(mesh.triangles) and mesh.clusters]
     if not meshes:
-        raise AvatarError("holds no skinned mesh", file=file.name, field="meshes")
+        raise AvatarError("has no skinned mesh", file=file.name, field="meshes")
     rest = _rest(file, meshes)
     joints = [node for node in _parents_first(file.parents) if node in rest]
     names = _checked_names(file, "joint", (file.nodes[joint] for joint in joints), MAX_JOINTS)
@@ -49,7 +49,9 @@ def fbx_rig(file: FbxFile) -> FbxRig:
     with np.errstate(all="ignore"):
         sound = np.linalg.cond(world[:, :3, :3]) < MAX_CONDITION
     if not sound.all():
-        raise AvatarError("is flat when bound", file=file.name, field=f"joint {names[int(np.argmin(sound))]}")
+        raise AvatarError(
+            "has a singular bind transform", file=file.name, field=f"joint {names[int(np.argmin(sound))]}"
+        )
     parents = _joint_parents(file.parents, joints)
     morph_names = _checked_names(
         file, "blend shape", dict.fromkeys(s.name for m in meshes for s in m.shapes), MOST_MORPHS
@@ -94,14 +96,14 @@ def _rest(file: FbxFile, meshes: list[FbxMesh]) -> dict[int, F64]:
             where = f"joint {file.nodes[cluster.bone]!a}"
             with np.errstate(all="ignore"):
                 if not np.linalg.cond(cluster.geometry_to_bone[:3, :3]) < MAX_CONDITION:
-                    raise AvatarError("has a bind matrix without inverse", file=file.name, field=where)
+                    raise AvatarError("has a singular bind matrix", file=file.name, field=where)
             bone = bind @ np.linalg.inv(cluster.geometry_to_bone)
             off = file.in_metres(bone - rest.setdefault(cluster.bone, bone))
             off[:3, :3] /= np.abs(bone[:3, :3]).max()
             if not (np.abs(off) <= BIND_TOLERANCE).all():
                 raise AvatarError(
                     f"is bound in two poses ({np.abs(off).max():.3g} apart), the second by mesh {mesh.name[:60]!a}; "
-                    "bind all meshes in one pose, or join them",
+                    "bind all meshes in the same pose, or join them",
                     file=file.name,
                     field=where,
                 )
@@ -109,7 +111,7 @@ def _rest(file: FbxFile, meshes: list[FbxMesh]) -> dict[int, F64]:
 
 
 def _parents_first(parents: I64) -> I64:
-    """Nodes by depth, in file order within one."""
+    """Nodes sorted by depth; those of equal depth in file order."""
     depth, above = np.zeros(len(parents), np.int64), parents.copy()
     while (above >= 0).any():
         depth += above >= 0
@@ -119,7 +121,7 @@ def _parents_first(parents: I64) -> I64:
 
 
 def _joint_parents(parents: I64, joints: list[int]) -> I32:
-    """For each joint the nearest joint above it, -1 for a root."""
+    """The nearest joint above each joint, -1 for a root."""
     index = {node: i for i, node in enumerate(joints)}
     result = np.full(len(joints), -1, np.int32)
     for joint, i in index.items():
@@ -135,7 +137,7 @@ def _checked_names(file: FbxFile, what: str, names: Iterable[str], most: int) ->
     for name in names:
         if not name or not name.isprintable() or name in seen or len(seen) == most:
             raise AvatarError(
-                f"{name[:60]!a} is no name of a {what}, stands twice, or is one too many ({most})",
+                f"{name[:60]!a} is not a valid name of a {what}, a duplicate, or beyond the limit of {most}",
                 file=file.name,
             )
         seen[name] = None
@@ -171,14 +173,12 @@ def _skin(
         np.concatenate(rows), np.concatenate(columns), np.concatenate(weights), first, len(names)
     )
     if not (total > 0).all():
-        raise AvatarError(
-            f"vertex {int(np.argmin(total > 0))} hangs on no joint", file=file.name, field="skin"
-        )
+        raise AvatarError(f"vertex {int(np.argmin(total > 0))} has no joint", file=file.name, field="skin")
     return skin, off
 
 
 def _morphs(file: FbxFile, meshes: list[FbxMesh], names: tuple[str, ...], vertices: int) -> SparseRows:
-    """Offsets of more than MORPH_NOISE, by vertex."""
+    """The offsets larger than MORPH_NOISE, as rows by vertex."""
     column = {name: i for i, name in enumerate(names)}
     rows, columns, values, first = [np.zeros(0, int)], [np.zeros(0, int)], [np.zeros((0, 3))], 0
     for mesh in meshes:

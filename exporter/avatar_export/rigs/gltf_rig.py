@@ -1,8 +1,8 @@
 """The rig of a glTF file: its skinned mesh (or meshes, joined), morph targets and joints, as a `Rig`.
 
-Vertices keep their order in the file (other files refer to them by row). The binding pose is the mesh as it
-stands in the file, the pose in which every skin matrix is the identity: where the file's nodes stand in
-another pose, rest transforms come from the inverse bind matrices and `node_pose` says how to get back.
+Vertices keep their order in the file (other files refer to them by row). The binding pose is the mesh as
+stored, the pose in which every skin matrix is the identity. If the nodes of the file have another pose, rest
+transforms come from the inverse bind matrices, and `node_pose` leads back to the pose of the nodes.
 """
 
 from __future__ import annotations
@@ -26,49 +26,51 @@ MAX_INFLUENCE_SETS = 8  # JOINTS_0 .. JOINTS_7
 
 I64 = npt.NDArray[np.int64]
 Object = Mapping[str, Any]
-MOST_MORPHS = 4096  # times joints it is an array, times vertices the work
+MOST_MORPHS = 4096  # limits memory (times joints) and work (times vertices)
 
 
 @dataclass(frozen=True)
 class GltfRig:
-    """What `read_rig` found."""
+    """The result of `read_rig`."""
 
     rig: Rig  # without correctives, late morphs, joint basis and anchors; mesh space of the file
     morph_names: tuple[str, ...]  # [K] columns of rig.morphs
     rest_deviation: float  # largest |entry| of node_global @ inverse_bind_matrix - I over the joints
     node_pose: Mapping[str, F64] = field(
         default_factory=dict
-    )  # joint -> delta; empty: the nodes stand in binding pose
-    renormalised: int = 0  # vertices whose weights did not add up to 1
-    vertex_ids: I64 | None = None  # [V], joined only: row of each vertex where the file was made from
+    )  # joint -> delta; empty: the nodes have the binding pose
+    renormalised: int = 0  # number of vertices whose weights did not add up to 1
+    vertex_ids: I64 | None = (
+        None  # [V], only if joined: row of each vertex in the mesh that the file was made from
+    )
 
 
 @dataclass(frozen=True)
 class _Part:
-    """Primitives on one set of vertices."""
+    """Primitives that share their vertices."""
 
     where: str
-    primitive: Object  # whose attributes and targets count
+    primitive: Object  # whose attributes and targets are used
     indices: list[tuple[str, Object]]  # (where, primitive) for the triangles of each
     morph_names: tuple[str, ...]
 
 
 def read_rig(glb: Glb, *, join: bool = False) -> GltfRig:
-    """The rig of the file's single skinned mesh; with `join` of all meshes and primitives on its skin, in order.
+    """The rig of the file's only skinned mesh; with `join`, of all meshes and primitives on its skin, in order.
 
     Weights follow glTF 2.0, 3.7.3.1: they add up to 1; a vertex whose weights do not is divided by their sum
     and counted, one without any weight is refused. Zero weights are dropped, the weights of one joint in
     several sets added. Node transforms above the skeleton (an armature's scale) are baked into the root
-    joints' rest_local; the mesh node's own transform does not count, as glTF demands. Joined, morph targets of one
+    joints' rest_local; the mesh node's own transform is ignored, as glTF requires. Joined, morph targets of one
     name become one, and primitives on the same vertices keep them once.
     Raises AvatarError for anything but one skinned mesh with one triangle primitive (`join`: for meshes on
-    several skins), and for broken data.
+    several skins), and for damaged data.
     """
     meshes, skin_index = _skinned_meshes(glb, join)
     parts = [part for mesh in meshes for part in _parts(glb, mesh, join)]
     names = tuple(dict.fromkeys(name for part in parts for name in part.morph_names))
     if len(names) > MOST_MORPHS:
-        glb.fail(parts[0].where, f"has {len(names)} morph targets, at most {MOST_MORPHS} are read")
+        glb.fail(parts[0].where, f"has {len(names)} morph targets; at most {MOST_MORPHS} are supported")
     attributes = [_object(glb, p.primitive.get("attributes"), f"{p.where}.attributes") for p in parts]
     blocks = [_vectors(glb, a, f"{p.where}.attributes") for p, a in zip(parts, attributes, strict=True)]
     first = np.concatenate([[0], np.cumsum([len(block) for block in blocks])])
@@ -103,16 +105,16 @@ def read_rig(glb: Glb, *, join: bool = False) -> GltfRig:
 
 
 def _skinned_meshes(glb: Glb, join: bool) -> tuple[list[object], object]:
-    """(meshes, skin) indices of the only node that has both, or of all of them where they share the skin."""
+    """(meshes, skin): indices of the only node that has both; with `join`, of all such nodes if they share the skin."""
     nodes = [node for node in glb.entries("nodes") if "mesh" in node and "skin" in node]
     alike = bool(nodes) and all(node["skin"] == nodes[0]["skin"] for node in nodes)
     if len(nodes) != 1 and not (join and alike):
         names = ", ".join(short(node.get("name", "unnamed")) for node in nodes[:4])
         if not nodes:
-            glb.fail("nodes", "none has a mesh and a skin; did the tool that wrote the file drop the skin?")
+            glb.fail("nodes", "no node has a mesh and a skin; export the file with its skin")
         glb.fail(
             "nodes",
-            f"one with a mesh and a skin is needed, there are {len(nodes)} ({names}); join the meshes",
+            f"{len(nodes)} nodes have a mesh and a skin ({names}), expected one; join the meshes",
         )
     meshes: list[object] = []
     for node in nodes:
@@ -122,13 +124,13 @@ def _skinned_meshes(glb: Glb, join: bool) -> tuple[list[object], object]:
 
 
 def _parts(glb: Glb, index: object, join: bool) -> list[_Part]:
-    """The primitives of a mesh, those on the same vertices together."""
+    """The primitives of a mesh, grouped by shared vertices."""
     mesh = glb.entry("meshes", index)
     where = f"meshes[{index}].primitives"
     primitives = mesh.get("primitives")
     count = len(primitives) if isinstance(primitives, list) else 0
     if not isinstance(primitives, list) or not (count == 1 or (join and count)):
-        glb.fail(where, f"there are {count}, one is needed; join the mesh's materials")
+        glb.fail(where, f"has {count} primitives, expected one; join the materials of the mesh")
     parts: list[_Part] = []
     for number, entry in enumerate(primitives):
         here = f"{where}[{number}]"
@@ -153,15 +155,15 @@ def _same_vertices(a: Object, b: Object) -> bool:
 def _checked_primitive(glb: Glb, entry: object, where: str) -> Object:
     primitive = _object(glb, entry, where)
     if primitive.get("mode", TRIANGLES) != TRIANGLES:
-        glb.fail(f"{where}.mode", f"is {short(primitive['mode'])}; triangles ({TRIANGLES}) are needed")
+        glb.fail(f"{where}.mode", f"is {short(primitive['mode'])}, expected triangles ({TRIANGLES})")
     if primitive.get("extensions"):
-        glb.fail(where, "has extensions, such as a compression, that cannot be read; export without them")
+        glb.fail(where, "has extensions, such as compression, that cannot be read; export without them")
     return primitive
 
 
 def _object(glb: Glb, value: object, where: str) -> Object:
     if not isinstance(value, dict):
-        glb.fail(where, "is missing or no object")
+        glb.fail(where, "is missing or not an object")
     return value
 
 
@@ -202,7 +204,7 @@ def _corners(glb: Glb, primitive: Object, vertices: int, where: str) -> U32:
     else:
         indices = np.arange(vertices, dtype=np.uint32)
     if indices.ndim != 1 or indices.dtype.kind != "u" or len(indices) % 3:
-        glb.fail(where, f"{len(indices)} numbers of type {indices.dtype} are no triangles")
+        glb.fail(where, f"has {len(indices)} values of type {indices.dtype}, which are not triangles")
     if len(indices) and int(indices.max()) >= vertices:
         at = int(np.argmax(indices >= vertices))
         glb.fail(f"{where}[{at}]", f"is {int(indices[at])}, but there are {vertices} vertices")
@@ -212,7 +214,7 @@ def _corners(glb: Glb, primitive: Object, vertices: int, where: str) -> U32:
 def _morph_names(glb: Glb, mesh: Object, primitive: Object, where: str) -> tuple[str, ...]:
     targets = primitive.get("targets", [])
     if not isinstance(targets, list) or len(targets) > MAX_TARGETS:
-        glb.fail(f"{where}.targets", f"is no list of up to {MAX_TARGETS} targets")
+        glb.fail(f"{where}.targets", f"is not a list of up to {MAX_TARGETS} targets")
     extras = mesh.get("extras")
     names = extras.get("targetNames", []) if isinstance(extras, dict) else []
     if not isinstance(names, list) or len(names) != len(targets):
@@ -221,13 +223,13 @@ def _morph_names(glb: Glb, mesh: Object, primitive: Object, where: str) -> tuple
     seen: set[str] = set()
     for index, name in enumerate(names):
         if not isinstance(name, str) or not name or not name.isprintable() or name in seen:
-            glb.fail(f"mesh.extras.targetNames[{index}]", f"{short(name)} is no name or stands twice")
+            glb.fail(f"mesh.extras.targetNames[{index}]", f"{short(name)} is not a name, or a duplicate")
         seen.add(name)
     return tuple(names)
 
 
 def _morphs(glb: Glb, parts: list[_Part], names: tuple[str, ...], first: I64) -> SparseRows:
-    """Position deltas of every target that are not zero, by vertex."""
+    """The non-zero position deltas of every target, as rows by vertex."""
     column = {name: i for i, name in enumerate(names)}
     rows: list[npt.NDArray[np.int64]] = [np.zeros(0, np.int64)]
     columns: list[npt.NDArray[np.int64]] = [np.zeros(0, np.int64)]
@@ -242,9 +244,9 @@ def _morphs(glb: Glb, parts: list[_Part], names: tuple[str, ...], first: I64) ->
             delta = _vectors(glb, target, where, int(last - begin))
             moved = np.flatnonzero(delta.any(axis=1))
             total += len(moved)
-            # A stored delta takes three bytes or more; shared bytes must not ask for more than there is.
+            # A stored delta takes three bytes or more; shared bytes must not allocate more than the file holds.
             if 3 * total > len(glb.binary):
-                glb.fail(where, "uses data that other targets use; store each target on its own")
+                glb.fail(where, "shares its data with other targets; store each target separately")
             rows.append(moved + begin)
             columns.append(np.full(len(moved), column[part.morph_names[index]]))
             values.append(delta[moved])
@@ -255,7 +257,7 @@ def _morphs(glb: Glb, parts: list[_Part], names: tuple[str, ...], first: I64) ->
 def _skin(
     glb: Glb, parts: list[_Part], attributes: list[Object], order: I64, first: I64
 ) -> tuple[SparseRows, int]:
-    """(skin weights by vertex, vertices renormalised); the skin's joint i is column order[i]."""
+    """(skin weights by vertex, number of vertices renormalised); the skin's joint i is column order[i]."""
     found = [
         _influences(glb, a, order, int(last - begin), f"{part.where}.attributes")
         for part, a, begin, last in zip(parts, attributes, first, first[1:], strict=False)
@@ -266,12 +268,12 @@ def _skin(
     if not (total > 0).all():
         row = int(np.argmin(total > 0))
         at = int(np.searchsorted(first, row, side="right")) - 1
-        glb.fail(f"{parts[at].where}.attributes.WEIGHTS_0[{row - first[at]}]", "no joint has any weight")
+        glb.fail(f"{parts[at].where}.attributes.WEIGHTS_0[{row - first[at]}]", "the vertex has no weight")
     return skin, renormalised
 
 
 def _influences(glb: Glb, attributes: Object, order: I64, vertices: int, where: str) -> tuple[I64, I64, F64]:
-    """(vertex, joint, weight) of every weight that is not zero; the skin's joint i is order[i]."""
+    """(vertex, joint, weight) of every non-zero weight; the skin's joint i is joint order[i]."""
     joint, weight = _influence_sets(glb, attributes, vertices, where)
     row, slot = np.nonzero(weight)
     used = joint[row, slot].astype(np.int64)

@@ -1,9 +1,9 @@
-"""Finds the same vertices in two triangulated surfaces by connectivity alone, whatever pose they are in.
+"""Finds the same vertices in two triangulated surfaces by connectivity alone, in any pose.
 
-Vertices get colours that say how they are connected: alike at first, then again and again mixed with the
-colours around them, in the triangles' turning direction (Weisfeiler-Lehman refinement). What has a colour of
-its own in both surfaces is matched. Parts that are alike (two eyeballs, the turns of a cylinder) never part by
-themselves: there one vertex is told apart by where it is, and the colours spread from it.
+Vertices get colours that describe their connectivity: equal at first, then repeatedly mixed with the colours around
+them, in the winding order of the triangles (Weisfeiler-Lehman refinement). Vertices with a unique colour in both
+surfaces are matched. Equal parts (two eyeballs, the rotations of a cylinder) keep equal colours: there the position of
+one vertex decides, and the colours spread from it.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F32, F64, I64
 
 U64 = npt.NDArray[np.uint64]
-ROUNDS = 8  # refinements between two looks at how many colours there are
-NEIGHBOURS = 64  # matched vertices that say where an unmatched one should be
-MAX_STEPS = 200  # of telling alike vertices apart; each serves all parts at once
+ROUNDS = 8  # refinements between two counts of the colours
+NEIGHBOURS = 64  # matched vertices that predict the position of an unmatched one
+MAX_STEPS = 200  # of distinguishing equal vertices; each step serves all parts
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Triangles [F, 3] of `count` vertices; `points` [count, 3] only tell alike parts apart."""
+    """Triangles [F, 3] of `count` vertices; `points` [count, 3] only distinguish equal parts."""
 
     triangles: I64
     count: int
@@ -56,9 +56,9 @@ def hash64(values: U64) -> U64:
 
 
 def isomorphism(source: Surface, goal: Surface) -> I64 | None:
-    """For each vertex of `source` the one of `goal` with the same neighbours, -1 for one in no triangle.
+    """For each vertex of `source` the vertex of `goal` with the same neighbours, -1 for a vertex without triangle.
 
-    None where the two are not connected alike. The caller checks the triangles: colours are hashes.
+    None if the connectivity differs. The caller must check the triangles, since colours are hashes.
     """
     if len(source.triangles) != len(goal.triangles) or len(source.used) != len(goal.used):
         return None
@@ -78,7 +78,7 @@ def isomorphism(source: Surface, goal: Surface) -> I64 | None:
 
 
 def _refine(source: Surface, goal: Surface, colours: tuple[U64, U64]) -> tuple[tuple[U64, U64], int] | None:
-    """(colours that no more mixing splits, how many); None once the two surfaces differ in them."""
+    """(colours that more mixing does not split, how many); None if the two surfaces differ in them."""
     a, b = colours
     distinct = 0
     while True:
@@ -102,7 +102,7 @@ def _mixed(surface: Surface, colour: U64) -> U64:
 
 
 def _parts(surface: Surface) -> I64:
-    """[count] the least vertex of each vertex's connected part."""
+    """[count] the smallest vertex of each vertex's connected part."""
     label = np.arange(surface.count)
     while True:
         low = np.minimum(label[surface.ahead], label[surface.behind])
@@ -110,15 +110,15 @@ def _parts(surface: Surface) -> I64:
         if len(surface.used):
             near = np.minimum.reduceat(low, surface.start)
             least[surface.used] = np.minimum(label[surface.used], near)
-        least = np.minimum(least, least[least])  # jumping ahead, not only from neighbour to neighbour
-        np.minimum.at(least, label, least)  # a whole part that knows one another hears of it
+        least = np.minimum(least, least[least])  # jumps ahead, not only from neighbour to neighbour
+        np.minimum.at(least, label, least)  # spreads the label to the whole part
         if np.array_equal(least, label):
             return label
         label = least
 
 
 def _matched(source: Surface, goal: Surface, colours: tuple[U64, U64]) -> I64:
-    """For each vertex of `source` the one of `goal` whose colour is its own, else -1."""
+    """For each vertex of `source` the vertex of `goal` with the same unique colour, else -1."""
     result = np.full(source.count, -1)
     (ca, na), (cb, nb) = (
         np.unique(c[s.used], return_counts=True) for c, s in zip(colours, (source, goal), strict=True)
@@ -132,10 +132,10 @@ def _matched(source: Surface, goal: Surface, colours: tuple[U64, U64]) -> I64:
 
 
 def _tell_apart(source: Surface, goal: Surface, colours: tuple[U64, U64], matched: I64) -> tuple[U64, U64]:
-    """Gives one vertex of each part that is still ambiguous, and the vertex of `goal` it is, a new colour.
+    """Gives one vertex of each ambiguous part, and its counterpart in `goal`, a new colour.
 
-    The vertex is one of the part's rarest colour; among those of that colour in `goal` it is the nearest to
-    where matched vertices around it say that it should be.
+    The vertex has the rarest colour of the part; its counterpart is the vertex of that colour in `goal` that is nearest
+    to the position that matched vertices around it predict.
     """
     a, b = colours[0].copy(), colours[1].copy()
     rows = source.used[matched[source.used] < 0]
@@ -147,8 +147,8 @@ def _tell_apart(source: Surface, goal: Surface, colours: tuple[U64, U64], matche
     starts = np.flatnonzero(np.diff(source.part[rows][order], prepend=-1))
     known = np.flatnonzero(matched >= 0)
     if len(known) < 3:
-        starts = starts[:1]  # nothing says yet where the smaller parts are
-    free = np.ones(goal.count, bool)  # a part of `goal` is not taken twice in one step
+        starts = starts[:1]  # the positions of smaller parts are not known yet
+    free = np.ones(goal.count, bool)  # a part of `goal` is used once per step
     for step, at in enumerate(order[starts]):
         colour = int(number[at])
         alike = by_colour[first[colour] : first[colour] + counts[colour]]
@@ -163,7 +163,7 @@ def _tell_apart(source: Surface, goal: Surface, colours: tuple[U64, U64], matche
 
 
 def _expected(source: Surface, goal: Surface, matched: I64, known: I64, vertex: int) -> F64:
-    """Where `vertex` should be among goal.points: carried along by the similarity of matched vertices near it."""
+    """The expected position of `vertex` among goal.points, by the similarity transform of matched vertices near it."""
     point = source.points[vertex].astype(np.float64)
     if len(known) < 3:
         own, other = (s.points[s.used].astype(np.float64) for s in (source, goal))

@@ -10,14 +10,14 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, F64, I64, SparseRows
 
-# Weights whose sum is within this of 1 are kept bit by bit: the rounding of float32 and of 8 or 16 bits.
+# Weights whose sum is this near 1 are not changed: it is the rounding of float32 and of 8 or 16 bits.
 WEIGHT_SUM_TOLERANCE = 1e-5
 
 
 def by_row(
     row: npt.NDArray[Any], column: npt.NDArray[Any], values: Mapping[str, F32], rows: int, columns: int
 ) -> SparseRows:
-    """SparseRows of entries in any order, no (row, column) twice."""
+    """SparseRows from entries in any order, without duplicate (row, column)."""
     order = np.lexsort((column, row))
     ptr = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=rows))]).astype(np.uint32)
     sorted_values = {name: value[order] for name, value in values.items()}
@@ -27,7 +27,7 @@ def by_row(
 def unit_weights(row: I64, column: I64, weight: F64, rows: int, columns: int) -> tuple[SparseRows, F64, int]:
     """(skin weights, sum of each row as given [rows], rows divided by a sum that was not 1).
 
-    Several weights of one joint at one vertex are added, zero ones dropped.
+    Several weights of one joint at one vertex are added; zero weights are dropped.
     """
     key, inverse = np.unique(row * columns + column, return_inverse=True)
     summed = np.bincount(inverse, weight, len(key))

@@ -1,4 +1,4 @@
-"""How ARKit reaches a rig that somebody else made: names of expressions, and of the joints of head and eyes."""
+"""ARKit driving of a rig from another tool, by the names of expressions and of the joints of head and eyes."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy as np
 from avatar_export.driving.arkit import canonical, first_canonical
 from avatar_runtime.avatar import I64, U32, Driving, Expression, Rig
 
-# Joint names as letters, without the skeleton's own prefix; the first that is there wins. FLAME's head turns at
-# the neck.
+# Joint names, letters only, without the skeleton's prefix; the first that exists is used. FLAME's head rotates at the
+# neck.
 JOINTS: dict[str, tuple[str, ...]] = {
     "head": ("head", "neck"),
     "left_eye": ("lefteye", "leye", "eyel", "eyeleft"),
     "right_eye": ("righteye", "reye", "eyer", "eyeright"),
 }
 PREFIX = re.compile(r"^(bip\d*|cc_base|mixamorig\d*|def|j_bip_[clr]|armature)[\s_:.\-]+", re.IGNORECASE)
-EYE_SHAPE = 1e-3  # metres that an eyeLook shape moves an eyeball: it then turns without its joint
+EYE_SHAPE = 1e-3  # metres; an eyeLook shape that moves an eyeball by more rotates it without its joint
 
 
 def expressions_named(names: tuple[str, ...]) -> tuple[Expression, ...]:
-    """An expression for each name, with the ARKit name that it spells as an alias where that is nobody else's."""
+    """An expression for each name; its ARKit name, if any and if unique, becomes an alias."""
     spelled = [canonical(name) for name in names]
     return tuple(
         Expression(name, (arkit,) if arkit and spelled.count(arkit) == 1 and arkit not in names else ())
@@ -31,9 +31,9 @@ def expressions_named(names: tuple[str, ...]) -> tuple[Expression, ...]:
 
 
 def rig_driving(rig: Rig, expressions: tuple[Expression, ...]) -> Driving:
-    """By names where any expression spells an ARKit name; the head and eyes turn by the joints that are named so.
+    """Driving by names if any expression has an ARKit name; head and eyes rotate at the joints with such names.
 
-    An eye whose eyeLook shapes move it already is left without a joint: it would turn twice.
+    An eye that eyeLook shapes already move gets no joint, since it would rotate twice.
     """
     named = any(first_canonical((e.name, *e.aliases)) for e in expressions)
     found = {part: _joint(rig, part) for part in JOINTS}
@@ -53,7 +53,7 @@ def _joint(rig: Rig, part: str) -> str | None:
 
 
 def _shaped(rig: Rig, expressions: tuple[Expression, ...], joint: str | None) -> bool:
-    """Whether an eyeLook expression moves the vertices of an eye's joint."""
+    """Whether an eyeLook expression moves the vertices of an eye joint."""
     if joint is None:
         return False
     column = rig.joint_names.index(joint)

@@ -1,4 +1,4 @@
-"""A rig for an embedded avatar from a file of its own: a skinned .glb or .fbx of the very mesh, or an ASM face."""
+"""A rig for an embedded avatar from a separate file: a skinned .glb or .fbx of the same mesh, or an ASM face."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ MAX_FILE_BYTES = 512 << 20
 
 @dataclass(frozen=True)
 class RigFile:
-    """What `read_rig_file` found."""
+    """The result of `read_rig_file`."""
 
     rig: Rig  # without correctives, late morphs, joint basis and anchors
     morph_names: tuple[str, ...]  # [K] columns of rig.morphs
-    vertex_ids: I64 | None  # [V] row of each vertex in the mesh the file was made from, if it says so
+    vertex_ids: I64 | None  # [V] row of each vertex in the mesh that the file was made from, if stored
     notes: tuple[str, ...]
 
 
 def read_rig_file(path: Path) -> RigFile:
     """The rig in a .glb, .fbx or ASM face (.npz): right-handed, Y up, metres; all meshes on one skeleton joined.
 
-    Mesh space is the scene: where the nodes of a .glb do not stand in its binding pose, the mesh as stored is carried
-    to where the joint that moves most of it stands (an upright mesh from one that was bound lying, metres from
-    centimetres). Raises AvatarError for another kind of file and as `gltf_rig.read_rig` and `fbx_rig.fbx_rig`.
+    Mesh space is the scene: if the nodes of a .glb do not have its binding pose, the stored mesh moves with the joint
+    that has the largest weight (so a mesh that was bound lying, or in centimetres, becomes upright and metric).
+    Raises AvatarError for another kind of file, and as `gltf_rig.read_rig` and `fbx_rig.fbx_rig`.
     """
     read = READERS.get(path.suffix.lower())
     if read is None:
-        raise AvatarError(f"is no rig read here; pass a {', '.join(READERS)}", file=path)
+        raise AvatarError(f"is not a rig that can be read; pass a {' or '.join(READERS)} file", file=path)
     return read(path)
 
 
@@ -67,7 +67,7 @@ READERS: dict[str, Callable[[Path], RigFile]] = {".glb": _from_glb, ".fbx": _fro
 
 
 def _standing(found: GltfRig, file: str) -> Rig:
-    """The rig in scene space. A change of mesh space only: posed vertices are what they were."""
+    """The rig in scene space. Only the mesh space changes; posed vertices stay the same."""
     if not found.node_pose:
         return found.rig
     rig = found.rig
@@ -100,5 +100,5 @@ def _standing(found: GltfRig, file: str) -> Rig:
         standing.morphs.values["position"],
     )
     if not all(np.isfinite(array).all() for array in numbers):
-        raise AvatarError("stands beyond what a number holds", file=file, field="nodes")
+        raise AvatarError("has a rest transform out of the range of float32", file=file, field="nodes")
     return standing

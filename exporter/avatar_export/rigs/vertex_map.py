@@ -1,8 +1,8 @@
-"""Which vertex of a rig is which vertex of the mesh that the Gaussians sit on.
+"""The map from the vertices of a rig to those of the mesh under the Gaussians.
 
-The two meshes were written by different tools: the same surface, but vertices split at seams, renumbered, with
-triangles in another order, and in another pose. Only the connectivity is alike, so that is what is compared: a
-map holds if it takes the rig's triangles, as oriented triples, to the mesh's, whatever their order.
+Different tools wrote the two meshes: the same surface, but vertices are split at seams and renumbered, triangles have
+another order, and the pose differs. Only the connectivity is equal, so the connectivity is compared: a map is valid if
+it takes the rig's triangles, as oriented triples, to the mesh's, in any order.
 """
 
 from __future__ import annotations
@@ -25,27 +25,29 @@ U64 = npt.NDArray[np.uint64]
 
 @dataclass(frozen=True)
 class VertexMap:
-    """What `vertex_map` found."""
+    """The result of `vertex_map`."""
 
     rows: I64  # [V] for each vertex of the mesh a vertex of the rig
-    how: str  # what decided, in words
-    disagreeing: int = 0  # vertices whose copies in the rig differ in weights or morphs; the first is taken
+    how: str  # the method that found it, in words
+    disagreeing: int = (
+        0  # number of vertices whose copies in the rig differ in weights or morphs; the first copy is used
+    )
 
 
 @dataclass(frozen=True)
 class _Meshes:
     rig: Rig
     vertex_ids: I64 | None  # [rig vertices]
-    triangles: I64  # [F, 3] without those that have a corner twice
+    triangles: I64  # [F, 3] without degenerate ones
     vertices: F32  # [V, 3]
 
 
 def vertex_map(rig: Rig, vertex_ids: I64 | None, triangles: U32, vertices: F32) -> VertexMap:
     """The rig's vertex for each of `vertices` [V, 3] (binding pose; only used to tell equal parts apart).
 
-    `vertex_ids`: for each vertex of the rig the row it had where it was made, if its file says so. Tried in
-    order: the same numbering, those ids, the same order of triangles, and the connectivity itself. A vertex
-    in no triangle goes to vertex 0 of the rig, or keeps its number. Raises AvatarError where none holds.
+    `vertex_ids`: for each vertex of the rig its row in the mesh that the rig was made from, if the file stores it.
+    Tried in order: the same numbering, those ids, the same order of triangles, and the connectivity. A vertex without
+    a triangle maps to vertex 0 of the rig, or keeps its number. Raises AvatarError if no map is valid.
     """
     meshes = _Meshes(rig, vertex_ids, _proper(triangles.astype(np.int64)), vertices)
     for how, attempt in ATTEMPTS.items():
@@ -67,7 +69,7 @@ def _by_ids(m: _Meshes) -> Iterator[I64]:
 
 
 def _by_triangle_order(m: _Meshes) -> Iterator[I64]:
-    """Corner k of triangle f is corner k of triangle f."""
+    """The map by which corner k of triangle f is corner k of triangle f."""
     rig_triangles = m.rig.triangles.astype(np.int64)
     for corners in (rig_triangles, _proper(rig_triangles)):
         if len(corners) == len(m.triangles):
@@ -77,7 +79,7 @@ def _by_triangle_order(m: _Meshes) -> Iterator[I64]:
 
 
 def _by_connectivity(m: _Meshes) -> Iterator[I64]:
-    """Surfaces with seams closed, as tightly as need be, and then matched."""
+    """The map between the two surfaces, with seams closed as far as needed."""
     goal = Surface(m.triangles, len(m.vertices), m.vertices)
     for weld in _welds(m.rig):
         corners = _proper(weld[m.rig.triangles.astype(np.int64)])
@@ -106,15 +108,15 @@ def _checked(m: _Meshes, classes: I64) -> I64 | None:
     if not np.array_equal(cyclic_triples(_proper(corners)), cyclic_triples(m.triangles)):
         return None
     if _differing(m.rig, classes, _place_hash(m.rig)):
-        return None  # triangles that share no vertex would go anywhere
+        return None  # triangles without shared vertices could be mapped anywhere
     rows = np.arange(v) if len(classes) == v and np.array_equal(classes, np.arange(v)) else np.zeros(v, int)
-    used = np.unique(m.rig.triangles)[::-1]  # the first copy is written last
+    used = np.unique(m.rig.triangles)[::-1]  # so that the first copy is written last
     rows[classes[used]] = used
     return rows
 
 
 def cyclic_triples(triangles: I64) -> I64:
-    """[F, 3] sorted: each triangle turned until its smallest corner is first."""
+    """[F, 3] sorted: each triangle rotated so that its smallest corner is first."""
     first = np.argmin(triangles, axis=1)[:, None]
     turned = np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1)
     result: I64 = turned[np.lexsort(turned.T[::-1])]
@@ -122,14 +124,14 @@ def cyclic_triples(triangles: I64) -> I64:
 
 
 def _proper(triangles: I64) -> I64:
-    """Without triangles that have a corner twice: welding a rig closes slivers, a mesh may have dropped them."""
+    """The triangles without degenerate ones: welding a rig closes slivers that a mesh may lack."""
     a, b, c = triangles.T
     result: I64 = triangles[(a != b) & (b != c) & (c != a)]
     return result
 
 
 def _welds(rig: Rig) -> Iterator[I64]:
-    """Ways to number the vertices with copies as one: none, equal in everything, equal in place."""
+    """Numberings in which copies of a vertex are one: no copies, equal in all data, equal in position."""
     yield np.arange(len(rig.vertices))
     places = _place_hash(rig)
     for key in (hash64(places + _data_hash(rig)), places):
@@ -146,7 +148,7 @@ def _data_hash(rig: Rig) -> U64:
 
 
 def _row_hash(rows: SparseRows) -> U64:
-    """[R] equal for rows with equal entries, in whatever order."""
+    """[R] a hash, equal for rows with equal entries in any order."""
     entry = hash64(rows.column.astype(np.uint64) + np.uint64(1))
     for value in rows.values.values():
         for part in value.reshape(len(value), math.prod(value.shape[1:])).T:
@@ -157,7 +159,7 @@ def _row_hash(rows: SparseRows) -> U64:
 
 
 def _differing(rig: Rig, classes: I64, data: U64) -> int:
-    """How many classes have used vertices that differ in `data` [rig vertices]."""
+    """The number of classes whose used vertices differ in `data` [rig vertices]."""
     used = np.unique(rig.triangles)
     pairs: npt.NDArray[Any] = np.stack([classes[used].astype(np.uint64), data[used]], axis=1)
     distinct = np.unique(pairs, axis=0)
@@ -172,10 +174,8 @@ def _difference(m: _Meshes, triangles: U32) -> str:
     ]
     welded = len(np.unique(weld[rig_triangles.astype(np.int64)]))
     alike = len(np.unique(triangles)) == welded and len(triangles) == len(rig_triangles)
-    hint = (
-        "; as many of each, so one may be wound the other way, or cut along other diagonals" if alike else ""
-    )
+    hint = "; the counts are equal, so the winding or the diagonals of quads may differ" if alike else ""
     return (
-        f"the mesh has {counts[0]}, the rig {counts[1]}, {welded} once seams are closed, and no numbering "
-        f"takes one to the other{hint}; give a rig of the very mesh that the avatar was trained on, triangulated alike"
+        f"the mesh has {counts[0]}; the rig has {counts[1]}, and {welded} with seams closed; no numbering "
+        f"maps one to the other{hint}; pass a rig of the mesh that the avatar was trained on, with the same triangles"
     )

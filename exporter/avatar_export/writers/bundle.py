@@ -15,10 +15,10 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from avatar_export import GENERATOR
 from avatar_export.ops.bounds import bounds
-from avatar_export.writers import INFLUENCES, WRITERS, Export, Piece, engine_facts
+from avatar_export.version import GENERATOR
 from avatar_export.writers.reference import reference_facts
+from avatar_export.writers.table import INFLUENCES, WRITERS, Export, Piece, engine_facts
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, opener, read_manifest
 from avatar_runtime.codec import manifest as codec
@@ -28,7 +28,7 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_schema.validate import manifest_problems
 
 FORMAT = "avatar-export"  # what avatar.json calls itself
-ZIP_DATE = (1980, 1, 1, 0, 0, 0)  # the earliest a zip can say: same input, same bytes
+ZIP_DATE = (1980, 1, 1, 0, 0, 0)  # the earliest date of a zip, so that the same input gives the same bytes
 Sink = Callable[[str, Iterable[Piece]], None]
 
 
@@ -47,19 +47,23 @@ def write_bundle(
 ) -> dict[str, Any]:
     """Write `avatar` to the folder `out`, or to a stored zip if it ends in `.zip`; returns the manifest.
 
-    `engine_files` are the derived glTF, USD and JSON, `reference` vectors and pictures for ports; `influences` the
-    most joints a vertex of rig.glb has, 4 or 8. `handedness` "left" writes the normative files in a left-handed
-    frame; those for engines stay as their standards say. `maker` computes the reference. Same avatar, same options,
-    same bytes. After a crash `out` is as it was before. Raises AvatarError if the avatar is not sound, or `out` exists
-    (with `force`, an older bundle is replaced, anything else still refused), ValueError for an unknown handedness.
+    - `preview`: write preview.png; `engine_files`: write the derived glTF, USD and JSON; `reference`: write vectors and
+      images for ports, which `maker` computes.
+    - `influences`: joints per vertex in rig.glb, 4 or 8.
+    - `handedness`: "left" writes the normative files in a left-handed frame; files for engines follow their standards.
+    - `progress` is called with the name of the next file.
+
+    Same avatar and options, same bytes. After a crash `out` is unchanged. Raises AvatarError if the avatar is
+    unsound, or if `out` exists (`force` replaces an older bundle, nothing else); ValueError for an unknown
+    handedness.
     """
     if handedness not in HANDEDNESS:
-        raise ValueError(f"{handedness!r} is none of {', '.join(HANDEDNESS)}")
+        raise ValueError(f"{handedness!r} is not one of {', '.join(HANDEDNESS)}")
     avatar.check()
     export = Export(avatar, influences, handedness, maker)
-    wanted = {"engine": engine_files, "reference": reference, "picture": preview}
+    wanted = {"engine": engine_files, "reference": reference, "preview": preview}
     parts = {"avatar", "enhancer", *(part for part, asked in wanted.items() if asked)}
-    out = out.resolve()  # through a link to what it names; also "." gets a name
+    out = out.resolve()  # follows links; "." gets a name
     may_replace(out, force)
     partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
     try:
@@ -110,14 +114,14 @@ def _write(export: Export, sink: Sink, parts: set[str], progress: Callable[[str]
 
 
 def manifest_bytes(document: dict[str, Any]) -> bytes:
-    """avatar.json as it is written."""
+    """The bytes of avatar.json."""
     return (
         json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False, default=_plain) + "\n"
     ).encode()
 
 
 class _Meter:
-    """Passes pieces on; knows their size and hash afterwards."""
+    """Passes pieces on, and counts their size and hash."""
 
     def __init__(self, pieces: Iterable[Piece]) -> None:
         self._pieces, self._hash, self.size = pieces, hashlib.sha256(), 0
@@ -156,13 +160,13 @@ def _pour(pieces: Iterable[Piece], file: BinaryIO) -> None:
 
 
 def may_replace(out: Path, force: bool) -> None:
-    """Raise AvatarError where `out` exists and, with `force`, is neither a bundle nor an empty folder."""
+    """Raise AvatarError if `out` exists; with `force`, if it is neither a bundle nor an empty folder."""
     if not out.exists():
         return
     if not force:
         raise AvatarError("exists; pass --force to replace it", file=out)
     if not (out.is_dir() and not any(out.iterdir())) and not _is_bundle(out):
-        raise AvatarError("exists and is no bundle; it is left alone", file=out)
+        raise AvatarError("exists and is not a bundle; it is not replaced", file=out)
 
 
 def _is_bundle(path: Path) -> bool:
@@ -194,7 +198,7 @@ def _remove(path: Path) -> None:
 
 
 def _remove_leftovers(out: Path) -> None:
-    """Remove what processes that were killed while they wrote `out` left beside it."""
+    """Remove the partial files that killed processes left beside `out`."""
     name = re.compile(rf"\.{re.escape(out.name)}\.([0-9]{{1,9}})\.partial")
     for path in list(out.parent.iterdir()):
         found = name.fullmatch(path.name)
@@ -204,7 +208,7 @@ def _remove_leftovers(out: Path) -> None:
 
 
 def _lives(process: int) -> bool:
-    """Whether another process of this number may be alive; Windows has no harmless way to ask."""
+    """Whether another process of this number may be alive; Windows has no safe way to find out."""
     if os.name != "posix":
         return True
     if process in (0, os.getpid()):
@@ -221,4 +225,4 @@ def _lives(process: int) -> bool:
 def _plain(value: object) -> Any:
     if isinstance(value, np.generic):
         return value.item()
-    raise TypeError(f"{type(value).__name__} cannot stand in a manifest")
+    raise TypeError(f"{type(value).__name__} cannot be written to a manifest")

@@ -20,9 +20,9 @@ SURFACE_RULES = ("rotation", "position", "scale", "quaternion_sign", "sh_directi
 
 
 def embedding_json(avatar: Avatar, handedness: str = "right") -> Iterator[bytes] | None:
-    """The file in pieces, one tensor each, of `avatar` as it is; None for one that sits on no mesh.
+    """The file in pieces, one tensor each; None for an avatar that is not bound to a surface.
 
-    `handedness` says of which frame it is.
+    `avatar` is in the frame that `handedness` names.
 
     Numbers are the shortest decimals that give the same float32 again. `schema/avatar_schema/v1/
     embedding.schema.json` describes it.

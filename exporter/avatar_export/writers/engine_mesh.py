@@ -1,7 +1,7 @@
-"""The rig's mesh as game engines hold it: what they would drop is gone, so that they have no reason to renumber.
+"""The rig's mesh for game engines: without the parts that importers drop, so that they do not renumber it.
 
-Importers drop vertices that no triangle uses, degenerate triangles and triangles that stand twice (Blender's
-`mesh.validate`, Godot); a mesh without any keeps its numbering in the importers that do not optimise.
+Importers drop vertices that no triangle uses, degenerate triangles and duplicate triangles (Blender's `mesh.validate`,
+Godot). A mesh without these keeps its numbering in importers that do not optimise.
 """
 
 from __future__ import annotations
@@ -17,48 +17,48 @@ from avatar_runtime.engine_pose import rests_bound, target_names
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.joints import chain
 
-FITTED_POSES = 20  # of the clips, to which the few joints of a vertex are fitted
-FURTHEST = 1e4  # metres; what poses carry further is no face, and squares of it leave no digit for the fit
+FITTED_POSES = 20  # frames of the clips to which the few joints of a vertex are fitted
+FURTHEST = 1e4  # metres; larger poses are not of a face, and their squares exceed the precision of the fit
 
 
 @dataclass(frozen=True)
 class Target:
-    """A morph target: what a weight of 1 adds, before skinning. Vertices that it does not move are left out."""
+    """A morph target: the offsets that a weight of 1 adds before skinning. Vertices that do not move are left out."""
 
     name: str
-    rows: I64  # [n] vertices of the EngineMesh, rising
+    rows: I64  # [n] vertices of the EngineMesh, increasing
     offsets: F32  # [n, 3] metres
 
 
 @dataclass(frozen=True)
 class Influences:
-    """The n joints that an engine has of each vertex."""
+    """The n joints of each vertex in an engine."""
 
     joints: U16  # [v, n] strongest first, ties by joint; 0 where the weight is 0
-    weights: F32  # [v, n] not negative, a row adds up to 1
-    truncated: F64  # [v] part of the vertex's weight that other joints had
+    weights: F32  # [v, n] not negative, rows add up to 1
+    truncated: F64  # [v] fraction of the vertex's weight that other joints had
 
 
 @dataclass(frozen=True)
 class EngineMesh:
-    """The rig's mesh at rest, without what importers drop. Corner and triangle order are the rig's."""
+    """The rig's mesh at rest, without parts that importers drop. Corners and triangles are in the rig's order."""
 
-    vertex_id: I64  # [v] row in rig.safetensors, rising
-    triangle_id: I64  # [f] row in rig.safetensors, rising
+    vertex_id: I64  # [v] row in rig.safetensors, increasing
+    triangle_id: I64  # [f] row in rig.safetensors, increasing
     vertices: F32  # [v, 3] metres
     normals: F32  # [v, 3] unit, weighted by area
     triangles: U32  # [f, 3] rows of `vertices`
-    targets: tuple[Target, ...]  # [M] as engine_pose.target_names
+    targets: tuple[Target, ...]  # [M] in the order of engine_pose.target_names
     skin: SparseRows  # [v] all influences
     fitted_poses: (
         F64 | None
-    )  # [P, J, 4, 4] skin matrices, of a rig of sane size that does not rest in its binding pose
+    )  # [P, J, 4, 4] skin matrices, if the rig does not rest in its binding pose (and has a plausible size)
 
     def influences(self, most: int) -> Influences:
         """The `most` strongest influences of each vertex, their weights scaled to add up to 1.
 
-        With `fitted_poses`, where more joints have a weight: those that show these poses best (`fewer_joints`).
-        A vertex without a positive weight goes to joint 0. Raises ValueError unless `most` is 4 or 8.
+        With `fitted_poses`, vertices with more joints get those that fit these poses best (`fewer_joints`).
+        A vertex without a positive weight gets joint 0. Raises ValueError unless `most` is 4 or 8.
         """
         found = self._strongest(most)
         full = found.truncated > 0
@@ -73,7 +73,7 @@ class EngineMesh:
 
     def _strongest(self, most: int) -> Influences:
         if most not in (4, 8):
-            raise ValueError(f"influences come in fours: 4 or 8, not {most}")
+            raise ValueError(f"influences must be 4 or 8, not {most}")
         row = entry_rows(self.skin)
         weight = np.maximum(self.skin.values["weight"].astype(np.float64), 0)
         order = np.lexsort((self.skin.column, -weight, row))
@@ -94,14 +94,14 @@ class EngineMesh:
 
 
 def engine_mesh(avatar: Avatar) -> EngineMesh:
-    """The rig's mesh as engines hold it; it may be empty. Raises AvatarError without a rig.
+    """The rig's mesh for engines; it may be empty. Raises AvatarError without a rig.
 
     Left out: triangles with a repeated corner or no area at rest, all but the first of triangles with the same
-    three corners in any order (importers do not look at which way they face), and vertices that then have none.
+    three corners in any order (importers ignore the winding), and vertices that then have none.
     """
     rig = avatar.rig
     if rig is None:
-        raise AvatarError("this avatar has no rig, so there is no mesh for engines", field="rig")
+        raise AvatarError("this avatar has no rig, so engines have no mesh of it", field="rig")
     triangle_id = _sound_triangles(rig.vertices, rig.triangles)
     vertex_id, corners = np.unique(rig.triangles[triangle_id], return_inverse=True)
     vertices, triangles = rig.vertices[vertex_id], corners.reshape(-1, 3).astype(np.uint32)
@@ -124,7 +124,7 @@ def engine_mesh(avatar: Avatar) -> EngineMesh:
 
 @np.errstate(over="ignore", invalid="ignore")
 def _poses(avatar: Avatar, rig: Rig) -> F64 | None:
-    """[P, J, 4, 4] skin matrices of the rest, and of frames of the clips at even distances; None beyond FURTHEST."""
+    """[P, J, 4, 4] skin matrices at rest and in evenly spaced frames of the clips; None if one is beyond FURTHEST."""
     still = np.zeros(len(avatar.expressions), np.float32), np.tile(np.eye(4), (1, rig.joint_count, 1, 1))
     found = [chain(rig, still[0][None], still[1])[0]]
     for clip in avatar.clips:
@@ -137,7 +137,7 @@ def _poses(avatar: Avatar, rig: Rig) -> F64 | None:
 
 
 def _padded(skin: SparseRows) -> tuple[I64, F64]:
-    """(joints [v, n], weights [v, n]) strongest first, ties by joint; weights add up to 1, 0 where there is none."""
+    """(joints [v, n], weights [v, n]) strongest first, ties by joint; weights add up to 1; unused places are 0."""
     row = entry_rows(skin)
     weight = np.maximum(skin.values["weight"].astype(np.float64), 0)
     order = np.lexsort((skin.column, -weight, row))
@@ -149,7 +149,7 @@ def _padded(skin: SparseRows) -> tuple[I64, F64]:
 
 
 def _sound_triangles(vertices: F32, triangles: U32) -> I64:
-    """Rows of the triangles that have an area and whose three corners no earlier triangle has."""
+    """Rows of the triangles with an area whose three corners no earlier triangle has."""
     area = np.linalg.norm(_area_vectors(vertices, triangles), axis=1) > 0
     sound = np.flatnonzero(area)
     _, first = np.unique(np.sort(triangles[sound], axis=1), axis=0, return_index=True)
@@ -158,14 +158,14 @@ def _sound_triangles(vertices: F32, triangles: U32) -> I64:
 
 
 def _area_vectors(vertices: F32, triangles: U32) -> F64:
-    """[F, 3]: along the triangle's normal, twice its area long."""
+    """[F, 3]: vectors along the triangles' normals, with twice the area as length."""
     a, b, c = np.moveaxis(vertices[triangles].astype(np.float64), 1, 0)
     result: F64 = np.cross(b - a, c - a)
     return result
 
 
 def _normals(vertices: F32, triangles: U32) -> F32:
-    """Unit vertex normals; where the triangles' cancel, that of the vertex's last triangle."""
+    """Unit vertex normals; where those of the triangles cancel, the normal of the vertex's last triangle."""
     area = _area_vectors(vertices, triangles)
     total, one = np.zeros(vertices.shape), np.zeros(vertices.shape)
     for corner in range(3):
@@ -185,7 +185,7 @@ def entry_rows(matrix: SparseRows) -> I64:
 
 
 def _columns(matrix: SparseRows) -> list[tuple[I64, F32]]:
-    """(rows, position [n, 3]) of every column; zeros are left out."""
+    """(rows, position [n, 3]) of every column, without zeros."""
     position, row = matrix.values["position"], entry_rows(matrix)
     entry = np.flatnonzero(position.any(axis=1))
     entry = entry[np.argsort(matrix.column[entry], kind="stable")]

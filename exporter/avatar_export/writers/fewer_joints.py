@@ -1,9 +1,9 @@
-"""Skin weights of a few joints that show a mesh as all of its joints would, in given poses.
+"""Skin weights of a few joints that deform a mesh like all of its joints, in given poses.
 
-The strongest joints of a vertex, their weights scaled up, are what engines take of too many; where bones pull against
-each other, as those of a fitted face do, the others are missed. Here the weights of the few are those that come
-nearest to the whole skin: least squares over the poses on the simplex, by accelerated projected gradient, with the
-joint left out again and again that costs least (a weight's square by its entry of the inverse Gram matrix).
+Of too many joints, engines keep the strongest of a vertex and rescale their weights. Where bones oppose each other, as
+in a fitted face, the missing joints matter. Here the weights of the few joints approximate the full skin: least squares
+over the poses on the simplex, by accelerated projected gradient; the joint with the smallest cost is removed repeatedly
+(the cost is the square of a weight divided by its entry of the inverse Gram matrix).
 """
 
 from __future__ import annotations
@@ -12,15 +12,16 @@ import numpy as np
 
 from avatar_runtime.avatar import F32, F64, I64
 
-CANDIDATES = 12  # strongest joints of a vertex that are tried
-KEEP = 1e-3  # metres that a changed weight counts for, so that what no pose tells stays as it was
-ROUNDS, LAST_ROUNDS = 25, 100  # of a solution before a joint is left out, and with those that stay
-ROWS = 4096  # vertices at a time
+CANDIDATES = 12  # strongest joints of a vertex that are considered
+KEEP = 1e-3  # metres; the cost of changing a weight, so that weights that no pose determines do not change
+ROUNDS, LAST_ROUNDS = 25, 100  # iterations before a joint is removed, and for the joints that remain
+ROWS = 4096  # vertices per block
 
 
 def few(vertices: F32, joints: I64, weights: F64, matrices: F64, most: int) -> tuple[I64, F64]:
-    """(joints [v, most], weights [v, most]) for vertices [v, 3] whose joints [v, n] have weights [v, n], which add up
-    to 1, strongest first; `matrices` [P, J, 4, 4] are the poses' skin matrices. Strongest first again.
+    """(joints [v, most], weights [v, most]) that approximate the joints [v, n] with weights [v, n] of vertices [v, 3].
+
+    Weights add up to 1, strongest first, in and out; `matrices` [P, J, 4, 4] are the skin matrices of the poses.
     """
     found = [
         _few(vertices[at : at + ROWS].astype(np.float64), joints[at : at + ROWS], weights[at : at + ROWS],
@@ -51,7 +52,7 @@ def _few(vertices: F64, joints: I64, weights: F64, matrices: F64, most: int) -> 
 
 
 def _solved(gram: F64, wanted: F64, start: F64, rounds: int) -> F64:
-    """[v, k] on the simplex where w G w / 2 - wanted w is least (FISTA)."""
+    """[v, k] weights on the simplex that minimise w G w / 2 - wanted w (FISTA)."""
     step = 1 / np.trace(gram, axis1=1, axis2=2)[:, None]
     weights, ahead, pace = start, start, 1.0
     for _ in range(rounds):
@@ -63,7 +64,7 @@ def _solved(gram: F64, wanted: F64, start: F64, rounds: int) -> F64:
 
 
 def _simplex(values: F64) -> F64:
-    """The nearest rows [v, k] that are not negative and add up to 1."""
+    """The rows [v, k] projected to the simplex: not negative, adding up to 1."""
     falling = -np.sort(-values, axis=1)
     over = np.cumsum(falling, axis=1) - 1
     counts = np.arange(1, values.shape[1] + 1)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pygltflib as gltf
 
-from avatar_export import GENERATOR
+from avatar_export.version import GENERATOR
 from avatar_runtime.codec.glb import BINARY_CHUNK, COMPONENTS, JSON_CHUNK, SHAPES
 from avatar_runtime.io.errors import AvatarError
 
@@ -19,9 +19,9 @@ Array = npt.NDArray[Any]
 
 COMPONENT_TYPE = {np.dtype(name): component for component, name in COMPONENTS.items()}
 ELEMENT_TYPE = {shape: name for name, shape in SHAPES.items() if name not in ("MAT2", "MAT3")}
-MOST_BYTES = (1 << 32) - 1  # of a GLB, whose length is u32
-# What pygltflib writes although it is glTF's default. Left out: the file depends less on pygltflib's version, and the
-# Khronos validator refuses an offset where there is no buffer view, as in sparse accessors.
+MOST_BYTES = (1 << 32) - 1  # the length of a GLB is u32
+# Defaults of glTF that pygltflib writes. They are left out, so that the file depends less on pygltflib's version, and
+# because the Khronos validator refuses an offset without a buffer view, as in sparse accessors.
 DEFAULTS = {"byteOffset": 0, "normalized": False}
 
 
@@ -29,7 +29,7 @@ class GlbBuilder:
     """Collects arrays and a glTF document around them; `pieces` gives the bytes of the .glb."""
 
     def __init__(self, name: str) -> None:
-        """`name` is the file's, for errors."""
+        """`name` is that of the file, for errors."""
         self.name = name
         self.document = gltf.GLTF2(asset=gltf.Asset(version="2.0", generator=GENERATOR), scene=0)
         self._arrays: list[Array] = []
@@ -41,7 +41,7 @@ class GlbBuilder:
         """Index of an accessor of a filled array [count, ...] of float32, u8, u16 or u32; [count, row, column]
         for matrices. `target` as in glTF's buffer views; `bounds` writes min and max.
         """
-        stored = array.swapaxes(1, 2) if array.ndim == 3 else array  # matrices go by column
+        stored = array.swapaxes(1, 2) if array.ndim == 3 else array  # glTF stores matrices by column
         return self._add(
             array.dtype,
             len(array),
@@ -52,8 +52,8 @@ class GlbBuilder:
         )
 
     def sparse(self, count: int, rows: Array, values: Array) -> int:
-        """Index of a float accessor [count, ...] of zeros but for `values` [n, ...] in `rows` [n], rising; with
-        min and max. Without any rows it stores row 0 as zeros: some importers know no accessor without data.
+        """Index of a float accessor [count, ...] of zeros, except `values` [n, ...] in `rows` [n], which increase; with
+        min and max. Without rows it stores row 0 as zeros, since some importers refuse an accessor without data.
         """
         if not len(rows):
             rows, values = np.zeros(1, np.int64), np.zeros((1, *values.shape[1:]), np.float32)
@@ -70,14 +70,17 @@ class GlbBuilder:
         return self._add(values.dtype, count, values.shape[1:], substituted, sparse=sparse)
 
     def pieces(self) -> Iterator[bytes | memoryview]:
-        """The bytes of the file, a piece an array. Raises AvatarError if they are more than a GLB can hold."""
+        """The bytes of the file, one piece per array. Raises AvatarError if they are more than a GLB can hold."""
         self.document.buffers = [gltf.Buffer(byteLength=self._size)]
         document = _without_defaults(json.loads(self.document.to_json(allow_nan=False)))
         text = json.dumps(document, separators=(",", ":")).encode()
         text += b" " * (-len(text) % 4)
         length = 12 + 8 + len(text) + 8 + self._size
         if length > MOST_BYTES:
-            raise AvatarError(f"has {length} bytes, a GLB holds {MOST_BYTES}; leave it out", file=self.name)
+            raise AvatarError(
+                f"has {length} bytes, but a GLB holds at most {MOST_BYTES}; write the bundle without engine files",
+                file=self.name,
+            )
         yield struct.pack("<4sII", b"glTF", 2, length)
         yield struct.pack("<II", len(text), JSON_CHUNK) + text + struct.pack("<II", self._size, BINARY_CHUNK)
         for array in self._arrays:

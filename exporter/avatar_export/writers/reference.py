@@ -1,4 +1,4 @@
-"""reference/: numbers for every stage and pictures that a port is held against, by the runtime or the trainer."""
+"""reference/: vectors of every stage and images, to compare ports with, made by the runtime or the trainer."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from avatar_export import GENERATOR
+from avatar_export.version import GENERATOR
 from avatar_export.writers.reference_cases import DRAWN, reference_cases
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.conformance import Case, Maker, Reference, encode, make_reference
@@ -25,7 +25,7 @@ def make_for(
 ) -> Reference:
     """The reference of a bundle, by `maker`.
 
-    `stored` is `avatar` in the frame of the normative files, whose hashes `sha256` gives by path: they tell later
+    `stored` is `avatar` in the frame of the normative files. `sha256`: path -> hash of these files, which later shows
     whether the reference still belongs to them.
     """
     cases = reference_cases(avatar)
@@ -35,12 +35,12 @@ def make_for(
 
 
 def reference_files(reference: Reference) -> dict[str, bytes]:
-    """The files by their path in the bundle, some of REFERENCE_FILES: an avatar without clips has fewer pictures."""
+    """The files by their path in the bundle, some of REFERENCE_FILES: an avatar without clips has fewer images."""
     return {FOLDER + name: data for name, data in encode(reference).items()}
 
 
 def reference_facts(reference: Reference) -> dict[str, Any]:
-    """What the manifest says of it: who made it, and of each case with pictures how far the profiles lie apart."""
+    """Its entry in the manifest: who made it, and for each case with images the difference between the profiles."""
     drawn = [c for c in reference.cases if c.pictures]
     cases = [{"name": c.case.name, "engine_psnr_db": c.engine_psnr_db} for c in drawn]
     return {"made_by": reference.made_by, "cases": cases}

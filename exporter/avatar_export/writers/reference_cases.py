@@ -1,4 +1,4 @@
-"""Which poses and cameras the reference of a bundle holds, from the avatar alone."""
+"""The poses and cameras of a bundle's reference, which follow from the avatar."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from avatar_runtime.stages.project import project
 from avatar_runtime.subset import subset
 from avatar_schema import constants
 
-SIZE = 256  # pixels, of a picture
+SIZE = 256  # pixels, of an image
 CLOSE_SIZE = (
     2 * int(constants()["tile"]) + 1
-)  # its last tiles reach far beyond it: splats far aside are drawn
-FRAMED = 2048  # Gaussians that a camera is set by
-GOLDEN = (np.sqrt(5) - 1) / 2  # its multiples modulo 1 are all different and evenly spread
-LARGEST_WEIGHT = 3.0  # ranges of expressions are cut to +- this
+)  # its last tiles reach far beyond it, so that splats beside the image are drawn
+FRAMED = 2048  # Gaussians that set the camera
+GOLDEN = (np.sqrt(5) - 1) / 2  # its multiples modulo 1 are all different and evenly spaced
+LARGEST_WEIGHT = 3.0  # ranges of expressions are clamped to +- this
 MOST_TURN = np.radians(9.0)  # of a joint
 WORLD_TURN = (0.15, 0.6, -0.1)  # rotation vector, radians
 WORLD_MOVE = (0.04, -0.03, 0.06)  # metres
 FRONT = (0.0, 0.0)  # yaw, pitch of the camera, radians
 ASIDE = (0.35, 0.2)
 NARROWEST, WIDEST = 1e-3, 4.0  # tangent of half the field of view
-STEPS = 64  # between which a camera from within is chosen
+STEPS = 64  # candidates for the camera inside the avatar
 Points = npt.NDArray[np.float64]
-DRAWN = ("rest", "posed", "clip")  # cases with pictures
+DRAWN = ("rest", "posed", "clip")  # cases with images
 
 
 def reference_cases(avatar: Avatar) -> tuple[Case, ...]:
-    """At rest, with every input that `avatar` has, the same from within it, and amid its first clip.
+    """The cases: at rest, with every input of `avatar`, the same from inside it, and a frame inside its first clip.
 
-    The one from within is of vectors alone; the avatar without a clip has no case `clip`.
+    The case from inside has vectors only; an avatar without clips has no case `clip`.
     """
     posed = every_input(avatar)
     rest = "nothing is posed: files, camera, SH from the front, raster"
@@ -65,9 +65,9 @@ def _framed(avatar: Avatar, pose: Pose, view: tuple[float, float]) -> Camera:
 
 
 def every_input(avatar: Avatar) -> Pose:
-    """A pose in which no weight is 0, no two are equal and every joint turns about an axis of its own.
+    """A pose in which no weight is 0, no two are equal, and every joint rotates about another axis.
 
-    Weights lie in their ranges, the more of them the smaller, so that the avatar stays recognisable.
+    Weights are in their ranges; they get smaller the more there are, so that the avatar stays recognisable.
     """
     expressions, late = avatar.expressions, avatar.late_morph_names
     ends = np.clip([e.range[1] or e.range[0] for e in expressions], -LARGEST_WEIGHT, LARGEST_WEIGHT)
@@ -83,7 +83,7 @@ def every_input(avatar: Avatar) -> Pose:
 
 
 def seen(avatar: Avatar, pose: Pose) -> Box:
-    """Where the Gaussians are in `pose`, by an even choice of them: the box a camera is set by."""
+    """The box of an evenly spaced selection of Gaussians in `pose`, which sets the camera."""
     count = avatar.gaussians.count
     rows = np.unique(np.linspace(0, count - 1, min(count, FRAMED)).astype(np.int64))
     return robust_box(_animated(avatar, rows, pose).mean)
@@ -91,10 +91,10 @@ def seen(avatar: Avatar, pose: Pose) -> Box:
 
 @ABSURD
 def close_camera(avatar: Avatar, pose: Pose) -> Camera:
-    """A camera amid the Gaussians that a reference keeps, for what stage project decides by thresholds.
+    """A camera among the Gaussians that a reference keeps, to test the thresholds of stage project.
 
-    It looks along the longest way through them. Where it stands and how wide it sees are chosen so that none of
-    these is rare: behind it, before the near plane, drawn, drawn beyond the Jacobian's clamp, on no tile.
+    It looks along the longest axis. Its position and field of view are chosen so that none of these cases is rare:
+    behind the camera, before the near plane, drawn, drawn beyond the Jacobian's clamp, on no tile.
     """
     splats = _animated(avatar, thinned(avatar, ROWS).rows, pose)
     mean = np.clip(np.nan_to_num(splats.mean.astype(np.float64)), -FARTHEST, FARTHEST)
@@ -113,13 +113,13 @@ def close_camera(avatar: Avatar, pose: Pose) -> Camera:
 
 
 def _along(z: Points, near: float) -> float:
-    """How evenly depths are spread; those beyond the near plane count twice, since the next choice divides them."""
+    """How evenly depths are spread; those beyond the near plane count twice, since `_across` divides them."""
     behind, beyond = int((z <= 0).sum()), int((z > near).sum())
     return _evenly(behind, len(z) - behind - beyond, beyond, beyond)
 
 
 def _across(splats: Splats, camera: Camera, settings: RasterSettings) -> float:
-    """How evenly what lies beyond the near plane is spread over the picture, aside beyond the clamp, and no tile."""
+    """How evenly Gaussians beyond the near plane are spread over: in the image, beyond the clamp, on no tile."""
     drawn = project(splats, camera, settings, 0).radius > 0
     view = camera.camera_from_world
     x, y, z = (splats.mean @ view[:3, :3].T + view[:3, 3]).T
@@ -130,12 +130,12 @@ def _across(splats: Splats, camera: Camera, settings: RasterSettings) -> float:
 
 
 def _evenly(*counts: int) -> float:
-    """Largest where the same total is shared evenly; a count of 0 weighs most."""
+    """A score that is largest for even counts; a count of 0 is worst."""
     return float(np.sum(np.log1p(counts)))
 
 
 def _animated(avatar: Avatar, rows: npt.NDArray[np.int64], pose: Pose) -> Splats:
-    """Some Gaussians in `pose`."""
+    """A selection of Gaussians in `pose`."""
     vertices = np.arange(0) if avatar.rig is None else avatar.rig.anchor_vertices
     return Player(subset(avatar, rows, vertices).avatar, "reference").animate(pose)
 

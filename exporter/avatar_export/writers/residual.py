@@ -1,4 +1,4 @@
-"""How far the mesh that an engine shows lies from the runtime's, measured over fixed poses, for the manifest."""
+"""The difference between the mesh in an engine and the runtime's, measured over fixed poses, for the manifest."""
 
 from __future__ import annotations
 
@@ -27,23 +27,24 @@ from avatar_runtime.stages.morph import morph
 from avatar_runtime.stages.skin import skin
 from avatar_runtime.stages.sparse import combine, gather
 
-POSES = 12  # drawn at random
+POSES = 12  # random poses
 MOST_ANGLE = np.radians(40)
-MOST_WEIGHT = 3.0  # ranges of expressions are cut to +- this
+MOST_WEIGHT = 3.0  # ranges of expressions are clamped to +- this
 CLIP_FRAMES, ALL_CLIP_FRAMES = 8, 64  # of one clip, of all of them
-MICROMETRE = 3  # decimals of a millimetre: less is the rounding of float32
+MICROMETRE = 3  # decimals of a millimetre; smaller values are rounding of float32
 
 
 @np.errstate(over="ignore", invalid="ignore")  # refused below
 def engine_residual(avatar: Avatar, influences: int = 4) -> dict[str, float | int]:
-    """Largest distances in millimetres between a vertex of the runtime's mesh and the same of rig.glb as posed by
-    engine_pose with `influences` (4 or 8) joints a vertex, over `poses` poses.
+    """Largest distances in millimetres between vertices of the runtime's mesh and of rig.glb, over `poses` poses.
 
-    `residual_mm` is all of it; `truncation_mm` what fewer influences change, `late_morph_mm` what it changes that
-    late morphs are skinned, `shear_mm` what nodes cannot say of the joints. All 0 without a triangle or joint.
-    `no_shear_mm`, of a rig that does not rest in its binding pose: what an engine shows besides that composes
-    translation, rotation and scale each for itself and so loses the shear of uneven scales (Unreal).
-    Raises AvatarError without a rig and for one too large to pose, ValueError for another number of influences.
+    rig.glb is posed by engine_pose, with `influences` (4 or 8) joints per vertex.
+
+    `residual_mm` is the total; `truncation_mm` comes from fewer influences, `late_morph_mm` from late morphs that are
+    skinned, `shear_mm` from shear that nodes cannot represent. All are 0 without a triangle or joint. `no_shear_mm`,
+    only for a rig that does not rest in its binding pose: the additional error of an engine that composes
+    translation, rotation and scale separately and so loses the shear of uneven scales (Unreal). Raises AvatarError
+    without a rig and for one too large to pose, ValueError for another number of influences.
     """
     mesh = engine_mesh(avatar)
     assert avatar.rig is not None  # or engine_mesh would have raised
@@ -59,20 +60,19 @@ def engine_residual(avatar: Avatar, influences: int = 4) -> dict[str, float | in
             offset = offsets[name]
             largest = float(np.sqrt(np.max(np.sum(offset * offset, axis=1))))
             if not np.isfinite(largest):
-                message = (
-                    "its posed vertices do not fit float32; scale it to metres, or write no engine files"
-                )
+                message = "its posed vertices exceed float32; scale it to metres, or write no engine files"
                 raise AvatarError(message, field="rig")
             worst[name] = max(worst[name], 1e3 * largest)
     return {**{name: round(value, MICROMETRE) for name, value in worst.items()}, "poses": len(poses)}
 
 
 def residual_poses(avatar: Avatar) -> Iterator[Pose]:
-    """The poses: random ones with all weights in their range and all joints turned by up to 40 degrees, always the
-    same, then frames of the clips at even distances. Raises AvatarError without a rig.
+    """The poses: random ones, always the same, then evenly spaced frames of the clips.
 
-    A rig that does not rest in its binding pose is no body: its joints push and stretch a face, and turning each of
-    them says nothing of what is shown. In place of random poses it has its rest.
+    Random poses have all weights in their range and all joints rotated by up to 40 degrees.
+
+    The joints of a rig that does not rest in its binding pose push and stretch a face; random rotations of them mean
+    nothing. For such a rig the rest pose replaces the random poses.
     """
     if avatar.rig is not None and not rests_bound(avatar.rig):
         yield Pose()
@@ -102,7 +102,7 @@ def _random_poses(avatar: Avatar) -> Iterator[Pose]:
 
 
 def _rows(rig: Rig, mesh: EngineMesh) -> Rig:
-    """The rig with the vertices of `mesh` alone."""
+    """The rig with only the vertices of `mesh`."""
     return replace(
         rig,
         vertices=mesh.vertices,
@@ -115,7 +115,7 @@ def _rows(rig: Rig, mesh: EngineMesh) -> Rig:
 
 
 def _offsets(avatar: Avatar, part: Rig, shown: Influences, pose: Pose) -> dict[str, F64]:
-    """[v, 3] in metres: where the engine's vertices lie from the runtime's, in all and for each reason alone."""
+    """[v, 3] metres: offsets of the engine's vertices from the runtime's, in total and for each cause separately."""
     arrays = resolve(pose, avatar)
     true, _, _ = chain(part, arrays.expression_weights, arrays.joint_delta)
     nodes, back = engine_pose(avatar, pose), np.linalg.inv(bind_nodes(part))
@@ -136,7 +136,7 @@ def _offsets(avatar: Avatar, part: Rig, shown: Influences, pose: Pose) -> dict[s
 
 
 def _by_parts(rig: Rig, pose: EnginePose) -> F64:
-    """mesh_from_joint [J, 4, 4] where rotations and scales are multiplied apart, axis by axis: never a shear."""
+    """mesh_from_joint [J, 4, 4] with rotations and scales multiplied separately, so without shear."""
     turn = local_transforms(np.zeros_like(pose.translation), pose.rotation_xyzw, np.ones_like(pose.scale))
     scale, place = pose.scale.copy(), pose.translation.copy()
     for joint, parent in enumerate(rig.parents):

@@ -1,13 +1,13 @@
-"""rig.glb: the rig as far as glTF 2.0 can say it, for engines and modelling tools.
+"""rig.glb: the rig as far as glTF 2.0 can represent it, for engines and modelling tools.
 
     avatar_mesh   the skinned mesh, in the scene's root, as glTF wants it
-    avatar_root   world_from_avatar; the joints hang below it under their own names, as the avatar rests
+    avatar_root   world_from_avatar; the joints are below it under their own names, at rest
 
-Plain float, no extension, no compression: importers reorder or refuse what is packed. Morph targets are named in
-mesh.extras.targetNames as engine_pose.target_names has them. There is no texture, so the first UV set is free to
+Plain float, no extension, no compression, since importers reorder or refuse packed data. Morph targets are named in
+mesh.extras.targetNames as engine_pose.target_names has them. There is no texture, so the first UV set can
 carry the vertex's row in rig.safetensors through importers that drop attributes with other names:
-u = row % 256, v = 2 + row // 256, exact in half floats; an importer that flips v leaves it below 0. `_VERTEX_ID`
-says the same as one float. COLOR_0 is the colour of the Gaussians about each vertex in the binding pose.
+u = row % 256, v = 2 + row // 256, exact in half floats; an importer that flips v makes it negative. `_VERTEX_ID`
+is the same as one float. COLOR_0 is the colour of the Gaussians around each vertex in the binding pose.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ FILE = "rig.glb"
 MOST_JOINTS = 65_535  # JOINTS_n are u16
 MOST_VERTICES = 1 << 24  # _VERTEX_ID is a float
 MESH_NODE, ROOT_NODE, FIRST_JOINT = 0, 1, 2
-STILL = 1e-6  # metres, parts of 1: what moves less is rounding and gets no channel
+STILL = 1e-6  # metres, or parts of 1; smaller motion is rounding and gets no channel
 
 
 def rig_glb(avatar: Avatar, influences: int = 4) -> Iterator[bytes | memoryview] | None:
     """The bytes of rig.glb in pieces; None for an avatar without a rig, or whose rig has no joint or no triangle.
 
     `influences` joints a vertex, 4 or 8: with 8 the second four are JOINTS_1 and WEIGHTS_1, which some importers
-    pass over. Same avatar, same bytes. Raises AvatarError for a rig that glTF cannot number, and for a clip that
-    engine_pose refuses; ValueError for another number of influences.
+    ignore. Same avatar, same bytes. Raises AvatarError for a rig with too many joints or vertices for glTF, and for a
+    clip that engine_pose refuses; ValueError for another number of influences.
     """
     if avatar.rig is None or not avatar.rig.joint_count:
         return None
@@ -59,9 +59,7 @@ def _check_limits(rig: Rig) -> None:
         ("vertices", len(rig.vertices), MOST_VERTICES),
     ):
         if count > most:
-            message = (
-                f"has {count} {field}, glTF holds {most}; reduce the rig, or write the bundle without it"
-            )
+            message = f"has {count} {field}, but glTF holds {most}; reduce the rig, or write no engine files"
             raise AvatarError(message, file=FILE, field=field)
 
 
@@ -73,7 +71,7 @@ def _add_mesh(builder: GlbBuilder, mesh: EngineMesh, influences: int, colour: Ar
     coloured = {"COLOR_0": np.concatenate([colour[mesh.vertex_id], opaque], axis=1).astype(np.float32)}
     for name, array in (_attributes(mesh, influences) | coloured).items():
         attributes[name] = builder.accessor(array, gltf.ARRAY_BUFFER)
-    wide = len(mesh.vertices) > 65_535  # the largest index of a type restarts a strip, so it is no vertex
+    wide = len(mesh.vertices) > 65_535  # the largest index of a type is reserved to restart a strip
     corners = mesh.triangles.reshape(-1).astype(np.uint32 if wide else np.uint16)
     primitive = gltf.Primitive(
         attributes=gltf.Attributes(**attributes),
@@ -141,7 +139,7 @@ def _add_skeleton(builder: GlbBuilder, rig: Rig, rest: EnginePose) -> None:
 
 
 def _add_clip(builder: GlbBuilder, clip: Clip, moved: EnginePose, rest: EnginePose) -> None:
-    """An animation whose channels are what the clip moves away from `rest`, frame k at k / fps seconds."""
+    """Adds an animation with a channel for all that the clip moves away from `rest`; frame k is at k / fps seconds."""
     time = builder.accessor((np.arange(clip.frames) / clip.fps).astype(np.float32), bounds=True)
     animation = gltf.Animation(name=clip.name)
     channels = [
@@ -160,7 +158,7 @@ def _add_clip(builder: GlbBuilder, clip: Clip, moved: EnginePose, rest: EnginePo
 
 
 def _channels(pose: EnginePose) -> Iterator[tuple[int, str, Array]]:
-    """(node, path, values) of all that an engine can animate; the values of a clip begin with an axis [T]."""
+    """(node, path, values) of everything that an engine can animate; the values of a clip have a first axis [T]."""
     yield ROOT_NODE, "translation", pose.root_translation
     yield ROOT_NODE, "rotation", pose.root_rotation_xyzw
     for j in range(pose.translation.shape[-2]):

@@ -1,4 +1,4 @@
-"""Whether two versions of a derived file say the same; each returns None, or a phrase that names a difference."""
+"""Comparisons of two versions of a derived file; each returns None, or a phrase that names a difference."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from PIL import Image
 
 from avatar_runtime.io.errors import AvatarError
 
-PIXEL_TOLERANCE = 2  # of 255: another libm rounds an exponential elsewhere
+PIXEL_TOLERANCE = 2  # of 255; another libm rounds exponentials differently
 MAX_PIXELS = 64 << 20
 
 
 def same_bytes(old: bytes, new: bytes) -> str | None:
-    """Equal byte by byte, or where they part."""
+    """None for equal bytes, else the sizes and the first difference."""
     if old == new:
         return None
     count = min(len(old), len(new))
     differs = np.frombuffer(old, np.uint8, count) != np.frombuffer(new, np.uint8, count)
     at = int(np.argmax(differs)) if differs.any() else count
-    return f"{len(old)} bytes, expected {len(new)}; they part at byte {at}"
+    return f"{len(old)} bytes, expected {len(new)}; the first difference is at byte {at}"
 
 
-def same_picture(old: bytes, new: bytes) -> str | None:
-    """Equal pixels of two PNGs, within `PIXEL_TOLERANCE`. Raises AvatarError if `old` is no picture."""
+def same_image(old: bytes, new: bytes) -> str | None:
+    """None if two PNGs are equal within `PIXEL_TOLERANCE`. Raises AvatarError if `old` is not an image."""
     if old == new:
         return None
     a, b = (_pixels(data) for data in (old, new))
@@ -41,7 +41,7 @@ def _pixels(data: bytes) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
             warnings.simplefilter("error")
             with Image.open(io.BytesIO(data), formats=("PNG",)) as image:
                 if image.width * image.height > MAX_PIXELS:
-                    raise AvatarError(f"is a picture of {image.width}x{image.height} pixels")
+                    raise AvatarError(f"has {image.width}x{image.height} pixels, which is too large")
                 return np.asarray(image.convert("RGB"))
     except (OSError, ValueError, SyntaxError, Warning, Image.DecompressionBombError) as error:
-        raise AvatarError(f"is no PNG that can be read ({type(error).__name__})") from None
+        raise AvatarError(f"is not a PNG that can be read ({type(error).__name__})") from None

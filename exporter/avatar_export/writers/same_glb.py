@@ -1,4 +1,4 @@
-"""Whether a .glb says what it would say if it were written again; for `validate`."""
+"""Whether a .glb has the content that it would have if it were written again; for `validate`."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from avatar_export.writers.glb_builder import Array
 from avatar_runtime.codec.glb import accessor, decode, is_count, short
 
-RELATIVE, ABSOLUTE = 1e-6, 1e-9  # a few units in the last place of float32: another machine's rounding
+RELATIVE, ABSOLUTE = 1e-6, 1e-9  # a few units in the last place of float32, the rounding of another machine
 
 
 def same_glb(old: bytes | memoryview, new: bytes | memoryview, file: object = None) -> str | None:
-    """None if `old`, from a stranger, says the same as `new`, which we wrote; else one phrase: what differs.
+    """None if `old`, which is untrusted, has the content of `new`, else one phrase that names the difference.
 
     Equal bytes; or equal JSON but for asset.generator, with numbers within float32 rounding, and every accessor
-    within 1e-6 of its value plus 1e-9. Bytes that no accessor reads do not count. Raises AvatarError about `file`
-    where `old` is no sound GLB.
+    within 1e-6 of its value plus 1e-9. Bytes that no accessor reads are ignored. Raises AvatarError about `file`
+    if `old` is not a sound GLB.
     """
     if old == new:
         return None
@@ -63,13 +63,13 @@ def _close(old: Array, new: Array) -> bool:
         return False
     if new.dtype.kind != "f":
         return bool(np.array_equal(old, new))
-    with np.errstate(over="ignore", invalid="ignore"):  # theirs may hold anything
+    with np.errstate(over="ignore", invalid="ignore"):  # `old` may hold anything
         off = np.abs(old.astype(np.float64) - new)
     return bool((off <= RELATIVE * np.abs(new.astype(np.float64)) + ABSOLUTE).all())
 
 
 def _user(document: Mapping[str, Any], index: int) -> str:
-    """What an accessor is for, such as POSITION, by the first key of the document that points to it."""
+    """The use of an accessor, such as POSITION, by the first key of the document that points to it."""
     for mesh in document.get("meshes", []):
         for primitive in mesh["primitives"]:
             targets = enumerate(primitive.get("targets", []))

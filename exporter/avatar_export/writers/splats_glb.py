@@ -1,6 +1,6 @@
 """splats.glb: the binding pose as KHR_gaussian_splatting points, for viewers that know the extension.
 
-Others show COLOR_0, a cloud of points. Source: Khronos, extensions/2.0/Khronos/KHR_gaussian_splatting (ratified).
+Other viewers show COLOR_0, a cloud of points. Source: Khronos, extensions/2.0/Khronos/KHR_gaussian_splatting (ratified).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from avatar_schema import constants
 
 FILE = "splats.glb"
 EXTENSION = "KHR_gaussian_splatting"
-SETTINGS = {  # the last two are the extension's defaults, said so that nobody has to look them up
+SETTINGS = {  # the last two are the extension's defaults, written for clarity
     "kernel": "ellipse",
     "colorSpace": "srgb_rec709_display",
     "projection": "perspective",
@@ -30,8 +30,8 @@ LARGEST = np.finfo(np.float32).max
 def splats_glb(avatar: Avatar) -> Iterator[bytes | memoryview]:
     """The bytes of splats.glb in pieces: the Gaussians in their order, SH up to the active degree.
 
-    Unit quaternions, linear scales and opacities; numbers that training space holds and linear float32 does not
-    become its largest, a quaternion of length 0 the identity, as it is drawn. Same avatar, same bytes.
+    Unit quaternions, linear scales and opacities. Values that overflow linear float32 become its largest number; a
+    quaternion of length 0 becomes the identity, as it is drawn. Same avatar, same bytes.
     """
     builder = GlbBuilder(FILE)
     attributes = {"POSITION": builder.accessor(avatar.gaussians.mean, gltf.ARRAY_BUFFER, bounds=True)}

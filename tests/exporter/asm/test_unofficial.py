@@ -168,7 +168,7 @@ class Trap:
 
 BAD: dict[str, tuple[Callable[[Path], None], str]] = {
     "no JSON": (lambda f: (f / "rig_info.json").write_text("{"), r"rig_info\.json: is no JSON"),
-    "no rig": (edited(lambda d: d.pop("metarig")), "metarig: is missing or no object"),
+    "no rig": (edited(lambda d: d.pop("metarig")), "metarig: is missing or not an object"),
     "no bone": (edited(lambda d: d["metarig"].update(bones={"face": {}})), r"bones: has 0; 1 to"),
     "short matrix": (
         edited(lambda d: d["metarig"]["bones"]["nose"].update(matrix=[[1, 0]])),
@@ -192,14 +192,14 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
     ),
     "other bones": (
         pickled(lambda p: {k: v[:3] for k, v in p.items()}),
-        r"pi: expected \[4, K\], a row a bone",
+        r"pi: expected \[4, K\], one row per bone",
     ),
     "other width": (pickled(lambda p: p | {"mu": p["mu"][:, :1]}), r"mu: expected \[4, 2, 2\]"),
     "no mu": (pickled(lambda p: {k: v for k, v in p.items() if k != "mu"}), "mu: is missing"),
     "not finite": (pickled(lambda p: p | {"mu": p["mu"] * np.float32(np.nan)}), "mu: holds a number"),
     "whole numbers": (
         pickled(lambda p: p | {"mu": p["mu"].astype(int)}),
-        "mu: is missing or holds no floats",
+        "mu: is missing or does not hold floats",
     ),
     "no weight": (
         pickled(lambda p: p | {"pi": p["pi"] * 0 - np.array([[0], [0], [1e5], [0]])}),
@@ -207,7 +207,7 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
     ),
     "a trap": (pickled(lambda p: p | {"pi": Trap()}), "print"),
     "no places": (text("mu_face.obj", "f 1/", "f 1//"), "line"),
-    "place beyond": (text("mu_face.obj", "f 1/", "f 1/9"), "without a sound texture coordinate"),
+    "place beyond": (text("mu_face.obj", "f 1/", "f 1/9"), "without a valid texture coordinate"),
     "place beyond all": (text("mu_face.obj", "f 1/", f"f 1/{'9' * 30}"), "line .* has no texture coordinate"),
     "a quad": (text("mu_face.obj", "f 1/", "f 2/2 1/"), "more than three corners"),
 }

@@ -233,7 +233,7 @@ def put(index: Any, value: Any) -> Callable[[np.ndarray], np.ndarray]:
         (changed("weights", put((6, 0), 0)), "weights: row 6"),
         (changed("weights", lambda a: a + np.array([[-1, 1, 0, 0, 0]])), "weights: row 0 sums to 1, least -"),
         (changed("weights", lambda a: a[:, :0]), "weights: has no joints"),
-        (changed("kintree_table", put((0, 2), 4)), "joint 2 has parent 4; a parent comes first"),
+        (changed("kintree_table", put((0, 2), 4)), "joint 2 has parent 4; parents must come before children"),
         (changed("kintree_table", put((0, 2), 2)), "joint 2 has parent 2"),
         (changed("kintree_table", lambda a: a[:, :4]), "kintree_table: has shape"),
         (changed("kintree_table", put((1, 2), 9)), "row 1 is not 0, 1, 2"),
@@ -260,7 +260,7 @@ def test_unsound_models_are_refused(tmp_path: Path, change: Callable[[Any], Any]
         ({"_shape": (5, V + 1)}, "disagree"),
         ({"indptr": np.zeros(V + 1, np.int32)}, "disagree"),
         ({"indices": np.zeros(3, np.int32)}, "disagree"),
-        ({"indices": np.zeros(3)}, "no whole numbers"),
+        ({"indices": np.zeros(3)}, "not whole numbers"),
         ({"data": None}, "no array data"),
         ({"data": np.array(["x"])}, "U1"),
     ],
@@ -292,9 +292,9 @@ def test_what_is_no_body_model_is_refused(tmp_path: Path) -> None:
         (b"", "neither .npz nor .pkl"),
         (b"5402\n5454\n", "neither .npz nor .pkl"),
         (b"\x80\x02", "truncated"),
-        (pickle.dumps([1]), "holds no dict"),
+        (pickle.dumps([1]), "does not hold a dict"),
         (pickle.dumps({"v_template": 3}), "v_template: is no array"),
-        (b"PK\x03\x04" + bytes(99), "no sound zip"),
+        (b"PK\x03\x04" + bytes(99), "damaged zip"),
     ):
         with pytest.raises(AvatarError, match=message):
             read_body_model(as_bytes(tmp_path / "m.pkl", data))

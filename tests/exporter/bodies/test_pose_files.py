@@ -14,7 +14,7 @@ from hypothesis import given
 from avatar_export.bodies.body_model import read_body_model
 from avatar_export.bodies.body_rig import bake_rig
 from avatar_export.bodies.pose_files import body_clip, is_pose_file, read_poses
-from avatar_export.clips.sources import clip_poses, rig_avatar
+from avatar_export.clips.poses import clip_poses, rig_avatar
 from avatar_export.rigs.rig_driving import expressions_named
 from avatar_runtime.avatar import Clip, Rig
 from avatar_runtime.io.errors import AvatarError
@@ -116,7 +116,7 @@ def test_a_clip_of_another_body_model_is_refused(tmp_path: Path) -> None:
         body_clip(rig, smpl, "take")
     p["expression"] = np.ones((body_files.FRAMES, 9))
     wide = read_poses(body_files.flame_json(tmp_path / "flame_params.json", p))
-    with pytest.raises(AvatarError, match="has 9 expressions, the rig has 3"):
+    with pytest.raises(AvatarError, match="has 9 expressions, but the rig has 3"):
         body_clip(rig, wide, "take")
 
 
@@ -143,22 +143,37 @@ T72 = np.zeros((2, 72))
 BAD: dict[str, tuple[Callable[[Path], Path], str]] = {
     "no frames": (_json(lambda d: d.update(frames=[])), "frames: has no list of frames"),
     "frames of numbers": (_json(lambda d: d.update(frames=[1])), "frames: has no list of frames"),
-    "no shape": (_json(lambda d: d.pop("shape_params")), "shape_params: is no list of 1 to 1000 numbers"),
+    "no shape": (_json(lambda d: d.pop("shape_params")), "shape_params: is not a list of 1 to 1000 numbers"),
     "a short pose": (_json(lambda d: d["frames"][3]["pose"].pop()), "frames[3].pose: is no list of 15"),
     "another width": (
         _json(lambda d: d["frames"][2]["expression"].append(0)),
-        "frames[2].expression: is no list of 3 numbers",
+        "frames[2].expression: is not a list of 3 numbers",
     ),
-    "text": (_json(lambda d: d["frames"][1].update(pose=["0"] * 15)), "frames[1].pose: holds what is no"),
-    "true": (_json(lambda d: d["frames"][1].update(pose=[True] * 15)), "frames[1].pose: holds what is no"),
-    "NaN": (_json(lambda d: d["frames"][1]["pose"].__setitem__(0, float("nan"))), "holds what is no usable"),
-    "a huge integer": (_json(lambda d: d["frames"][0]["pose"].__setitem__(0, 10**400)), "holds what is no"),
-    "no poses": (_npz(betas=np.zeros(10)), "holds no poses of a body model"),
+    "text": (
+        _json(lambda d: d["frames"][1].update(pose=["0"] * 15)),
+        "frames[1].pose: holds a value that is not",
+    ),
+    "true": (
+        _json(lambda d: d["frames"][1].update(pose=[True] * 15)),
+        "frames[1].pose: holds a value that is not",
+    ),
+    "NaN": (
+        _json(lambda d: d["frames"][1]["pose"].__setitem__(0, float("nan"))),
+        "holds a value that is not",
+    ),
+    "a huge integer": (
+        _json(lambda d: d["frames"][0]["pose"].__setitem__(0, 10**400)),
+        "holds a value that is not",
+    ),
+    "no poses": (_npz(betas=np.zeros(10)), "has no poses of a body model"),
     "72 in 71": (_npz(betas=np.zeros(10), thetas=np.zeros((2, 71))), "expected numbers [any, 72]"),
-    "no frame": (_npz(thetas=np.zeros((0, 72))), "thetas: are 0; 1 to"),
+    "no frame": (_npz(thetas=np.zeros((0, 72))), "thetas: has 0 frames; 1 to"),
     "frames that differ": (_npz(thetas=np.zeros((3, 72)), transl=np.zeros((2, 3))), "transl: has 2 frames"),
-    "infinite": (_npz(thetas=T72 + np.inf), "thetas: [0, 0] is no usable number"),
-    "too large": (_npz(thetas=T72, transl=np.full((2, 3), 1e7)), "transl: [0, 0] is no usable number"),
+    "infinite": (_npz(thetas=T72 + np.inf), "thetas: value at [0, 0] is not finite"),
+    "too large": (
+        _npz(thetas=T72, transl=np.full((2, 3), 1e7)),
+        "transl: value at [0, 0] is not finite, or too large",
+    ),
     "complex": (_npz(thetas=T72 + 1j), "thetas: has type complex128"),
     "objects": (_npz(thetas=np.array([{}], object)), "thetas: holds pickled objects"),
     "many betas": (_npz(thetas=T72, betas=np.zeros(1001)), "betas: has 1001 coefficients"),

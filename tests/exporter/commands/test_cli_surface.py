@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from avatar_export.commands.mesh_sequence import read_meshes
-from avatar_export.commands.playing import PoseSequence, clip
+from avatar_export.playing.meshes import read_meshes
+from avatar_export.playing.sequences import PoseSequence, clip
 from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.bundle import load
 from avatar_runtime.io.errors import AvatarError
@@ -113,16 +113,16 @@ def test_inspect_names_the_mesh(run: Run, head: Path) -> None:
 
 
 BAD_CONVERSIONS = {
-    "two rigs": (("--rig", "x.glb", "--body-model", "y.npz"), "leave one away"),
+    "two rigs": (("--rig", "x.glb", "--body-model", "y.npz"), "pass only one of them"),
     "no such rig": (("--rig", "nowhere.glb"), "no such file"),
-    "a rule": (("--sh-direction", "sideways"), "none of inverse_rotation, world"),
-    "a sign": (("--quaternion-sign", "plus"), "none of w_positive"),
-    "influences": (("--influences", "5"), "none of 4, 8"),
-    "poses of no rig": (("--poses", "take.npz"), "--poses goes with a rig"),
-    "a shape of no rig": (("--shape", "shape.npy"), "--shape goes with a rig"),
-    "a shape beside a rig": (("--shape", "zero", "--rig", "x.glb"), "--shape goes with --body-model"),
-    "a scale of no body": (("--body-scale", "7"), "--body-scale is no option here"),
-    "an option of another system": (("--eyelids", "x"), "--eyelids is no option here"),
+    "a rule": (("--sh-direction", "sideways"), "not one of inverse_rotation, world"),
+    "a sign": (("--quaternion-sign", "plus"), "not one of w_positive"),
+    "influences": (("--influences", "5"), "not one of 4, 8"),
+    "poses of no rig": (("--poses", "take.npz"), "--poses needs a rig"),
+    "a shape of no rig": (("--shape", "shape.npy"), "--shape needs a rig"),
+    "a shape beside a rig": (("--shape", "zero", "--rig", "x.glb"), "--shape needs --body-model"),
+    "a scale of no body": (("--body-scale", "7"), "--body-scale cannot be used here"),
+    "an option of another system": (("--eyelids", "x"), "--eyelids cannot be used here"),
 }
 
 
@@ -175,7 +175,7 @@ def test_a_folder_of_meshes_is_played_in_the_order_of_names(tmp_path: Path) -> N
     lift = [float((mesh - avatar.embedding.canonical_vertices).mean()) * 400 for mesh in sequence]
     np.testing.assert_allclose(lift, [0, 1, 2, 3, 10], atol=1e-3)
     (tmp_path / "empty").mkdir()
-    with pytest.raises(AvatarError, match=r"holds no \.obj"):
+    with pytest.raises(AvatarError, match=r"has no \.obj"):
         read_meshes(avatar, [tmp_path / "empty"], None)
 
 
@@ -186,12 +186,12 @@ def test_arrays_that_are_no_meshes(tmp_path: Path) -> None:
         ("b", np.zeros((2, 20, 3), int), "expected floats"),
         ("c", np.full((20, 3), np.nan), "not finite"),
         ("d", np.zeros((0, 20, 3)), "expected floats"),
-        ("e", np.full((2, 20, 3), 1e300), "not finite or beyond"),
+        ("e", np.full((2, 20, 3), 1e300), "not finite, or larger than"),
     ):
         np.savez(tmp_path / f"{name}.npz", vertices=array)
         with pytest.raises(AvatarError, match=message):
             read_meshes(avatar, [tmp_path / f"{name}.npz"], None)
-    with pytest.raises(AvatarError, match=r"name one .npz, or .obj files only"):
+    with pytest.raises(AvatarError, match=r"pass one .npz, or only .obj files"):
         read_meshes(avatar, [tmp_path / "a.npz", tmp_path / "b.npz"], None)
 
 

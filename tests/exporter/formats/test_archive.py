@@ -167,7 +167,7 @@ def test_what_is_no_zip_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.zip"
     for data in (b"", b"PK\x05\x06", b"ply\n" * 99):
         path.write_bytes(data)
-        with pytest.raises(AvatarError, match="no sound zip"):
+        with pytest.raises(AvatarError, match="damaged zip"):
             Archive(path)
     for missing in (tmp_path / "missing.zip", tmp_path):
         with pytest.raises(AvatarError, match="cannot be read"):

@@ -68,12 +68,12 @@ def test_colours_and_weights_after_the_position_are_passed_over() -> None:
         (CORNERS, "has no faces"),
         (CORNERS + b"f 1 2 3 4\n", r"a.obj: line 5: the face has more than three corners; triangulate"),
         (CORNERS + b"f 1 2\n", "line 5: the face has 2 corners; triangulate"),
-        (CORNERS + b"f 1 2 0\n", "line 5: '0' is no corner"),
-        (CORNERS + b"f 1 2 x\n", "line 5: 'x' is no corner"),
-        (CORNERS + b"f 1 2 /3\n", "line 5: '/3' is no corner"),
-        (CORNERS + b"f 1 2 1.5\n", "line 5: '1.5' is no corner"),
-        (CORNERS + b"f 1 2 99999999999999999999\n", "is no corner"),
-        (CORNERS + b"f 1 2 " + b"9" * 5000 + b"\n", "is no corner"),
+        (CORNERS + b"f 1 2 0\n", "line 5: '0' is not a corner"),
+        (CORNERS + b"f 1 2 x\n", "line 5: 'x' is not a corner"),
+        (CORNERS + b"f 1 2 /3\n", "line 5: '/3' is not a corner"),
+        (CORNERS + b"f 1 2 1.5\n", "line 5: '1.5' is not a corner"),
+        (CORNERS + b"f 1 2 99999999999999999999\n", "is not a corner"),
+        (CORNERS + b"f 1 2 " + b"9" * 5000 + b"\n", "is not a corner"),
         (
             CORNERS + b"\nf 1 2 3\nf 1 2 5\n",
             r"line 7: face 1 has corners 1, 2, 5, but there are vertices 1\.\.4",
@@ -101,7 +101,10 @@ def test_files(tmp_path: Path) -> None:
     path.write_bytes(TEXT)
     assert np.array_equal(read_obj(path).vertices, _parse(TEXT).vertices)
     assert np.array_equal(read_mesh(path).vertices, _parse(TEXT).vertices)
-    for wrong, message in ((tmp_path / "none.obj", "cannot be read"), (tmp_path, "is no mesh read here")):
+    for wrong, message in (
+        (tmp_path / "none.obj", "cannot be read"),
+        (tmp_path, "is not a mesh file that can be read"),
+    ):
         with pytest.raises(AvatarError, match=message):
             read_mesh(wrong)
 

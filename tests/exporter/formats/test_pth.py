@@ -125,10 +125,10 @@ def rezipped(path: Path, **changes: bytes | None) -> Path:
         (b"K\x0cK\x03K\x01", b"K\x00K\x03K\x01", "overlapping"),
         (b"K\x0cK\x03K\x01", b"K\x0cK\x03N", "strides"),
         (b"X\x01\x00\x00\x000", b"X\x01\x00\x00\x009", "data/9: the storage is missing"),
-        (b"X\x01\x00\x00\x000", b"N", "no known type"),
+        (b"X\x01\x00\x00\x000", b"N", "of unknown type"),
         (b"FloatStorage", b"LongStorage", "has 240 bytes, 60 i8 need 480"),
         (b"FloatStorage", b"BFloat16Storage", r"asks for torch\.BFloat16Storage"),
-        (b"X\x07\x00\x00\x00storage", b"X\x07\x00\x00\x00sturage", "no storage"),
+        (b"X\x07\x00\x00\x00storage", b"X\x07\x00\x00\x00sturage", "not a storage"),
         (b"_rebuild_tensor_v2", b"_rebuild_tensor_v9", r"asks for torch\._utils\._rebuild_tensor_v9"),
     ],
 )
@@ -181,7 +181,7 @@ def test_what_is_no_checkpoint_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.pth"
     for data in (b"", b"PK\x03\x04", b"hello", saved(tmp_path / "b.pth").read_bytes()[:-30]):
         path.write_bytes(data)
-        with pytest.raises(AvatarError, match=r"no zip that torch\.save writes"):
+        with pytest.raises(AvatarError, match=r"not a zip of torch\.save"):
             read_checkpoint(path)
     with pytest.raises(AvatarError, match="no zip"):
         read_checkpoint(tmp_path / "missing.pth")
@@ -214,7 +214,7 @@ def test_a_frame_is_a_dict(tmp_path: Path) -> None:
     frame = read_all(read_frame(torch.save(tmp_path / "00007.frame", content)))
     np.testing.assert_array_equal(frame["flame"]["shape"], shape)
     assert frame["flame"]["exp"].shape == (1, 100) and frame["frame_id"] == "00007"
-    with pytest.raises(AvatarError, match="no tracked frame"):
+    with pytest.raises(AvatarError, match="not a tracked frame"):
         read_frame(saved(tmp_path / "a.pth"))
 
 

@@ -177,7 +177,7 @@ def files(**replaced: bytes | None) -> dict[str, bytes]:
         "animation": "animation.glb",
         "vertex_order": "vertex_order.json",
     }
-    whole: dict[str, bytes | None] = {"animation": b"clips", "vertex_order": b"[3, 1, 2]"}
+    whole: dict[str, bytes | None] = {"vertex_order": b"[3, 1, 2]"}
     whole |= replaced
     for key, make in (("offset", offset_ply), ("skin", skin_glb)):
         if key not in whole:

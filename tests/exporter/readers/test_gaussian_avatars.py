@@ -211,7 +211,7 @@ def test_a_rig_file_gives_its_mesh_in_its_order(tmp_path: Path) -> None:
 def test_the_mesh_must_be_given(tmp_path: Path) -> None:
     write_gaussian_run(tmp_path, A)
     with pytest.raises(
-        AvatarError, match=r"does not hold its mesh; pass it by --mesh .* 120 teeth vertices and 168"
+        AvatarError, match=r"does not contain its mesh; pass it with --mesh .* 120 vertices and 168"
     ):
         _read(tmp_path, None)
 
@@ -237,7 +237,7 @@ IDS = A["sample_fidxs"].astype("f4")
         (_with(IDS, np.nan), r"binding_0\[5\]: is nan, but"),
         (_with(IDS, np.inf), r"binding_0\[5\]: is inf, but"),
         (_with(IDS.astype("i4"), 2**31 - 1), r"binding_0\[5\]: is 2.14748365e\+09, but"),
-        (False, "property binding_0: is missing, so no Gaussian knows its triangle"),
+        (False, "property binding_0: is missing; it holds the triangle of each Gaussian"),
     ],
 )
 def test_bad_bindings_are_refused(binding: Any, message: str, mesh: Path, tmp_path: Path) -> None:
@@ -281,7 +281,9 @@ def test_absurd_sizes_raise_nothing_else(size: float, tmp_path: Path) -> None:
 def test_options_without_a_use_are_refused(mesh: Path, tmp_path: Path) -> None:
     write_gaussian_run(tmp_path, A)
     for options in ({"sh_direction": "world"}, {"mesh_scaling": True}, {"quaternion_sign": "w_positive"}):
-        with pytest.raises(AvatarError, match=f"--{next(iter(options)).replace('_', '-')} is no option here"):
+        with pytest.raises(
+            AvatarError, match=f"--{next(iter(options)).replace('_', '-')} cannot be used here"
+        ):
             _read(tmp_path, mesh, **options)
 
 

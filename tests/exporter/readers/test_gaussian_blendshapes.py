@@ -203,7 +203,7 @@ DAMAGES: dict[str, tuple[str, Any, str]] = {
     "coefficients": ("shs.npy", lambda a: a[:, :15], "shs"),
     "missing": ("W.npy", None, "W.npy"),
     "features": ("pos_t.npy", lambda a: a[:35], "pos_t"),
-    "all NaN": ("pos.npy", lambda a: np.full_like(a, np.nan), "every row holds a NaN"),
+    "all NaN": ("pos.npy", lambda a: np.full_like(a, np.nan), "every row has a NaN"),
 }
 
 
@@ -267,7 +267,7 @@ def test_teeth_of_another_degree_are_refused(blendshapes_golden: BlendshapesGold
     shutil.copytree(blendshapes_golden.viewer, tmp_path / "model")
     path = tmp_path / "model" / "mouth0_chkpnt40000" / "shs.npy"
     np.save(path, np.load(path)[:, :9])
-    with pytest.raises(AvatarError, match="has 9 SH coefficients, the face 16"):
+    with pytest.raises(AvatarError, match="has 9 SH coefficients, but the face has 16"):
         read(tmp_path / "model", ReadOptions(no_rig=True))
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avatar_export.formats import file_set
 from avatar_export.options import ReadOptions
 from avatar_export.readers import lam
 from avatar_runtime.codec import glb
@@ -46,7 +47,7 @@ def test_the_avatar_to_the_last_field(made: Path) -> None:
     assert not geometry.values["quat_wxyz"].any()
     assert avatar.blendshapes.appearance.entries == 0
     assert avatar.provenance["system"] == "lam" and avatar.provenance["notes"] == []
-    assert lam.clip_source(made) == b"clips"
+    assert avatar.clips == ()
 
 
 @pytest.mark.parametrize("folder", ["", "someone/", "deep/er/"])
@@ -55,13 +56,11 @@ def test_zip_and_folder_are_one_avatar(folder: str, made: Path, tmp_path: Path) 
     other = lam_files.write_zip(tmp_path / "other.zip", lam_files.files(animation=None), folder)
     assert lam.detect(other)
     assert np.array_equal(lam.read_lam(other).gaussians.mean, whole.gaussians.mean)
-    assert lam.clip_source(other) is None
     with zipfile.ZipFile(made) as archive:
         archive.extractall(tmp_path / "unpacked")
     for path in (tmp_path / "unpacked", tmp_path / "unpacked" / "someone"):
         assert lam.detect(path)
         assert lam.read_lam(path).name == "someone"
-        assert lam.clip_source(path) == b"clips"
 
 
 @pytest.mark.parametrize("rotation", ["none", "polar3", "head_bone"])
@@ -151,7 +150,7 @@ def test_bad_zips_are_refused(case: str, tmp_path: Path) -> None:
 def test_a_file_too_large_is_refused_before_it_is_read(
     made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(lam, "MAX_FILE_BYTES", 1000)
+    monkeypatch.setattr(file_set, "MAX_FILE_BYTES", 1000)
     with zipfile.ZipFile(made) as archive:
         archive.extractall(tmp_path / "unpacked")
     for path in (made, tmp_path / "unpacked"):

@@ -141,7 +141,7 @@ def test_the_mesh_lies_beside_whatever_folder_is_named(name: str, run: Path, tmp
         (decoy / "mesh.obj").write_text(splatting_files.obj_text(VERTICES * 3))
     (folder / "embedding.json").write_text(json.dumps({**splatting_files.document(A), "cano_mesh": name}))
     with pytest.raises(
-        AvatarError, match=r"embedding.json: names '.*', but no 'mesh.obj' lies beside it; pass --mesh"
+        AvatarError, match=r"embedding.json: names '.*', but there is no 'mesh.obj' beside it; pass --mesh"
     ):
         read_run(run)
     (folder / "embedding.obj").rename(folder / "mesh.obj")

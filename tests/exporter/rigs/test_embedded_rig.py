@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avatar_export.clips.sources import clip_poses, clips_from, rig_avatar
+from avatar_export.clips.poses import clip_poses, rig_avatar
+from avatar_export.clips.sources import clips_from
 from avatar_export.options import ReadOptions
 from avatar_export.rigs.embedded_rig import EmbeddedRig, embedded_rig, no_rig
 from avatar_export.rigs.rig_file import read_rig_file
@@ -141,7 +142,7 @@ def test_static_offset_of_gaussian_avatars(tmp_path: Path) -> None:
     found = embedded_rig(canonical, triangles, ReadOptions(body_model=body, poses=poses), "me")
     np.testing.assert_allclose(_played(found)[3], _at(model, p, 3, offset), atol=METRES)
     short = body_files.flame_param(tmp_path / "flame_param.npz", p, offset[:60])
-    with pytest.raises(AvatarError, match="static_offset: has 60 vertices, the body model 63"):
+    with pytest.raises(AvatarError, match="static_offset: has 60 vertices, but the body model has 63"):
         embedded_rig(canonical, triangles, ReadOptions(body_model=body, poses=short), "me")
 
 
@@ -212,7 +213,7 @@ def test_what_cannot_be(tmp_path: Path) -> None:
         (ReadOptions(rig=path, body_model=path), "me: --rig and --body-model both give a rig"),
         (ReadOptions(rig=tmp_path / "no.glb"), r"me: .*no\.glb: --rig: no such file"),
         (ReadOptions(body_model=tmp_path / "no.pkl"), "--body-model: no such file"),
-        (ReadOptions(poses=tmp_path / "no.npz"), "--poses goes with a rig"),
+        (ReadOptions(poses=tmp_path / "no.npz"), "--poses needs a rig"),
         (ReadOptions(dataset=tmp_path / "no"), "--dataset: no such folder"),
     ):
         with pytest.raises(AvatarError, match=message):

@@ -125,14 +125,14 @@ def _pop(owner: dict[str, Any], key: str) -> None:
 
 
 BAD: dict[str, tuple[Change, str]] = {
-    "no skinned mesh": (lambda d: _pop(_node(d, "mesh"), "skin"), "none has a mesh and a skin"),
+    "no skinned mesh": (lambda d: _pop(_node(d, "mesh"), "skin"), "no node has a mesh and a skin"),
     "two skinned meshes": (
         lambda d: d["nodes"].append({"mesh": 0, "skin": 0}),
-        "there are 2 (mesh, unnamed)",
+        "2 nodes have a mesh and a skin (mesh, unnamed)",
     ),
     "no such mesh": (lambda d: _node(d, "mesh").update(mesh=4), "meshes[4]: does not exist"),
-    "two primitives": (lambda d: d["meshes"][0]["primitives"].append({}), "there are 2, one is needed"),
-    "primitives no list": (lambda d: d["meshes"][0].update(primitives={}), "there are 0, one is needed"),
+    "two primitives": (lambda d: d["meshes"][0]["primitives"].append({}), "has 2 primitives, expected one"),
+    "primitives no list": (lambda d: d["meshes"][0].update(primitives={}), "has 0 primitives, expected one"),
     "strips": (lambda d: _primitive(d).update(mode=5), "mode: is 5"),
     "draco": (lambda d: _primitive(d).update(extensions={"KHR_draco_mesh_compression": {}}), "compression"),
     "draco required": (
@@ -149,16 +149,16 @@ BAD: dict[str, tuple[Change, str]] = {
     "joint out of range": (lambda d: _pop(d["skins"][0]["joints"], 3), "but the skin has 3 joints"),
     "joint twice": (
         lambda d: d["skins"][0]["joints"].__setitem__(0, 1),
-        "names a node that does not exist, or one twice",
+        "names a node that does not exist, or a node twice",
     ),
     "joint that is no node": (
         lambda d: d["skins"][0]["joints"].__setitem__(0, 99),
         "names a node that does not exist",
     ),
-    "no joints": (lambda d: d["skins"][0].update(joints=[]), "is no list of 1 to"),
+    "no joints": (lambda d: d["skins"][0].update(joints=[]), "is not a list of 1 to"),
     "no whole triangles": (
         lambda d: d["accessors"][_primitive(d)["indices"]].update(count=100),
-        "100 numbers of type uint16 are no triangles",
+        "has 100 values of type uint16, which are not triangles",
     ),
     "a name too few": (
         lambda d: d["meshes"][0]["extras"]["targetNames"].pop(),
@@ -167,7 +167,7 @@ BAD: dict[str, tuple[Change, str]] = {
     "no names": (lambda d: d["meshes"][0].pop("extras"), "has 0 names for 3"),
     "a name twice": (
         lambda d: d["meshes"][0]["extras"].update(targetNames=["a", "b", "a"]),
-        "targetNames[2]: a is no",
+        "targetNames[2]: a is not a name, or a duplicate",
     ),
     "another count in a target": (
         lambda d: d["accessors"][_primitive(d)["targets"][0]["POSITION"]].update(count=10),
@@ -178,7 +178,7 @@ BAD: dict[str, tuple[Change, str]] = {
             _primitive(d).update(targets=_primitive(d)["targets"][:1] * 999),
             d["meshes"][0]["extras"].update(targetNames=[str(i) for i in range(999)]),
         ),
-        "uses data that other targets use",
+        "shares its data with other targets",
     ),
     "loop": (lambda d: _node(d, "jaw").update(children=[0]), "contains a loop"),
     "two parents": (lambda d: _node(d, "armature")["children"].append(4), "has two parents"),
@@ -250,7 +250,7 @@ def _patched(name: str, row: int, value: float) -> bytes:
         ("WEIGHTS_0", np.inf, "WEIGHTS_0[5]: is negative or not finite"),
         ("WEIGHTS_0", -0.5, "WEIGHTS_0[5]: is negative or not finite"),
         ("indices", 64, "indices[5]: is 64, but there are 64 vertices"),
-        ("WEIGHTS_0", 0.0, "WEIGHTS_0[5]: no joint has any weight"),
+        ("WEIGHTS_0", 0.0, "WEIGHTS_0[5]: the vertex has no weight"),
     ],
 )
 def test_bad_numbers_are_named(name: str, value: float, message: str) -> None:

@@ -11,7 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from avatar_export.clips.sources import clip_poses, clips_from, rig_avatar
+from avatar_export.clips.poses import clip_poses, rig_avatar
+from avatar_export.clips.sources import clips_from
 from avatar_export.rigs.rig_driving import expressions_named, rig_driving
 from avatar_export.rigs.rig_file import RigFile, read_rig_file
 from avatar_runtime.avatar import Rig

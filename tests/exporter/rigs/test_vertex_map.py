@@ -260,8 +260,8 @@ def test_other_surfaces_are_refused(tmp_path: Path, case: str) -> None:
     with pytest.raises(AvatarError) as caught:
         _mapped(rig, OTHERS[case](rig_files.sheet()), POSED, ids)
     text = str(caught.value)
-    assert "no numbering takes one to the other" in text
-    assert "once seams are closed" in text and "the mesh has 6" in text and "\n" not in text
+    assert "no numbering maps one to the other" in text
+    assert "with seams closed" in text and "the mesh has 6" in text and "\n" not in text
 
 
 def test_a_mirrored_surface_is_another() -> None:

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avatar_export.writers import WRITERS, Export, bundle
+from avatar_export.writers import bundle
 from avatar_export.writers.bundle import write_bundle
+from avatar_export.writers.table import WRITERS, Export
 from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Gaussians, Group, Rules, SparseRows
 from avatar_runtime.bundle import load
 from avatar_runtime.io.errors import AvatarError
@@ -294,7 +295,7 @@ def test_what_exists_is_only_replaced_by_force_and_only_if_it_is_a_bundle(tmp_pa
     thesis.write_bytes(b"dearer")
     for path in (photos, thesis):
         assert "exists; pass --force" in refused(full_avatar(), path)
-        assert "exists and is no bundle; it is left alone" in refused(full_avatar(), path, force=True)
+        assert "exists and is not a bundle; it is not replaced" in refused(full_avatar(), path, force=True)
     (tmp_path / "empty").mkdir()
     write_bundle(full_avatar(), tmp_path / "empty", preview=False, reference=False, force=True)
 
@@ -303,7 +304,7 @@ def test_any_other_zip_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "backup.zip"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("thesis.tex", "dear")
-    assert "exists and is no bundle" in refused(full_avatar(), path, force=True)
+    assert "exists and is not a bundle" in refused(full_avatar(), path, force=True)
 
 
 def test_an_unsound_avatar_is_not_written(tmp_path: Path) -> None:

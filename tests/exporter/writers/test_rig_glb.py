@@ -201,7 +201,7 @@ def test_there_is_no_file_where_there_is_nothing_to_show() -> None:
 
 def test_a_file_beyond_what_a_glb_holds_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(glb_builder, "MOST_BYTES", 10_000)
-    with pytest.raises(AvatarError, match=r"^rig.glb: has \d+ bytes, a GLB holds 10000"):
+    with pytest.raises(AvatarError, match=r"^rig.glb: has \d+ bytes, but a GLB holds at most 10000"):
         written(full_avatar())
 
 

@@ -62,7 +62,7 @@ def append(value: Any) -> Callable[[list[Any]], None]:
 
 
 BROKEN: dict[str, tuple[Break, str]] = {
-    "default prim": (lambda s: s.ClearDefaultPrim(), "/: names no default prim"),
+    "default prim": (lambda s: s.ClearDefaultPrim(), "/: has no default prim"),
     "extent": (change(MESH, "extent", lambda v: v.reverse()), f"{MESH}: extent is no box"),
     "no extent": (lambda s: mesh(s).GetExtentAttr().Clear(), f"{MESH}: extent is no box"),
     "splats' extent": (lambda s: splats(s).GetExtentAttr().Clear(), f"{SPLATS}: extent is no box"),
@@ -76,10 +76,13 @@ BROKEN: dict[str, tuple[Break, str]] = {
     "vertex ids": (change(MESH, "primvars:avatar:vertexId", drop), "vertexId: 19 values for 20"),
     "colours": (change(MESH, "primvars:displayColor", drop), "displayColor: 19 values for 20"),
     "point": (change(MESH, "points", put(2, Gf.Vec3f(np.nan))), "points are not finite"),
-    "skeleton": (lambda s: skin(s).GetSkeletonRel().SetTargets([Sdf.Path("/gone")]), "leads to no Skeleton"),
+    "skeleton": (
+        lambda s: skin(s).GetSkeletonRel().SetTargets([Sdf.Path("/gone")]),
+        "does not refer to a Skeleton",
+    ),
     "element size": (
         lambda s: skin(s).GetJointWeightsPrimvar().SetElementSize(4),
-        "come in 4, jointIndices in 5",
+        "element size 4, jointIndices 5",
     ),
     "joint count": (change(MESH, "primvars:skel:jointIndices", drop), "jointIndices: 99 values for 100"),
     "weight count": (change(MESH, "primvars:skel:jointWeights", drop), "jointWeights: 99 values for 100"),
@@ -95,15 +98,15 @@ BROKEN: dict[str, tuple[Break, str]] = {
     "shapes": (change(MESH, "skel:blendShapes", drop), "23 blendShapes, 24 blendShapeTargets"),
     "shape names": (
         change(MESH, "skel:blendShapes", put(1, "jawOpen")),
-        "a name stands twice in blendShapes",
+        "blendShapes has duplicate names",
     ),
-    "dangling": (lambda s: s.RemovePrim(SHAPE), f"leads to {SHAPE}, which is no BlendShape"),
+    "dangling": (lambda s: s.RemovePrim(SHAPE), f"refers to {SHAPE}, which is not a BlendShape"),
     "offsets": (change(SHAPE, "offsets", drop), "jawOpen offsets: "),
     "dense": (lambda s: s.GetPrimAtPath(SHAPE).RemoveProperty("pointIndices"), "values for 20 (points)"),
-    "offset's point": (change(SHAPE, "pointIndices", put(0, 20)), "jawOpen pointIndices holds 20"),
+    "offset's point": (change(SHAPE, "pointIndices", put(0, 20)), "jawOpen pointIndices has 20"),
     "twice a point": (
         change(SHAPE, "pointIndices", lambda v: put(0, v[1])(v)),
-        "pointIndices hold a point twice",
+        "pointIndices has duplicates",
     ),
     "bind": (change(SKELETON, "bindTransforms", drop), "bindTransforms: 4 values for 5"),
     "rest": (change(SKELETON, "restTransforms", drop), "restTransforms: 4 values for 5"),
@@ -113,16 +116,16 @@ BROKEN: dict[str, tuple[Break, str]] = {
         lambda s: (
             UsdSkel.BindingAPI(s.GetPrimAtPath(SKELETON)).GetAnimationSourceRel().SetTargets([Sdf.Path(MESH)])
         ),
-        "which is no SkelAnimation",
+        "which is not a SkelAnimation",
     ),
-    "gone source": (lambda s: s.RemovePrim(NOD), f"leads to {NOD}"),
-    "animated joint": (change(NOD, "joints", put(0, "hip")), f"{NOD}: joints holds 'hip'"),
-    "animated shape": (change(NOD, "blendShapes", put(0, "brow")), f"{NOD}: blendShapes holds 'brow'"),
+    "gone source": (lambda s: s.RemovePrim(NOD), f"refers to {NOD}"),
+    "animated joint": (change(NOD, "joints", put(0, "hip")), f"{NOD}: joints has 'hip'"),
+    "animated shape": (change(NOD, "blendShapes", put(0, "brow")), f"{NOD}: blendShapes has 'brow'"),
     "translations": (change(NOD, "translations", drop, 2), "translations at 2.0: 4 values for 5 (joints)"),
     "rotations": (change(NOD, "rotations", drop, 2), "rotations at 2.0: 4 values"),
     "scales": (change(NOD, "scales", append(Gf.Vec3h(1))), "6 values for 5"),
     "weights": (change(NOD, "blendShapeWeights", drop, 4), "blendShapeWeights at 4.0: 23 values for 24"),
-    "turn": (change(NOD, "rotations", put(0, Gf.Quatf(2, 0, 0, 0)), 1), "rotations at 1.0 hold a quaternion"),
+    "turn": (change(NOD, "rotations", put(0, Gf.Quatf(2, 0, 0, 0)), 1), "rotations at 1.0 has a quaternion"),
     "weight": (
         change(NOD, "blendShapeWeights", put(0, float("inf")), 1),
         "blendShapeWeights at 1.0 are not finite",
@@ -130,12 +133,12 @@ BROKEN: dict[str, tuple[Break, str]] = {
     "orientations": (change(SPLATS, "orientations", drop), "orientations: 47 values for 48"),
     "orientation": (
         change(SPLATS, "orientations", put(0, Gf.Quatf(0, 0, 0, 0))),
-        "orientations hold a quaternion",
+        "orientations has a quaternion",
     ),
     "splat scales": (change(SPLATS, "scales", append(Gf.Vec3f(1))), "scales: 49 values for 48"),
     "scale": (change(SPLATS, "scales", put(0, Gf.Vec3f(-1))), "scales are negative"),
     "opacities": (change(SPLATS, "opacities", drop), "opacities: 47 values for 48"),
-    "opacity": (change(SPLATS, "opacities", put(0, 1.5)), "opacities lie outside"),
+    "opacity": (change(SPLATS, "opacities", put(0, 1.5)), "opacities are outside"),
     "degree": (lambda s: splats(s).GetRadianceSphericalHarmonicsDegreeAttr().Set(3), "432 values for 768"),
     "position": (change(SPLATS, "positions", put(0, Gf.Vec3f(np.inf))), "positions are not finite"),
     "coefficient": (
@@ -144,11 +147,11 @@ BROKEN: dict[str, tuple[Break, str]] = {
     ),
     "reference": (
         lambda s: s.GetPrimAtPath(ROOT).GetReferences().AddReference("./other.usda"),
-        f"{ROOT}: references: leads outside",
+        f"{ROOT}: references: refers to something outside",
     ),
     "picture": (
         lambda s: s.GetPrimAtPath(MESH).CreateAttribute("a", Sdf.ValueTypeNames.Asset).Set("a.png"),
-        "leads outside",
+        "refers to something outside",
     ),
 }
 
@@ -182,5 +185,5 @@ def test_a_layer_that_leads_outside_is_not_composed(monkeypatch: pytest.MonkeyPa
 
 @pytest.mark.parametrize("data", [b"", b"PXR-USDC", GOOD[:2000], b"#usda 1.0\n"])
 def test_what_is_no_crate_file_is_said_to_be_none(data: bytes) -> None:
-    with pytest.raises(AvatarError, match="no sound USD crate file"):
+    with pytest.raises(AvatarError, match="not a sound USD crate file"):
         usd_problems(data)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pxr import Sdf, UsdGeom, UsdSkel
 
-from avatar_export.writers import Export
+from avatar_export.writers.table import Export
 from avatar_export.writers.usd.stage import CLIPS, ROOT, SKELETON, SPLATS, WORLD, rig_usdc
 from avatar_runtime.avatar import Avatar, Clip
 from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_pose, target_names

@@ -106,10 +106,10 @@ def test_a_stored_package_is_compared_by_its_stage(monkeypatch: pytest.MonkeyPat
     other = b"".join(usdz([("rig.usdc", GOOD + b"\0")]))
     assert same_usdz(other, PACKED) == "rig.usdc differs"
     for stored, said in (
-        (zipped(("rig.usdc", GOOD)), "is laid out as another zip"),
-        (b"x" + PACKED, "is laid out as another zip"),
-        (b"".join(usdz([("rig.usdc", GOOD), ("more.usdc", b"")])), "does not hold exactly rig.usdc"),
-        (b"".join(usdz([("a.usdc", GOOD)])), "does not hold exactly rig.usdc"),
+        (zipped(("rig.usdc", GOOD)), "has another layout than a zip"),
+        (b"x" + PACKED, "has another layout than a zip"),
+        (b"".join(usdz([("rig.usdc", GOOD), ("more.usdc", b"")])), "does not contain exactly rig.usdc"),
+        (b"".join(usdz([("a.usdc", GOOD)])), "does not contain exactly rig.usdc"),
     ):
         assert (same_usdz(stored, PACKED) or "").startswith(said)
 

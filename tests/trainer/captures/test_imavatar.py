@@ -94,9 +94,9 @@ BAD = [
     (entry(2, "world_mat", [[1, 2], [3]]), r"frames\[2\].world_mat"),
     (entry(2, "world_mat", np.ones((3, 4)).tolist()), r"frames\[2\].camera.R: is no rotation"),
     (entry(2, "world_mat", np.full((3, 4), np.nan).tolist()), r"frames\[2\].world_mat"),
-    (entry(2, "pose", [0.0] * 14), r"frames\[2\].pose: is no list of 15 numbers"),
+    (entry(2, "pose", [0.0] * 14), r"frames\[2\].pose: is not a list of 15 numbers"),
     (entry(2, "expression", [0.0, float("nan"), 0.0]), r"frames\[2\].expression"),
-    (lambda d: [f.update(expression=[1.0] * 7) for f in d["frames"]], "has 7 expressions, the rig has 3"),
+    (lambda d: [f.update(expression=[1.0] * 7) for f in d["frames"]], "has 7 expressions, but the rig has 3"),
     (
         entry(2, "file_path", "../../secret"),
         r"frames\[2\].file_path: '../../secret' leaves the capture's folder",
@@ -132,5 +132,7 @@ def test_a_mask_that_is_missing_or_of_another_size(tmp_path: Path) -> None:
 
 def test_eyelids_go_with_no_imavatar_capture(tmp_path: Path) -> None:
     folder, _, _ = folders.imavatar(tmp_path / "take")
-    with pytest.raises(AvatarError, match=r"--eyelids is no option here: flame_params\.json has no eyelids"):
+    with pytest.raises(
+        AvatarError, match=r"--eyelids cannot be used here: flame_params\.json has no eyelids"
+    ):
         load(folder, eyelids=folder / "body")

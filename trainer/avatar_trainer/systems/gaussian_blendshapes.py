@@ -12,7 +12,8 @@ import torch
 from torch import Generator, Tensor
 
 from avatar_export.bodies.subject_files import read_faces
-from avatar_export.readers.gaussian_blendshapes.reader import JOINTS, PLAYED_RULES, RECORDED_RULES, SYSTEM
+from avatar_export.readers.gaussian_blendshapes.layout import JOINTS, SYSTEM
+from avatar_export.readers.gaussian_blendshapes.reader import PLAYED_RULES, RECORDED_RULES
 from avatar_runtime.avatar import F32, I64, Rig
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import PoseArrays

@@ -1,0 +1,1 @@
+"""The content of .fbx files, read by ufbx in a separate process."""

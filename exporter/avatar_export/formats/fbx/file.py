@@ -1,6 +1,6 @@
-"""Opens an .fbx: runs `fbx_scene` on its bytes and checks what comes back, as if a stranger had sent it.
+"""Opens an .fbx: runs `scene.py` on its bytes in another process, and checks the result as untrusted data.
 
-A process of its own, because ufbx is C that parses a stranger's bytes. Lengths and axes are still the file's.
+The process is separate because ufbx is C code that parses untrusted bytes. Lengths and axes are those of the file.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from avatar_runtime.io.whole_files import read_bytes
 MAX_FILE_BYTES = 512 << 20
 MAX_SECONDS = 300
 MAX_NUMBER = 1e12
-REFUSED = 3  # exit status of fbx_scene where it gives a reason
-FPS = 30.0  # as fbx_scene samples
+REFUSED = 3  # exit status of scene.py with a reason on stdout
+FPS = 30.0  # at which scene.py samples animations
 PROGRAM = Path(__file__).with_name("scene.py")
 # ufbx's CoordinateAxis: +X, -X, +Y, -Y, +Z, -Z.
 AXES = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], np.float64)
@@ -66,8 +66,8 @@ class FbxMesh:
     polygons: int  # faces of more than three corners
     clusters: tuple[FbxCluster, ...]
     shapes: tuple[FbxShape, ...]
-    between: int  # in-between shapes left out
-    linear: bool  # skinned as here, not by dual quaternions
+    between: int  # number of in-between shapes, which are ignored
+    linear: bool  # linear blend skinning; False: dual quaternions
 
 
 @dataclass(frozen=True)
@@ -85,15 +85,15 @@ class FbxFile:
 
     name: str
     nodes: tuple[str, ...]
-    parents: I64  # [nodes] -1: none; checked to be no loop
-    channels: tuple[str, ...]  # of all blend shapes, as named in FbxShape
+    parents: I64  # [nodes] -1 for a root; checked for loops
+    channels: tuple[str, ...]  # names of all blend shapes, as in FbxShape
     meshes: tuple[FbxMesh, ...]
     clips: tuple[FbxClip, ...]
     axes: F64  # [3, 3] rotation to right-handed +Y up, face +Z
     unit: float  # metres
 
     def in_metres(self, world: F64) -> F64:
-        """World transforms [..., 4, 4] of the file in mesh axes and metres; joints keep axes, lose the unit."""
+        """World transforms [..., 4, 4] of the file in mesh axes and metres; joints keep their axes, without scale."""
         result = world.copy()
         result[..., :3, :3] = self.axes @ world[..., :3, :3]
         result[..., :3, 3] = self.unit * (world[..., :3, 3] @ self.axes.T)
@@ -103,8 +103,8 @@ class FbxFile:
 def open_fbx(path: Path) -> FbxFile:
     """Everything in the .fbx at `path` that a rig or a clip needs.
 
-    Raises AvatarError for a file that is broken, has left-handed axes, or that crashes or exhausts its reader,
-    and where the extra [fbx] is not installed.
+    Raises AvatarError for a file that is damaged, has left-handed axes, or crashes the FBX reader, and if the extra
+    [fbx] is not installed.
     """
     if importlib.util.find_spec("ufbx") is None:
         raise AvatarError(
@@ -113,7 +113,10 @@ def open_fbx(path: Path) -> FbxFile:
     fields = _Fields(path.name, _unpacked(_run(read_bytes(path, MAX_FILE_BYTES), path.name), path.name))
     unit = fields.number(fields.header, "unit_metres")
     if not UNIT_METRES[0] <= unit <= UNIT_METRES[1]:
-        raise fields.wrong(f"is {unit:.6g} m a unit", "UnitScaleFactor")
+        raise fields.wrong(
+            f"is {unit:.6g} m per unit; between {UNIT_METRES[0]:g} and {UNIT_METRES[1]:g} is expected",
+            "UnitScaleFactor",
+        )
     nodes = fields.names(fields.header, "nodes")
     parents = fields.whole("parents", (len(nodes),), -1, len(nodes))
     _check_no_loop(parents, fields)
@@ -134,7 +137,7 @@ def open_fbx(path: Path) -> FbxFile:
 
 
 def _run(data: bytes, file: str) -> bytes:
-    """What fbx_scene makes of the bytes of an .fbx."""
+    """The output of scene.py for the bytes of an .fbx."""
     try:
         done = subprocess.run(
             [sys.executable, "-P", str(PROGRAM)],
@@ -145,15 +148,17 @@ def _run(data: bytes, file: str) -> bytes:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise AvatarError(f"takes longer than {MAX_SECONDS} s to read; save it anew", file=file) from None
+        raise AvatarError(f"takes longer than {MAX_SECONDS} s to read; export it again", file=file) from None
     except OSError as error:
-        raise AvatarError(f"cannot be read: no process for it ({error.strerror})", file=file) from None
+        raise AvatarError(
+            f"cannot be read: its reader does not start ({error.strerror})", file=file
+        ) from None
     if done.returncode == REFUSED:
-        raise AvatarError(f"is no sound .fbx ({done.stdout[:200].decode('utf-8', 'replace')!a})", file=file)
+        raise AvatarError(f"is a damaged .fbx ({done.stdout[:200].decode('utf-8', 'replace')!a})", file=file)
     if done.returncode:
         reason = done.stderr[-200:].decode("utf-8", "replace").strip().rpartition("\n")[2]
         raise AvatarError(
-            f"stops the FBX reader (status {done.returncode}, {reason!a}); save it anew, or as .glb",
+            f"crashes the FBX reader (status {done.returncode}, {reason!a}); export it again, or as .glb",
             file=file,
         )
     return done.stdout
@@ -163,30 +168,30 @@ def _unpacked(data: bytes, file: str) -> dict[str, Array]:
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
-    except Exception as error:  # zips and the headers in them can be broken in any way
-        raise AvatarError(f"made the FBX reader give no arrays ({type(error).__name__})", file=file) from None
+    except Exception as error:  # a damaged zip or header raises almost anything
+        raise AvatarError(f"gives no arrays in the FBX reader ({type(error).__name__})", file=file) from None
 
 
 def _axes(fields: _Fields) -> F64:
     codes = fields.whole("axes", (3,), 0, None)
     if (codes >= len(AXES)).any():
-        raise fields.wrong("does not say which way is up", "UpAxis")
-    axes = AXES[codes]  # rows: the file's directions of mesh +X, +Y, +Z
+        raise fields.wrong("does not name an axis", "UpAxis")
+    axes = AXES[codes]  # rows: mesh +X, +Y, +Z in the axes of the file
     if abs(np.linalg.det(axes) - 1) > 0.5:
-        raise fields.wrong("has left-handed axes; export it with right-handed ones", "CoordAxis")
+        raise fields.wrong("has left-handed axes; export it with right-handed axes", "CoordAxis")
     return axes
 
 
 def _check_no_loop(parents: I64, fields: _Fields) -> None:
     above = parents.copy()
-    for _ in range(len(parents).bit_length()):  # twice as far up each time
+    for _ in range(len(parents).bit_length()):  # each pass doubles the distance
         above = np.where(above >= 0, np.where(above >= 0, above[above], -1), -1)
     if (above >= 0).any():
         raise fields.wrong("contains a loop", "nodes")
 
 
 def _short(channels: tuple[str, ...]) -> tuple[str, ...]:
-    """Names without their deformer's (`blendShape1.AK_25_JawOpen`), where that leaves them different."""
+    """Names without the deformer's (`blendShape1.AK_25_JawOpen`), if they stay different."""
     short = tuple(name.rsplit(".", 1)[-1] for name in channels)
     return short if len(set(short)) == len(set(channels)) and all(short) else channels
 
@@ -232,12 +237,12 @@ def _mesh(
 
 
 def _fans(fields: _Fields, key: str, vertices: int) -> tuple[I64, int]:
-    """(triangles [F, 3], polygons of more than three corners) of the mesh's faces, in their order."""
+    """(triangles [F, 3], number of polygons with more than three corners), in the order of the faces."""
     indices = fields.whole(f"{key}.indices", (None,), 0, vertices)
     faces = fields.whole(f"{key}.faces", (None, 2), 0, None)
     first, corners = faces.T
     if ((first > len(indices)) | (corners > len(indices) - first)).any():
-        raise fields.wrong("has a face beyond its corners", key)
+        raise fields.wrong("has a face that reads beyond its corners", key)
     count = np.maximum(corners - 2, 0)
     face = np.repeat(np.arange(len(faces)), count)
     step = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count)
@@ -249,7 +254,7 @@ def _fans(fields: _Fields, key: str, vertices: int) -> tuple[I64, int]:
 
 
 class _Fields:
-    """Checked access to what fbx_scene wrote."""
+    """Checked access to the arrays that scene.py wrote."""
 
     def __init__(self, file: str, arrays: Mapping[str, Array]):
         self.file = file
@@ -259,7 +264,7 @@ class _Fields:
         except (KeyError, ValueError, RecursionError):
             raise self.wrong("is missing", "header") from None
         if not isinstance(header, dict):
-            raise self.wrong("is no object", "header")
+            raise self.wrong("is not a JSON object", "header")
         self.header: dict[str, Any] = header
 
     def wrong(self, message: str, field: str) -> AvatarError:
@@ -268,14 +273,16 @@ class _Fields:
     def floats(self, name: str, shape: tuple[int | None, ...]) -> F64:
         array = self._array(name, "f", shape)
         if not (np.abs(array) <= MAX_NUMBER).all():
-            raise self.wrong("holds what is no usable number", name)
+            raise self.wrong("holds a value that is not a finite number, or too large", name)
         return array.astype(np.float64)
 
     def whole(self, name: str, shape: tuple[int | None, ...], least: int, limit: int | None) -> I64:
         """Whole numbers of at least `least` and below `limit`."""
         array = self._array(name, "iu", shape).astype(np.int64)
         if array.size and (int(array.min()) < least or (limit is not None and int(array.max()) >= limit)):
-            raise self.wrong(f"holds {int(array.min())}..{int(array.max())}, there are {limit}", name)
+            raise self.wrong(
+                f"holds values {int(array.min())}..{int(array.max())}, but there are {limit}", name
+            )
         return array
 
     def _array(self, name: str, kinds: str, shape: tuple[int | None, ...]) -> Array:
@@ -286,7 +293,7 @@ class _Fields:
             or not fits
             or any(want is not None and size != want for size, want in zip(array.shape, shape, strict=True))
         ):
-            raise self.wrong("is not there, or has another shape", name)
+            raise self.wrong("is missing, or has another shape", name)
         return array
 
     def entries(self, key: str) -> list[Mapping[str, Any]]:
@@ -298,7 +305,7 @@ class _Fields:
     def names(self, entry: Mapping[str, Any], key: str) -> tuple[str, ...]:
         found = entry.get(key)
         if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
-            raise self.wrong("is no list of names", key)
+            raise self.wrong("is not a list of names", key)
         return tuple(found)
 
     def name(self, entry: Mapping[str, Any], key: str) -> str:
@@ -307,11 +314,11 @@ class _Fields:
     def number(self, entry: Mapping[str, Any], key: str) -> float:
         value = entry.get(key)
         if not isinstance(value, (int, float)):
-            raise self.wrong("is no number", key)
+            raise self.wrong("is not a number", key)
         return float(value)
 
     def numbers(self, entry: Mapping[str, Any], key: str, limit: int) -> list[int]:
         found = entry.get(key)
         if not isinstance(found, list) or not all(type(i) is int and 0 <= i < limit for i in found):
-            raise self.wrong("is no list of indices", key)
+            raise self.wrong("is not a list of indices", key)
         return found

@@ -1,11 +1,11 @@
-"""What an .fbx holds, as plain arrays: a program of its own, the file on stdin, an .npz on stdout.
+"""The content of an .fbx as plain arrays. A separate program: the .fbx on stdin, an .npz on stdout.
 
-The only importer of ufbx, and never imported itself. ufbx is C that parses bytes of strangers, and its binding
-(0.0.5) counts references wrongly: what a list of elements gives out is not counted, buffers taken from its
-lists are released too often, the garbage collector then meets freed objects. Here every element is counted
-once more, numbers are taken one by one, nothing is collected; and where it crashes all the same, a child dies.
+The only importer of ufbx, and never imported itself. ufbx is C that parses untrusted bytes, and its binding
+(0.0.5) counts references wrongly: elements taken from a list are not counted, buffers taken from its lists are released too
+often, and the garbage collector then finds freed objects. Here every element is counted once more, numbers are read
+one by one, and the garbage collector is off. If it still crashes, only this process ends.
 
-Everything is as the file says it, in its own units and axes. Arrays: `header` (JSON as bytes: names and counts),
+Everything is in the units and axes of the file. Arrays: `header` (JSON as bytes: names and counts),
 `axes`, `parents`, and by mesh, cluster and clip what `_mesh` and `_clip` list.
 """
 
@@ -26,13 +26,13 @@ import ufbx
 FPS = 30.0
 MAX_VERTICES = 1_000_000
 MAX_NODES = 20_000
-MAX_TRANSFORMS = 4_000_000  # of nodes in all frames of all clips
+MAX_TRANSFORMS = 4_000_000  # nodes times frames of all clips
 MAX_MEMORY = 8 << 30
 REFUSED = 3  # exit status; the reason is on stdout
 
 
 class Refused(Exception):
-    """Says why this file is not read."""
+    """The reason why this file is not read."""
 
 
 def items(elements: Any) -> list[Any]:
@@ -46,22 +46,24 @@ def items(elements: Any) -> list[Any]:
 
 
 def matrix(value: Any) -> np.ndarray:
-    """[4, 4] of a ufbx matrix, which has its columns in a row."""
+    """[4, 4] of a ufbx matrix, which lists its columns one after another."""
     result = np.eye(4)
     result[:3] = np.array([tuple(column) for column in value]).T
     return result
 
 
 def vectors(values: Any) -> np.ndarray:
+    """A list of ufbx vectors as float64 [n, 3]."""
     return np.array([tuple(value) for value in list(values)], np.float64).reshape(-1, 3)
 
 
 def numbers(values: Any, kind: type) -> np.ndarray:
+    """A list of ufbx numbers as an array of type `kind`."""
     return np.array(list(values), kind)
 
 
 def scene_arrays(data: bytes) -> dict[str, np.ndarray]:
-    """Every array of the file `data` that a rig is made of."""
+    """Every array of the .fbx `data` that a rig or a clip needs."""
     scene = ufbx.load_memory(data, ignore_embedded=True, load_external_files=False)
     nodes = items(scene.nodes)
     meshes = [mesh for mesh in items(scene.meshes) if len(mesh.skin_deformers)]
@@ -147,6 +149,7 @@ def _clips(arrays: dict[str, np.ndarray], scene: Any, nodes: int) -> list[dict[s
 
 
 def main() -> int:
+    """Read the .fbx on stdin, write the .npz to stdout; returns the exit status."""
     try:
         import resource  # not on Windows
 

@@ -1,0 +1,1 @@
+"""The parts of glTF files that rigs and clips need."""

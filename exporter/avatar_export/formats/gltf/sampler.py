@@ -12,7 +12,7 @@ from avatar_runtime.avatar import F64
 
 @dataclass(frozen=True)
 class Sampler:
-    """Key times [T] in seconds, strictly rising, and `values` [T, W], or [T, 3, W] for CUBICSPLINE."""
+    """Key times [T] in seconds, strictly increasing, and `values` [T, W], or [T, 3, W] for CUBICSPLINE."""
 
     times: F64
     values: F64
@@ -68,12 +68,12 @@ INTERPOLATIONS: dict[str, Callable[[Sampler, F64, F64, F64, F64], F64]] = {
 
 
 def slerp(a: F64, b: F64, u: F64) -> F64:
-    """Along the shorter arc from unit quaternions `a` [F, 4] to `b` by `u` [F]."""
+    """Unit quaternions [F, 4] along the shorter arc from `a` [F, 4] to `b`, at `u` [F] from 0 to 1."""
     cosine = np.sum(a * b, axis=-1, keepdims=True)
     b = np.where(cosine < 0, -b, b)
     angle = np.arccos(np.clip(np.abs(cosine), 0, 1))
     sine, t = np.sin(angle), u[:, None]
-    close = sine < 1e-6  # a chord is exact to 1e-13 there
+    close = sine < 1e-6  # linear interpolation is exact to 1e-13 there
     safe = np.where(close, 1, sine)
     weight_a = np.where(close, 1 - t, np.sin((1 - t) * angle) / safe)
     weight_b = np.where(close, t, np.sin(t * angle) / safe)

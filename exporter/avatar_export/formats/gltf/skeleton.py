@@ -1,4 +1,4 @@
-"""The joints of a glTF skin: parents, rest transforms and bind matrices, and where the nodes stand."""
+"""The joints of a glTF skin: parents, rest transforms and bind matrices, and the pose of the nodes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from avatar_runtime.avatar import F32, F64, I32
 from avatar_runtime.codec.glb import Glb, accessor, is_count, short
 from avatar_runtime.rotation import homogeneous, matrix_from_quat
 
-# A rest pose within this of the bind pose is the bind pose, up to float32 (a real file: 1.4e-6).
+# A rest pose this near the bind pose is the bind pose, up to float32 rounding (a real file: 1.4e-6).
 BIND_TOLERANCE = 1e-5
 MAX_JOINTS = 65535  # numbered in 16 bits
 MAX_CONDITION = 1e8
@@ -25,7 +25,7 @@ Object = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Skeleton:
-    """What `read_skeleton` found; joints in an order of their own, a parent before its children."""
+    """The joints of a skin, sorted so that a parent comes before its children."""
 
     names: tuple[str, ...]  # [J]
     parents: I32  # [J], -1 for a root
@@ -35,13 +35,13 @@ class Skeleton:
     deviation: float  # largest |entry| of node_global @ inverse_bind_matrix - I
     node_pose: Mapping[
         str, F64
-    ]  # joint -> delta that poses it as the nodes stand; empty: that is the binding pose
+    ]  # joint -> delta from the binding pose to the pose of the nodes; empty if they are the same
 
 
 def read_skeleton(glb: Glb, skin_index: object) -> Skeleton:
     """The joints of skin `skin_index`. Raises AvatarError for a broken node tree, transform or name.
 
-    The rest pose is the nodes' where that makes every skin matrix the identity, else that of the inverse bind
+    The rest pose is that of the nodes if it makes every skin matrix the identity, else that of the inverse bind
     matrices.
     """
     skin = glb.entry("skins", skin_index)
@@ -49,9 +49,9 @@ def read_skeleton(glb: Glb, skin_index: object) -> Skeleton:
     nodes = glb.entries("nodes")
     joints = skin.get("joints")
     if not isinstance(joints, list) or not 0 < len(joints) <= MAX_JOINTS:
-        glb.fail(f"{where}.joints", f"is no list of 1 to {MAX_JOINTS} joints")
+        glb.fail(f"{where}.joints", f"is not a list of 1 to {MAX_JOINTS} joints")
     if not all(is_count(j) and j < len(nodes) for j in joints) or len(set(joints)) != len(joints):
-        glb.fail(f"{where}.joints", "names a node that does not exist, or one twice")
+        glb.fail(f"{where}.joints", "names a node that does not exist, or a node twice")
     order = _parents_first(glb, nodes)
     node_global = _globals(glb, nodes, order)
     position = {joint: i for i, joint in enumerate(joints)}
@@ -62,11 +62,11 @@ def read_skeleton(glb: Glb, skin_index: object) -> Skeleton:
     bind = _inverse_bind(glb, skin, len(joints), where)[from_skin]
     names = _joint_names(glb, nodes, sorted_joints)
     posed = np.stack([node_global[node] for node in sorted_joints])
-    _check_invertible(glb, posed, names, "has no inverse (a scale of 0?)")
+    _check_invertible(glb, posed, names, "has a singular transform (a scale of 0?)")
     deviation = float(np.abs(posed @ bind.astype(np.float64) - np.eye(4)).max())
     rest, node_pose = posed, {}
     if deviation > BIND_TOLERANCE:
-        _check_invertible(glb, bind.astype(np.float64), names, "has an inverse bind matrix without inverse")
+        _check_invertible(glb, bind.astype(np.float64), names, "has an inverse bind matrix that is singular")
         rest = np.linalg.inv(bind.astype(np.float64))
         node_pose = _deltas(names, parents, rest, posed)
     with np.errstate(over="ignore"):
@@ -83,7 +83,7 @@ def _parents_first(glb: Glb, nodes: list[dict[str, Any]]) -> list[tuple[int, int
     for index, node in enumerate(nodes):
         listed = node.get("children", [])
         if not isinstance(listed, list) or not all(is_count(c) and c < len(nodes) for c in listed):
-            glb.fail(f"nodes[{index}].children", "is no list of nodes")
+            glb.fail(f"nodes[{index}].children", "is not a list of nodes")
         for child in listed:
             if child in parent:
                 glb.fail(f"nodes[{child}]", f"has two parents, {parent[child]} and {index}")
@@ -101,7 +101,7 @@ def _parents_first(glb: Glb, nodes: list[dict[str, Any]]) -> list[tuple[int, int
 
 
 def _joint_parents(order: list[tuple[int, int]], index: Mapping[int, int]) -> I32:
-    """For each joint the nearest joint above it, -1 for a root; other nodes between are passed over."""
+    """The nearest joint above each joint, -1 for a root; other nodes between them are skipped."""
     nearest = {-1: -1}
     parents = np.full(len(index), -1, np.int32)
     for node, parent in order:
@@ -117,7 +117,7 @@ def _globals(glb: Glb, nodes: list[dict[str, Any]], order: list[tuple[int, int]]
     result: dict[int, F64] = {}
     for node, parent in order:
         local = node_transform(glb, nodes[node], f"nodes[{node}]")
-        with np.errstate(all="ignore"):  # overflow becomes infinite and is refused
+        with np.errstate(all="ignore"):  # an overflow becomes infinite, which is refused below
             result[node] = local if parent < 0 else result[parent] @ local
         if not np.isfinite(result[node]).all():
             glb.fail(f"nodes[{node}]", "its transform overflows")
@@ -142,10 +142,10 @@ def node_transform(glb: Glb, node: Object, where: str) -> F64:
 
 def _numbers(glb: Glb, value: object, count: int, where: str) -> F64:
     if not isinstance(value, list) or len(value) != count:
-        glb.fail(where, f"is no list of {count} numbers")
+        glb.fail(where, f"is not a list of {count} numbers")
     for number in value:
         if isinstance(number, bool) or not isinstance(number, int | float) or not abs(number) < 1e30:
-            glb.fail(where, f"{short(number)} is no usable number")
+            glb.fail(where, f"{short(number)} is not a usable number")
     return np.array(value, np.float64)
 
 
@@ -170,7 +170,7 @@ def _joint_names(glb: Glb, nodes: list[dict[str, Any]], joints: list[int]) -> tu
     for joint in joints:
         name = nodes[joint].get("name", f"node_{joint}")
         if not isinstance(name, str) or not name or not name.isprintable() or name in names:
-            glb.fail(f"nodes[{joint}].name", f"{short(name)} is no name of a joint or stands twice")
+            glb.fail(f"nodes[{joint}].name", f"{short(name)} is not a valid joint name, or a duplicate")
         names[name] = joint
     return tuple(names)
 

@@ -1,4 +1,4 @@
-"""The vertex ids that a .glb carries: which row each vertex was where the file was made from."""
+"""The vertex ids that a .glb carries: the row of each vertex in the mesh that the file was made from."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from avatar_runtime.avatar import F64, I64
 from avatar_runtime.codec.glb import Glb, accessor
 
 ROW_LENGTH = 256  # ids in a row of the UV copy
-FIRST_ROW = 2  # clear of every picture, which lies in 0..1
+FIRST_ROW = 2  # outside of the texture space 0..1
 LARGEST = 1 << 24  # whole numbers in float32
-ROUNDING = 1e-3  # of a tool that turns a UV upside down
+ROUNDING = 1e-3  # of a tool that flips v
 
 
 def vertex_ids(glb: Glb, attributes: Sequence[Mapping[str, Any]], first: I64) -> I64 | None:
     """The ids [V] of joined primitives: part i has rows first[i] : first[i + 1].
 
     From attribute `_VERTEX_ID`, else from its copy in TEXCOORD_0; None where any vertex has neither. The copy is
-    u = id % 256, v = 2 + id // 256; a tool that turns pictures upside down makes that 1 - v <= -1.
+    u = id % 256, v = 2 + id // 256; a tool that flips v turns it into 1 - v <= -1.
     """
     found = []
     for part, begin, last in zip(attributes, first, first[1:], strict=False):

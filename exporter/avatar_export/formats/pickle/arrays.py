@@ -1,7 +1,7 @@
-"""Pickles of NumPy arrays, read without running them: what each allowed name stands for.
+"""Pickles of NumPy arrays, read without running them: the meaning of each allowed name.
 
-The allow-list is explicit: a name outside it is an error, and a name inside it makes one of our own inert
-objects, never NumPy's or anybody else's. Big arrays stay in the file and are read by rows.
+The allow-list is explicit: a name outside it is an error, and a name inside it makes an inert object of this
+package, never one of NumPy's. Big arrays stay in the file and are read by rows.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ from avatar_export.formats.npy import (
     number_type,
     stored_array,
 )
-from avatar_export.formats.pickle.machine import Global, Machine, Payload, Persistent, StandIn, make_dict
+from avatar_export.formats.pickle.load import load_pickle
+from avatar_export.formats.pickle.machine import Persistent
+from avatar_export.formats.pickle.values import Global, Payload, StandIn, make_dict
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
 
@@ -39,6 +41,7 @@ class PickledType(StandIn):
         self.order = "="
 
     def build(self, state: object) -> None:
+        """Take the byte order. Raises ValueError for records and subtypes."""
         if not isinstance(state, tuple) or len(state) < 5 or any(part is not None for part in state[2:5]):
             raise ValueError("a dtype has fields or a subtype")
         if state[1] not in BYTE_ORDERS:
@@ -47,13 +50,15 @@ class PickledType(StandIn):
 
     @property
     def is_object(self) -> bool:
+        """Whether it stands for arrays of Python objects."""
         return self.code.lstrip("<>=|")[:1] == "O"
 
     def number(self) -> np.dtype[np.generic] | None:
-        """The NumPy type, None if this is no plain number."""
+        """The NumPy type, None if it is not a plain number."""
         return number_type(self.code if self.code.startswith(BYTE_ORDERS) else self.order + self.code)
 
     def finish(self, name: str) -> object:
+        """The code of the type."""
         return self.code
 
 
@@ -68,14 +73,16 @@ class PickledArray(StandIn):
         self.data: object = b""
 
     def build(self, state: object) -> None:
+        """Take shape, type, order and data. Raises ValueError for another state."""
         if not isinstance(state, tuple) or len(state) not in (4, 5):
             raise ValueError("an array has no state")
-        shape, kind, fortran, data = state[-4:]  # the version in front is missing in the oldest pickles
+        shape, kind, fortran, data = state[-4:]  # the oldest pickles have no version in front
         if not isinstance(shape, tuple) or not isinstance(kind, PickledType):
             raise ValueError("an array has no shape or type")
         self.shape, self.type, self.fortran, self.data = shape, kind, bool(fortran), data
 
     def finish(self, name: str) -> StoredArray:
+        """The array over its bytes. Raises AvatarError for objects, and for sizes that do not fit."""
         dtype = self.type.number() if self.type else None
         if dtype is None:
             kind = self.type.code if self.type else "nothing"
@@ -120,7 +127,7 @@ def numpy_globals(file: object) -> dict[str, Global]:
         made.build(((), kind, False, data))
         return made.finish("scalar").read().item()
 
-    def bytes_of_nothing() -> bytes:  # how protocols below 3 write the data of an empty array
+    def bytes_of_nothing() -> bytes:  # the data of an empty array in protocols below 3
         return b""
 
     makers: dict[str, Callable[..., object]] = {
@@ -140,10 +147,10 @@ def numpy_globals(file: object) -> dict[str, Global]:
 def read_pickle(path: Path, allowed: Mapping[str, Global] | None = None) -> object:
     """What a pickle file describes: dicts, lists, tuples, plain values, and arrays as RowSources.
 
-    `allowed`: names besides NumPy's. Raises AvatarError for every other name and every damage; nothing of the
-    file is ever run.
+    `allowed`: names besides NumPy's. Raises AvatarError for every other name and for damage; nothing of the file is
+    ever run.
     """
-    return finish(Machine(path, path, numpy_globals(path) | dict(allowed or {})).load(), "", path)
+    return finish(load_pickle(path, path, numpy_globals(path) | dict(allowed or {})), "", path)
 
 
 def parse_pickle(
@@ -153,7 +160,7 @@ def parse_pickle(
     persistent: Persistent | None = None,
 ) -> object:
     """As `read_pickle`, for bytes. `persistent` resolves references to data outside the pickle."""
-    return finish(Machine(data, file, numpy_globals(file) | dict(allowed or {}), persistent).load(), "", file)
+    return finish(load_pickle(data, file, numpy_globals(file) | dict(allowed or {}), persistent), "", file)
 
 
 def read_pickled_npy(path: Path) -> dict[str, RowSource]:
@@ -167,8 +174,8 @@ def read_pickled_npy(path: Path) -> dict[str, RowSource]:
     except OSError as error:
         raise AvatarError(f"cannot be read: {error}", file=path) from error
     if shape != () or dtype.kind != "O":
-        raise AvatarError("is no saved dict of arrays (an object array without dimensions)", file=path)
-    root = Machine(path, path, numpy_globals(path), offset=offset).load()
+        raise AvatarError("is not a saved dict of arrays (an object array without dimensions)", file=path)
+    root = load_pickle(path, path, numpy_globals(path), offset=offset)
     items = root.data if isinstance(root, PickledArray) and root.type and root.type.is_object else None
     if (
         not isinstance(root, PickledArray)
@@ -176,22 +183,22 @@ def read_pickled_npy(path: Path) -> dict[str, RowSource]:
         or not isinstance(items, list)
         or len(items) != 1
     ):
-        raise AvatarError("is no saved dict of arrays", file=path)
+        raise AvatarError("is not a saved dict of arrays", file=path)
     return arrays_of(finish(items[0], "", path), path)
 
 
 def arrays_of(value: object, file: object) -> dict[str, RowSource]:
-    """`value` as a dict of named arrays. Raises AvatarError if it is none."""
+    """`value` as a dict of named arrays. Raises AvatarError for anything else."""
     if not isinstance(value, dict):
-        raise AvatarError("holds no dict of arrays", file=file)
+        raise AvatarError("does not hold a dict of arrays", file=file)
     for name, array in value.items():
         if not isinstance(name, str) or not isinstance(array, (StoredArray, ComputedArray)):
-            raise AvatarError("is no array", file=file, field=_printable(name))
+            raise AvatarError("is not an array", file=file, field=_printable(name))
     return dict(value)
 
 
 def finish(value: object, name: str, file: object) -> object:
-    """The data that a machine's result stands for; leaves are called by their path, such as flame.exp.
+    """The data that the result of `load_pickle` stands for; messages name parts by their path, such as flame.exp.
 
     Shared parts are finished once, so that a small pickle cannot unfold into a large tree.
     """
@@ -210,7 +217,7 @@ class _Finisher:
         if id(value) in self.done:
             return self.done[id(value)]
         if depth > MAX_DEPTH or id(value) in self.open:
-            raise AvatarError("holds itself or is nested too deeply", file=self.file, field=name[:80])
+            raise AvatarError("contains itself or is nested too deeply", file=self.file, field=name[:80])
         self.open.add(id(value))
         result = self._made(value, name, depth)
         self.open.discard(id(value))
@@ -242,13 +249,13 @@ class _Finisher:
 
 
 def _encode(text: object, encoding: object = "utf8") -> object:
-    """How Python 2 protocols carry bytes: latin1 text. A long text is left where it lies."""
+    """How Python 2 protocols carry bytes: latin1 text. Long text stays in the file."""
     if encoding != "latin1":
-        raise ValueError("text is encoded to something else than latin1")
+        raise ValueError("text has another encoding than latin1")
     if isinstance(text, Payload) and text.kind == "utf8":
         return text
     if not isinstance(text, str):
-        raise ValueError("no text is encoded")
+        raise ValueError("something that is not text is encoded")
     return text.encode("latin1")
 
 

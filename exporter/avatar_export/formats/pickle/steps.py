@@ -1,6 +1,6 @@
 """The operations of pickle protocols 0 to 5 that data needs, by their code, as steps of a Machine.
 
-What is not in the table is refused: operations that make instances in other ways (i, o, 0x92), extension
+Everything else is refused: operations that make instances in other ways (i, o, 0x92), extension
 codes (0x82 to 0x84), frozen sets, text references (P) and buffers outside the pickle (0x97, 0x98).
 """
 
@@ -10,10 +10,8 @@ import codecs
 import struct
 import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from avatar_export.formats.pickle.machine import Machine
+from avatar_export.formats.pickle.machine import Machine
 
 MAX_NUMBER_TEXT = 64
 
@@ -86,7 +84,7 @@ def _protocol(m: Machine) -> None:
         m.refuse("has a pickle protocol above 5")
 
 
-Step = Callable[["Machine"], object]
+Step = Callable[[Machine], object]
 STEPS: dict[int, Step] = {
     ord("("): _mark,
     ord("0"): _pop,

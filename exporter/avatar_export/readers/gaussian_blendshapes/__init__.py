@@ -1,0 +1,1 @@
+"""The reader of 3D Gaussian Blendshapes."""

@@ -1,4 +1,4 @@
-"""The two on-disk forms of a Gaussian Blendshapes model, brought to one shape: blocks of Gaussians.
+"""The two on-disk forms of a Gaussian Blendshapes model, both read as blocks of Gaussians.
 
 A block is {"static", "geometry", "appearance", "correctives", "late_morphs", "skin"} -> attribute -> array,
 rows first: static [B, ...], the others [B, columns, ...].
@@ -6,7 +6,6 @@ rows first: static [B, ...], the others [B, columns, ...].
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,82 +15,27 @@ import numpy as np
 from avatar_export.formats.npy import RowSource, open_npy
 from avatar_export.formats.pickle.arrays import read_pickled_npy
 from avatar_export.formats.pth import read_checkpoint
+from avatar_export.readers.gaussian_blendshapes.layout import (
+    ACC_KEYS,
+    DUMP_SHAPES,
+    FACE_TUPLE,
+    FACE_TUPLE_LENGTH,
+    MOUTH_FIELDS,
+    MOUTH_TUPLE_LENGTH,
+    RAW_SHAPES,
+    SYSTEM,
+    Model,
+    mouth_paths,
+)
 from avatar_runtime.avatar import F32
 from avatar_runtime.io.errors import AvatarError
 
-SYSTEM = "gaussian_blendshapes"
 Block = dict[str, dict[str, F32]]
-
-# Items of the raw face checkpoint, face_gs_model.py:118-140.
-FACE_TUPLE = {
-    "xyz": 1,
-    "features_dc": 2,
-    "features_rest": 3,
-    "scaling": 4,
-    "rotation": 5,
-    "opacity": 6,
-    "xyz_b": 10,
-    "features_b": 11,
-    "scaling_b": 12,
-    "rotation_b": 13,
-    "opacity_b": 14,
-}
-FACE_TUPLE_LENGTH, MOUTH_TUPLE_LENGTH = 19, 12
-ACC_KEYS = ("init_rot", "init_sh", "init_xyz", "pose_blendshape", "eye_blendshape", "expr_mask_tensor", "W")
-MOUTHS = (("mouth0", "upper_teeth", "anchor"), ("mouth1", "lower_teeth", "joint_mix"))
-
-# Shapes by field; P rows, C coefficients, K expressions.
-DUMP_SHAPES: dict[str, tuple[object, ...]] = {
-    "pos": ("P", 3),
-    "shs": ("P", "C", 3),
-    "scale": ("P", 3),
-    "rot": ("P", 4),
-    "opacity": ("P", 1),
-    "xyz_t": ("P", 3, "K"),
-    "shs_t": ("P", "C", 3, "K"),
-    "scale_t": ("P", 3, "K"),
-    "rot_t": ("P", 4, "K"),
-    "opacity_t": ("P", 1, "K"),
-    "pos_t": (36, "P", 3),
-    "W": ("P", 5),
-    "eyelid": ("P", 3, 2),
-}
-MOUTH_FIELDS = ("pos", "shs", "scale", "rot", "opacity")
-RAW_SHAPES: dict[str, tuple[object, ...]] = {
-    "xyz": ("P", 3),
-    "features_dc": ("P", 1, 3),
-    "features_rest": ("P", "C - 1", 3),
-    "scaling": ("P", 3),
-    "rotation": ("P", 4),
-    "opacity": ("P", 1),
-    "xyz_b": ("P", 3, "K"),
-    "features_b": ("P", "C", 3, "K"),
-    "scaling_b": ("P", 3, "K"),
-    "rotation_b": ("P", 4, "K"),
-    "opacity_b": ("P", 1, "K"),
-    "init_xyz": ("P", 3, "K"),
-    "init_rot": ("P", 4, "K"),
-    "init_sh": ("P", "C", 3, "K"),
-    "pose_blendshape": (36, "P", 3),
-    "eye_blendshape": ("P", 3, 2),
-    "expr_mask_tensor": ("P", "K"),
-    "W": ("P", 5),
-}
-
-
-@dataclass(frozen=True)
-class Model:
-    """Where a model lies: `dump` or `raw` files of one iteration."""
-
-    folder: Path
-    iteration: str
-    form: str  # "dump" | "raw"
-    face: Path
 
 
 @dataclass(frozen=True)
 class FaceSource:
-    """The face Gaussians, readable by blocks."""
+    """The face Gaussians, read by blocks: `block(start, stop)`."""
 
     file: Path
     form: str
@@ -104,7 +48,7 @@ class FaceSource:
 
 @dataclass(frozen=True)
 class MouthSource:
-    """Upper or lower teeth, whole."""
+    """The Gaussians of the upper or lower teeth, in memory."""
 
     file: Path
     name: str
@@ -113,72 +57,22 @@ class MouthSource:
 
     @property
     def count(self) -> int:
+        """The number of Gaussians."""
         return len(self.static["mean"])
 
 
-def locate(path: Path) -> Model | None:
-    """The latest iteration under `path` (a model folder, its dump folder or its fix_chkpnt*.pth).
-
-    Where both forms of it exist the dump is taken: init and mask are folded in already. Name the .pth to force
-    the raw form.
-    """
-    if path.is_file():
-        found = _iteration(path, ".pth")
-        return Model(path.parent, found, "raw", path) if found is not None else None
-    if not path.is_dir():
-        return None
-    here = _iteration(path, "")
-    if here is not None and (path / "xyz_t.npy").is_file():
-        return Model(path.parent, here, "dump", path)
-    candidates = []
-    for entry in sorted(path.iterdir()):
-        dump, raw = _iteration(entry, ""), _iteration(entry, ".pth")
-        if dump is not None and (entry / "xyz_t.npy").is_file():
-            candidates.append((int(dump), 1, Model(path, dump, "dump", entry)))
-        if raw is not None and entry.is_file():
-            candidates.append((int(raw), 0, Model(path, raw, "raw", entry)))
-    return max(candidates, key=lambda c: c[:2])[2] if candidates else None
-
-
 def open_face(model: Model) -> FaceSource:
-    """The face, sizes checked against each other. Raises AvatarError naming file and field."""
+    """The face, with consistent sizes. Raises AvatarError that names file and field."""
     return _open_dump(model.face) if model.form == "dump" else _open_raw(model)
 
 
 def open_mouths(model: Model) -> list[MouthSource]:
-    """Upper and lower teeth, as many as there are files."""
+    """Upper and lower teeth, if their files exist. Raises AvatarError for unsound files."""
     read = {"": _dump_mouth, ".pth": _raw_mouth}
     return [
         MouthSource(path, name, binding, read[path.suffix](path))
-        for path, name, binding in _mouth_paths(model)
+        for path, name, binding in mouth_paths(model)
     ]
-
-
-def model_files(model: Model) -> dict[str, Path]:
-    """Every file of the model that is read, by its name inside the model folder."""
-    paths = [path for path, _, _ in _mouth_paths(model)] + [model.face]
-    if model.form == "raw":
-        paths.append(model.folder / f"acc{model.iteration}.npy")
-    files = []
-    for path in paths:
-        fields = DUMP_SHAPES if path == model.face else MOUTH_FIELDS
-        files += [path / f"{name}.npy" for name in fields] if path.suffix == "" else [path]
-    return {file.relative_to(model.folder).as_posix(): file for file in files}
-
-
-def _mouth_paths(model: Model) -> list[tuple[Path, str, str]]:
-    """(folder or .pth, group, binding); for a dump its folder comes first."""
-    suffixes = ("", ".pth") if model.form == "dump" else (".pth",)
-    found = []
-    for stem, name, binding in MOUTHS:
-        paths = [model.folder / f"{stem}_chkpnt{model.iteration}{suffix}" for suffix in suffixes]
-        found += [(path, name, binding) for path in paths if path.is_dir() or path.is_file()][:1]
-    return found
-
-
-def _iteration(path: Path, suffix: str) -> str | None:
-    match = re.fullmatch(r"fix_chkpnt(\d{1,12})" + re.escape(suffix), path.name)
-    return match.group(1) if match else None
 
 
 def _open_dump(folder: Path) -> FaceSource:
@@ -206,7 +100,7 @@ def _open_raw(model: Model) -> FaceSource:
     face = _tuple(model.face, FACE_TUPLE_LENGTH)
     acc_file = model.folder / f"acc{model.iteration}.npy"
     if not acc_file.is_file():
-        raise AvatarError(f"belongs to {model.face.name} and is missing", file=acc_file, owner=SYSTEM)
+        raise AvatarError(f"is missing; it belongs to {model.face.name}", file=acc_file, owner=SYSTEM)
     acc = read_pickled_npy(acc_file)
     arrays: dict[str, RowSource] = {
         name: _source(face[index], model.face, f"item {index}") for name, index in FACE_TUPLE.items()
@@ -222,7 +116,7 @@ def _open_raw(model: Model) -> FaceSource:
             name: v.rows(start, stop, axis=1 if name == "pose_blendshape" else 0)
             for name, v in arrays.items()
         }
-        mask = a["expr_mask_tensor"][:, None]  # no upper limit: 7.4 was seen
+        mask = a["expr_mask_tensor"][:, None]  # has no upper limit: 7.4 occurs
 
         def fold(learned: str, init: str | None = None) -> F32:
             """init + mask * learned, face_gs_model.py:768."""
@@ -271,7 +165,7 @@ def _tuple(file: Path, length: int) -> tuple[object, ...]:
         raise AvatarError("is not a pair (tuple, iteration)", file=file, owner=SYSTEM)
     if len(loaded[0]) != length:
         raise AvatarError(
-            f"its tuple has {len(loaded[0])} items, {length} are known", file=file, owner=SYSTEM
+            f"has a tuple of {len(loaded[0])} items, expected {length}", file=file, owner=SYSTEM
         )
     return loaded[0]
 
@@ -294,7 +188,7 @@ def _degree(value: object, coefficients: int, file: Path) -> int:
 
 
 def _sizes(arrays: dict[str, RowSource], shapes: dict[str, tuple[object, ...]], file: Path) -> dict[str, int]:
-    """P, C and K, after every array's shape was held against the others'."""
+    """The sizes P, C and K. Raises AvatarError for arrays with inconsistent shapes."""
     sizes: dict[str, int] = {}
     for name, expected in shapes.items():
         shape = arrays[name].shape
@@ -313,7 +207,10 @@ def _sizes(arrays: dict[str, RowSource], shapes: dict[str, tuple[object, ...]], 
             )
     if sizes["C"] not in (1, 4, 9, 16) or not sizes["P"]:
         raise AvatarError(
-            f"{sizes['P']} rows of {sizes['C']} SH coefficients", file=file, field="shs", owner=SYSTEM
+            f"has {sizes['P']} rows of {sizes['C']} SH coefficients; 1, 4, 9 or 16 coefficients are expected",
+            file=file,
+            field="shs",
+            owner=SYSTEM,
         )
     return sizes
 

@@ -1,4 +1,4 @@
-"""psavatar.npz, which says how PSAvatar's Gaussians sit on their mesh and how that mesh was taught to move.
+"""psavatar.npz: the binding of PSAvatar's Gaussians to their mesh, and the learned bases that move the mesh.
 
 The layout is described in trainer/PSAVATAR.md.
 """
@@ -28,15 +28,15 @@ KEYS = (
 )
 MAX_LOOKED_AT = 16  # .npz files beside a .ply
 MAX_NAMES_BYTES = 1 << 24
-LARGEST_SHIFT = 1.0  # metres that one basis vector may move a vertex
-LARGEST = 1e4  # of any number: metres, training units in a metre, parts of a quaternion
+LARGEST_SHIFT = 1.0  # metres; largest shift of a vertex by one basis vector
+LARGEST = 1e4  # of any number (metres, training units per metre, quaternions)
 
 Array = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)
 class StoredPoints:
-    """The file, checked; metres."""
+    """The checked content of psavatar.npz, in metres."""
 
     file: Path
     mesh: TriangleMesh  # at rest
@@ -51,7 +51,7 @@ class StoredPoints:
 
 
 def find_points(cloud: PointCloud) -> Path | None:
-    """The .npz beside the .ply that holds all of KEYS, whatever it is called; never raises."""
+    """The .npz of any name beside the .ply that has all of KEYS, or None; never raises."""
     try:
         beside = sorted(path for path in cloud.file.parent.iterdir() if path.suffix.lower() == ".npz")
     except OSError:
@@ -60,7 +60,7 @@ def find_points(cloud: PointCloud) -> Path | None:
 
 
 def read_points(path: Path, count: int) -> StoredPoints:
-    """How `count` Gaussians sit on their mesh. Raises AvatarError for any array that is not what it should be."""
+    """The content of the .npz at `path` for `count` Gaussians. Raises AvatarError for a missing or unsound array."""
     with Archive(path) as archive:
         file = _File(archive)
         vertices = file.floats("canonical_vertices", (None, 3))
@@ -102,26 +102,26 @@ def _holds_keys(path: Path) -> bool:
 
 
 class _File:
-    """Arrays of the .npz, each of the type and shape that is asked for."""
+    """The arrays of the .npz, each checked for a type and shape."""
 
     def __init__(self, archive: Archive) -> None:
         self._archive = archive
 
     def floats(self, key: str, shape: tuple[int | None, ...]) -> F32:
-        """float32, up to LARGEST."""
+        """A float32 array with magnitudes up to LARGEST."""
         array = self._array(key, shape, "f", "floats")
         with np.errstate(over="ignore"):
             values: F32 = array.astype(np.float32)
-        sound = (np.abs(values) <= LARGEST).all(axis=tuple(range(1, values.ndim)))  # NaN is not
+        sound = (np.abs(values) <= LARGEST).all(axis=tuple(range(1, values.ndim)))  # False for NaN
         if not sound.all():
             raise self._wrong(
-                f"is not finite or beyond {LARGEST:g}; lengths are in metres",
+                f"is not finite or larger than {LARGEST:g}; lengths are in metres",
                 f"{key}[{int(np.argmin(sound))}]",
             )
         return values
 
     def whole(self, key: str, shape: tuple[int | None, ...], end: int, what: str) -> Array:
-        """Whole numbers 0 <= v < end, of which there are as many `what`."""
+        """An array of whole numbers 0 <= v < end, which number `what`."""
         array = self._array(key, shape, "iu", "whole numbers")
         outside = ((array < 0) | (array >= end)).any(axis=tuple(range(1, array.ndim)))
         if outside.any():
@@ -130,12 +130,12 @@ class _File:
         return array
 
     def names(self, key: str, count: int) -> tuple[str, ...]:
-        """`count` different texts."""
+        """`count` different strings."""
         if not count:
             return ()
         found = parse_text_npy(self._archive.read(f"{key}.npy", MAX_NAMES_BYTES), self._archive.path, key)
         if len(found) != count or len(set(found)) != count:
-            raise self._wrong(f"holds {len(found)} names, expected {count} different ones", key)
+            raise self._wrong(f"has {len(found)} names, expected {count} different names", key)
         return found
 
     def _array(self, key: str, shape: tuple[int | None, ...], kinds: str, what: str) -> Array:

@@ -1,7 +1,7 @@
-"""PSAvatar (arXiv 2401.12900): Gaussians sampled on and off a morphable mesh that learned to move.
+"""PSAvatar (arXiv 2401.12900): Gaussians sampled on and off a morphable mesh with learned deformations.
 
-Its repository holds no code: the layout is that of avatar-train (trainer/PSAVATAR.md). Scale, opacity and colour come
-from point_cloud.ply; its x y z and rot_* are those on the mesh at rest and follow from psavatar.npz.
+Its repository has no code: the layout is that of avatar-train (trainer/PSAVATAR.md). Scale, opacity and colour come
+from point_cloud.ply; its x y z and rot_* are those on the mesh at rest, which psavatar.npz gives too.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from avatar_runtime.stages.joints import rest_transforms
 SYSTEM = "psavatar"
 FILES = (
     f"point_cloud/iteration_N/{NAME} (scale, opacity, colour; the newest N is read)",
-    f"{FILE} beside it, by whatever name (keys {', '.join(KEYS[:3])} ...)",
+    f"{FILE} beside it, of any name (keys {', '.join(KEYS[:3])} ...)",
     f"{RULES_FILE} beside it (optional: how it was trained); enhancer.onnx and enhancer.json (optional)",
     "beside it: --body-model with --shape or --poses, or --rig (.glb, .fbx): rotations are those of its skeleton",
 )
@@ -44,20 +44,20 @@ RULES = Rules(
     scale="none",
     sh_direction="inverse_rotation",
 )
-WITHOUT_SKELETON = "vertex_quaternion"  # the nearest that a posed mesh alone gives
-PLAYED_RULES: dict[str, tuple[str, ...]] = {}  # one way to play them all
+WITHOUT_SKELETON = "vertex_quaternion"  # the nearest rule that needs only a posed mesh
+PLAYED_RULES: dict[str, tuple[str, ...]] = {}  # all are played in the same way
 RECORDED_RULES = {
     "acquisition": ("points", "gaussians"),
     "order": ("mesh_first",),
     "displacement": ("off_mesh", "all"),
 }
-LEAST_SHIFT = 1e-7  # metres: what is below in all directions is dropped; as large as float32 rounds a head
-TURNED = 1e-4  # of a joint's rest frame against the mesh's
+LEAST_SHIFT = 1e-7  # metres; smaller shifts are dropped, as they are rounding of float32 on a head
+TURNED = 1e-4  # tolerance between a joint's rest frame and the mesh's
 
 
 @dataclass(frozen=True)
 class Coefficient:
-    """What a learned basis vector is multiplied by: an expression's weight, or an entry of R - I of a joint."""
+    """The factor of a learned basis vector: the weight of an expression, or an entry of R - I of a joint."""
 
     expression: str | None
     joint: str = ""
@@ -71,13 +71,13 @@ def detect(path: Path) -> bool:
 
 
 def read(path: Path, options: ReadOptions) -> Avatar:
-    """The avatar, in metres. Raises AvatarError where no rig is given, and for data that is not what it claims."""
+    """The avatar, in metres. Raises AvatarError if no rig is given, and for unsound data."""
     with owned(SYSTEM):
-        options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such choice or input")
+        options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such input or choice")
         cloud = locate(path)
         found = None if cloud is None else find_points(cloud)
         if cloud is None or found is None:
-            raise AvatarError(f"holds no {NAME} with {FILE} beside it", file=path)
+            raise AvatarError(f"has no {NAME} with {FILE} beside it", file=path)
         splats = ply.gaussians(read_ply(cloud), cloud.file)
         points = read_points(found, splats.count)
         trained = read_rules(cloud.find(RULES_FILE), SYSTEM, PLAYED_RULES, RECORDED_RULES)
@@ -128,7 +128,7 @@ def _degree(options: ReadOptions, splats: Gaussians, cloud: PointCloud) -> int:
 
 
 def _taught_rig(points: StoredPoints, options: ReadOptions) -> tuple[EmbeddedRig, Rules, list[str]]:
-    """The rig with the learned bases in its morphs and correctives, the rules, and what is noteworthy."""
+    """(rig with the learned bases in its morphs and correctives, rules, notes)."""
     if options.no_rig:
         note = (
             f"without a rig rotations are those of the posed mesh ({WITHOUT_SKELETON}), not of the skeleton as "
@@ -138,7 +138,7 @@ def _taught_rig(points: StoredPoints, options: ReadOptions) -> tuple[EmbeddedRig
     given = embedded_rig(points.mesh.vertices, points.mesh.triangles, options, SYSTEM)
     if given.rig is None:
         raise AvatarError(
-            "needs the skeleton it was trained with: pass --body-model with --shape or --poses, or --rig "
+            "needs the skeleton of its training: pass --body-model with --shape or --poses, or --rig "
             "FILE.glb|.fbx, or --no-rig for an approximation on posed meshes",
             file=points.file,
         )
@@ -155,9 +155,9 @@ def _taught_rig(points: StoredPoints, options: ReadOptions) -> tuple[EmbeddedRig
 def taught(rig: Rig, expressions: Sequence[str], points: StoredPoints, least: float) -> Rig:
     """`rig` with the learned bases added: E' to its morphs, P' to its correctives (Eqs. 5, 6).
 
-    Its joints stay where the bases of the body model put them: `joint_basis` is not changed. What moves a vertex by
-    no more than `least` in each direction is left out. Raises AvatarError for a name that the rig does not have, and
-    for a joint whose rest frame is turned against the mesh: its R - I is another than the one trained with.
+    The bases of the body model alone move the joints: `joint_basis` is not changed. Shifts of at most `least` metres
+    on each axis are left out. Raises AvatarError for a name that the rig lacks, and for a joint whose rest frame is
+    rotated against the mesh, since its R - I then differs from that of training.
     """
     wanted = [_coefficient(name, points) for name in points.basis_names]
     column = {name: k for k, name in enumerate(expressions)}
@@ -202,7 +202,7 @@ def _coefficient(name: str, points: StoredPoints) -> Coefficient:
 
 
 def _corrective_joints(rig: Rig, wanted: Sequence[Coefficient], points: StoredPoints) -> I32:
-    """Those of the rig, then those that only the learned bases name."""
+    """The corrective joints of the rig, then those that only the learned bases name."""
     joints = [int(joint) for joint in rig.corrective_joints]
     rest = rest_transforms(rig)
     for name in dict.fromkeys(c.joint for c in wanted if c.expression is None):
@@ -211,8 +211,8 @@ def _corrective_joints(rig: Rig, wanted: Sequence[Coefficient], points: StoredPo
         joint = rig.joint_names.index(name)
         if np.abs(rest[joint, :3, :3] - np.eye(3)).max() > TURNED:
             raise AvatarError(
-                f"joint {name!a} of the rig rests in a turned frame, but the learned bases take its rotation in the "
-                "mesh's; pass the --body-model instead",
+                f"joint {name!a} of the rig has a rotated rest frame, but the learned bases need its rotation in the "
+                "frame of the mesh; pass --body-model instead",
                 file=points.file,
                 field="basis_names",
             )
@@ -222,7 +222,7 @@ def _corrective_joints(rig: Rig, wanted: Sequence[Coefficient], points: StoredPo
 
 
 def _added(sparse: SparseRows, basis: F32, columns: Sequence[int], least: float) -> SparseRows:
-    """`sparse` [V, C] of `position` plus `basis` [U, V, 3] in its `columns` [U]; memory as its entries."""
+    """`sparse` [V, C] of `position` plus `basis` [U, V, 3] in its `columns` [U], without a dense copy."""
     width = sparse.columns
     stored: I64 = sparse.row_ptr.astype(np.int64)
     row = np.repeat(np.arange(sparse.rows), stored[1:] - stored[:-1])

@@ -19,42 +19,42 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
 
 CONFIG = "config.yaml"
-# File -> its keys for the mesh's file and for the weights; the second form is that of the first release.
+# File -> its keys for the mesh file and the weights; the second form is that of the first release.
 FORMS = {
     "embedding.json": ("cano_mesh", "sample_bary"),
     "canonical.sample.json": ("mesh_fn", "_sample_bary"),
 }
-# One Gaussian takes about 190 bytes, 15 commas and 3 brackets. What is far beyond is not parsed: lists of Python
-# objects take many times the room of their text.
+# One Gaussian takes about 190 bytes, 15 commas and 3 brackets. Much larger files are not parsed: Python lists need many
+# times the memory of their text.
 MAX_BYTES, MAX_COMMAS, MAX_BRACKETS = 1024, 32, 8
-MIN_ROWS = 1024  # counted at least, for keys that are not per Gaussian
+MIN_ROWS = 1024  # minimum for these limits, for keys that are not per Gaussian
 MAX_CONFIG_BYTES = 1 << 16
 
 
 @dataclass(frozen=True)
 class StoredEmbedding:
-    """The embedding as stored, in training units; numbers are finite, nothing else is checked."""
+    """The embedding as stored, in training units; numbers are finite, but not checked otherwise."""
 
     file: Path
-    mesh: Path  # next to `file`, whatever folder the file names
+    mesh: Path  # beside `file`; the folder that the file names is ignored
     mesh_as_named: str
     weights_key: str
     triangle: F64  # [N]
     barycentric: F32  # [N, 3]
-    uvd: F32  # [N, 3] only the third number, the displacement, is ever used
-    quat_wxyz: F32 | None  # [N, 4] raw; None: that of the .ply
+    uvd: F32  # [N, 3]; only the third number, the displacement, is used
+    quat_wxyz: F32 | None  # [N, 4] not normalised; None: use that of the .ply
 
 
 def find_embedding(cloud: PointCloud) -> Path | None:
-    """The embedding next to the .ply; the newer form where there are both."""
+    """The embedding beside the .ply, of two forms the newer; None if there is none."""
     return first_file(cloud.file.parent / name for name in FORMS)
 
 
 def read_embedding(path: Path, count: int) -> StoredEmbedding:
     """The embedding of `count` Gaussians.
 
-    Raises AvatarError for what is no such JSON, a missing key, another number of rows, and for the row of
-    anything that is no finite number. Source: SplattingAvatar 3847314 splatting_avatar_model.py
+    Raises AvatarError for other JSON, a missing key, another number of rows, and for a row with a value that is not a
+    finite number. Source: SplattingAvatar 3847314 splatting_avatar_model.py
     load_from_embedding and load_from_embedding_v2.
     """
     mesh_key, weights_key = FORMS[path.name]
@@ -62,7 +62,7 @@ def read_embedding(path: Path, count: int) -> StoredEmbedding:
     named = document.text(mesh_key)
     bare = re.split(r"[\\/]", named)[-1]
     if not bare.isprintable() or not 1 <= len(bare) <= 200 or bare.startswith("."):
-        raise AvatarError("is no file name", file=path, field=mesh_key)
+        raise AvatarError("is not a file name", file=path, field=mesh_key)
     return StoredEmbedding(
         path,
         path.parent / bare,
@@ -85,9 +85,9 @@ class _Document:
             self._values = json.loads(self._bytes(), parse_constant=_refuse_constant)
         except (ValueError, RecursionError) as error:
             reason = f"{type(error).__name__}: {str(error)[:80]}"
-            raise AvatarError(f"is no JSON that can be read ({reason!a})", file=path) from None
+            raise AvatarError(f"is not JSON that can be read ({reason!a})", file=path) from None
         if not isinstance(self._values, dict):
-            raise AvatarError("holds no JSON object", file=path)
+            raise AvatarError("is not a JSON object", file=path)
 
     def __contains__(self, key: str) -> bool:
         return key in self._values
@@ -95,11 +95,11 @@ class _Document:
     def text(self, key: str) -> str:
         value = self._value(key)
         if not isinstance(value, str):
-            raise AvatarError("is no text", file=self._path, field=key)
+            raise AvatarError("is not text", file=self._path, field=key)
         return value
 
     def floats(self, key: str, width: int) -> F32:
-        """[N, width], rounded to float32 as torch does."""
+        """[N, width] as float32, rounded as torch does."""
         numbers = self.numbers(key, width)
         with np.errstate(over="ignore"):
             values = numbers.astype(np.float32)
@@ -107,28 +107,30 @@ class _Document:
         if not finite.all():
             at = int(np.argmin(finite))
             raise AvatarError(
-                f"is {numbers[at].tolist()}, not finite in float32", file=self._path, field=f"{key}[{at}]"
+                f"is {numbers[at].tolist()}, which is not finite in float32",
+                file=self._path,
+                field=f"{key}[{at}]",
             )
         return values
 
     def numbers(self, key: str, width: int) -> F64:
-        """[N, width]; a width of 1 is a plain list. Booleans and texts are no numbers, though NumPy takes them."""
+        """[N, width]; a width of 1 is a plain list. Booleans and strings are refused, though NumPy accepts them."""
         rows = self._value(key)
         if type(rows) is not list or len(rows) != self._count:
-            what = f"has {len(rows)} rows" if isinstance(rows, list) else "is no list"
+            what = f"has {len(rows)} rows" if isinstance(rows, list) else "is not a list"
             raise AvatarError(f"{what}, but the .ply has {self._count} Gaussians", file=self._path, field=key)
         if width > 1 and {(type(row), len(row) if type(row) is list else 0) for row in rows} != {
             (list, width)
         }:
             at = next(i for i, row in enumerate(rows) if type(row) is not list or len(row) != width)
-            raise AvatarError(f"is no list of {width} numbers", file=self._path, field=f"{key}[{at}]")
+            raise AvatarError(f"is not a list of {width} numbers", file=self._path, field=f"{key}[{at}]")
         if not set(map(type, _flat(rows, width))) <= {int, float}:
             at = next(i for i, value in enumerate(_flat(rows, width)) if type(value) not in (int, float))
-            raise AvatarError("is no number", file=self._path, field=f"{key}[{at // width}]")
+            raise AvatarError("is not a number", file=self._path, field=f"{key}[{at // width}]")
         try:
             flat = np.fromiter(_flat(rows, width), np.float64, self._count * width)
         except OverflowError:  # an integer of more than 308 digits
-            raise AvatarError("holds a number beyond all bounds", file=self._path, field=key) from None
+            raise AvatarError("holds a number that is too large", file=self._path, field=key) from None
         return flat.reshape(self._count, width)
 
     def _value(self, key: str) -> Any:
@@ -142,25 +144,25 @@ class _Document:
         for mark, most in ((b",", MAX_COMMAS), (b"[", MAX_BRACKETS), (b"{", MAX_BRACKETS)):
             if data.count(mark) > most * rows:
                 raise AvatarError(
-                    f"holds far more lists and numbers than {self._count} Gaussians need", file=self._path
+                    f"has far more lists and numbers than {self._count} Gaussians need", file=self._path
                 )
         return data
 
 
 @dataclass(frozen=True)
 class Config:
-    """The config.yaml of a run; without a file everything is unset."""
+    """The config.yaml of a run; without a file every value is unset."""
 
     file: Path | None
     values: Mapping[str, Any]
 
     def get(self, section: str, key: str, kind: type) -> Any:
-        """The value of `section.key`, None where it is unset. Raises AvatarError for one of another type."""
+        """The value of `section.key`, None if it is unset. Raises AvatarError for a value of another type."""
         holder = self.values.get(section)
         value = holder.get(key) if isinstance(holder, dict) else None
         if value is not None and type(value) is not kind:
             raise AvatarError(
-                f"is {str(value)[:40]!a}, expected {kind.__name__}; correct it, or say it by option",
+                f"is {str(value)[:40]!a}, expected {kind.__name__}; correct it, or use the option",
                 file=self.file,
                 field=f"{section}.{key}",
             )
@@ -180,22 +182,22 @@ def read_config(cloud: PointCloud) -> Config:
         values = yaml.load(data, _PlainLoader)
     except (
         Exception
-    ) as error:  # a wrong scalar of a standard tag fails in any way (!!int '', !!timestamp 1-1-1)
+    ) as error:  # invalid scalars of standard tags raise almost anything (!!int '', !!timestamp 1-1-1)
         reason = " ".join(str(error).split())[:100]
         raise AvatarError(
-            f"is no YAML that is read here ({type(error).__name__}: {reason!a})", file=path
+            f"is not YAML that can be read ({type(error).__name__}: {reason!a})", file=path
         ) from None
     if not isinstance(values, dict):
-        raise AvatarError("holds no settings", file=path)
+        raise AvatarError("has no settings", file=path)
     return Config(path, values)
 
 
 class _PlainLoader(yaml.SafeLoader):
-    """YAML without aliases: a few hundred bytes of them stand for gigabytes."""
+    """A YAML loader without aliases, since a few hundred bytes of them can expand to gigabytes."""
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):
-            raise yaml.YAMLError("it has aliases; write them out")
+            raise yaml.YAMLError("aliases are not supported; write them out")
         return super().compose_node(parent, index)
 
 

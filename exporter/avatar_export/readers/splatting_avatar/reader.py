@@ -1,7 +1,7 @@
 """SplattingAvatar (initialneil/SplattingAvatar 3847314): Gaussians embedded in a triangle mesh.
 
 Scale, opacity and colour come from point_cloud.ply; its x y z and rot_* are those of the first training frame
-and follow from the embedding. The mesh is that frame's, as the six-decimal text of embedding.obj.
+and follow from the embedding. The mesh is that of this frame, as text with six decimals in embedding.obj.
 """
 
 from __future__ import annotations
@@ -54,16 +54,16 @@ USED_OPTIONS = (
 
 @dataclass(frozen=True)
 class Preset:
-    """What the release trains one kind of data set with."""
+    """The settings of the release for one kind of dataset."""
 
-    units: float  # training units in a metre
+    units: float  # training units per metre
     mesh_scaling: bool
 
 
 # dataset.frameset_type of config.yaml. Heads: FLAME times 4 (flame.py:75), configs/splatting_avatar.yaml; bodies: SMPL
 # in metres, configs/instant_avatar.yaml.
 PRESETS = {"imavatar": Preset(4.0, True), "instant_avatar": Preset(1.0, False)}
-OTHERWISE = Preset(1.0, False)  # the code's own default for with_mesh_scaling
+OTHERWISE = Preset(1.0, False)  # the code's default of with_mesh_scaling
 SCALES = {True: "log_area", False: "none"}  # of model.with_mesh_scaling
 SCALING = {"log_area": "on", "none": "off"}  # as the note says it; other rules by their name
 DIRECTIONS = {True: "inverse_rotation", False: "world"}  # of pipe.convert_SHs_python
@@ -79,7 +79,7 @@ APART = 0.01  # of the avatar's size
 
 @dataclass(frozen=True)
 class Settings:
-    """What rules.json, config.yaml or the user says of the training, and who said it."""
+    """Settings of the training, from rules.json, config.yaml or options, and the source of each."""
 
     units: float
     rules: Rules
@@ -94,13 +94,13 @@ def detect(path: Path) -> bool:
 
 
 def read(path: Path, options: ReadOptions) -> Avatar:
-    """The avatar, in metres. Raises AvatarError for missing files, and for data that is not what it claims."""
+    """The avatar, in metres. Raises AvatarError for missing files and unsound data."""
     with owned(SYSTEM):
-        options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such choice or input")
+        options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such input or choice")
         cloud = locate(path)
         found = None if cloud is None else find_embedding(cloud)
         if cloud is None or found is None:
-            raise AvatarError(f"holds no {NAME} with {' or '.join(FORMS)} beside it", file=path)
+            raise AvatarError(f"has no {NAME} with {' or '.join(FORMS)} beside it", file=path)
         splats = ply.gaussians(read_ply(cloud), cloud.file)
         stored = read_embedding(found, splats.count)
         config = read_config(cloud)
@@ -139,10 +139,12 @@ def read(path: Path, options: ReadOptions) -> Avatar:
 def _settings(
     config: Config, trained: TrainedRules, options: ReadOptions, splats: Gaussians, cloud: PointCloud
 ) -> Settings:
-    """Each from its option, else rules.json, else config.yaml, else as the release trains such a data set."""
+    """Each setting from its option, else rules.json, else config.yaml, else the release's for such a dataset."""
     if config.get("model", "xyz_as_uvd", bool) is False:
         raise AvatarError(
-            "is false: these Gaussians do not ride on the mesh", file=config.file, field="model.xyz_as_uvd"
+            "is false: these Gaussians are not embedded in the mesh",
+            file=config.file,
+            field="model.xyz_as_uvd",
         )
     played = trained.played
     kind = config.get("dataset", "frameset_type", str)
@@ -194,11 +196,11 @@ def _settings(
 def _embedding(
     stored: StoredEmbedding, splats: Gaussians, options: ReadOptions, units: float
 ) -> tuple[Embedding, Path, list[str]]:
-    """The embedding in metres, the file of its mesh, and what is noteworthy."""
+    """(embedding in metres, file of its mesh, notes)."""
     mesh_file = options.mesh or stored.mesh
     if options.mesh is None and not os.path.isfile(mesh_file):
         raise AvatarError(
-            f"names {stored.mesh_as_named[:80]!a}, but no {stored.mesh.name!a} lies beside it; pass --mesh",
+            f"names {stored.mesh_as_named[:80]!a}, but there is no {stored.mesh.name!a} beside it; pass --mesh",
             file=stored.file,
         )
     mesh = read_mesh(mesh_file)
@@ -226,7 +228,7 @@ def _embedding(
 
 
 def _position_notes(avatar: Avatar, splats: Gaussians) -> list[str]:
-    """A doubt about the mesh, where the .ply, saved in the same frame, has its Gaussians somewhere else."""
+    """A doubt about the mesh if the Gaussians of the .ply, saved in the same frame, have other positions."""
     mean = surface.in_metres(splats.mean, avatar.training_per_bundle)
     with np.errstate(all="ignore"):
         apart = float(np.median(np.linalg.norm(mean - avatar.gaussians.mean, axis=1)))

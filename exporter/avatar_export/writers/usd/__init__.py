@@ -1,1 +1,1 @@
-"""The avatar as a USD stage, rig.usdc. The only place that imports pxr; its modules are imported when needed."""
+"""The avatar as a USD stage, rig.usdc. Only this room imports pxr; its modules are imported when needed."""

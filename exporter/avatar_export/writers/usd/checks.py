@@ -1,4 +1,4 @@
-"""What is wrong with a stage although UsdValidation passes it: lengths, indices and weights that belong together."""
+"""Problems of a stage that UsdValidation does not find: inconsistent lengths, indices and weights."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ UNIT = 1e-4  # of a quaternion's length, from 1
 
 
 def usd_problems(data: bytes) -> list[str]:
-    """One line for everything wrong in a USD crate file of this program's making; none for a good one.
+    """One line for each problem of a USD crate file that this program made; [] for a sound one.
 
-    Each begins with the path of a prim. A layer that leads outside is not composed. Raises AvatarError if the library
-    cannot read `data`, which it does in this process: a stored file is compared with `same_usd` instead.
+    Each line begins with the path of a prim. A layer that refers to other files is not composed. Raises AvatarError
+    if the library cannot read `data`, which it does in this process: a stored file is compared with `same_usd`
+    instead.
     """
     layer = open_layer(data)
-    outside = [f"{where}: leads outside of the file" for where in leads_outside(layer)]
+    outside = [f"{where}: refers to something outside of the file" for where in leads_outside(layer)]
     if outside:
         return outside
     stage = Usd.Stage.Open(layer)
-    found = [] if stage.GetDefaultPrim() else ["/: names no default prim"]
+    found = [] if stage.GetDefaultPrim() else ["/: has no default prim"]
     for prim in stage.Traverse():
         for schema, check in CHECKS:
             if prim.IsA(schema):
@@ -38,7 +39,7 @@ def usd_problems(data: bytes) -> list[str]:
 def _extent(prim: Any) -> Iterator[str]:
     extent = UsdGeom.Boundable(prim).GetExtentAttr().Get()
     if extent is None or len(extent) != 2 or not (np.array(extent)[0] <= np.array(extent)[1]).all():
-        yield "extent is no box of a least and a largest corner"
+        yield "extent is not a box of a smallest and a largest corner"
 
 
 def _mesh(prim: Any) -> Iterator[str]:
@@ -59,14 +60,14 @@ def _skin(prim: Any) -> Iterator[str]:
     binding = UsdSkel.BindingAPI(prim)
     skeleton = UsdSkel.Skeleton(binding.GetSkeleton())
     if not skeleton:
-        yield "skel:skeleton leads to no Skeleton"
+        yield "skel:skeleton does not refer to a Skeleton"
         return
     points = len(_array(UsdGeom.Mesh(prim).GetPointsAttr()))
     indices, weights = binding.GetJointIndicesPrimvar(), binding.GetJointWeightsPrimvar()
     width = indices.GetElementSize()
     joint, weight = _array(indices.GetAttr()), _array(weights.GetAttr())
     if weights.GetElementSize() != width:
-        yield f"jointWeights come in {weights.GetElementSize()}, jointIndices in {width}"
+        yield f"jointWeights have element size {weights.GetElementSize()}, jointIndices {width}"
     yield from _length("jointIndices", joint, points * width, f"points times {width} influences")
     yield from _length("jointWeights", weight, points * width, f"points times {width} influences")
     yield from _inside("jointIndices", joint, len(skeleton.GetJointsAttr().Get() or ()), "joints")
@@ -84,11 +85,11 @@ def _blend_shapes(prim: Any, binding: Any, points: int) -> Iterator[str]:
     if len(names) != len(targets):
         yield f"{len(names)} blendShapes, {len(targets)} blendShapeTargets"
     if len(set(names)) != len(names):
-        yield "a name stands twice in blendShapes"
+        yield "blendShapes has duplicate names"
     for path in targets:
         shape = UsdSkel.BlendShape.Get(prim.GetStage(), path)
         if not shape:
-            yield f"blendShapeTargets leads to {path}, which is no BlendShape"
+            yield f"blendShapeTargets refers to {path}, which is not a BlendShape"
             continue
         offsets, rows = _array(shape.GetOffsetsAttr()), shape.GetPointIndicesAttr().Get()
         if rows is None:
@@ -97,7 +98,7 @@ def _blend_shapes(prim: Any, binding: Any, points: int) -> Iterator[str]:
         yield from _length(f"{path.name} offsets", offsets, len(rows), "pointIndices")
         yield from _inside(f"{path.name} pointIndices", np.array(rows), points, "points")
         if len(set(rows)) != len(rows):
-            yield f"{path.name} pointIndices hold a point twice"
+            yield f"{path.name} pointIndices has duplicates"
 
 
 def _skeleton(prim: Any) -> Iterator[str]:
@@ -108,10 +109,10 @@ def _skeleton(prim: Any) -> Iterator[str]:
     for index, joint in enumerate(joints):
         parent = joint.rpartition("/")[0]
         if joint in joints[:index] or (parent and parent not in joints[:index]):
-            yield f"joint {joint} stands twice, or before its parent"
+            yield f"joint {joint} is a duplicate, or before its parent"
     for path in UsdSkel.BindingAPI(prim).GetAnimationSourceRel().GetTargets():
         if not UsdSkel.Animation.Get(prim.GetStage(), path):
-            yield f"skel:animationSource leads to {path}, which is no SkelAnimation"
+            yield f"skel:animationSource refers to {path}, which is not a SkelAnimation"
 
 
 def _animation(prim: Any) -> Iterator[str]:
@@ -156,11 +157,11 @@ def _splats(prim: Any) -> Iterator[str]:
     if not ((scales >= 0) & np.isfinite(scales)).all():
         yield "scales are negative or not finite"
     if not ((opacities >= 0) & (opacities <= 1)).all():
-        yield "opacities lie outside of 0..1"
+        yield "opacities are outside of 0..1"
 
 
 def _array(attribute: Any, time: Any = None) -> Array:
-    """The attribute's values; none where it has no value."""
+    """The attribute's values; empty if it has no value."""
     value = attribute.Get(Usd.TimeCode.Default() if time is None else time) if attribute else None
     return np.zeros(0) if value is None else np.array(value)
 
@@ -173,7 +174,7 @@ def _length(name: str, values: Array, count: int, of: str) -> Iterator[str]:
 def _inside(name: str, values: Array, count: int, of: str) -> Iterator[str]:
     bad = (values < 0) | (values >= count)
     if bad.any():
-        yield f"{name} holds {int(values[np.argmax(bad)])}, but there are {count} {of}"
+        yield f"{name} has {int(values[np.argmax(bad)])}, but there are {count} {of}"
 
 
 def _finite(name: str, values: Array) -> Iterator[str]:
@@ -183,13 +184,13 @@ def _finite(name: str, values: Array) -> Iterator[str]:
 
 def _unit(name: str, values: Array) -> Iterator[str]:
     if len(values) and not (np.abs(np.linalg.norm(values.astype(np.float64), axis=1) - 1) <= UNIT).all():
-        yield f"{name} hold a quaternion that is not of length 1"
+        yield f"{name} has a quaternion that is not of length 1"
 
 
 def _known(name: str, given: Iterable[str], known: set[str]) -> Iterator[str]:
     for item in given:
         if item not in known:
-            yield f"{name} holds {item!r}, which nothing in the stage has"
+            yield f"{name} has {item!r}, which does not exist in the stage"
 
 
 def _all(stage: Any, schema: Any, attribute: str) -> set[str]:

@@ -1,5 +1,5 @@
-"""Whether a stored USD file says what the avatar's own says. The stored one comes from anywhere: it is opened in a
-process of its own, so that what crashes, hangs or fills the memory there ends nothing here.
+"""Whether a stored USD file has the content that the avatar gives. The stored file is untrusted: it is opened in a
+separate process, so that a crash, an endless loop or full memory does no harm here.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ from tempfile import TemporaryDirectory
 from avatar_runtime.io.errors import AvatarError
 
 MAGIC = b"PXR-USDC"
-SLACK = 1 << 16  # bytes; two releases of the library pack a layer to within half its size and this
+SLACK = 1 << 16  # bytes; sizes of a layer by two releases of the library differ by less than half and this
 SECONDS = 120
 OLD, NEW = "old.usdc", "new.usdc"
 
 
 def same_usd(old: bytes, new: bytes, seconds: float = SECONDS) -> str | None:
-    """None where the USD crate file `old` says what `new` says, or one phrase naming the first difference.
+    """None if the USD crate file `old` has the content of `new`, else one phrase that names the first difference.
 
-    `new` is this program's; equal bytes are equal. Otherwise both have the same prims, properties and metadata but
-    for the generator, and numbers within 1e-6 of their size plus 1e-9: another release of usd-core packs the same
-    layer into other bytes. Nothing is composed, so that no reference of `old` is followed. Raises AvatarError if
-    `old` cannot be read.
+    `new` is written by this program. Contents are equal if the bytes are, or if both have the same prims, properties
+    and metadata except the generator, with numbers within 1e-6 of their magnitude plus 1e-9: another release of
+    usd-core packs the same layer into other bytes. Nothing is composed, so that no reference of `old` is followed.
+    Raises AvatarError if `old` cannot be read.
     """
     if bytes(old) == bytes(new):
         return None
     if not bytes(old[:8]) == MAGIC:
-        raise AvatarError("is no USD crate file; convert again")
+        raise AvatarError("is not a USD crate file; convert again")
     if len(old) > len(new) + len(new) // 2 + SLACK:
         return f"{len(old)} bytes, expected about {len(new)}"
     with TemporaryDirectory() as folder:
@@ -40,7 +40,7 @@ def same_usd(old: bytes, new: bytes, seconds: float = SECONDS) -> str | None:
 
 
 def _asked(folder: str, seconds: float) -> str | None:
-    """What `difference` finds, run by the same Python; -P, so that no pxr of the current folder is imported."""
+    """The output of `difference`, run by the same Python; with -P, so that no pxr of the current folder is imported."""
     command = [sys.executable, "-P", "-m", "avatar_export.writers.usd.difference", folder]
     environment = {
         **os.environ,
@@ -56,9 +56,12 @@ def _asked(folder: str, seconds: float) -> str | None:
             timeout=seconds,
         )
     except subprocess.TimeoutExpired:
-        raise AvatarError(f"takes USD more than {seconds:g} s to read; convert again") from None
+        raise AvatarError(f"takes more than {seconds:g} s to read; convert again") from None
     try:
         found: str | None = json.loads(done.stdout.splitlines()[-1])["difference"]
-    except (IndexError, ValueError):  # it crashed, ran out of memory, or met a value that Python cannot hold
-        raise AvatarError("is no USD crate file that can be read; convert again") from None
+    except (
+        IndexError,
+        ValueError,
+    ):  # it crashed, ran out of memory, or found a value that Python cannot represent
+        raise AvatarError("is not a USD crate file that can be read; convert again") from None
     return found

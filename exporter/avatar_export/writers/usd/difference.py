@@ -1,8 +1,8 @@
-"""Compares two USD crate files of a folder; run by `compare` as a process of its own that may crash.
+"""Compares two USD crate files of a folder; `compare` runs it as a separate process, which may crash.
 
     python -m avatar_export.writers.usd.difference FOLDER
 
-ends with one line of JSON, {"difference": PHRASE or null}; without it, a file could not be read.
+prints one line of JSON at the end, {"difference": PHRASE or null}; without it, a file could not be read.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from avatar_export.writers.usd.compare import NEW, OLD
 from avatar_export.writers.usd.layer import open_layer, spec_paths
 
 RELATIVE, ABSOLUTE = 1e-6, 1e-9
-FREE = ("generator",)  # of customData: another version of this program
-MEMORY = 4 << 30  # bytes of address space, of which the library takes some on starting
-MEMORY_OF_FILE = 64  # times the file's size: values are copied and widened
+FREE = ("generator",)  # of customData, which differ between versions of this program
+MEMORY = 4 << 30  # bytes of address space, part of which the library takes when it starts
+MEMORY_OF_FILE = 64  # times the file's size, since values are copied and widened
 
 
 def difference(old: Any, new: Any) -> str | None:
-    """The first thing that differs between two layers, as one phrase; None if nothing does."""
+    """The first difference between two layers, as one phrase; None if there is none."""
     old_paths, new_paths = spec_paths(old), spec_paths(new)
     for path in sorted(set(old_paths) ^ set(new_paths)):
-        return f"{_shown(path)} is {'missing' if path in set(new_paths) else 'there, and should not be'}"
+        return f"{_shown(path)} is {'missing' if path in set(new_paths) else 'not expected'}"
     for path in new_paths:
         there, ours = old.GetObjectAtPath(path), new.GetObjectAtPath(path)
-        if there is None or ours is None:  # a target: a path, and nothing else
+        if there is None or ours is None:  # a target, which is only a path
             if there is not ours:
                 return f"{_shown(path)} is of another kind"
             continue
@@ -61,7 +61,7 @@ def _same(old: Any, new: Any) -> bool:
 
 
 def _numbers(value: Any) -> Any:
-    """A value of floats as a float64 array; None for what has to be equal."""
+    """A value of floats as a float64 array; None for other values, which must be equal."""
     if isinstance(value, Gf.Quatd | Gf.Quatf | Gf.Quath):
         return np.array([value.GetReal(), *value.GetImaginary()], np.float64)
     if isinstance(value, str | int | bool):
@@ -83,13 +83,14 @@ def _shown(name: object) -> str:
 def _limit_memory(size: int) -> None:
     try:
         import resource
-    except ImportError:  # not a POSIX system
+    except ImportError:  # not on POSIX systems
         return
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY + MEMORY_OF_FILE * size,) * 2)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 def main(folder: Path) -> None:
+    """Print the difference between OLD and NEW in `folder`."""
     old, new = (folder / name for name in (OLD, NEW))
     _limit_memory(old.stat().st_size)
     found = difference(open_layer(old.read_bytes()), open_layer(new.read_bytes()))

@@ -1,4 +1,4 @@
-"""Boxes that hold what the stage shows, so that a viewer may cull by them."""
+"""Boxes around the content of the stage, for culling."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from avatar_runtime.avatar import F64, Rig
 from avatar_runtime.engine_pose import EnginePose, bind_nodes, node_transforms
 from avatar_runtime.rotation import matrix_from_quat
 
-SIGMAS = 3.0  # where a splat ends for a box
+SIGMAS = 3.0  # standard deviations of a splat in a box
 
 
 def moved(pose: EnginePose, points: F64) -> F64:
@@ -22,17 +22,17 @@ def moved(pose: EnginePose, points: F64) -> F64:
 
 
 def corners(box: npt.NDArray[np.floating]) -> F64:
-    """[8, 3] of a box [2, 3]."""
+    """The corners [8, 3] of a box [2, 3]."""
     pick = (np.arange(8)[:, None] >> np.arange(3)) & 1
     result: F64 = box.astype(np.float64)[pick, np.arange(3)]
     return result
 
 
 def posed_corners(rig: Rig, mesh: EngineMesh, pose: EnginePose) -> F64:
-    """[T, n, 3] corners of boxes that hold the mesh in every frame of `pose`, below the root node.
+    """[T, n, 3] corners of boxes that contain the mesh in every frame of `pose`, relative to the root node.
 
-    Each joint carries the box of the vertices that it has a part in, wherever blend shapes may move them;
-    a skinned vertex lies between what its joints make of it.
+    Each joint moves the box of the vertices that it influences, extended by the blend shapes; a skinned vertex lies
+    between its positions by each of its joints.
     """
     low, high = mesh.vertices.astype(np.float64), mesh.vertices.astype(np.float64)
     ranges = zip(pose.weights.min(axis=0), pose.weights.max(axis=0), strict=True)

@@ -15,7 +15,7 @@ VERTEX_ID = "avatar:vertexId"  # primvar: the vertex's row in rig.safetensors
 
 
 def author_mesh(stage: Any, path: str, mesh: EngineMesh, colour: Array, skeleton: str) -> Any:
-    """The Mesh prim, bound to the Skeleton prim at `skeleton`, with one BlendShape prim a target below it.
+    """The Mesh prim, bound to the Skeleton prim at `skeleton`, with one BlendShape prim per target below it.
 
     `colour`: [V, 3] linear light, of every row of the rig.
     """
@@ -45,10 +45,10 @@ def author_mesh(stage: Any, path: str, mesh: EngineMesh, colour: Array, skeleton
 
 
 def influences(skin: SparseRows) -> tuple[U16, F32]:
-    """(joints, weights) [v, n]: all influences of each vertex, n those of the vertex with the most.
+    """(joints, weights) [v, n]: all influences of each vertex; n is the largest number of them.
 
     Strongest first, ties by joint; a row adds up to 1, and unused places are joint 0 with weight 0. As in rig.glb
-    a negative weight counts as 0, and a vertex without a positive one goes to joint 0.
+    a negative weight counts as 0, and a vertex without a positive one gets joint 0.
     """
     row = entry_rows(skin)
     weight = np.maximum(skin.values["weight"].astype(np.float64), 0)
@@ -69,7 +69,7 @@ def influences(skin: SparseRows) -> tuple[U16, F32]:
 
 
 def _author_blend_shapes(stage: Any, path: str, mesh: EngineMesh, binding: Any) -> None:
-    """A target that moves nothing gets one zero offset, since no indices at all stand for every point."""
+    """Adds the BlendShape prims; a target without motion gets one zero offset, since no indices mean every point."""
     if not mesh.targets:
         return
     paths = []

@@ -1,4 +1,4 @@
-"""The skeleton at rest, the animations that pose it, and the node that moves the avatar as a whole."""
+"""The skeleton at rest, its animations, and the node that moves the whole avatar."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ from avatar_runtime.engine_pose import (
 
 @dataclass(frozen=True)
 class Animation:
-    """A clip as the stage holds it."""
+    """A clip as it is stored in the stage."""
 
     name: str
     prim: str  # name of its SkelAnimation, and suffix of its transform ops
     fps: float
     time: F64  # [T] time codes
     pose: EnginePose  # arrays with a first axis [T]
-    rests: bool = False  # every joint stands as the skeleton at rest, in all frames
+    rests: bool = False  # whether every joint is at rest in all frames
 
 
 def joint_paths(rig: Rig) -> tuple[str, ...]:
-    """Each joint as UsdSkel names it: the names from its root down, made identifiers, between slashes."""
+    """The UsdSkel name of each joint: the names from its root down, as identifiers, joined by slashes."""
     paths: list[str] = []
     for name, parent in zip(prim_names(rig.joint_names), rig.parents, strict=True):
         paths.append(name if parent < 0 else f"{paths[parent]}/{name}")
@@ -68,8 +68,8 @@ def author_skeleton(stage: Any, path: str, avatar: Avatar, rig: Rig) -> Any:
 def author_animation(stage: Any, path: str, animation: Animation, rig: Rig, targets: tuple[str, ...]) -> None:
     """One SkelAnimation: every joint's local transform and every blend shape's weight, by frame.
 
-    Scales of a SkelAnimation are half floats, rest transforms doubles: a clip that rests has no joint, since joints
-    that an animation lacks stand at rest.
+    Scales of a SkelAnimation are half floats, rest transforms doubles: a clip that rests has no joints, since joints
+    that an animation lacks are at rest.
     """
     prim = UsdSkel.Animation.Define(stage, path)
     prim.GetPrim().SetDisplayName(text(animation.name))
@@ -84,7 +84,7 @@ def author_animation(stage: Any, path: str, animation: Animation, rig: Rig, targ
 
 
 def author_world(world: Any, animations: tuple[Animation, ...]) -> None:
-    """Transform ops for every animation that moves the avatar as a whole; those of the first are in the order."""
+    """Transform ops for every animation that moves the whole avatar; xformOpOrder lists those of the first."""
     xform = UsdGeom.Xformable(world)
     for animation in animations:
         pose, time = animation.pose, animation.time
@@ -104,7 +104,7 @@ def _quatd(xyzw: Array) -> Any:
 
 
 def _author(attribute: Any, time: F64, frames: Array, make: Callable[[Array], Any]) -> None:
-    """Time samples of frames [T, ...], or one value where nothing changes."""
+    """Writes time samples of frames [T, ...], or one value if nothing changes."""
     values = [make(frame) for frame in frames]
     if all(value == values[0] for value in values):
         attribute.Set(values[0])

@@ -39,14 +39,14 @@ def author_splats(stage: Any, path: str, avatar: Avatar) -> Any:
 
 
 def splat_box(g: Gaussians) -> Box:
-    """The box that holds every Gaussian to three standard deviations."""
+    """The box that contains every Gaussian up to three standard deviations."""
     axes = matrix_from_quat(_unit(g.quat_wxyz).astype(np.float64)) * _scales(g).astype(np.float64)[:, None, :]
     reach = SIGMAS * np.sqrt(np.sum(axes**2, axis=2))
     return box_of(np.concatenate([g.mean - reach, g.mean + reach]))
 
 
 def _scales(g: Gaussians) -> F32:
-    """Standard deviations; what is beyond float32 ends at its limit, since an infinite one breaks every box."""
+    """Standard deviations, clamped to the range of float32, since an infinite one breaks every box."""
     with np.errstate(over="ignore"):
         scales: F32 = np.minimum(np.exp(g.log_scale), np.finfo(np.float32).max)
     return scales

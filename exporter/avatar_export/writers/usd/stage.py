@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
-from avatar_export import GENERATOR
 from avatar_export.ops.vertex_colour import linear_from_display, vertex_colours
+from avatar_export.version import GENERATOR
 from avatar_export.writers.engine_mesh import EngineMesh, engine_mesh
 from avatar_export.writers.usd.extent import corners, moved, posed_corners
 from avatar_export.writers.usd.layer import layer_bytes
@@ -27,7 +27,7 @@ SKELETON = f"{WORLD}/skeleton"
 MESH = f"{WORLD}/mesh"
 SPLATS = f"{WORLD}/splats"
 CLIPS = f"{ROOT}/clips"
-RATE = 30.0  # time codes a second of an avatar without clips
+RATE = 30.0  # time codes per second of an avatar without clips
 ABOUT = (
     "An animatable avatar made of Gaussians, as far as USD can say it. Purpose proxy: the skinned mesh. Purpose "
     "render: the Gaussians in their binding pose. Each clip is a SkelAnimation under `clips`; the skeleton's "
@@ -37,10 +37,10 @@ ABOUT = (
 
 
 def rig_usdc(avatar: Avatar) -> bytes:
-    """The avatar as a USD crate file: skeleton, mesh, blend shapes, clips and splats; without joints, splats alone.
+    """The avatar as a USD crate file: skeleton, mesh, blend shapes, clips and splats; without joints only splats.
 
-    Metres, Y up; it names no other file. Same avatar and same release of usd-core, same bytes. Raises AvatarError for
-    a name, a joint's scale or a clip's rate that USD cannot hold.
+    Metres, Y up, without references to other files. Same avatar and same release of usd-core, same bytes. Raises
+    AvatarError for a name, a joint's scale or a clip's rate that USD cannot hold.
     """
     rig = avatar.rig if avatar.rig is not None and avatar.rig.joint_count else None
     stage = Usd.Stage.CreateInMemory()
@@ -52,7 +52,7 @@ def rig_usdc(avatar: Avatar) -> bytes:
 
 
 def _author_root(stage: Any, avatar: Avatar, kind: Any) -> Any:
-    """Stage metadata, the default prim, and below it the node that moves the avatar as a whole."""
+    """Stage metadata, the default prim, and below it the node that moves the whole avatar."""
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     root = kind.Define(stage, ROOT).GetPrim()
@@ -94,14 +94,16 @@ def _animations(avatar: Avatar, rig: Rig) -> tuple[Animation, ...]:
         with np.errstate(over="ignore", invalid="ignore"):
             time = np.arange(clip.frames) * np.float64(clips[0].fps) / clip.fps
         if not np.isfinite(time).all() or (np.diff(time) <= 0).any():
-            message = f"fps {clip.fps:g} beside {clips[0].fps:g} of the first clip leaves no time codes; resample it"
+            message = (
+                f"fps {clip.fps:g} beside {clips[0].fps:g} of the first clip gives no time codes; resample it"
+            )
             raise AvatarError(message, field=f"clips.{clip.name}")
         found.append(Animation(clip.name, prim, clip.fps, time, engine_clip(avatar, clip), _rests(rig, clip)))
     return tuple(found)
 
 
 def _rests(rig: Rig, clip: Clip) -> bool:
-    """Whether a clip leaves every joint at rest, and that rest is no binding pose: its scales may not be halves."""
+    """Whether a clip leaves every joint at a rest that is not the binding pose; its scales may not fit half floats."""
     return not rests_bound(rig) and bool((clip.joint_delta == np.eye(4)).all())
 
 
@@ -118,7 +120,7 @@ def _rest(avatar: Avatar, rig: Rig) -> Clip:
 
 
 def _extent(avatar: Avatar, rig: Rig, mesh: EngineMesh, first: Animation) -> Box:
-    """The box that holds mesh and splats while the first clip plays."""
+    """The box that contains mesh and splats while the first clip plays."""
     splats = np.broadcast_to(corners(splat_box(avatar.gaussians)), (len(first.time), 8, 3))
     shown = [splats, posed_corners(rig, mesh, first.pose)] if len(mesh.vertices) else [splats]
     return box_of(moved(first.pose, np.concatenate(shown, axis=1)))

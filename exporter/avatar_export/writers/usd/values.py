@@ -1,4 +1,4 @@
-"""Names and NumPy arrays as USD takes them."""
+"""Names and NumPy arrays as USD values."""
 
 from __future__ import annotations
 
@@ -15,47 +15,51 @@ from avatar_runtime.engine_pose import unique_names
 from avatar_runtime.io.errors import AvatarError
 
 Array = npt.NDArray[Any]
-Box = F32  # [2, 3] least and largest corner
+Box = F32  # [2, 3] smallest and largest corner
 LARGEST_HALF = float(np.finfo(np.float16).max)
 
 
 def text(name: str) -> str:
-    """`name`, if a USD token can hold it. Raises AvatarError for a NUL, where tokens end, or half a surrogate pair."""
+    """`name`, if it is a valid USD token. Raises AvatarError for NUL and for half a surrogate pair."""
     try:
         name.encode()
     except UnicodeEncodeError:
-        raise AvatarError("holds half a surrogate pair; rename it", field=f"name {name!a:.80}") from None
+        raise AvatarError("has half a surrogate pair; rename it", field=f"name {name!a:.80}") from None
     if "\0" in name:
         raise AvatarError(
-            "holds the character NUL, which USD cannot store; rename it", field=f"name {name!a:.80}"
+            "has the character NUL, which USD cannot store; rename it", field=f"name {name!a:.80}"
         )
     return name
 
 
 def prim_names(names: Iterable[str]) -> tuple[str, ...]:
-    """The names as identifiers that every USD release takes, all different: other characters become `_`."""
+    """The names as different identifiers that every USD release accepts: other characters become `_`."""
     plain = (re.sub(r"[^A-Za-z0-9_]", "_", name) for name in names)
     return unique_names(f"_{name}" if not name or name[0].isdigit() else name for name in plain)
 
 
 def tokens(names: Iterable[str]) -> Any:
+    """A TokenArray. Raises AvatarError as `text`."""
     return Vt.TokenArray([text(name) for name in names])
 
 
 def ints(values: Array) -> Any:
+    """An IntArray of all values."""
     return Vt.IntArray.FromNumpy(np.ascontiguousarray(values, np.int32).reshape(-1))
 
 
 def floats(values: Array) -> Any:
+    """A FloatArray of all values."""
     return Vt.FloatArray.FromNumpy(np.ascontiguousarray(values, np.float32).reshape(-1))
 
 
 def vec3f(values: Array) -> Any:
+    """A Vec3fArray of rows [n, 3]."""
     return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(values, np.float32).reshape(-1, 3))
 
 
 def vec3h(values: Array) -> Any:
-    """Halves: 11 bits, 5e-4 of the value. Raises AvatarError beyond 65504."""
+    """A Vec3hArray of rows [n, 3]. Half floats: 11 bits, 5e-4 of the value. Raises AvatarError above 65504."""
     if (np.abs(values) > LARGEST_HALF).any():
         raise AvatarError(
             f"{np.abs(values).max():.3g} is more than USD's half floats hold", field="joint scale"
@@ -64,12 +68,12 @@ def vec3h(values: Array) -> Any:
 
 
 def quatf(xyzw: Array) -> Any:
-    """From rows (x, y, z, w), which is how Vt lays quaternions out."""
+    """A QuatfArray of rows (x, y, z, w), the memory layout of quaternions in Vt."""
     return Vt.QuatfArray.FromNumpy(np.ascontiguousarray(xyzw, np.float32).reshape(-1, 4))
 
 
 def matrices(column_vector: Array) -> Any:
-    """[n, 4, 4] that act on column vectors; USD's act on rows, so each is transposed."""
+    """A Matrix4dArray of [n, 4, 4] that act on column vectors; those of USD act on rows, so each is transposed."""
     return Vt.Matrix4dArray.FromNumpy(np.ascontiguousarray(np.swapaxes(column_vector, -1, -2), np.float64))
 
 

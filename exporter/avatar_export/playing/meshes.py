@@ -21,7 +21,7 @@ PLAUSIBLE = 1.6  # factor by which a posed mesh may be larger or smaller than th
 
 
 class MeshSequence(Sequence[F32]):
-    """Vertices [V, 3] in metres of one mesh after another; .obj files are read when they are asked for."""
+    """Vertices [V, 3] in metres of each mesh in turn; .obj files are read on demand."""
 
     def __init__(self, embedding: Embedding, frames: Sequence[F32 | Path], units: float):
         self._embedding, self._frames, self._units = embedding, frames, np.float32(units)
@@ -42,37 +42,40 @@ class MeshSequence(Sequence[F32]):
 
 
 def read_meshes(avatar: Avatar, paths: Sequence[Path], units: float | None) -> MeshSequence:
-    """The meshes in one .npz (`vertices` [T, V, 3] or [V, 3]) or in .obj files, one a frame, in this order; of a
-    folder in the order of their names.
+    """The meshes of one .npz (`vertices` [T, V, 3] or [V, 3]), or of .obj files, one per frame.
 
-    `units`: units of the files in a metre; by default the avatar's training units, since the training code poses
-    its mesh in them. Raises AvatarError for an avatar that is bound to no surface, another number of vertices,
-    other triangles, or a size that only other units explain; and where the joints turn the Gaussians too.
+    The .obj files of a folder are sorted by name.
+
+    `units`: units of the files per metre; by default the avatar's training units, in which training code poses its
+    mesh. Raises AvatarError for an avatar that is not bound to a surface or whose joints rotate Gaussians too, for
+    another number of vertices, other triangles, and a size that only other units explain.
     """
     embedding = avatar.embedding
     if embedding is None:
-        raise AvatarError("this avatar sits on no mesh; --meshes goes with binding surface", field="--meshes")
+        raise AvatarError(
+            "this avatar is not bound to a surface; --meshes cannot be used with it", field="--meshes"
+        )
     if avatar.rules.rotation in RIGGED_ROTATIONS:
         raise AvatarError(
-            f"rotation {avatar.rules.rotation} turns Gaussians by joints, which a mesh does not tell; play a clip",
+            f"rotation {avatar.rules.rotation} rotates Gaussians by joints, which posed meshes lack; play a clip",
             field="--meshes",
         )
     folder = paths[0]
     if len(paths) == 1 and folder.is_dir():
         paths = sorted(folder.glob("*.obj"))
         if not paths:
-            raise AvatarError("holds no .obj file", file=folder, field="--meshes")
+            raise AvatarError("has no .obj file", file=folder, field="--meshes")
     if len(paths) == 1 and paths[0].suffix.lower() == ".npz":
         frames: Sequence[F32 | Path] = list(_npz_frames(paths[0], embedding))
     elif all(path.suffix.lower() == ".obj" for path in paths):
         frames = list(paths)
     else:
-        raise AvatarError("name one .npz, or .obj files only", file=paths[0], field="--meshes")
+        raise AvatarError("pass one .npz, or only .obj files", file=paths[0], field="--meshes")
     sequence = MeshSequence(embedding, frames, units or avatar.training_per_bundle)
     factor = _size(sequence[0]) / _size(embedding.canonical_vertices)
     if not 1 / PLAUSIBLE <= factor <= PLAUSIBLE:
         raise AvatarError(
-            f"is {factor:.3g} times as large as the canonical mesh; say with --mesh-units how many of its units make a "
+            f"is {factor:.3g} times as large as the canonical mesh; pass --mesh-units with the number of its units per "
             "metre",
             file=paths[0],
         )
@@ -91,7 +94,7 @@ def _npz_frames(path: Path, embedding: Embedding) -> F32:
             field="vertices",
         )
     if not (np.abs(frames) <= FARTHEST).all():
-        message = f"holds a number that is not finite or beyond {FARTHEST:g}"
+        message = f"has a value that is not finite, or larger than {FARTHEST:g}"
         raise AvatarError(message, file=path, field="vertices")
     return frames.astype(np.float32, copy=False)
 
@@ -100,25 +103,25 @@ def _obj_vertices(path: Path, embedding: Embedding) -> F32:
     mesh = read_obj(path)
     if len(mesh.vertices) != len(embedding.canonical_vertices):
         raise AvatarError(
-            f"has {len(mesh.vertices)} vertices, the embedding's mesh has {len(embedding.canonical_vertices)}",
+            f"has {len(mesh.vertices)} vertices, but the embedding's mesh has {len(embedding.canonical_vertices)}",
             file=path,
         )
     if _triangle_set(mesh.triangles) != _triangle_set(embedding.triangles):
         raise AvatarError(
-            "has other triangles than the embedding's mesh: its vertices are renumbered", file=path
+            "has other triangles than the embedding's mesh; export it with unchanged vertex order", file=path
         )
     if not (np.abs(mesh.vertices) <= FARTHEST).all():
-        raise AvatarError(f"holds a vertex beyond {FARTHEST:g}", file=path)
+        raise AvatarError(f"has a coordinate larger than {FARTHEST:g}", file=path)
     return mesh.vertices
 
 
 def _triangle_set(triangles: np.ndarray) -> bytes:
-    """The same for the same triangles in any order, each starting at any corner."""
+    """Bytes that are equal for equal triangles in any order, each starting at any corner."""
     first = np.argmin(triangles, axis=1)
     turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
     return turned[np.lexsort(turned.T)].tobytes()
 
 
 def _size(vertices: F32) -> float:
-    """Root mean square distance from the middle: the same in every orientation."""
+    """Root mean square distance from the centre, which does not depend on the orientation."""
     return float(np.sqrt(((vertices - vertices.mean(axis=0)) ** 2).sum(axis=1).mean()))

@@ -1,4 +1,4 @@
-"""What `conform` found, for people: lines of a table, one HTML file that needs no other, pictures of what differs."""
+"""The result of `conform` for people: lines of a table, one self-contained HTML file, images of the differences."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from avatar_export.images import png
 from avatar_runtime.conformance import Expected, PictureRow, Reference, Report, Row
 
 Pixels = npt.NDArray[np.uint8]
-ENGINE_AGREES_DB = 65.0  # of profile engine against trainer, what a GPU's way of drawing should reach
-GAIN = 32  # a difference of 8/255 is white in the picture of differences
-MOST_PERCENT = 999  # of a tolerance; more is not worth a number
+ENGINE_AGREES_DB = 65.0  # PSNR of profile engine against trainer that a GPU should reach
+GAIN = 32  # a difference of 8/255 is white in the difference image
+MOST_PERCENT = 999  # of a tolerance; larger values are shown as >999 %
 COLUMNS = ("stage", "case", "array", "max error", "tolerance", "used", "flips", "verdict")
 
 
 @dataclass(frozen=True)
 class Line:
-    """One line of the table, as text but for whether it holds."""
+    """One line of the table: its cells as text, and whether it passed."""
 
     stage: str  # with its profile where it has one
     case: str
     array: str
     error: str
     tolerance: str
-    used: str  # the largest part of its tolerance that an element takes up
+    used: str  # the largest share of its tolerance that an element uses
     flips: str
     passed: bool
-    worst: str = ""  # of what fails: which element, what was given, what is expected
+    worst: str = ""  # if it fails: the worst element, its value, the expected value
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """By COLUMNS."""
+        """The texts of the line, in the order of COLUMNS."""
         verdict = "holds" if self.passed else "FAILS"
         return (
             self.stage, self.case, self.array, self.error, self.tolerance, self.used, self.flips, verdict
@@ -45,15 +45,15 @@ class Line:
 
 
 def all_lines(report: Report, reference: Reference) -> list[Line]:
-    """Every array of every stage of every case, then every picture."""
-    return [*(_line(row, reference) for row in report.rows), *map(_picture_line, report.pictures)]
+    """A line for every array of every stage of every case, then for every image."""
+    return [*(_line(row, reference) for row in report.rows), *map(_image_line, report.pictures)]
 
 
 def stage_lines(report: Report, reference: Reference) -> list[Line]:
-    """The worst of each stage over cases and arrays, in the order of the stages; of the pictures by profile."""
+    """The worst line of each stage, in the order of the stages; then the worst of the images by profile."""
     worst: dict[str, tuple[tuple[bool, float], Line]] = {}
     rows = [((not row.passed, row.verdict.used), _line(row, reference)) for row in report.rows]
-    pictures = [((not p.passed, p.difference), _picture_line(p)) for p in report.pictures]
+    pictures = [((not p.passed, p.difference), _image_line(p)) for p in report.pictures]
     for rank, line in (*rows, *pictures):
         if line.stage not in worst or rank > worst[line.stage][0]:
             worst[line.stage] = (rank, line)
@@ -61,35 +61,39 @@ def stage_lines(report: Report, reference: Reference) -> list[Line]:
 
 
 def facts(report: Report, reference: Reference) -> dict[str, Any]:
-    """All of it as JSON has it; a number that is not finite is null."""
+    """The whole result as JSON data; a number that is not finite becomes null."""
     return {
         "backend": report.backend,
         "made_by": reference.made_by,
         "passed": report.passed,
         "first_failure": report.first_failure,
         "stages": [_row_facts(row, _expected(reference, row)) for row in report.rows],
-        "pictures": [_picture_facts(picture) for picture in report.pictures],
+        "pictures": [_image_facts(picture) for picture in report.pictures],
         "engine_psnr_db": {c.case.name: c.engine_psnr_db for c in reference.cases if c.pictures},
         "notes": notes(report, reference),
     }
 
 
 def notes(report: Report, reference: Reference) -> list[str]:
-    """What the table does not say: what was passed over, and how far the two raster profiles lie apart."""
+    """What the table does not say: what was skipped, and how far the two raster profiles differ."""
     said = []
     if report.skipped:
         why = "not given" if report.backend is None else f"backend {report.backend} does not draw"
-        said.append(f"{why}, so passed over: {'; '.join(report.skipped)}")
+        said.append(f"{why}, so skipped: {'; '.join(report.skipped)}")
     if report.backend is None:
-        said.append("pictures are not judged where outputs are given")
+        said.append("images are not compared where outputs are given")
         return said
     for case in reference.cases:
         if not case.pictures:
             continue
         if case.engine_psnr_db is None:
-            said.append(f"case {case.case.name}: the profiles engine and trainer draw the same picture")
+            said.append(f"case {case.case.name}: the profiles engine and trainer draw the same image")
             continue
-        short = "" if case.engine_psnr_db >= ENGINE_AGREES_DB else f", less than {ENGINE_AGREES_DB:g}"
+        short = (
+            ""
+            if case.engine_psnr_db >= ENGINE_AGREES_DB
+            else f", less than the expected {ENGINE_AGREES_DB:g}"
+        )
         said.append(
             f"case {case.case.name}: profile engine against trainer {case.engine_psnr_db:.1f} dB{short}"
         )
@@ -97,18 +101,18 @@ def notes(report: Report, reference: Reference) -> list[str]:
 
 
 def verdict(report: Report) -> str:
-    """One sentence."""
-    who = "what was given" if report.backend is None else f"backend {report.backend}"
+    """The result in one sentence."""
+    who = "the given output" if report.backend is None else f"backend {report.backend}"
     return f"{who} repeats the reference" if report.passed else f"{who} fails first at {report.first_failure}"
 
 
 def worst_elements(lines: Iterable[Line]) -> list[str]:
-    """Of every line that fails and has one."""
+    """The worst element of every line that fails, as text."""
     return [f"{line.stage}, case {line.case}: {line.worst}" for line in lines if line.worst]
 
 
-def failed_pictures(report: Report) -> dict[str, Pixels]:
-    """File name -> picture, of the cases in which anything fails: the reference, what was drawn, the difference."""
+def failed_images(report: Report) -> dict[str, Pixels]:
+    """File name -> image [H, W, 3] of every case that fails: the reference, the drawn image, the difference."""
     bad = {row.case for row in report.rows if not row.passed}
     bad |= {picture.case for picture in report.pictures if not picture.passed}
     return {
@@ -120,7 +124,7 @@ def failed_pictures(report: Report) -> dict[str, Pixels]:
 
 
 def html_report(title: str, report: Report, reference: Reference) -> str:
-    """The page: verdict, the worst of each stage, all arrays, pictures. Same results, same bytes."""
+    """The HTML page: verdict, worst line of each stage, images, all arrays. Same results, same bytes."""
     cases = {case.case.name: case.case.why for case in reference.cases}
     parts = [
         f"<h1>{html.escape(title)}</h1>",
@@ -128,7 +132,7 @@ def html_report(title: str, report: Report, reference: Reference) -> str:
         f"<p>Reference made by {html.escape(reference.made_by)} ({html.escape(reference.generator)}).</p>",
         _table(stage_lines(report, reference)),
         _list(notes(report, reference)),
-        "<h2>Pictures</h2>",
+        "<h2>Images</h2>",
         *(_figure(picture, cases.get(picture.case, "")) for picture in report.pictures),
         "<h2>Every array</h2>",
         _table(all_lines(report, reference)),
@@ -137,7 +141,7 @@ def html_report(title: str, report: Report, reference: Reference) -> str:
 
 
 def _row_facts(row: Row, expected: Expected) -> dict[str, Any]:
-    """`worst.tolerance` is what that element may be off by: atol times its row's weight + rtol |want|."""
+    """`worst.tolerance` is the allowed error of that element: atol times its row's weight + rtol |want|."""
     found, element = row.verdict, row.verdict.worst
     named = {name: getattr(row, name) for name in ("case", "stage", "profile", "array", "passed")}
     numbers = {"error": _finite(found.error), "used": _finite(found.used), "flips": found.flips}
@@ -152,7 +156,7 @@ def _row_facts(row: Row, expected: Expected) -> dict[str, Any]:
     return {**named, **numbers, **allowed, "worst": worst, "note": found.note}
 
 
-def _picture_facts(picture: PictureRow) -> dict[str, Any]:
+def _image_facts(picture: PictureRow) -> dict[str, Any]:
     named = {name: getattr(picture, name) for name in ("case", "profile", "tolerance", "psnr_db", "passed")}
     return {**named, "difference": _finite(picture.difference), "unit": 1 / 255}
 
@@ -193,9 +197,9 @@ def _worst(row: Row) -> str:
     return f"{row.array}{list(element.index)}{of}: got {element.got:.9g}, expected {element.want:.9g}"
 
 
-def _picture_line(picture: PictureRow) -> Line:
+def _image_line(picture: PictureRow) -> Line:
     return Line(
-        f"picture {picture.profile}",
+        f"image {picture.profile}",
         picture.case,
         "colour, alpha",
         f"{_steps(picture.difference)}/255",
@@ -207,7 +211,7 @@ def _picture_line(picture: PictureRow) -> Line:
 
 
 def _steps(difference: float) -> str:
-    """Parts of 255."""
+    """A difference in steps of 1/255."""
     return f"{difference:.1f}" if difference > 1 else f"{difference:.2g}"
 
 
@@ -218,7 +222,7 @@ def _expected(reference: Reference, row: Row) -> Expected:
 
 
 def _tolerance(expected: Expected) -> str:
-    """atol + rtol |x|, or what there is of it."""
+    """`atol + rtol |x|`, without the terms that are zero."""
     weight = " w" if expected.weight else ""
     terms = [f"{expected.atol:.2g}{weight}"] if expected.atol else []
     terms += [f"{expected.rtol:.2g} |x|"] if expected.rtol else []

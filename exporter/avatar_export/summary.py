@@ -1,4 +1,4 @@
-"""What is in an avatar, as plain data; the command line prints it as a table or as JSON."""
+"""The content of an avatar as plain data, which the command line prints as a table or as JSON."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ from avatar_runtime.topology import topology_hash
 
 
 def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
-    """The summary of a bundle, or of a trained avatar that can be read (without its rig). Raises AvatarError."""
+    """The summary of a bundle, or of a trained avatar as read without its rig.
+
+    `system` skips detection. Raises AvatarError for a path that does not exist or cannot be read."""
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
     if system is None and bundle.detect(path):
@@ -40,7 +42,7 @@ def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
 
 @np.errstate(over="ignore")
 def summary(avatar: Avatar) -> dict[str, Any]:
-    """Counts, names, ranges and rules of an avatar."""
+    """Counts, names, ranges and rules of an avatar, as JSON data."""
     g, b, rig = avatar.gaussians, avatar.blendshapes, avatar.rig
     return {
         "name": avatar.name,
@@ -86,7 +88,7 @@ def summary(avatar: Avatar) -> dict[str, Any]:
 
 
 def _reference(facts: dict[str, Any] | None) -> dict[str, Any] | None:
-    """Who made the reference vectors, and by case how far profile engine lies from trainer."""
+    """Who made the reference, and for each case the PSNR of profile engine against trainer."""
     if facts is None:
         return None
     lies = {case["name"]: case["engine_psnr_db"] for case in facts["cases"]}
@@ -107,7 +109,7 @@ def _embedding(embedding: Embedding) -> dict[str, Any]:
 
 
 def _enhancer(enhancer: Enhancer) -> dict[str, Any]:
-    """What it is worth; playing it is left to the player."""
+    """Its size and its measured quality."""
     worth = (enhancer.psnr_raw_db, enhancer.psnr_enhanced_db)
     return {
         "optional": "render --enhance",

@@ -1,0 +1,85 @@
+"""Compares a bundle's reference with what a backend computes, or with the arrays that a port wrote."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from avatar_export.checks.reference import named_in_full, read_reference
+from avatar_export.images import png
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.backends import default_backend
+from avatar_runtime.bundle import load, opener, read_manifest
+from avatar_runtime.codec import safetensors
+from avatar_runtime.conformance import Reference, Report, conform, conform_outputs
+from avatar_runtime.io.errors import AvatarError
+
+MOST_BYTES = 64 << 20  # of a port's outputs; those of a reference are a tenth of it
+
+Pixels = npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Conformance:
+    """What was compared, and how far it differs."""
+
+    title: str  # the avatar, and the backend or file
+    report: Report
+    reference: Reference
+
+
+def conform_bundle(
+    bundle: Path,
+    backend: str | None = None,
+    outputs: Path | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Conformance:
+    """The reference of `bundle` against a backend (by default the runtime's), or against the file `outputs`.
+
+    `outputs` is a .safetensors of arrays under the names that reference/cases.json gives its outputs; nothing is played
+    then. Raises AvatarError for a bundle that is unsound or has no reference, and for an unusable file.
+    """
+    progress("loading")
+    avatar = load(bundle, as_stored=True)
+    read = opener(bundle)
+    reference = read_reference(read_manifest(read), read)
+    progress("playing" if outputs is None else "comparing")
+    with named_in_full():
+        if outputs is None:
+            report = conform(avatar, reference, backend or default_backend())
+            return Conformance(f"{avatar.name}, backend {report.backend}", report, reference)
+        report = _given(avatar, reference, outputs)
+        return Conformance(f"{avatar.name}, outputs {outputs.name}", report, reference)
+
+
+def save_images(folder: Path, images: Mapping[str, Pixels]) -> None:
+    """Write images [H, W, 3] by file name to a new folder, all or nothing. Raises AvatarError if that fails."""
+    partial = folder.with_name(f".{folder.name}.{os.getpid()}.partial")
+    try:
+        partial.mkdir(parents=True)
+        for name, pixels in images.items():
+            (partial / name).write_bytes(png(pixels))
+        partial.rename(folder)
+    except OSError as error:
+        raise AvatarError(f"cannot be written ({error.strerror or error})", file=folder) from None
+    finally:
+        if partial.is_dir():
+            shutil.rmtree(partial)
+
+
+def _given(avatar: Avatar, reference: Reference, file: Path) -> Report:
+    """The report on the outputs in a file; errors name the file."""
+    try:
+        if file.stat().st_size > MOST_BYTES:
+            raise AvatarError(f"is {file.stat().st_size} bytes, expected at most {MOST_BYTES}")
+        return conform_outputs(avatar, reference, safetensors.decode(file.read_bytes(), str(file)))
+    except OSError as error:
+        raise AvatarError(f"cannot be read ({error.strerror or error})", file=file) from None
+    except AvatarError as error:
+        raise AvatarError(error.message, file=error.file or file, field=error.field) from None

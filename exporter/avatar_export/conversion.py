@@ -1,0 +1,108 @@
+"""A trained avatar in, a bundle out: the whole of `avatar-export convert` as one function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from avatar_export.bodies.inputs import found_driving
+from avatar_export.clips.sources import clips_from
+from avatar_export.driving.drive import driving_notes
+from avatar_export.driving.matrix import with_driving
+from avatar_export.options import ReadOptions
+from avatar_export.provenance import DOUBT, with_rights
+from avatar_export.readers.table import read
+from avatar_export.writers.bundle import write_bundle
+from avatar_export.writers.table import INFLUENCES
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.handedness import HANDEDNESS
+
+VISIBLE_MM = 0.1  # errors of rig.glb below this are not mentioned
+
+
+def convert(
+    source: str | Path,
+    out: str | Path,
+    *,
+    options: ReadOptions | None = None,
+    system: str | None = None,
+    driving: Path | None = None,
+    clips: Sequence[Path] = (),
+    licence: str | None = None,
+    author: str | None = None,
+    consent: str | None = None,
+    preview: bool = True,
+    engine_files: bool = True,
+    reference: bool = True,
+    influences: int = INFLUENCES[0],
+    handedness: str = HANDEDNESS[0],
+    force: bool = False,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Path:
+    """Write the trained avatar `source` as a bundle to the folder or .avatar.zip `out`, which is returned.
+
+    - `options`: inputs that the checkpoint does not hold; `system` skips detection (see `READERS`).
+    - `driving`: JSON matrix from the ARKit names; by default driving.json in `options.dataset`, if there is one.
+    - `clips`: files whose animations the bundle carries (see `clips.sources`).
+    - `licence`, `author`, `consent`: statements for the manifest; None keeps what the source says.
+    - `preview`, `engine_files`, `reference`, `influences`, `handedness`, `force`: as for `writers.bundle.write_bundle`.
+    - `progress` is called with what is done next.
+
+    Same input, same bytes. Raises AvatarError for files that are missing or unsound, for options that the system does
+    not use, and if `out` exists without `force`; ValueError for an unknown handedness or number of influences.
+    """
+    source, out, options = Path(source), Path(out), options or ReadOptions()
+    progress("reading")
+    avatar = with_rights(read(source, options, system), licence, author, consent)
+    driving = driving or found_driving(options.dataset)
+    if driving is not None:
+        avatar = with_driving(avatar, driving).check()
+    for path in clips:
+        progress(f"reading {path.name}")
+        avatar = replace(avatar, clips=(*avatar.clips, *clips_from(avatar, path))).check()
+    write_bundle(
+        avatar,
+        out,
+        preview=preview,
+        engine_files=engine_files,
+        reference=reference,
+        influences=influences,
+        handedness=handedness,
+        force=force,
+        progress=lambda file: progress(f"writing {file}"),
+    )
+    return out
+
+
+def conversion_notes(avatar: Avatar, manifest: Mapping[str, Any]) -> list[str]:
+    """What a user should know of a bundle that was just written; doubts, which begin with DOUBT, come first."""
+    notes = [*_avatar_notes(avatar), *_engine_notes(manifest["engine"] or {})]
+    return sorted(notes, key=lambda text: not text.startswith(DOUBT))
+
+
+def _avatar_notes(avatar: Avatar) -> list[str]:
+    notes = []
+    dropped = avatar.provenance.get("face_rows_dropped")
+    if dropped:
+        notes.append(f"{len(dropped)} rows with a NaN or infinity were dropped; avatar.json lists them")
+    if avatar.rig is None and avatar.embedding is None:
+        notes.append("no rig: only expressions move; joints and teeth do not")
+    notes.extend(driving_notes(avatar))
+    notes.extend(avatar.provenance.get("notes", ()))
+    return notes
+
+
+def _engine_notes(engine: Mapping[str, Any]) -> list[str]:
+    """How far the files for engines visibly differ from the runtime, and why."""
+    reasons = {
+        "truncation_mm": f"{engine.get('influences')} joints a vertex are too few (--influences 8 gives more)",
+        "late_morph_mm": "engines move the eyelids before the skeleton",
+        "shear_mm": "nodes of glTF cannot shear",
+    }
+    return [
+        f"rig.glb differs from the runtime's mesh by up to {engine[name]:.2g} mm, since {reason}"
+        for name, reason in reasons.items()
+        if engine.get(name, 0) > VISIBLE_MM
+    ]

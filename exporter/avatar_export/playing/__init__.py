@@ -1,0 +1,1 @@
+"""From what a user asks to images: poses from weights, recordings, clips or meshes, then frames on disk."""

@@ -1,0 +1,129 @@
+"""Poses in time: from weights, from a recording, from a clip, from posed meshes, or one pose for a turntable."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from avatar_export.clips.gltf_files import unmatched
+from avatar_export.clips.sources import clips_from
+from avatar_export.driving import drive, takes
+from avatar_export.driving.arkit import ARKIT_NAMES, canonical
+from avatar_export.images import arkit_pose
+from avatar_export.playing.meshes import read_meshes
+from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.io.errors import no_such
+from avatar_runtime.pose import Pose, clip_pose, joint_rotation
+
+TURNTABLE_SECONDS = 2.0
+
+
+@dataclass(frozen=True)
+class PoseSequence:
+    """Poses at `fps` frames per second."""
+
+    poses: Sequence[Pose]
+    fps: float
+    notes: tuple[str, ...] = ()
+    posed_vertices: Sequence[F32] | None = None  # [V, 3] metres, a mesh for each pose; replaces the rig's
+
+    def part(self, rows: slice) -> PoseSequence:
+        """The frames `rows` of the sequence."""
+        meshes = None if self.posed_vertices is None else self.posed_vertices[rows]
+        return replace(self, poses=self.poses[rows], posed_vertices=meshes)
+
+
+def pose_of(
+    avatar: Avatar,
+    expressions: Mapping[str, float],
+    arkit: Mapping[str, float],
+    joints_degrees: Mapping[str, Sequence[float]],
+    eyelids: Mapping[str, float],
+) -> Pose:
+    """One pose of `avatar` from weights by name, and from rotation vectors [3] of joints in degrees.
+
+    ARKit weights go through the avatar's driving; all other names are the avatar's own and replace what ARKit gave.
+    Raises AvatarError for an unknown ARKit name, and for an avatar that ARKit cannot drive.
+    """
+    pose = Pose()
+    if arkit:
+        weights = {}
+        for name, weight in arkit.items():
+            known = canonical(name)
+            if known is None:
+                raise no_such("ARKit name", name, ARKIT_NAMES)
+            weights[known] = weight
+        pose = arkit_pose(avatar, weights)
+    turned = {name: joint_rotation(np.radians(vector)) for name, vector in joints_degrees.items()}
+    return replace(
+        pose,
+        expressions={**pose.expressions, **expressions},
+        joints={**pose.joints, **turned},
+        eyelids={**pose.eyelids, **eyelids},
+    )
+
+
+def recorded(avatar: Avatar, path: Path, every: int) -> PoseSequence:
+    """The poses of a Live Link Face recording (CSV or packets), each `every`-th frame.
+
+    Raises AvatarError for a damaged recording, and for an avatar that ARKit cannot drive.
+    """
+    take = takes.read_take(path)
+    notes = []
+    missing = drive.unreached(avatar)
+    if missing:
+        notes.append(
+            f"{len(missing)} of the {len(ARKIT_NAMES)} ARKit names move nothing of this avatar: {', '.join(missing)}"
+        )
+    return PoseSequence(drive.poses(avatar, take)[::every], take.fps / every, tuple(notes))
+
+
+def own_clip(avatar: Avatar, name: str, every: int) -> PoseSequence:
+    """A clip of the avatar by its name, each `every`-th frame. Raises AvatarError for a name it lacks."""
+    found = {clip.name: clip for clip in avatar.clips}
+    if name not in found:
+        raise no_such("clip of this avatar", name, tuple(found))
+    poses = [clip_pose(avatar, found[name], frame) for frame in range(0, found[name].frames, every)]
+    return PoseSequence(poses, found[name].fps / every)
+
+
+def clip(avatar: Avatar, named: str, name: str | None, every: int) -> PoseSequence:
+    """Each `every`-th frame of the avatar's clip `named`; else of the clip `name` in the file `named`, or its first.
+
+    Raises AvatarError if there is no such clip.
+    """
+    if any(clip.name == named for clip in avatar.clips) or not Path(named).exists():
+        return own_clip(avatar, named, every)
+    return _clip_of_file(avatar, Path(named), name, every)
+
+
+def _clip_of_file(avatar: Avatar, path: Path, name: str | None, every: int) -> PoseSequence:
+    bare = replace(avatar, clips=())  # so that clips of the same name are not renamed
+    found = {clip.name: clip for clip in clips_from(bare, path)}
+    if name is not None and name not in found:
+        raise no_such("clip of this file", name, tuple(found), file=path.name)
+    chosen = found[name] if name is not None else next(iter(found.values()))
+    poses = [clip_pose(avatar, chosen, frame) for frame in range(0, chosen.frames, every)]
+    notes = [f"clip {chosen.name!r} of {', '.join(found)}"]
+    strangers = unmatched(avatar, path, chosen.name)
+    if strangers:
+        notes.append(
+            f"{len(strangers)} nodes of the clip have no joint in this avatar: {', '.join(strangers[:5])}"
+        )
+    return PoseSequence(poses, chosen.fps / every, tuple(notes))
+
+
+def meshes(
+    avatar: Avatar, paths: Sequence[Path], units: float | None, fps: float, every: int
+) -> PoseSequence:
+    """Posed meshes from files (see `read_meshes`), each `every`-th; `fps` is that of the files."""
+    vertices = read_meshes(avatar, paths, units)[::every]
+    return PoseSequence([Pose()] * len(vertices), fps / every, posed_vertices=vertices)
+
+
+def turntable(pose: Pose, fps: float) -> PoseSequence:
+    """One pose for TURNTABLE_SECONDS, while the camera orbits."""
+    return PoseSequence([pose] * max(2, round(fps * TURNTABLE_SECONDS)), fps)

@@ -1,0 +1,63 @@
+"""The rig of a Gaussian Blendshapes model, which is made from inputs beside the checkpoint."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avatar_export.bodies.body_model import BodyModel, read_body_model
+from avatar_export.bodies.body_rig import bake_rig
+from avatar_export.bodies.inputs import Inputs
+from avatar_export.bodies.subject_files import read_eyelids, read_faces, read_shape
+from avatar_export.options import ReadOptions
+from avatar_export.readers.gaussian_blendshapes.layout import EYELIDS, JOINTS, SYSTEM
+from avatar_runtime.avatar import F32, Rig
+from avatar_runtime.io.errors import AvatarError
+
+
+def body_model(inputs: Inputs, options: ReadOptions, mouths: bool) -> BodyModel | None:
+    """The body model, if all its inputs are given. Raises AvatarError that names every missing input."""
+    if options.no_rig:
+        return None
+    missing = []
+    body = None if inputs.body_model is None else read_body_model(inputs.body_model)
+    if body is None:
+        missing.append("--body-model (FLAME, .npz or .pkl)")
+    elif tuple(body.joint_names) != JOINTS:
+        raise AvatarError(
+            f"has joints {', '.join(body.joint_names)[:80]}; this system needs {', '.join(JOINTS)}",
+            file=inputs.body_model,
+            owner=SYSTEM,
+        )
+    if inputs.shape is None and (body is None or body.identity_dirs.shape[2]):
+        missing.append("--shape (the subject's identity: a tracked .frame, .npy, .npz, .json, or `zero`)")
+    if mouths and inputs.anchor_faces is None:
+        missing.append(
+            "--anchor-faces (back_of_head.txt of the release, the faces that carry the upper teeth)"
+        )
+    if body is None or missing:
+        raise AvatarError(
+            f"a checkpoint of this system does not contain its rig; pass {' and '.join(missing)}, or --dataset FOLDER "
+            "with these files, or --no-rig for expressions only, without jaw, eyes and moving teeth",
+            owner=SYSTEM,
+        )
+    return body
+
+
+def baked_rig(body: BodyModel, inputs: Inputs, expressions: int) -> Rig:
+    """The rig of the subject. Raises AvatarError unless it has as many `expressions` as the checkpoint."""
+    shape = None if inputs.shape is None or str(inputs.shape) == "zero" else read_shape(inputs.shape)
+    faces = None if inputs.anchor_faces is None else read_faces(inputs.anchor_faces, len(body.triangles))
+    rig = bake_rig(body, shape, _mesh_eyelids(body, inputs), faces)
+    if rig.joint_basis.shape[0] != expressions:
+        raise AvatarError(
+            f"the checkpoint has {expressions} expressions, but the body model has {rig.joint_basis.shape[0]}",
+            owner=SYSTEM,
+        )
+    return rig
+
+
+def _mesh_eyelids(body: BodyModel, inputs: Inputs) -> dict[str, F32]:
+    """Eyelid shapes of the mesh, zero without files; those of the Gaussians are in the checkpoint."""
+    if inputs.eyelids is None:
+        return {name: np.zeros((body.vertex_count, 3), np.float32) for name in EYELIDS}
+    return read_eyelids(inputs.eyelids, body.vertex_count)

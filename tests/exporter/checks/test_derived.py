@@ -1,0 +1,108 @@
+"""`validate` makes derived files again and compares them."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from avatar_export.writers.bundle import write_bundle
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.codec import safetensors
+from tests import bundles
+from tests.avatars import full_avatar, surface_avatar
+from tests.exporter.checks.problems import found
+
+
+def derived(tmp_path: Path, avatar: Avatar) -> Path:
+    """A bundle with every derived file."""
+    write_bundle(avatar, tmp_path / "whole")
+    return tmp_path / "whole"
+
+
+@pytest.mark.parametrize("avatar", [full_avatar(), surface_avatar()], ids=["skin", "surface"])
+def test_derived_files_are_made_again_and_are_the_same(tmp_path: Path, avatar: Avatar) -> None:
+    assert found(derived(tmp_path, avatar)) == []
+
+
+TAMPERED: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+    "preview.png": (lambda data: picture(0), "pixels, expected"),
+    "rig.glb": (lambda data: data.replace(b"jawOpen", b"jawOpem"), "jawOpe"),
+    "splats.glb": (lambda data: data[:-4] + b"\0\0\x80?", "values"),
+    "rig.usdc": (lambda data: data[:-8], ""),
+    "avatar.usdz": (lambda data: data + b"\0", ""),
+    "embedding.json": (lambda data: data.replace(b"0", b"1", 1), "first difference is at byte"),
+}
+
+
+def picture(value: int) -> bytes:
+    out = io.BytesIO()
+    Image.fromarray(np.full((8, 8, 3), value, np.uint8)).save(out, "PNG")
+    return out.getvalue()
+
+
+def test_a_derived_file_that_is_not_what_the_others_give(tmp_path: Path) -> None:
+    bundle = derived(tmp_path, surface_avatar())
+    for name, (change, _) in TAMPERED.items():
+        data = (bundle / name).read_bytes()
+        assert change(data) != data
+        (bundle / name).write_bytes(change(data))
+    assert len(found(bundle)) == len(TAMPERED), "damage without a new hash is one problem each"
+    bundles.sign(bundle)
+    problems = dict((path, message) for path, message, _ in found(bundle))
+    assert set(problems) == set(TAMPERED)
+    for name, (_, phrase) in TAMPERED.items():
+        assert phrase in problems[name], problems[name]
+        assert "\n" not in problems[name] and len(problems[name]) < 400
+
+
+def test_what_the_manifest_says_of_the_engine_files_is_measured_again(tmp_path: Path) -> None:
+    bundle = derived(tmp_path, full_avatar())
+    assert bundles.manifest(bundle)["engine"]["late_morph_mm"] > 0
+    bundles.edit(bundle, lambda d: d["engine"].update(late_morph_mm=0.0))
+    ((path, message, warning),) = found(bundle)
+    assert path == "avatar.json: $.engine.late_morph_mm" and not warning
+    assert message.startswith("is 0.0, but measures ")
+
+
+def test_what_validators_of_the_format_miss_is_looked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bundle = derived(tmp_path, surface_avatar())
+    monkeypatch.setattr("avatar_export.writers.usd.checks.usd_problems", lambda data: ["a joint too many"])
+    assert found(bundle) == [("rig.usdc", "a joint too many", False)]
+
+
+def test_numbers_too_large_for_engines_are_a_problem_and_no_end(tmp_path: Path) -> None:
+    bundle = derived(tmp_path, full_avatar())
+    rig = dict(safetensors.decode((bundle / "rig.safetensors").read_bytes(), "rig"))
+    rest = rig["rest_local"].copy()
+    rest[1, 0, 3] = 3e38
+    (bundle / "rig.safetensors").write_bytes(b"".join(safetensors.encode(rig | {"rest_local": rest})))
+    bundles.sign(bundle)
+    assert any(path.startswith("avatar.json: $.engine") for path, _, _ in found(bundle))
+
+
+def test_a_normative_file_may_not_be_called_derived(bundle: Path) -> None:
+    bundles.edit(bundle, lambda d: d["files"][0].update(derived=True))
+    assert found(bundle) == [
+        ("avatar.json: $.files", "gaussians.ply is not derived, but the manifest says otherwise", False)
+    ]
+
+
+def test_splats_that_the_embedding_does_not_give(tmp_path: Path) -> None:
+    avatar = surface_avatar()
+    moved, turned = avatar.gaussians.mean.copy(), avatar.gaussians.quat_wxyz.copy()
+    moved[3, 1] += 1e-3
+    turned[5] = turned[5, ::-1]
+    gaussians = replace(avatar.gaussians, mean=moved, quat_wxyz=turned)
+    bundles.write(tmp_path / "out", replace(avatar, gaussians=gaussians))
+    assert [path for path, _, _ in found(tmp_path / "out") if "bounds" not in path] == [
+        "gaussians.ply: xyz[3]",
+        "gaussians.ply: rot[5]",
+    ]

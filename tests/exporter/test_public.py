@@ -1,0 +1,72 @@
+"""The public face of avatar_export, as a user types it into an interpreter."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import avatar_export
+from avatar_export import AvatarError, ReadOptions, convert, read, validate
+from avatar_runtime.bundle import load
+
+
+def test_every_public_name_is_there() -> None:
+    for name in avatar_export.__all__:
+        assert getattr(avatar_export, name) is not None
+    assert f"avatar-export {avatar_export.__version__}" == avatar_export.GENERATOR
+    with pytest.raises(AttributeError, match="has no attribute 'reed'"):
+        avatar_export.reed  # noqa: B018
+
+
+def test_a_user_reads_converts_and_validates(sample_splatting_head: Path, tmp_path: Path) -> None:
+    source, body = sample_splatting_head / "run", sample_splatting_head / "body" / "body_model.npz"
+    avatar = read(source, ReadOptions(no_rig=True))
+    assert avatar.provenance["system"] == "splatting_avatar" and avatar.rig is None
+    out = convert(
+        str(source),
+        tmp_path / "head.avatar.zip",
+        options=ReadOptions(body_model=body, name="Ada"),
+        licence="CC0-1.0",
+        engine_files=False,
+        reference=False,
+        preview=False,
+    )
+    assert out == tmp_path / "head.avatar.zip"
+    assert [problem for problem in validate(out) if not problem.warning] == []
+    again = load(out)
+    assert (again.name, again.provenance["licence"]) == ("Ada", "CC0-1.0")
+    assert again.rig is not None
+    with pytest.raises(AvatarError, match="exists; pass --force to replace it"):
+        convert(source, out)
+
+
+def test_the_table_says_what_can_be_read(sample_splatting_head: Path) -> None:
+    found = [
+        reader.system for reader in avatar_export.READERS if reader.detect(sample_splatting_head / "run")
+    ]
+    assert found == ["splatting_avatar"]
+
+
+def test_bad_data_and_bad_calls(tmp_path: Path, sample_splatting_head: Path) -> None:
+    with pytest.raises(AvatarError, match="no such file or folder"):
+        read(str(tmp_path / "absent"))
+    with pytest.raises(AvatarError, match="unknown system 'splatting'"):
+        read(sample_splatting_head / "run", system="splatting")
+    with pytest.raises(ValueError, match="'up' is not one of right, left"):
+        convert(sample_splatting_head / "run", tmp_path / "out", handedness="up")
+    assert not (tmp_path / "out").exists()
+
+
+def test_importing_the_package_is_light() -> None:
+    program = (
+        "import sys, avatar_export;"
+        "before = {m.partition('.')[0] for m in sys.modules};"
+        "from avatar_export import READERS, AvatarError, ReadOptions, convert, read, validate;"
+        "after = {m.partition('.')[0] for m in sys.modules};"
+        "print('numpy' in before, sorted(after & {'pxr', 'torch', 'numba', 'typer', 'moderngl', 'ufbx'}))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split(maxsplit=1) == ["False", "[]\n"]
