@@ -3,22 +3,52 @@ BIN := .venv/bin
 OUT ?= out
 NODE_CLIENTS := tests/interop/node_modules/.package-lock.json
 
-.PHONY: demo test bench clean
+# Worker processes of pytest, each of about 2 GB. Tests are stolen from the end of another worker's list: files stay
+# together, so that what a module or a session makes is made once a worker.
+WORKERS ?= 2
+PYTEST = $(BIN)/pytest --numprocesses $(WORKERS) --dist worksteal --durations=20
+
+# `make check`: the rules of the floors, the formats, the stages, the readers' and the writers' bytes.
+CORE := tests/test_floors.py tests/schema tests/conformance/test_bundles.py tests/runtime/stages tests/runtime/codec \
+	tests/runtime/checks tests/runtime/test_bundle.py tests/exporter/formats tests/exporter/readers \
+	tests/exporter/writers/test_bundle.py
+
+# Compiled modules are kept, since the tests start about 200 processes.
+export PYTHONDONTWRITEBYTECODE :=
+
+.PHONY: demo check test test-more fuzz bench clean
 
 demo: .venv/installed
 	$(BIN)/python -m samples.demo $(OUT)/demo
+
+check: .venv/tested
+	$(BIN)/ruff check --quiet .
+	$(BIN)/ruff format --quiet --check .
+	$(BIN)/mypy
+	$(PYTEST) --quiet $(CORE)
 
 test: .venv/tested $(NODE_CLIENTS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/pytest
+	$(PYTEST)
+
+# The site, every documented command, and the numbers as other processors and Python versions compute them.
+test-more: .venv/tested $(NODE_CLIENTS)
+	$(MAKE) docs
+	$(PYTEST) -m more
+	$(BIN)/python -m tests.session.machines
+
+# Twenty times as many made-up inputs as the tests ask for, other ones on every run.
+FUZZ ?= 20
+fuzz: .venv/tested
+	AVATAR_FUZZ=$(FUZZ) $(PYTEST) -m hypothesis
 
 bench: .venv/tested
 	$(BIN)/python -m tests.bench
 
 clean:
-	rm -rf .venv $(OUT) tests/interop/node_modules
+	rm -rf .venv .venv-3.* $(OUT) tests/interop/node_modules
 
 .venv/installed: pyproject.toml
 	sh .ci/packages

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-import os
+from tests.session import threads  # isort: skip  # before NumPy
 
 import pytest
-from hypothesis import settings
 
 from tests.golden import ON, UNPACK, BlendshapesGolden
+from tests.session import fuzz
 
-# As avatar-train sets it: torch's and Numba's threads take the cores from each other while they wait.
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+pytest_plugins = ["tests.commands", "tests.measured", "tests.samples_made", "tests.session.cost"]
 
-# The same examples on every run, and no failure because the machine was busy.
-settings.register_profile("steady", derandomize=True, deadline=None)
-settings.load_profile("steady")
+
+def pytest_configure() -> None:
+    """Before any test module is imported."""
+    fuzz.load_profile()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_thread() -> None:
+    """Kernels run on one thread where a test does not say otherwise."""
+    threads.use_one()
 
 
 @pytest.fixture(scope="session", params=list(UNPACK))
@@ -30,6 +36,3 @@ def backend(request: pytest.FixtureRequest) -> str:
     """Each backend that draws both profiles: the released codes' numbers judge them all."""
     name: str = request.param
     return name
-
-
-pytest_plugins = ["tests.commands", "tests.measured", "tests.samples_made"]

@@ -25,9 +25,10 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from avatar_runtime.io.errors import AvatarError
+from tests.session.fuzz import examples
 
 Array = npt.NDArray[Any]
-MANGLING = settings(max_examples=150, deadline=None, derandomize=True, database=None)
+MANGLING = settings(max_examples=examples(150), database=None)
 
 
 @contextmanager

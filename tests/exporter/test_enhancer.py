@@ -22,6 +22,7 @@ from tests import bundles
 from tests.avatars import full_avatar
 from tests.commands import Run
 from tests.enhancers import expected, model, tiny
+from tests.session.fuzz import examples
 
 FILE = "enhancer.onnx"
 
@@ -135,7 +136,7 @@ def _without(monkeypatch: pytest.MonkeyPatch, library: str) -> None:
 EDITS = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 8), st.binary(max_size=8)), min_size=1, max_size=3)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40))
 @given(EDITS)
 def test_a_mangled_network_loads_and_is_a_problem_or_sound(
     tmp_path_factory: pytest.TempPathFactory, edits: list[tuple[float, int, bytes]]

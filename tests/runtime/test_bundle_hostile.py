@@ -17,8 +17,9 @@ from avatar_runtime.codec import ply
 from avatar_runtime.io.errors import AvatarError
 from tests import bundles
 from tests.avatars import full_avatar, surface_avatar
+from tests.session.fuzz import examples
 
-MANY = settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+MANY = settings(max_examples=examples(120), suppress_health_check=[HealthCheck.too_slow])
 
 
 AVATARS = {"skin": full_avatar, "surface": surface_avatar}
@@ -155,7 +156,7 @@ def test_manifest_values_of_any_kind(good: Path, scratch: Path) -> None:
     paths = places(document)
     outcomes = set()
 
-    @settings(MANY, max_examples=250)
+    @settings(MANY, max_examples=examples(250))
     @given(st.lists(st.tuples(st.sampled_from(paths), JSON), min_size=1, max_size=2))
     def check(changes: list[tuple[tuple[Any, ...], Any]]) -> None:
         changed = json.loads(json.dumps(document))

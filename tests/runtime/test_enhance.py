@@ -23,6 +23,7 @@ from avatar_runtime.pose import Pose
 from tests.avatars import full_avatar, surface_avatar
 from tests.enhancers import changed, expected, tiny
 from tests.measured import Measure
+from tests.session.fuzz import examples
 
 SIZES = [(1, 1), (3, 5), (16, 12), (31, 64)]
 CAMERA = Camera.orbit(np.zeros(3), 0.6, 0.3, 0.1, 0.5, 40, 33)
@@ -349,7 +350,7 @@ EDITS = st.lists(
 )
 
 
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=examples(250))
 @given(EDITS)
 def test_mangled_bytes_are_run_or_refused(edits: list[tuple[float, int, bytes]]) -> None:
     data = bytearray(tiny().onnx)

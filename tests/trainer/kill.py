@@ -7,13 +7,15 @@ most of the time; `--capture DIR --system gaussian_blendshapes -- --iterations 6
 from __future__ import annotations
 
 import argparse
+import os
 import signal
-import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from multiprocessing import get_context
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +23,6 @@ import numpy as np
 from avatar_trainer import checkpoint, run
 from tests.trainer import toy
 
-ROOT = Path(__file__).parents[2]
 PATIENCE = 300.0  # seconds for a process to come to its next checkpoint
 PAUSE = 0.002
 LATER = 0.06  # seconds: the longest wait between a checkpoint and the signal
@@ -58,16 +59,16 @@ def killed(arguments: Sequence[str], out: Path, target: int, later: float, repor
     """One process, killed `later` seconds after its checkpoints came to iteration `target`."""
     folder = out / run.CHECKPOINTS
     before = newest(folder)
-    process = subprocess.Popen(command(arguments, out), cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    process, said = started(arguments, out)
     deadline = time.monotonic() + PATIENCE
-    while newest(folder) < target and process.poll() is None and time.monotonic() < deadline:
+    while newest(folder) < target and process.is_alive() and time.monotonic() < deadline:
         time.sleep(PAUSE)
     time.sleep(later)
-    process.send_signal(signal.SIGKILL)  # nothing where it has ended by itself
-    _, said = process.communicate()
-    if process.returncode == 0:
+    process.kill()  # nothing where it has ended by itself
+    process.join()
+    if process.exitcode == 0:
         return report
-    assert process.returncode == -signal.SIGKILL, f"ended by itself with {process.returncode}: {said[-2000:]}"
+    assert process.exitcode == -signal.SIGKILL, f"ended by itself with {process.exitcode}: {end_of(said)}"
     found = checkpoint.newest(folder, _broken)
     assert (0 if found is None else found.iteration) >= before
     return Report(
@@ -88,12 +89,36 @@ def newest(folder: Path) -> int:
 
 def finish(arguments: Sequence[str], out: Path) -> None:
     """Let a run come to its end."""
-    done = subprocess.run(command(arguments, out), cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[-2000:]
+    process, said = started(arguments, out)
+    process.join()
+    assert process.exitcode == 0, end_of(said)
 
 
-def command(arguments: Sequence[str], out: Path) -> list[str]:
-    return [sys.executable, "-m", "tests.trainer.toy", *arguments, "--out", str(out)]
+def started(arguments: Sequence[str], out: Path) -> tuple[BaseProcess, Path]:
+    """A process of avatar-train, and the file that has what it says.
+
+    It is forked from a server that has imported what training needs, so that it starts in a moment.
+    """
+    context = get_context("forkserver")
+    context.set_forkserver_preload([toy.__name__])
+    said = out.with_suffix(".log")
+    process = context.Process(target=train, args=([*arguments, "--out", str(out)], said))
+    process.start()
+    return process, said
+
+
+def train(arguments: list[str], said: Path) -> None:
+    """The command, in a process of its own."""
+    with said.open("ab", buffering=0) as log:
+        os.dup2(log.fileno(), 1)
+        os.dup2(log.fileno(), 2)
+    sys.argv = ["avatar-train", *arguments]
+    toy.main()
+
+
+def end_of(said: Path) -> str:
+    """What a process said last."""
+    return said.read_text("utf-8", errors="replace")[-2000:]
 
 
 def contents(folder: Path, last: bool = False) -> dict[str, bytes]:

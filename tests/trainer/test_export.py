@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -68,14 +70,30 @@ def trained(capture: Capture, name: str, rules: dict[str, str], sh_degree: int, 
     return system
 
 
+@pytest.fixture(scope="module")
+def exported(
+    captures: dict[str, Capture], tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], tuple[System, Path]]:
+    """A case -> the trained model and its bundle; nobody changes them."""
+
+    @cache
+    def made(case: str) -> tuple[System, Path]:
+        subject, name, rules, degree = CASES[case]
+        folder = tmp_path_factory.mktemp("exported")
+        system = trained(captures[subject], name, rules, degree, folder / "run")
+        export(system, folder / "run" / UPSTREAM, folder / "bundle", engine_files=False, preview=False)
+        return system, folder / "bundle"
+
+    return made
+
+
+Exported = Callable[[str], tuple[System, Path]]
+
+
 @pytest.mark.parametrize("case", CASES)
-def test_the_bundle_gives_the_trainers_picture(
-    case: str, captures: dict[str, Capture], tmp_path: Path, measured: Measured
-) -> None:
-    subject, name, rules, degree = CASES[case]
-    system = trained(captures[subject], name, rules, degree, tmp_path / "run")
-    bundle = tmp_path / "bundle"
-    export(system, tmp_path / "run" / UPSTREAM, bundle, engine_files=False, preview=False)
+def test_the_bundle_gives_the_trainers_picture(case: str, exported: Exported, measured: Measured) -> None:
+    rules = CASES[case][2]
+    system, bundle = exported(case)
     avatar = load(bundle)
     assert [str(p) for p in validate(bundle) if not p.warning] == []
     assert avatar.rig is not None
@@ -104,13 +122,10 @@ def _meets_its_reference(bundle: Path, avatar: Avatar) -> None:
         assert [row for row in report.pictures if not row.passed] == []
 
 
-def test_an_avatar_that_was_changed_on_its_way_is_noticed(
-    captures: dict[str, Capture], tmp_path: Path
-) -> None:
+def test_an_avatar_that_was_changed_on_its_way_is_noticed(exported: Exported) -> None:
     """The comparison fails for another rule, for one Gaussian of another colour, and for what is no number."""
-    system = trained(captures["head"], "splatting_avatar", {}, 0, tmp_path / "run")
-    export(system, tmp_path / "run" / UPSTREAM, tmp_path / "bundle", engine_files=False, preview=False)
-    avatar = load(tmp_path / "bundle")
+    system, bundle = exported("splatting")
+    avatar = load(bundle)
     tint, nothing = avatar.gaussians.sh.copy(), avatar.gaussians.sh.copy()
     front = int(np.argmax(avatar.gaussians.mean[:, 2]))
     tint[front] += 0.05
@@ -125,24 +140,21 @@ def test_an_avatar_that_was_changed_on_its_way_is_noticed(
         assert not row.holds, what
 
 
-def test_nothing_held_out_is_nothing_to_compare(captures: dict[str, Capture], tmp_path: Path) -> None:
-    capture = captures["head"]
-    system = trained(capture, "splatting_avatar", {}, 0, tmp_path / "run")
-    export(system, tmp_path / "run" / UPSTREAM, tmp_path / "bundle", engine_files=False, preview=False)
-    system.capture = replace(capture, frames=capture.train)
+def test_nothing_held_out_is_nothing_to_compare(exported: Exported) -> None:
+    system, bundle = exported("splatting")
+    other = copy(system)
+    other.capture = replace(system.capture, frames=system.capture.train)
     with pytest.raises(AvatarError, match="holds no frame out"):
-        compare(system, load(tmp_path / "bundle"))
+        compare(other, load(bundle))
 
 
 def test_conform_says_who_made_the_reference(
-    captures: dict[str, Capture],
-    tmp_path: Path,
+    exported: Exported,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    system = trained(captures["body"], "splatting_avatar", {}, 0, tmp_path / "run")
-    export(system, tmp_path / "run" / UPSTREAM, tmp_path / "bundle", engine_files=False, preview=False)
-    monkeypatch.setattr("sys.argv", ["avatar-export", "conform", str(tmp_path / "bundle")])
+    _, bundle = exported("body")
+    monkeypatch.setattr("sys.argv", ["avatar-export", "conform", str(bundle)])
     with pytest.raises(SystemExit) as code:
         export_main()
     assert not code.value.code

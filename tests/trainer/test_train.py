@@ -15,6 +15,7 @@ import pytest
 import torch
 from PIL import Image
 
+from avatar_runtime.backends.cpu.threads import using
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer import checkpoint
 from avatar_trainer.capture import Capture, load
@@ -308,12 +309,18 @@ def test_reproducible_puts_everything_back() -> None:
             torch.get_rng_state().numpy().tobytes(),
         )
 
-    before = now()
-    with pytest.raises(Stop), reproducible(3, 1):
-        assert torch.get_num_threads() == numba.get_num_threads() == 1
-        assert torch.are_deterministic_algorithms_enabled() and torch.initial_seed() == 3
-        raise Stop
-    assert now() == before
+    threads = torch.get_num_threads()
+    torch.set_num_threads(2)
+    try:
+        with using(numba.config.NUMBA_NUM_THREADS):
+            before = now()
+            with pytest.raises(Stop), reproducible(3, 1):
+                assert torch.get_num_threads() == numba.get_num_threads() == 1
+                assert torch.are_deterministic_algorithms_enabled() and torch.initial_seed() == 3
+                raise Stop
+            assert now() == before
+    finally:
+        torch.set_num_threads(threads)
 
 
 def test_every_epoch_shows_each_frame_once(capture: Capture) -> None:

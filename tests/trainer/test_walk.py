@@ -175,7 +175,7 @@ def test_the_same_bits_whatever_the_number_of_threads() -> None:
     before = numba.get_num_threads()
     results = []
     try:
-        for threads in {1, before}:
+        for threads in {1, numba.config.NUMBA_NUM_THREADS}:
             numba.set_num_threads(threads)
             results.append(walk(mesh, *row))
     finally:

@@ -166,8 +166,13 @@ def _shot(splats: Splats, t: int, count: int, k: np.ndarray[Any, Any], size: int
     return Shot(image, mask, k, rotation, place, [0.0], split="test" if t % 4 == 3 else "train")
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """avatar-train with this system."""
     from avatar_trainer.__main__ import main
 
     SYSTEMS["toy"] = "tests.trainer.toy"
+    main()
+
+
+if __name__ == "__main__":
     main()

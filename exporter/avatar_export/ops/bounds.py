@@ -225,7 +225,7 @@ def interval(sparse: SparseRows, attribute: str, ranges: F64) -> tuple[F64, F64]
     return row_sums(sparse, np.minimum(a, b)), row_sums(sparse, np.maximum(a, b))
 
 
-def row_sums(sparse: SparseRows, values: F64) -> F64:
+def row_sums(sparse: SparseRows, values: F32 | F64) -> F64:
     """[R, ...] sums of `values` [entries, ...] over the entries of each row."""
     sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0, dtype=np.float64)])
     result: F64 = sums[sparse.row_ptr[1:]] - sums[sparse.row_ptr[:-1]]

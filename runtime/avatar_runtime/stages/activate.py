@@ -27,11 +27,12 @@ def activate(bound: Bound) -> Splats:
     g = bound.gaussians
     with np.errstate(over="ignore"):  # beyond float32 becomes infinite, which `project` does not draw
         scale = np.exp(g.log_scale)
-    length = np.sqrt(np.sum(g.quat_wxyz * g.quat_wxyz, axis=-1, keepdims=True))
+    norm = np.sqrt(np.sum(g.quat_wxyz * g.quat_wxyz, axis=-1, keepdims=True))
+    length: F32 = np.maximum(norm, np.float32(1e-12))
     return Splats(
         g.mean,
         scale,
-        g.quat_wxyz / np.maximum(length, np.float32(1e-12)),
+        g.quat_wxyz / length,
         sigmoid(g.opacity_logit),
         g.sh,
         bound.rotation,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,22 +13,33 @@ import pytest
 from PIL import Image
 
 from avatar_export.writers.bundle import write_bundle
-from avatar_runtime.avatar import Avatar
 from avatar_runtime.codec import safetensors
 from tests import bundles
 from tests.avatars import full_avatar, surface_avatar
 from tests.exporter.checks.problems import found
 
 
-def derived(tmp_path: Path, avatar: Avatar) -> Path:
-    """A bundle with every derived file."""
-    write_bundle(avatar, tmp_path / "whole")
-    return tmp_path / "whole"
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of bundles with every derived file, one of each kind of avatar."""
+    folder = tmp_path_factory.mktemp("whole")
+    for kind, avatar in (("skin", full_avatar()), ("surface", surface_avatar())):
+        write_bundle(avatar, folder / kind)
+    return folder
 
 
-@pytest.mark.parametrize("avatar", [full_avatar(), surface_avatar()], ids=["skin", "surface"])
-def test_derived_files_are_made_again_and_are_the_same(tmp_path: Path, avatar: Avatar) -> None:
-    assert found(derived(tmp_path, avatar)) == []
+Derived = Callable[[str], Path]
+
+
+@pytest.fixture
+def derived(whole: Path, tmp_path: Path) -> Derived:
+    """A copy of one of them."""
+    return lambda kind: Path(shutil.copytree(whole / kind, tmp_path / "whole"))
+
+
+@pytest.mark.parametrize("kind", ["skin", "surface"])
+def test_derived_files_are_made_again_and_are_the_same(derived: Derived, kind: str) -> None:
+    assert found(derived(kind)) == []
 
 
 TAMPERED: dict[str, tuple[Callable[[bytes], bytes], str]] = {
@@ -46,8 +58,8 @@ def picture(value: int) -> bytes:
     return out.getvalue()
 
 
-def test_a_derived_file_that_is_not_what_the_others_give(tmp_path: Path) -> None:
-    bundle = derived(tmp_path, surface_avatar())
+def test_a_derived_file_that_is_not_what_the_others_give(derived: Derived) -> None:
+    bundle = derived("surface")
     for name, (change, _) in TAMPERED.items():
         data = (bundle / name).read_bytes()
         assert change(data) != data
@@ -61,8 +73,8 @@ def test_a_derived_file_that_is_not_what_the_others_give(tmp_path: Path) -> None
         assert "\n" not in problems[name] and len(problems[name]) < 400
 
 
-def test_what_the_manifest_says_of_the_engine_files_is_measured_again(tmp_path: Path) -> None:
-    bundle = derived(tmp_path, full_avatar())
+def test_what_the_manifest_says_of_the_engine_files_is_measured_again(derived: Derived) -> None:
+    bundle = derived("skin")
     assert bundles.manifest(bundle)["engine"]["late_morph_mm"] > 0
     bundles.edit(bundle, lambda d: d["engine"].update(late_morph_mm=0.0))
     ((path, message, warning),) = found(bundle)
@@ -71,15 +83,15 @@ def test_what_the_manifest_says_of_the_engine_files_is_measured_again(tmp_path: 
 
 
 def test_what_validators_of_the_format_miss_is_looked_for(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    derived: Derived, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    bundle = derived(tmp_path, surface_avatar())
+    bundle = derived("surface")
     monkeypatch.setattr("avatar_export.writers.usd.checks.usd_problems", lambda data: ["a joint too many"])
     assert found(bundle) == [("rig.usdc", "a joint too many", False)]
 
 
-def test_numbers_too_large_for_engines_are_a_problem_and_no_end(tmp_path: Path) -> None:
-    bundle = derived(tmp_path, full_avatar())
+def test_numbers_too_large_for_engines_are_a_problem_and_no_end(derived: Derived) -> None:
+    bundle = derived("skin")
     rig = dict(safetensors.decode((bundle / "rig.safetensors").read_bytes(), "rig"))
     rest = rig["rest_local"].copy()
     rest[1, 0, 3] = 3e38

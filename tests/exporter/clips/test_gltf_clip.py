@@ -19,6 +19,7 @@ from avatar_runtime.avatar import Expression
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import resolve
 from tests.exporter.driving.recordings import avatar_of, rig_of
+from tests.session.fuzz import examples
 
 QUARTER = [0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]  # 90 degrees about Z, xyzw
 
@@ -229,7 +230,7 @@ def test_a_clip_that_moves_nothing_here_is_refused(tmp_path: Path) -> None:
             clip_poses(PUPPET, gltf_of(path), "wave", fps)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200))
 @given(
     st.lists(st.tuples(st.integers(0, 100_000), st.binary(min_size=1, max_size=4)), min_size=1, max_size=3)
 )

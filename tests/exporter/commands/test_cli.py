@@ -70,7 +70,7 @@ def test_convert_refuses_to_overwrite(run: Run, bundle: Path, sample_lam: Path) 
 
 def test_convert_json_and_rights(run: Run, sample_lam: Path, tmp_path: Path) -> None:
     out = tmp_path / "lam.avatar.zip"
-    code, text, _ = run("convert", sample_lam, "-o", out, "--json", "--no-preview", "--licence", "CC BY 4.0")
+    code, text, _ = run("convert", sample_lam, "-o", out, "--json", *PLAIN, "--licence", "CC BY 4.0")
     assert code == 0
     facts = json.loads(text)
     assert facts["system"] == "lam"
@@ -94,7 +94,7 @@ def test_without_a_body_model(run: Run, sample_blendshapes: Path, tmp_path: Path
     assert code == 2
     assert "--body-model" in error
     assert "--no-rig" in error
-    code, _, error = run("convert", source, "-o", tmp_path / "out", "--no-rig", "--no-preview")
+    code, _, error = run("convert", source, "-o", tmp_path / "out", "--no-rig", *PLAIN)
     assert code == 0
     assert "expressions only" in error
 
@@ -104,7 +104,7 @@ def test_raw_and_dump_give_the_same_gaussians(
 ) -> None:
     source = sample_blendshapes / "model" / "fix_chkpnt40000.pth"
     driving = sample_blendshapes / "driving.json"
-    flags = ("--dataset", sample_blendshapes, "--driving", driving, "--no-preview", "--name", "head")
+    flags = ("--dataset", sample_blendshapes, "--driving", driving, *PLAIN, "--name", "head")
     code, _, error = run("convert", source, "-o", tmp_path / "raw", *flags)
     assert code == 0
     assert "3 rows with a NaN or infinity were dropped" in error
@@ -208,11 +208,10 @@ def test_wrong_kind_of_input_is_named(run: Run, bundle: Path, sample_lam: Path, 
 def test_a_bundle_is_completed_from_its_normative_files(run: Run, bundle: Path, tmp_path: Path) -> None:
     listed = json.loads((bundle / "avatar.json").read_text())["files"]
     bare = tmp_path / "bare"
-    parts = ("--no-engine-files", "--no-reference", "--no-preview")
-    assert run("convert", bundle, "-o", bare, *parts)[0] == 0
+    assert run("convert", bundle, "-o", bare, *PLAIN)[0] == 0
     normative = {entry["path"] for entry in listed if not entry["derived"]}
     assert {p.name for p in bare.iterdir()} == normative | {"avatar.json"}
-    assert run("convert", bare, "-o", tmp_path / "whole")[0] == 0
+    assert run("convert", bare, "-o", tmp_path / "whole", "--no-preview")[0] == 0
     for name in (*normative, "rig.glb", "splats.glb"):
         assert (tmp_path / "whole" / name).read_bytes() == (bundle / name).read_bytes()
     assert run("validate", tmp_path / "whole")[0] == 0
@@ -222,15 +221,12 @@ def test_a_bundle_is_completed_from_its_normative_files(run: Run, bundle: Path, 
 
 def test_driving_is_found_in_the_data_set(run: Run, sample_blendshapes: Path, tmp_path: Path) -> None:
     source = sample_blendshapes / "model"
-    assert (
-        run("convert", source, "-o", tmp_path / "found", "--dataset", sample_blendshapes, "--no-preview")[0]
-        == 0
-    )
+    assert run("convert", source, "-o", tmp_path / "found", "--dataset", sample_blendshapes, *PLAIN)[0] == 0
     assert load(tmp_path / "found").driving.mode == "matrix"
     body = sample_blendshapes / "body"
     flags = ("--body-model", body / "body_model.npz", "--shape", body / "shape.npy")
     flags += ("--anchor-faces", body / "back_of_head.txt")
-    code, _, error = run("convert", source, "-o", tmp_path / "named", *flags, "--no-preview")
+    code, _, error = run("convert", source, "-o", tmp_path / "named", *flags, *PLAIN)
     assert code == 0
     assert "the jaw is a joint" in error
     assert "no eyelid files" in error
@@ -383,8 +379,10 @@ def test_render_user_errors(run: Run, bundle: Path, tmp_path: Path, name: str) -
 
 
 def test_two_conversions_give_the_same_bytes(run: Run, sample_lam: Path, tmp_path: Path) -> None:
+    """Read twice. The tests of the writer show that one avatar gives the same preview and reference."""
+    parts = ("--no-preview", "--no-reference")
     for name in ("a", "b"):
-        assert run("convert", sample_lam, "-o", tmp_path / name, "--name", "head")[0] == 0
+        assert run("convert", sample_lam, "-o", tmp_path / name, "--name", "head", *parts)[0] == 0
     first, second = (bundles.contents(tmp_path / name) for name in ("a", "b"))
     assert list(first) == list(second)
     for name, data in first.items():

@@ -20,6 +20,8 @@ from avatar_runtime.pose import clip_pose
 from tests.avatars import surface_avatar
 from tests.commands import Run
 
+PLAIN = ("--no-preview", "--no-engine-files", "--no-reference")
+
 
 @pytest.fixture(scope="module")
 def head(sample_splatting_head: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -30,7 +32,7 @@ def head(sample_splatting_head: Path, tmp_path_factory: pytest.TempPathFactory) 
 
     out = tmp_path_factory.mktemp("bundles") / "head"
     source = sample_splatting_head / "run"
-    done = CliRunner().invoke(app, ["convert", str(source), "-o", str(out), "--no-preview"])
+    done = CliRunner().invoke(app, ["convert", str(source), "-o", str(out), *PLAIN])
     assert done.exit_code == 0, done.output
     return out
 
@@ -58,7 +60,7 @@ def test_the_rig_comes_from_a_body_model_and_its_poses_are_a_clip(
     out, folder = tmp_path / "head", sample_splatting_head
     code, text, notes = run(
         *("convert", folder / "run", "-o", out, "--body-model", folder / "body" / "body_model.npz"),
-        *("--poses", folder / "flame_params.json", "--no-preview", "--no-engine-files", "--no-reference"),
+        *("--poses", folder / "flame_params.json", *PLAIN),
     )
     assert code == 0 and "1 clip," in text
     assert "4 training units a metre" in notes

@@ -19,6 +19,7 @@ from avatar_runtime.avatar import Avatar, Driving, Expression
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import resolve
 from tests.exporter.driving.recordings import CSV, avatar_of, recording, rig_of
+from tests.session.fuzz import examples
 
 # root turned by 90 degrees about X (as Blender exports), head above it turned about Z, eyes in it.
 ROOT = np.array([[1, 0, 0, 0.1], [0, 0, -1, 0.2], [0, 1, 0, 0.3], [0, 0, 0, 1]], float)
@@ -212,7 +213,7 @@ LEAF = (
 TREE = st.recursive(LEAF, lambda inner: st.lists(inner, max_size=3), max_leaves=6)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100))
 @given(st.fixed_dictionaries({}, optional={"inputs": TREE, "outputs": TREE, "matrix": TREE}))
 def test_no_document_breaks_the_matrix_reader(tmp_path_factory: pytest.TempPathFactory, change: dict) -> None:
     path = tmp_path_factory.getbasetemp() / "any.json"

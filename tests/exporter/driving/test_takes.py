@@ -20,6 +20,7 @@ from avatar_export.driving.live_link_udp import parse_packet, read_live_link_udp
 from avatar_export.driving.takes import read_take
 from avatar_runtime.io.errors import AvatarError
 from tests.exporter.driving.recordings import CSV, UDP, recording
+from tests.session.fuzz import examples
 
 HEADER = "Timecode,BlendShapeCount,JawOpen,EyeBlinkLeft,HeadYaw\n"
 
@@ -218,7 +219,7 @@ def mangled(data: bytes, edits: list[tuple[int, bytes]]) -> bytes:
     return data
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150))
 @given(MANGLE, st.binary(max_size=200))
 def test_no_bytes_break_the_packet_reader(edits: list[tuple[int, bytes]], noise: bytes) -> None:
     clean(read_live_link_udp, mangled(recorded(packet(FACE), packet(FACE, frame=8)), edits))
@@ -226,7 +227,7 @@ def test_no_bytes_break_the_packet_reader(edits: list[tuple[int, bytes]], noise:
     clean(read_live_link_udp, noise)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150))
 @given(MANGLE, st.binary(max_size=200), st.text(alphabet='0123456789:.,-"eEn\n\r\0;', max_size=60))
 def test_no_bytes_break_the_csv_reader(edits: list[tuple[int, bytes]], noise: bytes, tail: str) -> None:
     rows = io.StringIO(f"{HEADER}00:00:00:00.5,61,0.5,0.25,0\n00:00:01:20.0,61,1,0,0\n")

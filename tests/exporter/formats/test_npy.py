@@ -14,6 +14,7 @@ from avatar_export.formats import npy as arrays
 from avatar_export.formats.npy import ComputedArray, open_npy, parse_npy, parse_text_npy, stored_array
 from avatar_runtime.io.errors import AvatarError
 from tests.hostile import MANGLING, mangled, only_avatar_errors, peak_bytes
+from tests.session.fuzz import examples
 
 CODES = ("<f4", ">f4", "<f8", "<f2", ">i8", "<i4", "<i2", "|i1", "|u1", ">u2", "<u4", "<u8", "|b1")
 
@@ -56,7 +57,7 @@ def test_rows_are_a_copy_that_may_be_written(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("span", [8, 64, 65536])
-@settings(max_examples=40, deadline=None, derandomize=True, database=None)
+@settings(max_examples=examples(40))
 @given(data=st.data())
 def test_any_view_of_a_buffer_reads_as_numpy_does(span: int, data: st.DataObject) -> None:
     """Transposed, sliced and stepped views, read at once or by pieces (a small SPAN_BYTES)."""

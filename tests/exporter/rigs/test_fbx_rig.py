@@ -31,6 +31,7 @@ from tests.exporter.rigs import fbx_files
 from tests.exporter.rigs.fbx_files import Settings
 from tests.hostile import MANGLING, mangled, only_avatar_errors
 from tests.measured import Measure
+from tests.session.fuzz import examples
 from tests.shared_data import shared
 
 METRES = 2e-7
@@ -212,7 +213,7 @@ def test_rocketbox(measured: Measure) -> None:
 ASCII = fbx_files.fbx()
 
 
-@settings(MANGLING, max_examples=20)
+@settings(MANGLING, max_examples=examples(20))
 @given(mangled(ASCII))
 def test_mangled_text(tmp_path_factory: Any, data: bytes) -> None:
     path = _written(tmp_path_factory.getbasetemp(), data)
@@ -222,7 +223,7 @@ def test_mangled_text(tmp_path_factory: Any, data: bytes) -> None:
 NUMBERS = [i for i in range(1, len(ASCII) - 1) if ASCII[i : i + 1].isdigit()]
 
 
-@settings(MANGLING, max_examples=20)
+@settings(MANGLING, max_examples=examples(20))
 @given(
     st.sampled_from(NUMBERS), st.sampled_from([b"-1", b"9999999999", b"1e300", b"nan", b"", b"4294967295"])
 )

@@ -20,6 +20,7 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
 from tests.avatars import full_avatar
 from tests.exporter.writers.rigs import File, rig_of, with_rig, written
+from tests.session.fuzz import examples
 
 NEW = written(full_avatar())
 
@@ -113,7 +114,7 @@ def test_no_glb_at_all() -> None:
         same_glb(b"hello" * 9, NEW, "rig.glb")
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150))
 @given(st.lists(st.tuples(st.integers(0, len(NEW) - 1), st.integers(0, 255)), min_size=1, max_size=4))
 def test_mangled_bytes_differ_or_are_refused(changes: list[tuple[int, int]]) -> None:
     data = bytearray(NEW)

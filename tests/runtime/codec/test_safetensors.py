@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from avatar_runtime.codec.safetensors import DTYPES, HEADER_LIMIT, decode, encode
 from avatar_runtime.io.errors import AvatarError
+from tests.session.fuzz import examples
 
 Array = npt.NDArray[Any]
 TYPES = [np.dtype(code) for code in DTYPES.values()]
@@ -167,7 +168,7 @@ def test_metadata_is_passed_over() -> None:
 GOOD = whole({"a": np.arange(6, dtype=np.float32).reshape(2, 3), "b": np.array([1, 2], np.uint16)})
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300))
 @given(st.data())
 def test_no_bytes_give_anything_but_arrays_or_an_avatar_error(data: st.DataObject) -> None:
     mangled = bytearray(GOOD)
@@ -197,7 +198,7 @@ ENTRIES = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300))
 @given(st.dictionaries(st.text(max_size=3), ENTRIES | JSON, max_size=3), st.binary(max_size=8))
 def test_no_header_gives_anything_but_arrays_or_an_avatar_error(header: dict[str, Any], body: bytes) -> None:
     try:

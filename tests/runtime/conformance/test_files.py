@@ -20,6 +20,7 @@ from avatar_runtime.conformance import Reference, decode, encode
 from avatar_runtime.io.errors import AvatarError
 from avatar_schema import LATEST
 from tests.runtime.conformance.made import reference
+from tests.session.fuzz import examples
 
 FILES = encode(reference())
 Document = dict[str, Any]
@@ -209,7 +210,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         decode(opener(tmp_path))
 
 
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 @given(st.sampled_from(sorted(FILES)), st.integers(0, 10**6), st.integers(0, 255), st.booleans())
 def test_damage_is_refused_or_harmless(name: str, at: int, byte: int, cut: bool) -> None:
     data = bytearray(FILES[name])

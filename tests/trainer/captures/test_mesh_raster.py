@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from avatar_runtime.backends.cpu.threads import using
 from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.captures.mesh_raster import LAYERS, Surface, draw, intrinsics
@@ -223,8 +224,8 @@ def test_any_number_of_threads_gives_the_same_bits() -> None:
     )
     pictures = []
     for threads in (1, numba.config.NUMBA_NUM_THREADS):
-        numba.set_num_threads(threads)
-        pictures.append(draw(mesh, plain_camera(), 3))
+        with using(threads):
+            pictures.append(draw(mesh, plain_camera(), 3))
     assert np.array_equal(pictures[0].colour, pictures[1].colour)
     assert np.array_equal(pictures[0].alpha, pictures[1].alpha)
 

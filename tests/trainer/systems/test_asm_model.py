@@ -9,6 +9,7 @@ import torch
 
 from avatar_export.asm import maths
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
+from avatar_runtime.backends.cpu.threads import using
 from avatar_trainer.kernels.asm import posed_cpu, tiles
 from avatar_trainer.systems.asm_model import (
     VARIANTS,
@@ -120,12 +121,9 @@ def test_many_at_once_are_the_same_faces(stored: AsmFace, measured: Measure) -> 
         apart = float((fast[row] - posed(template, one_of(faces, row))).abs().max())
         measured("asm posed_cpu against asm_model m", apart)
         assert apart < 1e-6
-    threads = numba.get_num_threads()
-    try:
-        numba.set_num_threads(1)
-        assert torch.equal(fast, posed_cpu(template, faces, prepared))
-    finally:
-        numba.set_num_threads(threads)
+    for threads in (1, numba.config.NUMBA_NUM_THREADS):
+        with using(threads):
+            assert torch.equal(fast, posed_cpu(template, faces, prepared))
 
 
 def test_the_fast_way_refuses_the_other_rule(stored: AsmFace) -> None:

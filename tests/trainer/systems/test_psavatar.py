@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import torch
 
+from avatar_runtime.backends.cpu.threads import using
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.capture import Capture
 from avatar_trainer.drawing import draw
@@ -240,13 +241,11 @@ def test_it_goes_on_bit_by_bit(capture: Capture, stop: int, enhancer: bool) -> N
 
 def test_the_number_of_threads_changes_no_bit(capture: Capture) -> None:
     states = []
-    most = numba.get_num_threads()
-    for threads in (1, most):
-        numba.set_num_threads(threads)
-        trainer = scene.trainer_of(scene.system_of(capture))
-        scene.run(trainer, 1, 9)
+    for threads in (1, numba.config.NUMBA_NUM_THREADS):
+        with using(threads):
+            trainer = scene.trainer_of(scene.system_of(capture))
+            scene.run(trainer, 1, 9)
         states.append(trainer.system.state())
-    numba.set_num_threads(most)
     assert_same(*states)
 
 
