@@ -62,6 +62,7 @@ FLOORS: dict[
             "rich",
             "tensorboard",
             "torch",
+            "trimesh",
             "typer",
             "yaml",
         },

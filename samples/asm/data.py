@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 from avatar_export.asm.files import save
 from avatar_export.asm.model import Binding, Template
-from avatar_trainer.systems.asm_place import skeleton
-from avatar_trainer.systems.asm_template_files import at_rest
+from avatar_trainer.asm.template.files import at_rest
+from avatar_trainer.asm.template.place import skeleton
 
 Array = npt.NDArray[Any]
 DATA = Path(__file__).parents[1] / "data"

@@ -17,10 +17,10 @@ import numpy.typing as npt
 from avatar_export.asm.files import save
 from avatar_export.asm.model import AsmFace, Take
 from avatar_runtime.avatar import F64
-from avatar_trainer.machine import reproducible
-from avatar_trainer.systems.asm_align import KEYPOINTS, Scan
-from avatar_trainer.systems.asm_register import register_takes
-from avatar_trainer.systems.asm_register_settings import RegisterSettings
+from avatar_trainer.asm.align import KEYPOINTS, Scan
+from avatar_trainer.asm.register.fit import register_takes
+from avatar_trainer.asm.register.settings import RegisterSettings
+from avatar_trainer.loop.machine import reproducible
 from samples.asm.data import DATA, AsmHead, load_asm_head
 
 NAME = "asm_head"

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_trainer.systems.asm_align import KEYPOINTS, Scan, face_region
-from avatar_trainer.systems.asm_place import front_depth
-from avatar_trainer.systems.asm_register import template_keypoints
+from avatar_trainer.asm.align import KEYPOINTS, Scan, face_region
+from avatar_trainer.asm.register.fit import template_keypoints
+from avatar_trainer.asm.template.place import front_depth
 from samples.asm.data import AsmHead
 
 WIDE = 1.3  # of the facial region's radius, that a scan covers

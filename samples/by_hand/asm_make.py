@@ -3,7 +3,7 @@
     python -m samples.by_hand.asm_make SOURCE [NAME ...]
 
 SOURCE holds head/ (ict_lps_head.npz, ict_identity20.npz, ict_vertex_indices.json, lee_perry_smith.glb and its
-picture) and body/ (rocketbox_female_01_facial.fbx). Templates are made by `avatar_trainer.systems.asm_template`; of
+picture) and body/ (rocketbox_female_01_facial.fbx). Templates are made by `avatar_trainer.asm.template.make`; of
 their first weights the eight largest of a vertex are stored, of their first mixtures those of every K of COMPONENTS.
 """
 
@@ -20,8 +20,8 @@ import numpy.typing as npt
 
 from avatar_export.asm.model import Template
 from avatar_export.formats.fbx.file import open_fbx
-from avatar_trainer.systems.asm_template import initial_binding, make_template
-from avatar_trainer.systems.asm_unwrap import weld
+from avatar_trainer.asm.template.make import initial_binding, make_template
+from avatar_trainer.asm.template.unwrap import weld
 from samples.asm.data import COMPONENTS, DATA
 from samples.by_hand.texture_scan import load_scan
 

@@ -15,8 +15,8 @@ from avatar_export.clips.sources import clips_from
 from avatar_export.rigs.rig_file import read_rig_file
 from avatar_runtime.camera import Camera
 from avatar_runtime.pose import joint_rotation
-from avatar_trainer.capture import Shot, write
 from avatar_trainer.captures.mesh_raster import Surface, draw
+from avatar_trainer.captures.own import Shot, write
 from samples.capture.shots import Noise, rays_per_pixel, shot, splits
 from samples.subjects.body import ATTRIBUTES, Body, load_body, values
 from samples.subjects.glb import Builder

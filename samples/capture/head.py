@@ -15,8 +15,8 @@ import numpy.typing as npt
 from PIL import Image
 
 from avatar_runtime.camera import Camera
-from avatar_trainer.capture import Shot, write
 from avatar_trainer.captures.mesh_raster import Picture, Surface, draw
+from avatar_trainer.captures.own import Shot, write
 from samples.capture.extras import EXTRAS, Extra, worn_with
 from samples.capture.shots import Noise, rays_per_pixel, shot, splits
 from samples.capture.tracking_mesh import tracking_body

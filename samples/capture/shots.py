@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import matrix_from_rotvec
-from avatar_trainer.capture import Shot
 from avatar_trainer.captures.mesh_raster import Picture
+from avatar_trainer.captures.own import Shot
 
 Array = npt.NDArray[Any]
 

@@ -23,8 +23,8 @@ from PIL import Image
 
 from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import matrix_from_rotvec
+from avatar_trainer.asm.kernels.zbuffer import depth_buffers, in_front
 from avatar_trainer.captures.mesh_raster import Picture, Surface, draw
-from avatar_trainer.kernels.zbuffer import depth_buffers, in_front
 from samples.capture.head import AUTHOR, CONSENT, DARK, LICENCE, LIGHT, LIT, WRAP, Model
 from samples.capture.shots import rays_per_pixel
 from samples.subjects.body_model import build_body_model

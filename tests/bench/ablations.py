@@ -21,14 +21,15 @@ import torch
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints
-from avatar_trainer.capture import Capture, Frame, load
-from avatar_trainer.drawing import draw
+from avatar_trainer.captures.load import load
+from avatar_trainer.captures.model import Capture, Frame
+from avatar_trainer.captures.targets import Pictures
+from avatar_trainer.loop.train import train
 from avatar_trainer.losses import psnr_db, ssim
-from avatar_trainer.pictures import Pictures
 from avatar_trainer.settings import TrainSettings, with_values
-from avatar_trainer.system import System
-from avatar_trainer.systems import system_module
-from avatar_trainer.train import train
+from avatar_trainer.systems.drawing import draw
+from avatar_trainer.systems.protocol import System
+from avatar_trainer.systems.table import system_module
 
 SIZE, FRAMES, SEED = 128, 240, 3
 UNSEEN = (

@@ -20,12 +20,12 @@ from samples.asm.data import AsmHead, load_asm_head
 from samples.asm.scans import coefficients, head_scan, person_scan, seen
 
 from avatar_runtime.avatar import F64
-from avatar_trainer.kernels.closest import nearest, triangle_tree
-from avatar_trainer.machine import reproducible
-from avatar_trainer.systems.asm_align import Scan, face_region, scan_to_mesh
-from avatar_trainer.systems.asm_model import VARIANTS
-from avatar_trainer.systems.asm_register import Registration, register, scan_error
-from avatar_trainer.systems.asm_register_settings import RegisterSettings
+from avatar_trainer.asm.align import Scan, face_region, scan_to_mesh
+from avatar_trainer.asm.kernels.closest import nearest, triangle_tree
+from avatar_trainer.asm.model import VARIANTS
+from avatar_trainer.asm.register.fit import Registration, register, scan_error
+from avatar_trainer.asm.register.settings import RegisterSettings
+from avatar_trainer.loop.machine import reproducible
 from tests.bench.asm_pictures import errors, face_camera, grey, save_sheet
 
 SCAN = "lee_perry_smith"

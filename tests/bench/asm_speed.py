@@ -23,9 +23,9 @@ from samples.asm.data import load_asm_head
 
 from avatar_export.asm.files import save, save_person
 from avatar_export.asm.model import Template
-from avatar_trainer.kernels.asm import posed_cpu, tiles
-from avatar_trainer.systems.asm_model import Face, TemplateTensors
-from avatar_trainer.systems.asm_template_files import at_rest
+from avatar_trainer.asm.faces import posed_cpu, tiles
+from avatar_trainer.asm.model import Face, TemplateTensors
+from avatar_trainer.asm.template.files import at_rest
 
 FACES, PAPER_SECONDS = 32, 2.658
 SIZES = {4_700: 20, 26_000: 8}  # vertices: how many times faster than the paper this is to be

@@ -26,11 +26,11 @@ from samples.asm.data import load_asm_head
 from samples.capture.views import write_views
 
 from avatar_export.asm.model import Binding, Template
-from avatar_trainer.kernels.closest import TriangleTree, nearest, triangle_tree
-from avatar_trainer.machine import reproducible
-from avatar_trainer.systems.asm_align import Placement, placed_by_pairs
-from avatar_trainer.systems.asm_views import ViewSettings, fit
-from avatar_trainer.systems.asm_views_files import Views, read
+from avatar_trainer.asm.align import Placement, placed_by_pairs
+from avatar_trainer.asm.kernels.closest import TriangleTree, nearest, triangle_tree
+from avatar_trainer.asm.views.files import Views, read
+from avatar_trainer.asm.views.fit import ViewSettings, fit
+from avatar_trainer.loop.machine import reproducible
 from tests.bench.asm_pictures import errors, face_camera, grey, save_sheet
 
 Array = npt.NDArray[Any]

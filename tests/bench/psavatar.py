@@ -24,16 +24,17 @@ import torch
 from PIL import Image
 from torch import Tensor
 
-from avatar_trainer.capture import Capture, Frame, load
-from avatar_trainer.drawing import Drawing, draw
-from avatar_trainer.iterate import Trainer
+from avatar_trainer.captures.load import load
+from avatar_trainer.captures.model import Capture, Frame
+from avatar_trainer.captures.targets import evenly, read
+from avatar_trainer.loop.iterate import Trainer
+from avatar_trainer.loop.machine import reproducible
 from avatar_trainer.losses import psnr_db, ssim
-from avatar_trainer.machine import reproducible
-from avatar_trainer.pictures import evenly, read
 from avatar_trainer.settings import TrainSettings
-from avatar_trainer.system import System
-from avatar_trainer.systems.psavatar import create
-from avatar_trainer.systems.psavatar_settings import Settings
+from avatar_trainer.systems.drawing import Drawing, draw
+from avatar_trainer.systems.protocol import System
+from avatar_trainer.systems.psavatar.settings import Settings
+from avatar_trainer.systems.psavatar.system import create
 
 SIZE, FRAMES, SEED = 128, 120, 3
 WORN = {"glasses": ("--glasses",), "hair": ("--hair",), "heldout": (), "acquisition": ("--hair",)}

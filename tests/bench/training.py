@@ -20,7 +20,7 @@ import torch
 
 from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
-from avatar_trainer.renderer import render
+from avatar_trainer.raster.renderer import render
 from avatar_trainer.tensors import Points, Splats
 from tests.bench.training_iterations import iteration_rows
 from tests.bench.training_stages import rows as stage_rows
@@ -79,7 +79,7 @@ def _timed(
 ) -> tuple[float, float]:
     size = camera.width
     offset, background = torch.zeros(len(given.mean), 2, requires_grad=True), torch.zeros(3)
-    of_colour = torch.randn(size, size, 3, generator=torch.Generator().manual_seed(1)) / size**2
+    grad_colour = torch.randn(size, size, 3, generator=torch.Generator().manual_seed(1)) / size**2
     times = []
     for _ in range(rounds + 1):
         start = time.process_time()
@@ -87,7 +87,7 @@ def _timed(
             given, camera, RasterSettings(near=0.05), SH_DEGREE, background, rasteriser, offset, threads=1
         )
         middle = time.process_time()
-        torch.autograd.grad(rendered.colour, [*inputs, offset], of_colour)
+        torch.autograd.grad(rendered.colour, [*inputs, offset], grad_colour)
         times.append((middle - start, time.process_time() - middle))
     forward, backward = (1e3 * statistics.median(column) for column in zip(*times[1:], strict=True))
     return forward, backward

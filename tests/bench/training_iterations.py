@@ -17,12 +17,12 @@ import numpy as np
 from samples.capture.head import write_head
 from samples.capture.shots import Noise
 
-from avatar_trainer.capture import load
-from avatar_trainer.iterate import Trainer
-from avatar_trainer.machine import reproducible
-from avatar_trainer.pictures import Pictures
+from avatar_trainer.captures.load import load
+from avatar_trainer.captures.targets import Pictures
+from avatar_trainer.loop.iterate import Trainer
+from avatar_trainer.loop.machine import reproducible
 from avatar_trainer.settings import TrainSettings
-from avatar_trainer.systems import system_module
+from avatar_trainer.systems.table import system_module
 
 Row = tuple[str, float, str]
 COUNTS, SIZES = (5_000, 10_000, 20_000), (128, 256, 512)

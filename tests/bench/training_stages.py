@@ -19,13 +19,14 @@ from torch import Tensor
 from avatar_runtime.avatar import Rules
 from avatar_runtime.backends.cpu.threads import using
 from avatar_trainer import kernels
-from avatar_trainer.enhancer import enhanced, initial_weights
+from avatar_trainer.enhancer.network import enhanced, initial_weights
+from avatar_trainer.kernels.mesh import kernel_mesh
 from avatar_trainer.losses import ssim_definition
 from avatar_trainer.stages.activate import activate
 from avatar_trainer.stages.bind import bind_skin, skin_matrices
 from avatar_trainer.stages.blend import Deltas, blend
 from avatar_trainer.stages.rotation import polar
-from avatar_trainer.stages.surface import SurfaceMesh, carriers, carry, surface_mesh
+from avatar_trainer.stages.surface import SurfaceMesh, embed, pose_mesh, surface_mesh
 from avatar_trainer.tensors import Gaussians, Splats
 
 GAUSSIANS, EXPRESSIONS, DELTAS, COEFFICIENTS, SIDE, SIZE = 20_000, 50, 86_000, 4, 100, 256
@@ -74,19 +75,20 @@ def _steps() -> Iterator[tuple[str, Step, list[Tensor]]]:
     yield "skin and activate, torch", lambda: _seen(_skinned(base, matrix)), leaves
 
     mesh, vertices = _mesh(generator)
-    riders, triangle = _riders(mesh, generator)
-    for name, make in (("carriers", kernels.carriers_cpu), ("carriers, torch", carriers)):
-        yield name, lambda make=make: vars(make(vertices, mesh, RULES)).values(), []
-    under, colour = carriers(vertices, mesh, RULES), (base.opacity_logit, base.sh)
+    values, triangle = _values_on(mesh, generator)
+    for_kernels = kernel_mesh(mesh)
+    yield "posed mesh", lambda: vars(kernels.pose_mesh_cpu(vertices, for_kernels, RULES)).values(), []
+    yield "posed mesh, torch", lambda: vars(pose_mesh(vertices, mesh, RULES)).values(), []
+    under, colour = pose_mesh(vertices, mesh, RULES), (base.opacity_logit, base.sh)
     yield (
-        "ride and activate",
-        lambda: _seen(kernels.carried_cpu(under, mesh, triangle, *riders, *colour, RULES)),
-        riders,
+        "embed and activate",
+        lambda: _seen(kernels.embedded_cpu(under, mesh, triangle, *values, *colour, RULES)),
+        values,
     )
     yield (
-        "ride and activate, torch",
-        lambda: _seen(_carried(carry(under, mesh, triangle, *riders, RULES), *colour)),
-        riders,
+        "embed and activate, torch",
+        lambda: _seen(_embedded(embed(under, mesh, triangle, *values, RULES), *colour)),
+        values,
     )
 
     drawn, target = torch.rand(2, SIZE, SIZE, 3, generator=generator).unbind(0)
@@ -130,8 +132,8 @@ def _skinned(base: Gaussians, matrix: Tensor) -> Splats:
     return activate(*bind_skin(base, matrix, polar(matrix[:, :, :3])))
 
 
-def _carried(carried: object, opacity_logit: Tensor, sh: Tensor) -> Splats:
-    c = vars(carried)
+def _embedded(embedded: object, opacity_logit: Tensor, sh: Tensor) -> Splats:
+    c = vars(embedded)
     return activate(Gaussians(c["mean"], c["log_scale"], c["quat_wxyz"], opacity_logit, sh), c["rotation"])
 
 
@@ -152,7 +154,7 @@ def _mesh(generator: torch.Generator) -> tuple[SurfaceMesh, Tensor]:
     return surface_mesh(flat.numpy(), triangles, 4.0), moved
 
 
-def _riders(mesh: SurfaceMesh, generator: torch.Generator) -> tuple[list[Tensor], Tensor]:
+def _values_on(mesh: SurfaceMesh, generator: torch.Generator) -> tuple[list[Tensor], Tensor]:
     """Barycentric, displacement, local quaternion and log scale; triangles."""
     corners = torch.rand(GAUSSIANS, 3, generator=generator)
     values = (

@@ -13,8 +13,8 @@ from samples.asm.scans import HOLE_RADIUS, coefficients, person_scan, seen
 
 from avatar_export.asm.files import load
 from avatar_export.asm.model import Take
-from avatar_trainer.kernels.closest import nearest, triangle_tree
-from avatar_trainer.systems.asm_align import KEYPOINTS, in_face
+from avatar_trainer.asm.align import KEYPOINTS, in_face
+from avatar_trainer.asm.kernels.closest import nearest, triangle_tree
 
 
 @pytest.fixture(scope="module")

@@ -29,7 +29,8 @@ from avatar_runtime.avatar import Rig
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints
-from avatar_trainer import capture
+from avatar_trainer.captures.load import check_pixels, load, pixels
+from avatar_trainer.captures.model import Capture, Frame
 from tests.measured import Measure
 
 Array = npt.NDArray[Any]
@@ -47,17 +48,17 @@ def fewer_rays() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def head_capture(tmp_path_factory: pytest.TempPathFactory) -> capture.Capture:
+def head_capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
     folder = tmp_path_factory.mktemp("head")
     write_head(folder, SIZE, FRAMES, Noise())
-    return capture.load(folder)
+    return load(folder)
 
 
 @pytest.fixture(scope="module")
-def body_capture(tmp_path_factory: pytest.TempPathFactory) -> capture.Capture:
+def body_capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
     folder = tmp_path_factory.mktemp("body")
     write_body(folder, SIZE, FRAMES, Noise())
-    return capture.load(folder)
+    return load(folder)
 
 
 def posed(rig: Rig, pose: PoseArrays) -> Array:
@@ -65,7 +66,7 @@ def posed(rig: Rig, pose: PoseArrays) -> Array:
     return posed_mesh(rig, pose, joints(rig, pose))
 
 
-def projected(points: Array, frame: capture.Frame) -> Array:
+def projected(points: Array, frame: Frame) -> Array:
     """Pixel places [N, 2] of points, pixel centres at integers."""
     camera = frame.camera
     seen = points @ camera.camera_from_world[:3, :3].T.astype(float) + camera.camera_from_world[:3, 3]
@@ -73,9 +74,9 @@ def projected(points: Array, frame: capture.Frame) -> Array:
     return (ndc + 1) / 2 * (camera.width, camera.height) - 0.5
 
 
-def test_both_are_sound_captures(head_capture: capture.Capture, body_capture: capture.Capture) -> None:
+def test_both_are_sound_captures(head_capture: Capture, body_capture: Capture) -> None:
     for found in (head_capture, body_capture):
-        capture.check_pixels(found)
+        check_pixels(found)
         assert len(found.frames) == FRAMES
         assert [f.split for f in found.frames] == ["train"] * 8 + ["test"] * 2
         assert found.rights["source"].startswith("synthetic")
@@ -88,7 +89,7 @@ def test_both_are_sound_captures(head_capture: capture.Capture, body_capture: ca
 
 
 def test_tracked_mesh_is_the_pictured_one(
-    head: Head, body: BodyModel, head_capture: capture.Capture, measured: Measure
+    head: Head, body: BodyModel, head_capture: Capture, measured: Measure
 ) -> None:
     """The coarse rig, posed by the runtime from capture.json, stands on the vertices of the full mesh."""
     take = capture_head.perform(body, FRAMES, ())
@@ -99,14 +100,14 @@ def test_tracked_mesh_is_the_pictured_one(
         assert np.abs(away).max() < 1e-6
 
 
-def test_masks_show_the_posed_head(body: BodyModel, head_capture: capture.Capture) -> None:
+def test_masks_show_the_posed_head(body: BodyModel, head_capture: Capture) -> None:
     """Every solid vertex falls on the mask, and the mask ends where the vertices do."""
     take = capture_head.perform(body, FRAMES, ())
     for k, frame in enumerate(head_capture.frames):
         vertices = posed_vertices(body, take, k)
         solid = vertices[:, 1] > body.v_template[:, 1].min() + FADE + 0.05
         place = projected(vertices, frame)
-        mask = capture.pixels(frame)[1]
+        mask = pixels(frame)[1]
         x, y = np.round(place[solid]).astype(int).T
         near = np.max([mask[y + dy, x + dx] for dx in (-1, 0, 1) for dy in (-1, 0, 1)], axis=0)
         assert (near > 0.1).all()
@@ -120,30 +121,28 @@ def test_masks_show_the_posed_head(body: BodyModel, head_capture: capture.Captur
         assert columns.min() > place[:, 0].min() - 1 and columns.max() < place[:, 0].max() + 1
 
 
-def test_each_picture_is_of_its_own_parameters(
-    head: Head, body: BodyModel, head_capture: capture.Capture
-) -> None:
+def test_each_picture_is_of_its_own_parameters(head: Head, body: BodyModel, head_capture: Capture) -> None:
     take, model = capture_head.perform(body, FRAMES, ()), capture_head.Model(head, body)
     for k in (3, FRAMES - 1):
         frame = head_capture.frames[k]
         again = [model.picture(take, row, frame.camera, 3) for row in (k, k - 1)]
-        image, mask = capture.pixels(frame)
+        image, mask = pixels(frame)
         away = [np.abs(p.colour * p.alpha[..., None] - image * mask[..., None]).max() for p in again]
         assert away[0] < 0.01 and away[1] > 0.1
 
 
-def test_masks_show_the_walking_man(body_capture: capture.Capture) -> None:
+def test_masks_show_the_walking_man(body_capture: Capture) -> None:
     man = load_body()
     for k, frame in enumerate(body_capture.frames):
         mesh = man.posed(k).vertices
         assert np.abs(posed(body_capture.rig, frame.pose) - mesh).max() < 1e-6
         low, high = projected(mesh, frame).min(axis=0), projected(mesh, frame).max(axis=0)
-        rows, columns = np.nonzero(capture.pixels(frame)[1] > 0.01)
+        rows, columns = np.nonzero(pixels(frame)[1] > 0.01)
         assert np.abs(np.array([columns.min(), rows.min()]) - low).max() < 1
         assert np.abs(np.array([columns.max(), rows.max()]) - high).max() < 1
 
 
-def test_the_mans_rig_has_no_seams(body_capture: capture.Capture) -> None:
+def test_the_mans_rig_has_no_seams(body_capture: Capture) -> None:
     triangles = body_capture.rig.triangles.astype(int)
     edges = np.sort(np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
     assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
@@ -192,7 +191,7 @@ def test_noise_is_in_the_parameters_only(tmp_path: Path) -> None:
     for picture in sorted((truth / "images").iterdir()):
         assert picture.read_bytes() == (noisy / "images" / picture.name).read_bytes()
     assert (noisy / "capture.json").read_bytes() == (again / "capture.json").read_bytes()
-    a, b = capture.load(truth).frames, capture.load(noisy).frames
+    a, b = load(truth).frames, load(noisy).frames
     off = np.array([y.pose.expression_weights - x.pose.expression_weights for x, y in zip(a, b, strict=True)])
     assert np.std(off[:, :50]) == pytest.approx(0.05, rel=0.2) and (off[:, 50] == 0).all()
     turns = [y.pose.joint_delta[:, 0, 1] - x.pose.joint_delta[:, 0, 1] for x, y in zip(a, b, strict=True)]
@@ -264,7 +263,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
         digests.append([hashlib.sha256(p.read_bytes()).hexdigest() for p in files])
     assert digests[0] == digests[1], "the same bytes every time"
     assert capsys.readouterr().out.splitlines()[0] == str(tmp_path / "a" / "capture.json")
-    assert len(capture.load(tmp_path / "a").frames) == 3
+    assert len(load(tmp_path / "a").frames) == 3
 
 
 def test_too_few_frames_are_refused(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 from samples.capture.views import LANDMARKS, in_sight, person, projected, radical_inverse, write_views
 
-from avatar_trainer.systems.asm_views_files import read
+from avatar_trainer.asm.views.files import read
 
 SIZE = 48
 

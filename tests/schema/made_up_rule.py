@@ -89,7 +89,7 @@ def played(scale: str) -> dict[str, list[list[float]]]:
     """{backend: log scales [N, 3]} of an avatar under that scale rule on a mesh that has grown, by stage `bind`."""
     from avatar_runtime.avatar import Rules
     from avatar_runtime.backends import Stages, make_backend
-    from avatar_trainer.backend import TrainerStages
+    from avatar_trainer.bundles.definitions import TrainerStages
     from tests.avatars import surface_avatar
 
     avatar = surface_avatar(3, Rules("vertex_quaternion", scale=scale))  # checked

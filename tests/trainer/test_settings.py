@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 
 from avatar_runtime.io.errors import AvatarError
-from avatar_trainer.densify import DensitySettings
+from avatar_trainer.parameters.densify import DensitySettings
 from avatar_trainer.settings import TrainSettings, with_values
 
 

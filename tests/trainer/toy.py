@@ -17,13 +17,14 @@ from torch import Generator, Tensor
 from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
 from avatar_runtime.pose import PoseArrays
-from avatar_trainer.capture import Capture, Shot, write
-from avatar_trainer.densify import SPLIT_SHRINK, Density, DensitySettings
+from avatar_trainer.captures.model import Capture
+from avatar_trainer.captures.own import Shot, write
 from avatar_trainer.losses import l1
-from avatar_trainer.renderer import render
+from avatar_trainer.parameters.densify import SPLIT_SHRINK, Density, DensitySettings
+from avatar_trainer.parameters.table import Table
+from avatar_trainer.raster.renderer import render
 from avatar_trainer.settings import Rule, rule_defaults
-from avatar_trainer.systems import SYSTEMS
-from avatar_trainer.table import Table
+from avatar_trainer.systems.table import SYSTEMS
 from avatar_trainer.tensors import Rendered, Splats
 from tests.trainer.captures.folders import body_folder
 

@@ -102,17 +102,22 @@ def settable(settings: object, without: tuple[str, ...] = ()) -> dict[str, Any]:
     return found
 
 
-def with_values(settings: T, pairs: Iterable[tuple[str, str]], field: str = "settings") -> T:
-    """`settings`, a dataclass, with its fields as (name, text) pairs say, all at once; names of nested ones dotted.
-    `field`: what an error names.
+def with_values(
+    settings: T,
+    pairs: Iterable[tuple[str, str]],
+    values: Mapping[str, object] | None = None,
+    field: str = "settings",
+) -> T:
+    """`settings`, a dataclass, with other fields, all changed at once.
 
-    Raises AvatarError for a name that there is not or is given twice, a text that is not of the field's type, or
-    values that the dataclass refuses.
+    pairs: (name, text) of fields, names of nested ones dotted; values: field -> value, None: as it is. Of a field in
+    both the text counts. `field`: what an error names. Raises AvatarError for an unknown name, a name given twice, a
+    text that is not of the field's type, and values that the dataclass refuses.
     """
     pairs = list(pairs)
     _expect_once(pairs, "--set")
     hints = get_type_hints(type(settings))
-    changes: dict[str, Any] = {}
+    changes = {name: value for name, value in (values or {}).items() if value is not None}
     nested: dict[str, list[tuple[str, str]]] = {}
     for name, text in pairs:
         head, dot, rest = name.partition(".")
@@ -123,7 +128,7 @@ def with_values(settings: T, pairs: Iterable[tuple[str, str]], field: str = "set
         else:
             raise no_such("setting", name, settable(settings), field="--set")
     for head, inner in nested.items():
-        changes[head] = with_values(getattr(settings, head), inner, f"{field}.{head}")
+        changes[head] = with_values(getattr(settings, head), inner, field=f"{field}.{head}")
     try:
         return dataclasses.replace(settings, **changes)  # type: ignore[type-var]
     except ValueError as error:

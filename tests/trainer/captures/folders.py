@@ -16,7 +16,7 @@ from avatar_runtime.avatar import Rig
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints
-from avatar_trainer.capture import Shot, write
+from avatar_trainer.captures.own import Shot, write
 from tests.exporter.bodies import body_files
 
 Array = npt.NDArray[Any]

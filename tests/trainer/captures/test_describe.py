@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from avatar_trainer.capture import describe, load
+from avatar_trainer.captures.describe import describe
+from avatar_trainer.captures.load import load
 from tests.trainer.captures import folders
 
 

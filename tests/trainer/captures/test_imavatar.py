@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from avatar_runtime.io.errors import AvatarError
-from avatar_trainer.capture import load, pixels
+from avatar_trainer.captures.load import load, pixels
 from tests.exporter.bodies import body_files
 from tests.measured import Measure
 from tests.oracles.lbs import posed_vertices

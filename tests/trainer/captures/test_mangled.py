@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 
-from avatar_trainer.capture import check_pixels, load
+from avatar_trainer.captures.load import check_pixels, load
 from tests.hostile import MANGLING, mangled, only_avatar_errors
 from tests.trainer.captures import folders
 

@@ -13,8 +13,9 @@ import torch
 from PIL import Image
 
 from avatar_runtime.io.errors import AvatarError
-from avatar_trainer.capture import Capture, load, pixels
+from avatar_trainer.captures.load import load, pixels
 from avatar_trainer.captures.metrical_tracker import rotation_from_6d
+from avatar_trainer.captures.model import Capture
 from tests import golden
 from tests.golden import BlendshapesGolden
 from tests.measured import Measure

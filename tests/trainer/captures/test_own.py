@@ -14,7 +14,8 @@ from jsonschema import Draft202012Validator
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.joints import rest_transforms
 from avatar_schema import schema
-from avatar_trainer.capture import Shot, load, pixels, write
+from avatar_trainer.captures.load import load, pixels
+from avatar_trainer.captures.own import Shot, write
 from tests.oracles.lbs import rodrigues
 from tests.trainer.captures import folders
 from tests.trainer.captures.folders import HEIGHT, WIDTH, K

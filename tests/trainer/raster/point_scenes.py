@@ -80,10 +80,10 @@ def loss(of: PointScene, rendered: Rendered) -> Tensor:
     """A fixed random sum of colour and alpha."""
     generator = torch.Generator().manual_seed(99)
     shape = (of.camera.height, of.camera.width)
-    of_colour = torch.randn((*shape, 3), generator=generator, dtype=torch.float64)
-    of_alpha = torch.randn(shape, generator=generator, dtype=torch.float64)
+    grad_colour = torch.randn((*shape, 3), generator=generator, dtype=torch.float64)
+    grad_alpha = torch.randn(shape, generator=generator, dtype=torch.float64)
     dtype = rendered.colour.dtype
-    return (rendered.colour * of_colour.to(dtype)).sum() + (rendered.alpha * of_alpha.to(dtype)).sum()
+    return (rendered.colour * grad_colour.to(dtype)).sum() + (rendered.alpha * grad_alpha.to(dtype)).sum()
 
 
 def gradients(of: PointScene, dtype: torch.dtype, threads: int | None = 1) -> dict[str, Tensor]:

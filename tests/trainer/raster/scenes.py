@@ -10,7 +10,7 @@ from torch import Tensor
 
 from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
-from avatar_trainer.renderer import render
+from avatar_trainer.raster.renderer import render
 from avatar_trainer.tensors import Rendered, Splats
 
 INPUTS = ("mean", "scale", "quat_wxyz", "opacity", "sh", "background", "screen_offset")
@@ -129,8 +129,8 @@ def weights(of: Scene) -> tuple[Tensor, Tensor]:
 
 
 def loss(of: Scene, rendered: Rendered) -> Tensor:
-    of_colour, of_alpha = (w.to(rendered.colour.dtype) for w in weights(of))
-    return (rendered.colour * of_colour).sum() + (rendered.alpha * of_alpha).sum()
+    grad_colour, grad_alpha = (w.to(rendered.colour.dtype) for w in weights(of))
+    return (rendered.colour * grad_colour).sum() + (rendered.alpha * grad_alpha).sum()
 
 
 def gradients(of: Scene, rasteriser: str, dtype: torch.dtype, threads: int | None = 1) -> dict[str, Tensor]:

@@ -14,8 +14,8 @@ from avatar_runtime.backends.cpu.draw.frame import draw
 from avatar_runtime.backends.cpu.jit import SOURCES
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock
-from avatar_trainer.raster.blend_backward import blend_tiles_backward
-from avatar_trainer.renderer import render
+from avatar_trainer.raster.composite_backward import composite_tiles_backward
+from avatar_trainer.raster.renderer import render
 from avatar_trainer.stages.project import project
 from avatar_trainer.tensors import Rendered, Splats
 from tests.golden import Array, rasteriser_case, rasteriser_names
@@ -125,14 +125,14 @@ def test_one_splat_by_the_textbook(degree: int, measured: Measure) -> None:
         "sh": rng.normal(0, 0.2, ((degree + 1) ** 2, 3)),
     }
     inputs = {name: value.astype(np.float32).astype(np.float64) for name, value in inputs.items()}
-    background, of_colour, of_alpha = np.array([0.25, 0.5, 0.75]), rng.normal(size=3), rng.normal()
+    background, grad_colour, grad_alpha = np.array([0.25, 0.5, 0.75]), rng.normal(size=3), rng.normal()
     column, row = 18, 13
 
     def value(**given: Array) -> float:
         at = {**inputs, **given}
         shape = (at["mean"], at["scale"], at["quat_wxyz"], float(at["opacity"]), at["sh"], degree)
         colour, alpha = one_splat.pixel(*shape, view[:3, :3], view[:3, 3], k, background, column, row)
-        return float(colour @ of_colour + alpha * of_alpha)
+        return float(colour @ grad_colour + alpha * grad_alpha)
 
     tensors = {
         name: torch.tensor(v[None], dtype=torch.float32).requires_grad_() for name, v in inputs.items()
@@ -140,11 +140,11 @@ def test_one_splat_by_the_textbook(degree: int, measured: Measure) -> None:
     rendered = render(
         Splats(**tensors), camera, RasterSettings(), degree, torch.tensor(background).float(), threads=1
     )
-    got = float(rendered.colour[row, column].detach() @ torch.tensor(of_colour).float())
-    assert got + float(rendered.alpha[row, column].detach()) * of_alpha == pytest.approx(value(), abs=1e-5)
+    got = float(rendered.colour[row, column].detach() @ torch.tensor(grad_colour).float())
+    assert got + float(rendered.alpha[row, column].detach()) * grad_alpha == pytest.approx(value(), abs=1e-5)
     (
-        rendered.colour[row, column] @ torch.tensor(of_colour).float()
-        + rendered.alpha[row, column] * of_alpha
+        rendered.colour[row, column] @ torch.tensor(grad_colour).float()
+        + rendered.alpha[row, column] * grad_alpha
     ).backward()
     for name, tensor in tensors.items():
         assert tensor.grad is not None
@@ -302,9 +302,9 @@ def test_other_types_are_refused() -> None:
 
 
 def test_kernels_are_compiled_anew_when_the_runtime_or_this_package_changes() -> None:
-    stamp = blend_tiles_backward._cache._cache_file._source_stamp
+    stamp = composite_tiles_backward._cache._cache_file._source_stamp
     assert stamp[: len(SOURCES)] == SOURCES
-    assert {entry.split()[0] for entry in stamp[len(SOURCES) :]} >= {"blend_backward.py", "reduce.py"}
+    assert {entry.split()[0] for entry in stamp[len(SOURCES) :]} >= {"composite_backward.py", "reduce.py"}
 
 
 def _k(focal: float, x: float, y: float) -> Array:

@@ -12,7 +12,7 @@ import torch
 from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
 from avatar_trainer.raster.points import rasterise
-from avatar_trainer.renderer import render
+from avatar_trainer.raster.renderer import render
 from avatar_trainer.tensors import Points, Rendered
 from tests.measured import Measure
 from tests.trainer.raster.point_scenes import INPUTS, PointScene, drawn, gradients, harsh, loss, scene

@@ -14,7 +14,7 @@ from avatar_runtime.posed import posed_mesh
 from avatar_runtime.rules import AREA_SCALES, NORMAL_POSITIONS, RIGGED_ROTATIONS, VERTEX_ROTATIONS
 from avatar_runtime.stages.joints import joints
 from avatar_runtime.stages.skin import vertex_matrices
-from avatar_trainer.stages.surface import SurfaceMesh, carriers, carry, surface_mesh
+from avatar_trainer.stages.surface import SurfaceMesh, embed, pose_mesh, surface_mesh
 from tests.avatars import surface_avatar
 from tests.trainer.tensors import poses, tensor
 
@@ -29,7 +29,7 @@ NAMES = ["-".join((r.rotation, r.position, r.scale)) for r in RULES]
 
 
 @dataclass(frozen=True)
-class Riding:
+class SurfaceCase:
     """An avatar on its mesh, and the mesh posed."""
 
     avatar: Avatar
@@ -46,7 +46,7 @@ class Riding:
         return tuple(map(tensor, arrays))
 
 
-def riding(rules: Rules) -> Riding:
+def surface_case(rules: Rules) -> SurfaceCase:
     avatar = replace(surface_avatar(), rules=rules).check()
     e, rig = avatar.embedding, avatar.rig
     assert e is not None and rig is not None
@@ -56,11 +56,13 @@ def riding(rules: Rules) -> Riding:
     if rules.rotation in RIGGED_ROTATIONS:
         matrix = [tensor(vertex_matrices(rig, state.skin_matrix)) for _, state in states]
     mesh = surface_mesh(e.canonical_vertices, e.triangles, avatar.training_per_bundle)
-    return Riding(avatar, mesh, tensor(e.triangle, torch.int64), tuple(posed), tuple(matrix))
+    return SurfaceCase(avatar, mesh, tensor(e.triangle, torch.int64), tuple(posed), tuple(matrix))
 
 
-def carried(given: Riding, matrix: Tensor | None, vertices: Tensor, *values: Tensor) -> Mapping[str, Tensor]:
+def embedded(
+    given: SurfaceCase, matrix: Tensor | None, vertices: Tensor, *values: Tensor
+) -> Mapping[str, Tensor]:
     """Stage surface whole: mean, quat_wxyz, rotation, log_scale; `matrix` is one of `given.matrix`."""
     rules = given.avatar.rules
-    under = carriers(vertices, given.mesh, rules, matrix)
-    return vars(carry(under, given.mesh, given.triangle, *values, rules))
+    under = pose_mesh(vertices, given.mesh, rules, matrix)
+    return vars(embed(under, given.mesh, given.triangle, *values, rules))

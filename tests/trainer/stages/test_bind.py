@@ -26,7 +26,7 @@ AVATAR = full_avatar()
 POSES = poses(AVATAR)
 
 
-def carried(posed: Posed) -> tuple[Tensor, Tensor]:
+def embedded(posed: Posed) -> tuple[Tensor, Tensor]:
     """Matrix [N, 3, 4] and rotation [N, 3, 3] of every Gaussian of AVATAR, by its group."""
     by_skin = skin_matrices(tensor(dense(AVATAR.skin, "weight")), tensor(posed.skin_matrix))
     matrix, rotation = by_skin.clone(), polar(by_skin[:, :, :3])
@@ -52,7 +52,7 @@ def test_the_runtimes_numbers(frame: int, measured: Measure) -> None:
     )
     corrective = tensor(combine(shapes.correctives, posed.pose_feature)["mean"])
     late = tensor(combine(shapes.late_morphs, posed.late_weights)["mean"])
-    bound, rotation = bind_skin(gaussians(AVATAR.gaussians), *carried(posed), corrective, late)
+    bound, rotation = bind_skin(gaussians(AVATAR.gaussians), *embedded(posed), corrective, late)
     bound, rotation = place(bound, rotation, torch.from_numpy(posed.world_from_avatar))
     moved = largest(bound.mean, expected.gaussians.mean)
     turned = max(largest(bound.quat_wxyz, expected.gaussians.quat_wxyz), largest(rotation, expected.rotation))

@@ -13,23 +13,23 @@ from torch.autograd import gradcheck
 
 from avatar_runtime.avatar import Rules
 from avatar_runtime.stages import surface as runtime
-from avatar_trainer.stages.surface import bary_vertex_rotation, carriers, carry, check_rules, surface_mesh
+from avatar_trainer.stages.surface import bary_vertex_rotation, check_rules, embed, pose_mesh, surface_mesh
 from tests.measured import Measure
 from tests.shared_data import shared
-from tests.trainer.stages.surfaces import NAMES, RULES, carried, riding
+from tests.trainer.stages.surfaces import NAMES, RULES, embedded, surface_case
 from tests.trainer.tensors import largest, leaves, tensor
 
 
 @pytest.mark.parametrize("rules", RULES, ids=NAMES)
 def test_the_runtimes_numbers(rules: Rules, measured: Measure) -> None:
-    given = riding(rules)
+    given = surface_case(rules)
     avatar = given.avatar
     assert avatar.embedding is not None
     surface = runtime.prepare(avatar.embedding, rules, avatar.training_per_bundle)
     for vertices, matrix in zip(given.posed, given.matrix, strict=True):
         linear = None if matrix is None else matrix.numpy()
-        expected = runtime.carry(surface, vertices.numpy(), avatar.gaussians.log_scale, linear)
-        for name, value in carried(given, matrix, vertices, *given.values()).items():
+        expected = runtime.embed(surface, vertices.numpy(), avatar.gaussians.log_scale, linear)
+        for name, value in embedded(given, matrix, vertices, *given.values()).items():
             difference = largest(value, getattr(expected, name))
             measured(f"trainer surface: largest difference of {name} to the runtime", difference)
             assert difference <= 4e-6 * max(1, float(np.abs(getattr(expected, name)).max())), name
@@ -38,13 +38,13 @@ def test_the_runtimes_numbers(rules: Rules, measured: Measure) -> None:
 @pytest.mark.parametrize("rules", RULES[:12:3], ids=NAMES[:12:3])
 def test_the_floors_of_a_fine_mesh(rules: Rules) -> None:
     """Triangles so small that sums are divided by the floors, which shortens what they give."""
-    given = riding(rules)
+    given = surface_case(rules)
     e, u = given.avatar.embedding, given.avatar.training_per_bundle
     assert e is not None
     fine = replace(e, canonical_vertices=e.canonical_vertices * np.float32(1.5e-3))
     surface = runtime.prepare(fine, rules, u)
     posed = 1.5e-3 * given.posed[0]
-    own = carriers(posed, surface_mesh(fine.canonical_vertices, fine.triangles, u), rules)
+    own = pose_mesh(posed, surface_mesh(fine.canonical_vertices, fine.triangles, u), rules)
     normals = runtime.vertex_normals(surface, posed.numpy())
     shape = runtime.triangle_shape(posed.numpy(), fine.triangles, rules)
     by_rule = {
@@ -60,11 +60,11 @@ def test_the_floors_of_a_fine_mesh(rules: Rules) -> None:
 
 @pytest.mark.parametrize("rules", RULES[:12], ids=NAMES[:12])
 def test_gradients_agree_with_differences(rules: Rules) -> None:
-    given = riding(rules)
+    given = surface_case(rules)
     some = replace(given, triangle=given.triangle[:5])
 
     def stage(vertices: Tensor, *values: Tensor) -> tuple[Tensor, ...]:
-        result = carried(some, given.matrix[1], vertices, *values)
+        result = embedded(some, given.matrix[1], vertices, *values)
         assert not result["rotation"].requires_grad
         return result["mean"], result["quat_wxyz"], result["log_scale"]
 
@@ -75,7 +75,7 @@ def test_gradients_agree_with_differences(rules: Rules) -> None:
 @pytest.mark.parametrize("rules", RULES[12:], ids=NAMES[12:])
 def test_gradients_of_rigged_rules_but_for_the_turn(rules: Rules) -> None:
     """Those of the mean and of the local quaternion; matrices and what lies under them get none."""
-    given = riding(rules)
+    given = surface_case(rules)
     some, matrix = replace(given, triangle=given.triangle[:5]), given.matrix[1]
     assert matrix is not None
     vertices, barycentric, displacement, local, log_scale = (
@@ -84,10 +84,10 @@ def test_gradients_of_rigged_rules_but_for_the_turn(rules: Rules) -> None:
     )
 
     def mean(*moving: Tensor) -> Tensor:
-        return carried(some, matrix.double(), *moving, local.double(), log_scale.double())["mean"]
+        return embedded(some, matrix.double(), *moving, local.double(), log_scale.double())["mean"]
 
     def turned(quat: Tensor) -> Tensor:
-        result = carried(some, matrix, vertices, barycentric, displacement, quat, log_scale)
+        result = embedded(some, matrix, vertices, barycentric, displacement, quat, log_scale)
         assert not result["rotation"].requires_grad
         return result["quat_wxyz"].double()
 
@@ -97,7 +97,7 @@ def test_gradients_of_rigged_rules_but_for_the_turn(rules: Rules) -> None:
 
 def test_a_rotation_under_each_gaussian_has_gradients() -> None:
     """`bary_vertex_rotation` alone, for those who move joints or barycentrics."""
-    given = riding(RULES[12])
+    given = surface_case(RULES[12])
     matrix, corners = given.matrix[1], given.mesh.triangles[given.triangle[:5]]
     assert matrix is not None
     inputs = leaves([matrix, given.values()[0][:5]])
@@ -107,22 +107,22 @@ def test_a_rotation_under_each_gaussian_has_gradients() -> None:
 
 
 def test_matrices_go_with_the_rule_that_reads_them() -> None:
-    given, matrix = riding(RULES[12]), riding(RULES[12]).matrix[0]
+    given, matrix = surface_case(RULES[12]), surface_case(RULES[12]).matrix[0]
     assert matrix is not None
     for rules, linear in ((RULES[12], None), (RULES[0], matrix)):
         with pytest.raises(ValueError, match="vertex_matrix goes with bary_vertex_lbs"):
-            carriers(given.posed[0], given.mesh, rules, linear)
+            pose_mesh(given.posed[0], given.mesh, rules, linear)
     with pytest.raises(ValueError, match=r"vertex_matrix is \(19, 3, 3\), not \[20, 3, 3 or 4\]"):
-        carriers(given.posed[0], given.mesh, RULES[12], matrix[1:])
+        pose_mesh(given.posed[0], given.mesh, RULES[12], matrix[1:])
 
 
 @pytest.mark.parametrize("rules", RULES, ids=NAMES)
 def test_the_canonical_mesh_changes_nothing(rules: Rules) -> None:
-    given = riding(rules)
+    given = surface_case(rules)
     e, values = given.avatar.embedding, given.values()
     assert e is not None
     still = None if given.matrix[0] is None else torch.eye(3).expand(given.mesh.vertices, 3, 3)
-    result = carried(given, still, tensor(e.canonical_vertices), *values)
+    result = embedded(given, still, tensor(e.canonical_vertices), *values)
     assert torch.allclose(result["quat_wxyz"], values[2], atol=1e-5)
     assert torch.allclose(result["log_scale"], values[3], atol=1e-6)
     assert torch.allclose(result["rotation"], torch.eye(3).expand(48, 3, 3), atol=1e-6)
@@ -138,15 +138,15 @@ def test_the_canonical_mesh_changes_nothing(rules: Rules) -> None:
     ],
 )
 def test_rules_that_are_not_trained_are_refused(changed: dict[str, str]) -> None:
-    given, rules = riding(RULES[0]), replace(RULES[0], **changed)
+    given, rules = surface_case(RULES[0]), replace(RULES[0], **changed)
     (name,) = changed
     with pytest.raises(ValueError, match=name):
         check_rules(rules)
     with pytest.raises(ValueError, match="is not trained"):
-        carriers(given.posed[0], given.mesh, rules)
-    under = carriers(given.posed[0], given.mesh, RULES[0])
+        pose_mesh(given.posed[0], given.mesh, rules)
+    under = pose_mesh(given.posed[0], given.mesh, RULES[0])
     with pytest.raises(ValueError, match="is not trained"):
-        carry(under, given.mesh, given.triangle, *given.values(), rules)
+        embed(under, given.mesh, given.triangle, *given.values(), rules)
 
 
 @pytest.mark.parametrize("rules", RULES[:12:6], ids=NAMES[:12:6])
@@ -155,12 +155,12 @@ def test_what_no_triangle_has_and_what_is_flat_stay_finite(rules: Rules) -> None
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0], [9, 9, 9]], np.float32)
     mesh = surface_mesh(corners, np.array([[0, 1, 2], [0, 1, 3]], np.uint32), 1.0)
     (vertices,) = leaves([tensor(corners)])
-    under = carriers(vertices, mesh, rules)
+    under = pose_mesh(vertices, mesh, rules)
     assert torch.isfinite(under.vertex_normal).all() and torch.isfinite(under.vertex_turn).all()
     assert not under.vertex_normal[4].any() and not under.vertex_turn[4].any()
     third = torch.full((1, 3), 1 / 3, dtype=torch.float64)
     quat, scale = torch.ones(1, 4).double(), torch.zeros(1, 3).double()
-    result = carry(under, mesh, torch.tensor([0]), third, third[:, 0], quat, scale, rules)
+    result = embed(under, mesh, torch.tensor([0]), third, third[:, 0], quat, scale, rules)
     (slope,) = torch.autograd.grad(result.mean.sum() + result.log_scale.sum(), vertices)
     assert torch.isfinite(slope).all()
 
@@ -194,7 +194,7 @@ def test_the_released_codes_numbers(measured: Measure) -> None:
     for path in found:
         with np.load(path) as expected:
             posed = tensor(expected["posed_vertices"] / units)
-            result = carry(carriers(posed, mesh, rules), mesh, at, *values, rules)
+            result = embed(pose_mesh(posed, mesh, rules), mesh, at, *values, rules)
             moved = largest(units * result.mean, expected["xyz"])
             scale = units * result.log_scale.exp()
             grown = float(np.abs(scale.numpy() / expected["scale_on"] - 1).max())

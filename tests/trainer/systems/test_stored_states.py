@@ -10,14 +10,15 @@ import pytest
 import torch
 
 from avatar_runtime.io.errors import AvatarError
-from avatar_trainer.capture import Capture
-from avatar_trainer.finished import load_system
-from avatar_trainer.system import System
-from avatar_trainer.systems import psavatar, splatting_avatar
-from avatar_trainer.systems.gaussian_blendshapes import create
-from tests.trainer.systems import blendshape_subjects as blendshapes
-from tests.trainer.systems import psavatar_scene
-from tests.trainer.systems import splatting_avatar_scene as scene
+from avatar_trainer.captures.model import Capture
+from avatar_trainer.loop.resume import load_system
+from avatar_trainer.systems.gaussian_blendshapes.system import create
+from avatar_trainer.systems.protocol import System
+from avatar_trainer.systems.psavatar import system as psavatar
+from avatar_trainer.systems.splatting_avatar import system as splatting_avatar
+from tests.trainer.systems.gaussian_blendshapes import subjects as blendshapes
+from tests.trainer.systems.psavatar import scene as psavatar_scene
+from tests.trainer.systems.splatting_avatar import scene
 
 State = dict[str, Any]
 NAN, INF = float("nan"), float("inf")

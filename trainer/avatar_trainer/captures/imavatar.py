@@ -21,7 +21,7 @@ from avatar_runtime.avatar import F64, Clip
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.pose import PoseArrays
-from avatar_trainer.captures import pictures
+from avatar_trainer.captures import image_files
 from avatar_trainer.captures.bodies import body_of_model, check_flame, found_inputs
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.captures.paths import inside
@@ -47,7 +47,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
     clip = body_clip(body.rig, poses, str(file))
     fractions = _numbers(document.get("intrinsics"), (4,), file, "intrinsics")
     images = [_image(folder, frame, t) for t, frame in enumerate(document["frames"])]
-    first = pictures.header(images[0])
+    first = image_files.header(images[0])
     matte, how = _mattes(images[0], first)
     k = _intrinsics(fractions, first)
     rows = [_row(file, frame, t, images[t], matte, k, clip) for t, frame in enumerate(document["frames"])]
@@ -82,7 +82,7 @@ def _row(
     return Row(file, f"frames[{t}]", image, mask, k, world[:, :3], world[:, 3] / UNITS, pose, None)
 
 
-def _intrinsics(fractions: F64, picture: pictures.Header) -> F64:
+def _intrinsics(fractions: F64, picture: image_files.Header) -> F64:
     fx, fy, cx, cy = np.abs(fractions) * (picture.width, picture.height, picture.width, picture.height)
     return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
 
@@ -102,7 +102,7 @@ def _image(folder: Path, frame: Mapping[str, Any], t: int) -> Path:
     return found
 
 
-def _mattes(image: Path, header: pictures.Header) -> tuple[str | None, str]:
+def _mattes(image: Path, header: image_files.Header) -> tuple[str | None, str]:
     """(folder of the mattes beside that of the pictures, None: they are the pictures' alpha; in words)."""
     home = image.parent
     for name in MASKS:

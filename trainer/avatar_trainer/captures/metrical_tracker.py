@@ -22,7 +22,7 @@ from avatar_runtime.avatar import F64
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.rotation import homogeneous
-from avatar_trainer.captures import pictures
+from avatar_trainer.captures import image_files
 from avatar_trainer.captures.bodies import FLAME_JOINTS, Body, body_of_model, check_flame, found_inputs
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.captures.rows import MAX_FRAMES, Row, check_rows
@@ -90,7 +90,7 @@ def read_tracked(file: Path) -> Tracked:
     jaw = _array(flame, "flame", "jaw", (6,), file)
     eyes = _array(flame, "flame", "eyes", (12,), file)
     size = _array(content, "", "img_size", (2,), file)
-    if (size != np.round(size)).any() or not ((size >= 1) & (size <= pictures.MAX_SIDE)).all():
+    if (size != np.round(size)).any() or not ((size >= 1) & (size <= image_files.MAX_SIDE)).all():
         raise AvatarError(
             f"is {size.tolist()}, expected height and width in pixels", file=file, field="img_size"
         )
@@ -164,7 +164,7 @@ def _mattes(folder: Path, first: str) -> tuple[str, str]:
     for name, what in MATTES.items():
         if (folder / name).is_dir():
             return name, f"pictures in {IMAGES}/, {what}"
-    if pictures.header(folder / IMAGES / f"{first}.png").mode == "RGBA":
+    if image_files.header(folder / IMAGES / f"{first}.png").mode == "RGBA":
         return IMAGES, f"pictures in {IMAGES}/, their alpha is the matte (INSTA)"
     others = [f"{name}/ holds {what}" for name, what in NOT_MATTES.items() if (folder / name).is_dir()]
     raise AvatarError(

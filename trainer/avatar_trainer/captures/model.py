@@ -1,4 +1,4 @@
-"""A capture in memory; `avatar_trainer.capture` makes it."""
+"""A capture in memory; `avatar_trainer.captures.load` makes it."""
 
 from __future__ import annotations
 

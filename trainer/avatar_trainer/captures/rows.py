@@ -13,7 +13,7 @@ import numpy.typing as npt
 from avatar_runtime.camera import Camera
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import PoseArrays
-from avatar_trainer.captures import pictures
+from avatar_trainer.captures import image_files
 from avatar_trainer.captures.model import Frame
 
 TEST_FRAMES, TEST_SHARE = (
@@ -97,11 +97,11 @@ def check_pictures(rows: Sequence[Row], size: tuple[int, int] | None) -> tuple[i
     says = "the capture says"
     for row in rows:
         for path in dict.fromkeys((row.image, row.mask)):
-            found = pictures.header(path)
+            found = image_files.header(path)
             if path == row.image:
-                pictures.check_colour(path, found.mode)
+                image_files.check_colour(path, found.mode)
             if path == row.mask:
-                pictures.check_matte(path, found.mode, row.mask == row.image)
+                image_files.check_matte(path, found.mode, row.mask == row.image)
             if size is None:
                 size, says = (found.width, found.height), f"{path.name}, the first, has"
             if (found.width, found.height) != size:

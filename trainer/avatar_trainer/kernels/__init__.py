@@ -8,6 +8,6 @@ from __future__ import annotations
 from avatar_trainer.kernels.blend import blend_cpu
 from avatar_trainer.kernels.skin import skinned_cpu
 from avatar_trainer.kernels.ssim import ssim_cpu
-from avatar_trainer.kernels.surface import carried_cpu, carriers_cpu
+from avatar_trainer.kernels.surface import embedded_cpu, pose_mesh_cpu
 
-__all__ = ["blend_cpu", "carried_cpu", "carriers_cpu", "skinned_cpu", "ssim_cpu"]
+__all__ = ["blend_cpu", "embedded_cpu", "pose_mesh_cpu", "skinned_cpu", "ssim_cpu"]

@@ -67,12 +67,12 @@ class _Blend(torch.autograd.Function):
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
         if not any(ctx.needs_input_grad[8:]):
             return None, None, None, *gradients, *(None,) * 5
-        of_delta = tuple(torch.empty(shape) for shape in ctx.shapes)
+        grad_delta = tuple(torch.empty(shape) for shape in ctx.shapes)
         coefficients = gradients[4].shape[1]
         row_ptr, column, weights = ctx.pattern
-        of_rows, of_entries = (_values(group, coefficients) for group in (gradients, of_delta))
-        _spread_rows(row_ptr, column, weights, of_rows, of_entries)
-        return None, None, None, *gradients, *of_delta
+        grad_rows, grad_entries = (_values(group, coefficients) for group in (gradients, grad_delta))
+        _spread_rows(row_ptr, column, weights, grad_rows, grad_entries)
+        return None, None, None, *gradients, *grad_delta
 
 
 def _values(tensors: tuple[Tensor, ...], coefficients: int) -> Values:

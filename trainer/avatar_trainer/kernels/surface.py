@@ -1,4 +1,4 @@
-"""Gaussians that ride on a mesh: `stages.surface.carriers` without gradients, and `carry` followed by `activate`."""
+"""Gaussians that ride on a mesh: `stages.surface.pose_mesh` without gradients, and `embed` followed by `activate`."""
 
 from __future__ import annotations
 
@@ -33,10 +33,11 @@ from avatar_trainer.kernels.activation import (
     undivided,
 )
 from avatar_trainer.kernels.arrays import plain
+from avatar_trainer.kernels.mesh import KernelMesh
 from avatar_trainer.stages.activate import SHORTEST
 from avatar_trainer.stages.surface import (
     TINY,
-    Carriers,
+    PosedMesh,
     SurfaceMesh,
     check_rules,
     linear_rows,
@@ -49,7 +50,7 @@ LEAST, NONE = np.float32(SHORTEST), np.float32(TINY)
 Vector = tuple[Scalar, Scalar, Scalar]
 
 
-class Rider(NamedTuple):
+class OnMesh(NamedTuple):
     """Where N Gaussians sit, and what the mesh does to their scales."""
 
     vertices: I64  # [N, 3]
@@ -77,36 +78,36 @@ class Out(NamedTuple):
     opacity: F32  # [N]
 
 
-def carriers_cpu(
-    vertices: Tensor, mesh: SurfaceMesh, rules: Rules, vertex_matrix: Tensor | None = None
-) -> Carriers:
-    """As `stages.surface.carriers`, without gradients, by the runtime's kernels; `vertices` [V, 3] float32.
+def pose_mesh_cpu(
+    vertices: Tensor, mesh: KernelMesh, rules: Rules, vertex_matrix: Tensor | None = None
+) -> PosedMesh:
+    """As `stages.surface.pose_mesh`, without gradients, by the runtime's kernels; `vertices` [V, 3] float32.
 
     Raises ValueError as it does, and where `vertices` need a gradient.
     """
     check_rules(rules)
     if vertices.requires_grad:
-        raise ValueError("carriers_cpu has no gradients; stages.surface.carriers has")
-    v = mesh.vertices
-    ridden = fresh_ridden(mesh.arrays)
+        raise ValueError("pose_mesh_cpu has no gradients; stages.surface.pose_mesh has")
+    definition = mesh.definition
+    posed = fresh_ridden(mesh.arrays)
     rotation, sign = code("rotation", rules.rotation), code("quaternion_sign", rules.quaternion_sign)
-    runtime.triangle_turns(plain(vertices, v, 3), mesh.arrays, rotation, sign, ridden)
-    unit_area = mesh.training_per_bundle**2
+    runtime.triangle_turns(plain(vertices, definition.vertices, 3), mesh.arrays, rotation, sign, posed)
+    unit_area = definition.training_per_bundle**2
     runtime.vertex_sums(
         mesh.arrays,
         float(constants()["normal_floor"]) / unit_area,
         float(constants()["quaternion_floor"]) / unit_area,
         rotation,
-        ridden,
+        posed,
     )
-    at_vertices = torch.from_numpy(ridden.vertex.astype(np.float32))
-    linear = linear_rows(vertex_matrix, mesh, rules)
+    at_vertices = torch.from_numpy(posed.vertex.astype(np.float32))
+    linear = linear_rows(vertex_matrix, definition, rules)
     turn = at_vertices[:, 3:] if linear is None else linear.float()
-    return Carriers(vertices, at_vertices[:, :3], turn, torch.from_numpy(ridden.size))
+    return PosedMesh(vertices, at_vertices[:, :3], turn, torch.from_numpy(posed.size))
 
 
-def carried_cpu(
-    carriers: Carriers,
+def embedded_cpu(
+    posed: PosedMesh,
     mesh: SurfaceMesh,
     triangle: Tensor,  # [N] int64
     barycentric: Tensor,  # [N, 3]
@@ -117,52 +118,52 @@ def carried_cpu(
     sh: Tensor,  # [N, K, 3]
     rules: Rules,
 ) -> Splats:
-    """As `carry` and then `activate`, float32; differentiable in all but the carriers.
+    """As `embed` and then `activate`, float32; differentiable in all but the posed.
 
-    Raises ValueError for a rule that is not trained, for carriers with a gradient, and for another type or shape.
+    Raises ValueError for a rule that is not trained, for a posed mesh with a gradient, and for another type or shape.
     """
     check_rules(rules)
     n = len(barycentric)
-    if carriers.vertex_normal.requires_grad or carriers.vertices.requires_grad:
-        raise ValueError("carried_cpu has no gradient for the mesh; stages.surface.carry has")
+    if posed.vertex_normal.requires_grad or posed.vertices.requires_grad:
+        raise ValueError("embedded_cpu has no gradient for the mesh; stages.surface.embed has")
     if triangle.shape != (n,) or (
         n and not 0 <= int(triangle.min()) <= int(triangle.max()) < len(mesh.triangles)
     ):
         raise ValueError(
             f"triangle does not name one of {len(mesh.triangles)} triangles for each of {n} Gaussians"
         )
-    table = torch.cat([carriers.vertices, carriers.vertex_normal, carriers.vertex_turn], dim=1)
-    factor, shift = scale_change(carriers, mesh, triangle, rules)
-    rider = Rider(
+    table = torch.cat([posed.vertices, posed.vertex_normal, posed.vertex_turn], dim=1)
+    factor, shift = scale_change(posed, mesh, triangle, rules)
+    on_mesh = OnMesh(
         mesh.triangles[triangle].numpy(),
-        plain(table, mesh.vertices, 6 + carriers.vertex_turn.shape[1]),
+        plain(table, mesh.vertices, 6 + posed.vertex_turn.shape[1]),
         plain(factor.float(), n),
         plain(shift.float(), n),
     )
     frame = torch.empty(n, 3, 3)
     values = barycentric, displacement, local_quat_wxyz, log_scale, opacity_logit
     unit_normal = rules.position == "normal"
-    mean, scale, quat, opacity = _Ride.apply(rider, unit_normal, frame, *values)  # type: ignore[no-untyped-call]
+    mean, scale, quat, opacity = _Embed.apply(on_mesh, unit_normal, frame, *values)  # type: ignore[no-untyped-call]
     return Splats(mean, scale, quat, opacity, sh, frame)
 
 
-class _Ride(torch.autograd.Function):
+class _Embed(torch.autograd.Function):
     @staticmethod
     def forward(
-        ctx: Any, rider: Rider, unit_normal: bool, frame: Tensor, *values: Tensor
+        ctx: Any, on_mesh: OnMesh, unit_normal: bool, frame: Tensor, *values: Tensor
     ) -> tuple[Tensor, ...]:
         n = len(values[0])
         out = tuple(torch.empty(shape) for shape in ((n, 3), (n, 3), (n, 4), (n,)))
-        ctx.rider, ctx.unit_normal = rider, unit_normal
+        ctx.on_mesh, ctx.unit_normal = on_mesh, unit_normal
         ctx.given, ctx.out = _values(values), _out(out)
-        _ride(rider, unit_normal, ctx.given, ctx.out, plain(frame, n, 9))
+        _embed(on_mesh, unit_normal, ctx.given, ctx.out, plain(frame, n, 9))
         return out
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
         n = len(gradients[0])
         back = tuple(torch.empty(shape) for shape in ((n, 3), (n,), (n, 4), (n, 3), (n,)))
-        _ride_back(ctx.rider, ctx.unit_normal, ctx.given, ctx.out, _out(gradients), _values(back))
+        _embed_backward(ctx.on_mesh, ctx.unit_normal, ctx.given, ctx.out, _out(gradients), _values(back))
         return None, None, None, *back
 
 
@@ -179,28 +180,30 @@ def _out(tensors: tuple[Tensor, ...]) -> Out:
 
 
 @kernel(parallel=True)
-def _ride(rider: Rider, unit_normal: bool, given: Values, out: Out, frame: F32) -> None:
+def _embed(on_mesh: OnMesh, unit_normal: bool, given: Values, out: Out, frame: F32) -> None:
     """`out` activated, and the mesh's turn [N, 9] under each Gaussian."""
     for i in numba.prange(len(given.displacement)):
-        _ride_row(i, rider, unit_normal, given, out, frame)
+        _embed_row(i, on_mesh, unit_normal, given, out, frame)
 
 
 @kernel(parallel=True)
-def _ride_back(rider: Rider, unit_normal: bool, given: Values, out: Out, gradient: Out, back: Values) -> None:
+def _embed_backward(
+    on_mesh: OnMesh, unit_normal: bool, given: Values, out: Out, gradient: Out, back: Values
+) -> None:
     """From the gradient of `out` that of what was given, in `back`."""
     for i in numba.prange(len(given.displacement)):
-        _ride_row_back(i, rider, unit_normal, given, out, gradient, back)
+        _embed_row_backward(i, on_mesh, unit_normal, given, out, gradient, back)
 
 
 @inlined
-def _under(i: int, rider: Rider, given: Values) -> tuple[Vector, Vector, Quat]:
+def _under(i: int, on_mesh: OnMesh, given: Values) -> tuple[Vector, Vector, Quat]:
     """Foot, normal and turn of the mesh at Gaussian `i`, the latter two of any length."""
-    a, b, c = (rider.vertices[i, 0], rider.vertices[i, 1], rider.vertices[i, 2])
+    a, b, c = (on_mesh.vertices[i, 0], on_mesh.vertices[i, 1], on_mesh.vertices[i, 2])
     u, v, w = given.barycentric[i, 0], given.barycentric[i, 1], given.barycentric[i, 2]
-    t = rider.table
+    t = on_mesh.table
     foot = (at(t, a, b, c, u, v, w, 0), at(t, a, b, c, u, v, w, 1), at(t, a, b, c, u, v, w, 2))
     normal = (at(t, a, b, c, u, v, w, 3), at(t, a, b, c, u, v, w, 4), at(t, a, b, c, u, v, w, 5))
-    if by_joints(rider):
+    if by_joints(on_mesh):
         return foot, normal, _turned_by_joints(t, a, b, c, u, v, w)
     turn = (
         at(t, a, b, c, u, v, w, 6),
@@ -231,9 +234,9 @@ def _turned_by_joints(t: F32, a: int, b: int, c: int, u: Scalar, v: Scalar, w: S
 
 
 @inlined
-def by_joints(rider: Rider) -> bool:
+def by_joints(on_mesh: OnMesh) -> bool:
     """Whether the turn is that of skin matrices, which has no gradient."""
-    rigged: bool = rider.table.shape[1] > 10
+    rigged: bool = on_mesh.table.shape[1] > 10
     return rigged
 
 
@@ -252,8 +255,8 @@ def _raised(normal: Vector, unit_normal: bool) -> tuple[Vector, Scalar]:
 
 
 @inlined
-def _ride_row(i: int, rider: Rider, unit_normal: bool, given: Values, out: Out, frame: F32) -> None:
-    foot, normal, turn = _under(i, rider, given)
+def _embed_row(i: int, on_mesh: OnMesh, unit_normal: bool, given: Values, out: Out, frame: F32) -> None:
+    foot, normal, turn = _under(i, on_mesh, given)
     up, _ = _raised(normal, unit_normal)
     d = given.displacement[i]
     out.mean[i, 0], out.mean[i, 1], out.mean[i, 2] = (
@@ -262,7 +265,7 @@ def _ride_row(i: int, rider: Rider, unit_normal: bool, given: Values, out: Out, 
         foot[2] + d * up[2],
     )
     for k in range(3):
-        out.scale[i, k] = math.exp(given.log_scale[i, k] * rider.factor[i] + rider.shift[i])
+        out.scale[i, k] = math.exp(given.log_scale[i, k] * on_mesh.factor[i] + on_mesh.shift[i])
     unit, _ = divided(turn, NONE)
     quat, _ = divided(quat_multiply(unit, quat_at(i, given.local_quat_wxyz)), LEAST)
     store_quat(quat, i, out.quat_wxyz)
@@ -272,10 +275,10 @@ def _ride_row(i: int, rider: Rider, unit_normal: bool, given: Values, out: Out, 
 
 
 @inlined
-def _ride_row_back(
-    i: int, rider: Rider, unit_normal: bool, given: Values, out: Out, gradient: Out, back: Values
+def _embed_row_backward(
+    i: int, on_mesh: OnMesh, unit_normal: bool, given: Values, out: Out, gradient: Out, back: Values
 ) -> None:
-    _, normal, turn = _under(i, rider, given)
+    _, normal, turn = _under(i, on_mesh, given)
     up, height = _raised(normal, unit_normal)
     d = given.displacement[i]
     x, y, z = gradient.mean[i, 0], gradient.mean[i, 1], gradient.mean[i, 2]
@@ -294,11 +297,11 @@ def _ride_row_back(
     store_quat(quat_multiply(conjugate(unit), turned), i, back.local_quat_wxyz)
     qw, qx, qy, qz = undivided(quat_multiply(turned, conjugate(local)), unit, length, NONE)
     for k in range(3):
-        v = rider.table[rider.vertices[i, k]]
+        v = on_mesh.table[on_mesh.vertices[i, k]]
         at_corner = x * v[0] + y * v[1] + z * v[2] + nx * v[3] + ny * v[4] + nz * v[5]
-        if not by_joints(rider):
+        if not by_joints(on_mesh):
             at_corner += qw * v[6] + qx * v[7] + qy * v[8] + qz * v[9]
         back.barycentric[i, k] = at_corner
-        back.log_scale[i, k] = gradient.scale[i, k] * out.scale[i, k] * rider.factor[i]
+        back.log_scale[i, k] = gradient.scale[i, k] * out.scale[i, k] * on_mesh.factor[i]
     opacity = out.opacity[i]
     back.opacity_logit[i] = gradient.opacity[i] * opacity * (ONE - opacity)

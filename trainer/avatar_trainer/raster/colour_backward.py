@@ -18,15 +18,15 @@ VALUE, BY_X, BY_Y, BY_Z = range(4)  # columns of a basis
 @inlined
 def colour_backward(
     i: int,
-    of_rgb: Vector,
+    grad_rgb: Vector,
     mean: F32,
     sh: F32,
     sh_rotation: F32,  # [N, 3, 3], or [0, 3, 3]
     eye: F32,
     coefficients: int,
     basis: F32,  # [16, 4] scratch
-    of_sh: F32,
-    of_mean: F32,
+    grad_sh: F32,
+    grad_mean: F32,
 ) -> None:
     """Write the gradient of the SH of splat i, and add that of its mean. A colour clamped at 0 has none."""
     x, y, z = mean[i, 0] - eye[0], mean[i, 1] - eye[1], mean[i, 2] - eye[2]
@@ -41,28 +41,32 @@ def colour_backward(
             fma(value, sh[i, k, 1], green),
             fma(value, sh[i, k, 2], blue),
         )
-    of_red = of_rgb[0] if red + HALF >= f32(0) else f32(0)
-    of_green = of_rgb[1] if green + HALF >= f32(0) else f32(0)
-    of_blue = of_rgb[2] if blue + HALF >= f32(0) else f32(0)
-    of_x, of_y, of_z = f32(0), f32(0), f32(0)
+    grad_red = grad_rgb[0] if red + HALF >= f32(0) else f32(0)
+    grad_green = grad_rgb[1] if green + HALF >= f32(0) else f32(0)
+    grad_blue = grad_rgb[2] if blue + HALF >= f32(0) else f32(0)
+    grad_x, grad_y, grad_z = f32(0), f32(0), f32(0)
     for k in range(coefficients):
         value = basis[k, VALUE]
-        of_sh[i, k, 0], of_sh[i, k, 1], of_sh[i, k, 2] = value * of_red, value * of_green, value * of_blue
-        slope = sh[i, k, 0] * of_red + sh[i, k, 1] * of_green + sh[i, k, 2] * of_blue
-        of_x, of_y, of_z = (
-            fma(slope, basis[k, BY_X], of_x),
-            fma(slope, basis[k, BY_Y], of_y),
-            fma(slope, basis[k, BY_Z], of_z),
+        grad_sh[i, k, 0], grad_sh[i, k, 1], grad_sh[i, k, 2] = (
+            value * grad_red,
+            value * grad_green,
+            value * grad_blue,
         )
-    of_unit = turned((of_x, of_y, of_z), sh_rotation, i)
-    along = dot(unit, of_unit)
+        slope = sh[i, k, 0] * grad_red + sh[i, k, 1] * grad_green + sh[i, k, 2] * grad_blue
+        grad_x, grad_y, grad_z = (
+            fma(slope, basis[k, BY_X], grad_x),
+            fma(slope, basis[k, BY_Y], grad_y),
+            fma(slope, basis[k, BY_Z], grad_z),
+        )
+    grad_unit = turned((grad_x, grad_y, grad_z), sh_rotation, i)
+    along = dot(unit, grad_unit)
     add_to(
-        of_mean,
+        grad_mean,
         i,
         (
-            (of_unit[0] - along * unit[0]) / distance,
-            (of_unit[1] - along * unit[1]) / distance,
-            (of_unit[2] - along * unit[2]) / distance,
+            (grad_unit[0] - along * unit[0]) / distance,
+            (grad_unit[1] - along * unit[1]) / distance,
+            (grad_unit[2] - along * unit[2]) / distance,
         ),
     )
 

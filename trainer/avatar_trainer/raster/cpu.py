@@ -21,7 +21,7 @@ from avatar_runtime.backends.cpu.draw.tiles import tile_lists
 from avatar_runtime.backends.cpu.threads import thread_count, using
 from avatar_runtime.camera import Camera
 from avatar_runtime.stages.activate import Splats as RuntimeSplats
-from avatar_trainer.raster.blend_backward import ROW, blend_tiles_backward
+from avatar_trainer.raster.composite_backward import ROW, composite_tiles_backward
 from avatar_trainer.raster.project_backward import project_splats_backward
 from avatar_trainer.tensors import Rendered, Splats
 
@@ -107,17 +107,17 @@ class _Draw(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, of_colour: Tensor, of_alpha: Tensor, _: Tensor) -> tuple[Tensor | None, ...]:
+    def backward(ctx: Any, grad_colour: Tensor, grad_alpha: Tensor, _: Tensor) -> tuple[Tensor | None, ...]:
         *inputs, background = ctx.saved_tensors
-        of_picture = (_array(of_colour), _array(of_alpha))
+        grad_image = (_array(grad_colour), _array(grad_alpha))
         with using(ctx.view.threads):
-            gradients = _draw_backward(_arrays(*inputs), _array(background), ctx.drawn, ctx.view, *of_picture)
-        *of_splats, of_centre = map(torch.from_numpy, gradients)
-        of_background = None
+            gradients = _draw_backward(_arrays(*inputs), _array(background), ctx.drawn, ctx.view, *grad_image)
+        *grad_splats, grad_centre = map(torch.from_numpy, gradients)
+        grad_background = None
         if ctx.needs_input_grad[5]:
             behind = torch.from_numpy(ctx.drawn.transmittance)
-            of_background = (behind[..., None].double() * of_colour).sum(dim=(0, 1)).float()
-        return (*of_splats, of_background, of_centre if ctx.moved else None, None, None)
+            grad_background = (behind[..., None].double() * grad_colour).sum(dim=(0, 1)).float()
+        return (*grad_splats, grad_background, grad_centre if ctx.moved else None, None, None)
 
 
 def _array(tensor: Tensor) -> F32:
@@ -157,14 +157,14 @@ def _draw(splats: RuntimeSplats, background: F32, offset: F32, view: View) -> tu
 
 
 def _draw_backward(
-    splats: RuntimeSplats, background: F32, drawn: Drawn, view: View, of_colour: F32, of_alpha: F32
+    splats: RuntimeSplats, background: F32, drawn: Drawn, view: View, grad_colour: F32, grad_alpha: F32
 ) -> tuple[F32, ...]:
     """Gradients of mean, scale, quaternion, opacity, SH and centres (pixels)."""
     tiles = drawn.screen.tiles.astype(np.int64)
     first_row = np.zeros(len(tiles) + 1, np.int64)
     np.cumsum((tiles[:, 2] - tiles[:, 0]) * (tiles[:, 3] - tiles[:, 1]), out=first_row[1:])
     rows = np.empty((len(drawn.members), ROW), np.float32)
-    blend_tiles_backward(
+    composite_tiles_backward(
         drawn.screen.splats,
         drawn.screen.tiles,
         first_row,
@@ -172,13 +172,13 @@ def _draw_backward(
         drawn.starts,
         drawn.transmittance,
         drawn.last,
-        of_colour,
-        of_colour @ background - of_alpha,
+        grad_colour,
+        grad_colour @ background - grad_alpha,
         view.threads,
         rows,
     )
-    of, of_centre = _project_backward(splats, drawn.screen, view, first_row, rows)
-    return of.mean, of.scale, of.quat_wxyz, of.opacity, of.sh, of_centre
+    of, grad_centre = _project_backward(splats, drawn.screen, view, first_row, rows)
+    return of.mean, of.scale, of.quat_wxyz, of.opacity, of.sh, grad_centre
 
 
 def _project_backward(
@@ -187,7 +187,7 @@ def _project_backward(
     """The gradients of the splats, in their places, and of the centres [N, 2] pixels."""
     camera, rotation = view.camera, splats.sh_rotation
     arrays = (splats.mean, splats.scale, splats.quat_wxyz, splats.opacity, splats.sh)
-    of, of_centre = RuntimeSplats(*map(np.empty_like, arrays)), np.empty((len(splats.mean), 2), np.float32)
+    of, grad_centre = RuntimeSplats(*map(np.empty_like, arrays)), np.empty((len(splats.mean), 2), np.float32)
     project_splats_backward(
         splats.mean,
         splats.scale,
@@ -211,6 +211,6 @@ def _project_backward(
         of.quat_wxyz,
         of.opacity,
         of.sh,
-        of_centre,
+        grad_centre,
     )
-    return of, of_centre
+    return of, grad_centre

@@ -36,7 +36,7 @@ def rasterise(
 
 def raster(
     projected: Projected,
-    centre: Tensor,  # [N, 2] where the splats are blended; which tiles they touch is decided already
+    centre: Tensor,  # [N, 2] where the splats are drawn; which tiles they touch is decided already
     order: Tensor,  # [drawn] ids, front to back
     camera: Camera,
     background: Tensor,  # [3]
@@ -46,12 +46,12 @@ def raster(
     columns = -(-camera.width // TILE)
     rows = []
     for row in range(-(-camera.height // TILE)):
-        blended = []
+        drawn = []
         for column in range(columns):
             begin, end = ranges[row * columns + column]
             members = torch.from_numpy(ids[begin:end])
-            blended.append(_tile(projected, centre, members, column * TILE, row * TILE))
-        rows.append(torch.cat(blended, dim=1))
+            drawn.append(_tile(projected, centre, members, column * TILE, row * TILE))
+        rows.append(torch.cat(drawn, dim=1))
     picture = torch.cat(rows)[: camera.height, : camera.width]
     colour, transmittance = picture[..., :3], picture[..., 3]
     return colour + transmittance[..., None] * background, transmittance

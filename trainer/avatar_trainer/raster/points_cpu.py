@@ -18,7 +18,7 @@ from avatar_runtime.backends.cpu.threads import using
 from avatar_runtime.camera import Camera
 from avatar_trainer.raster.cpu import started
 from avatar_trainer.raster.points_geometry import project_points, project_points_backward
-from avatar_trainer.raster.points_kernels import BAND, COLUMNS, ROW, blend_bands, blend_bands_backward
+from avatar_trainer.raster.points_kernels import BAND, COLUMNS, ROW, composite_bands, composite_bands_backward
 from avatar_trainer.tensors import Points, Rendered
 
 
@@ -103,18 +103,18 @@ class _Draw(torch.autograd.Function):
     @staticmethod
     @once_differentiable
     def backward(
-        ctx: Any, of_colour: Tensor, of_alpha: Tensor, *of_counts: Tensor
+        ctx: Any, grad_colour: Tensor, grad_alpha: Tensor, *grad_counts: Tensor
     ) -> tuple[Tensor | None, ...]:
         mean, radius, background = ctx.saved_tensors
         with using(ctx.view.workers):
-            rows = _blend_backward(
-                ctx.drawn, ctx.view, _array(background), _array(of_colour), _array(of_alpha)
+            rows = _composite_backward(
+                ctx.drawn, ctx.view, _array(background), _array(grad_colour), _array(grad_alpha)
             )
         gradients = _project_backward(_array(mean), _array(radius), ctx.drawn, ctx.view, rows)
-        *of_points, of_centre = map(torch.from_numpy, gradients)
+        *grad_points, grad_centre = map(torch.from_numpy, gradients)
         left = torch.from_numpy(ctx.drawn.transmittance)
-        of_background = (left[..., None].double() * of_colour).sum(dim=(0, 1)).float()
-        return (*of_points, of_background, of_centre if ctx.moved else None, None)
+        grad_background = (left[..., None].double() * grad_colour).sum(dim=(0, 1)).float()
+        return (*grad_points, grad_background, grad_centre if ctx.moved else None, None)
 
 
 def _array(tensor: Tensor) -> F32:
@@ -145,7 +145,7 @@ def _draw(inputs: tuple[F32, F32, F32, F32, F32], background: F32, view: View) -
     shape = (view.height, view.width)
     colour, transmittance = np.empty((*shape, 3), np.float32), np.empty(shape, np.float32)
     last, weight = np.empty(shape, np.float32), np.empty(len(members), np.float32)
-    blend_bands(
+    composite_bands(
         discs,
         touched,
         first_row,
@@ -170,10 +170,10 @@ def _largest(weight: F32, first_row: I64) -> F32:
     return result
 
 
-def _blend_backward(drawn: Drawn, view: View, background: F32, of_colour: F32, of_alpha: F32) -> F32:
+def _composite_backward(drawn: Drawn, view: View, background: F32, grad_colour: F32, grad_alpha: F32) -> F32:
     """Rows [P, ROW] of gradients."""
     rows = np.empty((len(drawn.members), ROW), np.float32)
-    blend_bands_backward(
+    composite_bands_backward(
         drawn.discs,
         drawn.bands,
         drawn.first_row,
@@ -181,8 +181,8 @@ def _blend_backward(drawn: Drawn, view: View, background: F32, of_colour: F32, o
         drawn.starts,
         drawn.transmittance,
         drawn.last,
-        of_colour,
-        read_only(of_colour @ background - of_alpha),
+        grad_colour,
+        read_only(grad_colour @ background - grad_alpha),
         view.workers,
         rows,
     )

@@ -103,18 +103,18 @@ def project_points_backward(
     height: int,
     discs: F32,
     first_row: I64,  # [N + 1]
-    rows: F32,  # [P, ROW] as `blend_bands_backward` leaves them
-    of_mean: F32,  # [N, 3] out, like all that follow
-    of_radius: F32,  # [N]
-    of_opacity: F32,  # [N]
-    of_rgb: F32,  # [N, 3]
-    of_centre: F32,  # [N, 2] pixels
+    rows: F32,  # [P, ROW] as `composite_bands_backward` leaves them
+    grad_mean: F32,  # [N, 3] out, like all that follow
+    grad_radius: F32,  # [N]
+    grad_opacity: F32,  # [N]
+    grad_rgb: F32,  # [N, 3]
+    grad_centre: F32,  # [N, 2] pixels
 ) -> None:
     """The gradients of the points, each the sum of its rows in order; 0 where it is not drawn."""
     total = np.empty(ROW, np.float32)
     for i in range(len(mean)):
-        of_mean[i], of_radius[i], of_opacity[i] = f32(0), f32(0), f32(0)
-        of_rgb[i], of_centre[i] = f32(0), f32(0)
+        grad_mean[i], grad_radius[i], grad_opacity[i] = f32(0), f32(0), f32(0)
+        grad_rgb[i], grad_centre[i] = f32(0), f32(0)
         if first_row[i + 1] == first_row[i]:
             continue
         total[:] = f32(0)
@@ -123,16 +123,18 @@ def project_points_backward(
                 total[j] += rows[k, j]
         wide = discs[i, RADIUS]
         steep = f32(2) * discs[i, OPACITY] / (wide * wide)
-        of_x, of_y, of_wide = -steep * total[S_X], -steep * total[S_Y], steep * total[S_SQUARE] / wide
-        of_opacity[i], of_centre[i, 0], of_centre[i, 1] = total[S_FALL], of_x, of_y
-        of_rgb[i, 0], of_rgb[i, 1], of_rgb[i, 2] = total[S_RED], total[S_GREEN], total[S_BLUE]
+        grad_x, grad_y, grad_wide = -steep * total[S_X], -steep * total[S_Y], steep * total[S_SQUARE] / wide
+        grad_opacity[i], grad_centre[i, 0], grad_centre[i, 1] = total[S_FALL], grad_x, grad_y
+        grad_rgb[i, 0], grad_rgb[i, 1], grad_rgb[i, 2] = total[S_RED], total[S_GREEN], total[S_BLUE]
         per_depth = lens[0] / _row(view, 2, mean, i)
-        of_z = f32(0)
+        grad_z = f32(0)
         if per_depth * radius[i] > LEAST_RADIUS:
-            of_radius[i] = of_wide * per_depth
-            of_z = -of_wide * wide * per_depth / lens[0]
+            grad_radius[i] = grad_wide * per_depth
+            grad_z = -grad_wide * wide * per_depth / lens[0]
         reciprocal = f32(1) / (_row(clip, 3, mean, i) + HOMOGENEOUS_EPSILON)
-        of_x, of_y = f32(0.5 * width) * reciprocal * of_x, f32(0.5 * height) * reciprocal * of_y
-        of_w = -reciprocal * (of_x * _row(clip, 0, mean, i) + of_y * _row(clip, 1, mean, i))
+        grad_x, grad_y = f32(0.5 * width) * reciprocal * grad_x, f32(0.5 * height) * reciprocal * grad_y
+        grad_w = -reciprocal * (grad_x * _row(clip, 0, mean, i) + grad_y * _row(clip, 1, mean, i))
         for k in range(3):
-            of_mean[i, k] = of_x * clip[0, k] + of_y * clip[1, k] + of_w * clip[3, k] + of_z * view[2, k]
+            grad_mean[i, k] = (
+                grad_x * clip[0, k] + grad_y * clip[1, k] + grad_w * clip[3, k] + grad_z * view[2, k]
+            )

@@ -35,12 +35,12 @@ ALPHA_MAX, STOP = f32(points_screen.ALPHA_MAX), f32(points_screen.STOP)
 # Backward: transmittance in front of the discs done, gradient of the colour, that position, and what these discs and
 # the background add to the colour times its gradient. A pixel beyond the picture's edge takes no disc.
 LEFT, SUM_RED, SUM_GREEN, SUM_BLUE, LAST, REST = (LANES * k for k in range(6))
-OF_RED, OF_GREEN, OF_BLUE = SUM_RED, SUM_GREEN, SUM_BLUE
+GRAD_RED, GRAD_GREEN, GRAD_BLUE = SUM_RED, SUM_GREEN, SUM_BLUE
 BLOCK = 6 * LANES
 
 
 @kernel(parallel=True)
-def blend_bands(
+def composite_bands(
     discs: F32,  # [N, COLUMNS]
     bands: I32,  # [N, 4] as a Screen's tiles, one tile a band
     first_row: I64,  # [N + 1] where a disc's rows begin, one for each of its bands
@@ -198,16 +198,16 @@ def _write(
 
 
 @kernel(parallel=True)
-def blend_bands_backward(
-    discs: F32,  # [N, COLUMNS], like all that follow as `blend_bands` had or left them
+def composite_bands_backward(
+    discs: F32,  # [N, COLUMNS], like all that follow as `composite_bands` had or left them
     bands: I32,
     first_row: I64,
     members: U32,
     starts: I64,
     transmittance: F32,
     last: F32,
-    of_colour: F32,  # [H, W, 3] gradient of the colour
-    of_transmittance: F32,  # [H, W] gradient of the transmittance, the background's part included
+    grad_colour: F32,  # [H, W, 3] gradient of the colour
+    grad_transmittance: F32,  # [H, W] gradient of the transmittance, the background's part included
     workers: int,
     rows: F32,  # [P, ROW] out
 ) -> None:
@@ -223,8 +223,8 @@ def blend_bands_backward(
             starts,
             transmittance,
             last,
-            of_colour,
-            of_transmittance,
+            grad_colour,
+            grad_transmittance,
             rows,
         )
 
@@ -239,8 +239,8 @@ def _work_backward(
     starts: I64,
     transmittance: F32,
     last: F32,
-    of_colour: F32,
-    of_transmittance: F32,
+    grad_colour: F32,
+    grad_transmittance: F32,
     rows: F32,
 ) -> Any:
     """Go through bands until none is left."""
@@ -252,7 +252,7 @@ def _work_backward(
         if band >= len(starts) - 1:
             return
         y0, y1 = BAND * band, min(BAND * (band + 1), height)
-        _read(state, y0, y1, columns, transmittance, last, of_colour, of_transmittance)
+        _read(state, y0, y1, columns, transmittance, last, grad_colour, grad_transmittance)
         for k in range(starts[band + 1] - 1, starts[band] - 1, -1):
             i = _fetch(disc, discs, first_row, members, k, max(k - AHEAD, 0))
             for lane in range(LANES * ROW):
@@ -270,18 +270,18 @@ def _read(
     columns: int,
     transmittance: F32,
     last: F32,
-    of_colour: F32,
-    of_transmittance: F32,
+    grad_colour: F32,
+    grad_transmittance: F32,
 ) -> None:
     """The state of the rows from y0 to y1."""
     state[:] = f32(0)
     for y in range(y0, y1):
         for x in range(last.shape[1]):
             at, left = _place(x, y - y0, columns), transmittance[y, x]
-            state[at], state[at + REST] = left, of_transmittance[y, x] * left
+            state[at], state[at + REST] = left, grad_transmittance[y, x] * left
             state[at + LAST] = last[y, x]
-            state[at + OF_RED], state[at + OF_GREEN] = of_colour[y, x, 0], of_colour[y, x, 1]
-            state[at + OF_BLUE] = of_colour[y, x, 2]
+            state[at + GRAD_RED], state[at + GRAD_GREEN] = grad_colour[y, x, 0], grad_colour[y, x, 1]
+            state[at + GRAD_BLUE] = grad_colour[y, x, 2]
 
 
 @inlined
@@ -316,9 +316,9 @@ def _take_block(
         through = f32(1) / (f32(1) - alpha)
         behind, rest = state[lane], state[lane + u64(REST)]
         before = behind * through
-        of_red, of_green = state[lane + u64(OF_RED)], state[lane + u64(OF_GREEN)]
-        of_blue = state[lane + u64(OF_BLUE)]
-        shade = fma(of_red, red, fma(of_green, green, of_blue * blue))
+        grad_red, grad_green = state[lane + u64(GRAD_RED)], state[lane + u64(GRAD_GREEN)]
+        grad_blue = state[lane + u64(GRAD_BLUE)]
+        shade = fma(grad_red, red, fma(grad_green, green, grad_blue * blue))
         weight = before * alpha if added else f32(0)
         state[lane] = before if added else behind
         state[lane + u64(REST)] = fma(weight, shade, rest)
@@ -328,6 +328,6 @@ def _take_block(
         sums[i + S_X * LANES] = fma(s, dx, sums[i + S_X * LANES])
         sums[i + S_Y * LANES] = fma(s, dy, sums[i + S_Y * LANES])
         sums[i + S_SQUARE * LANES] = fma(s, square, sums[i + S_SQUARE * LANES])
-        sums[i + S_RED * LANES] = fma(weight, of_red, sums[i + S_RED * LANES])
-        sums[i + S_GREEN * LANES] = fma(weight, of_green, sums[i + S_GREEN * LANES])
-        sums[i + S_BLUE * LANES] = fma(weight, of_blue, sums[i + S_BLUE * LANES])
+        sums[i + S_RED * LANES] = fma(weight, grad_red, sums[i + S_RED * LANES])
+        sums[i + S_GREEN * LANES] = fma(weight, grad_green, sums[i + S_GREEN * LANES])
+        sums[i + S_BLUE * LANES] = fma(weight, grad_blue, sums[i + S_BLUE * LANES])

@@ -14,7 +14,8 @@ from avatar_runtime.backends.cpu.draw.geometry import HALF, TWO
 from avatar_runtime.backends.cpu.draw.screen import CONIC_XX, CONIC_XY, CONIC_YY, OPACITY
 from avatar_runtime.backends.cpu.jit import inlined, kernel
 from avatar_runtime.backends.cpu.lanes import take_next
-from avatar_trainer.raster.blend_backward import (
+from avatar_trainer.raster.colour_backward import colour_backward
+from avatar_trainer.raster.composite_backward import (
     ROW,
     S_BLUE,
     S_GREEN,
@@ -26,17 +27,16 @@ from avatar_trainer.raster.blend_backward import (
     S_YY,
     S,
 )
-from avatar_trainer.raster.colour_backward import colour_backward
 from avatar_trainer.raster.geometry_backward import (
     add_to,
-    blended,
     centre_backward,
+    combined,
     conic_backward,
     covariance,
+    covariance_backward,
     factors_backward,
     jacobian,
     jacobian_backward,
-    of_covariance,
     row,
     times,
 )
@@ -64,12 +64,12 @@ def project_splats_backward(
     first_row: I64,  # [N + 1]
     rows: F32,  # [P, ROW]
     workers: int,
-    of_mean: F32,  # [N, 3] out, like all that follow
-    of_scale: F32,  # [N, 3]
-    of_quat: F32,  # [N, 4]
-    of_opacity: F32,  # [N]
-    of_sh: F32,  # [N, K, 3]
-    of_centre: F32,  # [N, 2] pixels
+    grad_mean: F32,  # [N, 3] out, like all that follow
+    grad_scale: F32,  # [N, 3]
+    grad_quat: F32,  # [N, 4]
+    grad_opacity: F32,  # [N]
+    grad_sh: F32,  # [N, K, 3]
+    grad_centre: F32,  # [N, 2] pixels
 ) -> None:
     """Fill the gradients, zeros where a splat is not drawn. The workers take chunks from one counter."""
     counter = np.zeros(1, np.int64)
@@ -92,12 +92,12 @@ def project_splats_backward(
             radius,
             first_row,
             rows,
-            of_mean,
-            of_scale,
-            of_quat,
-            of_opacity,
-            of_sh,
-            of_centre,
+            grad_mean,
+            grad_scale,
+            grad_quat,
+            grad_opacity,
+            grad_sh,
+            grad_centre,
         )
 
 
@@ -120,12 +120,12 @@ def _work(
     radius: I32,
     first_row: I64,
     rows: F32,
-    of_mean: F32,
-    of_scale: F32,
-    of_quat: F32,
-    of_opacity: F32,
-    of_sh: F32,
-    of_centre: F32,
+    grad_mean: F32,
+    grad_scale: F32,
+    grad_quat: F32,
+    grad_opacity: F32,
+    grad_sh: F32,
+    grad_centre: F32,
 ) -> None:
     """Go through chunks until none is left."""
     total, basis = np.empty(ROW, np.float32), np.empty((16, 4), np.float32)
@@ -134,15 +134,15 @@ def _work(
         if begin >= len(mean):
             return
         for i in range(begin, min(begin + CHUNK, len(mean))):
-            of_sh[i] = f32(0)
-            of_mean[i] = f32(0)
+            grad_sh[i] = f32(0)
+            grad_mean[i] = f32(0)
             if radius[i] == 0:
-                of_scale[i], of_quat[i] = f32(0), f32(0)
-                of_opacity[i], of_centre[i] = f32(0), f32(0)
+                grad_scale[i], grad_quat[i] = f32(0), f32(0)
+                grad_opacity[i], grad_centre[i] = f32(0), f32(0)
                 continue
             _sum_rows(total, rows, first_row[i], first_row[i + 1])
             opacity = splats[i, OPACITY]
-            of_opacity[i] = total[S] / opacity if opacity > f32(0) else f32(0)
+            grad_opacity[i] = total[S] / opacity if opacity > f32(0) else f32(0)
             _geometry_backward(
                 i,
                 mean,
@@ -155,13 +155,13 @@ def _work(
                 height,
                 splats,
                 total,
-                of_mean,
-                of_scale,
-                of_quat,
-                of_centre,
+                grad_mean,
+                grad_scale,
+                grad_quat,
+                grad_centre,
             )
-            of_rgb = total[S_RED], total[S_GREEN], total[S_BLUE]
-            colour_backward(i, of_rgb, mean, sh, sh_rotation, eye, coefficients, basis, of_sh, of_mean)
+            grad_rgb = total[S_RED], total[S_GREEN], total[S_BLUE]
+            colour_backward(i, grad_rgb, mean, sh, sh_rotation, eye, coefficients, basis, grad_sh, grad_mean)
 
 
 @inlined
@@ -187,22 +187,22 @@ def _geometry_backward(
     height: int,
     splats: F32,
     total: F32,
-    of_mean: F32,
-    of_scale: F32,
-    of_quat: F32,
-    of_centre: F32,
+    grad_mean: F32,
+    grad_scale: F32,
+    grad_quat: F32,
+    grad_centre: F32,
 ) -> None:
     """What the exponent -(a dx dx + c dy dy) / 2 - b dx dy gives centre and conic, and these the splat."""
     a, b, c = splats[i, CONIC_XX], splats[i, CONIC_XY], splats[i, CONIC_YY]
-    of_x, of_y = -(a * total[S_X] + b * total[S_Y]), -(c * total[S_Y] + b * total[S_X])
-    of_centre[i, 0], of_centre[i, 1] = of_x, of_y
+    grad_x, grad_y = -(a * total[S_X] + b * total[S_Y]), -(c * total[S_Y] + b * total[S_X])
+    grad_centre[i, 0], grad_centre[i, 1] = grad_x, grad_y
     at, size = row(mean, i), row(scale, i)
     quat = quat_wxyz[i, 0], quat_wxyz[i, 1], quat_wxyz[i, 2], quat_wxyz[i, 3]
-    add_to(of_mean, i, centre_backward((of_x, of_y), at, clip, width, height))
-    of_cov = conic_backward((-HALF * total[S_XX], -total[S_XY], -HALF * total[S_YY]), a, b, c)
+    add_to(grad_mean, i, centre_backward((grad_x, grad_y), at, clip, width, height))
+    grad_cov = conic_backward((-HALF * total[S_XX], -total[S_XY], -HALF * total[S_YY]), a, b, c)
     j, cov = jacobian(at, view, lens, width, height), covariance(size, quat)
     along_x, along_y = times(cov, j.x), times(cov, j.y)
-    of_j_x = blended(TWO * of_cov[0], along_x, of_cov[1], along_y)
-    of_j_y = blended(TWO * of_cov[2], along_y, of_cov[1], along_x)
-    add_to(of_mean, i, jacobian_backward(j, view, of_j_x, of_j_y))
-    factors_backward(i, of_covariance(of_cov, j.x, j.y), size, quat, of_scale, of_quat)
+    grad_j_x = combined(TWO * grad_cov[0], along_x, grad_cov[1], along_y)
+    grad_j_y = combined(TWO * grad_cov[2], along_y, grad_cov[1], along_x)
+    add_to(grad_mean, i, jacobian_backward(j, view, grad_j_x, grad_j_y))
+    factors_backward(i, covariance_backward(grad_cov, j.x, j.y), size, quat, grad_scale, grad_quat)

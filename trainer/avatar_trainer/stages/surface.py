@@ -14,10 +14,7 @@ import torch
 from torch import Tensor
 
 from avatar_runtime.avatar import F32, U32, Rules
-from avatar_runtime.backends.cpu.arrays import Mesh
-from avatar_runtime.backends.cpu.deform.plain import plain
 from avatar_runtime.rules import RIGGED_ROTATIONS
-from avatar_runtime.topology import vertex_triangles
 from avatar_schema import constants
 from avatar_trainer.stages.rotation import matrix_from_quat, polar, quat_from_matrix, quat_multiply
 
@@ -33,11 +30,10 @@ class SurfaceMesh:
     frame: Tensor  # [F, 3, 3] columns, float64; mesh from triangle
     area: Tensor  # [F] float64, bundle units squared
     training_per_bundle: float
-    arrays: Mesh  # the same for kernels
 
 
 @dataclass(frozen=True)
-class Carriers:
+class PosedMesh:
     """What Gaussians read of one posed mesh."""
 
     vertices: Tensor  # [V, 3]
@@ -49,7 +45,7 @@ class Carriers:
 
 
 @dataclass(frozen=True)
-class Carried:
+class EmbeddedGaussians:
     """Where a posed mesh carries its Gaussians."""
 
     mean: Tensor  # [N, 3]
@@ -70,10 +66,7 @@ def surface_mesh(canonical_vertices: F32, triangles: U32, training_per_bundle: f
     if len(index) and int(index.max()) >= count:
         raise ValueError(f"triangles name vertex {int(index.max())}, but there are {count}")
     frame, _, area = _triangles(torch.from_numpy(canonical_vertices.astype(np.float64)), index)
-    lists = vertex_triangles(triangles, count)
-    parts = triangles.astype(np.uint32), frame.reshape(-1, 9).numpy(), area.numpy(), *lists
-    arrays = Mesh(*(plain(part, part.dtype, part.shape) for part in parts))
-    return SurfaceMesh(index, count, frame, area, training_per_bundle, arrays)
+    return SurfaceMesh(index, count, frame, area, training_per_bundle)
 
 
 def check_rules(rules: Rules) -> None:
@@ -90,16 +83,16 @@ def check_rules(rules: Rules) -> None:
             raise ValueError(f"rule {name} {value!r} is not trained; one of {', '.join(values)} is")
 
 
-def carriers(
+def pose_mesh(
     vertices: Tensor, mesh: SurfaceMesh, rules: Rules, vertex_matrix: Tensor | None = None
-) -> Carriers:
+) -> PosedMesh:
     """Vertex normals and turns, and triangle areas of the posed `vertices` [V, 3]; differentiable in them.
 
     `vertex_matrix` [V, 3, 3] or [V, 3, 4], for rules.RIGGED_ROTATIONS and no other: sum_j W_vj A_j of each vertex.
     Raises ValueError where it is missing, where no rule reads it, and for a rule that is not trained.
     Triangle quaternion: posed frame times inverse canonical frame, w made positive; neighbours of opposite sign cancel.
     Source: SplattingAvatar 3847314 splatting_avatar_model.py, utils/map.py; paper Eqs. 4, 5. The definition;
-    `kernels.carriers_cpu` is the fast one.
+    `kernels.pose_mesh_cpu` is the fast one.
     """
     check_rules(rules)
     frame, across, area = _triangles(vertices.double(), mesh.triangles)
@@ -109,7 +102,7 @@ def carriers(
         quat = quat_from_matrix(frame @ mesh.frame.transpose(-1, -2))
         quat = torch.where(quat[:, :1] < 0, -quat, quat)
         turn = VERTEX_TURNS[rules.rotation](_at_vertices(mesh.area[:, None] * quat, mesh), mesh)
-    return Carriers(vertices, normal.to(vertices.dtype), turn.to(vertices.dtype), area)
+    return PosedMesh(vertices, normal.to(vertices.dtype), turn.to(vertices.dtype), area)
 
 
 def linear_rows(vertex_matrix: Tensor | None, mesh: SurfaceMesh, rules: Rules) -> Tensor | None:
@@ -129,8 +122,8 @@ def linear_rows(vertex_matrix: Tensor | None, mesh: SurfaceMesh, rules: Rules) -
     return vertex_matrix[:, :, :3].detach().reshape(-1, 9)
 
 
-def carry(
-    carriers: Carriers,
+def embed(
+    posed: PosedMesh,
     mesh: SurfaceMesh,
     triangle: Tensor,  # [N] int64
     barycentric: Tensor,  # [N, 3] of the triangle's corners 0, 1, 2
@@ -138,7 +131,7 @@ def carry(
     local_quat_wxyz: Tensor,  # [N, 4]
     log_scale: Tensor,  # [N, 3] ln of bundle units, of the canonical pose
     rules: Rules,
-) -> Carried:
+) -> EmbeddedGaussians:
     """Gaussians on the posed mesh; differentiable in all floating inputs.
 
     The turn of rules.RIGGED_ROTATIONS has no gradient: it would not reach the vertices, and between the corners of
@@ -147,13 +140,13 @@ def carry(
     ValueError for a rule that is not trained.
     """
     check_rules(rules)
-    table = torch.cat([carriers.vertices, carriers.vertex_normal, carriers.vertex_turn], dim=1)
+    table = torch.cat([posed.vertices, posed.vertex_normal, posed.vertex_turn], dim=1)
     corners = table[mesh.triangles[triangle]]  # [N, 3, 10 or 15]
     under = (barycentric[:, :, None] * corners).sum(1)
     foot, normal, turn = under[:, :3], under[:, 3:6], under[:, 6:]
     unit = UNIT_TURNS[rules.rotation](turn)
-    factor, shift = scale_change(carriers, mesh, triangle, rules)
-    return Carried(
+    factor, shift = scale_change(posed, mesh, triangle, rules)
+    return EmbeddedGaussians(
         foot + displacement[:, None] * POSITIONS[rules.position](normal),
         quat_multiply(unit, local_quat_wxyz),
         matrix_from_quat(unit.detach()),
@@ -224,10 +217,10 @@ def _as_it_is(normal: Tensor) -> Tensor:
 
 
 def scale_change(
-    carriers: Carriers, mesh: SurfaceMesh, triangle: Tensor, rules: Rules
+    posed: PosedMesh, mesh: SurfaceMesh, triangle: Tensor, rules: Rules
 ) -> tuple[Tensor, Tensor]:
     """(factor [N], shift [N]), float64: on the posed mesh a log scale becomes factor * log_scale + shift."""
-    return SCALES[rules.scale](carriers.area[triangle], mesh.area[triangle], mesh.training_per_bundle)
+    return SCALES[rules.scale](posed.area[triangle], mesh.area[triangle], mesh.training_per_bundle)
 
 
 def _same_scale(posed: Tensor, canonical: Tensor, training_per_bundle: float) -> tuple[Tensor, Tensor]:

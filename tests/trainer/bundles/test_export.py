@@ -1,0 +1,167 @@
+"""From training to a bundle and back: what is exported gives the trainer's picture, by files alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from samples.capture.body import write_body
+from samples.capture.head import write_head
+from samples.capture.shots import Noise
+
+from avatar_export.checks.bundle import validate
+from avatar_export.checks.reference import read_reference
+from avatar_export.cli import main as export_main
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.bundle import load, opener, read_manifest
+from avatar_runtime.conformance import conform, pictures
+from avatar_runtime.conformance.run import COLOUR_STEPS
+from avatar_runtime.io.errors import AvatarError
+from avatar_trainer.bundles.export import export, image
+from avatar_trainer.captures.load import load as load_capture
+from avatar_trainer.captures.model import Capture
+from avatar_trainer.evaluation.compare import compare
+from avatar_trainer.loop.run import UPSTREAM
+from avatar_trainer.loop.train import train
+from avatar_trainer.settings import TrainSettings
+from avatar_trainer.systems.protocol import System
+from avatar_trainer.systems.table import system_module
+
+Measured = Callable[[str, float], None]
+PAPER = {"scale": "linear_area", "position": "interpolated_normal", "rotation": "vertex_quaternion_mean"}
+PAPER_BLENDSHAPES = {"mask": "per_blendshape", "init_position": "rotation", "init_sh": "rotated"}
+CASES = {
+    "blendshapes": ("head", "gaussian_blendshapes", {}, 1),
+    "blendshapes by paper and unique anchors": (
+        "head",
+        "gaussian_blendshapes",
+        {**PAPER_BLENDSHAPES, "anchor": "unique", "lower_teeth": "jaw"},
+        1,
+    ),
+    "splatting": ("head", "splatting_avatar", {}, 1),
+    "splatting by paper": ("head", "splatting_avatar", PAPER, 0),
+    "body": ("body", "splatting_avatar", {}, 0),
+    "points on and off the mesh": ("head", "psavatar", {}, 1),
+}
+
+
+@pytest.fixture(scope="module")
+def captures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Capture]:
+    folder = tmp_path_factory.mktemp("captures")
+    write_head(folder / "head", 64, 20, Noise(0.0, 0.0, 0), (), np.radians(40.0))
+    write_body(folder / "body", 64, 20, Noise(0.0, 0.0, 0))
+    return {name: load_capture(folder / name) for name in ("head", "body")}
+
+
+def trained(capture: Capture, name: str, rules: dict[str, str], sh_degree: int, out: Path) -> System:
+    """A model after a few steps, every parameter of which has moved."""
+    module = system_module(name)
+    plain = module.Settings()
+    settings = replace(
+        plain, iterations=25, gaussians=900, sh_degree=sh_degree, rules={**plain.rules, **rules}
+    )
+    system = module.create(capture, settings, 1)
+    run = TrainSettings(iterations=25, seed=1, evaluate_every=0, checkpoint_every=25)
+    train(system, capture, run, out, system_settings=settings)
+    return system
+
+
+@pytest.fixture(scope="module")
+def exported(
+    captures: dict[str, Capture], tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], tuple[System, Path]]:
+    """A case -> the trained model and its bundle; nobody changes them."""
+
+    @cache
+    def made(case: str) -> tuple[System, Path]:
+        subject, name, rules, degree = CASES[case]
+        folder = tmp_path_factory.mktemp("exported")
+        system = trained(captures[subject], name, rules, degree, folder / "run")
+        export(system, folder / "run" / UPSTREAM, folder / "bundle", engine_files=False, preview=False)
+        return system, folder / "bundle"
+
+    return made
+
+
+Exported = Callable[[str], tuple[System, Path]]
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_bundle_gives_the_trainers_picture(case: str, exported: Exported, measured: Measured) -> None:
+    rules = CASES[case][2]
+    system, bundle = exported(case)
+    avatar = load(bundle)
+    assert [str(p) for p in validate(bundle) if not p.warning] == []
+    assert avatar.rig is not None
+    assert [clip.name for clip in avatar.clips][:2] == ["held_out", "training"]
+    for key in ("scale", "position", "rotation", "anchor"):
+        if key in rules:
+            assert getattr(avatar.rules, key) == rules[key]
+    exact, fast, engine, live = compare(system, avatar)
+    for row in (exact, fast, live):
+        assert (row.frames, row.pixels) == (4, 4 * 64 * 64)
+        assert row.holds, row.backend
+    assert engine.psnr_db >= 65
+    measured("trained avatar, runtime against trainer, but for flips", max(exact.largest, fast.largest))
+    measured("trained avatar, flipped pixels of 16384", max(exact.flipped, fast.flipped))
+    measured("live model, rasteriser cpu against torch, but for flips", live.largest)
+    _meets_its_reference(bundle, avatar, system)
+
+
+def _meets_its_reference(bundle: Path, avatar: Avatar, system: System) -> None:
+    """Vectors and images by the trainer, on every backend; the images by the definition of the rasteriser, too."""
+    read = opener(bundle)
+    reference = read_reference(read_manifest(read), read)
+    assert reference.made_by == "trainer"
+    for backend in ("reference", "cpu", "gl"):
+        report = conform(avatar, reference, backend)
+        assert [row for row in report.rows if not row.passed] == []
+        assert [row for row in report.pictures if not row.passed] == []
+    for vectors in reference.cases:
+        for want in (vectors.pictures[name] for name in vectors.pictures if name == "trainer"):
+            drawn = image(system, avatar, vectors.case, "torch")
+            assert pictures.compare(drawn, want)[0] <= COLOUR_STEPS["rgba32f"], vectors.case.name
+
+
+def test_an_avatar_that_was_changed_on_its_way_is_noticed(exported: Exported) -> None:
+    """The comparison fails for another rule, for one Gaussian of another colour, and for what is no number."""
+    system, bundle = exported("splatting")
+    avatar = load(bundle)
+    tint, nothing = avatar.gaussians.sh.copy(), avatar.gaussians.sh.copy()
+    front = int(np.argmax(avatar.gaussians.mean[:, 2]))
+    tint[front] += 0.05
+    nothing[front] = np.nan
+    changed = {
+        "rule": replace(avatar, rules=replace(avatar.rules, scale="linear_area")),
+        "colour": replace(avatar, gaussians=replace(avatar.gaussians, sh=tint)),
+        "no number": replace(avatar, gaussians=replace(avatar.gaussians, sh=nothing)),
+    }
+    for what, other in changed.items():
+        row, live = compare(system, other, backends=[("reference", "trainer")])
+        assert not row.holds and live.holds, what
+
+
+def test_nothing_held_out_is_nothing_to_compare(exported: Exported) -> None:
+    system, bundle = exported("splatting")
+    other = copy(system)
+    other.capture = replace(system.capture, frames=system.capture.train)
+    with pytest.raises(AvatarError, match="holds no frame out"):
+        compare(other, load(bundle))
+
+
+def test_conform_says_who_made_the_reference(
+    exported: Exported,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    _, bundle = exported("body")
+    monkeypatch.setattr("sys.argv", ["avatar-export", "conform", str(bundle)])
+    with pytest.raises(SystemExit) as code:
+        export_main()
+    assert not code.value.code
+    assert "made by trainer" in capsys.readouterr().out

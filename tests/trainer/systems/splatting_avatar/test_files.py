@@ -1,0 +1,176 @@
+"""What SplattingAvatar saves, read by the exporter and played by the runtime: the same splats and picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import torch
+import yaml
+
+from avatar_export.options import ReadOptions
+from avatar_export.readers.splatting_avatar import reader
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.codec import ply
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose, PoseArrays
+from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+from avatar_trainer.captures.model import Capture
+from avatar_trainer.systems.drawing import draw
+from avatar_trainer.systems.splatting_avatar.system import SplattingAvatar, create
+from tests.measured import Measure
+from tests.trainer.systems.splatting_avatar import scene
+
+Array = npt.NDArray[Any]
+ITERATION = 42
+PAPER = {"position": "interpolated_normal", "rotation": "vertex_quaternion_mean", "scale": "linear_area"}
+RULES = {
+    "released head": {},
+    "body": {"scale": "none"},
+    "paper": PAPER,
+    "released embedding": {"embedding": "released", "sh_direction": "world"},
+}
+TURNED = homogeneous(matrix_from_rotvec(np.array([0.1, 0.4, -0.2])), np.array([0.02, -0.01, 0.03]))
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
+    return scene.blank(tmp_path_factory.mktemp("sheet") / "blank", world_from_avatar=TURNED)
+
+
+def trained(capture: Capture, **values: Any) -> SplattingAvatar:
+    """A system with a value of its own in every number."""
+    system = create(capture, scene.settings(**values), 0)
+    scene.scatter(system, 5)
+    return system
+
+
+def read_back(system: SplattingAvatar, folder: Path) -> Avatar:
+    system.save(folder, ITERATION)
+    given = system.capture.export_inputs
+    options = ReadOptions(body_model=given["body_model"], shape=given["shape"])
+    return reader.read(folder, options).check()
+
+
+@pytest.mark.parametrize("rules", RULES.values(), ids=RULES)
+@pytest.mark.parametrize("degree", [0, 2])
+def test_the_runtime_plays_what_was_trained(
+    capture: Capture, rules: dict[str, str], degree: int, tmp_path: Path, measured: Measure
+) -> None:
+    system = trained(capture, sh_degree=degree, **rules)
+    system.sh_degree = degree
+    avatar = read_back(system, tmp_path)
+    assert avatar.rules == system.rules
+    assert avatar.training_per_bundle == 4.0
+    assert avatar.sh_degree == degree
+    reference, fast = Player(avatar, "reference"), Player(avatar, "cpu")
+    for frame in capture.frames:
+        pose = named(avatar, frame.pose)
+        splats, played = system.splats(frame.pose), reference.animate(pose)
+        for name in ("mean", "scale", "quat_wxyz", "opacity", "sh"):
+            apart = np.abs(getattr(splats, name).detach().numpy() - getattr(played, name)).max()
+            measured(f"SplattingAvatar {name}, trainer against runtime", float(apart))
+            assert apart < 1e-6
+        theirs = fast.frame(pose, frame.camera, (0.0, 0.0, 0.0), "trainer").picture
+        apart = np.abs(draw(system, frame).colour.numpy() - theirs.colour).max()
+        measured("SplattingAvatar picture, trainer against cpu", float(apart))
+        assert apart < 1e-4
+
+
+def named(avatar: Avatar, pose: PoseArrays) -> Pose:
+    """A capture's pose by names; the avatar has all its expressions and joints, in its order."""
+    assert avatar.rig is not None
+    return Pose(
+        dict(zip(avatar.expression_names, pose.expression_weights.tolist(), strict=True)),
+        dict(zip(avatar.rig.joint_names, pose.joint_delta, strict=True)),
+        {},
+        pose.world_from_avatar,
+    )
+
+
+def test_every_number_comes_back_as_it_was(capture: Capture, tmp_path: Path) -> None:
+    system = trained(capture)
+    avatar = read_back(system, tmp_path)
+    embedding, table = avatar.embedding, system.table
+    assert embedding is not None
+    np.testing.assert_array_equal(embedding.triangle, system.embedding.triangle)
+    np.testing.assert_array_equal(embedding.barycentric, system.embedding.barycentric)
+    np.testing.assert_array_equal(embedding.local_quat_wxyz, table["rotation"].detach())
+    np.testing.assert_array_equal(embedding.displacement, table["displacement"].detach() / 4)
+    np.testing.assert_array_equal(embedding.canonical_vertices, system.canonical.vertices)
+    np.testing.assert_array_equal(avatar.gaussians.opacity_logit, table["opacity_logit"].detach())
+    np.testing.assert_allclose(avatar.gaussians.log_scale, table["log_scale"].detach() - np.log(4), atol=1e-6)
+
+
+def test_the_files_are_those_of_the_released_code(capture: Capture, tmp_path: Path) -> None:
+    system = trained(capture, **PAPER)
+    system.save(tmp_path, ITERATION)
+    folder = tmp_path / "point_cloud" / f"iteration_{ITERATION}"
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "embedding.json",
+        "embedding.obj",
+        "point_cloud.ply",
+    ]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["config.yaml", "point_cloud", "rules.json"]
+    cloud = ply.gaussians(ply.decode((folder / "point_cloud.ply").read_bytes()))
+    stored = json.loads((folder / "embedding.json").read_text())
+    assert (cloud.quat_wxyz[:, 0] >= 0).all()
+    np.testing.assert_allclose(np.linalg.norm(cloud.quat_wxyz, axis=1), 1, atol=1e-6)
+    raw = np.array(stored["_rotation"])
+    assert (raw[:, 0] < 0).any()
+    assert (np.abs(np.linalg.norm(raw, axis=1) - 1) > 0.1).any()
+    assert all(u == v == 0 for u, v, _ in stored["_xyz"])
+    assert stored["cano_mesh"] == "embedding.obj"
+    config = yaml.safe_load((tmp_path / "config.yaml").read_text())
+    assert config["dataset"]["frameset_type"] == "imavatar"
+    assert config["model"] == {
+        "sh_degree": 0, "num_init_samples": 150, "xyz_as_uvd": True, "with_mesh_scaling": True
+    }  # fmt: skip
+    rules = json.loads((tmp_path / "rules.json").read_text())
+    assert rules["system"] == "splatting_avatar"
+    assert rules["rules"] == {"embedding": "walking", "sh_direction": "inverse_rotation", **PAPER}
+    lines = (folder / "embedding.obj").read_text().splitlines()
+    assert sum(line.startswith("f ") for line in lines) == len(scene.sheet())
+    assert all(
+        len(word.partition(".")[2]) == 6 for line in lines if line[0] == "v" for word in line.split()[1:]
+    )
+
+
+def test_a_body_is_trained_in_metres_without_mesh_scaling(capture: Capture, tmp_path: Path) -> None:
+    system = trained(capture, subject="body")
+    assert (system.training_per_bundle, system.rules.scale) == (1.0, "none")
+    system.save(tmp_path, ITERATION)
+    avatar = reader.read(tmp_path, reader.WITHOUT_RIG)
+    assert avatar.training_per_bundle == 1.0
+    config = yaml.safe_load((tmp_path / "config.yaml").read_text())
+    assert config["dataset"]["frameset_type"] == "instant_avatar"
+    assert config["model"]["with_mesh_scaling"] is False
+
+
+def test_saving_again_replaces_and_leaves_nothing_half_written(capture: Capture, tmp_path: Path) -> None:
+    system = trained(capture)
+    system.save(tmp_path, ITERATION)
+    stray = tmp_path / "point_cloud" / f".iteration_{ITERATION}.partial"
+    stray.mkdir()  # of a process that was killed
+    (stray / "point_cloud.ply").write_bytes(b"ply")
+    first = (tmp_path / "point_cloud" / f"iteration_{ITERATION}" / "embedding.json").read_bytes()
+    with torch.no_grad():
+        system.table["displacement"].add_(0.01)
+    system.save(tmp_path, ITERATION)
+    second = (tmp_path / "point_cloud" / f"iteration_{ITERATION}" / "embedding.json").read_bytes()
+    assert first != second
+    assert not stray.exists()
+    assert reader.detect(tmp_path)
+
+
+def test_a_shift_in_space_is_not_written(capture: Capture, tmp_path: Path) -> None:
+    system = trained(capture, embedding="fixed")
+    assert float(system.splats(capture.frames[1].pose).mean.detach().abs().max()) > 0
+    with pytest.raises(AvatarError, match="embedding fixed"):
+        system.save(tmp_path, ITERATION)
+    assert not list(tmp_path.iterdir())

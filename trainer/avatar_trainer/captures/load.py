@@ -1,0 +1,64 @@
+"""A capture: frames of one person with masks, cameras and tracked parameters, and the body model they belong to.
+
+`load` reads every layout that CAPTURE.md describes and checks all of it before training starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from avatar_export.options import ReadOptions
+from avatar_runtime.avatar import F32
+from avatar_runtime.io.errors import AvatarError
+from avatar_trainer.captures import image_files, imavatar, metrical_tracker, own
+from avatar_trainer.captures.model import Capture, Frame
+
+# (what tells a layout, its reader), the first that is there
+LAYOUTS: tuple[tuple[str, Callable[[Path, ReadOptions], Capture]], ...] = (
+    (own.FILE, own.read),
+    (metrical_tracker.PATTERN, metrical_tracker.read),
+    (imavatar.FILE, imavatar.read),
+)
+
+
+def load(
+    folder: Path,
+    body_model: Path | None = None,
+    eyelids: Path | None = None,
+    anchor_faces: Path | None = None,
+) -> Capture:
+    """The capture in `folder`, of whichever layout it is.
+
+    body_model, eyelids (folder), anchor_faces: in place of what the capture names or of what is found beside it.
+    Raises AvatarError that names file and row for whatever would stop or spoil training; see CAPTURE.md.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise AvatarError("is no folder; a capture is one", file=folder)
+    given = ReadOptions(body_model=body_model, eyelids=eyelids, anchor_faces=anchor_faces)
+    for pattern, read in LAYOUTS:
+        if next(folder.glob(pattern), None) is not None:
+            return read(folder, given)
+    known = ", ".join(pattern for pattern, _ in LAYOUTS)
+    raise AvatarError(f"is no capture: it holds none of {known}", file=folder)
+
+
+def pixels(frame: Frame) -> tuple[F32, F32]:
+    """(image [H, W, 3], mask [H, W]) of a frame, 0..1; the image is straight colour, not multiplied by the mask.
+
+    Raises AvatarError for a damaged picture and for one that is no longer of the camera's size.
+    """
+    image, mask = image_files.colour(frame.image), image_files.matte(frame.mask, frame.image)
+    size = (frame.camera.height, frame.camera.width)
+    for path, shape in ((frame.image, image.shape[:2]), (frame.mask, mask.shape)):
+        if shape != size:
+            raise AvatarError(f"is now {shape[1]}x{shape[0]} pixels, was {size[1]}x{size[0]}", file=path)
+    return image, mask
+
+
+def check_pixels(capture: Capture) -> None:
+    """Decode every picture. Raises AvatarError for the first that is damaged, and for a mask that shows nobody."""
+    for frame in capture.frames:
+        if not pixels(frame)[1].any():
+            raise AvatarError("is empty: nobody is in the picture", file=frame.mask)

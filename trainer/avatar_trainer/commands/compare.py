@@ -1,0 +1,39 @@
+"""`avatar-train compare OUT BUNDLE`."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from avatar_export.commands import arguments
+from avatar_export.commands.console import Steps, output, print_json
+from avatar_export.readers.table import expect_bundle
+from avatar_runtime.bundle import load
+from avatar_trainer.commands.arguments import Captured, Run
+from avatar_trainer.evaluation import compare as comparison
+from avatar_trainer.loop.resume import load_run
+
+
+def compare(
+    out: Run,
+    bundle: Annotated[Path, typer.Argument(help="The bundle that was made of it.")],
+    every: Annotated[int, typer.Option(help="Every how many-th frame held out.", min=1)] = 1,
+    capture: Captured = None,
+    as_json: arguments.AsJson = False,
+) -> None:
+    """Hold a bundle's images, by every backend, against the model it was made of; exit code 1 if they differ."""
+    with Steps() as step:
+        step("loading")
+        system, _, _ = load_run(out, capture)
+        expect_bundle(bundle)
+        avatar = load(bundle)
+        step("drawing")
+        rows = comparison.compare(system, avatar, every)
+    if as_json:
+        print_json([{**dataclasses.asdict(row), "holds": row.holds} for row in rows])
+    else:
+        output.print(comparison.table(rows))
+    raise typer.Exit(0 if all(row.holds for row in rows if row.profile == comparison.TRAINED) else 1)

@@ -1,0 +1,44 @@
+"""Whether what a command is to write can be written there, asked before anything is computed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from avatar_export.writers.bundle import may_replace
+from avatar_runtime.io.errors import AvatarError
+from avatar_trainer.loop import run
+
+FOLDERS = (run.CHECKPOINTS, run.UPSTREAM, run.LOGS, run.PREVIEW)  # of a run
+
+
+def expect_run_folder(out: Path) -> None:
+    """Raise AvatarError where no run can be written into the folder `out`."""
+    expect_room(out)
+    for folder in (out, *(out / name for name in FOLDERS)):
+        if folder.exists() and not folder.is_dir():
+            raise AvatarError("is a file where a run has a folder; name another --out", file=folder)
+
+
+def expect_bundle_place(bundle: Path, out: Path | None, *, force: bool) -> None:
+    """Raise AvatarError where no bundle can be written to `bundle`, or where it and the run in `out` lie in each
+    other."""
+    here = bundle.resolve()
+    there = here if out is None else out.resolve()
+    if out is not None and (here == there or here in there.parents or there in here.parents):
+        raise AvatarError(
+            f"a bundle and the run in {out} cannot lie in each other; name another", file=bundle
+        )
+    may_replace(here, force)
+    expect_room(here.parent)
+
+
+def expect_room(folder: Path) -> None:
+    """Raise AvatarError where `folder` is not there and cannot be made, or cannot be written to."""
+    path = folder.resolve()
+    while not path.exists() and path != path.parent:
+        path = path.parent
+    if not path.is_dir():
+        raise AvatarError(f"cannot be written: {path} is a file", file=folder)
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise AvatarError(f"cannot be written: {path} does not permit it", file=folder)

@@ -1,0 +1,171 @@
+"""Held-out self-reenactment: how close the avatar comes to frames of the same person that it was not trained on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import fmean
+from typing import Any
+
+import torch
+from rich.table import Table
+from torch import Tensor
+
+from avatar_runtime.io.errors import AvatarError
+from avatar_trainer.captures.model import Capture, Frame
+from avatar_trainer.captures.targets import Pictures, Target, evenly
+from avatar_trainer.losses import psnr_db, ssim
+from avatar_trainer.systems.drawing import DRAWING, Drawing, draw
+from avatar_trainer.systems.protocol import System
+
+QUICK = 8  # frames looked at during training
+TRAIN_FRAMES = 50  # of split `train` that are measured at the end
+INSIDE = 0.5  # of the mask
+HOW = (
+    "8-bit pictures as captured against the rendering clamped to 0..1, both over black; mean over frames of each "
+    "frame's PSNR (peak 1) and SSIM (Gaussian window 11, sigma 1.5, mean of the channels). whole: all pixels; "
+    "inside: PSNR of the pixels whose mask is above 0.5, SSIM of the mask's bounding box, black outside the mask. "
+    "test: every frame, none trained on; train: "
+    f"at most {TRAIN_FRAMES}, evenly spaced; over: how many frames each mean is over, which are those where it has a "
+    "finite value: a rendering equal to its picture has no finite PSNR, an empty mask no inside"
+)
+MEASURES = ("psnr_db", "ssim", "psnr_inside_db", "ssim_inside")
+ENHANCED = "psnr_enhanced_db"  # of the whole picture by the system's enhancer, where one has been trained
+
+
+@dataclass(frozen=True)
+class Score:
+    """One frame."""
+
+    frame: str
+    split: str
+    psnr_db: float | None  # None: infinite (equal pictures); of `inside` also: nothing inside the mask
+    ssim: float
+    psnr_inside_db: float | None
+    ssim_inside: float | None
+    psnr_enhanced_db: float | None = None  # None: no enhancer, or infinite
+
+
+def evaluate(system: System, capture: Capture, by: Drawing = DRAWING) -> dict[str, Any]:
+    """Means of each split, every frame's score and how they were computed; JSON knows it all.
+
+    AvatarError for a rendering that is not finite.
+    """
+    with Pictures(0) as pictures:
+        scores = [
+            measure(system, f, pictures(f), by) for f in [*capture.test, *evenly(capture.train, TRAIN_FRAMES)]
+        ]
+    splits = {split: [s for s in scores if s.split == split] for split in ("test", "train")}
+    measures = MEASURES + (ENHANCED,) * any(score.psnr_enhanced_db is not None for score in scores)
+    return {
+        "system": system.name,
+        "capture": capture.name,
+        "width": capture.width,
+        "height": capture.height,
+        "gaussians": len(system.splats(capture.frames[0].pose).mean),
+        "how": HOW,
+        "splits": {split: _means(of, measures) for split, of in splits.items() if of},
+        "frames": [_shared(score, measures) for score in scores],
+    }
+
+
+def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING) -> Score:
+    """A frame's rendering against its picture, over black. AvatarError for a rendering that is not finite."""
+    colour = _drawn(system, frame, by)
+    drawn = colour.clamp(0, 1)
+    wanted = target.over(torch.zeros(3))
+    inside = target.mask > INSIDE
+    return Score(
+        frame.name,
+        frame.split,
+        _finite(psnr_db(drawn, wanted)),
+        _similar(drawn, wanted),
+        _finite(psnr_db(drawn[inside], wanted[inside])) if inside.any() else None,
+        _ssim_inside(drawn, wanted, inside),
+        _enhanced_psnr_db(system, colour, wanted),
+    )
+
+
+def quick_psnr_db(system: System, capture: Capture, pictures: Pictures, by: Drawing) -> dict[str, float]:
+    """Mean PSNR of a few held-out frames over black, by split; empty where none is held out.
+
+    Infinite where one of them is drawn as its picture is. AvatarError for a rendering that is not finite.
+    """
+    frames = evenly(capture.test, QUICK)
+    black = torch.zeros(3)
+    found = [psnr_db(_drawn(system, f, by).clamp(0, 1), pictures(f).over(black)) for f in frames]
+    return {"test": fmean(found)} if found else {}
+
+
+def table(result: dict[str, Any]) -> Table:
+    """The means of each split; behind one that is not over all of its frames, how many it is over."""
+    shown = Table(box=None, pad_edge=False)
+    shown.add_column("split")
+    for title in ("frames", "PSNR dB", "SSIM", "PSNR dB inside", "SSIM inside"):
+        shown.add_column(title, justify="right")
+    measures: tuple[str, ...] = MEASURES
+    if any(ENHANCED in means for means in result["splits"].values()):
+        shown.add_column("PSNR dB enhanced", justify="right")
+        measures = (*MEASURES, ENHANCED)
+    for split, means in result["splits"].items():
+        shown.add_row(split, str(means["frames"]), *(_shown(means, measure) for measure in measures))
+    return shown
+
+
+def _shown(means: dict[str, Any], measure: str) -> str:
+    if means[measure] is None:
+        return "-"
+    text, over = f"{means[measure]:.{2 if 'db' in measure else 4}f}", means["over"][measure]
+    return text if over == means["frames"] else f"{text} (of {over})"
+
+
+def _drawn(system: System, frame: Frame, by: Drawing) -> Tensor:
+    colour = draw(system, frame, by=by).colour
+    if not colour.isfinite().all():
+        raise AvatarError(
+            f"frame {frame.name}: the avatar's rendering is not finite; train again, with lower learning rates"
+        )
+    return colour
+
+
+@torch.no_grad()
+def _enhanced_psnr_db(system: System, colour: Tensor, wanted: Tensor) -> float | None:
+    """By the system's enhancer; None for a system without one."""
+    enhance = getattr(system, "enhanced", None)  # the one optional member of System
+    better = None if enhance is None else enhance(colour)
+    return None if better is None else _finite(psnr_db(better.clamp(0, 1), wanted))
+
+
+def _similar(drawn: Tensor, wanted: Tensor) -> float:
+    return float(ssim(drawn.double(), wanted.double()))  # single precision is 1e-4 off on flat areas
+
+
+def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
+    """SSIM of the mask's bounding box, both pictures black outside the mask; None for an empty mask."""
+    if not inside.any():
+        return None
+    at = torch.nonzero(inside)
+    box = tuple(
+        slice(low, high + 1) for low, high in zip(at.amin(0).tolist(), at.amax(0).tolist(), strict=True)
+    )
+    pair = ((picture * inside[:, :, None])[box] for picture in (drawn, wanted))
+    return _similar(*pair)
+
+
+def _shared(score: Score, measures: Sequence[str]) -> dict[str, Any]:
+    """A frame's score; without what no frame has."""
+    return {name: value for name, value in vars(score).items() if name != ENHANCED or ENHANCED in measures}
+
+
+def _means(scores: list[Score], measures: Sequence[str]) -> dict[str, Any]:
+    means: dict[str, Any] = {"frames": len(scores), "over": {}}
+    for name in measures:
+        values = [value for score in scores if (value := getattr(score, name)) is not None]
+        means[name] = fmean(values) if values else None
+        means["over"][name] = len(values)
+    return means
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

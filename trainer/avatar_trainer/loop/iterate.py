@@ -1,0 +1,130 @@
+"""One iteration of training: a frame, its picture, a step of the optimiser; and what of it a checkpoint holds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from avatar_runtime.backends.cpu.threads import thread_count
+from avatar_runtime.io.errors import AvatarError
+from avatar_trainer.captures.model import Capture, Frame
+from avatar_trainer.captures.targets import Target
+from avatar_trainer.loop.resume import load_system
+from avatar_trainer.losses import psnr_db
+from avatar_trainer.raster.renderer import render
+from avatar_trainer.settings import TrainSettings
+from avatar_trainer.systems.drawing import Drawing, raster_settings
+from avatar_trainer.systems.protocol import System
+
+
+class NotFinite(AvatarError):
+    """Training has gone astray: the loss or a parameter is no number any more."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """What one iteration came to."""
+
+    terms: dict[str, float]
+    psnr_db: float
+    gaussians: int
+
+
+class Trainer:
+    """The part of a run that decides its result."""
+
+    def __init__(self, system: System, capture: Capture, settings: TrainSettings) -> None:
+        self.system, self.capture, self.settings = system, capture, settings
+        self.frames = capture.train
+        if not self.frames:
+            raise AvatarError("has no frame of split `train`", file=capture.folder)
+        self.generator = torch.Generator().manual_seed(settings.seed)
+        self.drawing = Drawing(settings.rasteriser, thread_count(settings.threads or None))
+
+    def frame(self, iteration: int) -> Frame:
+        """The frame of an iteration (from 1): each once an epoch, in an order of the epoch's own."""
+        epoch, place = divmod(iteration - 1, len(self.frames))
+        return self.frames[order(self.settings.seed, epoch, len(self.frames))[place]]
+
+    def step(self, iteration: int, target: Target) -> Step:
+        """One iteration. Raises AvatarError for a loss that is not finite; the parameters are then as they were."""
+        system, table = self.system, self.system.table
+        system.before_step(iteration)
+        background = system.background(self.generator)
+        wanted = target.over(background)
+        splats = system.splats(self.frame(iteration).pose)
+        offset = torch.zeros(len(splats.mean), 2, requires_grad=True)
+        rendered = render(
+            splats,
+            self.frame(iteration).camera,
+            raster_settings(system),
+            system.sh_degree,
+            background,
+            self.drawing.rasteriser,
+            offset,
+            self.drawing.threads,
+        )
+        terms = system.losses(rendered, wanted, target.mask, iteration)
+        values = {name: term.item() for name, term in terms.items()}
+        self._check(iteration, values)
+        table.zero_grad()
+        torch.stack(list(terms.values())).sum().backward()  # type: ignore[no-untyped-call]
+        system.observe(rendered, self._in_device_units(offset.grad, wanted))
+        table.step()
+        system.after_step(iteration, self.generator)
+        return Step(values, psnr_db(rendered.colour.detach(), wanted), len(splats.mean))
+
+    @torch.no_grad()
+    def gaussians(self) -> int:
+        """How many the avatar has now."""
+        return len(self.system.splats(self.frames[0].pose).mean)
+
+    def check_parameters(self, iteration: int) -> None:
+        """Raise AvatarError where a parameter is not finite."""
+        table = self.system.table
+        for name in table:
+            if not math.isfinite(float(table[name].detach().sum(dtype=torch.float64))):
+                raise NotFinite(f"iteration {iteration}: {name} is no longer finite")
+
+    def state(self) -> dict[str, Any]:
+        """All that `load_state` needs to go on bit by bit."""
+        return {
+            "system": self.system.state(),
+            "generator": self.generator.get_state(),
+            "torch": torch.get_rng_state(),
+        }
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Go on from `state`. Raises AvatarError for one that does not fit the system."""
+        load_system(self.system, state)
+        try:
+            self.generator.set_state(state["generator"])
+            torch.set_rng_state(state["torch"])
+        except (KeyError, TypeError, RuntimeError) as error:
+            raise AvatarError(
+                f"the checkpoint's random numbers cannot go on ({error}); --no-resume begins anew"
+            ) from None
+
+    def _check(self, iteration: int, terms: dict[str, float]) -> None:
+        wrong = [f"{name} is {value}" for name, value in terms.items() if not math.isfinite(value)]
+        if wrong:
+            frame = self.frame(iteration).name
+            raise NotFinite(f"iteration {iteration}, frame {frame}: loss {', '.join(wrong)}")
+
+    @staticmethod
+    def _in_device_units(gradient: Tensor | None, picture: Tensor) -> Tensor:
+        """The gradient by pixels as one by normalised device units, of which a picture has 2 each way."""
+        assert gradient is not None
+        return gradient * torch.tensor([picture.shape[1] / 2, picture.shape[0] / 2])
+
+
+@lru_cache(maxsize=2)
+def order(seed: int, epoch: int, count: int) -> tuple[int, ...]:
+    """The frames of an epoch: a permutation that depends on these numbers alone."""
+    return tuple(np.random.default_rng([seed, epoch]).permutation(count).tolist())

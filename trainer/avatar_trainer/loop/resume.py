@@ -1,0 +1,75 @@
+"""From checkpoints back to systems, and on to the released code's layout."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+from avatar_runtime.io.errors import AvatarError
+from avatar_trainer.captures.load import load
+from avatar_trainer.captures.targets import resized
+from avatar_trainer.loop import checkpoint, run
+from avatar_trainer.loop.progress import note
+from avatar_trainer.settings import TrainSettings
+from avatar_trainer.systems.protocol import System
+from avatar_trainer.systems.table import system_module
+
+
+def load_run(out: Path, capture: Path | None = None) -> tuple[System, TrainSettings, int]:
+    """(system, settings, iteration) of the newest whole checkpoint of `out`.
+
+    capture: where its folder is now, if not where it was. Raises AvatarError for a folder that holds no run; and
+    where run.json, checkpoint and capture do not belong together, which would play another model.
+    """
+    content = run.read(out)
+    settings, system_settings = run.settings_of(content, out / run.FILE)
+    folder = Path(str(content["capture"].get("folder"))) if capture is None else capture
+    if not folder.is_dir():
+        raise AvatarError(
+            "the capture of this run is no folder any more; say where with --capture", file=folder
+        )
+    found = checkpoint.newest(out / run.CHECKPOINTS, note)
+    if found is None:
+        raise AvatarError("holds no checkpoint yet", file=out)
+    different = run.differences(found.state.get("run"), content, found.iteration, settings.iterations)
+    if different:
+        raise AvatarError(
+            f"is not of the checkpoint beside it ({'; '.join(different[:4])}); undo what was changed, or train "
+            "anew",
+            file=out / run.FILE,
+        )
+    scene = resized(load(folder), settings.size)
+    if run.fingerprint(scene) != run.fingerprint_of(content):
+        trained_on = run.short(content["capture"].get("folder"))
+        raise AvatarError(
+            f"is not the capture that {out} was trained on, which was in {trained_on}: poses, body model or pictures "
+            "are others; name that one with --capture, or train anew on this one",
+            file=folder,
+        )
+    system = system_module(content["system"]).create(scene, system_settings, settings.seed)
+    load_system(system, found.state)
+    return system, settings, found.iteration
+
+
+def load_system(system: System, state: dict[str, Any]) -> None:
+    """Let `system` go on from a checkpoint's state. Raises AvatarError for one that does not fit it."""
+    try:
+        system.load_state(state["system"])
+    except (KeyError, ValueError, TypeError, RuntimeError, IndexError, AttributeError) as error:
+        raise AvatarError(f"the checkpoint does not fit {system.name} on this capture ({error})") from None
+
+
+def save_upstream(system: System, out: Path, iteration: int) -> Path:
+    """Write the released code's layout into `out`, as a whole in the place of what an earlier run left; its folder."""
+    partial, folder = out / f".{run.UPSTREAM}.partial", out / run.UPSTREAM
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    try:
+        system.save(partial, iteration)
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+    shutil.rmtree(folder, ignore_errors=True)
+    partial.replace(folder)
+    return folder

@@ -1,0 +1,151 @@
+"""The training loop: one frame an iteration, resumable at any moment, the same result for the same seed."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from avatar_runtime.io.errors import AvatarError
+from avatar_trainer.captures.model import Capture
+from avatar_trainer.captures.targets import AHEAD, Pictures
+from avatar_trainer.loop import checkpoint, run
+from avatar_trainer.loop.iterate import NotFinite, Trainer
+from avatar_trainer.loop.logs import Logs
+from avatar_trainer.loop.machine import disk_advice, memory_advice, reproducible
+from avatar_trainer.loop.progress import TrainProgress, note
+from avatar_trainer.loop.resume import save_upstream
+from avatar_trainer.loop.watch import Watch
+from avatar_trainer.raster.renderer import expect_rasteriser
+from avatar_trainer.settings import TrainSettings
+from avatar_trainer.systems.protocol import System
+
+EVENTS = "events.out.tfevents.*"  # TensorBoard's files
+
+
+@dataclass(frozen=True)
+class Trained:
+    """The end of a run."""
+
+    iterations: int
+    gaussians: int
+    seconds: float  # of this process, without what an interrupted one took
+    checkpoint: Path
+    upstream: Path | None = None  # folder of the released code's layout; None: not written
+
+
+def train(
+    system: System,
+    capture: Capture,
+    settings: TrainSettings,
+    out: Path,
+    *,
+    system_settings: Any = None,
+    resume: bool = True,
+    upstream: bool = True,
+) -> Trained:
+    """Train `system`, fresh from its `create`, on the capture's frames of split `train`; writes into the folder `out`.
+
+    Goes on from the newest whole checkpoint of `out` unless `resume` is False; a run that begins anew removes what an
+    earlier one wrote there. The result depends on the settings (without `TrainSettings.FREE`), the capture and the
+    machine, not on how often the run was interrupted. At the end `out/upstream` holds the released code's layout,
+    unless `upstream` is False or the layout cannot hold what was trained.
+
+    Raises AvatarError: `out` holds another run; no frame to train on; the loss or a parameter is no longer finite;
+    memory ran out; something cannot be written; the rasteriser lacks what it needs. ValueError for an unknown one.
+    """
+    expect_rasteriser(settings.rasteriser)
+    facts = run.facts(system.name, capture, settings, system_settings)
+    with disk_advice(out), memory_advice(), reproducible(settings.seed, settings.threads):
+        trainer = Trainer(system, capture, settings)
+        done = go_on(trainer, out, facts, resume)
+        run.write(out, facts)
+        trained = _loop(trainer, out, facts, done)
+        if upstream:
+            trained = replace(trained, upstream=_save(system, out, settings.iterations))
+    return trained
+
+
+def go_on(trainer: Trainer, out: Path, facts: dict[str, Any], resume: bool) -> int:
+    """The iteration that the newest checkpoint of `out` is of, now loaded; 0 where there is none.
+
+    Raises AvatarError for a checkpoint of another run.
+    """
+    folder = out / run.CHECKPOINTS
+    for path in checkpoint.partials(folder):
+        path.unlink(missing_ok=True)
+    found = checkpoint.newest(folder, note) if resume else None
+    if found is None:
+        _clear(out)
+        return 0
+    different = run.differences(found.state.get("run"), facts, found.iteration, trainer.settings.iterations)
+    if different:
+        raise AvatarError(
+            f"holds another run ({'; '.join(different[:4])}); pass the same settings, name another folder, or pass "
+            "--no-resume to begin anew",
+            file=out,
+        )
+    trainer.load_state(found.state)
+    note(f"goes on from {found.path}")
+    return found.iteration
+
+
+def _clear(out: Path) -> None:
+    """Remove what an earlier run wrote, the checkpoints last: what is left when interrupted is still a run."""
+    if (out / run.FILE).is_file():  # else such names are somebody else's
+        shutil.rmtree(out / run.UPSTREAM, ignore_errors=True)
+        for path in [*(out / run.PREVIEW).glob("iteration_*.png"), *(out / run.LOGS).glob(EVENTS)]:
+            path.unlink(missing_ok=True)
+        (out / run.EVALUATION).unlink(missing_ok=True)
+    checkpoint.remove(out / run.CHECKPOINTS)
+
+
+def _loop(trainer: Trainer, out: Path, facts: dict[str, Any], done: int) -> Trained:
+    """The iterations after `done`, with checkpoints, logs and previews."""
+    settings, folder = trainer.settings, out / run.CHECKPOINTS
+    kept = checkpoint.path_of(folder, done) if done else None
+    began = time.perf_counter()
+    with (
+        Pictures(settings.cache_megabytes) as pictures,
+        Logs(out / run.LOGS, done + 1) as logs,
+        TrainProgress(settings.iterations, done) as progress,
+    ):
+        watch = Watch(trainer, pictures, logs, out)
+        for iteration in range(done + 1, settings.iterations + 1):
+            coming = range(iteration, min(iteration + AHEAD, settings.iterations + 1))
+            pictures.expect(trainer.frame(i) for i in coming)
+            target = pictures(trainer.frame(iteration))
+            saving = iteration % settings.checkpoint_every == 0 or iteration == settings.iterations
+            with _last_good(kept):
+                step = trainer.step(iteration, target)
+                if saving or iteration % settings.log_every == 0:
+                    trainer.check_parameters(iteration)
+            progress.update(iteration, watch.step(iteration, step), step.gaussians)
+            if saving:
+                kept = checkpoint.write(folder, iteration, {"run": facts, **trainer.state()})
+    assert kept is not None
+    return Trained(settings.iterations, trainer.gaussians(), time.perf_counter() - began, kept)
+
+
+def _save(system: System, out: Path, iteration: int) -> Path | None:
+    """Write the released layout; None, and a note, where it cannot hold what some rules train."""
+    try:
+        return save_upstream(system, out, iteration)
+    except AvatarError as error:
+        note(f"{out / run.UPSTREAM} is not written: {error}")
+        return None
+
+
+@contextmanager
+def _last_good(kept: Path | None) -> Iterator[None]:
+    """An AvatarError inside tells which checkpoint is kept."""
+    try:
+        yield
+    except AvatarError as error:
+        where = f"{kept} is kept" if kept else "there is no checkpoint yet"
+        advice = "; going on would meet it again: lower a learning rate or pass another --seed"
+        raise AvatarError(f"{error}; {where}{advice if isinstance(error, NotFinite) else ''}") from None
