@@ -16,7 +16,7 @@ CORE := tests/test_floors.py tests/schema tests/conformance/test_bundles.py test
 # Compiled modules are kept, since the tests start about 200 processes.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo check test test-more fuzz bench clean
+.PHONY: demo check test test-more fuzz bench dist clean
 
 demo: .venv/installed
 	$(BIN)/python -m samples.demo $(OUT)/demo
@@ -47,8 +47,11 @@ fuzz: .venv/tested
 bench: .venv/tested
 	$(BIN)/python -m tests.bench
 
+dist: .venv/tested
+	$(BIN)/python -m tools.dist dist
+
 clean:
-	rm -rf .venv .venv-3.* $(OUT) tests/interop/node_modules
+	rm -rf .venv .venv-3.* $(OUT) dist tests/interop/node_modules
 
 .venv/installed: pyproject.toml
 	sh .ci/packages
@@ -60,6 +63,7 @@ clean:
 .venv/tested: .venv/installed .ci/packages
 	sh .ci/packages tests
 	$(BIN)/python -m pip install --quiet --group dev
+	$(BIN)/python -m tests.session.kernels
 	touch $@
 
 $(NODE_CLIENTS): tests/interop/package-lock.json | .venv/tested

@@ -22,6 +22,7 @@ from avatar_runtime.avatar import (
     Rules,
     SparseRows,
 )
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.rules import NORMAL_POSITIONS
 from avatar_runtime.stages.surface import binding_pose
@@ -58,43 +59,48 @@ def full_avatar(seed: int = 0) -> Avatar:
     """
     rng = np.random.default_rng(seed)
     k, late, features = len(EXPRESSIONS), len(LATE_MORPHS), 9 * len(CORRECTIVE_JOINTS)
-    return Avatar(
-        name="Full Ävatar",
-        gaussians=_gaussians(rng),
-        groups=GROUPS,
-        rules=Rules("polar3", "neck", "inverse_rotation", "unique", quaternion_sign="largest_positive"),
-        expressions=EXPRESSIONS,
-        late_morph_names=LATE_MORPHS,
-        blendshapes=Blendshapes(
-            _ragged(rng, COUNT, k, {"mean": ((3,), 3e-3), "quat_wxyz": ((4,), 0.1)}),
-            _ragged(
-                rng, COUNT, k, {"log_scale": ((3,), 0.2), "opacity_logit": ((), 0.5), "sh": ((16, 3), 0.1)}
+    return check_avatar(
+        Avatar(
+            name="Full Ävatar",
+            gaussians=_gaussians(rng),
+            groups=GROUPS,
+            rules=Rules("polar3", "neck", "inverse_rotation", "unique", quaternion_sign="largest_positive"),
+            expressions=EXPRESSIONS,
+            late_morph_names=LATE_MORPHS,
+            blendshapes=Blendshapes(
+                _ragged(rng, COUNT, k, {"mean": ((3,), 3e-3), "quat_wxyz": ((4,), 0.1)}),
+                _ragged(
+                    rng,
+                    COUNT,
+                    k,
+                    {"log_scale": ((3,), 0.2), "opacity_logit": ((), 0.5), "sh": ((16, 3), 0.1)},
+                ),
+                _ragged(rng, COUNT, features, {"mean": ((3,), 2e-3)}),
+                _ragged(rng, COUNT, late, {"mean": ((3,), 4e-3)}),
             ),
-            _ragged(rng, COUNT, features, {"mean": ((3,), 2e-3)}),
-            _ragged(rng, COUNT, late, {"mean": ((3,), 4e-3)}),
-        ),
-        skin=_skin(rng, COUNT),
-        rig=_rig(rng),
-        sh_degree=2,
-        driving=Driving(
-            "matrix",
-            INPUTS,
-            OUTPUTS,
-            _normal(rng, len(OUTPUTS), len(INPUTS), scale=0.3),
-            head_joint="neck",
-            head_pivot=(0.01, -0.1, 0.02),
-            left_eye_joint="leftEye",
-            right_eye_joint="rightEye",
-        ),
-        raster=RasterSettings(near=0.05, low_pass=0.25, background=(0.25, 0.5, 1.0)),
-        head_pose_in="mesh",
-        training_per_bundle=4.0,
-        delta_threshold={"mean": 1e-8, "sh": 1e-7},
-        provenance={"system": "made_for_tests", "rows_dropped": [3, 17], "author": "nobody"},
-        extras={"extras": {"note": ["kept", 1, None, 0.1]}, "someVendor": {"deep": [{"er": True}]}},
-        clips=(_clip(rng, "nod", 24.0, 5), _clip(rng, "blink", 30.0, 3)),
-        enhancer=tiny(),
-    ).check()
+            skin=_skin(rng, COUNT),
+            rig=_rig(rng),
+            sh_degree=2,
+            driving=Driving(
+                "matrix",
+                INPUTS,
+                OUTPUTS,
+                _normal(rng, len(OUTPUTS), len(INPUTS), scale=0.3),
+                head_joint="neck",
+                head_pivot=(0.01, -0.1, 0.02),
+                left_eye_joint="leftEye",
+                right_eye_joint="rightEye",
+            ),
+            raster=RasterSettings(near=0.05, low_pass=0.25, background=(0.25, 0.5, 1.0)),
+            head_pose_in="mesh",
+            training_per_bundle=4.0,
+            delta_threshold={"mean": 1e-8, "sh": 1e-7},
+            provenance={"system": "made_for_tests", "rows_dropped": [3, 17], "author": "nobody"},
+            extras={"extras": {"note": ["kept", 1, None, 0.1]}, "someVendor": {"deep": [{"er": True}]}},
+            clips=(_clip(rng, "nod", 24.0, 5), _clip(rng, "blink", 30.0, 3)),
+            enhancer=tiny(),
+        )
+    )
 
 
 def surface_avatar(seed: int = 0, rules: Rules | None = None, *, rigged: bool = True) -> Avatar:
@@ -120,23 +126,25 @@ def surface_avatar(seed: int = 0, rules: Rules | None = None, *, rigged: bool = 
     mean, quat_wxyz = binding_pose(embedding, rules, full.training_per_bundle)
     k, late = len(EXPRESSIONS), len(LATE_MORPHS)
     features = 9 * len(CORRECTIVE_JOINTS) if rigged else 0
-    return replace(
-        full,
-        gaussians=replace(full.gaussians, mean=mean, quat_wxyz=quat_wxyz),
-        groups=(Group("head", 0, 40, "surface"), Group("hair", 40, 8, "surface")),
-        rules=rules,
-        blendshapes=Blendshapes(
-            SparseRows.empty(COUNT, k, {"mean": (3,), "quat_wxyz": (4,)}),
-            SparseRows.empty(COUNT, k, {"log_scale": (3,), "opacity_logit": (), "sh": (16, 3)}),
-            SparseRows.empty(COUNT, features, {"mean": (3,)}),
-            SparseRows.empty(COUNT, late, {"mean": (3,)}),
-        ),
-        skin=SparseRows.empty(COUNT, len(JOINTS) if rigged else 0, {"weight": ()}),
-        rig=full.rig if rigged else None,
-        driving=full.driving if rigged else Driving(),
-        embedding=embedding,
-        clips=full.clips if rigged else (),
-    ).check()
+    return check_avatar(
+        replace(
+            full,
+            gaussians=replace(full.gaussians, mean=mean, quat_wxyz=quat_wxyz),
+            groups=(Group("head", 0, 40, "surface"), Group("hair", 40, 8, "surface")),
+            rules=rules,
+            blendshapes=Blendshapes(
+                SparseRows.empty(COUNT, k, {"mean": (3,), "quat_wxyz": (4,)}),
+                SparseRows.empty(COUNT, k, {"log_scale": (3,), "opacity_logit": (), "sh": (16, 3)}),
+                SparseRows.empty(COUNT, features, {"mean": (3,)}),
+                SparseRows.empty(COUNT, late, {"mean": (3,)}),
+            ),
+            skin=SparseRows.empty(COUNT, len(JOINTS) if rigged else 0, {"weight": ()}),
+            rig=full.rig if rigged else None,
+            driving=full.driving if rigged else Driving(),
+            embedding=embedding,
+            clips=full.clips if rigged else (),
+        )
+    )
 
 
 def _clip(rng: np.random.Generator, name: str, fps: float, frames: int) -> Clip:

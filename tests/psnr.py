@@ -14,7 +14,7 @@ def profile_psnr(avatar: Avatar, pose: Pose, size: int, yaw: float = 0.0) -> flo
     """PSNR in dB of `engine` against `trainer`, where the avatar covers more than half of a pixel; over black."""
     player, camera = Player(avatar), frame_camera(robust_box(avatar.gaussians.mean), size, size, yaw)
     trainer, engine = (
-        player.frame(pose, camera, (0.0, 0.0, 0.0), profile).picture for profile in ("trainer", "engine")
+        player.frame(pose, camera, (0.0, 0.0, 0.0), profile).image for profile in ("trainer", "engine")
     )
     mask = trainer.transmittance < 0.5
     error = (engine.colour[mask] - trainer.colour[mask]).astype(np.float64)

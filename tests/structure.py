@@ -171,9 +171,10 @@ def _undocumented(module: Module) -> Iterator[str]:
 
 def _methods(module: Module, owner: ast.ClassDef) -> Iterator[str]:
     for node in owner.body:
-        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_") and not _overload(node):
-            if not ast.get_docstring(node):
-                yield f"{module.name}.{owner.name}.{node.name}"
+        if not isinstance(node, ast.FunctionDef) or node.name.startswith("_") or _overload(node):
+            continue
+        if not ast.get_docstring(node):
+            yield f"{module.name}.{owner.name}.{node.name}"
 
 
 def _overload(node: ast.FunctionDef) -> bool:

@@ -63,7 +63,7 @@ def test_bundles_of_released_versions_play_as_they_did(bundle: Path, run: Run, m
         measured("bundles of released versions, of what rounding allows", float(off / allowed))
         assert off <= allowed, name
     camera = Camera.orbit(kept["mean"].mean(axis=0), 1.0, 0.0, 0.0, 0.9, 48, 48)
-    assert Player(avatar, "reference").frame(Pose(), camera).picture.transmittance.min() < 0.9
+    assert Player(avatar, "reference").frame(Pose(), camera).image.transmittance.min() < 0.9
 
 
 @pytest.mark.parametrize("bundle", REFERENCES, ids=name_of)

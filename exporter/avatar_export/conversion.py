@@ -17,6 +17,7 @@ from avatar_export.readers.table import read
 from avatar_export.writers.bundle import write_bundle
 from avatar_export.writers.table import INFLUENCES
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.handedness import HANDEDNESS
 
 VISIBLE_MM = 0.1  # errors of rig.glb below this are not mentioned
@@ -58,10 +59,10 @@ def convert(
     avatar = with_rights(read(source, options, system), licence, author, consent)
     driving = driving or found_driving(options.dataset)
     if driving is not None:
-        avatar = with_driving(avatar, driving).check()
+        avatar = check_avatar(with_driving(avatar, driving))
     for path in clips:
         progress(f"reading {path.name}")
-        avatar = replace(avatar, clips=(*avatar.clips, *clips_from(avatar, path))).check()
+        avatar = check_avatar(replace(avatar, clips=(*avatar.clips, *clips_from(avatar, path))))
     write_bundle(
         avatar,
         out,

@@ -1,1 +1,27 @@
-"""Plays a bundle: the one model, the stages, the player. NumPy only."""
+"""Plays avatar bundles: load one, pose it, see it through a camera. NumPy only; faster backends are extras.
+
+The names in `__all__` are the public interface; every other module may change from one version to the next.
+"""
+
+from __future__ import annotations
+
+from avatar_runtime.avatar import Avatar, Clip
+from avatar_runtime.backends import BACKENDS, default_backend
+from avatar_runtime.bundle import load
+from avatar_runtime.camera import Camera
+from avatar_runtime.checks.avatar import check_avatar
+from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_pose, target_names
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.player import Frame, Player
+from avatar_runtime.pose import Pose, clip_pose, joint_rotation
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.raster import Image
+from avatar_runtime.version import __version__
+
+# fmt: off
+__all__ = [
+    "BACKENDS", "Avatar", "AvatarError", "Camera", "Clip", "EnginePose", "Frame", "Image", "Player", "Pose", "Splats",
+    "__version__", "check_avatar", "clip_pose", "default_backend", "engine_clip", "engine_pose", "joint_rotation",
+    "load", "target_names",
+]
+# fmt: on

@@ -2,7 +2,8 @@
 
 Every reader returns an `Avatar`, every writer takes one, every op maps one to another, the runtime plays one.
 Gaussians stay in training space (log scale, logit opacity, raw quaternion) because blendshape deltas add
-there; `stages.activate` leaves it once. Shapes are checked at the border by `check()`, never inside stages.
+there; stage `activate` leaves it, once. `checks.avatar.check_avatar` checks shapes, types and ranges where an
+avatar enters or leaves the program; stages check nothing again.
 """
 
 from __future__ import annotations
@@ -13,9 +14,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
-from avatar_runtime.checks.avatar import check_avatar
-from avatar_runtime.checks.enhancer import check_enhancer
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
@@ -40,10 +38,12 @@ class SparseRows:
 
     @property
     def rows(self) -> int:
+        """How many rows there are, R."""
         return len(self.row_ptr) - 1
 
     @property
     def entries(self) -> int:
+        """How many entries there are, E."""
         return len(self.column)
 
     def take(self, rows: npt.NDArray[Any]) -> SparseRows:
@@ -70,7 +70,7 @@ class SparseRows:
 class Gaussians:
     """N splats in training space, in the binding pose (the pose in which every rule is the identity).
 
-    For binding `surface` mean and quat_wxyz are what the embedding gives in that pose; nothing reads them to pose.
+    For binding `surface`, mean and quat_wxyz are what the embedding gives in that pose; posing does not read them.
     """
 
     mean: F32  # [N, 3] bundle units, right-handed, +Y up, face +Z
@@ -81,16 +81,18 @@ class Gaussians:
 
     @property
     def count(self) -> int:
+        """How many Gaussians there are, N."""
         return len(self.mean)
 
     @property
     def sh_degree(self) -> int:
+        """The SH degree that is stored, 0 to 3; -1 where the shape of `sh` fits none."""
         return {1: 0, 4: 1, 9: 2, 16: 3}.get(self.sh.shape[1], -1)
 
 
 @dataclass(frozen=True)
 class Blendshapes:
-    """What moves each Gaussian besides its joints; every part has one row per Gaussian."""
+    """The sparse deltas of each Gaussian; every part has one row per Gaussian."""
 
     geometry: SparseRows  # columns: expressions; mean [E, 3], quat_wxyz [E, 4]
     appearance: SparseRows  # columns: expressions; log_scale [E, 3], opacity_logit [E], sh [E, K, 3]
@@ -100,7 +102,7 @@ class Blendshapes:
 
 @dataclass(frozen=True)
 class Rig:
-    """The mesh and skeleton as trained. The body model is baked in: no FLAME or SMPL is needed to play it."""
+    """The mesh and skeleton as trained. The body model is baked in: playing needs neither FLAME nor SMPL."""
 
     vertices: F32  # [V, 3] template with the identity shape
     triangles: U32  # [F, 3]
@@ -116,16 +118,17 @@ class Rig:
     corrective_joints: (
         I32  # [C]; pose feature 9 c + i is entry i (row-major) of R - I of joint corrective_joints[c]
     )
-    anchor_vertices: U32  # [A] vertices that carry the `anchor` groups, repeats kept
+    anchor_vertices: U32  # [A] vertices that groups of binding `anchor` follow, repeats kept
 
     @property
     def joint_count(self) -> int:
+        """How many joints there are, J."""
         return len(self.joint_names)
 
 
 @dataclass(frozen=True)
 class Embedding:
-    """How each Gaussian sits on a triangle mesh, for binding `surface`; row = Gaussian id.
+    """Where each Gaussian is embedded in a triangle mesh, for binding `surface`; row = Gaussian id.
 
     The mesh is that of the binding pose, in which every surface rule is the identity. It need not be the rig's
     template: SplattingAvatar embeds in the first frame's posed mesh. Where there is a rig, its vertices and
@@ -159,29 +162,25 @@ class Clip:
 
     @property
     def frames(self) -> int:
+        """How many poses the clip has, T."""
         return len(self.expression_weights)
 
 
 @dataclass(frozen=True)
 class Enhancer:
-    """A network that a drawn picture may be put through; who leaves it out shows the raw avatar.
+    """An optional network that improves a drawn image; without it, a player shows the raw avatar.
 
-    The file is as its maker left it: `avatar_runtime.enhance` looks into it before it is run.
+    The file is stored unchanged; `avatar_runtime.enhance` checks its contents before running it.
     """
 
-    onnx: bytes  # f32[1, 3, H, W] in, display-referred, over the background; as much out; any H and W
+    onnx: bytes  # f32[1, 3, H, W] to the same shape; display-referred, over the background; any H and W
     input: str  # name in the graph
     output: str
-    trained_width: int  # pixels of the pictures it was trained on
+    trained_width: int  # pixels of the images it was trained on
     trained_height: int
     psnr_raw_db: float | None  # of the avatar without it; None: not measured
     psnr_enhanced_db: float | None
-    measured_on: str  # what pictures these figures are of
-
-    def check(self) -> Enhancer:
-        """Return self, or raise AvatarError that names the field whose type, size or value is wrong."""
-        check_enhancer(self)
-        return self
+    measured_on: str  # the images that these figures were measured on
 
 
 @dataclass(frozen=True)
@@ -208,13 +207,15 @@ class Group:
 class Rules:
     """Which formula moves what; each value is defined in SPEC.md by formula and source."""
 
-    rotation: str = "polar3"  # rules.ROTATION_RULES, how skin or surface turn a Gaussian
+    rotation: str = "polar3"  # rules.ROTATION_RULES, how skin or surface rotate a Gaussian
     rotation_joint: str | None = None  # for head_bone
     sh_direction: str = "inverse_rotation"  # rules.SH_DIRECTIONS
     anchor: str = "repeats"  # rules.ANCHOR_RULES
-    position: str = "normal"  # rules.POSITION_RULES, where a surface Gaussian sits
+    position: str = "normal"  # rules.POSITION_RULES, where an embedded Gaussian is placed
     scale: str = "none"  # rules.SCALE_RULES, how the surface stretches a Gaussian
-    quaternion_sign: str = "w_positive"  # rules.QUATERNION_SIGNS, of what vertex_quaternion averages
+    quaternion_sign: str = (
+        "w_positive"  # rules.QUATERNION_SIGNS, of the quaternions that vertex_quaternion averages
+    )
 
 
 @dataclass(frozen=True)
@@ -222,7 +223,7 @@ class Driving:
     """How the 52 ARKit names reach this avatar.
 
     `names`: an input drives the expression of the same name. `matrix`: weights and joint rotation vectors are
-    `matrix` times the inputs. `none`: no known way, said plainly.
+    `matrix` times the inputs. `none`: ARKit names do not drive this avatar.
     """
 
     mode: str = "none"  # "names" | "matrix" | "none"
@@ -237,7 +238,7 @@ class Driving:
 
 @dataclass(frozen=True)
 class RasterSettings:
-    """What the trainer's renderer used."""
+    """Settings of the renderer that the avatar was trained with."""
 
     near: float = 0.2  # bundle units
     low_pass: float = 0.3  # pixels squared
@@ -277,9 +278,5 @@ class Avatar:
 
     @property
     def expression_names(self) -> tuple[str, ...]:
+        """Names of the expressions, [K], in column order."""
         return tuple(e.name for e in self.expressions)
-
-    def check(self) -> Avatar:
-        """Return self, or raise AvatarError that names the field whose shape, type, range or value is wrong."""
-        check_avatar(self)
-        return self

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from avatar_runtime.avatar import Avatar, Clip, Embedding, Enhancer, Gaussians, Rig
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.codec import ply, safetensors
 from avatar_runtime.codec.clips import read_clip_tensors
@@ -32,10 +33,10 @@ Open = Callable[[str, int], Data]  # (name, most bytes) -> contents
 
 
 def load(path: str | Path, *, as_stored: bool = False) -> Avatar:
-    """The avatar in a bundle folder or `.avatar.zip`, right-handed. Derived files are not opened.
+    """The avatar in a bundle folder or `.avatar.zip`, in the right-handed frame. Derived files are not opened.
 
-    `as_stored` leaves the avatar of a left-handed bundle in its frame, as a left-handed engine reads it: for vectors
-    that such a reader is checked against.
+    `as_stored` keeps the avatar of a left-handed bundle in its left-handed frame: for reference vectors of readers
+    that do not mirror it.
 
     Raises AvatarError for anything missing, altered, out of range or of a newer version. Bundles are data:
     nothing in them is executed.
@@ -129,7 +130,7 @@ def checked_bytes(read: Open, entry: dict[str, Any]) -> Data:
 
 
 def warnings(path: str | Path) -> list[Problem]:
-    """What `load` passes over, e.g. a newer minor version."""
+    """Problems of a bundle that `load` ignores, e.g. a newer minor version. Raises AvatarError as `load`."""
     return [p for p in manifest_problems(read_manifest(opener(Path(path)))) if p.warning]
 
 
@@ -148,28 +149,30 @@ def _avatar(document: dict[str, Any], checked: Callable[[str], Data]) -> Avatar:
         rig.joint_count if rig else 0,
         "blendshapes.safetensors",
     )
-    return Avatar(
-        name=document["name"],
-        gaussians=gaussians,
-        groups=codec.decode_groups(document),
-        rules=codec.decode_rules(document),
-        expressions=expressions,
-        late_morph_names=late,
-        blendshapes=blendshapes,
-        skin=skin,
-        rig=rig,
-        sh_degree=int(document["gaussians"]["sh_degree"]),  # JSON knows 2.0 as an integer
-        driving=codec.decode_driving(document),
-        raster=codec.decode_raster(document),
-        head_pose_in=document["head_pose_in"],
-        training_per_bundle=document["units"]["training_per_bundle"],
-        delta_threshold=document["blendshapes"]["threshold"],
-        provenance=document["provenance"],
-        extras=codec.unknown_keys(document),
-        embedding=_embedding(document, checked),
-        clips=_clips(document, checked),
-        enhancer=_enhancer(document, checked),
-    ).check()
+    return check_avatar(
+        Avatar(
+            name=document["name"],
+            gaussians=gaussians,
+            groups=codec.decode_groups(document),
+            rules=codec.decode_rules(document),
+            expressions=expressions,
+            late_morph_names=late,
+            blendshapes=blendshapes,
+            skin=skin,
+            rig=rig,
+            sh_degree=int(document["gaussians"]["sh_degree"]),  # JSON knows 2.0 as an integer
+            driving=codec.decode_driving(document),
+            raster=codec.decode_raster(document),
+            head_pose_in=document["head_pose_in"],
+            training_per_bundle=document["units"]["training_per_bundle"],
+            delta_threshold=document["blendshapes"]["threshold"],
+            provenance=document["provenance"],
+            extras=codec.unknown_keys(document),
+            embedding=_embedding(document, checked),
+            clips=_clips(document, checked),
+            enhancer=_enhancer(document, checked),
+        )
+    )
 
 
 def _rig(document: dict[str, Any], checked: Callable[[str], Data], expressions: int, late: int) -> Rig | None:
@@ -205,7 +208,7 @@ def _clips(document: dict[str, Any], checked: Callable[[str], Data]) -> tuple[Cl
 
 
 def _enhancer(document: dict[str, Any], checked: Callable[[str], Data]) -> Enhancer | None:
-    """The file is not looked into: `avatar_runtime.enhance` does so before it runs it."""
+    """The enhancer. Its file is not parsed here: `avatar_runtime.enhance` checks it before running it."""
     said = document.get("enhancer")
     return None if said is None else codec.decode_enhancer(said, bytes(checked(codec.ENHANCER_FILE)))
 
@@ -224,7 +227,7 @@ def _gaussians(data: Data, said: dict[str, Any]) -> Gaussians:
 
 def _read_file(path: Path, limit: int, name: str) -> Data:
     try:
-        if not stat.S_ISREG(path.lstat().st_mode):  # nor a link, which could lead out of the bundle
+        if not stat.S_ISREG(path.lstat().st_mode):  # a link is refused: it could lead out of the bundle
             raise AvatarError("is not a regular file", file=name)
         with open_file(path) as file:
             size = path.stat().st_size
@@ -237,7 +240,7 @@ def _read_file(path: Path, limit: int, name: str) -> Data:
 
 
 def _buffer(size: int) -> memoryview:
-    """Room for a file; huge pages where the system has them, since faulting in small ones takes longer than reading."""
+    """Memory for a file, in huge pages where the system has them: page faults of small pages cost more than reading."""
     if not size or not hasattr(mmap, "MADV_HUGEPAGE"):
         return memoryview(bytearray(size))
     room = mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
@@ -247,7 +250,7 @@ def _buffer(size: int) -> memoryview:
 
 
 def _refuse(text: str) -> Any:
-    raise ValueError(f"{text[:40]} is no number that every reader can hold")
+    raise ValueError(f"{text[:40]} is not a number that every reader can hold")
 
 
 def _finite(text: str) -> float:
@@ -262,5 +265,5 @@ def _integer(text: str) -> int:
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     result = dict(pairs)
     if len(result) != len(pairs):
-        raise ValueError(f"a key stands twice among {', '.join(key for key, _ in pairs)[:200]}")
+        raise ValueError(f"has a duplicate among the keys {', '.join(key for key, _ in pairs)[:200]}")
     return result

@@ -13,7 +13,7 @@ from avatar_runtime.avatar import F32
 CLIP_NEAR, CLIP_FAR = (
     0.01,
     100.0,
-)  # of the projection matrix only; what is drawn is decided by RasterSettings.near
+)  # of the projection matrix only; RasterSettings.near decides what is drawn
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Camera:
     height: int
 
     def mirrored(self) -> Camera:
-        """The camera that sees of a world whose x is negated (`handedness.mirrored`) the same picture.
+        """The camera that sees the same image of the mirrored world, whose x is negated (`handedness.mirrored`).
 
         Camera space stays as it is, so camera_from_world takes S = diag(-1, 1, 1) first: its determinant is -1.
         """
@@ -54,7 +54,7 @@ class Camera:
         The principal point moves the centres; the Jacobian's clamp stays about the optical axis, as trained.
         """
         if width < 1 or height < 1:
-            raise ValueError(f"a picture of {width}x{height} pixels has no pixels")
+            raise ValueError(f"an image of {width}x{height} pixels is empty; both sizes must be at least 1")
         view = np.eye(4)
         view[:3, :3], view[:3, 3] = rotation, translation
         k = np.asarray(intrinsics, np.float64)
@@ -88,7 +88,7 @@ class Camera:
         width: int,
         height: int,
     ) -> Camera:
-        """A camera that looks at `target`; yaw 0 stands in front of a face that looks along +Z."""
+        """A camera that looks at `target`; at yaw 0 it is in front of a face that looks along +Z."""
         away = np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
         right = np.array([np.cos(yaw), 0.0, -np.sin(yaw)])
         forward = -away

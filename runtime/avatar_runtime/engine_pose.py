@@ -26,9 +26,9 @@ BOUND = (
 
 @dataclass(frozen=True)
 class EnginePose:
-    """What an engine sets on rig.glb or rig.usdc for one pose; a clip's arrays have a first axis [T] more.
+    """What an engine sets on rig.glb or rig.usdc for one pose; the arrays of a clip have a leading axis [T].
 
-    Node transforms are the whole local ones, in place of those in the file: parent_from_node = T R S.
+    Node transforms are complete local ones that replace those in the file: parent_from_node = T R S.
     Quaternions are unit, (x, y, z, w); their first component of w, x, y, z that is not 0 is positive, in a clip
     that of the first frame, and the others follow it without a jump.
     """
@@ -79,8 +79,8 @@ def bind_nodes(rig: Rig) -> F64:
     """mesh_from_joint of the engine's skeleton in its bind pose, [J, 4, 4]: rigid, so that engines see scales of 1.
 
     Translation and nearest rotation (polar) of the rest transform, or of the bind transform where the rig does not
-    rest in its binding pose. The engine's inverse bind matrix is its inverse. That loses nothing: what these scale is
-    in the skin matrices already. Raises AvatarError for a transform beyond float32.
+    rest in its binding pose. The engine's inverse bind matrix is its inverse. Nothing is lost: the skin matrices
+    already hold the scale. Raises AvatarError for a transform beyond float32.
     """
     rest = rest_transforms(rig)
     bind = rest if rests_bound(rig) else np.linalg.inv(rig.inverse_bind_matrix.astype(np.float64))
@@ -96,7 +96,7 @@ def rests_bound(rig: Rig) -> bool:
     """Whether the rig's mesh at rest is its template: rest transforms are the bind transforms, but for rounding."""
     skin_matrix = rest_transforms(rig) @ rig.inverse_bind_matrix.astype(np.float64)
     off = np.abs(skin_matrix - np.eye(4)).max(initial=0)
-    return not off > BOUND  # what is no number is refused elsewhere
+    return not off > BOUND  # NaN is refused elsewhere
 
 
 def engine_rest(avatar: Avatar) -> EnginePose:
@@ -113,12 +113,12 @@ def engine_rest(avatar: Avatar) -> EnginePose:
 
 
 def engine_pose(avatar: Avatar, pose: Pose) -> EnginePose:
-    """What an engine sets for `pose`. Raises AvatarError without a rig, for a name that the avatar lacks and
-    for a joint whose node does not fit float32.
+    """The node transforms and weights that an engine sets for `pose`.
 
+    Raises AvatarError without a rig, for a name that the avatar lacks, and for a joint whose node does not fit float32.
     Each node's mesh_from_joint becomes A_j bind_nodes_j with the skin matrix A_j of stage `joints`; relative to the
     parent as the engine holds it, a linear part M is split into the nearest rotation R and the scale diag(R^T M).
-    What remains of M is shear. A parent of scale 0 has no inverse; its pseudo-inverse leaves what can be shown.
+    The rest of M is shear. A parent of scale 0 has no inverse; its pseudo-inverse keeps the part that can be shown.
     """
     arrays = resolve(pose, avatar)
     return _engine_pose(
@@ -177,14 +177,14 @@ def _engine_pose(avatar: Avatar, expressions: F32, late: F32, joint_delta: F64, 
 
 def _rig(avatar: Avatar) -> Rig:
     if avatar.rig is None:
-        raise AvatarError("this avatar has no rig, so engines have nothing to pose", field="rig")
+        raise AvatarError("this avatar has no rig, so an engine cannot pose it", field="rig")
     return avatar.rig
 
 
 @np.errstate(over="ignore", invalid="ignore")  # refused below
 def _local_nodes(rig: Rig, skin_matrix: F64, bind: F64) -> tuple[F64, F64, F64]:
     """Translation, rotation and scale of every node, so that each comes as near to skin_matrix @ bind as its
-    parent allows: a child makes up for what its parent cannot say.
+    parent allows: a child corrects the error that its parent leaves.
     """
     target = skin_matrix @ bind
     lead = target.shape[:-2]
@@ -213,7 +213,7 @@ def _check_fits(rig: Rig, level: I64, local: F64) -> None:
     if not fits.all():
         field = f"joint {rig.joint_names[level[int(np.argmin(fits))]]}"
         raise AvatarError(
-            "its node's transform does not fit float32; pose it with smaller numbers", field=field
+            "its node's transform does not fit float32; use smaller numbers in the pose", field=field
         )
 
 

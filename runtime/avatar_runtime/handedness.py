@@ -1,8 +1,8 @@
 """The same avatar in a left-handed frame: x negated, +Y up, the face along +Z.
 
 In memory an avatar is right-handed; the files of a bundle for left-handed engines hold `mirrored(avatar)`.
-S = diag(-1, 1, 1) takes either frame to the other. Nothing but signs changes, and for rotation rule triangle_frame
-the order of a local quaternion's components, so that twice gives every bit back. Names, weights and indices stay.
+S = diag(-1, 1, 1) takes either frame to the other. Only signs change, and for rotation rule triangle_frame the
+order of a local quaternion's components, so mirroring twice gives back every bit. Names, weights and indices stay.
 
 Triangles keep the order of their corners, since their frames depend on it. A cross product of mirrored vectors is -S
 times the cross product: normals by formula point the other way, hence displacement changes its sign; the frame of rule
@@ -50,9 +50,9 @@ QUATERNION_SIGN = MIRRORED_SIGNS | {plain: other for other, plain in MIRRORED_SI
 
 
 def mirrored(avatar: Avatar) -> Avatar:
-    """`avatar` in the other frame: what it draws of a mirrored pose is S of what `avatar` draws of the pose itself.
+    """`avatar` in the other frame: with the mirrored pose it draws the mirror image of what `avatar` draws.
 
-    Its inverse is itself, bit by bit. Only `rules.quaternion_sign` largest_positive changes its name: which sign
+    Mirroring twice gives back every bit. Only `rules.quaternion_sign` largest_positive changes its name: which sign
     the largest component has depends on the frame.
     """
     b, rules = avatar.blendshapes, avatar.rules

@@ -1,4 +1,4 @@
-"""Plays an avatar: pose and camera in, picture out, every stage timed."""
+"""Plays an avatar: takes a pose and a camera, gives an image and the time of every stage."""
 
 from __future__ import annotations
 
@@ -17,45 +17,45 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose, resolve
 from avatar_runtime.posed import Clock, Posed, Poser
 from avatar_runtime.stages.activate import Splats
-from avatar_runtime.stages.raster import Picture
+from avatar_runtime.stages.raster import Image
 
-# Absurd numbers become infinite, and what is infinite is not drawn: no news for standard error.
+# Values that overflow become infinite and are not drawn, so NumPy need not warn.
 ABSURD = np.errstate(over="ignore", invalid="ignore")
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One played frame."""
+    """One played frame: the image, and the time that each stage took."""
 
-    picture: Picture
+    image: Image
     milliseconds: Mapping[str, float]  # by stage, wall time
 
     def rgba8(self) -> npt.NDArray[np.uint8]:
-        """[H, W, 4] straight alpha over nothing; the picture must have been drawn over black."""
-        alpha = 1 - self.picture.transmittance
+        """[H, W, 4] colour and straight alpha, without a background; the image must have been drawn over black."""
+        alpha = 1 - self.image.transmittance
         colour = np.divide(
-            self.picture.colour,
+            self.image.colour,
             alpha[..., None],
             where=alpha[..., None] > 0,
-            out=np.zeros_like(self.picture.colour),
+            out=np.zeros_like(self.image.colour),
         )
         return _bytes(np.concatenate([colour, alpha[..., None]], axis=-1))
 
     def rgb8(self) -> npt.NDArray[np.uint8]:
         """[H, W, 3] display-referred bytes."""
-        return _bytes(self.picture.colour)
+        return _bytes(self.image.colour)
 
 
 class Player:
-    """Plays one avatar on one backend: `reference`, `cpu` or `gl`; by default the fastest that needs no GPU."""
+    """Plays one avatar on one backend: `reference`, `cpu` or `gl`. The default is the fastest one that needs no GPU."""
 
     def __init__(
         self, avatar: Avatar, backend: str | None = None, *, enhance: bool = False, **options: Any
     ) -> None:
-        """`enhance` puts every picture through the avatar's enhancer; `options` are the backend's own.
+        """`enhance` applies the avatar's enhancer to every image; `options` are those of the backend.
 
-        Raises AvatarError where what is needed is not installed, and for an enhancer that is asked for and is not
-        there or not sound.
+        Raises AvatarError if a library that the backend or the enhancer needs is not installed, and if `enhance` is
+        set but the avatar has no valid enhancer.
         """
         self.avatar = avatar
         self._enhance = make_enhance(avatar.enhancer) if enhance else None
@@ -80,10 +80,10 @@ class Player:
     ) -> Splats:
         """Posed, activated Gaussians in world space. Raises AvatarError for a name the avatar lacks.
 
-        `posed_vertices` [V, 3] (mesh space, bundle units; for binding `surface` only) stand in place of what the
-        rig makes of the pose; without a rig and without them the mesh is the canonical one. Under rotation rule
-        bary_vertex_lbs the joints of `pose` turn the Gaussians all the same: give the pose that the mesh is of.
-        Raises ValueError for posed_vertices of another shape, or where nothing is bound to a surface.
+        `posed_vertices` [V, 3] (mesh space, bundle units; only for binding `surface`) replace the mesh that the rig
+        makes of the pose; without a rig and without them the mesh is the canonical one. Under rotation rule
+        bary_vertex_lbs the joints of `pose` still rotate the Gaussians: give the pose that the mesh belongs to.
+        Raises ValueError for posed_vertices of another shape, or if nothing is bound to a surface.
         """
         clock = Clock({} if milliseconds is None else milliseconds)
         return self.backend.animate(self.posed(pose, posed_vertices=posed_vertices, clock=clock), clock)
@@ -98,25 +98,25 @@ class Player:
         *,
         posed_vertices: npt.NDArray[Any] | None = None,
     ) -> Frame:
-        """A picture of `pose` seen by `camera`; `background` defaults to the trainer's, or black.
+        """An image of `pose` seen by `camera`; `background` defaults to the trainer's, or black.
 
-        `profile` defaults to the first of the backend's. `posed_vertices` as in `animate`. A player that enhances
-        changes `colour` alone: what it gives is the picture over this background. Raises ValueError for a profile
+        `profile` defaults to the first of the backend's. `posed_vertices` as in `animate`. The
+        enhancer changes only `colour`, which is over this background. Raises ValueError for a profile
         that the backend does not draw.
         """
         profile = self.backend.profiles[0] if profile is None else profile
         if profile not in self.backend.profiles:
-            raise ValueError(f"{profile!r} is none of {', '.join(self.backend.profiles)}")
+            raise ValueError(f"{profile!r} is not one of {', '.join(self.backend.profiles)}")
         clock = Clock()
         posed = self.posed(pose, posed_vertices=posed_vertices, clock=clock)
         settings = self.avatar.raster
         if background is None:
             background = (0.0, 0.0, 0.0) if isinstance(settings.background, str) else settings.background
-        picture = self.backend.frame(posed, camera, np.array(background, np.float32), profile, clock)
+        image = self.backend.frame(posed, camera, np.array(background, np.float32), profile, clock)
         if self._enhance is not None:
-            run, raw = self._enhance, picture.colour
-            picture = replace(picture, colour=clock.timed("enhance", lambda: run(raw)))
-        return Frame(picture, clock.milliseconds)
+            run, raw = self._enhance, image.colour
+            image = replace(image, colour=clock.timed("enhance", lambda: run(raw)))
+        return Frame(image, clock.milliseconds)
 
     @ABSURD
     def mesh(self, pose: Pose) -> F32:
@@ -128,7 +128,7 @@ class Player:
 
 def _mesh_vertices(avatar: Avatar, vertices: npt.NDArray[Any]) -> F32:
     if avatar.embedding is None:
-        raise ValueError("posed_vertices go with Gaussians that are bound to a surface; this avatar has none")
+        raise ValueError("posed_vertices need Gaussians that are bound to a surface; this avatar has none")
     want = avatar.embedding.canonical_vertices.shape
     if np.shape(vertices) != want:
         raise ValueError(f"posed_vertices are {np.shape(vertices)}, the embedding's mesh has {want}")

@@ -19,10 +19,10 @@ LARGEST = float(np.finfo(np.float32).max)
 
 @dataclass(frozen=True)
 class Pose:
-    """What to play: unnamed weights are 0, unnamed joints rest.
+    """A pose by names. Weights that are not named are 0; joints that are not named stay at rest.
 
     `joints` maps a joint to a 4x4 `delta` on the right of its rest transform:
-    parent_from_joint = rest_local @ delta. A FLAME or SMPL rotation is such a delta as it stands.
+    parent_from_joint = rest_local @ delta. A FLAME or SMPL rotation is such a delta without change.
     `world_from_avatar` moves the posed avatar as a whole; it is not the root joint.
     """
 
@@ -43,13 +43,13 @@ class PoseArrays:
 
 
 def joint_rotation(rotvec: Iterable[float]) -> F64:
-    """The delta of a joint that turns by a rotation vector (radians), in the joint's rest frame."""
+    """The delta [4, 4] of a joint that rotates by a rotation vector [3] (radians), in the joint's rest frame."""
     result: F64 = homogeneous(matrix_from_rotvec(np.array(list(rotvec), np.float64)))
     return result
 
 
 def clip_pose(avatar: Avatar, clip: Clip, frame: int) -> Pose:
-    """One frame of a clip of `avatar`."""
+    """Frame `frame` (0 to T - 1) of `clip`, a clip of `avatar`. Raises IndexError beyond its ends."""
     joints = avatar.rig.joint_names if avatar.rig else ()
     return Pose(
         dict(zip(avatar.expression_names, clip.expression_weights[frame].tolist(), strict=True)),
@@ -60,7 +60,7 @@ def clip_pose(avatar: Avatar, clip: Clip, frame: int) -> Pose:
 
 
 def resolve(pose: Pose, avatar: Avatar) -> PoseArrays:
-    """Arrays for `avatar`. Raises AvatarError for a name that is not its own, with near matches."""
+    """`pose` as arrays for `avatar`. Raises AvatarError, with near matches, for a name that the avatar lacks."""
     own = {name: name for name in avatar.expression_names}
     aliases = {alias: e.name for e in avatar.expressions for alias in e.aliases} | own
     named: dict[str, float] = {}

@@ -1,4 +1,4 @@
-"""What a frame needs besides the avatar: stage `joints`, small, NumPy, the same for every backend."""
+"""The small inputs of one frame. Stage `joints` runs here, in NumPy, for every backend."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ T = TypeVar("T")
 
 @dataclass
 class Clock:
-    """Wall time by stage, added up."""
+    """Wall time in milliseconds, summed by stage."""
 
     milliseconds: dict[str, float] = field(default_factory=dict)
 
     def timed(self, stage: str, run: Callable[[], T]) -> T:
-        """What `run` returns; its time goes to `stage`."""
+        """Calls `run`, adds its wall time to `stage`, and returns its result."""
         start = time.perf_counter()
         result = run()
         spent = 1e3 * (time.perf_counter() - start)
@@ -37,7 +37,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Posed:
-    """The small inputs of one frame, all that a GPU is sent for it."""
+    """The small inputs of one frame: everything that a GPU receives for it."""
 
     expression_weights: F32  # [K]
     late_weights: F32  # [L]
@@ -45,7 +45,7 @@ class Posed:
     skin_matrix: F32  # [J, 4, 4] mesh from binding mesh; no joints without a rig
     groups: GroupTransforms
     world_from_avatar: F64  # [4, 4] rigid
-    vertices: F32 | None = None  # [V, 3] a posed mesh to take in place of the rig's
+    vertices: F32 | None = None  # [V, 3] a posed mesh that replaces the rig's
 
 
 class Poser:

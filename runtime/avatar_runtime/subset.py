@@ -1,4 +1,4 @@
-"""Some rows of an avatar as an avatar of its own, which every stage plays as it plays the whole."""
+"""Cuts some rows out of an avatar. Every stage plays the result exactly as it plays those rows of the whole avatar."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from avatar_runtime.topology import vertex_triangles
 
 @dataclass(frozen=True)
 class Subset:
-    """The smaller avatar, and where its rows stand in the whole one."""
+    """The smaller avatar, and the ids that its rows have in the whole one."""
 
     avatar: Avatar
     rows: I64  # [n] Gaussian ids, increasing

@@ -1,4 +1,4 @@
-"""Which triangles touch which vertices, and a name for a mesh's connectivity."""
+"""The triangles around each vertex, and a hash of a mesh's connectivity."""
 
 from __future__ import annotations
 

@@ -174,7 +174,7 @@ def stage_rows(avatar: Avatar, profile: str) -> list[Row]:
     player, camera = Player(avatar, "reference"), frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
     pose = arkit_pose(avatar, POSE)
     frames: list[Frame] = [player.frame(pose, camera, profile=profile) for _ in range(REPEATS)]
-    per_pixel = frames[0].picture.evaluations / SIZE**2
+    per_pixel = frames[0].image.evaluations / SIZE**2
     rows = [(f"{profile}_evaluations_per_pixel", per_pixel, "1")]
     for stage in STAGES:
         times = [frame.milliseconds.get(stage, 0.0) for frame in frames]

@@ -96,9 +96,9 @@ def _frame(
     into.wall.append(1e3 * (time.perf_counter() - wall))
     into.cpu.append(1e3 * (time.process_time() - cpu))
     into.stages.append(dict(frame.milliseconds))
-    if frame.picture.evaluations is not None:
+    if frame.image.evaluations is not None:
         backend = type(player.backend).__name__
-        evaluations[f"{backend}_{profile}"] = frame.picture.evaluations / SIZE**2
+        evaluations[f"{backend}_{profile}"] = frame.image.evaluations / SIZE**2
 
 
 def dense_rows(avatar: Avatar) -> list[Row]:

@@ -1,4 +1,6 @@
-"""Whether this tree writes the same bytes as an older commit: `python -m tests.bench.bundle_bytes OUT --against REVISION`.
+"""Whether this tree writes the same bytes as an older commit.
+
+    python -m tests.bench.bundle_bytes OUT --against REVISION
 
 The samples of every system are made once, by the old commit. Both trees convert them, each with its own code and this
 interpreter, and every file of every bundle is compared. Texts that name the version are compared as they stand, so
@@ -107,7 +109,8 @@ def main() -> int:
                 found.append(digests(out / label / name))
             apart = [file for file in {**found[0], **found[1]} if found[0].get(file) != found[1].get(file)]
             different += len(apart)
-            print(f"{name}: {len(found[1])} files, {'equal' if not apart else 'DIFFERENT ' + ', '.join(apart)}", flush=True)
+            verdict = "DIFFERENT " + ", ".join(apart) if apart else "equal"
+            print(f"{name}: {len(found[1])} files, {verdict}", flush=True)
     finally:
         subprocess.run(["git", "-C", str(ROOT), "worktree", "remove", "--force", str(old)], check=True)
     print(f"{different} files differ from {args.against}")

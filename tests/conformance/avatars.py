@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Gaussians, Group, Rules, SparseRows
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.stages.surface import binding_pose
 from tests.avatars import full_avatar, surface_avatar
@@ -16,14 +17,14 @@ from tests.conformance.edges import edge_gaussians
 
 def _skinned(rules: Rules, sh_degree: int) -> Avatar:
     """All four bindings; rows of blendshapes and skin from empty to full."""
-    return replace(full_avatar(11), rules=rules, sh_degree=sh_degree).check()
+    return check_avatar(replace(full_avatar(11), rules=rules, sh_degree=sh_degree))
 
 
 def _surface(rules: Rules, sh_degree: int, *, rigged: bool = True) -> Avatar:
     """On a mesh, where expressions still change scale, opacity and colour."""
     made = surface_avatar(4, rules, rigged=rigged)
     blendshapes = replace(made.blendshapes, appearance=full_avatar(4).blendshapes.appearance)
-    return replace(made, blendshapes=blendshapes, sh_degree=sh_degree).check()
+    return check_avatar(replace(made, blendshapes=blendshapes, sh_degree=sh_degree))
 
 
 def _unbound() -> Avatar:
@@ -36,7 +37,7 @@ def _unbound() -> Avatar:
         matrix_from_rotvec(rng.normal(0, 0.2, (joints, 3))) * stretch, rng.normal(0, 5e-3, (joints, 3))
     )
     rig = replace(made.rig, rest_local=(made.rig.rest_local @ push).astype(np.float32))
-    return replace(made, rig=rig).check()
+    return check_avatar(replace(made, rig=rig))
 
 
 def _fine() -> Avatar:
@@ -46,7 +47,7 @@ def _fine() -> Avatar:
     units = 0.007  # training units a metre
     mean, quat_wxyz = binding_pose(made.embedding, made.rules, units)
     gaussians = replace(made.gaussians, mean=mean, quat_wxyz=quat_wxyz)
-    return replace(made, gaussians=gaussians, training_per_bundle=units).check()
+    return check_avatar(replace(made, gaussians=gaussians, training_per_bundle=units))
 
 
 def _still() -> Avatar:
@@ -56,7 +57,7 @@ def _still() -> Avatar:
     colours = replace(appearance, values={**appearance.values, "sh": appearance.values["sh"][:, :1]})
     blendshapes = replace(full.blendshapes, appearance=colours)
     gaussians = replace(full.gaussians, sh=full.gaussians.sh[:, :1])
-    return replace(_unrigged(full, gaussians, blendshapes), sh_degree=0).check()
+    return check_avatar(replace(_unrigged(full, gaussians, blendshapes), sh_degree=0))
 
 
 def _edges() -> Avatar:
@@ -67,7 +68,7 @@ def _edges() -> Avatar:
     blendshapes = Blendshapes(
         b.geometry.take(repeated), b.appearance.take(repeated), b.correctives, b.late_morphs.take(repeated)
     )
-    return replace(_unrigged(full, gaussians, blendshapes), sh_degree=3).check()
+    return check_avatar(replace(_unrigged(full, gaussians, blendshapes), sh_degree=3))
 
 
 def _unrigged(full: Avatar, gaussians: Gaussians, blendshapes: Blendshapes) -> Avatar:

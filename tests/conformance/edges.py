@@ -49,7 +49,7 @@ def _stacks(rng: np.random.Generator) -> Iterator[Row]:
 
 
 def _crowd(rng: np.random.Generator) -> Iterator[Row]:
-    """Over the whole of a wide picture, where order by distance is not order by z."""
+    """Over the whole of a wide image, where order by distance is not order by z."""
     for _ in range(72):
         z = rng.uniform(0.8, 1.6)
         x, y = rng.uniform(-0.9, 0.9) * z, rng.uniform(-0.7, 0.7) * z
@@ -81,7 +81,7 @@ def _near(rng: np.random.Generator) -> Iterator[Row]:
 
 
 def _outside(rng: np.random.Generator) -> Iterator[Row]:
-    """Centres beyond the picture and beyond 1.3 times its angle: some reach in, some are culled."""
+    """Centres beyond the image and beyond 1.3 times its angle: some reach in, some are culled."""
     for x, y in ((1.05, 0.1), (-1.4, 0.3), (0.2, 1.0), (-0.1, -1.2), (1.6, 1.2), (4.0, 0.0), (0.0, -4.0)):
         yield at(x, y, 1.0), np.array([0.3, 0.2, 0.25]), _turn(rng), 0.0, rng.uniform(0, 1, 3)
 

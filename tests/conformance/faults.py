@@ -106,7 +106,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "alpha_not_clamped",
-        "quads without the clamp of alpha to 0.99, which hardly shows in a picture",
+        "quads without the clamp of alpha to 0.99, which hardly shows in an image",
         "raster.hlsli",
         "min(AVATAR_ALPHA_MAX, opacity * exp(power))",
         "opacity * exp(power)",

@@ -39,13 +39,13 @@ def test_a_backend_conforms(backend: str, avatar: str, measured: Measure) -> Non
     report = conform(AVATARS[avatar](), reference, name, **options)
     failures = [(r.case, r.stage, r.profile, r.array, r.verdict) for r in report.rows if not r.passed]
     assert not failures
-    assert [(p.case, p.profile, p.difference) for p in report.pictures if not p.passed] == []
+    assert [(p.case, p.profile, p.difference) for p in report.images if not p.passed] == []
     assert report.passed and report.first_failure is None
     assert_complete(report, avatar, name)
     used = max(row.verdict.used for row in report.rows)
     measured(f"conformance, {backend}: a stage, share of its tolerance", used)
-    worst = max(picture.difference for picture in report.pictures)
-    measured(f"conformance, {backend}: a picture, 1/255", worst)
+    worst = max(image.difference for image in report.images)
+    measured(f"conformance, {backend}: an image, 1/255", worst)
 
 
 def assert_complete(report: Report, avatar: str, backend: str) -> None:
@@ -63,7 +63,7 @@ def assert_complete(report: Report, avatar: str, backend: str) -> None:
     }
     assert {(r.case, r.stage, r.profile, r.array) for r in report.rows} == want
     drawn = {(row.name, profile) for row in CASES if row.avatar == avatar for profile in profiles}
-    assert {(p.case, p.profile) for p in report.pictures} == drawn
+    assert {(p.case, p.profile) for p in report.images} == drawn
     assert len(report.skipped) == 2 * len(drawn) * (len(PROFILES) - len(profiles))
 
 

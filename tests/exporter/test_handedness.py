@@ -20,6 +20,7 @@ from avatar_export.driving.frames import DrivingFrame
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar, Expression, Rules
 from avatar_runtime.bundle import load
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.handedness import mirrored, mirrored_pose
 from avatar_schema import schema
 from tests import bundles
@@ -42,7 +43,7 @@ AVATARS: dict[str, Callable[[], Avatar]] = {
 @pytest.mark.parametrize("name", AVATARS)
 @pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
 def test_right_to_left_to_right_is_bit_equal(tmp_path: Path, name: str) -> None:
-    avatar = AVATARS[name]().check()
+    avatar = check_avatar(AVATARS[name]())
     write_bundle(avatar, tmp_path / "left", handedness="left", **PLAIN)
     assert bundles.manifest(tmp_path / "left")["frame"]["handedness"] == "left"
     assert_same(load(tmp_path / "left"), avatar)
@@ -161,11 +162,13 @@ def test_driving_in_the_other_frame() -> None:
     """Weights reach the mirrored avatar through its own matrix as the mirrored pose; captured turns as SPEC.md says."""
     avatar = full_avatar()
     outputs = ("joint/jaw/x", "joint/jaw/y", "joint/jaw/z", "expression/y", "eyelid/left")
-    avatar = replace(
-        avatar,
-        expressions=(*avatar.expressions[:3], Expression("y")),  # no axis, though it ends like one
-        driving=replace(avatar.driving, outputs=outputs, head_joint=None),
-    ).check()
+    avatar = check_avatar(
+        replace(
+            avatar,
+            expressions=(*avatar.expressions[:3], Expression("y")),  # no axis, though it ends like one
+            driving=replace(avatar.driving, outputs=outputs, head_joint=None),
+        )
+    )
     frame = DrivingFrame(0.0, {"jawOpen": 0.7, "eyeBlinkLeft": 0.4, "mouthSmileLeft": 0.9})
     found, want = pose_from_frame(mirrored(avatar), frame), mirrored_pose(pose_from_frame(avatar, frame))
     assert found.expressions == want.expressions and found.eyelids == want.eyelids

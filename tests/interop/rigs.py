@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from avatar_export.writers.rig_glb import rig_glb
 from avatar_runtime.avatar import Avatar, Clip, Driving, Rig
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from tests.oracles.gltf_pose import File
@@ -62,7 +63,7 @@ def with_odd_names(avatar: Avatar) -> Avatar:
     )
     rules = replace(avatar.rules, rotation_joint=renamed.get(avatar.rules.rotation_joint or ""))
     rig = replace(avatar.rig, joint_names=names)
-    return replace(avatar, rig=rig, groups=groups, rules=rules, driving=Driving()).check()
+    return check_avatar(replace(avatar, rig=rig, groups=groups, rules=rules, driving=Driving()))
 
 
 def random_clip(avatar: Avatar) -> Clip:

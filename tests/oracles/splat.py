@@ -29,9 +29,7 @@ class Splat:
     radius: int
 
 
-def picture(
-    splats: list[Splat], width: int, height: int, background: Array, rule: str
-) -> tuple[Array, Array]:
+def image(splats: list[Splat], width: int, height: int, background: Array, rule: str) -> tuple[Array, Array]:
     """(colour [H, W, 3], transmittance [H, W])."""
     near_first = sorted(range(len(splats)), key=lambda i: (splats[i].depth, i))
     colour, left = np.zeros((height, width, 3)), np.zeros((height, width))

@@ -44,6 +44,9 @@ def test_the_version_stands_in_one_place() -> None:
     assert where == ["version.py"]
     for line in (ROOT / "pyproject.toml").read_text("utf-8").splitlines():
         assert "avatar" not in line or not literal.search(line), line
+    citation = ROOT / "CITATION.cff"
+    if citation.exists():
+        assert f"\nversion: {dist.version()}\n" in citation.read_text("utf-8")
 
 
 def test_bundles_name_their_writer_as_ever() -> None:

@@ -44,7 +44,7 @@ camera = Camera.orbit(player.animate(pose).mean.mean(axis=0), 0.6, 0.3, 0.0, 0.7
 frame = player.frame(pose, camera)
 print(json.dumps({
     "shape": frame.rgb8().shape,
-    "drawn": float(1 - frame.picture.transmittance.min()),
+    "drawn": float(1 - frame.image.transmittance.min()),
     "modules": sorted({name.partition(".")[0] for name in sys.modules} - sys.stdlib_module_names),
 }))
 """

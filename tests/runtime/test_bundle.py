@@ -241,12 +241,15 @@ TEXTS: dict[str, tuple[Callable[[str], str], str]] = {
     "cut": (lambda t: t[:-3], "is not JSON"),
     "empty": (lambda t: "", "is not JSON"),
     "a list": (lambda t: f"[{t}]", "is not a JSON object"),
-    "NaN": (insert('"x": NaN'), "NaN is no number"),
-    "Infinity": (insert('"x": -Infinity'), "-Infinity is no number"),
-    "a float beyond float64": (insert('"x": 1e999'), "1e999 is no number"),
-    "an integer beyond 64 bits": (insert('"x": ' + "1" * 400), "is no number that every reader can hold"),
-    "a key twice": (insert('"format": "avatar-export"'), "stands twice"),
-    "a key twice, deep": (insert('"x": [{"a": 1, "b": 2, "a": 1}]'), "a key stands twice among a, b, a"),
+    "NaN": (insert('"x": NaN'), "NaN is not a number"),
+    "Infinity": (insert('"x": -Infinity'), "-Infinity is not a number"),
+    "a float beyond float64": (insert('"x": 1e999'), "1e999 is not a number"),
+    "an integer beyond 64 bits": (insert('"x": ' + "1" * 400), "is not a number that every reader can hold"),
+    "a key twice": (insert('"format": "avatar-export"'), "duplicate"),
+    "a key twice, deep": (
+        insert('"x": [{"a": 1, "b": 2, "a": 1}]'),
+        "has a duplicate among the keys a, b, a",
+    ),
     "half a surrogate pair": (insert('"x": "\\ud800"'), "surrogates not allowed"),
     "nested too deep": (insert('"x": ' + "[" * 100_000 + "]" * 100_000), "is not JSON"),
 }
@@ -303,7 +306,7 @@ def test_joint_matrices_are_affine_and_have_an_inverse(bundle: Path, name: str, 
         tensors[name][place] = 0 if place[2] == 2 else 0.5
 
     retensor(bundle, "rig.safetensors", damage)
-    assert refusal(bundle) == f"rig.{name}[3]: is no affine matrix with an inverse"
+    assert refusal(bundle) == f"rig.{name}[3]: is not an affine matrix with an inverse"
 
 
 def test_extra_tensors_are_passed_over(bundle: Path) -> None:

@@ -37,8 +37,8 @@ def seen(camera: Camera, point: Array) -> tuple[float, float, float]:
 @pytest.mark.parametrize(
     ("yaw", "pitch", "eye", "right", "up"),
     [
-        (0, 0, Z, X, Y),  # in front: the subject's left (+X) is on the picture's right
-        (np.pi / 2, 0, X, -Z, Y),  # from the subject's left: the nose (+Z) points to the picture's left
+        (0, 0, Z, X, Y),  # in front: the subject's left (+X) is on the image's right
+        (np.pi / 2, 0, X, -Z, Y),  # from the subject's left: the nose (+Z) points to the image's left
         (-np.pi / 2, 0, -X, Z, Y),
         (np.pi, 0, -Z, -X, Y),
         (0, np.pi / 2, Y, X, -Z),  # from above: the nose points down
@@ -65,7 +65,7 @@ def test_orbit_moves_the_camera_to_the_side_and_up() -> None:
     np.testing.assert_allclose(np.arcsin(away[1] / 3), 0.3, atol=1e-6)
 
 
-def test_field_of_view_is_the_pictures_height() -> None:
+def test_field_of_view_is_the_images_height() -> None:
     camera = Camera.orbit(TARGET, 2.0, 0.0, 0.0, FOV_Y, WIDTH, HEIGHT)
     edge = TARGET + 2 * np.tan(FOV_Y / 2) * Y
     np.testing.assert_allclose(seen(camera, edge)[1], -0.5, atol=1e-4)
@@ -99,7 +99,7 @@ def test_opencv_pixels_are_k_times_the_point() -> None:
 
 
 @pytest.mark.parametrize(("width", "height"), [(0, 60), (80, 0), (-1, 5)])
-def test_a_picture_needs_pixels(width: int, height: int) -> None:
+def test_a_image_needs_pixels(width: int, height: int) -> None:
     with pytest.raises(ValueError, match="no pixels"):
         Camera.from_opencv(np.eye(3), np.zeros(3), np.eye(3), width, height)
 

@@ -29,13 +29,13 @@ SIZES = [(1, 1), (3, 5), (16, 12), (31, 64)]
 CAMERA = Camera.orbit(np.zeros(3), 0.6, 0.3, 0.1, 0.5, 40, 33)
 
 
-def picture(height: int, width: int) -> Any:
+def image(height: int, width: int) -> Any:
     return np.random.default_rng(height).uniform(0, 1.2, (height, width, 3)).astype(np.float32)
 
 
 @pytest.mark.parametrize("size", SIZES)
 def test_it_gives_what_the_network_says(size: tuple[int, int], measured: Measure) -> None:
-    colour = picture(*size)
+    colour = image(*size)
     better = make_enhance(tiny())(colour)
     off = np.abs(better - expected(colour)).max()
     measured("enhancer in ONNX Runtime against NumPy, of 1", off)
@@ -43,8 +43,8 @@ def test_it_gives_what_the_network_says(size: tuple[int, int], measured: Measure
     assert np.abs(better - colour).max() > 0.1
 
 
-def test_the_same_picture_gives_the_same_bits() -> None:
-    colour = picture(64, 48)
+def test_the_same_image_gives_the_same_bits() -> None:
+    colour = image(64, 48)
     assert make_enhance(tiny())(colour).tobytes() == make_enhance(tiny())(colour.copy()).tobytes()
 
 
@@ -53,15 +53,15 @@ def test_a_player_changes_colour_alone(backend: str) -> None:
     avatar, background = surface_avatar(), (0.75, 0.5, 0.25)
     raw = Player(avatar, backend).frame(Pose(), CAMERA, background)
     better = Player(avatar, backend, enhance=True).frame(Pose(), CAMERA, background)
-    assert np.abs(better.picture.colour - expected(raw.picture.colour)).max() < 2e-6
-    assert np.array_equal(better.picture.transmittance, raw.picture.transmittance)
+    assert np.abs(better.image.colour - expected(raw.image.colour)).max() < 2e-6
+    assert np.array_equal(better.image.transmittance, raw.image.transmittance)
     assert "enhance" in better.milliseconds and "enhance" not in raw.milliseconds
-    assert better.picture.colour.shape == (33, 40, 3)
+    assert better.image.colour.shape == (33, 40, 3)
 
 
 def refusal(enhancer: Enhancer | None) -> str:
     with pytest.raises(AvatarError) as caught:
-        make_enhance(enhancer)(picture(8, 8))
+        make_enhance(enhancer)(image(8, 8))
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
@@ -87,7 +87,7 @@ def test_libraries_that_are_missing(monkeypatch: pytest.MonkeyPatch, library: st
     [
         ({"onnx": b""}, "enhancer.onnx: is 0 bytes, expected 1 to 8388608"),
         ({"onnx": bytes((8 << 20) + 1)}, "enhancer.onnx: is 8388609 bytes, expected 1 to 8388608"),
-        ({"onnx": b"no network"}, "enhancer.onnx: is no ONNX file"),
+        ({"onnx": b"no network"}, "enhancer.onnx: is not an ONNX file"),
         ({"input": ""}, "enhancer.input: is empty"),
         ({"input": "x"}, "enhancer.onnx: graph.input: is not 'x' alone, as the avatar says"),
         ({"output": "better"}, "enhancer.onnx: graph.output: is not 'better' alone, as the avatar says"),
@@ -185,9 +185,9 @@ REFUSED: dict[str, tuple[Change, str]] = {
     "negative size": (lambda m: constant(m, "a").dims.__setitem__(0, -5), "initializer a: is (-5,) in 20"),
     "segment": (
         lambda m: setattr(constant(m, "A").segment, "end", 1),
-        "initializer A: is no float32 or int64",
+        "initializer A: is not a named float32 or int64",
     ),
-    "type": (lambda m: put(m, "A", np.ones((5, 3, 1, 1))), "initializer A: is no float32 or int64"),
+    "type": (lambda m: put(m, "A", np.ones((5, 3, 1, 1))), "initializer A: is not a named float32 or int64"),
     "not finite": (lambda m: put(m, "b", np.float32([1, np.nan, 0])), "initializer b: holds numbers that"),
     "many whole numbers": (
         lambda m: put(m, "none", np.zeros(9, np.int64)),
@@ -195,7 +195,7 @@ REFUSED: dict[str, tuple[Change, str]] = {
     ),
     "name twice": (
         lambda m: constant(m, "B").__setattr__("name", "A"),
-        "graph.initializer: a name stands twice",
+        "graph.initializer: holds a duplicate name",
     ),
     "output twice": (
         lambda m: node(m, "Add").output.__setitem__(0, "raw"),
@@ -204,13 +204,13 @@ REFUSED: dict[str, tuple[Change, str]] = {
     "two outputs": (lambda m: node(m, "Relu").output.append("other"), "node 6: Relu must give one tensor"),
     "input over a constant": (
         lambda m: constant(m, "A").__setattr__("name", "colour"),
-        "a name stands twice",
+        "holds a duplicate name",
     ),
     "second input": (lambda m: m.graph.input.append(m.graph.input[0]), "graph.input: is not 'colour' alone"),
     "second output": (lambda m: m.graph.output.append(m.graph.output[0]), "graph.output: is not 'enhanced'"),
     "type of the input": (
         lambda m: setattr(m.graph.input[0].type.tensor_type, "elem_type", TensorProto.DOUBLE),
-        "graph.input: is no float32",
+        "graph.input: is not float32",
     ),
     "used before": (lambda m: m.graph.node.insert(0, m.graph.node.pop()), "enhanced: Slice takes 4 tensors"),
     "one input less": (lambda m: node(m, "Add").input.pop(), "better: Add takes 2 tensors"),
@@ -237,7 +237,7 @@ REFUSED: dict[str, tuple[Change, str]] = {
     ),
     "sizes that differ": (
         lambda m: node(m, "Add").input.__setitem__(0, "positive"),
-        "better: Add takes pictures",
+        "better: Add takes images",
     ),
     "floats where whole": (
         lambda m: node(m, "Neg").input.__setitem__(0, "colour"),
@@ -289,7 +289,7 @@ def test_what_is_not_checked_does_not_come_through() -> None:
         model.graph.value_info.append(helper.make_tensor_value_info("hidden", TensorProto.INT8, [7]))
         node(model, "Relu").name = "a name"
 
-    colour = picture(9, 11)
+    colour = image(9, 11)
     assert np.array_equal(make_enhance(changed(decorate))(colour), make_enhance(tiny())(colour))
 
 
@@ -308,26 +308,26 @@ def test_a_size_that_only_then_does_not_fit() -> None:
         )
 
     run = make_enhance(changed(halve))
-    assert run(picture(6, 8)).shape == (6, 8, 3)
-    with pytest.raises(AvatarError, match=r"enhanced: gives \(1, 3, 8, 6\) for a picture of 7x9"):
-        run(picture(9, 7))
+    assert run(image(6, 8)).shape == (6, 8, 3)
+    with pytest.raises(AvatarError, match=r"enhanced: gives \(1, 3, 8, 6\) for an image of 7x9"):
+        run(image(9, 7))
 
 
 def test_colours_beyond_all_bounds_are_refused() -> None:
     run = make_enhance(changed(lambda m: put(m, "A", np.full((5, 3, 1, 1), 3e38, np.float32))))
-    with pytest.raises(AvatarError, match="gives no picture of finite numbers"):
-        run(picture(4, 4))
+    with pytest.raises(AvatarError, match="does not give an image of finite numbers"):
+        run(image(4, 4))
 
 
 @pytest.mark.parametrize("name", [b"hidden", b"Relu", b"kernel_shape", b"multiple"])
 def test_names_that_are_no_text(name: bytes) -> None:
     """A tensor, an operator, an attribute, a constant."""
     refused = refusal(replace(tiny(), onnx=tiny().onnx.replace(name, name[:-1] + b"\xc2")))
-    assert refused.startswith("enhancer.onnx: holds a name that is no UTF-8, b'")
+    assert refused.startswith("enhancer.onnx: holds a name that is not UTF-8, b'")
 
 
 @pytest.mark.parametrize("limits", [(10_000, 1 << 60), (1 << 60, 10_000)])
-def test_a_picture_that_takes_too_much(monkeypatch: pytest.MonkeyPatch, limits: tuple[int, int]) -> None:
+def test_a_image_that_takes_too_much(monkeypatch: pytest.MonkeyPatch, limits: tuple[int, int]) -> None:
     """For a small one of few pixels there is room, for the size it was trained on there is none."""
     network = read_network(tiny())
     monkeypatch.setattr("avatar_runtime.enhance.network.MOST_IN_ALL", limits)
@@ -336,7 +336,7 @@ def test_a_picture_that_takes_too_much(monkeypatch: pytest.MonkeyPatch, limits: 
         network.check_size(240, 320)
 
 
-def test_the_largest_pictures_fit_a_trained_network_and_no_memory_is_without_end() -> None:
+def test_the_largest_images_fit_a_trained_network_and_no_memory_is_without_end() -> None:
     network = read_network(tiny())
     network.check_size(2160, 3840)
     with pytest.raises(AvatarError, match="takes too much memory or time"):
@@ -358,7 +358,7 @@ def test_mangled_bytes_are_run_or_refused(edits: list[tuple[float, int, bytes]])
         at = int(where * len(data))
         data[at : at + gone] = come
     try:
-        better = make_enhance(replace(tiny(), onnx=bytes(data)))(picture(7, 9))
+        better = make_enhance(replace(tiny(), onnx=bytes(data)))(image(7, 9))
     except AvatarError as error:
         assert "\n" not in str(error)
     else:

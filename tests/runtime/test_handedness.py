@@ -1,4 +1,4 @@
-"""A mirrored avatar plays the mirror image: means, covariances, colours and pictures, for every rule."""
+"""A mirrored avatar plays the mirror image: means, covariances, colours and images, for every rule."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ import pytest
 
 from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.camera import Camera
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.handedness import (
     SH_IN_X,
     SH_IN_Y,
@@ -133,7 +134,7 @@ def colours(splats: Splats, eye: Array, degree: int) -> Array:
 @pytest.mark.parametrize("name", AVATARS)
 def test_the_mirrored_avatar_plays_the_mirror_image(name: str, measured: Measure) -> None:
     avatar = made(name)
-    player, other = Player(avatar, "reference"), Player(mirrored(avatar).check(), "reference")
+    player, other = Player(avatar, "reference"), Player(check_avatar(mirrored(avatar)), "reference")
     for (pose, other_pose), mesh in zip(poses(avatar), posed_meshes(avatar), strict=True):
         other_mesh = {key: (v * [-1, 1, 1]).astype(np.float32) for key, v in mesh.items()}
         found, want = (
@@ -153,7 +154,7 @@ def test_the_mirrored_avatar_plays_the_mirror_image(name: str, measured: Measure
 
 
 @pytest.mark.parametrize("name", AVATARS)
-def test_the_mirrored_camera_sees_the_same_picture(name: str, measured: Measure) -> None:
+def test_the_mirrored_camera_sees_the_same_image(name: str, measured: Measure) -> None:
     avatar = made(name)
     player, other = Player(avatar, "reference"), Player(mirrored(avatar), "reference")
     (pose, other_pose), mesh = poses(avatar)[0], posed_meshes(avatar)[0]
@@ -161,10 +162,10 @@ def test_the_mirrored_camera_sees_the_same_picture(name: str, measured: Measure)
     target = player.animate(pose, None, **mesh).mean.mean(axis=0)
     camera = Camera.orbit(target, 0.6, 0.4, 0.2, 0.6, 40, 32)
     for profile in PROFILES:
-        found = other.frame(other_pose, camera.mirrored(), None, profile, **other_mesh).picture.colour
-        want = player.frame(pose, camera, None, profile, **mesh).picture.colour
+        found = other.frame(other_pose, camera.mirrored(), None, profile, **other_mesh).image.colour
+        want = player.frame(pose, camera, None, profile, **mesh).image.colour
         assert want.std() > 0.05, "nothing is seen"
-        measured("mirrored pictures apart", float(np.abs(found - want).max()))
+        measured("mirrored images apart", float(np.abs(found - want).max()))
         np.testing.assert_allclose(found, want, atol=1e-6)
 
 

@@ -228,7 +228,8 @@ def test_tracking_mesh_is_a_sound_coarse_copy(head: Head, body: BodyModel) -> No
     for name in head.part_names:
         assert coarse.in_part(name)[head.in_part(name)[rows]].mean() > 0.99, "parts keep their vertices"
     small = tracking_body(head, body)
-    assert np.abs(small.joints - body.joints).max() < 1e-8
+    # Two sums of float32 products, which every BLAS adds in its own order: a few roundings of the largest joint.
+    assert np.abs(small.joints - body.joints).max() <= 4 * np.spacing(np.abs(body.joints).max())
     assert np.abs(small.J_regressor.sum(axis=1) - 1).max() < 1e-5
     back = small.v_template[small.faces[small.back_of_head_faces]]
     assert back[:, :, 2].max() < -0.05 and np.abs(back[:, :, 0]).max() < 0.06

@@ -228,7 +228,7 @@ def through(avatar: Avatar, frame: int, camera: Camera, skin: np.ndarray) -> np.
     y = points[:, 1] / points[:, 2] / camera.tan_half_fov_y
     column = np.round(((x + 1) * camera.width - 1) / 2).astype(int)
     row = np.round(((y + 1) * camera.height - 1) / 2).astype(int)
-    result: np.ndarray = player.frame(pose, camera).picture.transmittance[row, column]
+    result: np.ndarray = player.frame(pose, camera).image.transmittance[row, column]
     return result
 
 

@@ -51,7 +51,7 @@ def test_every_backend_repeats_the_trainers_reference(name: str, backend: str) -
     assert reference.made_by == "trainer"
     report = conform(load(TRAINED / name), reference, backend)
     assert [row for row in report.rows if not row.passed] == []
-    assert [row for row in report.pictures if not row.passed] == []
+    assert [row for row in report.images if not row.passed] == []
 
 
 def front(avatar: Avatar) -> Camera:
@@ -67,7 +67,7 @@ def test_moves(name: str) -> None:
     player, camera = Player(avatar, "reference"), front(avatar)
     clip = avatar.clips[0]
     first, later = (
-        player.frame(clip_pose(avatar, clip, frame), camera, (0, 0, 0)).picture
+        player.frame(clip_pose(avatar, clip, frame), camera, (0, 0, 0)).image
         for frame in (0, clip.frames // 2)
     )
     assert (first.transmittance < 0.5).mean() > 0.03
@@ -82,7 +82,7 @@ def test_the_mouth_opens_dark_and_the_eyes_shut(name: str) -> None:
     face = Camera.orbit(np.array([0.0, 0.0, 0.09]), 0.7, 0.0, 0.0, 0.3, 128, 128)
 
     def drawn(**weights: float) -> np.ndarray:
-        return player.frame(arkit_pose(avatar, weights), face, (0, 0, 0)).picture.colour
+        return player.frame(arkit_pose(avatar, weights), face, (0, 0, 0)).image.colour
 
     still, wide, shut = drawn(), drawn(jawOpen=1.0), drawn(eyeBlinkLeft=1.0, eyeBlinkRight=1.0)
     darker = (still - wide).mean(axis=-1)

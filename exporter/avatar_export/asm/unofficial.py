@@ -4,8 +4,8 @@
     mu_face.obj                   the mesh, with texture coordinates; 1 unit is 1 cm
     inited_gmm_params_KN.pkl      pi [J, K], mu [J, K, 2], scale_tril [J, K, 3] as its optimiser holds them
 
-It differs from the paper: the only parent of all bones is a root that is never posed, so here they are all roots. A bone
-is at its head, and the position of its *tail* on the mesh moves it. Weights are softplus(W) / sum softplus(W).
+It differs from the paper: the only parent of all bones is a root that is never posed, so here they are all roots. A
+bone is at its head, and the position of its *tail* on the mesh moves it. Weights are softplus(W) / sum softplus(W).
 Its start is not at rest: each bone is off by the distance from its tail to the nearest vertex. The neutral here is at
 rest.
 """

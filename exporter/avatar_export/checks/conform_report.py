@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.images import png
-from avatar_runtime.conformance import Expected, PictureRow, Reference, Report, Row
+from avatar_runtime.conformance import Expected, ImageRow, Reference, Report, Row
 
 Pixels = npt.NDArray[np.uint8]
 ENGINE_AGREES_DB = 65.0  # PSNR of profile engine against trainer that a GPU should reach
@@ -46,14 +46,14 @@ class Line:
 
 def all_lines(report: Report, reference: Reference) -> list[Line]:
     """A line for every array of every stage of every case, then for every image."""
-    return [*(_line(row, reference) for row in report.rows), *map(_image_line, report.pictures)]
+    return [*(_line(row, reference) for row in report.rows), *map(_image_line, report.images)]
 
 
 def stage_lines(report: Report, reference: Reference) -> list[Line]:
     """The worst line of each stage, in the order of the stages; then the worst of the images by profile."""
     worst: dict[str, tuple[tuple[bool, float], Line]] = {}
     rows = [((not row.passed, row.verdict.used), _line(row, reference)) for row in report.rows]
-    pictures = [((not p.passed, p.difference), _image_line(p)) for p in report.pictures]
+    pictures = [((not p.passed, p.difference), _image_line(p)) for p in report.images]
     for rank, line in (*rows, *pictures):
         if line.stage not in worst or rank > worst[line.stage][0]:
             worst[line.stage] = (rank, line)
@@ -68,8 +68,8 @@ def facts(report: Report, reference: Reference) -> dict[str, Any]:
         "passed": report.passed,
         "first_failure": report.first_failure,
         "stages": [_row_facts(row, _expected(reference, row)) for row in report.rows],
-        "pictures": [_image_facts(picture) for picture in report.pictures],
-        "engine_psnr_db": {c.case.name: c.engine_psnr_db for c in reference.cases if c.pictures},
+        "pictures": [_image_facts(picture) for picture in report.images],
+        "engine_psnr_db": {c.case.name: c.engine_psnr_db for c in reference.cases if c.images},
         "notes": notes(report, reference),
     }
 
@@ -84,7 +84,7 @@ def notes(report: Report, reference: Reference) -> list[str]:
         said.append("images are not compared where outputs are given")
         return said
     for case in reference.cases:
-        if not case.pictures:
+        if not case.images:
             continue
         if case.engine_psnr_db is None:
             said.append(f"case {case.case.name}: the profiles engine and trainer draw the same image")
@@ -114,10 +114,10 @@ def worst_elements(lines: Iterable[Line]) -> list[str]:
 def failed_images(report: Report) -> dict[str, Pixels]:
     """File name -> image [H, W, 3] of every case that fails: the reference, the drawn image, the difference."""
     bad = {row.case for row in report.rows if not row.passed}
-    bad |= {picture.case for picture in report.pictures if not picture.passed}
+    bad |= {picture.case for picture in report.images if not picture.passed}
     return {
         f"{picture.case}.{picture.profile}.{kind}.png": pixels
-        for picture in report.pictures
+        for picture in report.images
         if picture.case in bad
         for kind, pixels in _shown(picture).items()
     }
@@ -133,7 +133,7 @@ def html_report(title: str, report: Report, reference: Reference) -> str:
         _table(stage_lines(report, reference)),
         _list(notes(report, reference)),
         "<h2>Images</h2>",
-        *(_figure(picture, cases.get(picture.case, "")) for picture in report.pictures),
+        *(_figure(picture, cases.get(picture.case, "")) for picture in report.images),
         "<h2>Every array</h2>",
         _table(all_lines(report, reference)),
     ]
@@ -156,7 +156,7 @@ def _row_facts(row: Row, expected: Expected) -> dict[str, Any]:
     return {**named, **numbers, **allowed, "worst": worst, "note": found.note}
 
 
-def _image_facts(picture: PictureRow) -> dict[str, Any]:
+def _image_facts(picture: ImageRow) -> dict[str, Any]:
     named = {name: getattr(picture, name) for name in ("case", "profile", "tolerance", "psnr_db", "passed")}
     return {**named, "difference": _finite(picture.difference), "unit": 1 / 255}
 
@@ -197,7 +197,7 @@ def _worst(row: Row) -> str:
     return f"{row.array}{list(element.index)}{of}: got {element.got:.9g}, expected {element.want:.9g}"
 
 
-def _image_line(picture: PictureRow) -> Line:
+def _image_line(picture: ImageRow) -> Line:
     return Line(
         f"image {picture.profile}",
         picture.case,
@@ -229,7 +229,7 @@ def _tolerance(expected: Expected) -> str:
     return " + ".join(terms) or "equal"
 
 
-def _shown(picture: PictureRow) -> dict[str, Pixels]:
+def _shown(picture: ImageRow) -> dict[str, Pixels]:
     off = np.abs(picture.got.colour.astype(np.int16) - picture.want.colour)
     return {
         "ref": picture.want.colour,
@@ -254,7 +254,7 @@ def _list(texts: Iterable[str]) -> str:
     return f"<ul>{items}</ul>"
 
 
-def _figure(picture: PictureRow, why: str) -> str:
+def _figure(picture: ImageRow, why: str) -> str:
     images = "".join(
         f'<img alt="{kind}" title="{kind}" src="data:image/png;base64,{base64.b64encode(png(pixels)).decode()}">'
         for kind, pixels in _shown(picture).items()

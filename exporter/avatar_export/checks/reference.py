@@ -85,7 +85,7 @@ def reference_problems(stored: Avatar, document: Mapping[str, Any], read: Open) 
     for row in report.rows:
         if not row.passed:
             yield Problem(f"{FOLDER}vectors.safetensors: {row.stage}", _off(row))
-    for picture in report.pictures:
+    for picture in report.images:
         if not picture.passed:
             off = f"differs by up to {picture.difference:.1f} of 255, allowed {picture.tolerance:g}"
             yield Problem(f"{FOLDER}{picture.case}.{picture.profile}.png", off)

@@ -10,7 +10,7 @@ import json
 from pathlib import Path
 
 from avatar_runtime.avatar import Enhancer
-from avatar_runtime.checks.enhancer import LARGEST
+from avatar_runtime.checks.enhancer import LARGEST, check_enhancer
 from avatar_runtime.codec.manifest import ENHANCER_FILE, decode_enhancer, encode_enhancer
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
@@ -47,6 +47,6 @@ def read_enhancer(folder: Path) -> Enhancer | None:
         raise AvatarError(problem.message, file=facts, field=problem.path)
     data = read_bytes(onnx, LARGEST)
     try:
-        return decode_enhancer(said, data).check()
+        return check_enhancer(decode_enhancer(said, data))
     except AvatarError as error:
         raise AvatarError(error.message, file=facts, field=error.field) from None

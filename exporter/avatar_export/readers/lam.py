@@ -30,6 +30,7 @@ from avatar_runtime.avatar import (
     Rules,
     SparseRows,
 )
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import glb, ply
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.ownership import owned
@@ -78,7 +79,7 @@ def read_lam(path: Path, *, rotation: str = "none") -> Avatar:
         found = read_rig(glb.decode(source.read(SKIN), SKIN))
         avatar = _avatar(source.name, splats, found, rotation)
         files = source_files(source.files())
-        return replace(avatar, provenance={**avatar.provenance, "source_files": files}).check()
+        return check_avatar(replace(avatar, provenance={**avatar.provenance, "source_files": files}))
 
 
 def _gaussians(data: bytes) -> Gaussians:

@@ -12,6 +12,7 @@ from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blends
 from avatar_export.readers.psavatar import reader as psavatar
 from avatar_export.readers.splatting_avatar import reader as splatting_avatar
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.io.errors import AvatarError
 
 
@@ -57,7 +58,7 @@ def read(path: str | Path, options: ReadOptions | None = None, system: str | Non
 
 def read_with(reader: Reader, path: Path, options: ReadOptions) -> Avatar:
     """The avatar that `reader` makes of `path`, checked. Raises AvatarError."""
-    return reader.read(path, options).check()
+    return check_avatar(reader.read(path, options))
 
 
 def find(path: Path, system: str | None = None) -> Reader:

@@ -21,6 +21,7 @@ from avatar_export.writers.reference import reference_facts
 from avatar_export.writers.table import INFLUENCES, WRITERS, Export, Piece, engine_facts
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, opener, read_manifest
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.conformance import RUNTIME, Maker
 from avatar_runtime.handedness import HANDEDNESS, mirrored_boxes
@@ -59,7 +60,7 @@ def write_bundle(
     """
     if handedness not in HANDEDNESS:
         raise ValueError(f"{handedness!r} is not one of {', '.join(HANDEDNESS)}")
-    avatar.check()
+    check_avatar(avatar)
     export = Export(avatar, influences, handedness, maker)
     wanted = {"engine": engine_files, "reference": reference, "preview": preview}
     parts = {"avatar", "enhancer", *(part for part, asked in wanted.items() if asked)}

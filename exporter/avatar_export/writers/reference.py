@@ -41,7 +41,7 @@ def reference_files(reference: Reference) -> dict[str, bytes]:
 
 def reference_facts(reference: Reference) -> dict[str, Any]:
     """Its entry in the manifest: who made it, and for each case with images the difference between the profiles."""
-    drawn = [c for c in reference.cases if c.pictures]
+    drawn = [c for c in reference.cases if c.images]
     cases = [{"name": c.case.name, "engine_psnr_db": c.engine_psnr_db} for c in drawn]
     return {"made_by": reference.made_by, "cases": cases}
 

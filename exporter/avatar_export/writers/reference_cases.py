@@ -49,7 +49,7 @@ def reference_cases(avatar: Avatar) -> tuple[Case, ...]:
     cases = [
         Case("rest", rest, Pose(), _framed(avatar, Pose(), FRONT)),
         Case("posed", every, posed, _framed(avatar, posed, ASIDE)),
-        Case("close", close, posed, close_camera(avatar, posed), pictures=False),
+        Case("close", close, posed, close_camera(avatar, posed), images=False),
     ]
     if avatar.clips:
         clip = avatar.clips[0]

@@ -1,6 +1,7 @@
 """splats.glb: the binding pose as KHR_gaussian_splatting points, for viewers that know the extension.
 
-Other viewers show COLOR_0, a cloud of points. Source: Khronos, extensions/2.0/Khronos/KHR_gaussian_splatting (ratified).
+Other viewers show COLOR_0, a cloud of points. Source: Khronos, extensions/2.0/Khronos/KHR_gaussian_splatting
+(ratified).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What plays the stages: one row each in BACKENDS, one interface, the same results."""
+"""The backends that play the stages: one row each in BACKENDS, one interface, the same results but for rounding."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.stages.activate import Splats
-from avatar_runtime.stages.raster import Picture
+from avatar_runtime.stages.raster import Image
 
 Arrays = Mapping[str, npt.NDArray[Any]]
 
@@ -29,7 +29,7 @@ class Stages(Protocol):
 
 
 class Backend(Stages, Protocol):
-    """Plays one avatar. Stage `joints` is NumPy's in every backend and gives `Posed`; the rest is the backend's."""
+    """Plays one avatar. Stage `joints` always runs in NumPy and gives `Posed`; the backend runs the other stages."""
 
     profiles: tuple[str, ...]  # raster profiles that it draws
 
@@ -41,14 +41,14 @@ class Backend(Stages, Protocol):
         """Stages up to activate: Gaussians in world space."""
         ...
 
-    def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Picture:
-        """All stages: the picture over `background` [3]."""
+    def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
+        """All stages: the image over `background` [3]."""
         ...
 
 
 @dataclass(frozen=True)
 class Row:
-    """Where a backend lives and what it takes to run it."""
+    """The module of a backend, and what must be installed to run it."""
 
     module: str
     library: str | None  # the library that it needs besides NumPy
@@ -63,7 +63,7 @@ BACKENDS: Mapping[str, Row] = {
 
 
 def default_backend() -> str:
-    """`cpu` where Numba is installed, else `reference`."""
+    """The backend that Player takes by default: `cpu` if Numba is installed, else `reference`."""
     return "cpu" if importlib.util.find_spec("numba") else "reference"
 
 
@@ -74,7 +74,7 @@ def make_backend(name: str | None, avatar: Avatar, **options: Any) -> Backend:
     """
     name = default_backend() if name is None else name
     if name not in BACKENDS:
-        raise ValueError(f"{name!r} is none of {', '.join(BACKENDS)}")
+        raise ValueError(f"{name!r} is not one of {', '.join(BACKENDS)}")
     row = BACKENDS[name]
     if row.library and importlib.util.find_spec(row.library) is None:
         raise AvatarError(

@@ -18,7 +18,7 @@ from avatar_runtime.stages.blend import blend
 from avatar_runtime.stages.groups import GroupTransforms
 from avatar_runtime.stages.morph import morph
 from avatar_runtime.stages.project import TILE, Projected, project, touched_tiles
-from avatar_runtime.stages.raster import PROFILES, Picture, raster
+from avatar_runtime.stages.raster import PROFILES, Image, raster
 from avatar_runtime.stages.skin import skin, vertex_matrices
 from avatar_runtime.stages.sort import sort
 from avatar_runtime.stages.surface import prepare
@@ -56,7 +56,7 @@ class ReferenceBackend:
         bound = clock.timed("bind", lambda: self._bind(blended, posed, vertices))
         return clock.timed("activate", lambda: activate(bound))
 
-    def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Picture:
+    def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
         """All stages."""
         splats, avatar = self.animate(posed, clock), self.avatar
         projected = clock.timed("project", lambda: project(splats, camera, avatar.raster, avatar.sh_degree))
@@ -144,8 +144,7 @@ def _activate(backend: ReferenceBackend, x: Arrays, camera: Camera | None, profi
 
 def _project(backend: ReferenceBackend, x: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
     assert camera is not None
-    splats = Splats(x["mean"], x["scale"], x["quat_wxyz"], x["opacity"], x["sh"], x["sh_rotation"])
-    seen = project(splats, camera, backend.avatar.raster, backend.avatar.sh_degree)
+    seen = project(Splats.of(x), camera, backend.avatar.raster, backend.avatar.sh_degree)
     return {name: getattr(seen, name) for name in ("centre", "depth", "conic", "opacity", "rgb", "radius")}
 
 
@@ -165,8 +164,8 @@ def _raster(backend: ReferenceBackend, x: Arrays, camera: Camera | None, profile
     tiles[radius == 0] = 0
     none = np.zeros(len(radius), np.float32)
     seen = Projected(x["centre"], none, x["conic"], x["opacity"], x["rgb"], radius, none, tiles)
-    picture = raster(seen, x["order"], camera, x["background"], profile)
-    return {"colour": picture.colour, "transmittance": picture.transmittance}
+    image = raster(seen, x["order"], camera, x["background"], profile)
+    return {"colour": image.colour, "transmittance": image.transmittance}
 
 
 Run = Callable[[ReferenceBackend, Arrays, "Camera | None", str], dict[str, Any]]

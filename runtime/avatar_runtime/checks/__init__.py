@@ -1,0 +1,1 @@
+"""Checks of the one model; each raises AvatarError that names the field."""

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from avatar_runtime.avatar import SparseRows
 from avatar_runtime.io.errors import AvatarError
-
-if TYPE_CHECKING:
-    from avatar_runtime.avatar import SparseRows
 
 
 def check_sparse(
@@ -44,11 +42,13 @@ def check_sparse(
 
 
 def expect(ok: bool, name: str, want: str, got: npt.NDArray[Any]) -> None:
+    """Raise AvatarError unless `ok`: field `name` is `got`, but `want` (type and shape in words) is expected."""
     if not ok:
         raise AvatarError(f"expected {want}, got {got.dtype}{list(got.shape)}", field=name)
 
 
 def check_f32(name: str, array: npt.NDArray[Any], shape: Sequence[int]) -> None:
+    """Raise AvatarError unless field `name` is float32 of `shape` and all its numbers are finite."""
     expect(array.dtype == np.float32 and array.shape == tuple(shape), name, f"float32{list(shape)}", array)
     # A float64 sum is finite exactly when every float32 is: one pass, no mask of the array's size.
     with np.errstate(invalid="ignore"):  # inf - inf
@@ -59,8 +59,9 @@ def check_f32(name: str, array: npt.NDArray[Any], shape: Sequence[int]) -> None:
 
 
 def check_names(what: str, names: tuple[str, ...]) -> None:
+    """Raise AvatarError for an empty or duplicate name in field `what`."""
     seen: set[str] = set()
     for name in names:
         if not name or name in seen:
-            raise AvatarError(f"{name!r} is empty or stands twice", field=what)
+            raise AvatarError(f"{name!r} is empty or a duplicate", field=what)
         seen.add(name)

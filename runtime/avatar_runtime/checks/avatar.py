@@ -1,11 +1,10 @@
-"""Whether an avatar is sound: shapes, types, ranges, finite values. Behind this border nothing is checked again."""
+"""Checks a whole avatar: shapes, types, ranges, finite values. Readers and writers call it; no stage checks again."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from avatar_runtime.avatar import Avatar, Gaussians, Rig, Rules
 from avatar_runtime.checks.arrays import check_f32, check_names, check_sparse, expect
 from avatar_runtime.checks.enhancer import check_enhancer
 from avatar_runtime.checks.surface import check_clip, check_embedding
@@ -24,14 +23,11 @@ from avatar_runtime.rules import (
     names,
 )
 
-if TYPE_CHECKING:
-    from avatar_runtime.avatar import Avatar, Gaussians, Rig, Rules
-
 UNITS = (1e-6, 1e6)  # training units in a metre
 
 
-def check_avatar(avatar: Avatar) -> None:
-    """Raise AvatarError that names the field whose shape, type, range or value is wrong."""
+def check_avatar(avatar: Avatar) -> Avatar:
+    """`avatar` itself. Raises AvatarError that names the field whose shape, type, range or value is wrong."""
     _check_gaussians(avatar.gaussians)
     if not 0 <= avatar.sh_degree <= avatar.gaussians.sh_degree:
         raise AvatarError(
@@ -59,6 +55,7 @@ def check_avatar(avatar: Avatar) -> None:
         check_clip(clip, k, len(avatar.late_morph_names), joints)
     if avatar.enhancer:
         check_enhancer(avatar.enhancer)
+    return avatar
 
 
 def _check_gaussians(g: Gaussians) -> None:
@@ -85,7 +82,7 @@ def _check_groups(avatar: Avatar) -> None:
             raise AvatarError(f"covers {group.first}+{group.count}, but row {at} comes next", field=where)
         at += group.count
         if group.binding not in BINDINGS:
-            raise AvatarError(f"binding {group.binding!r} is none of {', '.join(BINDINGS)}", field=where)
+            raise AvatarError(f"binding {group.binding!r} is not one of {', '.join(BINDINGS)}", field=where)
         if (group.binding == "surface") != (avatar.embedding is not None):
             raise AvatarError("binding 'surface' goes with an embedding, for all groups or none", field=where)
         if group.binding not in ("none", "surface") and avatar.rig is None:
@@ -128,7 +125,7 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
         sound = (matrix[:, 3] == (0, 0, 0, 1)).all(axis=1) & (volume > 1e-18)
         if not sound.all():
             raise AvatarError(
-                "is no affine matrix with an inverse", field=f"rig.{name}[{int(np.argmin(sound))}]"
+                "is not an affine matrix with an inverse", field=f"rig.{name}[{int(np.argmin(sound))}]"
             )
     check_f32("rig.joint_basis", rig.joint_basis, (expressions, j, 3))
     c = rig.corrective_joints
@@ -138,14 +135,14 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
 
 
 def check_rule_values(rules: Rules) -> None:
-    """Raise AvatarError for a rule of unknown value; no stage may be run before."""
+    """Raise AvatarError for a rule with an unknown value. Call this before any stage is run."""
     for name in ("rotation", "sh_direction", "anchor", "position", "scale", "quaternion_sign"):
         _one_of(f"rules.{name}", getattr(rules, name), names(name))
 
 
 def _one_of(name: str, value: str, known: tuple[str, ...]) -> None:
     if value not in known:
-        raise AvatarError(f"{value!r} is none of {', '.join(known)}", field=name)
+        raise AvatarError(f"{value!r} is not one of {', '.join(known)}", field=name)
 
 
 def _check_rules(avatar: Avatar) -> None:
@@ -163,7 +160,7 @@ def _check_rules(avatar: Avatar) -> None:
         ("driving.right_eye_joint", d.right_eye_joint),
     ):
         if joint is not None and joint not in joints:
-            raise AvatarError(f"{joint!r} is no joint of the rig", field=name)
+            raise AvatarError(f"{joint!r} is not a joint of the rig", field=name)
     if rules.rotation in JOINT_ROTATIONS and rules.rotation_joint is None:
         raise AvatarError(f"rule {rules.rotation} needs a rotation_joint", field="rules.rotation_joint")
     _one_of("driving.mode", d.mode, DRIVING_MODES)
@@ -176,16 +173,16 @@ def _check_rules(avatar: Avatar) -> None:
 
 def _check_surface_rules(avatar: Avatar) -> None:
     rules = avatar.rules
-    together = (rules.rotation, rules.position, rules.scale)
-    if avatar.embedding is not None and together not in SURFACE_RULES:
+    chosen = (rules.rotation, rules.position, rules.scale)
+    if avatar.embedding is not None and chosen not in SURFACE_RULES:
         known = "; ".join(", ".join(" | ".join(names) for names in family) for family in SURFACE_FAMILIES)
         raise AvatarError(
-            f"rotation, position, scale are {', '.join(together)}; with an embedding they are one of {known}",
+            f"rotation, position, scale are {', '.join(chosen)}; with an embedding they are one of {known}",
             field="rules",
         )
     if rules.rotation in RIGGED_ROTATIONS and avatar.rig is None:
         raise AvatarError(
-            f"{rules.rotation} turns Gaussians by the joints: it needs a rig", field="rules.rotation"
+            f"{rules.rotation} rotates Gaussians by the joints: it needs a rig", field="rules.rotation"
         )
     if avatar.embedding is None and (rules.rotation not in SKIN_ROTATIONS or rules.scale not in SKIN_SCALES):
         raise AvatarError(f"{rules.rotation}, {rules.scale}: such rules need an embedding", field="rules")
@@ -199,14 +196,14 @@ def _check_outputs(avatar: Avatar) -> None:
     for output in avatar.driving.outputs:
         if output not in known:
             raise AvatarError(
-                f"{output!r} is no expression/NAME, eyelid/NAME or joint/NAME/x|y|z of this avatar",
+                f"{output!r} is not an expression/NAME, eyelid/NAME or joint/NAME/x|y|z of this avatar",
                 field="driving.outputs",
             )
     check_names("driving.outputs", avatar.driving.outputs)
 
 
 def _check_numbers(avatar: Avatar) -> None:
-    """What no array holds: finite, and of a sign that makes sense."""
+    """Raise AvatarError for a single number that is not finite or has an impossible sign or size."""
     raster, u = avatar.raster, avatar.training_per_bundle
     factors = [f for group in avatar.groups for f in group.joint_mix.values()]
     colour = () if isinstance(raster.background, str) else raster.background
@@ -222,10 +219,10 @@ def _check_numbers(avatar: Avatar) -> None:
         if not np.isfinite(np.array(values, np.float64)).all():
             raise AvatarError("must be finite", field=name)
     if raster.near <= 0 or raster.low_pass < 0:
-        raise AvatarError("near must be positive, low_pass not negative", field="raster")
+        raise AvatarError("near must be positive and low_pass must not be negative", field="raster")
     if not UNITS[0] <= u <= UNITS[1]:
-        raise AvatarError(f"is {u}; {UNITS[0]:g} to {UNITS[1]:g} make sense", field="training_per_bundle")
+        raise AvatarError(f"is {u}; must be {UNITS[0]:g} to {UNITS[1]:g}", field="training_per_bundle")
     if isinstance(raster.background, str) and raster.background not in BACKGROUNDS:
         raise AvatarError(
-            f"{raster.background!r} is none of {', '.join(BACKGROUNDS)}", field="raster.background"
+            f"{raster.background!r} is not one of {', '.join(BACKGROUNDS)}", field="raster.background"
         )

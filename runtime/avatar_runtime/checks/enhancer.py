@@ -1,21 +1,18 @@
-"""Whether an enhancer is sound as far as its file need not be opened; part of `check_avatar`."""
+"""Checks an enhancer without opening its network; part of `check_avatar`."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from avatar_runtime.avatar import Enhancer
 from avatar_runtime.io.errors import AvatarError
 
-if TYPE_CHECKING:
-    from avatar_runtime.avatar import Enhancer
-
-LARGEST = 8 << 20  # bytes; ours have half a megabyte, and what a parser makes of hostile ones is far larger
+LARGEST = 8 << 20  # bytes; ours have half a megabyte; a hostile file grows much larger when it is parsed
 WIDEST = 1 << 14  # pixels
 
 
-def check_enhancer(enhancer: Enhancer) -> None:
-    """Raise AvatarError for a file that is empty or too large, sizes and figures that make no sense."""
+def check_enhancer(enhancer: Enhancer) -> Enhancer:
+    """`enhancer` itself. Raises AvatarError for an empty or too large file, an empty name, a wrong size or figure."""
     if not isinstance(enhancer.onnx, bytes) or not 0 < len(enhancer.onnx) <= LARGEST:
         found = f"{len(enhancer.onnx)} bytes" if isinstance(enhancer.onnx, bytes) else "no bytes"
         raise AvatarError(f"is {found}, expected 1 to {LARGEST}", field="enhancer.onnx")
@@ -34,3 +31,4 @@ def check_enhancer(enhancer: Enhancer) -> None:
     ):
         if decibels is not None and not math.isfinite(decibels):
             raise AvatarError(f"is {decibels}, expected decibels or none", field=f"enhancer.{name}")
+    return enhancer

@@ -1,26 +1,22 @@
-"""Whether an embedding and a clip are sound; part of `check_avatar`."""
+"""Checks an embedding and a clip; part of `check_avatar`."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from avatar_runtime.avatar import Avatar, Clip, Embedding
 from avatar_runtime.checks.arrays import check_f32, expect
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.rules import NORMAL_POSITIONS
 
-if TYPE_CHECKING:
-    from avatar_runtime.avatar import Avatar, Clip, Embedding
-
-BARYCENTRIC_SUM = 1e-4  # how far the sum of a row may be off 1
+BARYCENTRIC_SUM = 1e-4  # largest difference of a row's sum from 1
 BARYCENTRIC_LEAST = -1e-3  # SplattingAvatar's triangle walk leaves weights down to this
 RATES = (1e-3, 1e4)  # frames a second of a clip
-RIGID = 1e-3  # how far R R^T may be off the identity
+RIGID = 1e-3  # largest difference of R R^T from the identity
 
 
 def check_embedding(avatar: Avatar, e: Embedding) -> None:
-    """Raise AvatarError unless every Gaussian sits on a triangle with an area, and the rig's mesh is the same."""
+    """Raise AvatarError unless every Gaussian lies on a triangle with an area and the rig has the same mesh."""
     n, v, f = avatar.gaussians.count, len(e.canonical_vertices), len(e.triangles)
     check_f32("embedding.canonical_vertices", e.canonical_vertices, (v, 3))
     check_f32("embedding.barycentric", e.barycentric, (n, 3))
@@ -61,7 +57,7 @@ def _check_areas(e: Embedding) -> None:
     if flat.any():
         row = int(np.argmax(flat))
         raise AvatarError(
-            f"lies on canonical triangle {int(e.triangle[row])}, which has no area; drop the row or mend the mesh",
+            f"lies on canonical triangle {int(e.triangle[row])}, which has no area; drop the row or repair the mesh",
             field=f"embedding.triangle[{row}]",
         )
 
@@ -72,7 +68,7 @@ def check_clip(clip: Clip, expressions: int, late: int, joints: int) -> None:
     if t == 0:
         raise AvatarError("has no frame", field=where)
     if not RATES[0] <= clip.fps <= RATES[1]:
-        raise AvatarError(f"fps is {clip.fps}; {RATES[0]:g} to {RATES[1]:g} make sense", field=where)
+        raise AvatarError(f"fps is {clip.fps}; must be {RATES[0]:g} to {RATES[1]:g}", field=where)
     check_f32(f"{where}.expression_weights", clip.expression_weights, (t, expressions))
     check_f32(f"{where}.late_weights", clip.late_weights, (t, late))
     check_f32(f"{where}.joint_delta", clip.joint_delta, (t, joints, 4, 4))

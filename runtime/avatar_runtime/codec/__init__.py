@@ -1,0 +1,1 @@
+"""Parts of a bundle: bytes to arrays and back, one file a format."""

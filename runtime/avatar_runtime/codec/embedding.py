@@ -47,7 +47,7 @@ def _looked_up(embedding: Embedding) -> Tensors:
 
 
 def _check_index(index: npt.NDArray[Any], axes: int, limit: int, name: str, file: str) -> None:
-    """What the lookup itself needs; the rest is Avatar.check()'s."""
+    """Checks what the lookup itself needs; `check_avatar` checks the rest."""
     if index.dtype != np.uint32 or index.ndim != axes or index.shape[1:] not in ((), (3,)):
         raise AvatarError(f"is {index.dtype}{list(index.shape)}, expected u32", file=file, field=name)
     if index.size and int(index.max()) >= limit:

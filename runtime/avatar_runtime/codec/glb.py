@@ -46,7 +46,7 @@ MOST_ENTRIES = 65_536  # nodes, accessors, ... of one file
 
 @dataclass(frozen=True)
 class Glb:
-    """A GLB file: the JSON document as it stands, and the bytes of its binary chunk."""
+    """A GLB file: the JSON document unchanged, and the bytes of its binary chunk."""
 
     document: Mapping[str, Any]
     binary: memoryview
@@ -58,7 +58,7 @@ class Glb:
         if not isinstance(entries, list) or not is_count(index) or index >= len(entries):
             self.fail(f"{kind}[{short(index)}]", "does not exist")
         if not isinstance(entries[index], dict):
-            self.fail(f"{kind}[{index}]", "is no object")
+            self.fail(f"{kind}[{index}]", "is not an object")
         found: dict[str, Any] = entries[index]
         return found
 
@@ -66,7 +66,7 @@ class Glb:
         """All of document[kind], objects each; empty where there are none. Raises AvatarError."""
         entries = self.document.get(kind, [])
         if not isinstance(entries, list):
-            self.fail(kind, "is no list")
+            self.fail(kind, "is not a list")
         if len(entries) > MOST_ENTRIES:
             self.fail(kind, f"has {len(entries)} entries, at most {MOST_ENTRIES} are read")
         return [self.entry(kind, index) for index in range(len(entries))]
@@ -80,7 +80,7 @@ def decode(data: bytes | memoryview, file: object = None) -> Glb:
     """The document and binary chunk of GLB version 2. Raises AvatarError for anything that is not that."""
     view = memoryview(data).cast("B")
     if len(view) < 20 or bytes(view[:4]) != b"glTF":
-        raise AvatarError("is no GLB file", file=file)
+        raise AvatarError("is not a GLB file", file=file)
     version, length = struct.unpack_from("<II", view, 4)
     if version != 2:
         raise AvatarError(f"is GLB version {version}; version 2 is read", file=file)
@@ -110,7 +110,7 @@ def accessor(glb: Glb, index: object) -> Array:
     dtype = _dtype(glb, a.get("componentType"), COMPONENTS, where)
     kind = a.get("type")
     if not isinstance(kind, str) or kind not in SHAPES:
-        glb.fail(f"{where}.type", f"{short(kind)} is none of {', '.join(SHAPES)}")
+        glb.fail(f"{where}.type", f"{short(kind)} is not one of {', '.join(SHAPES)}")
     shape = SHAPES[kind]
     if "bufferView" in a:
         values = _strided(glb, a, count, dtype, shape, where)
@@ -176,21 +176,21 @@ def _document(chunk: memoryview, file: object) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise AvatarError(f"cannot be parsed: {error}", file=file, field="JSON") from None
     if not isinstance(document, dict):
-        raise AvatarError("is no object", file=file, field="JSON")
+        raise AvatarError("is not an object", file=file, field="JSON")
     return document
 
 
 def _count(glb: Glb, owner: Mapping[str, Any], key: str, where: str, default: int | None = None) -> int:
     value = owner.get(key, default)
     if not is_count(value):
-        glb.fail(f"{where}.{key}", f"{short(value)} is no whole number >= 0")
+        glb.fail(f"{where}.{key}", f"{short(value)} is not a whole number >= 0")
     return value
 
 
 def _dtype(glb: Glb, component: object, allowed: Collection[int], where: str) -> np.dtype[Any]:
     known = [c for c in COMPONENTS if c in allowed]
     if not is_count(component) or component not in known:
-        glb.fail(f"{where}.componentType", f"{short(component)} is none of {', '.join(map(str, known))}")
+        glb.fail(f"{where}.componentType", f"{short(component)} is not one of {', '.join(map(str, known))}")
     return np.dtype(COMPONENTS[component])
 
 
@@ -241,7 +241,7 @@ def _with_sparse(glb: Glb, sparse: object, base: Array, shape: tuple[int, ...], 
     """A copy of `base` with the rows that `sparse` lists replaced."""
     where = f"{where}.sparse"
     if not isinstance(sparse, dict):
-        glb.fail(where, "is no object")
+        glb.fail(where, "is not an object")
     indices, values = sparse.get("indices"), sparse.get("values")
     if not isinstance(indices, dict) or not isinstance(values, dict):
         glb.fail(where, "needs the objects indices and values")

@@ -1,4 +1,4 @@
-"""avatar.json, both directions: everything of an Avatar that is not an array."""
+"""avatar.json, encode and decode: everything of an Avatar that is not an array."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def encode(
 ) -> dict[str, Any]:
     """The manifest of a bundle that holds `files` ({path, bytes, sha256, derived}) and `avatar` as it is.
 
-    `engine`: how the files for engines were made and what they cannot say; None: there are none.
+    `engine`: how the files for engines were made and what they cannot represent; None: there are none.
     `reference`: who made reference/, and of which cases; None: there is none.
     `handedness` is that of the frame in which `avatar` and `bounds` are.
     """
@@ -161,7 +161,7 @@ def decode_raster(manifest: Mapping[str, Any]) -> RasterSettings:
 
 
 def decode_enhancer(said: Mapping[str, Any], onnx: bytes) -> Enhancer:
-    """The enhancer that a manifest says `said` of, with its file; not looked into."""
+    """The enhancer that entry `said` of a manifest describes; `onnx` is its file, which is not parsed."""
     decibels = {
         name: None if said[name] is None else float(said[name])
         for name in ("psnr_raw_db", "psnr_enhanced_db")
@@ -229,5 +229,5 @@ def _matrix(rows: list[Any], shape: tuple[int, int]) -> F32:
             raise AvatarError(
                 f"must be a list of {shape[1]} numbers, one an input", file="avatar.json", field=where
             )
-    with np.errstate(over="ignore"):  # what is beyond float32 becomes infinite, which Avatar.check() refuses
+    with np.errstate(over="ignore"):  # a value beyond float32 becomes infinite, and check_avatar refuses it
         return np.array(rows, np.float32).reshape(len(rows), shape[1])

@@ -63,7 +63,7 @@ def decode(data: bytes | memoryview, file: object = None) -> Ply:
     """The vertex element of a binary little-endian PLY, as views of `data`.
 
     Raises AvatarError for any other format, a list property, another element with rows, a property that
-    stands twice, no header end within 64 KB, or a body that is not exactly as long as the header says.
+    is a duplicate, no header end within 64 KB, or a body that is not exactly as long as the header says.
     """
     view = memoryview(data).cast("B")
     lines, body = _header_lines(view, file)
@@ -157,7 +157,7 @@ def _element(text: str, known: Mapping[str, int], file: object) -> tuple[str, in
         raise AvatarError(f"element line {text[:60]!r} is not a name and a count", file=file)
     name, count = match[1], int(match[2])
     if name in known:
-        raise AvatarError("stands twice", file=file, field=f"element {name[:60]}")
+        raise AvatarError("is a duplicate", file=file, field=f"element {name[:60]}")
     if name != "vertex" and count:
         raise AvatarError(f"has {count} rows; only 'vertex' is read", file=file, field=f"element {name[:60]}")
     return name, count
@@ -170,7 +170,7 @@ def _property(text: str, known: Mapping[str, str], file: object) -> tuple[str, s
     if kind not in SCALARS or not re.fullmatch(r"\S+", name) or not name.isprintable():
         raise AvatarError(f"property line {text[:60]!r} is not a scalar type and a name", file=file)
     if name in known:
-        raise AvatarError("stands twice", file=file, field=f"property {name[:60]}")
+        raise AvatarError("is a duplicate", file=file, field=f"property {name[:60]}")
     return name, SCALARS[kind]
 
 

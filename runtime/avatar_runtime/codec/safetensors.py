@@ -99,7 +99,7 @@ def _tensor(name: str, entry: Any, body: memoryview, file: str) -> tuple[Array, 
         raise AvatarError("is not a JSON object", file=file, field=name)
     dtype, shape, offsets = (entry.get(key) for key in ("dtype", "shape", "data_offsets"))
     if not isinstance(dtype, str) or dtype not in DTYPES:
-        raise AvatarError(f"dtype {dtype!r} is none of {', '.join(DTYPES)}", file=file, field=name)
+        raise AvatarError(f"dtype {dtype!r} is not one of {', '.join(DTYPES)}", file=file, field=name)
     if not (_sizes(shape, 8) and _sizes(offsets, 2) and len(offsets) == 2):
         raise AvatarError("shape and data_offsets must be lists of counts", file=file, field=name)
     begin, end = offsets

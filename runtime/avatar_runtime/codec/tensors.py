@@ -58,7 +58,7 @@ def rig_tensors(rig: Rig) -> Tensors:
 def read_gaussian_tensors(
     tensors: Tensors, expressions: int, features: int, late: int, joints: int, file: str
 ) -> tuple[Blendshapes, SparseRows]:
-    """Inverse of `gaussian_tensors`. Raises AvatarError for a missing tensor; shapes are Avatar.check()'s."""
+    """Inverse of `gaussian_tensors`. Raises AvatarError for a missing tensor; `check_avatar` checks the shapes."""
     columns = {
         "geometry": expressions,
         "appearance": expressions,

@@ -1,4 +1,4 @@
-"""The conformance kit: what every stage takes and gives, reference vectors, and how a backend or port is judged."""
+"""The conformance kit: inputs and outputs of every stage, reference vectors, and how backends and ports are judged."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from avatar_runtime.conformance.arrays import STAGE_ARRAYS
 from avatar_runtime.conformance.files import decode, encode
 from avatar_runtime.conformance.make import RUNTIME, Maker, make_reference
 from avatar_runtime.conformance.model import Case, CaseVectors, Expected, Reference, Step, View
-from avatar_runtime.conformance.run import PictureRow, Report, Row, conform, conform_outputs
+from avatar_runtime.conformance.run import ImageRow, Report, Row, conform, conform_outputs
 
 __all__ = [
     "RUNTIME",
@@ -14,8 +14,8 @@ __all__ = [
     "Case",
     "CaseVectors",
     "Expected",
+    "ImageRow",
     "Maker",
-    "PictureRow",
     "Reference",
     "Report",
     "Row",

@@ -1,4 +1,4 @@
-"""The stages as a port sees them: what goes in, what comes out, and how far from the reference it may lie."""
+"""The stages as a port sees them: inputs, outputs, and how far an output may be from the reference."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Array:
     shape: tuple[str | int, ...]
     roundings: float = 0.0
     relative: float = 0.0
-    floor: float | str = 0.0  # size of the terms that may cancel in the sum; "picture": its longer side
+    floor: float | str = 0.0  # size of the terms that may cancel in the sum; "image": its longer side
     weight: str | None = None  # a key of WEIGHTS: how ill-conditioned each row is; then `floor` is not read
     flips: str | None = None  # a key of FLIPS
     when: str = "always"  # a key of WHEN
@@ -70,7 +70,7 @@ def _inverted(inputs: Tensors, outputs: Tensors, camera: Camera) -> F32:
 WEIGHTS: Mapping[str, Callable[[Tensors, Tensors, Camera], F32]] = {"conic": _inverted}
 
 # Where two right answers differ by more than rounding. `sign`: q and -q are one rotation, told apart by rounding
-# near half a turn. `drawn`: the radius, a ceil, may be one off, and a row on the border of the picture or of the near
+# near half a turn. `drawn`: the radius, a ceil, may be one off, and a row on the border of the image or of the near
 # plane may be drawn or not; its other arrays are then not judged. `cutoff`: alpha at 1/255 and transmittance at 1e-4
 # are thresholds; a pixel on the other side moves by no more than FLIP_STEP times the brightest colour.
 FLIPS = ("sign", "drawn", "cutoff")
@@ -166,7 +166,7 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
         ),
         (
             Array("radius", "int32", ("N",), flips="drawn"),
-            Array("centre", "float32", ("N", 2), 64, floor="picture"),
+            Array("centre", "float32", ("N", 2), 64, floor="image"),
             Array("depth", "float32", ("N",), 16),
             Array("conic", "float32", ("N", 3), 32, weight="conic"),
             Array("opacity", "float32", ("N",)),

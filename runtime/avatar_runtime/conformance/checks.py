@@ -1,4 +1,4 @@
-"""Whether reference vectors are sound: arrays of the table's names and shapes, finite, ids within range."""
+"""Checks reference vectors: names and shapes as in the table, finite numbers, ids within range."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.raster import PROFILES
 
 CASES, VECTORS = "cases.json", "vectors.safetensors"
-LOOSEST = 1e-2  # part of the largest value that a tolerance may be: beyond, it would judge nothing
+LOOSEST = 1e-2  # share of the largest value that a tolerance may be; a larger one would pass everything
 ROWS_A_FLIP = 64  # at least so many of them for each that may flip
 FARTHEST = 1e6  # of any matrix; what lies beyond overflows in stages that square it
 
 
 def check_reference(reference: Reference) -> None:
-    """Raise AvatarError for what is unsound in itself, whatever avatar it is played with."""
+    """Raise AvatarError for faults that do not depend on the avatar."""
     names = [vectors.case.name for vectors in reference.cases]
     for name in names:
         if names.count(name) > 1:
@@ -47,7 +47,9 @@ def check_rows(reference: Reference, avatar: Avatar) -> None:
     ):
         if len(ids) and ids[-1] >= count:
             raise AvatarError(
-                f"name {ids[-1]}, this avatar has {count}: made for another", file=VECTORS, field=field
+                f"name {ids[-1]}, but this avatar has {count}: the reference was made for another avatar",
+                file=VECTORS,
+                field=field,
             )
 
 
@@ -56,8 +58,8 @@ def check_fits(reference: Reference, avatar: Avatar, part: Avatar) -> None:
     known = sizes(part) | {"A": sizes(avatar)["A"]}
     if (known["N"], known["V"]) != (len(reference.rows), len(reference.vertices)):
         raise AvatarError(
-            f"names {len(reference.rows)} rows and {len(reference.vertices)} vertices, of this avatar they are "
-            f"{known['N']} and {known['V']}: the reference was made for another",
+            f"names {len(reference.rows)} rows and {len(reference.vertices)} vertices, for this avatar these would be "
+            f"{known['N']} and {known['V']}: the reference was made for another avatar",
             file=VECTORS,
         )
     for vectors in reference.cases:
@@ -142,7 +144,7 @@ def _named(table: tuple[Array, ...], given: Mapping[str, str], field: str) -> li
     arrays = {array.name: array for array in table}
     for name in given:
         if name not in arrays:
-            raise AvatarError(f"{name[:80]!r} is none of {', '.join(arrays)}", file=CASES, field=field)
+            raise AvatarError(f"{name[:80]!r} is not one of {', '.join(arrays)}", file=CASES, field=field)
     for array in table:
         if array.when == "always" and array.name not in given:
             raise AvatarError(f"lacks {array.name}", file=CASES, field=field)

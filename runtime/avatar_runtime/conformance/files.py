@@ -1,4 +1,4 @@
-"""Reference vectors as files, both directions: cases.json, vectors.safetensors and pictures."""
+"""Reference vectors as files, both directions: cases.json, vectors.safetensors and images."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from avatar_schema import LATEST
 from avatar_schema.validate import document_problems
 
 ROWS, VERTICES = "rows", "vertices"  # tensors
-CASES_LIMIT, VECTORS_LIMIT, PICTURE_LIMIT = 4 << 20, 64 << 20, 4 << 20  # bytes; ours are tenths of that
+CASES_LIMIT, VECTORS_LIMIT, IMAGE_LIMIT = 4 << 20, 64 << 20, 4 << 20  # bytes; ours are tenths of that
 
 
 def encode(reference: Reference) -> dict[str, bytes]:
@@ -52,8 +52,8 @@ def encode(reference: Reference) -> dict[str, bytes]:
         VECTORS: b"".join(safetensors.encode(tensors)),
     }
     for vectors in reference.cases:
-        for profile, view in vectors.pictures.items():
-            colour, alpha = _picture_names(vectors.case.name, profile)
+        for profile, view in vectors.images.items():
+            colour, alpha = _image_names(vectors.case.name, profile)
             files |= {colour: png.encode(view.colour), alpha: png.encode(view.alpha)}
     return files
 
@@ -62,7 +62,7 @@ def decode(read: Open) -> Reference:
     """The reference whose files `read(name, most bytes)` gives.
 
     Raises AvatarError for a newer version, a missing or misshapen tensor, a number that is not finite, a damaged
-    picture: one line that names the file and what in it.
+    image: one line that names the file and what in it.
     """
     document = read_json(read, CASES, CASES_LIMIT)
     errors = [p for p in document_problems(document, "reference") if not p.warning]
@@ -84,8 +84,8 @@ def decode(read: Open) -> Reference:
     for said in document["cases"]:
         case = _decode_case(said)
         steps = tuple(_decode_step(stage, tensor) for stage in said["stages"])
-        pictures = {entry["profile"]: _decode_view(entry, case.camera, read) for entry in said["pictures"]}
-        cases.append(CaseVectors(case, steps, pictures, said.get("engine_psnr_db")))
+        images = {entry["profile"]: _decode_view(entry, case.camera, read) for entry in said["pictures"]}
+        cases.append(CaseVectors(case, steps, images, said.get("engine_psnr_db")))
     reference = Reference(
         document["made_by"],
         document["asset"]["generator"],
@@ -112,7 +112,7 @@ def _text(document: dict[str, Any]) -> str:
     return re.sub(r"\[\n[^\[\]{}]*\]", lambda found: " ".join(found[0].split()), text) + "\n"
 
 
-def _picture_names(case: str, profile: str) -> tuple[str, str]:
+def _image_names(case: str, profile: str) -> tuple[str, str]:
     return f"{case}.{profile}.png", f"{case}.{profile}.alpha.png"
 
 
@@ -122,7 +122,7 @@ def _tensor(name: str, tensors: Mapping[str, Tensor]) -> dict[str, Any]:
 
 def _case(vectors: CaseVectors, tensors: Mapping[str, Tensor]) -> dict[str, Any]:
     case, camera, pose = vectors.case, vectors.case.camera, vectors.case.pose
-    named = {profile: _picture_names(case.name, profile) for profile in vectors.pictures}
+    named = {profile: _image_names(case.name, profile) for profile in vectors.images}
     said = {
         "name": case.name,
         "why": case.why,
@@ -147,7 +147,7 @@ def _case(vectors: CaseVectors, tensors: Mapping[str, Tensor]) -> dict[str, Any]
             {"profile": p, "colour": colour, "alpha": alpha} for p, (colour, alpha) in named.items()
         ],
     }
-    return said | ({"engine_psnr_db": vectors.engine_psnr_db} if vectors.pictures else {})
+    return said | ({"engine_psnr_db": vectors.engine_psnr_db} if vectors.images else {})
 
 
 def _step(step: Step, tensors: Mapping[str, Tensor]) -> dict[str, Any]:
@@ -223,15 +223,15 @@ def _decode_step(said: Mapping[str, Any], tensor: Any) -> Step:
 
 
 def _decode_view(said: Mapping[str, Any], camera: Camera, read: Open) -> View:
-    """Pictures are named by the document, so a name may not lead out of the folder."""
+    """Images are named by the document, so a name may not lead out of the folder."""
     for name in (said["colour"], said["alpha"]):
         if "/" in name or "\\" in name or not name.endswith(".png"):
             raise AvatarError(
-                f"{name[:80]!r} is no name of a picture beside it", file=CASES, field="pictures"
+                f"{name[:80]!r} is not the name of an image in the same folder", file=CASES, field="pictures"
             )
     size = (camera.height, camera.width)
-    colour = png.decode(read(said["colour"], PICTURE_LIMIT), (*size, 3), said["colour"])
-    return View(colour, png.decode(read(said["alpha"], PICTURE_LIMIT), size, said["alpha"]))
+    colour = png.decode(read(said["colour"], IMAGE_LIMIT), (*size, 3), said["colour"])
+    return View(colour, png.decode(read(said["alpha"], IMAGE_LIMIT), size, said["alpha"]))
 
 
 def _matrix(numbers: Any) -> Tensor:

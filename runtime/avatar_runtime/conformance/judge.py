@@ -1,4 +1,4 @@
-"""Compares what a stage gave with its reference, element by element."""
+"""Compares the outputs of a stage with the reference, element by element."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Element:
 class Verdict:
     """How far one array lies from its reference."""
 
-    error: float  # largest absolute difference, flips apart
+    error: float  # largest absolute difference, without flips
     used: float  # largest share of the tolerance that an element takes up; 1 is the most that passes
     flips: int  # rows or pixels on the other side of a threshold
     most_flips: int
@@ -41,6 +41,7 @@ class Verdict:
 
     @property
     def passed(self) -> bool:
+        """Whether every element is within its tolerance and no more elements flip than may."""
         return self.used <= 1 and self.flips <= self.most_flips
 
 

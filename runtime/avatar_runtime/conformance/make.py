@@ -1,4 +1,4 @@
-"""Makes reference vectors: runs the stages of some rows, each from what the stage before gave."""
+"""Makes reference vectors: runs the stages on some rows, each with the outputs of the stages before it."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.backends import Stages, make_backend
 from avatar_runtime.conformance.arrays import STAGE_ARRAYS, Array, inputs_of, stages_of, tolerances, weights
+from avatar_runtime.conformance.images import draw, psnr_db, view
 from avatar_runtime.conformance.model import Case, CaseVectors, Expected, Reference, Step, Tensor
-from avatar_runtime.conformance.pictures import draw, psnr_db, view
 from avatar_runtime.conformance.rows import kept_pixels, thinned
 from avatar_runtime.conformance.stages import at_pixels, run_stage
 from avatar_runtime.pose import resolve
 from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.groups import group_transforms
 from avatar_runtime.stages.joints import joints
-from avatar_runtime.stages.raster import PROFILES, Picture
+from avatar_runtime.stages.raster import PROFILES, Image
 from avatar_runtime.subset import Subset
 
 ROWS = 512  # Gaussians, and about as many vertices
@@ -28,11 +28,11 @@ FLIPS_IN = 512  # rows or pixels in which one more may flip
 
 @dataclass(frozen=True)
 class Maker:
-    """Who computes a reference: the runtime, or the renderer that the avatar was trained with."""
+    """What computes a reference: the runtime, or the trainer's own definitions and renderer."""
 
     made_by: str  # one of model.MADE_BY
     stages: Callable[[Avatar], Stages]  # plays the stages of the avatar that it is given
-    draw: Callable[[Avatar, Case], Mapping[str, Picture]]  # the whole avatar, by raster profile
+    draw: Callable[[Avatar, Case], Mapping[str, Image]]  # the whole avatar, by raster profile
 
 
 RUNTIME = Maker(
@@ -90,13 +90,13 @@ def _case(
                 weight = weights(array, given, outputs, case.camera)
                 expected[array.name] = _expected(array, latest[array.name], tensors, weight, case)
             steps.append(Step(stage, profile, inputs, expected, where))
-    if not case.pictures:
+    if not case.images:
         return CaseVectors(case, tuple(steps))
     drawn = maker.draw(avatar, case)
     return CaseVectors(
         case,
         tuple(steps),
-        {profile: view(picture) for profile, picture in drawn.items()},
+        {profile: view(image) for profile, image in drawn.items()},
         psnr_db(drawn["engine"], drawn["trainer"]),
     )
 

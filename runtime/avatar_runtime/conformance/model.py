@@ -1,4 +1,4 @@
-"""Reference vectors in memory: cases, and for each stage of a case what goes in and what has to come out."""
+"""Reference vectors in memory: cases, and the inputs and expected outputs of each stage of a case."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ MADE_BY = ("runtime", "trainer")
 class Case:
     """One pose seen by one camera over one background."""
 
-    name: str  # a-z, 0-9 and _; also that of its pictures
+    name: str  # a-z, 0-9 and _; also that of its images
     why: str  # what it catches
     pose: Pose
     camera: Camera
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)  # display-referred
-    pictures: bool = True  # whether the whole avatar is drawn, in every raster profile
+    images: bool = True  # whether the whole avatar is drawn, in every raster profile
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Step:
 
 @dataclass(frozen=True)
 class View:
-    """A picture of the whole avatar in bytes: round(255 * clip(x, 0, 1)), ties up."""
+    """An image of the whole avatar in bytes: round(255 * clip(x, 0, 1)), ties up."""
 
     colour: U8  # [H, W, 3] display-referred, over the background
     alpha: U8  # [H, W] 1 - transmittance
@@ -67,16 +67,16 @@ class CaseVectors:
 
     case: Case
     steps: tuple[Step, ...]
-    pictures: Mapping[str, View] = field(
+    images: Mapping[str, View] = field(
         default_factory=dict
     )  # by raster profile; none where the case has none
-    # Of the pictures, profile engine against trainer, in float32, where either draws; None: equal, or no pictures.
+    # Of the images, profile engine against trainer, in float32, where either draws; None: equal, or no images.
     engine_psnr_db: float | None = None
 
 
 @dataclass(frozen=True)
 class Reference:
-    """Cases of one avatar. Stages play `rows` and `vertices` of it (`subset`), pictures the whole."""
+    """Cases of one avatar. Stages play `rows` and `vertices` of it (`subset`), images the whole."""
 
     made_by: str  # one of MADE_BY
     generator: str

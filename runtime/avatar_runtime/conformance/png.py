@@ -1,4 +1,4 @@
-"""PNG of 8-bit grey and RGB pictures, both directions, without interlacing, palettes and alpha."""
+"""PNG of 8-bit grey and RGB images, both directions, without interlacing, palettes and alpha."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ COLOUR_TYPE = {1: 0, 3: 2}  # channels: grey, RGB
 NONE, SUB, UP, AVERAGE, PAETH = range(5)  # row filters; the last two are read and not written
 
 
-def encode(picture: U8) -> bytes:
+def encode(image: U8) -> bytes:
     """PNG of [H, W] or [H, W, 3]; every row takes the filter that leaves the smallest differences."""
-    height, width = picture.shape[:2]
-    rows = picture.reshape(height, width, -1)
+    height, width = image.shape[:2]
+    rows = image.reshape(height, width, -1)
     filtered = np.repeat(rows[None], 3, axis=0)
     filtered[SUB, :, 1:] -= rows[:, :-1]
     filtered[UP, 1:] -= rows[:-1]
@@ -35,7 +35,7 @@ def encode(picture: U8) -> bytes:
 
 
 def decode(data: bytes | memoryview, shape: tuple[int, ...], file: str) -> U8:
-    """The picture of `shape` ([H, W] or [H, W, 3]) of an 8-bit PNG without interlacing.
+    """The image of `shape` ([H, W] or [H, W, 3]) of an 8-bit PNG without interlacing.
 
     Raises AvatarError for any other size or kind of PNG, and for a damaged one. Source: PNG, third edition, section 9.
     """
@@ -44,7 +44,7 @@ def decode(data: bytes | memoryview, shape: tuple[int, ...], file: str) -> U8:
     chunks = list(_chunks(bytes(data), file))
     if not chunks or chunks[0] != (b"IHDR", want):
         kind = "grey" if channels == 1 else "RGB"
-        raise AvatarError(f"is no 8-bit {kind} PNG of {width}x{height} pixels", file=file)
+        raise AvatarError(f"is not an 8-bit {kind} PNG of {width}x{height} pixels", file=file)
     packed = b"".join(body for kind, body in chunks if kind == b"IDAT")
     size = height * (1 + width * channels)
     try:
@@ -59,7 +59,7 @@ def decode(data: bytes | memoryview, shape: tuple[int, ...], file: str) -> U8:
 
 def _chunks(data: bytes, file: str) -> Iterator[tuple[bytes, bytes]]:
     if not data.startswith(SIGNATURE):
-        raise AvatarError("is no PNG", file=file)
+        raise AvatarError("is not a PNG", file=file)
     at = len(SIGNATURE)
     while at < len(data):
         size = int.from_bytes(data[at : at + 4], "big")
@@ -73,17 +73,17 @@ def _chunks(data: bytes, file: str) -> Iterator[tuple[bytes, bytes]]:
 def _unfiltered(filters: U8, rows: U8, file: str) -> U8:
     if (filters > PAETH).any():
         raise AvatarError(f"uses row filter {filters.max()}, which no PNG has", file=file)
-    picture = np.zeros_like(rows)
+    image = np.zeros_like(rows)
     above = np.zeros_like(rows[0])
     for y, (kind, row) in enumerate(zip(filters, rows, strict=True)):
         if kind == SUB:
-            picture[y] = np.cumsum(row, axis=0, dtype=np.uint8)
+            image[y] = np.cumsum(row, axis=0, dtype=np.uint8)
         elif kind in PREDICTED:
-            picture[y] = _predicted(row, above, PREDICTED[kind])
+            image[y] = _predicted(row, above, PREDICTED[kind])
         else:
-            picture[y] = row + above if kind == UP else row
-        above = picture[y]
-    return picture
+            image[y] = row + above if kind == UP else row
+        above = image[y]
+    return image
 
 
 def _predicted(row: U8, above: U8, predict: Callable[[int, int, int], int]) -> U8:

@@ -1,4 +1,4 @@
-"""Which Gaussians, vertices and pixels of an avatar a reference keeps: few, spread, always the same."""
+"""Chooses the Gaussians, vertices and pixels that a reference keeps: few, spread evenly, always the same."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def spread(count: int, most: int) -> I64:
 
 
 def kept_pixels(drawn: npt.NDArray[np.bool_], most: int) -> I32:
-    """Up to `most` pixels, three quarters of them drawn and one quarter not: where nothing is drawn is a result too."""
+    """Up to `most` pixels, three quarters of them drawn, one quarter without a splat."""
     inside, outside = np.flatnonzero(drawn), np.flatnonzero(~drawn)
     blank = min(len(outside), most // 4)
     picked = (inside[spread(len(inside), most - blank)], outside[spread(len(outside), blank)])

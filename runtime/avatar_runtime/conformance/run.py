@@ -1,4 +1,4 @@
-"""Runs reference vectors through a backend: every stage alone from its reference input, then whole pictures."""
+"""Runs reference vectors through a backend: every stage alone from its reference input, then whole images."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import Backend, default_backend
 from avatar_runtime.conformance.arrays import STAGE_ARRAYS
 from avatar_runtime.conformance.checks import CASES, check_fits, check_rows
+from avatar_runtime.conformance.images import compare, view
 from avatar_runtime.conformance.judge import Verdict, judge
 from avatar_runtime.conformance.model import CaseVectors, Reference, Step, Tensor, View
-from avatar_runtime.conformance.pictures import compare, view
 from avatar_runtime.conformance.stages import at_pixels, run_stage
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.player import Player
 from avatar_runtime.pose import resolve
 from avatar_runtime.subset import subset
 
-# Units of 1/255 that colours may be off by in a picture, by the kind of target (option `target` of a backend that has
-# one). One of fewer bits rounds at every blend: with 70,000 splats 1.44 and 6.1 were measured.
+# How far the colours of an image may be off, in units of 1/255, by the kind of target (option `target` of a backend
+# that has one). A target of fewer bits rounds each time a splat is composited: 1.44 and 6.1 were measured with
+# 70,000 splats.
 COLOUR_STEPS = {"rgba32f": 1.0, "rgba16f": 2.0, "rgba8": 7.0}
 
 
@@ -38,11 +39,12 @@ class Row:
 
     @property
     def passed(self) -> bool:
+        """Whether the array agrees with its reference."""
         return self.verdict.passed
 
 
 @dataclass(frozen=True)
-class PictureRow:
+class ImageRow:
     """The whole avatar in one case and profile."""
 
     case: str
@@ -55,41 +57,43 @@ class PictureRow:
 
     @property
     def passed(self) -> bool:
+        """Whether the image differs by no more than the tolerance."""
         return self.difference <= self.tolerance
 
 
 @dataclass(frozen=True)
 class Report:
-    """What a backend, or a port that gave its outputs, made of a reference."""
+    """How the outputs of a backend, or of a port, compare with a reference."""
 
     backend: str | None  # None: a port
     rows: tuple[Row, ...]
-    pictures: tuple[PictureRow, ...]
-    skipped: tuple[str, ...]  # what the backend does not draw, or the port did not give, in words
+    images: tuple[ImageRow, ...]
+    skipped: tuple[str, ...]  # in words: what the backend does not draw, or the port did not give
 
     @property
     def passed(self) -> bool:
-        return all(row.passed for row in self.rows) and all(row.passed for row in self.pictures)
+        """Whether every row and every image passed."""
+        return all(row.passed for row in self.rows) and all(row.passed for row in self.images)
 
     @property
     def first_failure(self) -> str | None:
-        """The earliest stage that fails in any case; "picture" where all stages pass and a picture does not."""
+        """The earliest stage that fails in any case; "image" where all stages pass and an image does not."""
         failed = {row.stage for row in self.rows if not row.passed}
         if failed:
             return next(stage for stage in STAGE_ARRAYS if stage in failed)
-        return None if self.passed else "picture"
+        return None if self.passed else "image"
 
 
 def conform(avatar: Avatar, reference: Reference, backend: str | None = None, **options: Any) -> Report:
-    """`reference` of `avatar` on a backend with its `options`; None takes the default backend.
+    """Judges a backend, made with `options`, by `reference`, which belongs to `avatar`; None is the default backend.
 
-    Raises AvatarError where the reference is not one of `avatar` or the backend's library is missing, ValueError for
+    Raises AvatarError if the reference was not made for `avatar` or the backend's library is missing, ValueError for
     an unknown backend.
     """
     part = _checked(avatar, reference)
     target = str(options.get("target", "rgba32f"))
     rows: list[Row] = []
-    pictures: list[PictureRow] = []
+    images: list[ImageRow] = []
     skipped: list[str] = []
     with (
         _released(Player(avatar, backend, **options)) as player,
@@ -101,20 +105,20 @@ def conform(avatar: Avatar, reference: Reference, backend: str | None = None, **
                     skipped.append(_in_words(vectors, step))
                     continue
                 rows += _stage_rows(avatar, alone.backend, reference, vectors, step, target)
-            for profile, want in vectors.pictures.items():
+            for profile, want in vectors.images.items():
                 if profile in player.backend.profiles:
-                    pictures.append(_picture(player, vectors, profile, want, target))
+                    images.append(_image(player, vectors, profile, want, target))
                 else:
-                    skipped.append(f"{vectors.case.name}: picture in profile {profile}")
-    return Report(backend or default_backend(), tuple(rows), tuple(pictures), tuple(skipped))
+                    skipped.append(f"{vectors.case.name}: image in profile {profile}")
+    return Report(backend or default_backend(), tuple(rows), tuple(images), tuple(skipped))
 
 
 def conform_outputs(avatar: Avatar, reference: Reference, tensors: Mapping[str, Tensor]) -> Report:
-    """What a port gave for the stages' reference inputs: arrays named and shaped as `reference` has its outputs.
+    """Judges the arrays that a port computed from the reference inputs, named and shaped as the reference outputs.
 
-    Numbers of any type are compared by value. A stage of which nothing is there is not judged, of one that is there in
-    part the rest fails. Raises AvatarError where the reference is not one of `avatar`, for a name that is no output,
-    and where there is none at all.
+    Numbers of any type are compared by value. A stage without any output is skipped; if only some of its outputs are
+    given, the missing ones fail. Raises AvatarError if the reference was not made for `avatar`, for a name that is
+    not an output, and if there are no outputs at all.
     """
     _checked(avatar, reference)
     known = {e.tensor for c in reference.cases for step in c.steps for e in step.outputs.values()}
@@ -157,7 +161,7 @@ def _in_words(vectors: CaseVectors, step: Step) -> str:
 
 @contextmanager
 def _released(player: Player) -> Iterator[Player]:
-    """A player whose backend gives back what it holds outside of Python, where it holds anything."""
+    """A player whose backend is released at the end, if it has a `release`."""
     try:
         yield player
     finally:
@@ -188,7 +192,7 @@ def _rows(reference: Reference, vectors: CaseVectors, step: Step, got: Mapping[s
 def _place(
     reference: Reference, vectors: CaseVectors, step: Step, array: str, verdict: Verdict
 ) -> dict[str, int]:
-    """What the worst element is of, where its row stands for a Gaussian, a vertex or a pixel."""
+    """The Gaussian, vertex or pixel that the row of the worst element belongs to; empty for other arrays."""
     if verdict.worst is None:
         return {}
     row = verdict.worst.index[0]
@@ -201,8 +205,8 @@ def _place(
     return {"vertex": int(reference.vertices[row])} if rows == "V" else {}
 
 
-def _picture(player: Player, vectors: CaseVectors, profile: str, want: View, target: str) -> PictureRow:
+def _image(player: Player, vectors: CaseVectors, profile: str, want: View, target: str) -> ImageRow:
     case = vectors.case
-    picture = player.frame(case.pose, case.camera, case.background, profile).picture
-    difference, psnr = compare(picture, want)
-    return PictureRow(case.name, profile, difference, COLOUR_STEPS[target], psnr, view(picture), want)
+    image = player.frame(case.pose, case.camera, case.background, profile).image
+    difference, psnr = compare(image, want)
+    return ImageRow(case.name, profile, difference, COLOUR_STEPS[target], psnr, view(image), want)

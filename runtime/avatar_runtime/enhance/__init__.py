@@ -1,4 +1,4 @@
-"""Puts a drawn picture through an avatar's enhancer: optional, on the CPU, by ONNX Runtime (extra `enhance`)."""
+"""Applies an avatar's enhancer to a drawn image: optional, on the CPU, with ONNX Runtime (extra `enhance`)."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from avatar_runtime.io.errors import AvatarError
 if TYPE_CHECKING:
     from avatar_runtime.avatar import F32, Enhancer
 
-LIBRARIES = ("onnxruntime", "onnx")  # the second reads what the first is to be trusted with
+LIBRARIES = ("onnxruntime", "onnx")  # onnx checks the file before onnxruntime runs it
 Enhance = Callable[["F32"], "F32"]  # colour [H, W, 3] -> colour [H, W, 3], not clamped
 
 
 def missing_libraries() -> str | None:
-    """What must be installed to enhance, and how; None where it is there."""
+    """The missing libraries and the command that installs them; None if none is missing."""
     missing = [library for library in LIBRARIES if importlib.util.find_spec(library) is None]
     return f"{' and '.join(missing)}: pip install 'avatar-export[enhance]'" if missing else None
 
 
 def make_enhance(enhancer: Enhancer | None) -> Enhance:
-    """What makes pictures better by `enhancer`: same picture, same bits.
+    """A function that applies `enhancer` to colour [H, W, 3]; the same image gives the same bits.
 
-    Raises AvatarError where there is none, where its libraries are not installed, and for a file that is not sound.
+    Raises AvatarError if `enhancer` is None, its libraries are not installed, or its file is not valid.
     """
     if enhancer is None:
         raise AvatarError("this avatar has none; draw it as it is", field="enhancer")

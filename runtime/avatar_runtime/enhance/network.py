@@ -1,8 +1,8 @@
-"""An enhancer's ONNX file, from strangers: read, checked, and made anew of nothing but what was checked.
+"""Reads an untrusted ONNX file of an enhancer: checks it and builds a new model from the checked parts only.
 
-Only the operators of `operators`, each output once and before it is used, so no loops, functions or graphs in graphs;
-only numbers that lie in the file itself; one input and one output. What a run computes is known beforehand, in values
-and in multiplications a pixel, and has a limit.
+Allowed are the operators of `operators`, each output computed once and before its use, so no loops, functions or
+nested graphs; only numbers stored in the file itself; one input and one output. The cost of a run is known beforehand,
+in values and in multiplications a pixel, and is limited.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import onnx
 from onnx import AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, helper, numpy_helper
 
 from avatar_runtime.avatar import Enhancer
+from avatar_runtime.checks.enhancer import check_enhancer
 from avatar_runtime.codec.manifest import ENHANCER_FILE
 from avatar_runtime.enhance.operators import OPERATORS, Attributes, Value
 from avatar_runtime.io.errors import AvatarError
@@ -26,8 +27,8 @@ MOST_NODES = 256
 MOST_WHOLE = 8  # numbers of a constant that pads or crops
 MOST_VALUES = 512  # a pixel, of all that is computed; ours has 110
 MOST_PRODUCTS = 100_000  # multiplications a pixel; ours has 6,000
-MOST_IN_ALL = 1 << 30, 1 << 37  # values and multiplications of one picture: ours at 3840x2160 keeps below
-MARGIN = 64  # pixels that small pictures may be made wider and higher
+MOST_IN_ALL = 1 << 30, 1 << 37  # values and multiplications of one image: ours at 3840x2160 keeps below
+MARGIN = 64  # pixels that small images may be made wider and higher
 ATTRIBUTES = (AttributeProto.INT, AttributeProto.INTS, AttributeProto.STRING)
 FLOAT, WHOLE = TensorProto.FLOAT, TensorProto.INT64
 CHANNELS = 3
@@ -54,7 +55,7 @@ class Network:
     nodes: tuple[Node, ...]
 
     def check_size(self, height: int, width: int) -> None:
-        """Raise AvatarError unless a picture of that size gives one of that size, within the limits."""
+        """Raise AvatarError unless an image of that size gives one of that size, within the limits."""
         known = self.constants | {self.input: Value((1, CHANNELS, height, width))}
         pixels, values, products = (height + MARGIN) * (width + MARGIN), 0, 0
         for node in self.nodes:
@@ -74,16 +75,16 @@ class Network:
                 )
             known[node.output] = result
         if known[self.output].shape != (1, CHANNELS, height, width):
-            raise _bad(f"gives {known[self.output].shape} for a picture of {width}x{height}", self.output)
+            raise _bad(f"gives {known[self.output].shape} for an image of {width}x{height}", self.output)
 
 
 def read_network(enhancer: Enhancer) -> Network:
-    """The network of an enhancer, checked. Raises AvatarError for whatever is not as this module's text says."""
-    enhancer.check()  # its size, before it is parsed
+    """The checked network of an enhancer. Raises AvatarError for anything that the module docstring does not allow."""
+    check_enhancer(enhancer)  # its size, before it is parsed
     try:
         model = onnx.load_model_from_string(enhancer.onnx)
     except Exception:  # DecodeError of the library that onnx reads with
-        raise AvatarError("is no ONNX file", file=ENHANCER_FILE) from None
+        raise AvatarError("is not an ONNX file", file=ENHANCER_FILE) from None
     opset = _opset(model)
     graph = model.graph
     _check_names(graph)
@@ -97,7 +98,7 @@ def read_network(enhancer: Enhancer) -> Network:
         for tensor in tensors
     }
     if len(constants) != len(tensors) or enhancer.input in constants:
-        raise _bad("a name stands twice", "graph.initializer")
+        raise _bad("holds a duplicate name", "graph.initializer")
     _check_ends(graph, enhancer)
     nodes = tuple(_nodes(graph, {*constants, enhancer.input}))
     if enhancer.output not in {node.output for node in nodes}:
@@ -131,14 +132,14 @@ def _check_names(graph: GraphProto) -> None:
         names += [name for attribute in node.attribute for name in (attribute.name, attribute.ref_attr_name)]
     for name in names:
         if not isinstance(name, str):
-            raise AvatarError(f"holds a name that is no UTF-8, {str(name)[:80]}", file=ENHANCER_FILE)
+            raise AvatarError(f"holds a name that is not UTF-8, {str(name)[:80]}", file=ENHANCER_FILE)
 
 
 def _tensor(tensor: TensorProto) -> TensorProto:
     """An initialiser whose numbers lie in it, made anew."""
     name, dims = tensor.name, tuple(tensor.dims)
     if not name or tensor.data_type not in (FLOAT, WHOLE) or tensor.HasField("segment"):
-        raise _bad("is no float32 or int64 of a name", f"initializer {name}")
+        raise _bad("is not a named float32 or int64 tensor", f"initializer {name}")
     if tensor.data_location == TensorProto.EXTERNAL or tensor.external_data:
         raise _bad("lies in another file, which is not read", f"initializer {name}")
     kind = np.dtype("<f4" if tensor.data_type == FLOAT else "<i8")
@@ -160,7 +161,7 @@ def _check_ends(graph: GraphProto, enhancer: Enhancer) -> None:
         if [end.name for end in ends] != [name]:
             raise _bad(f"is not {name[:80]!a} alone, as the avatar says", f"graph.{what}")
         if ends[0].type.tensor_type.elem_type != FLOAT:
-            raise _bad("is no float32", f"graph.{what}")
+            raise _bad("is not float32", f"graph.{what}")
 
 
 def _nodes(graph: GraphProto, known: set[str]) -> Iterator[Node]:
@@ -169,7 +170,7 @@ def _nodes(graph: GraphProto, known: set[str]) -> Iterator[Node]:
         operator = OPERATORS.get(node.op_type)
         if operator is None or node.domain not in ("", "ai.onnx"):
             found = ascii(f"{node.domain}.{node.op_type}".lstrip(".")[:80])
-            raise _bad(f"is {found}, none of {', '.join(OPERATORS)}", f"node {index}")
+            raise _bad(f"is {found}, not one of {', '.join(OPERATORS)}", f"node {index}")
         if len(node.output) != 1 or not node.output[0] or node.output[0] in known:
             raise _bad(f"{node.op_type} must give one tensor, of a new name", f"node {index}")
         output = node.output[0]

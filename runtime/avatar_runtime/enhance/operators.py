@@ -1,4 +1,4 @@
-"""The ONNX operators that an enhancer may be made of, and the size of what each gives, known before anything is run."""
+"""The ONNX operators that an enhancer may use, and the size of their results, known before the network is run."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _whole(value: Value, count: int | None = None) -> tuple[int, ...]:
     return value.whole
 
 
-def _picture(*shape: int) -> Value:
+def _image(*shape: int) -> Value:
     if min(shape) < 1:
         raise ValueError("leaves nothing")
     return Value(shape)
@@ -60,7 +60,7 @@ def _numbers(numbers: Sequence[int]) -> Value:
 def _same(inputs: Sequence[Value], _: Attributes) -> Value:
     shapes = {_floats(value, 4) for value in inputs}
     if len(shapes) > 1:
-        raise ValueError(f"takes pictures of one shape, not {' and '.join(map(str, sorted(shapes)))}")
+        raise ValueError(f"takes images of one shape, not {' and '.join(map(str, sorted(shapes)))}")
     return Value(*shapes)
 
 
@@ -69,8 +69,8 @@ def _concat(inputs: Sequence[Value], attributes: Attributes) -> Value:
         return _numbers([number for value in inputs for number in _whole(value)])
     shapes = [_floats(value, 4) for value in inputs]
     if len({(shape[0], *shape[2:]) for shape in shapes}) > 1:
-        raise ValueError(f"takes pictures of one size, not {' and '.join(map(str, shapes))}")
-    return _picture(shapes[0][0], sum(shape[1] for shape in shapes), *shapes[0][2:])
+        raise ValueError(f"takes images of one size, not {' and '.join(map(str, shapes))}")
+    return _image(shapes[0][0], sum(shape[1] for shape in shapes), *shapes[0][2:])
 
 
 def _convolution(inputs: Sequence[Value], attributes: Attributes, transposed: bool) -> Value:
@@ -78,7 +78,7 @@ def _convolution(inputs: Sequence[Value], attributes: Attributes, transposed: bo
     kernel_shape, strides, pads = (tuple(attributes[name]) for name in ("kernel_shape", "strides", "pads"))
     taken, given = (kernel[0], kernel[1]) if transposed else (kernel[1], kernel[0])
     if kernel[2:] != kernel_shape or taken != x[1] or bias != (given,) or len(strides) != 2 or len(pads) != 4:
-        raise ValueError(f"of a kernel {kernel} and a bias {bias} does not fit a picture {x}")
+        raise ValueError(f"of a kernel {kernel} and a bias {bias} does not fit an image {x}")
     sizes = []
     for axis in (0, 1):
         length, stride = x[2 + axis], strides[axis]
@@ -87,7 +87,7 @@ def _convolution(inputs: Sequence[Value], attributes: Attributes, transposed: bo
             sizes.append((length - 1) * stride + kernel_shape[axis] - padding)
         else:
             sizes.append((length + padding - kernel_shape[axis]) // stride + 1)
-    return _picture(x[0], given, *sizes)
+    return _image(x[0], given, *sizes)
 
 
 def _conv(inputs: Sequence[Value], attributes: Attributes) -> Value:
@@ -112,8 +112,8 @@ def _neg(inputs: Sequence[Value], _: Attributes) -> Value:
 def _pad(inputs: Sequence[Value], _: Attributes) -> Value:
     shape, pads = _floats(inputs[0], 4), _whole(inputs[1], 8)
     if any(pads[axis] for axis in (0, 1, 4, 5)) or min(pads) < 0:
-        raise ValueError(f"by {pads}: takes a picture by its height and width, and nothing away")
-    return _picture(shape[0], shape[1], *(shape[axis] + pads[axis] + pads[axis + 4] for axis in (2, 3)))
+        raise ValueError(f"by {pads}: takes an image by its height and width, and nothing away")
+    return _image(shape[0], shape[1], *(shape[axis] + pads[axis] + pads[axis + 4] for axis in (2, 3)))
 
 
 def _shape(inputs: Sequence[Value], _: Attributes) -> Value:
@@ -125,7 +125,7 @@ def _slice(inputs: Sequence[Value], _: Attributes) -> Value:
     starts, ends, axes = (_whole(value, 2) for value in inputs[1:])
     if axes != (2, 3) or min(*starts, *ends) < 0:
         raise ValueError(f"of {starts} to {ends} along {axes}: takes height and width, counted from 0")
-    return _picture(
+    return _image(
         shape[0],
         shape[1],
         *(min(end, size) - start for start, end, size in zip(starts, ends, shape[2:], strict=True)),

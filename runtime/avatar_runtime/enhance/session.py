@@ -15,10 +15,10 @@ SILENT = 4  # what it would log comes as an exception as well
 
 
 class Session:
-    """Runs one enhancer. The file is read and checked once, the size of what it computes for each size of picture."""
+    """Runs one enhancer. Its file is checked once, its memory and time once for each image size."""
 
     def __init__(self, enhancer: Enhancer) -> None:
-        """Raises AvatarError for a file that is not sound."""
+        """Raises AvatarError for a file that is not valid."""
         self._network = read_network(enhancer)
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = THREADS
@@ -33,9 +33,9 @@ class Session:
         self._sizes: set[tuple[int, int]] = set()
 
     def __call__(self, colour: F32) -> F32:
-        """Colour [H, W, 3] made better, not clamped.
+        """The enhanced colour [H, W, 3], not clamped.
 
-        Raises AvatarError where it would take too much memory, cannot run or gives what is no colour.
+        Raises AvatarError if it would take too much memory, cannot run or gives another shape or non-finite numbers.
         """
         size = (colour.shape[0], colour.shape[1])
         if size not in self._sizes:
@@ -47,7 +47,7 @@ class Session:
         except Exception as error:
             raise _refused(error) from None
         if better.shape != planes.shape or not np.isfinite(better).all():
-            raise AvatarError("gives no picture of finite numbers", file=ENHANCER_FILE)
+            raise AvatarError("does not give an image of finite numbers", file=ENHANCER_FILE)
         return np.ascontiguousarray(better[0].transpose(1, 2, 0))
 
 

@@ -1,4 +1,4 @@
-"""The one exception that stands for bad data, as against a caller's mistake or a bug."""
+"""The exception for bad data. Callers' mistakes and bugs raise other exceptions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class AvatarError(Exception):
 
 
 def no_such(what: str, name: str, known: Iterable[str], **where: object) -> AvatarError:
-    """An AvatarError that says `name` is no `what`, with near matches from `known`."""
+    """An AvatarError for a `name` that is not among the `known` names of a `what`; it lists near matches."""
     lowered = {k.lower(): k for k in known}
     near = [lowered[m] for m in difflib.get_close_matches(name[:200].lower(), list(lowered), n=3, cutoff=0.5)]
     listed = ", ".join([*list(lowered.values())[:8], *(["..."] if len(lowered) > 8 else [])])

@@ -1,4 +1,4 @@
-"""Opening files that somebody else named."""
+"""Opens a file whose name came from a user or from another file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def open_file(path: Path) -> io.BufferedReader:
-    """A regular file, for reading. Raises OSError for anything else: a pipe or a device would never end."""
+    """Opens a regular file for reading. Raises OSError for anything else: a pipe or a device may never end."""
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)

@@ -1,4 +1,4 @@
-"""Whose an error is: a codec says which field, the reader that called it says which file and system."""
+"""Completes errors: a codec names the field; the reader that called it adds the file and the system."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from avatar_runtime.io.errors import AvatarError
 
 @contextmanager
 def owned(owner: str) -> Iterator[None]:
-    """Says whose an AvatarError is, where nobody has said so."""
+    """Adds `owner` to an AvatarError that has none."""
     try:
         yield
     except AvatarError as error:
@@ -21,7 +21,7 @@ def owned(owner: str) -> Iterator[None]:
 
 @contextmanager
 def of_file(file: object) -> Iterator[None]:
-    """Says which file an AvatarError is about, where nobody has said so."""
+    """Adds `file` to an AvatarError that has none."""
     try:
         yield
     except AvatarError as error:

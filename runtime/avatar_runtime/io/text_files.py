@@ -1,4 +1,4 @@
-"""Writing one file of text for a command: whole or not at all."""
+"""Writes a text file completely or not at all."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from avatar_runtime.io.errors import AvatarError
 
 
 def refuse_existing(out: Path, force: bool) -> None:
-    """Raises AvatarError if `out` exists and may not be replaced; a folder never is."""
+    """Raises AvatarError if `out` exists and `force` is not set. A folder is never replaced."""
     if out.exists() and not (force and out.is_file()):
         raise AvatarError("exists; name another or pass --force", file=out)
 
 
 def write_text(out: Path, text: str) -> None:
-    """`out` holds `text` in UTF-8, or is as it was before. Raises AvatarError where it cannot be written."""
+    """Writes `text` in UTF-8 to `out`; on failure `out` is unchanged. Raises AvatarError if it cannot be written."""
     partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
     try:
         partial.write_text(text, "utf-8")

@@ -1,4 +1,4 @@
-"""Files that are read as a whole, once they are known to be no larger than they may be."""
+"""Reads whole files, after a check of their size."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from avatar_runtime.io.files import open_file
 
 @contextmanager
 def opened(path: Path, limit: int) -> Iterator[BufferedReader]:
-    """A file of at most `limit` bytes, for reading. Raises AvatarError for a larger one or one that cannot be read."""
+    """Opens a file of at most `limit` bytes. Raises AvatarError if it is larger or cannot be read."""
     try:
         with open_file(path) as file:
             size = file.seek(0, 2)

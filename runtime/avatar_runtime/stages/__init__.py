@@ -1,4 +1,4 @@
-"""The nine stages, one pure function a file, under the name that shaders, profiles and cases use."""
+"""The nine stages: one pure function in each file, with the name that shaders, profiles and cases use."""
 
 from __future__ import annotations
 

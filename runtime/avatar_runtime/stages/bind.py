@@ -1,4 +1,4 @@
-"""Stage `bind`: carries the blended Gaussians along with joints and mesh, group by group."""
+"""Stage `bind`: moves the blended Gaussians with the joints, groups or mesh that they are bound to."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from avatar_runtime.rotation import polar, quat_from_matrix, quat_multiply
 from avatar_runtime.stages.groups import GroupTransforms
 from avatar_runtime.stages.skin import transform
 from avatar_runtime.stages.sparse import combine, gather
-from avatar_runtime.stages.surface import Surface, carry
+from avatar_runtime.stages.surface import Surface, pose_embedded
 
 
 @dataclass(frozen=True)
 class Bound:
-    """Gaussians in world space, still in training space otherwise; colour is seen along rotation^T d."""
+    """Gaussians placed in the world, not yet activated; colour is evaluated along rotation^T d."""
 
     gaussians: Gaussians
     rotation: F32  # [N, 3, 3] world from the frame in which the SH were trained
@@ -55,10 +55,10 @@ def bind_surface(
     world_from_avatar: F64,  # [4, 4] rigid
     vertex_matrix: F32 | None = None,  # [V, 3, 3] linear skin matrices, for rules.RIGGED_ROTATIONS
 ) -> Bound:
-    """Position, rotation, scale and SH frame of Gaussians that ride on a mesh."""
-    carried = carry(surface, vertices, blended.log_scale, vertex_matrix)
-    moved = replace(blended, mean=carried.mean, quat_wxyz=carried.quat_wxyz, log_scale=carried.log_scale)
-    return _place(Bound(moved, _seen(surface.rules, carried.rotation)), world_from_avatar)
+    """Position, rotation, scale and SH frame of embedded Gaussians."""
+    posed = pose_embedded(surface, vertices, blended.log_scale, vertex_matrix)
+    moved = replace(blended, mean=posed.mean, quat_wxyz=posed.quat_wxyz, log_scale=posed.log_scale)
+    return _place(Bound(moved, _seen(surface.rules, posed.rotation)), world_from_avatar)
 
 
 def _seen(rules: Rules, rotation: F32) -> F32:

@@ -13,7 +13,7 @@ from avatar_runtime.stages.joints import Joints
 
 @dataclass(frozen=True)
 class GroupTransforms:
-    """What binds each group as a whole, mesh from binding mesh; the identity where nothing does.
+    """One transform a group, mesh from binding mesh; the identity where no transform moves the whole group.
 
     A `skin` group has a matrix of its own for every Gaussian; only rotation rule `head_bone` gives it a
     rotation here.
@@ -56,7 +56,7 @@ def anchor_transform(vertices: F32, anchor_vertices: U32, posed: F32, rule: str)
     """Rigid fit (Kabsch) of the anchor vertices, neutral to posed, [4, 4].
 
     `vertices` [V, 3] neutral, `anchor_vertices` [A] indices into it, `posed` [A, 3] in their order.
-    Rule `repeats` weights a vertex by how often it stands in the list (GaussianBlendshapes 2952da7,
+    Rule `repeats` weights a vertex by how often it is listed (GaussianBlendshapes 2952da7,
     mouth_gs_model.py); `unique` takes it once (its C++ viewer, FaceViewer 61965e9).
     """
     a, b = vertices[anchor_vertices].astype(np.float64), posed.astype(np.float64)
@@ -71,7 +71,7 @@ def anchor_transform(vertices: F32, anchor_vertices: U32, posed: F32, rule: str)
 
 
 def joint_mix(avatar: Avatar, group: Group, state: Joints) -> F32:
-    """I + M - M_neutral with M = sum_j c_j A_j, [4, 4]; what the factors leave of 1 stays on the identity."""
+    """I + M - M_neutral with M = sum_j c_j A_j, [4, 4]; the rest of the factors' sum to 1 goes to the identity."""
     assert avatar.rig is not None
     factors = np.zeros(avatar.rig.joint_count)
     for name, factor in group.joint_mix.items():

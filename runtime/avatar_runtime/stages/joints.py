@@ -13,7 +13,7 @@ from avatar_runtime.rotation import translation_matrix
 
 @dataclass(frozen=True)
 class Joints:
-    """What later stages read of the skeleton."""
+    """The results of the skeleton that later stages read."""
 
     skin_matrix: F32  # [J, 4, 4] mesh from binding mesh: A
     pose_feature: F32  # [9 C] row-major R - I of the corrective joints
@@ -57,7 +57,7 @@ def chain(rig: Rig, expression_weights: F32, joint_delta: F64) -> tuple[F64, F64
 
 
 def levels(parents: I32) -> list[I64]:
-    """Joints by depth, roots first: each level depends on the one before alone."""
+    """Joints by depth, roots first: each level depends only on the one before."""
     depth = np.zeros(len(parents), np.int64)
     for joint, parent in enumerate(parents):
         depth[joint] = 0 if parent < 0 else depth[parent] + 1

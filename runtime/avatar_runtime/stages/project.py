@@ -110,9 +110,9 @@ def projected_covariance(p: F32, cov3d: F32, camera: Camera, low_pass: float) ->
 
 
 def touched_tiles(centre: F32, extent: F32, camera: Camera, tile: int) -> I32:
-    """Rectangle [N, 4] (x0, y0, x1, y1) of tiles of `tile` pixels: centre +- extent, clamped to the picture."""
+    """Rectangle [N, 4] (x0, y0, x1, y1) of tiles of `tile` pixels: centre +- extent, clamped to the image."""
     grid = np.array([-(-camera.width // tile), -(-camera.height // tile)])
-    # int() of a float beyond int32 is undefined; such a rectangle is cut at the picture's border anyway.
+    # int() of a float beyond int32 is undefined; such a rectangle is cut at the image's border anyway.
     low = np.clip((centre - extent) / f32(tile), -1e6, 1e6)
     high = np.clip(((centre + extent) + f32(tile) - f32(1)) / f32(tile), -1e6, 1e6)
     corners = np.nan_to_num(np.concatenate([low, high], axis=1)).astype(np.int32)

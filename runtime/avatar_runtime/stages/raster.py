@@ -1,8 +1,8 @@
-"""Stage `raster`: blends sorted splats into a picture, in one of two profiles.
+"""Stage `raster`: composites sorted splats into an image, in one of two profiles.
 
 `trainer` is the CUDA rasteriser that the avatars were trained with: the tiles of the 3-sigma radius, and a
-pixel stops before its transmittance falls below 1e-4. `engine` is what a GPU that draws one quad a splat can
-do: every pixel with alpha >= 1/255, no stop. Both run tile by tile here, float32, front to back.
+pixel stops before its transmittance falls below 1e-4. `engine` is what a GPU can do that draws one quad
+a splat: every pixel with alpha >= 1/255, no stop. Both run tile by tile here, in float32, front to back.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from avatar_runtime.stages.project import TILE, Projected, touched_tiles
 from avatar_schema import constants
 
 PROFILES = ("trainer", "engine")
-# Splats blended at once: large enough to vectorise, small enough for the cache and the trainer's early stop.
+# Splats composited at once: large enough to vectorise, small enough for the cache and the trainer's early stop.
 CHUNK = {"trainer": 64, "engine": 256}
-# Pixels along a tile. No result of `engine` depends on it: smaller tiles hold fewer pairs that add nothing.
+# Pixels along the edge of a tile. `engine` gives the same result for any size; smaller tiles hold fewer useless pairs.
 TILES = {"trainer": TILE, "engine": TILE // 2}
 
 f32 = np.float32
@@ -28,22 +28,22 @@ Index = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Picture:
+class Image:
     """Display-referred colour over the background, not clamped."""
 
     colour: F32  # [H, W, 3]
-    transmittance: F32  # [H, W] what is left of the background; alpha = 1 - this
-    # What a GPU does not tell is None.
+    transmittance: F32  # [H, W] share of the background that remains; alpha = 1 - this
+    # Both are None for backends that do not count them.
     last: I32 | None = None  # [H, W] 1-based position in the tile's list of the last splat added; 0: none
     evaluations: int | None = None  # splat-pixel pairs whose exponent was computed
 
 
 def raster(
     projected: Projected, order: Index, camera: Camera, background: F32, profile: str = "trainer"
-) -> Picture:
-    """Blend the splats `order` names over `background` [3]. Raises ValueError for an unknown profile."""
+) -> Image:
+    """Composite the splats that `order` names over `background` [3]. Raises ValueError for an unknown profile."""
     if profile not in PROFILES:
-        raise ValueError(f"{profile!r} is none of {', '.join(PROFILES)}")
+        raise ValueError(f"{profile!r} is not one of {', '.join(PROFILES)}")
     tile = TILES[profile]
     rects = projected.tiles if profile == "trainer" else engine_tiles(projected, camera, tile)
     ids, ranges = tile_lists(rects, order, camera, tile)
@@ -59,11 +59,11 @@ def raster(
         y0, x0 = tile * (index // columns), tile * (index % columns)
         window = (slice(y0, min(y0 + tile, height)), slice(x0, min(x0 + tile, width)))
         shape = transmittance[window].shape
-        blended = _blend_tile(projected, ids[begin:end], x0, y0, shape, profile)
-        colour[window], transmittance[window], last[window] = blended[:3]
-        evaluations += blended[3]
-    picture = colour + transmittance[..., None] * background.astype(np.float32)
-    return Picture(picture, transmittance, last, evaluations)
+        composited = _composite_tile(projected, ids[begin:end], x0, y0, shape, profile)
+        colour[window], transmittance[window], last[window] = composited[:3]
+        evaluations += composited[3]
+    image = colour + transmittance[..., None] * background.astype(np.float32)
+    return Image(image, transmittance, last, evaluations)
 
 
 def engine_tiles(projected: Projected, camera: Camera, tile: int) -> I32:
@@ -72,7 +72,7 @@ def engine_tiles(projected: Projected, camera: Camera, tile: int) -> I32:
     with np.errstate(all="ignore"):
         reach = 2 * np.log(np.maximum(projected.opacity * constants()["alpha_min_denominator"], 1.0))
         det = a * c - b * b
-        # An indefinite conic (cancelled determinant) bounds nothing: such a splat may reach the whole picture.
+        # An indefinite conic (cancelled determinant) bounds nothing: such a splat may reach the whole image.
         half = np.sqrt(np.stack([c, a], axis=1) / det[:, None] * reach[:, None]) + 1.0
         half = np.where(det[:, None] > 0, half, 1e6).astype(np.float32)
     rects = touched_tiles(projected.centre, half, camera, tile)
@@ -81,7 +81,7 @@ def engine_tiles(projected: Projected, camera: Camera, tile: int) -> I32:
 
 
 def tile_lists(rects: I32, order: Index, camera: Camera, tile: int) -> tuple[Index, npt.NDArray[np.int64]]:
-    """(ids, [tiles, 2] begin and end in ids): every tile's splats in blending order, tiles row by row."""
+    """(ids, [tiles, 2] begin and end in ids): every tile's splats in compositing order, tiles row by row."""
     columns, rows = -(-camera.width // tile), -(-camera.height // tile)
     x0, y0, x1, y1 = rects[order].astype(np.int64).T
     wide = x1 - x0
@@ -95,7 +95,7 @@ def tile_lists(rects: I32, order: Index, camera: Camera, tile: int) -> tuple[Ind
     return order[owner[by_tile]], np.stack([edges[:-1], edges[1:]], axis=1)
 
 
-def _blend_tile(
+def _composite_tile(
     projected: Projected, ids: Index, x0: int, y0: int, shape: tuple[int, ...], profile: str
 ) -> tuple[F32, F32, I32, int]:
     """(colour, transmittance, last, evaluations) of one tile of `shape` (rows, columns) at (x0, y0)."""
@@ -143,7 +143,7 @@ def _alpha(projected: Projected, ids: Index, xs: F32, ys: F32) -> F32:
     with np.errstate(divide="ignore", over="ignore"):
         faintest = np.log(alpha_min / opacity) - f32(1e-3)  # surely below 1/255; most pairs are
     pair = np.flatnonzero((power <= 0) & (power >= faintest[:, None]))
-    # Rounded from float64: NumPy's float32 exp is up to 2 ulp off, which would show in the golden pictures.
+    # Rounded from float64: NumPy's float32 exp is up to 2 ulp off, which would show in the golden images.
     exp = np.exp(power.ravel()[pair], dtype=np.float64).astype(np.float32)
     value = np.minimum(f32(constants()["alpha_max"]), opacity[pair // power.shape[1]] * exp)
     value[value < alpha_min] = 0

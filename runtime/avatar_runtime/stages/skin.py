@@ -13,7 +13,7 @@ def skin(rig: Rig, vertices: F32, skin_matrix: F32, late_weights: F32) -> F32:
 
 
 def vertex_matrices(rig: Rig, skin_matrix: F32) -> F32:
-    """[V, 3, 3] linear part of sum_b W_b A_b of each vertex: what skinning does to directions there."""
+    """[V, 3, 3] linear part of sum_b W_b A_b of each vertex, which transforms directions there."""
     return gather(rig.skin, skin_matrix[:, :3, :3])
 
 

@@ -1,4 +1,4 @@
-"""Stage `sort`: the order in which splats are blended."""
+"""Stage `sort`: the order in which splats are composited."""
 
 from __future__ import annotations
 

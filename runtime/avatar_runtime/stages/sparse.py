@@ -1,4 +1,4 @@
-"""Weighted sums over the entries of a `SparseRows`: the one loop under morph, skin, blend and bind."""
+"""Weighted sums over the entries of a `SparseRows`, for stages morph, skin, blend and bind."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from avatar_runtime.avatar import F32, SparseRows
 def combine(sparse: SparseRows, weights: F32) -> dict[str, F32]:
     """Per attribute, [R, ...]: the sum over a row's entries of weights[column] * value.
 
-    Entries of zero weight are not read. The order of addition inside a row is NumPy's, the same every time.
+    Entries of zero weight are not read. NumPy fixes the order of addition inside a row, so results repeat.
     """
     active = weights[sparse.column] != 0
     entry = np.flatnonzero(active)

@@ -1,7 +1,7 @@
-"""Part of stage `bind`: Gaussians that ride on a triangle mesh.
+"""Part of stage `bind`: Gaussians embedded in a triangle mesh.
 
-Summed in float64 and handed on in float32: the sign of a triangle's quaternion is a decision, and near half a
-turn float32 would decide by its rounding.
+Sums are float64 and results float32: the sign of a triangle's quaternion is a decision, and near half a turn
+the rounding of float32 would decide it.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from avatar_runtime.rotation import matrix_from_quat, polar, quat_from_matrix, q
 from avatar_runtime.topology import vertex_triangles
 from avatar_schema import constants
 
-TINY = 1e-30  # keeps what has no length from dividing by 0; what it makes is not finite or 0 and is not drawn
+TINY = 1e-30  # avoids a division by a length of 0; the results are 0 or not finite and are not drawn
 
 
 @dataclass(frozen=True)
 class TriangleShape:
-    """What the rules read of a mesh's triangles."""
+    """Frames and sizes of a mesh's triangles, as the rules read them."""
 
     frame: F64  # [F, 3, 3] columns; world from triangle
     size: F64  # [F] edge length for GaussianAvatars' rules, else area
@@ -29,7 +29,7 @@ class TriangleShape:
 
 @dataclass(frozen=True)
 class Surface:
-    """An embedding with all that does not change from pose to pose; made once by `prepare`."""
+    """An embedding and everything about it that no pose changes; `prepare` makes it once."""
 
     embedding: Embedding
     rules: Rules
@@ -40,12 +40,12 @@ class Surface:
 
 
 @dataclass(frozen=True)
-class Carried:
-    """Where a posed mesh carries its Gaussians."""
+class EmbeddedPose:
+    """Embedded Gaussians on a posed mesh."""
 
     mean: F32  # [N, 3]
     quat_wxyz: F32  # [N, 4] any length
-    rotation: F32  # [N, 3, 3] of the mesh under each Gaussian; colour is seen along rotation^T d
+    rotation: F32  # [N, 3, 3] of the mesh under each Gaussian; SH are evaluated along rotation^T d
     log_scale: F32  # [N, 3]
 
 
@@ -56,8 +56,10 @@ def prepare(embedding: Embedding, rules: Rules, training_per_bundle: float) -> S
     return Surface(embedding, rules, training_per_bundle, shape, *lists)
 
 
-def carry(surface: Surface, vertices: F32, log_scale: F32, vertex_matrix: F32 | None = None) -> Carried:
-    """Gaussians on the posed `vertices` [V, 3]; `log_scale` [N, 3] is that of the binding pose.
+def pose_embedded(
+    surface: Surface, vertices: F32, log_scale: F32, vertex_matrix: F32 | None = None
+) -> EmbeddedPose:
+    """Embedded Gaussians on the posed `vertices` [V, 3]; `log_scale` [N, 3] is that of the binding pose.
 
     `vertex_matrix` [V, 3, 3], for `RIGGED_ROTATIONS` alone, is `stages.skin.vertex_matrices` of the pose.
     Source: SplattingAvatar 3847314 splatting_avatar_model.py and utils/map.py, and where a rule is the paper's,
@@ -67,7 +69,7 @@ def carry(surface: Surface, vertices: F32, log_scale: F32, vertex_matrix: F32 | 
     turn = TURNS[surface.rules.rotation](surface, shape, vertex_matrix)  # [N, 4] any length
     length = np.linalg.norm(turn, axis=1, keepdims=True)
     unit = turn / np.maximum(length, TINY)
-    return Carried(
+    return EmbeddedPose(
         POSITIONS[surface.rules.position](surface, vertices, shape).astype(np.float32),
         quat_multiply(unit, surface.embedding.local_quat_wxyz.astype(np.float64)).astype(np.float32),
         matrix_from_quat(unit).astype(np.float32),
@@ -76,12 +78,12 @@ def carry(surface: Surface, vertices: F32, log_scale: F32, vertex_matrix: F32 | 
 
 
 def binding_pose(embedding: Embedding, rules: Rules, training_per_bundle: float) -> tuple[F32, F32]:
-    """(mean [N, 3], quat_wxyz [N, 4]) on the canonical mesh: what gaussians.ply holds for surface binding."""
+    """(mean [N, 3], quat_wxyz [N, 4]) on the canonical mesh: gaussians.ply holds these for binding surface."""
     surface = prepare(embedding, rules, training_per_bundle)
     still = np.zeros((len(embedding.triangle), 3), np.float32)
     unturned = np.tile(np.eye(3, dtype=np.float32), (len(embedding.canonical_vertices), 1, 1))
-    carried = carry(surface, embedding.canonical_vertices, still, unturned)
-    return carried.mean, carried.quat_wxyz
+    posed = pose_embedded(surface, embedding.canonical_vertices, still, unturned)
+    return posed.mean, posed.quat_wxyz
 
 
 def triangle_shape(vertices: F32, triangles: U32, rules: Rules) -> TriangleShape:

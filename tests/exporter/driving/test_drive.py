@@ -16,6 +16,7 @@ from avatar_export.driving.frames import DrivingFrame
 from avatar_export.driving.matrix import with_driving
 from avatar_export.driving.takes import read_take
 from avatar_runtime.avatar import Avatar, Driving, Expression
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import resolve
 from tests.exporter.driving.recordings import CSV, avatar_of, recording, rig_of
@@ -160,7 +161,7 @@ def write(path: Path, document: object) -> Path:
 
 
 def test_matrix_file(tmp_path: Path) -> None:
-    avatar = with_driving(TARGET, write(tmp_path / "m.json", GOOD)).check()
+    avatar = check_avatar(with_driving(TARGET, write(tmp_path / "m.json", GOOD)))
     d = avatar.driving
     assert (d.mode, d.inputs, d.outputs, d.head_joint) == (
         "matrix",
@@ -218,6 +219,6 @@ TREE = st.recursive(LEAF, lambda inner: st.lists(inner, max_size=3), max_leaves=
 def test_no_document_breaks_the_matrix_reader(tmp_path_factory: pytest.TempPathFactory, change: dict) -> None:
     path = tmp_path_factory.getbasetemp() / "any.json"
     try:
-        with_driving(TARGET, write(path, GOOD | change)).check()
+        check_avatar(with_driving(TARGET, write(path, GOOD | change)))
     except AvatarError as error:
         assert "\n" not in str(error)

@@ -10,6 +10,7 @@ import pytest
 
 from avatar_export.ops.bounds import bounds
 from avatar_runtime.avatar import Avatar, Blendshapes, Group, Rules, SparseRows
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, clip_pose, joint_rotation
 from avatar_runtime.stages.activate import Splats
@@ -57,20 +58,22 @@ def lean(part: str, group: Group) -> Avatar:
     b, rig = avatar.blendshapes, avatar.rig
     on = {name: 30.0 * (name == part) for name in (*PARTS, "appearance")}
     parts = ("geometry", "appearance", "correctives", "late_morphs")
-    return replace(
-        avatar,
-        gaussians=replace(avatar.gaussians, log_scale=avatar.gaussians.log_scale - 5),
-        clips=(),
-        groups=(replace(group, first=0, count=COUNT),),
-        blendshapes=Blendshapes(**{name: scaled(getattr(b, name), on[name]) for name in parts}),
-        rig=replace(
-            rig,
-            morphs=scaled(rig.morphs, on["geometry"]),
-            correctives=scaled(rig.correctives, on["correctives"]),
-            late_morphs=scaled(rig.late_morphs, on["late_morphs"]),
-            joint_basis=rig.joint_basis * np.float32(on["joint_basis"]),
-        ),
-    ).check()
+    return check_avatar(
+        replace(
+            avatar,
+            gaussians=replace(avatar.gaussians, log_scale=avatar.gaussians.log_scale - 5),
+            clips=(),
+            groups=(replace(group, first=0, count=COUNT),),
+            blendshapes=Blendshapes(**{name: scaled(getattr(b, name), on[name]) for name in parts}),
+            rig=replace(
+                rig,
+                morphs=scaled(rig.morphs, on["geometry"]),
+                correctives=scaled(rig.correctives, on["correctives"]),
+                late_morphs=scaled(rig.late_morphs, on["late_morphs"]),
+                joint_basis=rig.joint_basis * np.float32(on["joint_basis"]),
+            ),
+        )
+    )
 
 
 def poses(avatar: Avatar, count: int, seed: int, alone: bool) -> list[Pose]:

@@ -11,6 +11,7 @@ import numpy as np
 from avatar_export.options import ReadOptions
 from avatar_export.readers.psavatar import reader as psavatar
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.checks.avatar import check_avatar
 from tests.exporter.bodies import body_files
 from tests.exporter.readers import splatting_files
 
@@ -51,4 +52,4 @@ def write_run(run: Path, a: Arrays, rules: dict[str, str] | None = None, name: s
 def read_run(run: Path, **options: Any) -> Avatar:
     """The avatar of a run, by default on its body model."""
     given = options or {"body_model": run / "body.npz", "shape": Path("zero")}
-    return psavatar.read(run, ReadOptions(**given)).check()
+    return check_avatar(psavatar.read(run, ReadOptions(**given)))

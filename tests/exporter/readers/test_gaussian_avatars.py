@@ -14,6 +14,7 @@ from avatar_export.options import ReadOptions
 from avatar_export.readers import gaussian_avatars
 from avatar_export.rigs.rig_file import read_rig_file
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.io.errors import AvatarError
 from tests.exporter.bodies import body_files
 from tests.exporter.readers import lam_files, splatting_files
@@ -41,7 +42,7 @@ def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _read(path: Path, mesh: Path | None, **options: Any) -> Avatar:
-    return gaussian_avatars.read(path, ReadOptions(**{"no_rig": True, "mesh": mesh, **options})).check()
+    return check_avatar(gaussian_avatars.read(path, ReadOptions(**{"no_rig": True, "mesh": mesh, **options})))
 
 
 def _size(corners: np.ndarray) -> float:

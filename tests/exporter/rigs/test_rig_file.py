@@ -146,7 +146,7 @@ def test_two_skins_are_refused(tmp_path: Path) -> None:
 def test_other_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(AvatarError, match=r"is no rig read here; pass a \.glb, \.fbx, \.npz"):
         read_rig_file(_written(tmp_path, b"", "rig.obj"))
-    with pytest.raises(AvatarError, match=r"made\.glb: is no GLB file"):
+    with pytest.raises(AvatarError, match=r"made\.glb: is not a GLB file"):
         read_rig_file(_written(tmp_path, fbx_files.fbx()))
     with pytest.raises(AvatarError, match=r"no\.glb: cannot be read"):
         read_rig_file(tmp_path / "no.glb")

@@ -19,6 +19,7 @@ from avatar_export.writers.bundle import write_bundle
 from avatar_export.writers.table import WRITERS, Export
 from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Gaussians, Group, Rules, SparseRows
 from avatar_runtime.bundle import load
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.io.errors import AvatarError
 from tests import bundles
 from tests.avatars import COUNT, full_avatar, surface_avatar
@@ -77,10 +78,11 @@ def test_the_full_avatar_has_a_value_of_its_own_in_every_field() -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_bundle_to_avatar_to_bundle_is_bit_equal(tmp_path: Path, name: str) -> None:
     avatar = full_avatar()
-    write_bundle(avatar, tmp_path / name, preview=False)
+    parts = {"preview": False, "reference": name == "out"}  # a zip holds what the folder holds
+    write_bundle(avatar, tmp_path / name, **parts)
     again = load(tmp_path / name)
     assert_same(avatar, again)
-    write_bundle(again, tmp_path / f"again-{name}", preview=False)
+    write_bundle(again, tmp_path / f"again-{name}", **parts)
     assert bundles.contents(tmp_path / name) == bundles.contents(tmp_path / f"again-{name}")
 
 
@@ -88,24 +90,26 @@ def bare() -> Avatar:
     """No rig, no expressions, one Gaussian of SH degree 0: every part empty."""
     avatar = full_avatar()
     g = avatar.gaussians
-    return Avatar(
-        "bare",
-        Gaussians(g.mean[:1], g.log_scale[:1], g.quat_wxyz[:1], g.opacity_logit[:1], g.sh[:1, :1].copy()),
-        (Group("all", 0, 1, "none"),),
-        Rules("none", None, "world", "unique"),
-        (),
-        (),
-        Blendshapes(
-            SparseRows.empty(1, 0, {"mean": (3,), "quat_wxyz": (4,)}),
-            SparseRows.empty(1, 0, {"log_scale": (3,), "opacity_logit": (), "sh": (1, 3)}),
-            SparseRows.empty(1, 0, {"mean": (3,)}),
-            SparseRows.empty(1, 0, {"mean": (3,)}),
-        ),
-        SparseRows.empty(1, 0, {"weight": ()}),
-        None,
-        0,
-        provenance={"system": "made_for_tests"},
-    ).check()
+    return check_avatar(
+        Avatar(
+            "bare",
+            Gaussians(g.mean[:1], g.log_scale[:1], g.quat_wxyz[:1], g.opacity_logit[:1], g.sh[:1, :1].copy()),
+            (Group("all", 0, 1, "none"),),
+            Rules("none", None, "world", "unique"),
+            (),
+            (),
+            Blendshapes(
+                SparseRows.empty(1, 0, {"mean": (3,), "quat_wxyz": (4,)}),
+                SparseRows.empty(1, 0, {"log_scale": (3,), "opacity_logit": (), "sh": (1, 3)}),
+                SparseRows.empty(1, 0, {"mean": (3,)}),
+                SparseRows.empty(1, 0, {"mean": (3,)}),
+            ),
+            SparseRows.empty(1, 0, {"weight": ()}),
+            None,
+            0,
+            provenance={"system": "made_for_tests"},
+        )
+    )
 
 
 VARIANTS: dict[str, Callable[[Avatar], Avatar]] = {
@@ -135,7 +139,7 @@ VARIANTS: dict[str, Callable[[Avatar], Avatar]] = {
 @pytest.mark.parametrize("name", VARIANTS)
 @pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
 def test_variants_survive_the_round_trip(tmp_path: Path, name: str) -> None:
-    avatar = VARIANTS[name](full_avatar()).check()
+    avatar = check_avatar(VARIANTS[name](full_avatar()))
     write_bundle(avatar, tmp_path / "out", preview=False, engine_files=False, reference=False)
     assert_same(avatar, load(tmp_path / "out"))
 
@@ -144,13 +148,13 @@ def test_variants_survive_the_round_trip(tmp_path: Path, name: str) -> None:
 def test_the_same_avatar_gives_the_same_bytes(
     tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    preview = name == "out"  # drawing it takes a second
-    write_bundle(full_avatar(), tmp_path / name, preview=preview)
+    drawn = name == "out"  # a zip holds what the folder holds
+    write_bundle(full_avatar(), tmp_path / name, preview=drawn, reference=drawn)
     first = (tmp_path / name).read_bytes() if name.endswith(".zip") else bundles.contents(tmp_path / name)
     monkeypatch.setattr("time.time", lambda: 2e9)
     monkeypatch.setattr("time.localtime", lambda *_: (2033, 5, 18, 3, 33, 20, 2, 138, 0))
     monkeypatch.setattr(os, "getpid", lambda: 12345)
-    write_bundle(full_avatar(), tmp_path / name, preview=preview, force=True)
+    write_bundle(full_avatar(), tmp_path / name, preview=drawn, reference=drawn, force=True)
     second = (tmp_path / name).read_bytes() if name.endswith(".zip") else bundles.contents(tmp_path / name)
     assert first == second
 
@@ -215,7 +219,7 @@ def test_a_crash_leaves_everything_as_it_was(
     broken = tuple(replace(w, pieces=pieces) if w.path == file else w for w in WRITERS)
     monkeypatch.setattr(bundle, "WRITERS", broken)
     with pytest.raises(error):
-        write_bundle(full_avatar(), out, force=True)
+        write_bundle(full_avatar(), out, force=True, reference=False)
     assert os.listdir(tmp_path) == ([name] if existing else [])
     if existing:
         assert bundles.contents(out) == before

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import json
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +46,15 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return written(full_avatar(), tmp_path_factory.mktemp("reference") / "out")
 
 
+@pytest.fixture(scope="module")
+def sample_bundles(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], Path]:
+    """A sample's name -> its bundle, which nobody changes."""
+    folder = tmp_path_factory.mktemp("samples")
+    return cache(lambda name: written(request.getfixturevalue(name), folder / name))
+
+
 def document(bundle: Path) -> dict[str, Any]:
     found: dict[str, Any] = json.loads((bundle / "reference" / "cases.json").read_text("utf-8"))
     return found
@@ -56,10 +67,10 @@ def pixels(bundle: Path, name: str) -> npt.NDArray[np.float64]:
 
 @pytest.mark.parametrize("name", SAMPLES)
 def test_small_and_sound_on_every_system(
-    name: str, request: pytest.FixtureRequest, tmp_path: Path, measured: Measure
+    name: str, request: pytest.FixtureRequest, sample_bundles: Callable[[str], Path], measured: Measure
 ) -> None:
     avatar: Avatar = request.getfixturevalue(name)
-    bundle = written(avatar, tmp_path / "out")
+    bundle = sample_bundles(name)
     files = {path: data for path, data in bundles.contents(bundle).items() if path.startswith("reference/")}
     assert set(files) <= set(REFERENCE_FILES)
     size = sum(map(len, files.values()))
@@ -139,22 +150,30 @@ def test_all_tensors_of_the_posed_case_hold_values(bundle: Path) -> None:
 
 
 def drawn_case(case: Case) -> bool:
-    return case.pictures
+    return case.images
 
 
-def only_close(avatar: Avatar) -> Reference:
-    (case,) = (case for case in reference_cases(avatar) if case.name == "close")
-    return make_reference(avatar, [case])
+@pytest.fixture(scope="module")
+def only_close(request: pytest.FixtureRequest) -> Callable[[str], tuple[Avatar, Reference]]:
+    """Name of an avatar -> it, and the vectors of its case `close` alone."""
+    made = {"full": full_avatar, "surface": surface_avatar}
+
+    @cache
+    def close(name: str) -> tuple[Avatar, Reference]:
+        avatar: Avatar = made[name]() if name in made else request.getfixturevalue(name)
+        (case,) = (case for case in reference_cases(avatar) if case.name == "close")
+        return avatar, make_reference(avatar, [case])
+
+    return close
+
+
+Close = Callable[[str], tuple[Avatar, Reference]]
 
 
 @pytest.mark.parametrize("name", [*SAMPLES, "full", "surface"])
-def test_a_reference_has_what_projection_decides_by_thresholds(
-    name: str, request: pytest.FixtureRequest
-) -> None:
+def test_a_reference_has_what_projection_decides_by_thresholds(name: str, only_close: Close) -> None:
     """Rows behind the camera, before the near plane, drawn beyond the clamp, on no tile: more than may flip."""
-    made = {"full": full_avatar, "surface": surface_avatar}
-    avatar: Avatar = made[name]() if name in made else request.getfixturevalue(name)
-    reference = only_close(avatar)
+    avatar, reference = only_close(name)
     camera, tensors = reference.cases[0].case.camera, reference.tensors
     mean = tensors["close/bind/mean"].astype(np.float64)
     x, y, z = camera.camera_from_world[:3, :3] @ mean.T + camera.camera_from_world[:3, 3:]
@@ -192,10 +211,9 @@ def no_tile_cull(avatar: Avatar, monkeypatch: pytest.MonkeyPatch) -> Avatar:
 @pytest.mark.parametrize("plant", [no_near_plane, no_clamp, no_tile_cull])
 @pytest.mark.parametrize("name", SAMPLES)
 def test_a_reference_judges_what_projection_leaves_out(
-    name: str, plant: Any, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+    name: str, plant: Any, only_close: Close, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    avatar: Avatar = request.getfixturevalue(name)
-    reference = only_close(avatar)
+    avatar, reference = only_close(name)
     assert conform(avatar, reference, "reference").passed
     report = conform(plant(avatar, monkeypatch), reference, "reference")
     assert {row.stage for row in report.rows if not row.passed} >= {"project"}
@@ -207,7 +225,7 @@ def test_pictures_are_of_the_whole_avatar(bundle: Path) -> None:
     player = Player(avatar, "reference")
     for case in filter(drawn_case, reference_cases(avatar)):
         for profile in ("trainer", "engine"):
-            picture = player.frame(case.pose, case.camera, case.background, profile).picture
+            picture = player.frame(case.pose, case.camera, case.background, profile).image
             colour = 255 * np.clip(picture.colour, 0, 1).astype(np.float64)
             alpha = 255 * (1 - picture.transmittance.astype(np.float64))
             assert colour.max() > 50
@@ -216,15 +234,15 @@ def test_pictures_are_of_the_whole_avatar(bundle: Path) -> None:
 
 
 def test_the_manifest_says_who_made_it_and_how_far_the_profiles_lie_apart(
-    tmp_path: Path, splatting_head_sh3_avatar: Avatar
+    sample_bundles: Callable[[str], Path], splatting_head_sh3_avatar: Avatar
 ) -> None:
-    bundle = written(splatting_head_sh3_avatar, tmp_path / "out")
+    bundle = sample_bundles("splatting_head_sh3_avatar")
     said = bundles.manifest(bundle)["reference"]
     assert said["made_by"] == document(bundle)["made_by"] == "runtime"
     player = Player(splatting_head_sh3_avatar, "reference")
     cases = filter(drawn_case, reference_cases(splatting_head_sh3_avatar))
     for entry, case in zip(said["cases"], cases, strict=True):
-        a, b = (player.frame(case.pose, case.camera, (0, 0, 0), p).picture for p in ("engine", "trainer"))
+        a, b = (player.frame(case.pose, case.camera, (0, 0, 0), p).image for p in ("engine", "trainer"))
         drawn = (a.transmittance < 1) | (b.transmittance < 1)
         noise = np.mean((a.colour[drawn].astype(np.float64) - b.colour[drawn]) ** 2)
         assert entry["name"] == case.name
@@ -244,8 +262,8 @@ def test_it_says_which_files_it_was_made_for(bundle: Path) -> None:
     assert document(bundle)["files"] == normative
 
 
-def test_the_same_pictures_from_a_left_handed_bundle(tmp_path: Path) -> None:
-    right, left = (written(full_avatar(), tmp_path / side, handedness=side) for side in ("right", "left"))
+def test_the_same_pictures_from_a_left_handed_bundle(bundle: Path, tmp_path: Path) -> None:
+    right, left = bundle, written(full_avatar(), tmp_path / "left", handedness="left")
     for file in sorted((right / "reference").glob("*.png")):
         off = np.abs(pixels(right, file.name) - pixels(left, file.name))
         assert off.max() <= 1, file.name

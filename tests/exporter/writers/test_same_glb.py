@@ -110,7 +110,7 @@ def test_bytes_that_nobody_reads_do_not_count() -> None:
 
 
 def test_no_glb_at_all() -> None:
-    with pytest.raises(AvatarError, match=r"^rig.glb: is no GLB file$"):
+    with pytest.raises(AvatarError, match=r"^rig.glb: is not a GLB file$"):
         same_glb(b"hello" * 9, NEW, "rig.glb")
 
 

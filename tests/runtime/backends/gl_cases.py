@@ -23,7 +23,7 @@ from tests.measured import Measure
 Arrays = dict[str, Any]
 BACKGROUND = np.array([0.25, 0.5, 1.0], np.float32)
 SIZE = (200, 160)
-STAGE_LIMIT, RASTER_LIMIT, PICTURE_LIMIT = 1e-5, 2e-6, 1 / 255
+STAGE_LIMIT, RASTER_LIMIT, IMAGE_LIMIT = 1e-5, 2e-6, 1 / 255
 FLOORS = {"rgb": 0.5}  # the constant that SH colours are added to; a colour near 0 is what cancels with it
 
 
@@ -96,8 +96,8 @@ def posed_of(backend: GlBackend) -> Posed:
     return Player(backend.avatar, "reference").posed(pose_of(backend.avatar))
 
 
-def reference_picture(avatar: Avatar, seen: Camera) -> Any:
-    """The reference's picture in profile engine."""
+def reference_image(avatar: Avatar, seen: Camera) -> Any:
+    """The reference's image in profile engine."""
     reference = ReferenceBackend(avatar)
     posed = Player(avatar, "reference").posed(pose_of(avatar))
     return reference.frame(posed, seen, BACKGROUND, "engine", Clock())
@@ -114,7 +114,7 @@ def backend(avatar: Avatar, **options: Any) -> Iterator[GlBackend]:
 
 
 def check_stage(stage: str, got: Arrays, want: Arrays, measured: Measure) -> None:
-    """Outputs of one stage alone: 1e-5 relative, a picture 2e-6 absolute, integers equal."""
+    """Outputs of one stage alone: 1e-5 relative, an image 2e-6 absolute, integers equal."""
     assert got.keys() == want.keys(), stage
     for array, expected in want.items():
         what, found = f"{stage} {array}", got[array]

@@ -14,6 +14,7 @@ import pytest
 from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Expression, Gaussians, Rules, SparseRows
 from avatar_runtime.backends import make_backend
 from avatar_runtime.camera import Camera
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from avatar_runtime.posed import Clock, Posed
@@ -83,26 +84,28 @@ def wide_avatar() -> Avatar:
 
     basis = np.zeros((193, *avatar.rig.joint_basis.shape[1:]), np.float32)
     basis[moving] = avatar.rig.joint_basis
-    return replace(
-        avatar,
-        gaussians=Gaussians(
-            g.mean[rows], g.log_scale[rows], g.quat_wxyz[rows], g.opacity_logit[rows], g.sh[rows]
-        ),
-        groups=tuple(
-            replace(group, first=45 * group.first, count=45 * group.count) for group in avatar.groups
-        ),
-        expressions=tuple(Expression(f"exp_{k:03d}") for k in range(193)),
-        blendshapes=Blendshapes(
-            spread(b.geometry.take(rows)),
-            spread(b.appearance.take(rows)),
-            b.correctives.take(rows),
-            b.late_morphs.take(rows),
-        ),
-        skin=avatar.skin.take(rows),
-        rig=replace(avatar.rig, morphs=spread(avatar.rig.morphs), joint_basis=basis),
-        driving=Driving(),
-        clips=(),
-    ).check()
+    return check_avatar(
+        replace(
+            avatar,
+            gaussians=Gaussians(
+                g.mean[rows], g.log_scale[rows], g.quat_wxyz[rows], g.opacity_logit[rows], g.sh[rows]
+            ),
+            groups=tuple(
+                replace(group, first=45 * group.first, count=45 * group.count) for group in avatar.groups
+            ),
+            expressions=tuple(Expression(f"exp_{k:03d}") for k in range(193)),
+            blendshapes=Blendshapes(
+                spread(b.geometry.take(rows)),
+                spread(b.appearance.take(rows)),
+                b.correctives.take(rows),
+                b.late_morphs.take(rows),
+            ),
+            skin=avatar.skin.take(rows),
+            rig=replace(avatar.rig, morphs=spread(avatar.rig.morphs), joint_basis=basis),
+            driving=Driving(),
+            clips=(),
+        )
+    )
 
 
 def half_turned(avatar: Avatar, rng: np.random.Generator) -> Array:
@@ -225,13 +228,13 @@ def test_scales_and_opacities_of_any_size(measured: Measure) -> None:
 
 @pytest.mark.parametrize("surface", [False, True])
 def test_a_frame_keeps_nothing_of_the_one_before(surface: bool) -> None:
-    """Frames reuse their arrays and skip what no expression moves; the picture must not show it."""
+    """Frames reuse their arrays and skip what no expression moves; the image must not show it."""
     avatar = surface_avatar(1) if surface else wide_avatar()
     player = Player(avatar, "cpu", threads=1)
     poses = [random_pose(avatar, 1), Pose(), random_pose(avatar, 2), Pose({avatar.expression_names[0]: 0.7})]
     for pose in poses:
-        fresh = Player(avatar, "cpu", threads=1).frame(pose, CAMERA).picture
-        np.testing.assert_array_equal(player.frame(pose, CAMERA).picture.colour, fresh.colour)
+        fresh = Player(avatar, "cpu", threads=1).frame(pose, CAMERA).image
+        np.testing.assert_array_equal(player.frame(pose, CAMERA).image.colour, fresh.colour)
 
 
 @pytest.mark.parametrize("surface", [False, True])
@@ -242,7 +245,7 @@ def test_one_player_for_three_threads(surface: bool) -> None:
 
     def played(first: int) -> list[tuple[Array, Array]]:
         turned = poses[first:] + poses[:first]
-        return [(player.frame(p, CAMERA).picture.colour, player.animate(p).mean) for p in turned]
+        return [(player.frame(p, CAMERA).image.colour, player.animate(p).mean) for p in turned]
 
     want = played(0)
     before = sys.getswitchinterval()

@@ -20,13 +20,13 @@ MOST_FLIPS = 4  # of 128 x 128 pixels
 def test_sample(sample: Avatar, profile: str, measured: Measure) -> None:
     camera = frame_camera(robust_box(sample.gaussians.mean), 128, 128)
     pose, background = busy_pose(sample, 1), (0.2, 0.5, 0.1)
-    want = Player(sample, "reference").frame(pose, camera, background, profile).picture
+    want = Player(sample, "reference").frame(pose, camera, background, profile).image
     assert want.transmittance.min() < 0.5
-    got = Player(sample, "cpu").frame(pose, camera, background, profile).picture
+    got = Player(sample, "cpu").frame(pose, camera, background, profile).image
     for array in ("colour", "transmittance"):
         difference = np.abs(getattr(got, array) - getattr(want, array)).reshape(128 * 128, -1).max(axis=1)
         flipped = difference > SAME
-        measured("cpu sample picture, pixels but flipped ones", float(difference[~flipped].max()))
-        measured("cpu sample picture, flipped pixels, count", float(flipped.sum()))
-        measured("cpu sample picture, a flipped pixel", float(difference.max(initial=0, where=flipped)))
+        measured("cpu sample image, pixels but flipped ones", float(difference[~flipped].max()))
+        measured("cpu sample image, flipped pixels, count", float(flipped.sum()))
+        measured("cpu sample image, a flipped pixel", float(difference.max(initial=0, where=flipped)))
         assert flipped.sum() <= MOST_FLIPS and difference.max() <= FLIPPED, array

@@ -12,7 +12,7 @@ import pytest
 
 import avatar_shaders
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.backends.gl import GlBackend, draw_together
+from avatar_runtime.backends.gl import GlBackend, make_scene
 from avatar_runtime.backends.gl.context import own_context
 from avatar_runtime.backends.gl.gpu import Gpu
 from avatar_runtime.io.errors import AvatarError
@@ -33,7 +33,7 @@ from tests.runtime.backends.gl_cases import (
     camera,
     pose_of,
     posed_of,
-    reference_picture,
+    reference_image,
 )
 
 FULL, SURFACE = full_avatar(3), surface_avatar(3)
@@ -47,8 +47,8 @@ def context(request: pytest.FixtureRequest) -> Iterator[moderngl.Context]:
     made.release()
 
 
-def picture(gl: GlBackend, **options: Any) -> Any:
-    return gl.scene.picture([posed_of(gl)], camera(), BACKGROUND, **options)
+def image(gl: GlBackend, **options: Any) -> Any:
+    return gl.scene.image([posed_of(gl)], camera(), BACKGROUND, **options)
 
 
 def same(a: Any, b: Any) -> bool:
@@ -69,11 +69,11 @@ def test_a_small_limit_is_never_exceeded(
         return made
 
     with backend(avatar, context=context) as gl:
-        want, splats = picture(gl), gl.animate(posed_of(gl), Clock())
+        want, splats = image(gl), gl.animate(posed_of(gl), Clock())
     monkeypatch.setattr(moderngl.Context, "buffer", noted)
     with backend(avatar, context=context, buffer_limit=1600) as gl:
         assert len(gl.deformer.chunks) > 5
-        got, found = picture(gl), gl.animate(posed_of(gl), Clock())
+        got, found = image(gl), gl.animate(posed_of(gl), Clock())
         gl.mesh(posed_of(gl), Clock())
     assert 1000 < max(sizes) <= 1600
     assert same(got, want)
@@ -111,10 +111,10 @@ def test_no_gaussians_no_vertices(avatar: Avatar, context: moderngl.Context) -> 
 
 
 def test_both_blend_orders(context: moderngl.Context) -> None:
-    want = reference_picture(FULL, camera())
+    want = reference_image(FULL, camera())
     for order in ("back_to_front", "front_to_back"):
         with backend(FULL, context=context, order=order) as gl:
-            got = picture(gl)
+            got = image(gl)
         assert np.abs(got.colour - want.colour).max() <= 1e-5
         assert np.abs(got.transmittance - want.transmittance).max() <= 1e-5
 
@@ -122,10 +122,10 @@ def test_both_blend_orders(context: moderngl.Context) -> None:
 # One rounding a splat: halves have 11 bits, bytes 8; up to about 20 splats lie on one pixel here.
 @pytest.mark.parametrize(("target", "limit"), [("rgba16f", 2 / 255), ("rgba8", 6 / 255)])
 def test_smaller_targets(target: str, limit: float, context: moderngl.Context, measured: Measure) -> None:
-    want = reference_picture(FULL, camera())
+    want = reference_image(FULL, camera())
     for order in ("back_to_front", "front_to_back"):
         with backend(FULL, context=context, target=target, order=order) as gl:
-            got = picture(gl)
+            got = image(gl)
         inside = want.colour.max(axis=2) <= 1  # bytes hold no more than 1
         worst = float(np.abs(got.colour - want.colour)[inside].max())
         measured(f"gl {target} {order}, 1/255", 255 * worst)
@@ -134,9 +134,9 @@ def test_smaller_targets(target: str, limit: float, context: moderngl.Context, m
 
 
 def test_unknown_options_are_a_callers_mistake(context: moderngl.Context) -> None:
-    with pytest.raises(ValueError, match="'rgba64' is none of rgba32f, rgba16f, rgba8"):
+    with pytest.raises(ValueError, match="'rgba64' is not one of rgba32f, rgba16f, rgba8"):
         GlBackend(FULL, context, target="rgba64")
-    with pytest.raises(ValueError, match="'sideways' is none of back_to_front, front_to_back"):
+    with pytest.raises(ValueError, match="'sideways' is not one of back_to_front, front_to_back"):
         GlBackend(FULL, context, order="sideways")
     with pytest.raises(ValueError, match="es asks for a context"):
         GlBackend(FULL, context, es=True)
@@ -148,7 +148,7 @@ def test_unknown_options_are_a_callers_mistake(context: moderngl.Context) -> Non
 
 
 def seen_by_reference(parts: list[Splats], hidden: Any = None) -> Any:
-    """The reference's picture of concatenated splats, without those whose z / w lies behind `hidden`."""
+    """The reference's image of concatenated splats, without those whose z / w lies behind `hidden`."""
     joined = Splats(*(np.concatenate([getattr(s, f.name) for s in parts]) for f in fields(Splats)))
     projected = project(joined, camera(), FULL.raster, FULL.sh_degree)
     if hidden is not None:
@@ -172,10 +172,10 @@ def test_depth_hides_what_lies_behind(context: moderngl.Context) -> None:
     mixed = np.where(depth[..., None] < 1, cut.colour, whole.colour)
     for order in ("back_to_front", "front_to_back"):
         with backend(FULL, context=context, order=order) as gl:
-            assert np.abs(picture(gl, depth=depth).colour - mixed).max() <= 1 / 255
-            assert np.abs(picture(gl).colour - whole.colour).max() <= 1 / 255  # and is forgotten after
-            with pytest.raises(ValueError, match=r"the depth is \(4, 3\), the picture \(200, 160\)"):
-                picture(gl, depth=np.ones((3, 4), np.float32))
+            assert np.abs(image(gl, depth=depth).colour - mixed).max() <= 1 / 255
+            assert np.abs(image(gl).colour - whole.colour).max() <= 1 / 255  # and is forgotten after
+            with pytest.raises(ValueError, match=r"the depth is \(4, 3\), the image \(200, 160\)"):
+                image(gl, depth=np.ones((3, 4), np.float32))
 
 
 def test_what_lies_at_the_far_plane_is_not_hidden(context: moderngl.Context) -> None:
@@ -183,10 +183,10 @@ def test_what_lies_at_the_far_plane_is_not_hidden(context: moderngl.Context) -> 
     far[2] *= 1000  # z / w beyond 1 for every splat
     seen = replace(camera(), clip_from_world=far)
     with backend(FULL, context=context) as gl:
-        want = gl.scene.picture([posed_of(gl)], seen, BACKGROUND)
+        want = gl.scene.image([posed_of(gl)], seen, BACKGROUND)
         assert want.transmittance.min() < 0.1
         assert same(
-            gl.scene.picture([posed_of(gl)], seen, BACKGROUND, depth=np.ones((HEIGHT, WIDTH), np.float32)),
+            gl.scene.image([posed_of(gl)], seen, BACKGROUND, depth=np.ones((HEIGHT, WIDTH), np.float32)),
             want,
         )
 
@@ -201,21 +201,21 @@ def test_several_avatars_in_one_draw(context: moderngl.Context) -> None:
             backend(FULL, context=context, buffer_limit=limit) as first,
             backend(other, context=context, buffer_limit=limit) as second,
         ):
-            together = draw_together([first, second])
+            scene = make_scene([first, second])
             posed = [posed_of(first), posed_of(second)]
-            assert np.abs(together.picture(posed, camera(), BACKGROUND).colour - want.colour).max() <= 1 / 255
-            alone = picture(first)
-            assert same(alone, draw_together([first]).picture(posed[:1], camera(), BACKGROUND))
+            assert np.abs(scene.image(posed, camera(), BACKGROUND).colour - want.colour).max() <= 1 / 255
+            alone = image(first)
+            assert same(alone, make_scene([first]).image(posed[:1], camera(), BACKGROUND))
             with pytest.raises(ValueError, match="1 poses for 2 avatars"):
-                together.picture(posed[:1], camera())
+                scene.image(posed[:1], camera())
 
 
-def test_avatars_of_different_contexts_are_not_drawn_together(context: moderngl.Context) -> None:
-    several = pytest.raises(ValueError, match="2 backends in 2 contexts cannot be drawn together")
+def test_avatars_of_different_contexts_share_no_scene(context: moderngl.Context) -> None:
+    several = pytest.raises(ValueError, match="2 backends in 2 contexts cannot share a scene")
     with backend(FULL, context=context) as first, backend(FULL) as second, several:
-        draw_together([first, second])
+        make_scene([first, second])
     with pytest.raises(ValueError, match="0 backends"):
-        draw_together([])
+        make_scene([])
 
 
 def test_stage_times_where_asked(context: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -259,31 +259,31 @@ def test_a_shader_that_does_not_compile(context: moderngl.Context) -> None:
 
 def test_shaders_from_elsewhere_are_those_that_run(context: moderngl.Context) -> None:
     with backend(FULL, context=context, shaders=Altered("project", "0.5", "0.25")) as gl:
-        assert np.abs(picture(gl).colour - reference_picture(FULL, camera()).colour).max() > 0.05
+        assert np.abs(image(gl).colour - reference_image(FULL, camera()).colour).max() > 0.05
 
 
 def test_the_size_may_change_from_frame_to_frame(context: moderngl.Context) -> None:
     small = replace(camera(), width=40, height=30)
     with backend(FULL, context=context) as gl:
-        want = picture(gl, depth=np.ones((HEIGHT, WIDTH), np.float32))
+        want = image(gl, depth=np.ones((HEIGHT, WIDTH), np.float32))
         held = len(gl.gpu.held)
-        got = gl.scene.picture([posed_of(gl)], small, BACKGROUND, depth=np.ones((30, 40), np.float32))
+        got = gl.scene.image([posed_of(gl)], small, BACKGROUND, depth=np.ones((30, 40), np.float32))
         assert len(gl.gpu.held) == held
         assert got.colour.shape == (30, 40, 3)
-        assert np.abs(got.colour - reference_picture(FULL, small).colour).max() <= 1 / 255
-        assert same(picture(gl), want)
+        assert np.abs(got.colour - reference_image(FULL, small).colour).max() <= 1 / 255
+        assert same(image(gl), want)
 
 
 def test_frames_are_the_same_every_time(context: moderngl.Context) -> None:
     with backend(FULL, context=context) as gl:
-        want = picture(gl)
+        want = image(gl)
         gl.stage("sort", {"depth": np.ones(48, np.float32), "radius": np.ones(48, np.int32)}, None, "engine")
-        assert same(picture(gl), want)
+        assert same(image(gl), want)
 
 
 def test_everything_is_given_back(context: moderngl.Context) -> None:
     with GlBackend(SURFACE, context) as gl:
-        picture(gl)
+        image(gl)
         held = list(gl.gpu.held)
         assert len(held) > 20
     assert not gl.gpu.held

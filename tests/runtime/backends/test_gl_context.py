@@ -18,7 +18,7 @@ from avatar_runtime.backends.gl.context import language_of, own_context
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.posed import Clock
 from tests.avatars import full_avatar
-from tests.runtime.backends.gl_cases import BACKGROUND, SIZE, backend, camera, posed_of, reference_picture
+from tests.runtime.backends.gl_cases import BACKGROUND, SIZE, backend, camera, posed_of, reference_image
 
 AVATAR = full_avatar(3)
 WIDTH, HEIGHT = SIZE
@@ -67,7 +67,7 @@ def test_no_context_says_what_to_install() -> None:
 
 def test_desktop_and_es_by_turns() -> None:
     """Two contexts in one process, used alternately: each call has its own one current."""
-    want = reference_picture(AVATAR, camera())
+    want = reference_image(AVATAR, camera())
     with backend(AVATAR) as desktop, backend(AVATAR, es=True) as es:
         assert (desktop.gpu.language, es.gpu.language) == ("glsl430", "glsl310es")
         for _ in range(2):
@@ -129,7 +129,7 @@ def read(framebuffer: moderngl.Framebuffer) -> Any:
 
 
 def test_draw_into_over_what_is_there(context: moderngl.Context, scene: moderngl.Framebuffer) -> None:
-    want = reference_picture(AVATAR, camera())
+    want = reference_image(AVATAR, camera())
     bare = want.colour - want.transmittance[..., None] * BACKGROUND
     with backend(AVATAR, context=context) as gl:
         gl.draw_into(scene, posed_of(gl), camera())
@@ -146,8 +146,8 @@ def test_draw_into_over_what_is_there(context: moderngl.Context, scene: moderngl
 def test_draw_into_a_framebuffer_with_a_viewport(
     context: moderngl.Context, scene: moderngl.Framebuffer
 ) -> None:
-    """All of the picture is drawn, and the viewport is afterwards the caller's."""
-    want = reference_picture(AVATAR, camera())
+    """All of the image is drawn, and the viewport is afterwards the caller's."""
+    want = reference_image(AVATAR, camera())
     scene.viewport = (10, 20, 30, 40)
     with backend(AVATAR, context=context) as gl:
         gl.draw_into(scene, posed_of(gl), camera(), background=tuple(BACKGROUND.tolist()))
@@ -156,8 +156,8 @@ def test_draw_into_a_framebuffer_with_a_viewport(
 
 
 def test_draw_into_linear_light(context: moderngl.Context, scene: moderngl.Framebuffer) -> None:
-    """The finished colour is converted: over an opaque background, the curve of the display-referred picture."""
-    want = reference_picture(AVATAR, camera()).colour.astype(np.float64)
+    """The finished colour is converted: over an opaque background, the curve of the display-referred image."""
+    want = reference_image(AVATAR, camera()).colour.astype(np.float64)
     linear = np.where(want <= 0.04045, want / 12.92, ((want + 0.055) / 1.055) ** 2.4)
     with backend(AVATAR, context=context) as gl:
         gl.draw_into(scene, posed_of(gl), camera(), background=tuple(BACKGROUND.tolist()), linear=True)
@@ -168,12 +168,12 @@ def test_draw_into_a_scene_with_depth() -> None:
     """The framebuffer's own depth texture, first row at the bottom, hides what an array does, first row on top."""
     context = own_context(es=False)
     depth = np.ones((HEIGHT, WIDTH), np.float32)
-    depth[: HEIGHT // 2] = 0.9837  # the upper half of the picture
+    depth[: HEIGHT // 2] = 0.9837  # the upper half of the image
     with context, backend(AVATAR, context=context) as gl:
         texture = context.depth_texture(SIZE, np.ascontiguousarray(depth[::-1]).tobytes())
         framebuffer = context.framebuffer([context.texture(SIZE, 4, dtype="f4")], texture)
-        whole = gl.scene.picture([posed_of(gl)], camera(), BACKGROUND)
-        want = gl.scene.picture([posed_of(gl)], camera(), BACKGROUND, depth=depth)
+        whole = gl.scene.image([posed_of(gl)], camera(), BACKGROUND)
+        want = gl.scene.image([posed_of(gl)], camera(), BACKGROUND, depth=depth)
         changed = np.abs(whole.colour - want.colour).max(axis=2) > 0.01
         assert changed[: HEIGHT // 2].any() and not changed[HEIGHT // 2 :].any()
         gl.draw_into(

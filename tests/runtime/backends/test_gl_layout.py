@@ -8,17 +8,17 @@ import pytest
 from avatar_runtime.avatar import SparseRows
 from avatar_runtime.backends.gl.layout import (
     Cost,
-    Heap,
+    PackedBuffer,
     Run,
-    bind_heap,
-    blend_heap,
-    embed_heap,
     gaussian_runs,
-    heap,
-    morph_heap,
+    pack,
+    pack_bind,
+    pack_blend,
+    pack_embedded,
+    pack_morph,
+    pack_skin,
+    pack_surface,
     runs,
-    skin_heap,
-    surface_heap,
     vertex_runs,
 )
 from avatar_runtime.io.errors import AvatarError
@@ -30,18 +30,18 @@ SURFACE = surface_avatar(5)
 MIDDLE = Run(7, 20)
 
 
-def section(packed: Heap, name: str) -> np.ndarray:
+def section(packed: PackedBuffer, name: str) -> np.ndarray:
     """The words from one section to the next."""
     begin = packed.offsets[name]
     later = [at for at in packed.offsets.values() if at > begin]
     return packed.words[begin : min(later, default=len(packed.words))]
 
 
-def floats(packed: Heap, name: str) -> np.ndarray:
+def floats(packed: PackedBuffer, name: str) -> np.ndarray:
     return section(packed, name).view(np.float32)
 
 
-def unpacked(packed: Heap, name: str, width: int, row: int) -> list[tuple[int, list[float]]]:
+def unpacked(packed: PackedBuffer, name: str, width: int, row: int) -> list[tuple[int, list[float]]]:
     """Entries of one row as (column, values), read as a kernel reads them."""
     ptr, entry = packed.offsets[f"{name}_ptr"], packed.offsets[f"{name}_entry"]
     found = []
@@ -61,7 +61,7 @@ def stored(sparse: SparseRows, attributes: list[str], row: int) -> list[tuple[in
 
 
 def test_words_keep_their_bits() -> None:
-    packed = heap(
+    packed = pack(
         {"a": np.array([1.5, -0.0], np.float32), "b": np.zeros(0, np.float32), "c": np.array([7, 2**32 - 1])}
     )
     assert packed.offsets == {"a": 0, "b": 2, "c": 2}
@@ -71,7 +71,7 @@ def test_words_keep_their_bits() -> None:
 
 @pytest.mark.parametrize("run", [Run(0, COUNT), MIDDLE], ids=["all", "middle"])
 def test_blend_heap(run: Run) -> None:
-    packed, g, shapes = blend_heap(AVATAR, run), AVATAR.gaussians, AVATAR.blendshapes
+    packed, g, shapes = pack_blend(AVATAR, run), AVATAR.gaussians, AVATAR.blendshapes
     rows = slice(run.first, run.first + run.count)
     base = floats(packed, "base_plane").reshape(11 + 48, run.count)
     np.testing.assert_array_equal(base[0:3].T, g.mean[rows])
@@ -92,18 +92,18 @@ def test_bind_morph_and_skin_heaps() -> None:
     assert rig is not None
     vertices = Run(3, 9)
     parts = [
-        (bind_heap(AVATAR, MIDDLE), "corrective", 4, shapes.correctives, "mean", MIDDLE),
-        (bind_heap(AVATAR, MIDDLE), "late", 4, shapes.late_morphs, "mean", MIDDLE),
-        (bind_heap(AVATAR, MIDDLE), "skin", 2, AVATAR.skin, "weight", MIDDLE),
-        (morph_heap(rig, vertices), "morph", 4, rig.morphs, "position", vertices),
-        (morph_heap(rig, vertices), "corrective", 4, rig.correctives, "position", vertices),
-        (skin_heap(rig, vertices), "late", 4, rig.late_morphs, "position", vertices),
-        (skin_heap(rig, vertices), "skin", 2, rig.skin, "weight", vertices),
+        (pack_bind(AVATAR, MIDDLE), "corrective", 4, shapes.correctives, "mean", MIDDLE),
+        (pack_bind(AVATAR, MIDDLE), "late", 4, shapes.late_morphs, "mean", MIDDLE),
+        (pack_bind(AVATAR, MIDDLE), "skin", 2, AVATAR.skin, "weight", MIDDLE),
+        (pack_morph(rig, vertices), "morph", 4, rig.morphs, "position", vertices),
+        (pack_morph(rig, vertices), "corrective", 4, rig.correctives, "position", vertices),
+        (pack_skin(rig, vertices), "late", 4, rig.late_morphs, "position", vertices),
+        (pack_skin(rig, vertices), "skin", 2, rig.skin, "weight", vertices),
     ]
     for packed, name, width, sparse, attribute, run in parts:
         for row in range(run.count):
             assert unpacked(packed, name, width, row) == stored(sparse, [attribute], run.first + row), name
-    template = floats(morph_heap(rig, vertices), "template_plane").reshape(3, 9)
+    template = floats(pack_morph(rig, vertices), "template_plane").reshape(3, 9)
     np.testing.assert_array_equal(template.T, rig.vertices[3:12])
 
 
@@ -112,7 +112,7 @@ def test_surface_and_embed_heaps() -> None:
     assert e is not None
     surface = prepare(e, SURFACE.rules, SURFACE.training_per_bundle)
     assert SURFACE.rig is not None
-    packed, faces = surface_heap(surface, SURFACE.rig.skin), len(e.triangles)
+    packed, faces = pack_surface(surface, SURFACE.rig.skin), len(e.triangles)
     np.testing.assert_array_equal(section(packed, "triangle_plane").reshape(3, faces).T, e.triangles)
     frame = floats(packed, "canonical_frame").reshape(9, faces).T.reshape(faces, 3, 3)
     np.testing.assert_array_equal(frame, surface.canonical.frame.astype(np.float32))
@@ -121,7 +121,7 @@ def test_surface_and_embed_heaps() -> None:
     np.testing.assert_array_equal(section(packed, "vertex_triangle"), surface.vertex_triangle)
     for row in range(VERTICES):
         assert unpacked(packed, "skin", 2, row) == stored(SURFACE.rig.skin, ["weight"], row)
-    packed, rows = embed_heap(surface, MIDDLE), slice(7, 27)
+    packed, rows = pack_embedded(surface, MIDDLE), slice(7, 27)
     np.testing.assert_array_equal(section(packed, "triangle_ids"), e.triangle[rows])
     np.testing.assert_array_equal(section(packed, "vertex_ids").reshape(3, 20).T, e.vertex_ids[rows])
     np.testing.assert_array_equal(floats(packed, "barycentric").reshape(3, 20).T, e.barycentric[rows])
@@ -147,8 +147,8 @@ def test_runs_cover_all_rows_and_keep_the_limit(avatar: object, limit: int) -> N
         surface = prepare(avatar.embedding, avatar.rules, avatar.training_per_bundle)
 
     def largest(run: Run) -> int:
-        other = bind_heap(avatar, run) if surface is None else embed_heap(surface, run)
-        heaps = max(blend_heap(avatar, run).words.nbytes, other.words.nbytes)
+        other = pack_bind(avatar, run) if surface is None else pack_embedded(surface, run)
+        heaps = max(pack_blend(avatar, run).words.nbytes, other.words.nbytes)
         return max(heaps, run.count * 16 * 5, run.count * 4 * 48)
 
     for run in found:
@@ -156,7 +156,7 @@ def test_runs_cover_all_rows_and_keep_the_limit(avatar: object, limit: int) -> N
         if run.first + run.count < COUNT:
             assert largest(Run(run.first, run.count + 1)) > limit
     for run in vertex_runs(rig, limit):
-        assert max(morph_heap(rig, run).words.nbytes, skin_heap(rig, run).words.nbytes) <= limit
+        assert max(pack_morph(rig, run).words.nbytes, pack_skin(rig, run).words.nbytes) <= limit
     assert sum(run.count for run in vertex_runs(rig, limit)) == VERTICES
 
 

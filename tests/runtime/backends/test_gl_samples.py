@@ -16,7 +16,7 @@ from avatar_runtime.player import Player
 from avatar_runtime.posed import Clock
 from tests.bench.backends import busy_pose
 from tests.measured import Measure
-from tests.runtime.backends.gl_cases import BACKGROUND, PICTURE_LIMIT, backend, check_stage, stage_inputs
+from tests.runtime.backends.gl_cases import BACKGROUND, IMAGE_LIMIT, backend, check_stage, stage_inputs
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["desktop", "es"])
@@ -34,10 +34,10 @@ def test_sample(sample: Avatar, context: moderngl.Context, measured: Measure) ->
         for stage, (inputs, outputs) in stage_inputs(avatar, seen, pose).items():
             check_stage(stage, gl.stage(stage, inputs, seen, "engine"), outputs, measured)
         player = Player(avatar, "reference")
-        want = player.frame(pose, seen, tuple(BACKGROUND.tolist()), "engine").picture
+        want = player.frame(pose, seen, tuple(BACKGROUND.tolist()), "engine").image
         got = gl.frame(player.posed(pose), seen, BACKGROUND, "engine", Clock())
     assert want.transmittance.min() < 0.5
     for array in ("colour", "transmittance"):
         worst = float(np.abs(getattr(got, array) - getattr(want, array)).max())
-        measured("gl sample picture end to end, 1/255", 255 * worst)
-        assert worst <= PICTURE_LIMIT, array
+        measured("gl sample image end to end, 1/255", 255 * worst)
+        assert worst <= IMAGE_LIMIT, array

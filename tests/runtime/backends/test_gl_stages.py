@@ -1,4 +1,4 @@
-"""Every stage of backend `gl` alone, and its pictures, against the NumPy reference: desktop OpenGL and OpenGL ES."""
+"""Every stage of backend `gl` alone, and its images, against the NumPy reference: desktop OpenGL and OpenGL ES."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from avatar_runtime.avatar import Rules
 from avatar_runtime.backends.gl.context import own_context
 from avatar_runtime.backends.reference import ReferenceBackend
 from avatar_runtime.camera import Camera
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.player import Player
 from avatar_runtime.posed import Clock
 from avatar_runtime.rules import QUATERNION_SIGNS
@@ -20,7 +21,7 @@ from tests.avatars import surface_avatar
 from tests.measured import Measure
 from tests.runtime.backends.gl_cases import (
     BACKGROUND,
-    PICTURE_LIMIT,
+    IMAGE_LIMIT,
     STAGE_LIMIT,
     avatars,
     backend,
@@ -28,7 +29,7 @@ from tests.runtime.backends.gl_cases import (
     check_stage,
     pose_of,
     posed_of,
-    reference_picture,
+    reference_image,
     relative,
     stage_inputs,
 )
@@ -54,14 +55,14 @@ def test_every_stage_alone(name: str, context: moderngl.Context, measured: Measu
 @pytest.mark.parametrize("name", AVATARS)
 def test_frame_and_animate(name: str, context: moderngl.Context, measured: Measure) -> None:
     avatar = AVATARS[name]
-    want = reference_picture(avatar, camera())
+    want = reference_image(avatar, camera())
     assert want.transmittance.min() < 0.1
     with backend(avatar, context=context) as gl:
         got = gl.frame(posed_of(gl), camera(), BACKGROUND, "engine", Clock())
         for array in ("colour", "transmittance"):
             worst = float(np.abs(getattr(got, array) - getattr(want, array)).max())
-            measured("gl picture end to end, absolute", worst)
-            assert worst <= PICTURE_LIMIT, array
+            measured("gl image end to end, absolute", worst)
+            assert worst <= IMAGE_LIMIT, array
         splats = Player(avatar, "reference").animate(pose_of(avatar))
         found = gl.animate(posed_of(gl), Clock())
         for array in ("mean", "scale", "quat_wxyz", "opacity", "sh", "sh_rotation"):
@@ -80,7 +81,7 @@ ABSURD = {
 
 
 def test_absurd_numbers_are_culled_as_the_reference_culls_them(context: moderngl.Context) -> None:
-    """What overflows on the way to the screen has no radius; nothing else of the picture changes."""
+    """What overflows on the way to the screen has no radius; nothing else of the image changes."""
     avatar = AVATARS["full"]
     inputs, _ = stage_inputs(avatar, camera())["project"]
     inputs, row = {name: np.array(value) for name, value in inputs.items()}, 0
@@ -103,12 +104,12 @@ def test_an_overflowing_splat_paints_nothing(context: moderngl.Context) -> None:
     avatar = AVATARS["full"]
     log_scale = avatar.gaussians.log_scale.copy()
     log_scale[0] = (20, 19, 18)
-    huge = replace(avatar, gaussians=replace(avatar.gaussians, log_scale=log_scale)).check()
+    huge = check_avatar(replace(avatar, gaussians=replace(avatar.gaussians, log_scale=log_scale)))
     with np.errstate(all="ignore"):
-        want = reference_picture(huge, camera())
+        want = reference_image(huge, camera())
     with backend(huge, context=context) as gl:
         got = gl.frame(posed_of(gl), camera(), BACKGROUND, "engine", Clock())
-    assert np.abs(got.colour - want.colour).max() <= PICTURE_LIMIT
+    assert np.abs(got.colour - want.colour).max() <= IMAGE_LIMIT
 
 
 def test_an_eye_among_the_splats(context: moderngl.Context) -> None:
@@ -121,9 +122,9 @@ def test_an_eye_among_the_splats(context: moderngl.Context) -> None:
         got = gl.stage("project", inputs, inside, "engine")
         for array, want in outputs.items():
             assert relative(got[array], want) <= STAGE_LIMIT, array
-        want = reference_picture(avatar, inside)
-        picture = gl.frame(posed_of(gl), inside, BACKGROUND, "engine", Clock())
-        assert np.abs(picture.colour - want.colour).max() <= PICTURE_LIMIT
+        want = reference_image(avatar, inside)
+        image = gl.frame(posed_of(gl), inside, BACKGROUND, "engine", Clock())
+        assert np.abs(image.colour - want.colour).max() <= IMAGE_LIMIT
 
 
 def test_equal_depths_stay_in_the_order_of_ids(context: moderngl.Context) -> None:

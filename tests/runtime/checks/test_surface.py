@@ -15,6 +15,7 @@ from jsonschema import Draft202012Validator
 from avatar_export.writers.embedding_json import embedding_json
 from avatar_runtime.avatar import Avatar, Embedding, Group, Rules
 from avatar_runtime.bundle import load
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import safetensors
 from avatar_runtime.codec.embedding import embedding_tensors
 from avatar_runtime.io.errors import AvatarError
@@ -71,13 +72,13 @@ def test_bad_embeddings(name: str) -> None:
     assert avatar.embedding is not None
     change, message = BAD[name]
     with pytest.raises(AvatarError, match=message):
-        replace(avatar, embedding=change(avatar.embedding)).check()
+        check_avatar(replace(avatar, embedding=change(avatar.embedding)))
 
 
 @pytest.mark.parametrize("u", [1e300, 1e-300, 5e-324, 0.0, float("nan")])
 def test_units_that_no_formula_holds(u: float) -> None:
     with pytest.raises(AvatarError, match="training_per_bundle"):
-        replace(surface_avatar(), training_per_bundle=u).check()
+        check_avatar(replace(surface_avatar(), training_per_bundle=u))
 
 
 def test_vertex_ids_are_the_corners_in_their_order() -> None:
@@ -91,10 +92,10 @@ def test_weights_that_the_released_code_leaves_are_kept() -> None:
     avatar = surface_avatar()
     assert avatar.embedding is not None
     change = changed("barycentric", 5, [1.0009, -0.0009, 0.00005])
-    replace(avatar, embedding=change(avatar.embedding)).check()
+    check_avatar(replace(avatar, embedding=change(avatar.embedding)))
 
 
-TOGETHER: dict[str, tuple[Callable[[Avatar], Avatar], str]] = {
+COMBINATIONS: dict[str, tuple[Callable[[Avatar], Avatar], str]] = {
     "no embedding": (lambda a: replace(a, embedding=None), "goes with an embedding"),
     "no surface": (
         lambda a: replace(full_avatar(), embedding=surface_avatar().embedding),
@@ -132,11 +133,11 @@ TOGETHER: dict[str, tuple[Callable[[Avatar], Avatar], str]] = {
 }
 
 
-@pytest.mark.parametrize("name", TOGETHER)
-def test_what_goes_together(name: str) -> None:
-    change, message = TOGETHER[name]
+@pytest.mark.parametrize("name", COMBINATIONS)
+def test_combinations_that_are_refused(name: str) -> None:
+    change, message = COMBINATIONS[name]
     with pytest.raises(AvatarError, match=message):
-        change(surface_avatar()).check()
+        check_avatar(change(surface_avatar()))
 
 
 CLIPS: dict[str, tuple[dict[str, Any], str]] = {
@@ -160,7 +161,7 @@ CLIPS: dict[str, tuple[dict[str, Any], str]] = {
         {"world_from_avatar": np.ones((5, 4, 4), np.float32)},
         "clips.nod.world_from_avatar: .* affine",
     ),
-    "a name twice": ({"name": "blink"}, "clips: 'blink' is empty or stands twice"),
+    "a name twice": ({"name": "blink"}, "clips: 'blink' is empty or a duplicate"),
 }
 
 
@@ -169,7 +170,7 @@ def test_bad_clips(name: str) -> None:
     avatar = full_avatar()
     change, message = CLIPS[name]
     with pytest.raises(AvatarError, match=message):
-        replace(avatar, clips=(replace(avatar.clips[0], **change), avatar.clips[1])).check()
+        check_avatar(replace(avatar, clips=(replace(avatar.clips[0], **change), avatar.clips[1])))
 
 
 @pytest.fixture

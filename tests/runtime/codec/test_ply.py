@@ -134,10 +134,13 @@ BAD = {
     "no rows": (HEAD.replace(b"vertex 5", b"vertex 0") + b"end_header\n", "vertex: has no rows"),
     "list": (_header(b"property float x\n", b"property list uchar int x\n"), "is a list"),
     "unknown type": (_header(b"property float x\n", b"property half x\n"), "is not a scalar type and a name"),
-    "property twice": (_header(b"property float ny\n", b"property float nx\n"), "property nx: stands twice"),
+    "property twice": (
+        _header(b"property float ny\n", b"property float nx\n"),
+        "property nx: is a duplicate",
+    ),
     "element twice": (
         _header(b"element vertex 5\n", b"element vertex 5\nelement vertex 5\n"),
-        "stands twice",
+        "duplicate",
     ),
     "faces": (
         _header(b"element vertex 5\n", b"element face 2\nelement vertex 5\n"),

@@ -116,7 +116,7 @@ HOSTILE = {
     "nested too deep": (file_of(b"[" * 100_000), "not JSON"),
     "an endless number": (file_of(b'{"a": ' + b"9" * 5000 + b"}"), "not JSON"),
     "a list": (file_of([]), "not a JSON object"),
-    "entry is no object": (file_of({"a": 3}), "a: is not a JSON object"),
+    "entry is not an object": (file_of({"a": 3}), "a: is not a JSON object"),
     "entry without fields": (file_of({"a": {}}), "dtype None"),
     "unknown type": (file_of(entry("BF16"), BODY), "dtype 'BF16'"),
     "type is a list": (file_of(entry(["F32"]), BODY), "dtype"),

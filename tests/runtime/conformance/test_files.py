@@ -66,9 +66,9 @@ def test_what_is_written_is_read_back_bit_for_bit() -> None:
         np.testing.assert_array_equal(again.pose.joints[joint], matrix)
     assert found.cases[0].steps == made.cases[0].steps
     assert found.cases[0].engine_psnr_db == made.cases[0].engine_psnr_db
-    for profile, view in made.cases[0].pictures.items():
-        np.testing.assert_array_equal(found.cases[0].pictures[profile].colour, view.colour)
-        np.testing.assert_array_equal(found.cases[0].pictures[profile].alpha, view.alpha)
+    for profile, view in made.cases[0].images.items():
+        np.testing.assert_array_equal(found.cases[0].images[profile].colour, view.colour)
+        np.testing.assert_array_equal(found.cases[0].images[profile].alpha, view.alpha)
     for name, tensor in found.tensors.items():
         if name not in ("rows", "vertices"):
             np.testing.assert_array_equal(tensor, made.tensors[name])
@@ -157,7 +157,7 @@ def stage_of(document: Document, stage: str) -> Document:
         (lambda d: d["cases"][0]["camera"].update(width=100000), "width"),
         (lambda d: d["cases"][0]["camera"].update(camera_from_world=[0] * 16), "no inverse"),
         (lambda d: d["cases"][0]["camera"].update(centre=[1e300, 0, 0]), "goes beyond"),
-        (lambda d: d["cases"][0]["pictures"][0].update(colour="../secret.png"), "../secret.png"),
+        (lambda d: d["cases"][0]["images"][0].update(colour="../secret.png"), "../secret.png"),
         (lambda d: d["cases"].append(d["cases"][0]), "two cases"),
         (lambda d: d["cases"][0].update(name="../x"), "name"),
     ],

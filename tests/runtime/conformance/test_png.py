@@ -1,4 +1,4 @@
-"""PNG of reference pictures, crossed with Pillow."""
+"""PNG of reference images, crossed with Pillow."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from PIL import Image
 from avatar_runtime.conformance import png
 from avatar_runtime.io.errors import AvatarError
 
-PICTURES = [(5, 7), (5, 7, 3), (1, 1), (1, 1, 3), (40, 33, 3)]
+SHAPES = [(5, 7), (5, 7, 3), (1, 1), (1, 1, 3), (40, 33, 3)]
 
 
-def picture(shape: tuple[int, ...]) -> np.ndarray:
+def pixels(shape: tuple[int, ...]) -> np.ndarray:
     """Smooth in x, in y, and noise: rows that take every filter."""
     rng = np.random.default_rng(sum(shape))
     y, x = np.mgrid[: shape[0], : shape[1]]
@@ -24,17 +24,17 @@ def picture(shape: tuple[int, ...]) -> np.ndarray:
     return smooth if len(shape) == 2 else np.stack([smooth, smooth * 3, 255 - smooth], axis=-1)
 
 
-@pytest.mark.parametrize("shape", PICTURES)
+@pytest.mark.parametrize("shape", SHAPES)
 def test_pillow_reads_what_is_written(shape: tuple[int, ...]) -> None:
-    want = picture(shape)
+    want = pixels(shape)
     with Image.open(io.BytesIO(png.encode(want))) as image:
         assert image.mode == ("L" if len(shape) == 2 else "RGB")
         np.testing.assert_array_equal(np.asarray(image), want)
 
 
-@pytest.mark.parametrize("shape", PICTURES)
+@pytest.mark.parametrize("shape", SHAPES)
 def test_what_is_written_is_read_back(shape: tuple[int, ...]) -> None:
-    want = picture(shape)
+    want = pixels(shape)
     np.testing.assert_array_equal(png.decode(png.encode(want), shape, "x.png"), want)
 
 
@@ -62,22 +62,22 @@ def test_every_filter_is_read(shape: tuple[int, ...]) -> None:
     np.testing.assert_array_equal(png.decode(data, shape, "x.png"), want)
 
 
-@pytest.mark.parametrize("shape", PICTURES)
+@pytest.mark.parametrize("shape", SHAPES)
 def test_what_pillow_saves_is_read(shape: tuple[int, ...]) -> None:
-    want, out = picture(shape), io.BytesIO()
+    want, out = pixels(shape), io.BytesIO()
     Image.fromarray(want).save(out, "PNG")
     np.testing.assert_array_equal(png.decode(out.getvalue(), shape, "x.png"), want)
 
 
-def test_smooth_pictures_become_small() -> None:
+def test_smooth_images_become_small() -> None:
     y, x = np.mgrid[:256, :256]
     assert len(png.encode(np.stack([x, y, x], axis=-1).astype(np.uint8))) < 3000
 
 
 @pytest.mark.parametrize("shape", [(5, 8, 3), (6, 7, 3), (5, 7)])
 def test_another_size_or_kind_is_refused(shape: tuple[int, ...]) -> None:
-    with pytest.raises(AvatarError, match=r"x\.png: is no 8-bit"):
-        png.decode(png.encode(picture((5, 7, 3))), shape, "x.png")
+    with pytest.raises(AvatarError, match=r"x\.png: is not an 8-bit"):
+        png.decode(png.encode(pixels((5, 7, 3))), shape, "x.png")
 
 
 def chunk(kind: bytes, body: bytes) -> bytes:
@@ -86,7 +86,7 @@ def chunk(kind: bytes, body: bytes) -> bytes:
 
 def with_rows(rows: bytes) -> bytes:
     """A 7x5 grey PNG whose image data is `rows`."""
-    whole = png.encode(picture((5, 7)))
+    whole = png.encode(pixels((5, 7)))
     return whole[:33] + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
 
 
@@ -95,12 +95,12 @@ def with_rows(rows: bytes) -> bytes:
     [
         (b"", "no PNG"),
         (b"GIF89a", "no PNG"),
-        (png.encode(picture((5, 7)))[:-5], "damaged"),
-        (png.encode(picture((5, 7))).replace(b"IDAT", b"IDAX"), "damaged"),
+        (png.encode(pixels((5, 7)))[:-5], "damaged"),
+        (png.encode(pixels((5, 7))).replace(b"IDAT", b"IDAX"), "damaged"),
         (with_rows(bytes(39)), "39 bytes"),
         (with_rows(bytes(50_000_000)), "41 bytes"),
         (with_rows(bytes([5]) + bytes(39)), "row filter 5"),
-        (png.encode(picture((5, 7)))[:33] + chunk(b"IDAT", b"no zlib"), "damaged"),
+        (png.encode(pixels((5, 7)))[:33] + chunk(b"IDAT", b"no zlib"), "damaged"),
     ],
 )
 def test_what_is_damaged_is_refused(data: bytes, said: str) -> None:

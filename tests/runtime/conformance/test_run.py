@@ -20,13 +20,13 @@ from avatar_runtime.conformance import (
     encode,
     make_reference,
 )
+from avatar_runtime.conformance.images import compare, view
 from avatar_runtime.conformance.model import Step
-from avatar_runtime.conformance.pictures import compare, view
 from avatar_runtime.conformance.rows import kept_pixels, thinned
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
-from avatar_runtime.stages.raster import Picture
+from avatar_runtime.stages.raster import Image
 from tests.avatars import full_avatar, surface_avatar
 from tests.runtime.conformance.made import CAMERA, avatar, reference
 
@@ -129,8 +129,8 @@ def test_a_broken_order_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     assert conform(avatar(), reference(), "reference").first_failure == "sort"
 
 
-def test_a_picture_that_differs_is_told_when_all_stages_pass() -> None:
-    """The avatar's other rows are in the picture alone."""
+def test_a_image_that_differs_is_told_when_all_stages_pass() -> None:
+    """The avatar's other rows are in the image alone."""
     made = avatar()
     other = np.setdiff1d(np.arange(made.gaussians.count), reference().rows)
     logits = made.gaussians.opacity_logit.copy()
@@ -138,22 +138,22 @@ def test_a_picture_that_differs_is_told_when_all_stages_pass() -> None:
     changed = replace(made, gaussians=replace(made.gaussians, opacity_logit=logits))
     report = conform(changed, reference(), "reference")
     assert all(row.passed for row in report.rows)
-    assert report.first_failure == "picture"
-    assert not any(picture.passed for picture in report.pictures)
-    assert all(picture.psnr_db is not None and picture.psnr_db < 40 for picture in report.pictures)
+    assert report.first_failure == "image"
+    assert not any(image.passed for image in report.images)
+    assert all(image.psnr_db is not None and image.psnr_db < 40 for image in report.images)
 
 
 @pytest.mark.parametrize(("steps", "passes"), [(1, True), (2, False), (-2, False)])
 @pytest.mark.parametrize("what", ["colour", "alpha"])
-def test_a_picture_may_be_one_step_off(what: str, steps: int, passes: bool) -> None:
+def test_a_image_may_be_one_step_off(what: str, steps: int, passes: bool) -> None:
     vectors = reference().cases[0]
     shifted = {
         profile: replace(
             want, **{what: np.clip(getattr(want, what).astype(int) + steps, 0, 255).astype(np.uint8)}
         )
-        for profile, want in vectors.pictures.items()
+        for profile, want in vectors.images.items()
     }
-    report = conform(avatar(), replace(reference(), cases=(replace(vectors, pictures=shifted),)), "reference")
+    report = conform(avatar(), replace(reference(), cases=(replace(vectors, images=shifted),)), "reference")
     assert report.passed == passes
 
 
@@ -161,7 +161,7 @@ def test_a_profile_that_is_not_drawn_is_said(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(reference_backend.ReferenceBackend, "profiles", ("engine",))
     report = conform(avatar(), reference(), "reference")
     assert report.passed
-    assert report.skipped == ("nod: stage raster in profile trainer", "nod: picture in profile trainer")
+    assert report.skipped == ("nod: stage raster in profile trainer", "nod: image in profile trainer")
 
 
 def test_backends_give_back_what_they_hold(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -205,17 +205,17 @@ def test_a_case_holds_every_stage_of_the_avatar_once() -> None:
             conform(avatar(), changed_steps(change), "reference")
 
 
-def test_a_case_without_pictures() -> None:
-    case = replace(reference().cases[0].case, pictures=False)
+def test_a_case_without_images() -> None:
+    case = replace(reference().cases[0].case, images=False)
     made = make_reference(avatar(), [case], rows=16, pixels=64)
     files = encode(made)
     assert (
         set(files) == {"cases.json", "vectors.safetensors"} and b"engine_psnr_db" not in files["cases.json"]
     )
     found = decode(lambda name, most: files[name])
-    assert not found.cases[0].case.pictures and encode(found) == files
+    assert not found.cases[0].case.images and encode(found) == files
     report = conform(avatar(), found, "reference")
-    assert report.passed and report.rows and not report.pictures
+    assert report.passed and report.rows and not report.images
 
 
 def test_the_worst_element_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -255,7 +255,7 @@ def outputs_of(values: Reference) -> dict[str, Any]:
 def test_outputs_of_a_port() -> None:
     whole = outputs_of(reference())
     report = conform_outputs(avatar(), reference(), whole)
-    assert report.passed and report.backend is None and report.skipped == () and report.pictures == ()
+    assert report.passed and report.backend is None and report.skipped == () and report.images == ()
     assert len(report.rows) == len(whole)
     other_types = {
         name: a.astype(np.float64 if a.dtype.kind == "f" else np.int16) for name, a in whole.items()
@@ -338,10 +338,10 @@ def test_a_pose_that_the_avatar_lacks_is_refused() -> None:
 
 def test_rounding_to_bytes_neither_hides_nor_makes_a_difference() -> None:
     colour = np.linspace(0, 1, 48, dtype=np.float32).reshape(4, 4, 3)
-    picture = Picture(colour, 1 - colour[..., 0], np.zeros((4, 4), np.int32), 0)
-    want = view(picture)
-    assert compare(picture, want) == (pytest.approx(0, abs=1e-4), None)
-    off = replace(picture, colour=np.clip(colour - np.float32(1.2 / 255), 0, 1))
+    image = Image(colour, 1 - colour[..., 0], np.zeros((4, 4), np.int32), 0)
+    want = view(image)
+    assert compare(image, want) == (pytest.approx(0, abs=1e-4), None)
+    off = replace(image, colour=np.clip(colour - np.float32(1.2 / 255), 0, 1))
     difference, psnr = compare(off, want)
     assert 0.7 <= difference <= 1.7 and psnr is not None and psnr > 40
-    assert compare(replace(picture, colour=colour * np.float32(np.nan)), want)[0] == np.inf
+    assert compare(replace(image, colour=colour * np.float32(np.nan)), want)[0] == np.inf

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from avatar_runtime.avatar import Avatar, Blendshapes, Expression, Gaussians, Group, Rig, Rules, SparseRows
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.rotation import homogeneous, translation_matrix
 from avatar_runtime.stages.bind import Bound, bind
@@ -126,7 +127,7 @@ class GoldenModel:
             rig=self.rig,
             sh_degree=3,
         )
-        return avatar.check()
+        return check_avatar(avatar)
 
     def pose(self, frame: dict[str, Array]) -> PoseArrays:
         """The frame's inputs as the stages take them."""

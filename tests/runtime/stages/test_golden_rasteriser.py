@@ -18,7 +18,7 @@ from tests.golden import (
 from tests.measured import Measure
 from tests.runtime.stages.golden_scene import camera_of, projected_of
 
-PICTURE_TOLERANCE = 2e-7  # one expf against another
+IMAGE_TOLERANCE = 2e-7  # one expf against another
 BIG_CASES = ("dense", "playbot_a")
 EQUAL = (
     *("radii", "means2D", "depths", "cov3D", "conic_opacity", "rgb"),
@@ -52,10 +52,8 @@ def check(case: RasteriserCase, measured: Measure) -> None:
         else:
             np.testing.assert_array_equal(got[key], case.arrays[key], err_msg=key, strict=True)
     for key in ("out_color", "final_T"):
-        measured(
-            "golden rasteriser, picture and transmittance, difference", worst(got[key], case.arrays[key])
-        )
-        np.testing.assert_allclose(got[key], case.arrays[key], rtol=0, atol=PICTURE_TOLERANCE, err_msg=key)
+        measured("golden rasteriser, image and transmittance, difference", worst(got[key], case.arrays[key]))
+        np.testing.assert_allclose(got[key], case.arrays[key], rtol=0, atol=IMAGE_TOLERANCE, err_msg=key)
 
 
 def worst(got: Array, want: Array) -> float:
@@ -67,7 +65,7 @@ def evaluate(case: dict[str, Array]) -> dict[str, Array]:
     camera, projected = camera_of(case), projected_of(case)
     order = sort(projected)
     ids, ranges = tile_lists(projected.tiles, order, camera, 16)
-    picture = raster(projected, order, camera, case["bg"])
+    image = raster(projected, order, camera, case["bg"])
     x0, y0, x1, y1 = projected.tiles.T
     return {
         "radii": projected.radius,
@@ -80,7 +78,7 @@ def evaluate(case: dict[str, Array]) -> dict[str, Array]:
         "point_list": ids.astype(np.uint32),
         # The reference writes no range for an empty tile.
         "tile_ranges": np.where(ranges[:, :1] == ranges[:, 1:], 0, ranges).astype(np.uint32),
-        "out_color": picture.colour.transpose(2, 0, 1),
-        "final_T": picture.transmittance,
-        "n_contrib": picture.last.astype(np.uint32),
+        "out_color": image.colour.transpose(2, 0, 1),
+        "final_T": image.transmittance,
+        "n_contrib": image.last.astype(np.uint32),
     }

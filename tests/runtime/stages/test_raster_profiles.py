@@ -26,7 +26,7 @@ WIDTH, HEIGHT = 44, 37  # no multiples of the tile
 
 
 def random_scene(seed: int, count: int, largest: float) -> tuple[Projected, Camera]:
-    """Random splats about the picture, some beyond its border, some behind the camera."""
+    """Random splats about the image, some beyond its border, some behind the camera."""
     rng = np.random.default_rng(seed)
     quat = rng.normal(size=(count, 4))
     quat /= np.linalg.norm(quat, axis=1, keepdims=True)
@@ -60,7 +60,7 @@ def oracle_splats(p: Projected) -> list[splat.Splat]:
 def test_profile_meets_literal_loops(profile: str, seed: int, count: int, largest: float) -> None:
     projected, camera = random_scene(seed, count, largest)
     got = raster(projected, sort(projected), camera, BACKGROUND, profile)
-    colour, left = splat.picture(oracle_splats(projected), WIDTH, HEIGHT, BACKGROUND, profile)
+    colour, left = splat.image(oracle_splats(projected), WIDTH, HEIGHT, BACKGROUND, profile)
     np.testing.assert_allclose(got.colour, colour, rtol=0, atol=2e-6)
     np.testing.assert_allclose(got.transmittance, left, rtol=0, atol=2e-6)
 
@@ -128,7 +128,7 @@ def test_profiles_agree_inside_the_mask(name: str) -> None:
     error = (trainer.colour - engine.colour)[inside].astype(np.float64)
     psnr = -10 * np.log10(np.mean(error**2))
     assert inside.mean() > 0.05
-    assert psnr >= 65, f"{psnr:.1f} dB inside {inside.mean():.0%} of the picture"
+    assert psnr >= 65, f"{psnr:.1f} dB inside {inside.mean():.0%} of the image"
 
 
 def test_unknown_profile_is_the_callers_mistake() -> None:

@@ -16,7 +16,7 @@ from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_quat, matrix_from_rotvec
 from avatar_runtime.rules import NORMAL_POSITIONS
-from avatar_runtime.stages.surface import binding_pose, carry, prepare
+from avatar_runtime.stages.surface import binding_pose, pose_embedded, prepare
 from avatar_runtime.topology import topology_hash, vertex_triangles
 from tests.avatars import COUNT, full_avatar, surface_avatar
 from tests.oracles import surface_rule
@@ -71,7 +71,7 @@ def test_splatting_avatar_is_its_rule_in_training_units(
         e, canonical_vertices=canonical / np.float32(u), displacement=e.displacement / np.float32(u)
     )
     surface = prepare(in_metres, rules, u)
-    found = carry(surface, posed / np.float32(u), (log_scale - np.log(u)).astype(np.float32))
+    found = pose_embedded(surface, posed / np.float32(u), (log_scale - np.log(u)).astype(np.float32))
     quat = found.quat_wxyz / np.linalg.norm(found.quat_wxyz, axis=1, keepdims=True)
     for i in range(N):
         xyz, rotation, scale = surface_rule.splatting_avatar(
@@ -96,7 +96,7 @@ def test_gaussian_avatars_is_its_rule(u: float) -> None:
     sizes = [surface_rule.edge_frame(canonical, triangles[t])[1] for t in e.triangle]
     bound = (local + np.log(np.array(sizes) / u)[:, None]).astype(np.float32)
     surface = prepare(replace(e, canonical_vertices=canonical / np.float32(u)), GAUSSIAN_AVATARS, u)
-    found = carry(surface, posed / np.float32(u), bound)
+    found = pose_embedded(surface, posed / np.float32(u), bound)
     quat = found.quat_wxyz / np.linalg.norm(found.quat_wxyz, axis=1, keepdims=True)
     for i in range(N):
         xyz, rotation, scale = surface_rule.gaussian_avatars(
@@ -121,7 +121,7 @@ def test_code_and_paper_part_where_triangles_turn_apart(u: float) -> None:
     r = matrix_from_rotvec(np.array([0.2, 0.5, -0.4]))
     for vertices, same in ((posed, False), ((canonical @ r.T).astype(np.float32), True)):
         code, printed = (
-            carry(prepare(e, rules, u), vertices, log_scale) for rules in (SPLATTING_AVATAR, paper)
+            pose_embedded(prepare(e, rules, u), vertices, log_scale) for rules in (SPLATTING_AVATAR, paper)
         )
         quats = [c.quat_wxyz / np.linalg.norm(c.quat_wxyz, axis=1, keepdims=True) for c in (code, printed)]
         assert (np.abs(quats[0] - quats[1]).max() < 1e-6) == same

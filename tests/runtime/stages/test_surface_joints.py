@@ -11,6 +11,7 @@ import numpy.typing as npt
 import pytest
 
 from avatar_runtime.avatar import Avatar, Embedding, Rig, Rules
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.conformance import make_reference
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
@@ -171,7 +172,7 @@ def test_the_rule_needs_a_rig() -> None:
     with pytest.raises(AvatarError, match=r"rules.rotation: bary_vertex_lbs .* needs a rig"):
         surface_avatar(2, BY_JOINTS, rigged=False)
     with pytest.raises(AvatarError, match="such rules need an embedding"):
-        replace(full_avatar(), rules=BY_JOINTS).check()
+        check_avatar(replace(full_avatar(), rules=BY_JOINTS))
     with pytest.raises(AvatarError, match=r"bary_vertex_lbs, normal \| interpolated_normal, none"):
         surface_avatar(2, replace(BY_JOINTS, scale="log_area"))
 

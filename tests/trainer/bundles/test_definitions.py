@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 from avatar_export.writers.reference_cases import reference_cases
 from avatar_runtime.avatar import Avatar, Rules
-from avatar_runtime.conformance import Maker, conform, make_reference
-from avatar_runtime.conformance.pictures import draw
+from avatar_runtime.conformance import Maker, Reference, conform, make_reference
+from avatar_runtime.conformance.images import draw
 from avatar_runtime.stages.raster import PROFILES
 from avatar_trainer.bundles.definitions import TrainerStages
 from tests.avatars import full_avatar, surface_avatar
@@ -35,23 +36,28 @@ AVATARS = {
 TRAINER = Maker("trainer", TrainerStages, lambda avatar, case: draw(avatar, case, PROFILES))
 
 
+@cache
+def made(kind: str) -> Reference:
+    """What the trainer computes for an avatar of AVATARS."""
+    avatar: Avatar = AVATARS[kind]()
+    return make_reference(avatar, reference_cases(avatar), maker=TRAINER)
+
+
 @pytest.mark.parametrize("kind", AVATARS)
 @pytest.mark.parametrize("backend", ["reference", "cpu"])
 def test_the_runtime_meets_references_that_the_trainer_made(
     kind: str, backend: str, measured: Measured
 ) -> None:
-    avatar: Avatar = AVATARS[kind]()
-    reference = make_reference(avatar, reference_cases(avatar), maker=TRAINER)
+    reference = made(kind)
     assert reference.made_by == "trainer"
-    report = conform(avatar, reference, backend)
+    report = conform(AVATARS[kind](), reference, backend)
     assert [row for row in report.rows if not row.passed] == []
     assert report.passed
     measured("share of a tolerance, trainer-made vectors", max(row.verdict.used for row in report.rows))
 
 
 def test_a_changed_avatar_does_not_meet_them() -> None:
-    avatar = full_avatar(3)
-    reference = make_reference(avatar, reference_cases(avatar), maker=TRAINER)
+    avatar, reference = full_avatar(3), made("skin")
     gaussians = replace(avatar.gaussians, log_scale=avatar.gaussians.log_scale + np.float32(1e-3))
     report = conform(replace(avatar, gaussians=gaussians), reference, "reference")
     assert report.first_failure == "blend"

@@ -19,7 +19,7 @@ from avatar_export.checks.reference import read_reference
 from avatar_export.cli import main as export_main
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load, opener, read_manifest
-from avatar_runtime.conformance import conform, pictures
+from avatar_runtime.conformance import conform, images
 from avatar_runtime.conformance.run import COLOUR_STEPS
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.bundles.export import export, image
@@ -121,11 +121,11 @@ def _meets_its_reference(bundle: Path, avatar: Avatar, system: System) -> None:
     for backend in ("reference", "cpu", "gl"):
         report = conform(avatar, reference, backend)
         assert [row for row in report.rows if not row.passed] == []
-        assert [row for row in report.pictures if not row.passed] == []
+        assert [row for row in report.images if not row.passed] == []
     for vectors in reference.cases:
-        for want in (vectors.pictures[name] for name in vectors.pictures if name == "trainer"):
+        for want in (vectors.images[name] for name in vectors.images if name == "trainer"):
             drawn = image(system, avatar, vectors.case, "torch")
-            assert pictures.compare(drawn, want)[0] <= COLOUR_STEPS["rgba32f"], vectors.case.name
+            assert images.compare(drawn, want)[0] <= COLOUR_STEPS["rgba32f"], vectors.case.name
 
 
 def test_an_avatar_that_was_changed_on_its_way_is_noticed(exported: Exported) -> None:

@@ -14,6 +14,7 @@ from avatar_runtime.backends.cpu.draw.frame import draw
 from avatar_runtime.backends.cpu.jit import SOURCES
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock
+from avatar_runtime.stages.activate import Splats as RuntimeSplats
 from avatar_trainer.raster.composite_backward import composite_tiles_backward
 from avatar_trainer.raster.renderer import render
 from avatar_trainer.stages.project import project
@@ -21,7 +22,7 @@ from avatar_trainer.tensors import Rendered, Splats
 from tests.golden import Array, rasteriser_case, rasteriser_names
 from tests.measured import Measure
 from tests.oracles import one_splat
-from tests.oracles.splat import Splat, picture
+from tests.oracles.splat import Splat, image
 from tests.runtime.stages.golden_scene import camera_of
 from tests.trainer.raster.scenes import INPUTS, Scene, drawn, gradients, harsh, leaves, loss, scene
 from tests.trainer.tensors import relative
@@ -194,7 +195,7 @@ def _screen(of: Scene) -> list[Splat]:
 
 
 def _loss_of_loops(of: Scene, screen: list[Splat]) -> float:
-    colour, left = picture(screen, of.camera.width, of.camera.height, of.background.numpy(), "trainer")
+    colour, left = image(screen, of.camera.width, of.camera.height, of.background.numpy(), "trainer")
     rendered = Rendered(torch.tensor(colour), 1 - torch.tensor(left), torch.zeros(0))
     return float(loss(of, rendered))
 
@@ -211,7 +212,7 @@ def test_draws_what_the_runtime_draws(name: str) -> None:
         sh,
     )
     camera, degree = camera_of(case), int(case["sh_degree"])
-    want = draw(*arrays, None, camera, RasterSettings(), degree, case["bg"], "trainer", 1, Clock())
+    want = draw(RuntimeSplats(*arrays), camera, RasterSettings(), degree, case["bg"], "trainer", 1, Clock())
     splats = Splats(*(torch.tensor(array).requires_grad_() for array in arrays))
     got = render(splats, camera, RasterSettings(), degree, torch.tensor(case["bg"]), threads=2)
     np.testing.assert_array_equal(got.colour.detach().numpy(), want.colour)

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from avatar_runtime.avatar import Avatar, Rules
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.posed import posed_mesh
 from avatar_runtime.rules import AREA_SCALES, NORMAL_POSITIONS, RIGGED_ROTATIONS, VERTEX_ROTATIONS
 from avatar_runtime.stages.joints import joints
@@ -47,7 +48,7 @@ class SurfaceCase:
 
 
 def surface_case(rules: Rules) -> SurfaceCase:
-    avatar = replace(surface_avatar(), rules=rules).check()
+    avatar = check_avatar(replace(surface_avatar(), rules=rules))
     e, rig = avatar.embedding, avatar.rig
     assert e is not None and rig is not None
     states = [(pose, joints(rig, pose)) for pose in poses(avatar)]

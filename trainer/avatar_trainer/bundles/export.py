@@ -18,10 +18,11 @@ from avatar_export.provenance import with_rights
 from avatar_export.readers.table import READERS, read
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import F32, Avatar, Clip
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.conformance import Case, Maker
-from avatar_runtime.conformance.pictures import draw
+from avatar_runtime.conformance.images import draw
 from avatar_runtime.pose import PoseArrays, resolve
-from avatar_runtime.stages.raster import Picture
+from avatar_runtime.stages.raster import Image
 from avatar_trainer.bundles.definitions import TrainerStages
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.raster.renderer import render
@@ -64,7 +65,7 @@ def exported(system: System, run: Path) -> Avatar:
     avatar = replace(
         avatar, head_pose_in=capture.head_pose_in, provenance={**avatar.provenance, "trained": said}
     )
-    return replace(avatar, clips=(*clips(capture, avatar), *avatar.clips)).check()
+    return check_avatar(replace(avatar, clips=(*clips(capture, avatar), *avatar.clips)))
 
 
 def options_for(capture: Capture, system: str) -> ReadOptions:
@@ -113,13 +114,13 @@ def maker(system: System) -> Maker:
     return Maker("trainer", TrainerStages, lambda avatar, case: _images(system, avatar, case))
 
 
-def _images(system: System, avatar: Avatar, case: Case) -> Mapping[str, Picture]:
+def _images(system: System, avatar: Avatar, case: Case) -> Mapping[str, Image]:
     """`trainer` by the live model; `engine`, which no trainer draws, by the runtime's NumPy stages."""
     return {**draw(avatar, case, ("engine",)), "trainer": image(system, avatar, case)}
 
 
 @torch.no_grad()
-def image(system: System, avatar: Avatar, case: Case, rasteriser: str = "cpu") -> Picture:
+def image(system: System, avatar: Avatar, case: Case, rasteriser: str = "cpu") -> Image:
     """The live model in a case's pose, whose names are those of `avatar`; `rasteriser` is one of RASTERISERS."""
     capture, pose = system.capture, resolve(case.pose, avatar)
     own = replace(
@@ -132,4 +133,4 @@ def image(system: System, avatar: Avatar, case: Case, rasteriser: str = "cpu") -
     background = torch.tensor(case.background, dtype=torch.float32)
     settings = raster_settings(system)
     rendered = render(system.splats(own), case.camera, settings, system.sh_degree, background, rasteriser)
-    return Picture(rendered.colour.numpy(), 1 - rendered.alpha.numpy())
+    return Image(rendered.colour.numpy(), 1 - rendered.alpha.numpy())

@@ -11,6 +11,7 @@ from onnx import ModelProto, NodeProto, TensorProto, helper, numpy_helper
 from torch import Tensor
 
 from avatar_runtime.avatar import Enhancer
+from avatar_runtime.checks.enhancer import check_enhancer
 from avatar_trainer.enhancer.network import (
     CHANNELS,
     MULTIPLE,
@@ -47,16 +48,18 @@ def onnx_enhancer(
     PSNR in dB over the pictures that `measured_on` names, which were not trained on; None: nobody measured it.
     Raises ValueError for weights of another network, AvatarError for facts that make no sense.
     """
-    return Enhancer(
-        onnx=encode(weights),
-        input=INPUT,
-        output=OUTPUT,
-        trained_width=trained_width,
-        trained_height=trained_height,
-        psnr_raw_db=psnr_raw_db,
-        psnr_enhanced_db=psnr_enhanced_db,
-        measured_on=measured_on,
-    ).check()
+    return check_enhancer(
+        Enhancer(
+            onnx=encode(weights),
+            input=INPUT,
+            output=OUTPUT,
+            trained_width=trained_width,
+            trained_height=trained_height,
+            psnr_raw_db=psnr_raw_db,
+            psnr_enhanced_db=psnr_enhanced_db,
+            measured_on=measured_on,
+        )
+    )
 
 
 def encode(weights: Mapping[str, Tensor]) -> bytes:

@@ -17,7 +17,7 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
-from avatar_runtime.stages.raster import Picture
+from avatar_runtime.stages.raster import Image
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.systems.drawing import Drawing, draw
 from avatar_trainer.systems.protocol import System
@@ -105,20 +105,20 @@ def pose_of(capture: Capture, avatar: Avatar, frame: Frame) -> Pose:
     )
 
 
-def _image(rendered: Rendered) -> Picture:
-    return Picture(rendered.colour.numpy(), 1 - rendered.alpha.numpy())
+def _image(rendered: Rendered) -> Image:
+    return Image(rendered.colour.numpy(), 1 - rendered.alpha.numpy())
 
 
 def _played(
     capture: Capture, avatar: Avatar, frames: Iterable[Frame], backend: str, profile: str
-) -> Iterator[Picture]:
+) -> Iterator[Image]:
     """The frames by the bundle, over black."""
     player = Player(avatar, backend)
     for frame in frames:
-        yield player.frame(pose_of(capture, avatar, frame), frame.camera, (0.0, 0.0, 0.0), profile).picture
+        yield player.frame(pose_of(capture, avatar, frame), frame.camera, (0.0, 0.0, 0.0), profile).image
 
 
-def _row(backend: str, profile: str, wanted: Sequence[Picture], drawn: Iterable[Picture]) -> Row:
+def _row(backend: str, profile: str, wanted: Sequence[Image], drawn: Iterable[Image]) -> Row:
     largest, flipped, furthest, psnr, pixels = 0.0, 0, 0.0, np.inf, 0
     for want, got in zip(wanted, drawn, strict=True):
         difference = got.colour.astype(np.float64) - want.colour

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avatar_runtime.backends.cpu.arrays import Mesh
-from avatar_runtime.backends.cpu.deform.plain import plain
+from avatar_runtime.backends.cpu.arrays import Mesh, read_only
 from avatar_runtime.topology import vertex_triangles
 from avatar_trainer.stages.surface import SurfaceMesh
 
@@ -25,4 +24,4 @@ def kernel_mesh(mesh: SurfaceMesh) -> KernelMesh:
     triangles = mesh.triangles.numpy().astype(np.uint32)
     lists = vertex_triangles(triangles, mesh.vertices)
     parts = triangles, mesh.frame.reshape(-1, 9).numpy(), mesh.area.numpy(), *lists
-    return KernelMesh(mesh, Mesh(*(plain(part, part.dtype, part.shape) for part in parts)))
+    return KernelMesh(mesh, Mesh(*(read_only(part, part.dtype, part.shape) for part in parts)))

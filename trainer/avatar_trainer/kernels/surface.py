@@ -12,7 +12,7 @@ from torch import Tensor
 
 from avatar_runtime.avatar import F32, I64, Rules
 from avatar_runtime.backends.cpu.deform import surface as runtime
-from avatar_runtime.backends.cpu.deform.plain import fresh_ridden
+from avatar_runtime.backends.cpu.deform.inputs import fresh_posed_mesh
 from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
 from avatar_runtime.backends.cpu.rotation import (
     Quat,
@@ -89,7 +89,7 @@ def pose_mesh_cpu(
     if vertices.requires_grad:
         raise ValueError("pose_mesh_cpu has no gradients; stages.surface.pose_mesh has")
     definition = mesh.definition
-    posed = fresh_ridden(mesh.arrays)
+    posed = fresh_posed_mesh(mesh.arrays)
     rotation, sign = code("rotation", rules.rotation), code("quaternion_sign", rules.quaternion_sign)
     runtime.triangle_turns(plain(vertices, definition.vertices, 3), mesh.arrays, rotation, sign, posed)
     unit_area = definition.training_per_bundle**2

@@ -12,10 +12,11 @@ from torch import Tensor
 from torch.autograd.function import once_differentiable
 
 from avatar_runtime.avatar import F32, I32, I64, U32, RasterSettings
+from avatar_runtime.backends.cpu.arrays import read_only
 from avatar_runtime.backends.cpu.draw.frame import STOP
 from avatar_runtime.backends.cpu.draw.project import project
-from avatar_runtime.backends.cpu.draw.raster import blend_tiles
-from avatar_runtime.backends.cpu.draw.screen import CENTRE_X, CENTRE_Y, TILE, Screen, read_only
+from avatar_runtime.backends.cpu.draw.raster import composite_tiles
+from avatar_runtime.backends.cpu.draw.screen import CENTRE_X, CENTRE_Y, TILE, Screen
 from avatar_runtime.backends.cpu.draw.sort import sort
 from avatar_runtime.backends.cpu.draw.tiles import tile_lists
 from avatar_runtime.backends.cpu.threads import thread_count, using
@@ -141,7 +142,7 @@ def _draw(splats: RuntimeSplats, background: F32, offset: F32, view: View) -> tu
     transmittance = np.empty((camera.height, camera.width), np.float32)
     last = np.empty((camera.height, camera.width), np.int32)
     stop = np.float32(STOP[PROFILE])
-    blend_tiles(
+    composite_tiles(
         screen.splats,
         members,
         starts,

@@ -11,7 +11,7 @@ from torch import Tensor
 from torch.autograd.function import once_differentiable
 
 from avatar_runtime.avatar import F32, I32, I64, U32, RasterSettings
-from avatar_runtime.backends.cpu.draw.screen import read_only
+from avatar_runtime.backends.cpu.arrays import read_only
 from avatar_runtime.backends.cpu.draw.sort import sort
 from avatar_runtime.backends.cpu.draw.tiles import tile_lists
 from avatar_runtime.backends.cpu.threads import using

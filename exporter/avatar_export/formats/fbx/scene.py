@@ -1,7 +1,7 @@
 """The content of an .fbx as plain arrays. A separate program: the .fbx on stdin, an .npz on stdout.
 
-The only importer of ufbx, and never imported itself. ufbx is C that parses untrusted bytes, and its binding
-(0.0.5) counts references wrongly: elements taken from a list are not counted, buffers taken from its lists are released too
+The only importer of ufbx, and never imported itself. ufbx is C that parses untrusted bytes, and its binding (0.0.5)
+counts references wrongly: elements taken from a list are not counted, buffers taken from its lists are released too
 often, and the garbage collector then finds freed objects. Here every element is counted once more, numbers are read
 one by one, and the garbage collector is off. If it still crashes, only this process ends.
 

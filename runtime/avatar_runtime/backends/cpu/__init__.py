@@ -1,6 +1,6 @@
 """Backend `cpu`: the stages as kernels that Numba compiles, with the results of backend `reference`.
 
-Blend, bind and activate are one pass, timed as `bind`; what no expression moves is not written again.
+Blend, bind and activate are one pass, timed as `bind`. Values that no expression changes are not written again.
 """
 
 from __future__ import annotations
@@ -14,16 +14,18 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.backends import Arrays
-from avatar_runtime.backends.cpu.arrays import U8, Base, Out, PosedArrays, Sizes
-from avatar_runtime.backends.cpu.deform import alone, plain
+from avatar_runtime.backends.cpu.arrays import Base, Out, PosedArrays, Sizes, read_only
+from avatar_runtime.backends.cpu.deform import inputs as kernel_inputs
 from avatar_runtime.backends.cpu.deform import mesh as mesh_kernels
-from avatar_runtime.backends.cpu.deform.bindings import Carrier, RidingGaussians, SkinnedGaussians
-from avatar_runtime.backends.cpu.draw.frame import STAGES, draw
+from avatar_runtime.backends.cpu.deform import single_stage
+from avatar_runtime.backends.cpu.deform.bindings import Binding, EmbeddedBinding, SkinnedBinding
+from avatar_runtime.backends.cpu.draw.frame import RUN as DRAW_RUN
+from avatar_runtime.backends.cpu.draw.frame import draw
 from avatar_runtime.backends.cpu.threads import thread_count, using
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.stages.activate import Splats
-from avatar_runtime.stages.raster import PROFILES, Picture
+from avatar_runtime.stages.raster import PROFILES, Image
 
 
 def make(avatar: Avatar, threads: int | None = None) -> CpuBackend:
@@ -35,7 +37,7 @@ def make(avatar: Avatar, threads: int | None = None) -> CpuBackend:
 
 
 class CpuBackend:
-    """Plays one avatar, for several threads in turn: it draws from arrays of its own, which each frame writes anew."""
+    """Plays one avatar, for one thread at a time: each frame overwrites the arrays of this backend."""
 
     profiles = PROFILES
 
@@ -43,13 +45,12 @@ class CpuBackend:
         self.avatar = avatar
         self.threads = threads
         self._sizes = Sizes.of(avatar)
-        self._blendable = plain.blendable(avatar)
-        self._rig = None if avatar.rig is None else plain.rig_arrays(avatar.rig, self._sizes)
-        carrier = SkinnedGaussians if avatar.embedding is None else RidingGaussians
-        self._carrier: Carrier = carrier(avatar, self._blendable)
-        self._out = plain.fresh_out(*self._blendable.base.sh.shape)
-        self._touched = np.ones((avatar.gaussians.count, 2), np.uint8)
-        self._turn = threading.Lock()  # held while _out and _touched are written or read
+        self._blendable = kernel_inputs.blendable(avatar)
+        self._rig = None if avatar.rig is None else kernel_inputs.rig_arrays(avatar.rig, self._sizes)
+        binding = SkinnedBinding if avatar.embedding is None else EmbeddedBinding
+        self._binding: Binding = binding(avatar, self._blendable)
+        self._out = kernel_inputs.fresh_out(*self._blendable.base.sh.shape)
+        self._turn = threading.Lock()  # held while _out is written or read
 
     def mesh(self, posed: Posed, clock: Clock) -> F32:
         """Stages morph and skin of the rig."""
@@ -59,22 +60,17 @@ class CpuBackend:
 
     def animate(self, posed: Posed, clock: Clock) -> Splats:
         """Stages up to activate, in arrays of the caller's own."""
-        out = plain.fresh_out(*self._out.sh.shape)
-        self._animate(posed, np.ones_like(self._touched), out, clock)
+        out = kernel_inputs.fresh_out(*self._out.sh.shape)
+        self._animate(posed, out, clock)
         return out.splats()
 
-    def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Picture:
+    def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
         """All stages."""
         with self._turn:
-            self._animate(posed, self._touched, self._out, clock)
-            s, avatar = self._out.splats(), self.avatar
+            self._animate(posed, self._out, clock)
+            splats, avatar = self._out.splats(), self.avatar
             return draw(
-                s.mean,
-                s.scale,
-                s.quat_wxyz,
-                s.opacity,
-                s.sh,
-                s.sh_rotation,
+                splats,
                 camera,
                 avatar.raster,
                 avatar.sh_degree,
@@ -85,18 +81,18 @@ class CpuBackend:
             )
 
     def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
-        """One stage alone. Raises KeyError for an unknown stage, ValueError for arrays of the wrong shape."""
+        """One stage single_stage. Raises KeyError for an unknown stage, ValueError for arrays of the wrong shape."""
         if name in RUN:
             return RUN[name](self, inputs)
-        return STAGES[name](self.avatar, inputs, camera, profile, self.threads)
+        return DRAW_RUN[name](self.avatar, inputs, camera, profile, self.threads)
 
-    def _animate(self, posed: Posed, touched: U8, out: Out, clock: Clock) -> None:
+    def _animate(self, posed: Posed, out: Out, clock: Clock) -> None:
         vertices = self._vertices(posed, clock)
         p = self._posed(posed)
 
         def run() -> None:
             with using(self.threads):
-                self._carrier.animate(p, vertices, touched, out, self.threads)
+                self._binding.animate(p, vertices, out, self.threads)
 
         clock.timed("bind", run)
 
@@ -112,7 +108,7 @@ class CpuBackend:
     def _skin(self, vertices: npt.NDArray[Any], posed: PosedArrays) -> F32:
         rig = self._rig
         assert rig is not None
-        given = plain.plain(vertices, np.float32, rig.template.shape)
+        given = read_only(vertices, np.float32, rig.template.shape)
         out = np.empty(given.shape, np.float32)
         mesh_kernels.skin(given, rig.skin, posed.skin_matrix, rig.late_morphs, posed.late_weights, out)
         return out
@@ -126,11 +122,11 @@ class CpuBackend:
         return embedding.canonical_vertices if self._rig is None else self.mesh(posed, clock)
 
     def _given(self, inputs: Arrays, names: Iterable[str]) -> PosedArrays:
-        """What a stage alone is given of a frame."""
-        return plain.posed_arrays(self._sizes, **{name: inputs[name] for name in names})
+        """The arrays of a frame that one stage alone reads."""
+        return kernel_inputs.posed_arrays(self._sizes, **{name: inputs[name] for name in names})
 
     def _posed(self, posed: Posed) -> PosedArrays:
-        return plain.posed_arrays(
+        return kernel_inputs.posed_arrays(
             self._sizes,
             posed.expression_weights,
             posed.pose_feature,
@@ -156,8 +152,8 @@ def _blend(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
     n, width = backend._blendable.base.sh.shape
     shapes = ((n, 3), (n, 3), (n, 4), (n,), (n, width))
     out = Base(*(np.empty(shape, np.float32) for shape in shapes))
-    alone.blend(
-        *backend._blendable, backend._given(x, ("expression_weights",)), np.ones((n, 2), np.uint8), out
+    single_stage.blend(
+        backend._blendable, backend._given(x, ("expression_weights",)), np.ones((n, 2), np.uint8), out
     )
     return out._asdict() | {"sh": out.sh.reshape(n, width // 3, 3)}
 
@@ -165,23 +161,23 @@ def _blend(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
 def _bind(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
     n = len(backend._blendable.base.mean)
     blended = backend._blendable.base._replace(
-        mean=plain.plain(x["mean"], np.float32, (n, 3)),
-        log_scale=plain.plain(x["log_scale"], np.float32, (n, 3)),
-        quat_wxyz=plain.plain(x["quat_wxyz"], np.float32, (n, 4)),
+        mean=read_only(x["mean"], np.float32, (n, 3)),
+        log_scale=read_only(x["log_scale"], np.float32, (n, 3)),
+        quat_wxyz=read_only(x["quat_wxyz"], np.float32, (n, 4)),
     )
-    posed = backend._given(x, (name for name in plain.FRAME if name in x))
-    out = backend._carrier.bind(blended, posed, x.get("posed_vertices"))
+    posed = backend._given(x, (name for name in kernel_inputs.FRAME if name in x))
+    out = backend._binding.bind(blended, posed, x.get("posed_vertices"))
     rotation = out.sh_rotation.reshape(n, 3, 3)
     return {"mean": out.mean, "log_scale": out.scale, "quat_wxyz": out.quat_wxyz, "sh_rotation": rotation}
 
 
 def _activate(backend: CpuBackend, x: Arrays) -> dict[str, Any]:
     n = len(backend._blendable.base.mean)
-    out = plain.fresh_out(n, 0)
-    alone.activate(
-        plain.plain(x["log_scale"], np.float32, (n, 3)),
-        plain.plain(x["quat_wxyz"], np.float32, (n, 4)),
-        plain.plain(x["opacity_logit"], np.float32, (n,)),
+    out = kernel_inputs.fresh_out(n, 0)
+    single_stage.activate(
+        read_only(x["log_scale"], np.float32, (n, 3)),
+        read_only(x["quat_wxyz"], np.float32, (n, 4)),
+        read_only(x["opacity_logit"], np.float32, (n,)),
         out.scale,
         out.quat_wxyz,
         out.opacity,

@@ -1,6 +1,7 @@
-"""What the kernels take: groups of plain arrays, always of the types named here and contiguous.
+"""What the kernels take: NamedTuples of contiguous arrays, always of the types named here.
 
-What a kernel only reads is read-only for it, so that one compiled kernel serves arrays of any owner.
+The inputs of a kernel are read-only, so that one compiled kernel serves arrays of any owner. No NamedTuple that a
+parallel kernel takes holds another one: Numba's parallel loops do not accept that.
 """
 
 from __future__ import annotations
@@ -21,6 +22,19 @@ Array = npt.NDArray[Any]
 BLOCK = 64  # Gaussians that a kernel takes at a time: their intermediate values stay in the nearest cache
 
 
+def read_only(values: npt.ArrayLike, dtype: Any = np.float32, shape: tuple[int, ...] | None = None) -> Array:
+    """`values` as a kernel takes an input: contiguous, of `dtype` and read-only. Copies only where it must.
+
+    Raises ValueError for another shape than `shape`.
+    """
+    result = np.require(values, dtype, ["C", "A"])
+    if shape is not None and result.shape != shape:
+        raise ValueError(f"the array has shape {result.shape}; {shape} is needed")
+    view = result.view()
+    view.flags.writeable = False
+    return view
+
+
 class Base(NamedTuple):
     """Gaussians in training space."""
 
@@ -32,22 +46,22 @@ class Base(NamedTuple):
 
 
 class Deltas(NamedTuple):
-    """Blendshapes of some attributes side by side, stored by row; `mask` as `column_mask` makes it."""
+    """Blendshapes of some attributes side by side, stored by row; `deform.inputs.column_mask` makes `mask`."""
 
     row_ptr: U32  # [N + 1]
     column: U16  # [E]
     mask: U64  # [N, ceil(K / 64)]
     values: F32  # [E, W]
+    room: int  # the most entries of BLOCK rows one after another
 
 
 class Blendable(NamedTuple):
-    """What stage `blend` reads of an avatar."""
+    """Everything that stage `blend` reads of an avatar."""
 
     base: Base
     geometry: Deltas  # W = 8: position, quaternion, 0
     shape: Deltas  # W = 4: log scale, opacity logit
     colour: Deltas  # W = 3 K: SH
-    room: int  # the most entries that a block has in any of them
 
 
 class Offsets(NamedTuple):
@@ -67,13 +81,14 @@ class Influences(NamedTuple):
 
 
 class Blocks(NamedTuple):
-    """Runs of at most BLOCK Gaussians of one group."""
+    """Runs of at most BLOCK Gaussians of one group, and the rules by which the groups are bound."""
 
     begin: I32  # [B]
     size: I32  # [B]
     group: I32  # [B]
     matrix_by_row: U8  # [G] 1 where each Gaussian has a matrix of its own, from its skin weights
     rotation_by_polar: U8  # [G] 1 where its rotation is that matrix's polar factor
+    sh_world: bool  # rule sh_direction is world
 
 
 class Embedded(NamedTuple):
@@ -97,8 +112,18 @@ class Mesh(NamedTuple):
     vertex_triangle: U32  # [3 F]
 
 
-class Ridden(NamedTuple):
-    """A posed mesh's triangles and vertices as the surface rules read them; written anew each frame."""
+class EmbeddedRules(NamedTuple):
+    """Which formulas move embedded Gaussians, and the numbers that these take."""
+
+    position: int  # a value of deform.surface.POSITION_RULES
+    scale: int  # a value of deform.embedded.SCALE_RULES
+    log_unit: float  # ln of training_per_bundle
+    damping: float  # constant area_damping, in bundle units squared
+    sh_world: bool  # rule sh_direction is world
+
+
+class PosedMesh(NamedTuple):
+    """Triangles and vertices of a posed mesh as the surface rules read them; each frame overwrites them."""
 
     size: F64  # [F] area, or edge length for rotation rule triangle_frame
     # [F, 13] but for triangle_frame: edge cross edge (3), canonical area times the turn since the binding pose (4);
@@ -165,6 +190,7 @@ class Out(NamedTuple):
     opacity: F32  # [N]
     sh: F32  # [N, 3 K]
     sh_rotation: F32  # [N, 9]
+    touched: U8  # [N, 2] 0 where `scale` and `opacity`, and `sh`, hold what they are without any expression
 
     def splats(self) -> Splats:
         """The same memory, as the stages see it."""

@@ -48,10 +48,10 @@ def inlined(function: F) -> F:
 
 
 def _watch_all_sources(kept: Any, folder: Path) -> None:
-    """Numba looks at the file of the kernel alone; what the kernel calls may stand in another one.
+    """Numba watches only the file of the kernel, but a kernel may call functions of other files.
 
-    That is one of this package, or one in the kernel's own `folder`. An index that another version wrote may name
-    what is no more, and is then no good at all.
+    That file is in this package or in the kernel's own `folder`. An index that another version wrote may name classes
+    that no longer exist; it is then discarded.
     """
     index = kept._cache_file
     index._source_stamp = SOURCES if folder.is_relative_to(HERE) else (*SOURCES, *_files(folder))

@@ -1,4 +1,4 @@
-"""How many threads the kernels use: a choice of each backend, never of the process."""
+"""How many threads the kernels use: each backend chooses, not the process."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TURN = threading.Lock()
 def thread_count(threads: int | None) -> int:
     """`threads`, or by default one a core up to MOST; never more than Numba may start.
 
-    Raises TypeError for what is no integer, ValueError for less than 1.
+    Raises TypeError for a value that is not an integer, ValueError for less than 1.
     """
     if threads is None:
         return min(MOST, _most())

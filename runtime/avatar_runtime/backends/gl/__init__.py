@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from avatar_runtime.backends.gl.backend import GlBackend, draw_together, make
-from avatar_runtime.backends.gl.scene import Together
+from avatar_runtime.backends.gl.backend import GlBackend, make, make_scene
+from avatar_runtime.backends.gl.scene import Scene
 
-__all__ = ["GlBackend", "Together", "draw_together", "make"]
+__all__ = ["GlBackend", "Scene", "make", "make_scene"]

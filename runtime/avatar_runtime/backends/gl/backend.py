@@ -12,14 +12,14 @@ from avatar_runtime.backends import Arrays
 from avatar_runtime.backends.gl.deform import Deformer
 from avatar_runtime.backends.gl.gpu import BUFFER_LIMIT, Gpu
 from avatar_runtime.backends.gl.programs import Programs, Shaders
-from avatar_runtime.backends.gl.scene import Together
+from avatar_runtime.backends.gl.scene import Scene
 from avatar_runtime.backends.gl.stage import run_stage
 from avatar_runtime.backends.gl.steps import Steps, clocked
 from avatar_runtime.backends.gl.transfer import take_sh, take_splats
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.stages.activate import Splats
-from avatar_runtime.stages.raster import Picture
+from avatar_runtime.stages.raster import Image
 
 
 def make(avatar: Avatar, **options: Any) -> GlBackend:
@@ -28,10 +28,10 @@ def make(avatar: Avatar, **options: Any) -> GlBackend:
 
 
 class GlBackend:
-    """Plays one avatar on the GPU: static buffers are uploaded once, a pose and a camera a frame.
+    """Plays one avatar on the GPU: static buffers are uploaded once, a pose and a camera each frame.
 
-    Pictures have profile `engine`. `release` gives the GPU's memory back; so does `with`; nothing plays after it. A
-    context belongs to the thread that made it, and so does what plays in it.
+    Images have profile `engine`. `release`, or the end of a `with` block, frees the GPU's memory; nothing can be
+    played afterwards. A context, and everything that plays in it, belongs to the thread that made it.
     """
 
     profiles: tuple[str, ...] = ("engine",)
@@ -49,17 +49,17 @@ class GlBackend:
         timed: bool = False,
     ) -> None:
         """
-        context: moderngl context to live in, OpenGL 4.3 or OpenGL ES 3.1 or later; None makes one without a window,
-            OpenGL ES where `es`, which goes with None alone.
-        buffer_limit: bytes of the largest buffer; what is larger is split.
+        context: moderngl context to use, OpenGL 4.3 or OpenGL ES 3.1 or later; None makes one without a window.
+        es: the context made is OpenGL ES; only with context None.
+        buffer_limit: bytes of the largest buffer; larger ones are split.
         shaders: where the shader text comes from; None: package avatar_shaders.
         target: rgba32f, in which conformance is stated, or rgba16f or rgba8, which round at every splat.
         order: back_to_front, or front_to_back for targets with alpha.
-        timed: wait for the GPU after every stage, so that the clock tells them apart; else it has one entry, `gl`.
+        timed: wait for the GPU after every stage, so that the clock has an entry for each; else it has one entry, `gl`.
 
-        Raises AvatarError where no context can be made, a shader does not compile, or a part of the avatar that
-        cannot be split exceeds the limit; ValueError for an unknown target or order, a limit out of range, `es` with a
-        context.
+        Raises AvatarError if no context can be made, a shader does not compile, or a part of the avatar that cannot
+        be split exceeds the limit; ValueError for an unknown target or order, a limit out of range, or `es` together
+        with a context.
         """
         self.avatar, self._timed = avatar, timed
         self.gpu = Gpu(context, es, buffer_limit)
@@ -67,7 +67,7 @@ class GlBackend:
             with self.gpu.current():
                 self.programs = Programs(self.gpu, shaders)
                 self.deformer = Deformer(self.gpu, self.programs, avatar)
-                self.scene = Together(
+                self.scene = Scene(
                     self.gpu, self.programs, [self.deformer], target=target, order=order, timed=timed
                 )
         except BaseException:
@@ -76,7 +76,7 @@ class GlBackend:
 
     @property
     def context(self) -> moderngl.Context:
-        """The moderngl context, for other avatars that are drawn together with this one."""
+        """The moderngl context, for other avatars that share a scene with this one."""
         return self.gpu.context
 
     def mesh(self, posed: Posed, clock: Clock) -> F32:
@@ -98,21 +98,19 @@ class GlBackend:
             chunks = self.deformer.chunks
             found = take_splats(chunks)
             sh = take_sh(chunks, self.avatar.gaussians.sh.shape[1])
-            return Splats(
-                found["mean"], found["scale"], found["quat_wxyz"], found["opacity"], sh, found["sh_rotation"]
-            )
+            return Splats.of({**found, "sh": sh})
 
         with self.gpu.current():
             return clocked(self.context, clock, self._timed, run)
 
-    def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Picture:
-        """All stages, downloaded; with a depth buffer, or several avatars: `scene.picture`, `draw_together`."""
-        return self.scene.picture([posed], camera, background, clock=clock)
+    def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
+        """All stages, downloaded; with a depth buffer, or several avatars: `scene.image`, `make_scene`."""
+        return self.scene.image([posed], camera, background, clock=clock)
 
     def draw_into(
         self, framebuffer: moderngl.Framebuffer, posed: Posed, camera: Camera, **options: Any
     ) -> None:
-        """Draws onto a framebuffer of this context: `Together.draw_into` with one pose."""
+        """Draws onto a framebuffer of this context: `Scene.draw_into` with one pose."""
         self.scene.draw_into(framebuffer, [posed], camera, **options)
 
     def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
@@ -121,7 +119,7 @@ class GlBackend:
             return run_stage(name, self.deformer, self.scene.drawing, inputs, camera)
 
     def release(self) -> None:
-        """Gives back buffers, programs and pictures, and the context where it is our own."""
+        """Frees buffers, programs and images, and the context if this backend made it."""
         self.gpu.release()
 
     def __enter__(self) -> GlBackend:
@@ -131,24 +129,24 @@ class GlBackend:
         self.release()
 
 
-def draw_together(
+def make_scene(
     backends: Sequence[GlBackend],
     *,
     target: str = "rgba32f",
     order: str = "back_to_front",
     timed: bool = False,
-) -> Together:
-    """The avatars of `backends` in one scene: deform, one sort, one draw.
+) -> Scene:
+    """The avatars of `backends` in one scene: each is deformed, then all are sorted and drawn as one.
 
-    They share a context (`GlBackend(avatar, context=first.context)`), and what the scene holds is given back with the
-    first. Raises ValueError for none, or where contexts differ; AvatarError as `GlBackend`.
+    They share a context (`GlBackend(avatar, context=first.context)`); releasing the first also releases the scene.
+    Raises ValueError for no backends, or if their contexts differ; AvatarError as `GlBackend`.
     """
     contexts = {id(backend.context) for backend in backends}
     if len(contexts) != 1:
-        raise ValueError(f"{len(backends)} backends in {len(contexts)} contexts cannot be drawn together")
+        raise ValueError(f"{len(backends)} backends in {len(contexts)} contexts cannot share a scene")
     first = backends[0]
     with first.gpu.current():
-        return Together(
+        return Scene(
             first.gpu,
             first.programs,
             [backend.deformer for backend in backends],

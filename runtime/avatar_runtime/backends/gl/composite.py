@@ -1,4 +1,4 @@
-"""The finished picture onto somebody's framebuffer, out of display-referred colour where that is linear."""
+"""Composites the finished image onto a given framebuffer, and converts display-referred colour if that is linear."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""OpenGL contexts without a window: desktop 4.3 or OpenGL ES 3.1, through EGL; and whose turn it is.
+"""OpenGL contexts without a window: desktop 4.3 or OpenGL ES 3.1, through EGL; and which one is current.
 
 moderngl makes desktop contexts itself. For OpenGL ES it takes a foreign one, made here with the few EGL calls that
 this needs.
@@ -72,7 +72,7 @@ def language_of(context: moderngl.Context) -> str:
 
 @contextmanager
 def current(context: moderngl.Context) -> Iterator[None]:
-    """`context` is current inside; afterwards what EGL had current before is so again.
+    """`context` is current inside; afterwards the one that was current before is current again.
 
     moderngl's own `with` leaves no context current, which a caller of ours does not expect.
     """
@@ -83,7 +83,7 @@ def current(context: moderngl.Context) -> Iterator[None]:
 
 @contextmanager
 def kept_current() -> Iterator[None]:
-    """What EGL has current now is so afterwards; where that is nothing, it stays as it will be."""
+    """Afterwards the context that is current now is current again; if none is, nothing is changed back."""
     before = _current()
     try:
         yield
@@ -92,7 +92,7 @@ def kept_current() -> Iterator[None]:
 
 
 def let_go(context: moderngl.Context) -> None:
-    """Ends a context of our own; where it was current, none is."""
+    """Releases a context that we made; if it was current, no context is current afterwards."""
     before = _current()
     context.__enter__()  # type: ignore[no-untyped-call]
     own = _current()

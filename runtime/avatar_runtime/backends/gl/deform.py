@@ -14,11 +14,11 @@ from avatar_runtime.backends.gl.layout import (
     SPLAT_PLANES,
     WORD,
     Run,
-    bind_heap,
-    blend_heap,
-    embed_heap,
     gaussian_runs,
-    heap,
+    pack,
+    pack_bind,
+    pack_blend,
+    pack_embedded,
     pose_sections,
 )
 from avatar_runtime.backends.gl.mesh import Mesh, Turns, run_all
@@ -53,7 +53,7 @@ class Chunk:
         self.splats = gpu.buffer("Splats", FLOAT4 * SPLAT_PLANES * run.count)
         self.sh = gpu.buffer("Sh", WORD * 3 * g.sh.shape[1] * run.count)
         self.projected = gpu.buffer("Projected", FLOAT4 * PROJECTED_PLANES * run.count)
-        blended = blend_heap(avatar, run)
+        blended = pack_blend(avatar, run)
         buffers = {
             "Pose": deformer.pose,
             "Splats": self.splats,
@@ -85,7 +85,7 @@ class Deformer:
             self.surface = prepare(e, avatar.rules, avatar.training_per_bundle)
         joints = 0 if avatar.rig is None else avatar.rig.joint_count
         self._features = avatar.blendshapes.correctives.columns
-        still = heap(
+        still = pack(
             pose_sections(
                 np.zeros(len(avatar.expressions), np.float32),
                 np.zeros(self._features, np.float32),
@@ -147,10 +147,10 @@ class Deformer:
             given.get("skin_matrix", np.zeros((joints, 4, 4), np.float32)),
         )
         if self._pose_words:
-            self.pose.write(heap(sections).words.tobytes())
+            self.pose.write(pack(sections).words.tobytes())
 
     def set_transforms(self, groups: GroupTransforms, world_from_avatar: F64) -> None:
-        """What binds each group, and where the avatar stands."""
+        """Uploads the transforms of the groups and of the whole avatar."""
         world = world_from_avatar.astype(np.float32)
         placed: dict[str, Any] = {f"world_row{i}": world[i] for i in range(3)}
         placed["world_quat_wxyz"] = quat_from_matrix(world[:3, :3])
@@ -170,7 +170,7 @@ class Deformer:
         run_all(self.gpu, (chunk.blend for chunk in self.chunks))
 
     def bind(self) -> None:
-        """Stage bind; on a surface it reads the mesh as it lies."""
+        """Stage bind; embedded Gaussians read the mesh that the buffer holds."""
         if self.turns is not None:
             self.turns.run()
         run_all(self.gpu, (kernel for chunk in self.chunks for _, kernel in chunk.bind))
@@ -196,7 +196,7 @@ class Deformer:
         """Kernel bind_surface of one chunk."""
         surface, turns = self.surface, self.turns
         assert surface is not None and turns is not None
-        packed, unit = embed_heap(surface, run), surface.training_per_bundle
+        packed, unit = pack_embedded(surface, run), surface.training_per_bundle
         return self.programs.dispatch(
             "bind_surface",
             run.count,
@@ -225,7 +225,7 @@ class Deformer:
         self, run: Run, buffers: dict[str, Any], values: Values
     ) -> list[tuple[int | None, Dispatch]]:
         """Kernel bind_skin of one chunk, once for each group that has rows in it."""
-        packed, rules = bind_heap(self.avatar, run), self.avatar.rules
+        packed, rules = pack_bind(self.avatar, run), self.avatar.rules
         static = self.gpu.buffer("BindStatic", packed.words)
         made: list[tuple[int | None, Dispatch]] = []
         for index, group in enumerate(self.avatar.groups):

@@ -1,4 +1,4 @@
-"""Stages sort and raster on the GPU: all chunks of all avatars in one order, instanced quads, one picture."""
+"""Stages sort and raster on the GPU: all chunks of all avatars in one order, instanced quads, one image."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from avatar_runtime.backends.gl.sort import Sort
 from avatar_runtime.backends.gl.state import drawing_into
 from avatar_runtime.backends.gl.target import TARGETS, Target, check_depth
 from avatar_runtime.camera import Camera
-from avatar_runtime.stages.raster import Picture
+from avatar_runtime.stages.raster import Image
 
 ORDERS = {
     "back_to_front": (moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA),
     "front_to_back": (moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE),
 }
-FLIP_Y = -1.0  # the first row of GL's target is the top one of the picture
+FLIP_Y = -1.0  # the first row of GL's target is the top one of the image
 Depth = npt.NDArray[Any] | moderngl.Texture
 
 
 class Drawing:
-    """Chunks that are drawn together, and what it takes."""
+    """Chunks that are sorted and drawn as one, with the buffers and programs for that."""
 
     def __init__(
         self, gpu: Gpu, programs: Programs, chunks: Sequence[Chunk], target: str, order: str
@@ -37,7 +37,7 @@ class Drawing:
         """Raises ValueError for an unknown target or order, AvatarError as `Sort`."""
         for value, known in ((target, TARGETS), (order, ORDERS)):
             if value not in known:
-                raise ValueError(f"{value!r} is none of {', '.join(known)}")
+                raise ValueError(f"{value!r} is not one of {', '.join(known)}")
         self._gpu, self._programs, self._chunks = gpu, programs, chunks
         self._kind, self._order = target, order
         self.sort = Sort(gpu, programs, chunks)
@@ -57,7 +57,7 @@ class Drawing:
         ]
 
     def raster(self, camera: Camera, depth: Depth | None) -> Target:
-        """Stage raster of what is sorted: the accumulated picture, which stands until the next call."""
+        """Stage raster of what is sorted: the accumulated image, valid until the next call."""
         target, context = self._sized((camera.width, camera.height)), self._gpu.context
         check_depth(depth, target.size)
         self._constants.set({"image_size": target.size})
@@ -99,9 +99,9 @@ class Drawing:
         return self._target
 
 
-def over(accumulated: F32, background: F32) -> Picture:
+def over(accumulated: F32, background: F32) -> Image:
     """Premultiplied colour and alpha [H, W, 4] over `background` [3]."""
     transmittance = 1 - accumulated[..., 3]
-    return Picture(
+    return Image(
         accumulated[..., :3] + transmittance[..., None] * background.astype(np.float32), transmittance
     )

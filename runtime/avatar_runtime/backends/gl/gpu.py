@@ -1,4 +1,4 @@
-"""A context and what we hold in it: buffers within the binding limit, and their release."""
+"""A context and the objects made in it: buffers within the binding limit, and their release."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Gpu:
 
     def __init__(self, context: moderngl.Context | None, es: bool, limit: int) -> None:
         """`context` None makes one. Raises AvatarError where that fails or `context` is too old, ValueError for a
-        limit out of range and for `es` with a context, TypeError for a limit that is no whole number.
+        limit out of range and for `es` with a context, TypeError for a limit that is not a whole number.
         """
         if not LEAST_LIMIT <= operator.index(limit) <= LARGEST_LIMIT:
             raise ValueError(f"buffer_limit is {limit} bytes; {LEAST_LIMIT} to {LARGEST_LIMIT} are taken")
@@ -79,7 +79,7 @@ class Gpu:
 
 
 def too_large(what: str, size: int, limit: int) -> AvatarError:
-    """What to say of a buffer that cannot be split."""
+    """The error for a buffer that cannot be split."""
     return AvatarError(
         f"{what} takes {size} bytes in one buffer, the limit is {limit}; raise buffer_limit, or prune the avatar",
         field="backend gl",

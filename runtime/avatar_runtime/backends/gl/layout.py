@@ -1,8 +1,8 @@
-"""How an avatar lies in GPU buffers: heaps of 32-bit words, in chunks that no binding limit is too small for.
+"""How an avatar is laid out in GPU buffers: packed buffers of 32-bit words, in chunks within the binding limit.
 
-A heap is one static buffer with sections at word offsets. "Planes" of n rows hold element p * n + i for plane p of
-row i. Sparse rows are a pointer section (row i owns the entries ptr[i]:ptr[i + 1], counted from the chunk's first)
-and records of one width: the column, then the values.
+A packed buffer is one static buffer with sections at word offsets. "Planes" of n rows hold plane p of row i at
+element p * n + i. Sparse rows are a pointer section (row i owns the entries ptr[i]:ptr[i + 1], counted from the
+chunk's first) and records of one width: the column, then the values.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Array = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Heap:
+class PackedBuffer:
     """One static buffer."""
 
     words: U32  # [W]
@@ -112,7 +112,7 @@ def vertex_runs(rig: Rig, limit: int) -> tuple[Run, ...]:
     return runs("vertex", len(rig.vertices), (morph, skin), limit)
 
 
-def heap(sections: Mapping[str, Array]) -> Heap:
+def pack(sections: Mapping[str, Array]) -> PackedBuffer:
     """`sections` one after the other; float32 by its bits."""
     offsets: dict[str, int] = {}
     parts: list[U32] = []
@@ -122,7 +122,7 @@ def heap(sections: Mapping[str, Array]) -> Heap:
         offsets[name] = at
         parts.append(part)
         at += len(part)
-    return Heap(np.concatenate(parts), offsets)
+    return PackedBuffer(np.concatenate(parts), offsets)
 
 
 def words(values: Array) -> U32:
@@ -132,7 +132,7 @@ def words(values: Array) -> U32:
     return np.ascontiguousarray(values, np.uint32).reshape(-1)
 
 
-def blend_heap(avatar: Avatar, run: Run) -> Heap:
+def pack_blend(avatar: Avatar, run: Run) -> PackedBuffer:
     """BlendStatic of one chunk."""
     g, rows = avatar.gaussians, slice(run.first, run.first + run.count)
     n = run.count
@@ -146,7 +146,7 @@ def blend_heap(avatar: Avatar, run: Run) -> Heap:
         ]
     )
     shapes = avatar.blendshapes
-    return heap(
+    return pack(
         {
             "base_plane": base,
             **sparse("geometry", shapes.geometry, ("mean", "quat_wxyz"), run),
@@ -155,10 +155,10 @@ def blend_heap(avatar: Avatar, run: Run) -> Heap:
     )
 
 
-def bind_heap(avatar: Avatar, run: Run) -> Heap:
+def pack_bind(avatar: Avatar, run: Run) -> PackedBuffer:
     """BindStatic of one chunk of an avatar whose Gaussians follow joints."""
     shapes = avatar.blendshapes
-    return heap(
+    return pack(
         {
             **sparse("corrective", shapes.correctives, ("mean",), run),
             **sparse("late", shapes.late_morphs, ("mean",), run),
@@ -167,10 +167,10 @@ def bind_heap(avatar: Avatar, run: Run) -> Heap:
     )
 
 
-def embed_heap(surface: Surface, run: Run) -> Heap:
+def pack_embedded(surface: Surface, run: Run) -> PackedBuffer:
     """EmbedStatic of one chunk of Gaussians on a mesh; of displacement and local_offset the rule has one."""
     e, rows = surface.embedding, slice(run.first, run.first + run.count)
-    return heap(
+    return pack(
         {
             "triangle_ids": e.triangle[rows],
             "vertex_ids": planes([e.vertex_ids[rows]]),
@@ -183,10 +183,10 @@ def embed_heap(surface: Surface, run: Run) -> Heap:
     )
 
 
-def surface_heap(surface: Surface, skin: SparseRows) -> Heap:
+def pack_surface(surface: Surface, skin: SparseRows) -> PackedBuffer:
     """SurfaceStatic, of the whole mesh; `skin` [V rows], or no rows where the rotation rule reads none."""
     triangles = surface.embedding.triangles
-    return heap(
+    return pack(
         {
             "triangle_plane": planes([triangles]),
             "canonical_frame": planes(
@@ -200,9 +200,9 @@ def surface_heap(surface: Surface, skin: SparseRows) -> Heap:
     )
 
 
-def morph_heap(rig: Rig, run: Run) -> Heap:
+def pack_morph(rig: Rig, run: Run) -> PackedBuffer:
     """MorphStatic of one chunk of vertices."""
-    return heap(
+    return pack(
         {
             "template_plane": planes([rig.vertices[run.first : run.first + run.count]]),
             **sparse("morph", rig.morphs, ("position",), run),
@@ -211,9 +211,9 @@ def morph_heap(rig: Rig, run: Run) -> Heap:
     )
 
 
-def skin_heap(rig: Rig, run: Run) -> Heap:
+def pack_skin(rig: Rig, run: Run) -> PackedBuffer:
     """SkinStatic of one chunk of vertices."""
-    return heap(
+    return pack(
         {
             **sparse("late", rig.late_morphs, ("position",), run),
             **sparse("skin", rig.skin, ("weight",), run),

@@ -1,4 +1,4 @@
-"""The mesh on the GPU: stages morph and skin, and what stage bind makes of its triangles and vertices."""
+"""The mesh on the GPU: stages morph and skin, and how its triangles and vertices turn, for stage bind."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from avatar_runtime.backends.gl.layout import (
     MESH_PLANES,
     RIGGED_MESH_PLANES,
     TRIANGLE_PLANES,
-    Heap,
+    PackedBuffer,
     Run,
-    morph_heap,
-    skin_heap,
-    surface_heap,
+    pack_morph,
+    pack_skin,
+    pack_surface,
     vertex_runs,
 )
 from avatar_runtime.backends.gl.programs import Dispatch, Programs, Values
@@ -65,22 +65,22 @@ class Mesh:
 
     @cached_property
     def _morph(self) -> list[Dispatch]:
-        return self._by_run("morph", morph_heap, "MorphStatic")
+        return self._by_run("morph", pack_morph, "MorphStatic")
 
     @cached_property
     def _skin(self) -> list[Dispatch]:
-        return self._by_run("skin", skin_heap, "SkinStatic")
+        return self._by_run("skin", pack_skin, "SkinStatic")
 
-    def _by_run(self, entry: str, pack: Callable[[Rig, Run], Heap], static: str) -> list[Dispatch]:
+    def _by_run(self, entry: str, pack: Callable[[Rig, Run], PackedBuffer], static: str) -> list[Dispatch]:
         rig = self._rig
         assert rig is not None
         made = []
         for run in vertex_runs(rig, self._gpu.limit):
-            heap = pack(rig, run)
-            buffers = {static: self._gpu.buffer(static, heap.words), "Pose": self.pose, "Mesh": self.buffer}
+            packed = pack(rig, run)
+            buffers = {static: self._gpu.buffer(static, packed.words), "Pose": self.pose, "Mesh": self.buffer}
             rows = {"first": run.first, "count": run.count, "vertices": self.count}
             made.append(
-                self._programs.dispatch(entry, run.count, buffers, {**heap.offsets, **self.at, **rows})
+                self._programs.dispatch(entry, run.count, buffers, {**packed.offsets, **self.at, **rows})
             )
         return made
 
@@ -89,20 +89,20 @@ class Turns:
     """How the triangles and vertices under the Gaussians have turned: the first steps of stage bind."""
 
     def __init__(self, gpu: Gpu, programs: Programs, surface: Surface, mesh: Mesh, skin: SparseRows) -> None:
-        """Raises AvatarError for a mesh that exceeds the limit: it cannot be split. `skin` as `surface_heap` has it."""
+        """Raises AvatarError for a mesh that exceeds the limit: it cannot be split. `skin` as `pack_surface` has it."""
         self._gpu = gpu
-        heap, count = surface_heap(surface, skin), len(surface.embedding.triangles)
+        packed, count = pack_surface(surface, skin), len(surface.embedding.triangles)
         what, area = f"the surface of {count} triangles", surface.training_per_bundle**2
         self.triangles = gpu.buffer(what, FLOAT4 * TRIANGLE_PLANES * count)
         buffers = {
-            "SurfaceStatic": gpu.buffer(what, heap.words),
+            "SurfaceStatic": gpu.buffer(what, packed.words),
             "Mesh": mesh.buffer,
             "Triangles": self.triangles,
             "Pose": mesh.pose,
         }
         values = {
             **mesh.at,
-            **heap.offsets,
+            **packed.offsets,
             "triangles": count,
             "vertices": mesh.count,
             "rotation_rule": code("rotation", surface.rules.rotation),

@@ -55,7 +55,7 @@ class Constants:
 
 
 class Dispatch:
-    """One kernel with all that it binds, ready to run."""
+    """One kernel with its buffers and constants, ready to run."""
 
     def __init__(
         self,
@@ -76,7 +76,7 @@ class Dispatch:
 
 
 class Programs:
-    """What the entry points became in one context; each is compiled when it is first asked for."""
+    """The compiled entry points of one context; each is compiled at its first use."""
 
     def __init__(self, gpu: Gpu, shaders: Shaders | None = None) -> None:
         self._gpu = gpu

@@ -1,4 +1,4 @@
-"""Avatars in one picture: each is deformed, then all of them are sorted and drawn as one."""
+"""Several avatars in one image: each is deformed, then all of them are sorted and drawn as one."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from avatar_runtime.backends.gl.steps import Steps, clocked
 from avatar_runtime.backends.gl.target import Target
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock, Posed
-from avatar_runtime.stages.raster import Picture
+from avatar_runtime.stages.raster import Image
 
 BLACK = np.zeros(3, np.float32)
 
 
-class Together:
-    """Avatars of one context that stand in one scene; `draw_together` makes one of several backends."""
+class Scene:
+    """Avatars of one context in one scene; `make_scene` makes one of several backends."""
 
     def __init__(
         self,
@@ -42,7 +42,7 @@ class Together:
         self.drawing = Drawing(gpu, programs, chunks, target, order)
         self._composite = Composite(gpu, programs)
 
-    def picture(
+    def image(
         self,
         posed: Sequence[Posed],
         camera: Camera,
@@ -50,14 +50,14 @@ class Together:
         *,
         depth: Depth | None = None,
         clock: Clock | None = None,
-    ) -> Picture:
-        """The picture over `background` [3], one pose an avatar; `last` and `evaluations` are None.
+    ) -> Image:
+        """The image over `background` [3], one pose an avatar; `last` and `evaluations` are None.
 
-        depth: of what else stands in the scene, in 0..1 as the camera's clip_from_world gives z / w: an array [H, W]
-            whose first row is the picture's top, or a moderngl depth texture as GL draws it, first row at the bottom.
+        depth: of the other objects in the scene, in 0..1 as the camera's clip_from_world gives z / w: an array [H, W]
+            whose first row is the image's top, or a moderngl depth texture as GL draws it, first row at the bottom.
             A Gaussian whose mean lies behind is hidden at that pixel.
 
-        Raises ValueError for a depth of another size, or where poses and avatars are not as many.
+        Raises ValueError for a depth of another size, or if the numbers of poses and avatars differ.
         """
         with self._gpu.current():
             accumulated = clocked(
@@ -81,8 +81,8 @@ class Together:
         """Draws onto a framebuffer of this context, of the camera's size, its first row at the bottom as GL has it.
 
         background: display-referred rgb in place of what the framebuffer holds; None: over that.
-        linear: the framebuffer holds linear light; the finished colour is converted, the blending is not.
-        depth: as in `picture`; the framebuffer's own depth texture will do.
+        linear: the framebuffer holds linear light; the finished colour is converted after compositing.
+        depth: as in `image`; the framebuffer's own depth texture will do.
 
         Bound framebuffer, viewport, enabled flags, blend and depth functions are afterwards as before; programs,
         vertex arrays and the bindings of buffers and textures are not. Raises ValueError for another size, or where

@@ -97,8 +97,8 @@ def _raster(deformer: Deformer, drawing: Drawing, x: Arrays, camera: Camera | No
     put_projected(deformer.chunks, x)
     drawing.sort.put(x["order"])
     background: F32 = np.asarray(x["background"], np.float32)
-    picture = over(drawing.raster(camera, None).read(), background)
-    return {"colour": picture.colour, "transmittance": picture.transmittance}
+    image = over(drawing.raster(camera, None).read(), background)
+    return {"colour": image.colour, "transmittance": image.transmittance}
 
 
 RUN: dict[str, Callable[[Deformer, Drawing, Arrays, Camera | None], Outputs]] = {

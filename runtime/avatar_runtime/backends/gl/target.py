@@ -1,4 +1,4 @@
-"""What is drawn into: a picture of floats or bytes, with a depth buffer for what stands in front."""
+"""The render target: an image of floats or bytes, and the depth of objects in front of the splats."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ void main() {
 
 
 class Target:
-    """A picture of one size, its first row on top of the picture it shows."""
+    """An image of one size, its first row on top of the image it shows."""
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], kind: str) -> None:
         """`size` is (width, height). Raises AvatarError where the context cannot draw into that kind."""
@@ -68,13 +68,13 @@ class Target:
         return np.frombuffer(raw, np.float32).reshape(shape).copy()
 
     def release(self) -> None:
-        """Gives it back before the rest."""
+        """Frees the target before its context is released."""
         self._gpu.drop(self._depth_alone, self.framebuffer, self.texture, self._depth)
         if self._depth_program is not None:
             self._gpu.drop(self._vertices, self._depth_program)
 
     def _draw_depth(self, depth: npt.NDArray[Any] | moderngl.Texture) -> None:
-        """An array's first row is the picture's top one, a texture's the bottom one, as GL draws."""
+        """An array's first row is the image's top one, a texture's the bottom one, as GL draws."""
         context = self._gpu.context
         if isinstance(depth, moderngl.Texture):
             texture, own = depth, None
@@ -105,9 +105,9 @@ class Target:
 
 
 def check_depth(depth: npt.NDArray[Any] | moderngl.Texture | None, size: tuple[int, int]) -> None:
-    """Raises ValueError for a depth of another size than the picture (width, height)."""
+    """Raises ValueError for a depth of another size than the image (width, height)."""
     if depth is None:
         return
     found = depth.size if isinstance(depth, moderngl.Texture) else np.shape(depth)[::-1]
     if tuple(found) != size:
-        raise ValueError(f"the depth is {found}, the picture {size} (width, height)")
+        raise ValueError(f"the depth is {found}, the image {size} (width, height)")

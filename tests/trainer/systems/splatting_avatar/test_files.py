@@ -15,12 +15,14 @@ import yaml
 from avatar_export.options import ReadOptions
 from avatar_export.readers.splatting_avatar import reader
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import ply
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, PoseArrays
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_trainer.captures.model import Capture
+from avatar_trainer.evaluation.compare import FLIP
 from avatar_trainer.systems.drawing import draw
 from avatar_trainer.systems.splatting_avatar.system import SplattingAvatar, create
 from tests.measured import Measure
@@ -54,7 +56,7 @@ def read_back(system: SplattingAvatar, folder: Path) -> Avatar:
     system.save(folder, ITERATION)
     given = system.capture.export_inputs
     options = ReadOptions(body_model=given["body_model"], shape=given["shape"])
-    return reader.read(folder, options).check()
+    return check_avatar(reader.read(folder, options))
 
 
 @pytest.mark.parametrize("rules", RULES.values(), ids=RULES)
@@ -76,10 +78,12 @@ def test_the_runtime_plays_what_was_trained(
             apart = np.abs(getattr(splats, name).detach().numpy() - getattr(played, name)).max()
             measured(f"SplattingAvatar {name}, trainer against runtime", float(apart))
             assert apart < 1e-6
-        theirs = fast.frame(pose, frame.camera, (0.0, 0.0, 0.0), "trainer").picture
-        apart = np.abs(draw(system, frame).colour.numpy() - theirs.colour).max()
-        measured("SplattingAvatar picture, trainer against cpu", float(apart))
-        assert apart < 1e-4
+        theirs = fast.frame(pose, frame.camera, (0.0, 0.0, 0.0), "trainer").image
+        apart = np.abs(draw(system, frame).colour.numpy() - theirs.colour).max(axis=-1)
+        flipped = apart >= FLIP  # rounding decided whether a splat's alpha reaches 1/255 there
+        measured("SplattingAvatar picture, trainer against cpu, but for flips", float(apart[~flipped].max()))
+        assert flipped.sum() <= 2
+        assert apart.max() <= np.ptp(theirs.colour) / 255
 
 
 def named(avatar: Avatar, pose: PoseArrays) -> Pose:

@@ -1,0 +1,1 @@
+"""Deforming on the CPU: stages morph, skin, blend, bind and activate."""

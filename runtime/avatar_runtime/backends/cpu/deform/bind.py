@@ -1,4 +1,4 @@
-"""Stage `bind` of a block of Gaussians that joints or groups carry."""
+"""Stage `bind` of a block of Gaussians that follow joints or groups."""
 
 from __future__ import annotations
 
@@ -38,11 +38,10 @@ def bind_block(
     correctives: Offsets,
     late_morphs: Offsets,
     skin: Influences,
-    sh_world: bool,
     posed: PosedArrays,
     planes: F32,
 ) -> None:
-    """Carries one block, whose blended values stand in MEAN and QUAT."""
+    """Binds one block. MEAN and QUAT hold its blended values, then the bound ones; TURN becomes the SH frame."""
     first, count, group = blocks.begin[block], blocks.size[block], blocks.group[block]
     for lane in range(count):
         x, y, z = offset_of(first + lane, correctives, posed.pose_feature)
@@ -62,8 +61,8 @@ def bind_block(
         polar(count, planes)
     else:
         spread(posed.group_rotation[group], TURN, count, planes)
-    carry(count, planes)
-    place(count, sh_world, posed.world, posed.world_quat, planes)
+    move(count, planes)
+    place(count, blocks.sh_world, posed.world, posed.world_quat, planes)
 
 
 @inlined
@@ -97,7 +96,7 @@ def polar(count: int, planes: F32) -> None:
 
 
 @inlined
-def carry(count: int, planes: F32) -> None:
+def move(count: int, planes: F32) -> None:
     """MEAN by MATRIX and then LATE, unrotated; QUAT by TURN."""
     for lane in range(count):
         x, y, z = planes[MEAN + lane], planes[MEAN + BLOCK + lane], planes[MEAN + 2 * BLOCK + lane]

@@ -1,4 +1,4 @@
-"""What carries an avatar's Gaussians: its joints and groups, or a mesh. One class each, with the same methods."""
+"""The two kinds of binding, one class each: Gaussians follow joints and groups, or they are embedded in a mesh."""
 
 from __future__ import annotations
 
@@ -9,19 +9,17 @@ import numpy as np
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.backends.cpu.arrays import (
-    U8,
     Base,
     Blendable,
-    Embedded,
+    EmbeddedRules,
     Influences,
-    Mesh,
     Out,
     PosedArrays,
-    Ridden,
     Sizes,
+    read_only,
 )
-from avatar_runtime.backends.cpu.deform import plain
-from avatar_runtime.backends.cpu.deform.embedded import animate_riding, bind_riding
+from avatar_runtime.backends.cpu.deform import inputs
+from avatar_runtime.backends.cpu.deform.embedded import animate_embedded, bind_embedded
 from avatar_runtime.backends.cpu.deform.mesh import vertex_matrices
 from avatar_runtime.backends.cpu.deform.skinned import animate_skinned, bind_skinned
 from avatar_runtime.backends.cpu.deform.surface import triangle_turns, vertex_sums
@@ -30,11 +28,11 @@ from avatar_runtime.stages.surface import prepare
 from avatar_schema import constants
 
 
-class Carrier(Protocol):
+class Binding(Protocol):
     """Stages blend, bind and activate of one avatar."""
 
-    def animate(self, posed: PosedArrays, vertices: F32 | None, touched: U8, out: Out, threads: int) -> None:
-        """Writes the splats of a frame into `out`."""
+    def animate(self, posed: PosedArrays, vertices: F32 | None, out: Out, threads: int) -> None:
+        """Writes the splats of a frame into `out`, whose `touched` says what the frame before left there."""
         ...
 
     def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
@@ -42,84 +40,88 @@ class Carrier(Protocol):
         ...
 
 
-class SkinnedGaussians:
-    """Gaussians that joints or groups carry."""
+class SkinnedBinding:
+    """Gaussians that follow joints and groups."""
 
     def __init__(self, avatar: Avatar, blendable: Blendable) -> None:
         n, shapes, sizes = avatar.gaussians.count, avatar.blendshapes, Sizes.of(avatar)
         self._blendable = blendable
         self._bound = (
-            plain.offsets(shapes.correctives, "mean", n, sizes.features),
-            plain.offsets(shapes.late_morphs, "mean", n, sizes.late),
-            plain.influences(avatar.skin, n, sizes.joints),
-            plain.blocks(avatar.groups, avatar.rules.rotation, n),
-            avatar.rules.sh_direction == "world",
+            inputs.offsets(shapes.correctives, "mean", n, sizes.features),
+            inputs.offsets(shapes.late_morphs, "mean", n, sizes.late),
+            inputs.influences(avatar.skin, n, sizes.joints),
+            inputs.blocks(avatar),
         )
 
-    def animate(self, posed: PosedArrays, vertices: F32 | None, touched: U8, out: Out, threads: int) -> None:
-        animate_skinned(*self._blendable, *self._bound, posed, touched, out, threads)
+    def animate(self, posed: PosedArrays, vertices: F32 | None, out: Out, threads: int) -> None:
+        """See `Binding`; `vertices` are not read."""
+        animate_skinned(*self._blendable, *self._bound, posed, out, threads)
 
     def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
-        out = plain.fresh_out(len(blended.mean), 0)
+        """See `Binding`; `vertices` are not read."""
+        out = inputs.fresh_out(len(blended.mean), 0)
         bind_skinned(blended.mean, blended.quat_wxyz, *self._bound, posed, out)
         return out._replace(scale=blended.log_scale)
 
 
-class RidingGaussians:
-    """Gaussians on a mesh."""
+class EmbeddedBinding:
+    """Gaussians embedded in a triangle mesh."""
 
     def __init__(self, avatar: Avatar, blendable: Blendable) -> None:
         assert avatar.embedding is not None
-        self._blendable = blendable
-        self._embedded = plain.embedded(avatar)
-        self._mesh = plain.mesh(prepare(avatar.embedding, avatar.rules, avatar.training_per_bundle))
-        self._skin: Influences | None = None
-        if avatar.rules.rotation in RIGGED_ROTATIONS:
-            assert avatar.rig is not None
-            vertices = len(avatar.embedding.canonical_vertices)
-            self._skin = plain.influences(avatar.rig.skin, vertices, avatar.rig.joint_count)
-        self._ridden = plain.fresh_ridden(self._mesh, by_joints=self._skin is not None)
-        self._by_vertex = avatar.rules.rotation != "triangle_frame"
-        self._rotation_rule = code("rotation", avatar.rules.rotation)
-        self._position_rule = code("position", avatar.rules.position)
-        self._sign_rule = code("quaternion_sign", avatar.rules.quaternion_sign)
-        # An area in training units is u^2 times one in bundle units.
+        rules, unit = avatar.rules, avatar.training_per_bundle
+        # An area in training units is unit^2 times the area in bundle units.
         normal, quaternion, damping = (
-            float(constants()[name]) / avatar.training_per_bundle**2
+            float(constants()[name]) / unit**2
             for name in ("normal_floor", "quaternion_floor", "area_damping")
         )
+        self._mesh = inputs.mesh(prepare(avatar.embedding, rules, unit))
+        self._blended = (blendable.base, blendable.shape, blendable.colour)
+        self._bound = (
+            inputs.embedded(avatar),
+            self._mesh,
+            EmbeddedRules(
+                code("position", rules.position),
+                code("scale", rules.scale),
+                float(np.log(unit)),
+                damping,
+                rules.sh_direction == "world",
+            ),
+        )
+        self._skin: Influences | None = None
+        if rules.rotation in RIGGED_ROTATIONS:
+            assert avatar.rig is not None
+            vertices = len(avatar.embedding.canonical_vertices)
+            self._skin = inputs.influences(avatar.rig.skin, vertices, avatar.rig.joint_count)
+        self._posed_mesh = inputs.fresh_posed_mesh(self._mesh, by_joints=self._skin is not None)
+        self._by_vertex = rules.rotation != "triangle_frame"
+        self._rotation = code("rotation", rules.rotation)
+        self._sign = code("quaternion_sign", rules.quaternion_sign)
         self._floors = (normal, quaternion)
-        self._scale = (code("scale", avatar.rules.scale), float(np.log(avatar.training_per_bundle)), damping)
-        self._sh_world = avatar.rules.sh_direction == "world"
-        self._turn = threading.Lock()  # held while _ridden is written or read
+        self._turn = threading.Lock()  # held while _posed_mesh is written or read
 
-    def animate(self, posed: PosedArrays, vertices: F32 | None, touched: U8, out: Out, threads: int) -> None:
+    def animate(self, posed: PosedArrays, vertices: F32 | None, out: Out, threads: int) -> None:
+        """See `Binding`."""
         with self._turn:
-            animate_riding(
-                *self._blendable,
-                *self._under(vertices, posed),
-                *self._scale,
-                self._sh_world,
-                posed,
-                touched,
-                out,
-                threads,
-            )
+            given = self._pose_mesh(vertices, posed)
+            animate_embedded(*self._blended, *self._bound, self._posed_mesh, given, posed, out, threads)
 
     def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
-        out = plain.fresh_out(len(blended.mean), 0)
+        """See `Binding`."""
+        out = inputs.fresh_out(len(blended.mean), 0)
         with self._turn:
-            under = self._under(vertices, posed)
-            bind_riding(blended.log_scale, *under, *self._scale, self._sh_world, posed, out)
+            given = self._pose_mesh(vertices, posed)
+            bind_embedded(blended.log_scale, *self._bound, self._posed_mesh, given, posed, out)
         return out
 
-    def _under(self, vertices: F32 | None, frame: PosedArrays) -> tuple[Embedded, Mesh, Ridden, F32, int]:
-        """The posed mesh as both passes over Gaussians take it; `_turn` must be held."""
+    def _pose_mesh(self, vertices: F32 | None, posed: PosedArrays) -> F32:
+        """Fills `_posed_mesh` for the posed `vertices` [V, 3] and gives these back; `_turn` must be held."""
         assert vertices is not None
-        posed = plain.plain(vertices, np.float32, (len(self._ridden.vertex), 3))
-        triangle_turns(posed, self._mesh, self._rotation_rule, self._sign_rule, self._ridden)
+        mesh, made = self._mesh, self._posed_mesh
+        given = read_only(vertices, np.float32, (len(made.vertex), 3))
+        triangle_turns(given, mesh, self._rotation, self._sign, made)
         if self._by_vertex:
-            vertex_sums(self._mesh, *self._floors, self._rotation_rule, self._ridden)
+            vertex_sums(mesh, *self._floors, self._rotation, made)
         if self._skin is not None:
-            vertex_matrices(self._skin, frame.skin_matrix, self._ridden.matrix)
-        return self._embedded, self._mesh, self._ridden, posed, self._position_rule
+            vertex_matrices(self._skin, posed.skin_matrix, made.matrix)
+        return given

@@ -1,7 +1,7 @@
 """Stage `blend` of a block: base + sum_k w_k delta_k in training space, each sparse row read as stored.
 
-First the entries of weight other than 0 are listed, from the bits of their columns, then they alone are read: a
-branch an entry would be guessed wrong at every second active one, and memory be waited for each time.
+The entries of nonzero weight are listed first, from the bits of their columns; then only these are read. A branch
+for each entry would often be mispredicted and would wait for memory each time.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The passes over Gaussians that ride on a mesh, after `surface` has prepared its triangles and vertices."""
+"""The passes over embedded Gaussians, after `surface` has prepared the triangles and vertices of the posed mesh."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from avatar_runtime.avatar import F32
 from avatar_runtime.backends.cpu.arrays import (
     BLOCK,
-    U8,
     Base,
     Deltas,
     Embedded,
+    EmbeddedRules,
     Mesh,
     Out,
     PosedArrays,
-    Ridden,
+    PosedMesh,
 )
 from avatar_runtime.backends.cpu.deform.activate import activate_opacity, activate_scale, unit_quats
 from avatar_runtime.backends.cpu.deform.bind import place
 from avatar_runtime.backends.cpu.deform.blend import blend_shape, colour_block, list_active
 from avatar_runtime.backends.cpu.deform.planes import MEAN, PLANES, QUAT, TURN, store
-from avatar_runtime.backends.cpu.deform.surface import GAUSSIAN_PLANES, ride_block
+from avatar_runtime.backends.cpu.deform.surface import GAUSSIAN_PLANES, bind_embedded_block
 from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
 from avatar_runtime.rules import code
 from avatar_runtime.stages.surface import TINY
@@ -33,27 +33,23 @@ LINEAR = code("scale", "linear_area")  # and triangle_linear
 
 
 @kernel(parallel=True)
-def animate_riding(
+def animate_embedded(
     base: Base,
-    geometry: Deltas,  # not read: the mesh alone moves them
     shape: Deltas,
     colour: Deltas,
-    room: int,
     embedded: Embedded,
     mesh: Mesh,
-    ridden: Ridden,
+    rules: EmbeddedRules,
+    posed_mesh: PosedMesh,
     vertices: F32,  # [V, 3] posed
-    position_rule: int,
-    scale_rule: int,
-    log_unit: float,  # ln of training_per_bundle
-    damping: float,
-    sh_world: bool,
     posed: PosedArrays,
-    touched: U8,  # [N, 2] as in animate_skinned
     out: Out,
     threads: int,
 ) -> None:
-    """Writes the splats of a frame into `out`; the same bits whatever the number of threads."""
+    """Writes the splats of a frame into `out`; the same bits whatever the number of threads.
+
+    Only the mesh moves embedded Gaussians, so no deltas of mean and quaternion are needed.
+    """
     for thread in numba.prange(threads):
         # A call, since Numba drops a loop whose own stores go to the arrays of a tuple.
         animate_share(
@@ -62,18 +58,12 @@ def animate_riding(
             base,
             shape,
             colour,
-            room,
             embedded,
             mesh,
-            ridden,
+            rules,
+            posed_mesh,
             vertices,
-            position_rule,
-            scale_rule,
-            log_unit,
-            damping,
-            sh_world,
             posed,
-            touched,
             out,
         )
 
@@ -85,64 +75,54 @@ def animate_share(
     base: Base,
     shape: Deltas,
     colour: Deltas,
-    room: int,
     embedded: Embedded,
     mesh: Mesh,
-    ridden: Ridden,
+    rules: EmbeddedRules,
+    posed_mesh: PosedMesh,
     vertices: F32,
-    position_rule: int,
-    scale_rule: int,
-    log_unit: float,
-    damping: float,
-    sh_world: bool,
     posed: PosedArrays,
-    touched: U8,
     out: Out,
 ) -> None:
     """Every `threads`-th block from block `thread`."""
     n = len(base.mean)
     planes = np.empty(PLANES, np.float32)
     fine = np.empty(GAUSSIAN_PLANES, np.float64)
-    entry = np.empty(room, np.uint32)
+    entry = np.empty(max(shape.room, colour.room), np.uint32)
     end = np.empty(BLOCK, np.int64)
     for first in range(thread * BLOCK, n, threads * BLOCK):
         count = min(BLOCK, n - first)
-        ride_block(first, count, embedded, vertices, position_rule, ridden, fine, planes)
-        place(count, sh_world, posed.world, posed.world_quat, planes)
+        bind_embedded_block(first, count, embedded, rules.position, vertices, posed_mesh, fine, planes)
+        place(count, rules.sh_world, posed.world, posed.world_quat, planes)
         unit_quats(count, planes)
         store(first, count, planes, MEAN, out.mean)
         store(first, count, planes, QUAT, out.quat_wxyz)
         store(first, count, planes, TURN, out.sh_rotation)
-        colour_block(first, count, base, colour, posed, entry, end, touched, out.sh)
+        colour_block(first, count, base, colour, posed, entry, end, out.touched, out.sh)
         every, begin = list_active(first, count, shape, posed, entry, end)
         for lane in range(count):
             i, last = first + lane, end[lane]
-            changed = last > begin or touched[i, 0]
-            if changed or scale_rule != SAME:
+            changed = last > begin or out.touched[i, 0]
+            if changed or rules.scale != SAME:
                 x, y, z, logit = blend_shape(i, base, shape, posed, entry, every, begin, last)
-                factor = stretch(embedded.triangle[i], mesh, ridden, scale_rule, damping)
-                x = stretched(x, factor, scale_rule, log_unit)
-                y = stretched(y, factor, scale_rule, log_unit)
-                z = stretched(z, factor, scale_rule, log_unit)
+                factor = stretch(embedded.triangle[i], mesh, rules, posed_mesh)
+                x = stretched(x, factor, rules)
+                y = stretched(y, factor, rules)
+                z = stretched(z, factor, rules)
                 activate_scale(i, x, y, z, out.scale)
                 if changed:
                     activate_opacity(i, logit, out.opacity)
-                    touched[i, 0] = last > begin
+                    out.touched[i, 0] = last > begin
             begin = last
 
 
 @kernel()
-def bind_riding(
+def bind_embedded(
     log_scale: F32,  # [N, 3] blended
     embedded: Embedded,
     mesh: Mesh,
-    ridden: Ridden,
+    rules: EmbeddedRules,
+    posed_mesh: PosedMesh,
     vertices: F32,  # [V, 3] posed
-    position_rule: int,
-    scale_rule: int,
-    log_unit: float,
-    damping: float,
-    sh_world: bool,
     posed: PosedArrays,
     out: Out,
 ) -> None:
@@ -151,32 +131,32 @@ def bind_riding(
     fine = np.empty(GAUSSIAN_PLANES, np.float64)
     for first in range(0, len(log_scale), BLOCK):
         count = min(BLOCK, len(log_scale) - first)
-        ride_block(first, count, embedded, vertices, position_rule, ridden, fine, planes)
-        place(count, sh_world, posed.world, posed.world_quat, planes)
+        bind_embedded_block(first, count, embedded, rules.position, vertices, posed_mesh, fine, planes)
+        place(count, rules.sh_world, posed.world, posed.world_quat, planes)
         store(first, count, planes, MEAN, out.mean)
         store(first, count, planes, QUAT, out.quat_wxyz)
         store(first, count, planes, TURN, out.sh_rotation)
         for i in range(first, first + count):
-            factor = stretch(embedded.triangle[i], mesh, ridden, scale_rule, damping)
+            factor = stretch(embedded.triangle[i], mesh, rules, posed_mesh)
             for k in range(3):
-                out.scale[i, k] = stretched(log_scale[i, k], factor, scale_rule, log_unit)
+                out.scale[i, k] = stretched(log_scale[i, k], factor, rules)
 
 
 @inlined
-def stretch(triangle: int, mesh: Mesh, ridden: Ridden, scale_rule: int, damping: float) -> Scalar:
-    """How its triangle has grown since the binding pose, as the scale rule takes it."""
-    if scale_rule == LOG_AREA:
-        return (ridden.size[triangle] + damping) / (mesh.size[triangle] + damping)
-    if scale_rule == LINEAR:
-        return math.log(max(ridden.size[triangle], TINY) / mesh.size[triangle])
+def stretch(triangle: int, mesh: Mesh, rules: EmbeddedRules, posed_mesh: PosedMesh) -> Scalar:
+    """How much a triangle has grown since the binding pose, as the scale rule takes it."""
+    if rules.scale == LOG_AREA:
+        return (posed_mesh.size[triangle] + rules.damping) / (mesh.size[triangle] + rules.damping)
+    if rules.scale == LINEAR:
+        return math.log(max(posed_mesh.size[triangle], TINY) / mesh.size[triangle])
     return 0.0
 
 
 @inlined
-def stretched(log_scale: Scalar, factor: Scalar, scale_rule: int, log_unit: float) -> Scalar:
+def stretched(log_scale: Scalar, factor: Scalar, rules: EmbeddedRules) -> Scalar:
     """A blended log scale after the scale rule, float32."""
-    if scale_rule == LOG_AREA:
-        return np.float32((log_scale + log_unit) * factor - log_unit)
-    if scale_rule == LINEAR:
+    if rules.scale == LOG_AREA:
+        return np.float32((log_scale + rules.log_unit) * factor - rules.log_unit)
+    if rules.scale == LINEAR:
         return np.float32(log_scale + factor)
     return log_scale

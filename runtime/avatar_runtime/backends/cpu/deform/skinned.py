@@ -8,7 +8,6 @@ import numpy as np
 from avatar_runtime.avatar import F32, U32
 from avatar_runtime.backends.cpu.arrays import (
     BLOCK,
-    U8,
     Base,
     Blocks,
     Deltas,
@@ -36,14 +35,11 @@ def animate_skinned(
     geometry: Deltas,
     shape: Deltas,
     colour: Deltas,
-    room: int,
     correctives: Offsets,
     late_morphs: Offsets,
     skin: Influences,
     blocks: Blocks,
-    sh_world: bool,
     posed: PosedArrays,
-    touched: U8,  # [N, 2] 0 where scale and opacity, or SH, in `out` are already those without expression
     out: Out,
     threads: int,
 ) -> None:
@@ -57,14 +53,11 @@ def animate_skinned(
             geometry,
             shape,
             colour,
-            room,
             correctives,
             late_morphs,
             skin,
             blocks,
-            sh_world,
             posed,
-            touched,
             out,
         )
 
@@ -77,30 +70,27 @@ def animate_share(
     geometry: Deltas,
     shape: Deltas,
     colour: Deltas,
-    room: int,
     correctives: Offsets,
     late_morphs: Offsets,
     skin: Influences,
     blocks: Blocks,
-    sh_world: bool,
     posed: PosedArrays,
-    touched: U8,
     out: Out,
 ) -> None:
     """Every `threads`-th block from block `thread`."""
     planes = np.empty(PLANES, np.float32)
-    entry = np.empty(room, np.uint32)
+    entry = np.empty(max(geometry.room, shape.room, colour.room), np.uint32)
     end = np.empty(BLOCK, np.int64)
     for block in range(thread, len(blocks.begin), threads):
         first, count = blocks.begin[block], blocks.size[block]
         blend_geometry(first, count, base, geometry, posed, entry, end, planes)
-        bind_block(block, blocks, correctives, late_morphs, skin, sh_world, posed, planes)
+        bind_block(block, blocks, correctives, late_morphs, skin, posed, planes)
         unit_quats(count, planes)
         store(first, count, planes, MEAN, out.mean)
         store(first, count, planes, QUAT, out.quat_wxyz)
         store(first, count, planes, TURN, out.sh_rotation)
-        activate_shapes(first, count, base, shape, posed, entry, end, planes, touched, out)
-        colour_block(first, count, base, colour, posed, entry, end, touched, out.sh)
+        activate_shapes(first, count, base, shape, posed, entry, end, planes, out)
+        colour_block(first, count, base, colour, posed, entry, end, out.touched, out.sh)
 
 
 @kernel()
@@ -111,7 +101,6 @@ def bind_skinned(
     late_morphs: Offsets,
     skin: Influences,
     blocks: Blocks,
-    sh_world: bool,
     posed: PosedArrays,
     out: Out,
 ) -> None:
@@ -121,7 +110,7 @@ def bind_skinned(
         first, count = blocks.begin[block], blocks.size[block]
         load(first, count, mean, MEAN, planes)
         load(first, count, quat_wxyz, QUAT, planes)
-        bind_block(block, blocks, correctives, late_morphs, skin, sh_world, posed, planes)
+        bind_block(block, blocks, correctives, late_morphs, skin, posed, planes)
         store(first, count, planes, MEAN, out.mean)
         store(first, count, planes, QUAT, out.quat_wxyz)
         store(first, count, planes, TURN, out.sh_rotation)
@@ -137,7 +126,6 @@ def activate_shapes(
     entry: U32,
     end: Ends,
     planes: F32,
-    touched: U8,
     out: Out,
 ) -> None:
     """Scale and opacity of `count` Gaussians, where an expression moves them or did in the frame before."""
@@ -145,7 +133,7 @@ def activate_shapes(
     start, changed = begin, False
     for lane in range(count):
         i, last = first + lane, end[lane]
-        if last > begin or touched[i, 0]:
+        if last > begin or out.touched[i, 0]:
             x, y, z, logit = blend_shape(i, base, shape, posed, entry, every, begin, last)
             planes[SHAPE + lane] = x
             planes[SHAPE + BLOCK + lane] = y
@@ -159,9 +147,9 @@ def activate_shapes(
     begin = start
     for lane in range(count):
         i, last = first + lane, end[lane]
-        if last > begin or touched[i, 0]:
+        if last > begin or out.touched[i, 0]:
             for k in range(3):
                 out.scale[i, k] = planes[SHAPE + k * BLOCK + lane]
             out.opacity[i] = planes[SHAPE + 3 * BLOCK + lane]
-            touched[i, 0] = last > begin
+            out.touched[i, 0] = last > begin
         begin = last

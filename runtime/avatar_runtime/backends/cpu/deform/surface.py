@@ -1,6 +1,6 @@
-"""Stage `bind` of Gaussians that ride on a triangle mesh: triangles, then vertices, then Gaussians.
+"""Stage `bind` of Gaussians embedded in a triangle mesh: triangles, then vertices, then Gaussians.
 
-Summed in float64 as in stages/surface.py, which has the sources: the sign of a triangle's quaternion is a decision.
+Sums are float64 as in stages/surface.py, which gives the reason and the sources.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from avatar_runtime.avatar import F32, F64
-from avatar_runtime.backends.cpu.arrays import BLOCK, Array, Embedded, Mesh, Ridden
+from avatar_runtime.backends.cpu.arrays import BLOCK, Array, Embedded, Mesh, PosedMesh
 from avatar_runtime.backends.cpu.deform.planes import MEAN, set_quat, set_turn
 from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
 from avatar_runtime.backends.cpu.rotation import (
@@ -36,7 +36,7 @@ EDGES = 0  # 6: two edges from corner 0
 CANONICAL = 6 * BLOCK  # 9, row-major: the canonical frame
 CANONICAL_SIZE = 15 * BLOCK
 SIZE = 16 * BLOCK
-RESULT = 17 * BLOCK  # 13: what `Ridden.triangle` holds
+RESULT = 17 * BLOCK  # 13: what `PosedMesh.triangle` holds
 TRIANGLE_PLANES = 30 * BLOCK
 # Of Gaussians:
 FOOT = 0  # 3
@@ -76,7 +76,7 @@ def triangle_turns(
     mesh: Mesh,
     rotation_rule: int,
     sign_rule: int,
-    ridden: Ridden,
+    posed_mesh: PosedMesh,
 ) -> None:
     """What the rules read of the posed triangles; the sign policy of quaternions as in `turns_from_canonical`."""
     p = np.empty(TRIANGLE_PLANES, np.float64)
@@ -90,9 +90,9 @@ def triangle_turns(
         else:
             frames(count, p)
         for lane in range(count):
-            ridden.size[first + lane] = p[SIZE + lane]
+            posed_mesh.size[first + lane] = p[SIZE + lane]
             for k in range(7 if by_vertex else 13):
-                ridden.triangle[first + lane, k] = p[RESULT + k * BLOCK + lane]
+                posed_mesh.triangle[first + lane, k] = p[RESULT + k * BLOCK + lane]
 
 
 @inlined
@@ -180,45 +180,45 @@ def vertex_sums(
     normal_floor: float,
     quaternion_floor: float,
     rotation_rule: int,
-    ridden: Ridden,
+    posed_mesh: PosedMesh,
 ) -> None:
     """Normals and quaternions of vertices: sums over their triangles, divided by their length or the floor.
 
     Under rotation rule vertex_quaternion_mean quaternions instead by the sum of canonical areas.
     """
-    for v in range(len(ridden.vertex)):
+    for v in range(len(posed_mesh.vertex)):
         nx = ny = nz = qw = qx = qy = qz = area = ZERO
         for at in range(mesh.vertex_triangle_ptr[v], mesh.vertex_triangle_ptr[v + 1]):
             t = mesh.vertex_triangle[at]
-            nx += ridden.triangle[t, 0]
-            ny += ridden.triangle[t, 1]
-            nz += ridden.triangle[t, 2]
-            qw += ridden.triangle[t, 3]
-            qx += ridden.triangle[t, 4]
-            qy += ridden.triangle[t, 5]
-            qz += ridden.triangle[t, 6]
+            nx += posed_mesh.triangle[t, 0]
+            ny += posed_mesh.triangle[t, 1]
+            nz += posed_mesh.triangle[t, 2]
+            qw += posed_mesh.triangle[t, 3]
+            qx += posed_mesh.triangle[t, 4]
+            qy += posed_mesh.triangle[t, 5]
+            qz += posed_mesh.triangle[t, 6]
             area += mesh.size[t]
         length = max(math.sqrt(nx * nx + ny * ny + nz * nz), normal_floor)
-        ridden.vertex[v, 0] = nx / length
-        ridden.vertex[v, 1] = ny / length
-        ridden.vertex[v, 2] = nz / length
+        posed_mesh.vertex[v, 0] = nx / length
+        posed_mesh.vertex[v, 1] = ny / length
+        posed_mesh.vertex[v, 2] = nz / length
         length = max(math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz), quaternion_floor)
         if rotation_rule == MEAN_BY_AREA:
             length = max(area, TINY)
-        ridden.vertex[v, 3] = qw / length
-        ridden.vertex[v, 4] = qx / length
-        ridden.vertex[v, 5] = qy / length
-        ridden.vertex[v, 6] = qz / length
+        posed_mesh.vertex[v, 3] = qw / length
+        posed_mesh.vertex[v, 4] = qx / length
+        posed_mesh.vertex[v, 5] = qy / length
+        posed_mesh.vertex[v, 6] = qz / length
 
 
 @inlined
-def ride_block(
+def bind_embedded_block(
     first: int,
     count: int,
     embedded: Embedded,
-    vertices: F32,
     position_rule: int,
-    ridden: Ridden,
+    vertices: F32,
+    posed_mesh: PosedMesh,
     p: F64,
     planes: F32,
 ) -> None:
@@ -230,14 +230,14 @@ def ride_block(
     if position_rule != IN_TRIANGLE:
         for lane in range(count):
             p[HEIGHT + lane] = embedded.displacement[first + lane]
-            at_corners(first + lane, lane, embedded, ridden.vertex, 7, RISE, p)  # SWING follows RISE
+            at_corners(first + lane, lane, embedded, posed_mesh.vertex, 7, RISE, p)  # SWING follows RISE
         rise(count, position_rule == UNIT_NORMAL, p)
     else:
         for lane in range(count):
-            in_triangle(first + lane, lane, embedded, ridden, p)
-    if len(ridden.matrix):
+            in_triangle(first + lane, lane, embedded, posed_mesh, p)
+    if len(posed_mesh.matrix):
         for lane in range(count):
-            at_corners(first + lane, lane, embedded, ridden.matrix, 9, MATRIX, p)
+            at_corners(first + lane, lane, embedded, posed_mesh.matrix, 9, MATRIX, p)
         swing_by_joints(count, p)
     swing(count, p, planes)
 
@@ -254,18 +254,18 @@ def at_corners(i: int, lane: int, embedded: Embedded, by_vertex: Array, size: in
 
 
 @inlined
-def in_triangle(i: int, lane: int, embedded: Embedded, ridden: Ridden, p: F64) -> None:
+def in_triangle(i: int, lane: int, embedded: Embedded, posed_mesh: PosedMesh, p: F64) -> None:
     """RISE and SWING of Gaussian `i` by its triangle's frame."""
     t = embedded.triangle[i]
     x = np.float64(embedded.local_offset[i, 0])
     y = np.float64(embedded.local_offset[i, 1])
     z = np.float64(embedded.local_offset[i, 2])
     for k in range(3):
-        along = ridden.triangle[t, 3 * k] * x + ridden.triangle[t, 3 * k + 1] * y
-        along += ridden.triangle[t, 3 * k + 2] * z
-        p[RISE + k * BLOCK + lane] = ridden.size[t] * along
+        along = posed_mesh.triangle[t, 3 * k] * x + posed_mesh.triangle[t, 3 * k + 1] * y
+        along += posed_mesh.triangle[t, 3 * k + 2] * z
+        p[RISE + k * BLOCK + lane] = posed_mesh.size[t] * along
     for k in range(4):
-        p[SWING + k * BLOCK + lane] = ridden.triangle[t, 9 + k]
+        p[SWING + k * BLOCK + lane] = posed_mesh.triangle[t, 9 + k]
 
 
 @inlined

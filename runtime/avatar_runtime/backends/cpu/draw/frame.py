@@ -1,4 +1,4 @@
-"""Stages `project`, `sort` and `raster` of the `cpu` backend: splats to a picture."""
+"""Stages `project`, `sort` and `raster` of the `cpu` backend: splats to an image."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, I64, U32, Avatar, RasterSettings
 from avatar_runtime.backends import Arrays
+from avatar_runtime.backends.cpu.arrays import read_only
 from avatar_runtime.backends.cpu.draw.project import project
-from avatar_runtime.backends.cpu.draw.raster import blend_tiles
+from avatar_runtime.backends.cpu.draw.raster import composite_tiles
 from avatar_runtime.backends.cpu.draw.screen import (
     CENTRE_X,
     CONIC_XX,
@@ -20,7 +21,6 @@ from avatar_runtime.backends.cpu.draw.screen import (
     Screen,
     count_all,
     fill_screen,
-    read_only,
 )
 from avatar_runtime.backends.cpu.draw.sort import sort
 from avatar_runtime.backends.cpu.draw.tiles import tile_lists
@@ -29,7 +29,7 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.project import TILE, Projected
-from avatar_runtime.stages.raster import PROFILES, Picture
+from avatar_runtime.stages.raster import PROFILES, Image
 from avatar_schema import constants
 
 # Of each profile: the transmittance that ends a pixel instead of being reached, and that below which a block of
@@ -39,12 +39,7 @@ CLOSED = {"trainer": 0.0, "engine": 1e-8}
 
 
 def draw(
-    mean: F32,  # [N, 3] world
-    scale: F32,  # [N, 3] standard deviations
-    quat_wxyz: F32,  # [N, 4] used as it is
-    opacity: F32,  # [N] 0..1
-    sh: F32,  # [N, K, 3]
-    sh_rotation: F32 | None,  # [N, 3, 3]; None: colour is seen along d itself
+    splats: Splats,
     camera: Camera,
     settings: RasterSettings,
     sh_degree: int,
@@ -52,30 +47,31 @@ def draw(
     profile: str,
     threads: int,
     clock: Clock,
-) -> Picture:
+) -> Image:
     """The splats over `background`; the same bits for every number of threads.
 
     Raises ValueError for an unknown profile, and for arrays that do not fit together.
     """
     _check(profile)
-    splats = Splats(mean, scale, quat_wxyz, opacity, sh, sh_rotation)
     _check_splats(splats, sh_degree)
     with using(threads):
         screen = clock.timed(
             "project", lambda: project(splats, camera, settings, sh_degree, profile, threads)
         )
         order = clock.timed("sort", lambda: sort(screen.depth, screen.radius))
-        return clock.timed("raster", lambda: blend(screen, order, camera, background, profile, threads))
+        return clock.timed("raster", lambda: composite(screen, order, camera, background, profile, threads))
 
 
-def blend(screen: Screen, order: U32, camera: Camera, background: F32, profile: str, threads: int) -> Picture:
+def composite(
+    screen: Screen, order: U32, camera: Camera, background: F32, profile: str, threads: int
+) -> Image:
     """Stage `raster`: the splats that `order` [drawn] names, front to back, over `background` [3]."""
     _fit("background", background, (3,))
     height, width = camera.height, camera.width
     members, starts = tile_lists(screen.tiles, order, screen.counts.sum(axis=0), -(-width // TILE), threads)
     colour, transmittance = np.empty((height, width, 3), np.float32), np.empty((height, width), np.float32)
     last = np.empty((height, width), np.int32)
-    evaluations = blend_tiles(
+    evaluations = composite_tiles(
         screen.splats,
         members,
         starts,
@@ -87,11 +83,11 @@ def blend(screen: Screen, order: U32, camera: Camera, background: F32, profile: 
         transmittance,
         last,
     )
-    return Picture(colour, transmittance, last, int(evaluations))
+    return Image(colour, transmittance, last, int(evaluations))
 
 
 def screen_of(projected: Projected, order: I64, camera: Camera, profile: str) -> tuple[Screen, U32]:
-    """What `blend` takes, from what the stages give. Raises ValueError for arrays or an order that do not fit."""
+    """What `composite` takes, from what the stages give. Raises ValueError for arrays or an order that do not fit."""
     count = len(projected.radius)
     _fit("radius", projected.radius, (count,))
     _fit("centre", projected.centre, (count, 2))
@@ -119,7 +115,7 @@ def screen_of(projected: Projected, order: I64, camera: Camera, profile: str) ->
 
 def _check(profile: str) -> None:
     if profile not in PROFILES:
-        raise ValueError(f"{profile!r} is none of {', '.join(PROFILES)}")
+        raise ValueError(f"{profile!r} is not one of {', '.join(PROFILES)}")
 
 
 def _check_splats(splats: Splats, sh_degree: int) -> None:
@@ -141,7 +137,7 @@ def _fit(name: str, array: npt.NDArray[Any], shape: tuple[int, ...]) -> None:
 
 def _project(avatar: Avatar, x: Arrays, camera: Camera | None, profile: str, threads: int) -> dict[str, Any]:
     assert camera is not None
-    splats = Splats(x["mean"], x["scale"], x["quat_wxyz"], x["opacity"], x["sh"], x["sh_rotation"])
+    splats = Splats.of(x)
     _check_splats(splats, avatar.sh_degree)
     with using(threads):
         screen = project(splats, camera, avatar.raster, avatar.sh_degree, profile, threads)
@@ -168,9 +164,9 @@ def _raster(avatar: Avatar, x: Arrays, camera: Camera | None, profile: str, thre
     projected = Projected(x["centre"], none, x["conic"], x["opacity"], x["rgb"], x["radius"], none, no_tiles)
     screen, order = screen_of(projected, x["order"], camera, profile)
     with using(threads):
-        picture = blend(screen, order, camera, x["background"], profile, threads)
-    return {"colour": picture.colour, "transmittance": picture.transmittance}
+        image = composite(screen, order, camera, x["background"], profile, threads)
+    return {"colour": image.colour, "transmittance": image.transmittance}
 
 
 Run = Callable[[Avatar, Arrays, "Camera | None", str, int], dict[str, Any]]
-STAGES: dict[str, Run] = {"project": _project, "sort": _sort, "raster": _raster}
+RUN: dict[str, Run] = {"project": _project, "sort": _sort, "raster": _raster}

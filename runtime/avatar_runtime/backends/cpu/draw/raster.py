@@ -1,7 +1,7 @@
 """Stage `raster` of the `cpu` backend: 16x16 tiles, 16 lanes at a time, both profiles.
 
 A tile is 4x4 blocks of 4x4 pixels. One vector of 16 lanes asks which of the tile's blocks a splat can reach,
-and one vector of 16 lanes blends it into a block. The exponent is computed in the definition's order of
+and one vector of 16 lanes composites it onto a block. The exponent is computed in the definition's order of
 operations; a block is left out only where every alpha is surely below 1/255 (see `screen.reach_of`).
 """
 
@@ -46,7 +46,7 @@ CACHE_LINE = 64  # bytes; a vector that lies across two lines costs twice
 
 
 @kernel(parallel=True)
-def blend_tiles(
+def composite_tiles(
     splats: F32,  # [N, COLUMNS] as `screen.py` says
     members: U32,  # [P] ids, tile by tile, front to back
     starts: I64,  # [tiles + 1]
@@ -94,7 +94,9 @@ def _work(
             return blocks * LANES
         x0, y0 = TILE * (tile % columns), TILE * (tile // columns)
         mine = members[starts[tile] : starts[tile + 1]]
-        blocks += _blend(state, positions, batch, masks, least, splats, mine, f32(x0), f32(y0), stop, closed)
+        blocks += _composite(
+            state, positions, batch, masks, least, splats, mine, f32(x0), f32(y0), stop, closed
+        )
         _write(state, positions, x0, y0, background, colour, transmittance, last)
 
 
@@ -107,7 +109,7 @@ def aligned(count: int) -> F32:
 
 
 @kernel()
-def _blend(
+def _composite(
     state: F32,
     positions: I32,
     batch: F32,
@@ -139,7 +141,7 @@ def _blend(
                 mask &= mask - u32(1)
                 left = x0 + f32(u32(4) * (u32(block) & u32(3)))
                 top = y0 + f32(u32(4) * (u32(block) >> u32(2)))
-                _blend_block(
+                _composite_block(
                     state, positions, u64(BLOCK) * block, batch, k, left, top, stop, np.int32(begin + k + 1)
                 )
                 blocks += 1
@@ -176,7 +178,7 @@ def look_up(
 
 
 @inlined
-def _blend_block(
+def _composite_block(
     state: F32,
     last: I32,
     base: np.uint64,
@@ -227,7 +229,7 @@ def _open(state: F32, closed: np.float32) -> np.uint32:
 def _write(
     state: F32, positions: I32, x0: int, y0: int, background: F32, colour: F32, transmittance: F32, last: I32
 ) -> None:
-    """The part of the tile at (x0, y0) that lies in the picture, over the background."""
+    """The part of the tile at (x0, y0) that lies in the image, over the background."""
     for y in range(y0, min(y0 + TILE, transmittance.shape[0])):
         for x in range(x0, min(x0 + TILE, transmittance.shape[1])):
             row, column = y - y0, x - x0

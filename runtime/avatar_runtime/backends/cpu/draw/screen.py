@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, I32, I64, U32
 from avatar_runtime.backends.cpu.jit import inlined, kernel
@@ -33,15 +31,14 @@ FAR = f32(1e6)  # pixels, what the definition takes for the half extents of what
 LEAST_DETERMINANT = f32(4e-5)  # of ac; below, the slack is a tenth of the reach and det itself is unsure
 
 
-@dataclass(frozen=True)
-class Screen:
+class Screen(NamedTuple):
     """Screen-space splats; everything is 0 where `radius` is 0 (not drawn)."""
 
     splats: F32  # [N, COLUMNS]
     depth: F32  # [N] view z
     radius: I32  # [N] pixels, 3 standard deviations
     tiles: I32  # [N, 4] tiles that the profile touches: x0, y0, x1, y1 (ends excluded)
-    counts: I64  # [workers, tiles of the picture] splats that touch each tile, as each worker found them
+    counts: I64  # [workers, tiles of the image] splats that touch each tile, as each worker found them
 
     @staticmethod
     def empty(count: int, camera: Camera, workers: int) -> Screen:
@@ -56,13 +53,6 @@ class Screen:
         )
 
 
-def read_only(values: npt.NDArray[Any], dtype: type[np.generic] = np.float32) -> npt.NDArray[Any]:
-    """`values` as the kernels take what they only read: contiguous and read-only, whoever owns it."""
-    view = np.ascontiguousarray(values, dtype).view()
-    view.flags.writeable = False
-    return view
-
-
 @inlined
 def tile_grid(width: int, height: int) -> tuple[int, int]:
     """Tiles across and down."""
@@ -71,7 +61,7 @@ def tile_grid(width: int, height: int) -> tuple[int, int]:
 
 @inlined
 def tile_edge(pixel: np.float32, tiles: int) -> np.float32:
-    """The tile that `pixel` lies in, cut at the picture's border; its fraction is still there. NaN gives 0."""
+    """The tile that `pixel` lies in, cut at the image's border; its fraction is still there. NaN gives 0."""
     tile = pixel / f32(TILE)
     tile = tile if tile > f32(0) else f32(0)
     return f32(tiles) if tile > f32(tiles) else tile

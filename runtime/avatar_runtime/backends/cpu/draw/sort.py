@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, I32, U32
-from avatar_runtime.backends.cpu.draw.screen import read_only
+from avatar_runtime.backends.cpu.arrays import read_only
 from avatar_runtime.backends.cpu.jit import inlined, kernel
 from avatar_runtime.backends.cpu.lanes import float_bits
 

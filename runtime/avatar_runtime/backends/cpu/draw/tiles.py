@@ -1,4 +1,4 @@
-"""Which splats each tile blends, in their order; the first half of stage `raster`."""
+"""Which splats each tile composites, in which order; the first half of stage `raster`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WORTH_A_THREAD = 250_000  # pairs, about a millisecond; to start threads on a bu
 
 
 def tile_lists(tiles: I32, order: U32, counts: I64, columns: int, workers: int) -> tuple[U32, I64]:
-    """(ids, starts [tiles + 1]): every tile's splats in blending order, tiles row by row.
+    """(ids, starts [tiles + 1]): every tile's splats in compositing order, tiles row by row.
 
     `tiles` [N, 4] as a `Screen` has them; `counts` [tiles] how many splats of `order` touch each tile.
     """

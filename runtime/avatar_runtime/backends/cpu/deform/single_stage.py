@@ -1,11 +1,11 @@
-"""Stages `blend` and `activate` by themselves, of the same parts as the fused kernels; for the conformance kit."""
+"""Stages `blend` and `activate` each alone, from the same parts as the fused kernels; for the conformance kit."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from avatar_runtime.avatar import F32
-from avatar_runtime.backends.cpu.arrays import BLOCK, U8, Base, Deltas, PosedArrays
+from avatar_runtime.backends.cpu.arrays import BLOCK, U8, Base, Blendable, PosedArrays
 from avatar_runtime.backends.cpu.deform.activate import activate_opacity, activate_scale, unit_quats
 from avatar_runtime.backends.cpu.deform.blend import blend_geometry, blend_shape, colour_block, list_active
 from avatar_runtime.backends.cpu.deform.planes import MEAN, PLANES, QUAT, load, store
@@ -14,18 +14,15 @@ from avatar_runtime.backends.cpu.jit import kernel
 
 @kernel()
 def blend(
-    base: Base,
-    geometry: Deltas,
-    shape: Deltas,
-    colour: Deltas,
-    room: int,
+    blendable: Blendable,
     posed: PosedArrays,
     touched: U8,  # [N, 2] all 1
     out: Base,
 ) -> None:
     """Base + blendshapes of every Gaussian, in training space, into `out`."""
+    base, geometry, shape, colour = blendable
     planes = np.empty(PLANES, np.float32)
-    entry = np.empty(room, np.uint32)
+    entry = np.empty(max(geometry.room, shape.room, colour.room), np.uint32)
     end = np.empty(BLOCK, np.int64)
     for first in range(0, len(base.mean), BLOCK):
         count = min(BLOCK, len(base.mean) - first)

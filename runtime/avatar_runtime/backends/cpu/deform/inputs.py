@@ -1,16 +1,13 @@
-"""An avatar as the plain arrays that the kernels take.
+"""An avatar as the arrays that the kernels take.
 
-A kernel does not check an index, so every list of indices is checked here, once.
+A kernel does not check indices, so this module checks every list of indices once.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
-from avatar_runtime.avatar import F32, U16, U32, Avatar, Gaussians, Group, Rig, SparseRows
+from avatar_runtime.avatar import F32, U16, U32, Avatar, Gaussians, Rig, SparseRows
 from avatar_runtime.backends.cpu.arrays import (
     BLOCK,
     U64,
@@ -25,32 +22,20 @@ from avatar_runtime.backends.cpu.arrays import (
     Offsets,
     Out,
     PosedArrays,
-    Ridden,
+    PosedMesh,
     RigArrays,
     Sizes,
+    read_only,
 )
 from avatar_runtime.rotation import quat_from_matrix
 from avatar_runtime.rules import NORMAL_POSITIONS
 from avatar_runtime.stages.surface import Surface
 
-# What `posed_arrays` takes, as the conformance kit names it.
+# The arguments of `posed_arrays`, named as in the conformance kit.
 FRAME = (
     *("expression_weights", "pose_feature", "late_weights", "skin_matrix"),
     *("group_matrix", "group_rotation", "world_from_avatar"),
 )
-
-
-def plain(array: npt.ArrayLike, dtype: Any, shape: tuple[int, ...]) -> Array:
-    """`array` contiguous, of that type and read-only; copied only where it must be.
-
-    Raises ValueError where it has another shape.
-    """
-    result = np.require(array, dtype, ["C", "A"])
-    if result.shape != shape:
-        raise ValueError(f"an array of shape {result.shape} stands where {shape} is needed")
-    view = result.view()
-    view.flags.writeable = False
-    return view
 
 
 def column_mask(row_ptr: U32, column: U16, columns: int) -> U64:
@@ -64,7 +49,7 @@ def column_mask(row_ptr: U32, column: U16, columns: int) -> U64:
     return mask
 
 
-@np.errstate(all="ignore")  # absurd numbers become infinite, and what is infinite is not drawn
+@np.errstate(all="ignore")  # values that overflow become infinite and are not drawn
 def posed_arrays(
     sizes: Sizes,
     expression_weights: Array | None = None,
@@ -83,8 +68,8 @@ def posed_arrays(
     def given(array: Array | None, *shape: int) -> Array:
         flat = (shape[0], int(np.prod(shape[1:]))) if len(shape) > 2 else shape
         if array is None:
-            return plain(np.zeros(flat), np.float32, flat)
-        return plain(plain(array, np.float32, shape).reshape(flat), np.float32, flat)
+            return read_only(np.zeros(flat), np.float32, flat)
+        return read_only(read_only(array, np.float32, shape).reshape(flat), np.float32, flat)
 
     weights = given(expression_weights, sizes.expressions)
     active = np.flatnonzero(weights).astype(np.uint16)
@@ -92,18 +77,18 @@ def posed_arrays(
     world = (
         np.eye(4, dtype=np.float32)
         if world_from_avatar is None
-        else plain(world_from_avatar, np.float32, (4, 4))
+        else read_only(world_from_avatar, np.float32, (4, 4))
     )
     return PosedArrays(
         weights,
-        plain(mask, np.uint64, mask.shape),
+        read_only(mask, np.uint64, mask.shape),
         given(pose_feature, sizes.features),
         given(late_weights, sizes.late),
         given(skin_matrix, sizes.joints, 4, 4),
         given(group_matrix, sizes.groups, 3, 4),
         given(group_rotation, sizes.groups, 3, 3),
-        plain(world[:3].reshape(12), np.float32, (12,)),
-        plain(quat_from_matrix(world[:3, :3]), np.float32, (4,)),
+        read_only(world[:3].reshape(12), np.float32, (12,)),
+        read_only(quat_from_matrix(world[:3, :3]), np.float32, (4,)),
     )
 
 
@@ -115,30 +100,29 @@ def blendable(avatar: Avatar) -> Blendable:
     shapes, sizes = avatar.blendshapes, (avatar.gaussians.count, len(avatar.expressions))
     geometry = deltas(shapes.geometry, ("mean", "quat_wxyz"), *sizes)
     vectors = np.pad(geometry.values, ((0, 0), (0, 1)))
-    geometry = geometry._replace(values=plain(vectors, np.float32, vectors.shape))
+    geometry = geometry._replace(values=read_only(vectors, np.float32, vectors.shape))
     shape = deltas(shapes.appearance, ("log_scale", "opacity_logit"), *sizes)
     colour = deltas(shapes.appearance, ("sh",), *sizes)
-    room = max(most_entries(part.row_ptr) for part in (geometry, shape, colour))
-    return Blendable(base(avatar.gaussians), geometry, shape, colour, room)
+    return Blendable(base(avatar.gaussians), geometry, shape, colour)
 
 
 def base(g: Gaussians) -> Base:
     """The Gaussians before any blendshape."""
     n = g.count
     return Base(
-        plain(g.mean, np.float32, (n, 3)),
-        plain(g.log_scale, np.float32, (n, 3)),
-        plain(g.quat_wxyz, np.float32, (n, 4)),
-        plain(g.opacity_logit, np.float32, (n,)),
-        plain(g.sh.reshape(n, 3 * g.sh.shape[1]), np.float32, (n, 3 * g.sh.shape[1])),
+        read_only(g.mean, np.float32, (n, 3)),
+        read_only(g.log_scale, np.float32, (n, 3)),
+        read_only(g.quat_wxyz, np.float32, (n, 4)),
+        read_only(g.opacity_logit, np.float32, (n,)),
+        read_only(g.sh.reshape(n, 3 * g.sh.shape[1]), np.float32, (n, 3 * g.sh.shape[1])),
     )
 
 
 def deltas(sparse: SparseRows, attributes: tuple[str, ...], rows: int, columns: int) -> Deltas:
     """The entries in which any of `attributes` is not 0.
 
-    A copy: in memory that NumPy takes for a large array the system uses large pages, and reading here and there is
-    twice as fast as in that of a file.
+    A copy: the system uses large pages for NumPy's large arrays, where scattered reads are twice as fast as in the
+    memory of a file.
     """
     ptr, column = _pattern(sparse, rows, columns)
     parts = [sparse.values[name].reshape(len(column), -1) for name in attributes] if len(column) else []
@@ -152,10 +136,11 @@ def deltas(sparse: SparseRows, attributes: tuple[str, ...], rows: int, columns: 
         column, values = column[used], values[used]
     mask = column_mask(ptr, column, columns)
     return Deltas(
-        plain(ptr, np.uint32, (rows + 1,)),
-        plain(column, np.uint16, (len(column),)),
-        plain(mask, np.uint64, mask.shape),
-        plain(values, np.float32, (len(column), sum(widths))),
+        read_only(ptr, np.uint32, (rows + 1,)),
+        read_only(column, np.uint16, (len(column),)),
+        read_only(mask, np.uint64, mask.shape),
+        read_only(values, np.float32, (len(column), sum(widths))),
+        most_entries(ptr),
     )
 
 
@@ -169,8 +154,9 @@ def influences(sparse: SparseRows, rows: int, joints: int) -> Influences:
     return Influences(*_pattern(sparse, rows, joints), _values(sparse, "weight", 1).reshape(-1))
 
 
-def blocks(groups: tuple[Group, ...], rotation_rule: str, rows: int) -> Blocks:
+def blocks(avatar: Avatar) -> Blocks:
     """The avatar's groups in blocks, in order."""
+    groups, rules, rows = avatar.groups, avatar.rules, avatar.gaussians.count
     ends = [0, *(group.first + group.count for group in groups)]
     if ends[-1] != rows or any(
         g.first != end or g.count < 0 for g, end in zip(groups, ends[:-1], strict=True)
@@ -183,7 +169,7 @@ def blocks(groups: tuple[Group, ...], rotation_rule: str, rows: int) -> Blocks:
     ]
     first, count, group = np.array(cuts, np.int32).reshape(-1, 3).T
     by_row = np.array([group.binding == "skin" for group in groups], np.uint8)
-    by_polar = by_row * np.uint8(rotation_rule == "polar3")
+    by_polar = by_row * np.uint8(rules.rotation == "polar3")
     parts = (
         (first, np.int32),
         (count, np.int32),
@@ -191,7 +177,8 @@ def blocks(groups: tuple[Group, ...], rotation_rule: str, rows: int) -> Blocks:
         (by_row, np.uint8),
         (by_polar, np.uint8),
     )
-    return Blocks(*(plain(part, kind, part.shape) for part, kind in parts))
+    arrays = (read_only(part, kind, part.shape) for part, kind in parts)
+    return Blocks(*arrays, rules.sh_direction == "world")
 
 
 def most_entries(row_ptr: U32) -> int:
@@ -207,12 +194,12 @@ def embedded(avatar: Avatar) -> Embedded:
     by_normal = avatar.rules.position in NORMAL_POSITIONS
     _below("triangle", e.triangle, len(e.triangles))
     return Embedded(
-        plain(e.triangle, np.uint32, (n,)),
-        plain(e.vertex_ids, np.uint32, (n, 3)),
-        plain(e.barycentric, np.float32, (n, 3)),
-        plain(e.displacement, np.float32, (n if by_normal else 0,)),
-        plain(e.local_offset, np.float32, (0 if by_normal else n, 3)),
-        plain(e.local_quat_wxyz, np.float32, (n, 4)),
+        read_only(e.triangle, np.uint32, (n,)),
+        read_only(e.vertex_ids, np.uint32, (n, 3)),
+        read_only(e.barycentric, np.float32, (n, 3)),
+        read_only(e.displacement, np.float32, (n if by_normal else 0,)),
+        read_only(e.local_offset, np.float32, (0 if by_normal else n, 3)),
+        read_only(e.local_quat_wxyz, np.float32, (n, 4)),
     )
 
 
@@ -222,11 +209,11 @@ def mesh(surface: Surface) -> Mesh:
     f = len(triangles)
     _below("triangles", triangles, vertices)
     return Mesh(
-        plain(triangles, np.uint32, (f, 3)),
-        plain(surface.canonical.frame.reshape(f, 9), np.float64, (f, 9)),
-        plain(surface.canonical.size, np.float64, (f,)),
-        plain(surface.vertex_triangle_ptr, np.uint32, (vertices + 1,)),
-        plain(surface.vertex_triangle, np.uint32, (3 * f,)),
+        read_only(triangles, np.uint32, (f, 3)),
+        read_only(surface.canonical.frame.reshape(f, 9), np.float64, (f, 9)),
+        read_only(surface.canonical.size, np.float64, (f,)),
+        read_only(surface.vertex_triangle_ptr, np.uint32, (vertices + 1,)),
+        read_only(surface.vertex_triangle, np.uint32, (3 * f,)),
     )
 
 
@@ -234,7 +221,7 @@ def rig_arrays(rig: Rig, sizes: Sizes) -> RigArrays:
     """The rig's mesh."""
     v = len(rig.vertices)
     return RigArrays(
-        plain(rig.vertices, np.float32, (v, 3)),
+        read_only(rig.vertices, np.float32, (v, 3)),
         offsets(rig.morphs, "position", v, sizes.expressions),
         offsets(rig.correctives, "position", v, sizes.features),
         offsets(rig.late_morphs, "position", v, sizes.late),
@@ -242,22 +229,22 @@ def rig_arrays(rig: Rig, sizes: Sizes) -> RigArrays:
     )
 
 
-def fresh_ridden(mesh: Mesh, *, by_joints: bool = False) -> Ridden:
+def fresh_posed_mesh(mesh: Mesh, *, by_joints: bool = False) -> PosedMesh:
     """Room for one posed mesh; `by_joints` for rules.RIGGED_ROTATIONS."""
     f, v = len(mesh.triangles), len(mesh.vertex_triangle_ptr) - 1
     matrix = np.zeros((v if by_joints else 0, 9), np.float32)
-    return Ridden(np.zeros(f), np.zeros((f, 13)), np.zeros((v, 7)), matrix)
+    return PosedMesh(np.zeros(f), np.zeros((f, 13)), np.zeros((v, 7)), matrix)
 
 
 def fresh_out(rows: int, width: int) -> Out:
     """Room for `rows` splats of `width` SH values."""
     shapes = ((rows, 3), (rows, 3), (rows, 4), (rows,), (rows, width), (rows, 9))
-    return Out(*(np.empty(shape, np.float32) for shape in shapes))
+    return Out(*(np.empty(shape, np.float32) for shape in shapes), np.ones((rows, 2), np.uint8))
 
 
 def _pattern(sparse: SparseRows, rows: int, columns: int) -> tuple[U32, U16]:
-    ptr = plain(sparse.row_ptr, np.uint32, (rows + 1,))
-    column = plain(sparse.column, np.uint16, (sparse.entries,))
+    ptr = read_only(sparse.row_ptr, np.uint32, (rows + 1,))
+    column = read_only(sparse.column, np.uint16, (sparse.entries,))
     if ptr[0] != 0 or int(ptr[-1]) != len(column) or (ptr[1:] < ptr[:-1]).any():
         raise ValueError(f"row_ptr does not rise from 0 to the {len(column)} entries")
     _below("column", column, columns)
@@ -266,7 +253,7 @@ def _pattern(sparse: SparseRows, rows: int, columns: int) -> tuple[U32, U16]:
 
 def _values(sparse: SparseRows, attribute: str, width: int) -> F32:
     values = sparse.values[attribute]
-    return plain(
+    return read_only(
         values.reshape(sparse.entries, -1) if sparse.entries else np.zeros((0, width)),
         np.float32,
         (sparse.entries, width),

@@ -1,4 +1,4 @@
-"""Pictures of the whole avatar: drawn, turned into bytes, compared."""
+"""Images of the whole avatar: drawn, turned into bytes, compared."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from avatar_runtime.conformance.model import Case, View
 from avatar_runtime.player import ABSURD, Player
 from avatar_runtime.posed import Clock
 from avatar_runtime.stages.project import project
-from avatar_runtime.stages.raster import Picture, raster
+from avatar_runtime.stages.raster import Image, raster
 from avatar_runtime.stages.sort import sort
 
 BYTE_ROUNDING = 0.5
 
 
 @ABSURD
-def draw(avatar: Avatar, case: Case, profiles: Iterable[str]) -> dict[str, Picture]:
-    """The NumPy stages' picture in each profile; what lies before the raster is computed once."""
+def draw(avatar: Avatar, case: Case, profiles: Iterable[str]) -> dict[str, Image]:
+    """The NumPy stages' image in each profile; what lies before the raster is computed once."""
     player = Player(avatar, "reference")
     splats = make_backend("reference", avatar).animate(player.posed(case.pose), Clock())
     seen = project(splats, case.camera, avatar.raster, avatar.sh_degree)
@@ -29,28 +29,28 @@ def draw(avatar: Avatar, case: Case, profiles: Iterable[str]) -> dict[str, Pictu
     return {profile: raster(seen, order, case.camera, background, profile) for profile in profiles}
 
 
-def view(picture: Picture) -> View:
+def view(image: Image) -> View:
     """Colour over the background and alpha, in bytes."""
-    return View(_bytes(picture.colour), _bytes(1 - picture.transmittance))
+    return View(_bytes(image.colour), _bytes(1 - image.transmittance))
 
 
-def psnr_db(a: Picture, b: Picture) -> float | None:
+def psnr_db(a: Image, b: Image) -> float | None:
     """Peak signal (1) to noise of the colours where either draws something; None where they are equal."""
     mask = (a.transmittance < 1) | (b.transmittance < 1)
     return _psnr(a.colour[mask].astype(np.float64) - b.colour[mask])
 
 
-def compare(picture: Picture, want: View) -> tuple[float, float | None]:
+def compare(image: Image, want: View) -> tuple[float, float | None]:
     """(largest difference of colour and alpha in units of 1/255, PSNR of the colour where either draws something).
 
     The difference is that to the nearest value that rounds to the reference's byte, so rounding neither hides nor
     makes one. The PSNR is that of the bytes; None where they are equal.
     """
-    colour = np.clip(picture.colour, 0, 1).astype(np.float64) * 255 - want.colour
-    alpha = (1 - picture.transmittance.astype(np.float64)) * 255 - want.alpha
-    mask = (picture.transmittance < 1) | (want.alpha > 0)
+    colour = np.clip(image.colour, 0, 1).astype(np.float64) * 255 - want.colour
+    alpha = (1 - image.transmittance.astype(np.float64)) * 255 - want.alpha
+    mask = (image.transmittance < 1) | (want.alpha > 0)
     worst = max(_largest(colour), _largest(alpha))
-    return worst, _psnr((view(picture).colour[mask] - want.colour[mask].astype(np.float64)) / 255)
+    return worst, _psnr((view(image).colour[mask] - want.colour[mask].astype(np.float64)) / 255)
 
 
 def _largest(difference: npt.NDArray[np.float64]) -> float:
