@@ -16,7 +16,7 @@ CORE := tests/test_floors.py tests/schema tests/conformance/test_bundles.py test
 # Compiled modules are kept, since the tests start about 200 processes.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo check test test-more fuzz bench dist clean
+.PHONY: demo check test test-more fuzz bench docs dist clean
 
 demo: .venv/installed
 	$(BIN)/python -m samples.demo $(OUT)/demo
@@ -34,8 +34,7 @@ test: .venv/tested $(NODE_CLIENTS)
 	$(PYTEST)
 
 # The site, every documented command, and the numbers as other processors and Python versions compute them.
-test-more: .venv/tested $(NODE_CLIENTS)
-	$(MAKE) docs
+test-more: .venv/tested $(NODE_CLIENTS) docs
 	$(PYTEST) -m more
 	$(BIN)/python -m tests.session.machines
 
@@ -43,6 +42,10 @@ test-more: .venv/tested $(NODE_CLIENTS)
 FUZZ ?= 20
 fuzz: .venv/tested
 	AVATAR_FUZZ=$(FUZZ) $(PYTEST) -m hypothesis
+
+# The site, into out/site.
+docs: .venv/documented
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 bench: .venv/tested
 	$(BIN)/python -m tests.bench
@@ -63,7 +66,11 @@ clean:
 .venv/tested: .venv/installed .ci/packages
 	sh .ci/packages tests
 	$(BIN)/python -m pip install --quiet --group dev
-	$(BIN)/python -m tests.session.kernels
+	$(BIN)/python -m tests.trainer.compile
+	touch $@
+
+.venv/documented: .venv/installed
+	$(BIN)/python -m pip install --quiet --group docs
 	touch $@
 
 $(NODE_CLIENTS): tests/interop/package-lock.json | .venv/tested

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -229,3 +229,32 @@ def _row_ptr(used: Array) -> npt.NDArray[np.uint32]:
 
 def _normal(rng: np.random.Generator, *shape: int, scale: float = 1.0) -> npt.NDArray[np.float32]:
     return (scale * rng.standard_normal(shape)).astype(np.float32)
+
+
+def leaves(value: Any, path: str = "") -> dict[str, Any]:
+    """Every field of an avatar by its dotted path, arrays and all."""
+    if is_dataclass(value):
+        return {
+            k: v for f in fields(value) for k, v in leaves(getattr(value, f.name), f"{path}.{f.name}").items()
+        }
+    if isinstance(value, dict):
+        return {k: v for key, child in value.items() for k, v in leaves(child, f"{path}.{key}").items()} or {
+            path: {}
+        }
+    if isinstance(value, tuple):
+        found = {k: v for i, child in enumerate(value) for k, v in leaves(child, f"{path}[{i}]").items()}
+        return found or {path: ()}
+    return {path: value}
+
+
+def bits(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return (str(value.dtype), value.shape, value.tobytes())
+    return (type(value), value)
+
+
+def assert_same(a: Avatar, b: Avatar) -> None:
+    left, right = leaves(a), leaves(b)
+    assert list(left) == list(right)
+    for path, value in left.items():
+        assert bits(value) == bits(right[path]), path

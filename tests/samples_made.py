@@ -1,4 +1,4 @@
-"""The conformance samples, made once a session."""
+"""The conformance samples, made once a run for all workers."""
 
 from __future__ import annotations
 
@@ -10,36 +10,47 @@ from samples.make import make_body, make_gaussian_blendshapes, make_lam, make_sp
 from avatar_export.options import ReadOptions
 from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
+from tests.session.shared_folder import made_once
 
 
 @pytest.fixture(scope="session")
 def sample_blendshapes(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with model/ (both forms), body/, dataset/, driving.json; no field of the model is zero."""
-    return make_gaussian_blendshapes(tmp_path_factory.mktemp("samples"), full=True, form="both")
+    return made_once(
+        tmp_path_factory,
+        "sample_blendshapes",
+        lambda folder: make_gaussian_blendshapes(folder, full=True, form="both"),
+    )
 
 
 @pytest.fixture(scope="session")
 def sample_lam(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A LAM zip without zero fields."""
-    return make_lam(tmp_path_factory.mktemp("samples"), full=True)
+    return made_once(tmp_path_factory, "sample_lam", lambda folder: make_lam(folder, full=True))
 
 
 @pytest.fixture(scope="session")
 def sample_splatting_head(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with run/ (SH degree 0), body/, flame_params.json, driving.json; it looks like a person."""
-    return make_splatting_head(tmp_path_factory.mktemp("splatting_head"), 4000)
+    return made_once(
+        tmp_path_factory, "sample_splatting_head", lambda folder: make_splatting_head(folder, 4000)
+    )
 
 
 @pytest.fixture(scope="session")
 def sample_splatting_head_sh3(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The same of a coarse head with an identity shape, SH degree 3 and no field that is zero."""
-    return make_splatting_head(tmp_path_factory.mktemp("splatting_head_sh3"), sh_degree=3, full=True)
+    return made_once(
+        tmp_path_factory,
+        "sample_splatting_head_sh3",
+        lambda folder: make_splatting_head(folder, sh_degree=3, full=True),
+    )
 
 
 @pytest.fixture(scope="session")
 def sample_body(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with run/ and CesiumMan.glb."""
-    return make_body(tmp_path_factory.mktemp("body"), 4000)
+    return made_once(tmp_path_factory, "sample_body", lambda folder: make_body(folder, 4000))
 
 
 @pytest.fixture(scope="session")

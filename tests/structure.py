@@ -188,7 +188,9 @@ def main() -> None:
     fullest, longest = next(iter(folders)), next(iter(lengths))
     print(f"room circles: {len(rooms)}")
     print(f"file circles: {len(files)}")
-    print(f"handwritten Python modules in the fullest folder: {folders[fullest]} ({fullest}; limit {MOST_MODULES})")
+    print(
+        f"handwritten Python modules in the fullest folder: {folders[fullest]} ({fullest}; limit {MOST_MODULES})"
+    )
     print(f"lines of the longest handwritten Python file: {lengths[longest]} ({longest}; limit {MOST_LINES})")
     print(f"public names without docstring: {len(bare)}")
     for label, circle in [("rooms", c) for c in rooms] + [("files", c) for c in files]:

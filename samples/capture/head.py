@@ -15,7 +15,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from avatar_runtime.camera import Camera
-from avatar_trainer.captures.mesh_raster import Picture, Surface, draw
+from avatar_trainer.captures.mesh_raster import MeshImage, Surface, draw
 from avatar_trainer.captures.own import Shot, write
 from samples.capture.extras import EXTRAS, Extra, worn_with
 from samples.capture.shots import Noise, rays_per_pixel, shot, splits
@@ -91,7 +91,7 @@ class Model:
         strength, exponent = table.T
         return strength, exponent
 
-    def picture(self, take: Take, frame: int, camera: Camera, samples: int) -> Picture:
+    def picture(self, take: Take, frame: int, camera: Camera, samples: int) -> MeshImage:
         """One frame of a take, seen by `camera`."""
         return draw(self._surface(take, frame, camera), camera, samples)
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import matrix_from_rotvec
-from avatar_trainer.captures.mesh_raster import Picture
+from avatar_trainer.captures.mesh_raster import MeshImage
 from avatar_trainer.captures.own import Shot
 
 Array = npt.NDArray[Any]
@@ -61,7 +61,7 @@ def splits(frames: int) -> list[str]:
 
 
 def shot(
-    picture: Picture,
+    picture: MeshImage,
     camera: tuple[Array, Array, Array],  # the stated K, R, t
     expression: Array,
     joints: Mapping[str, Array],

@@ -24,7 +24,7 @@ from PIL import Image
 from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.asm.kernels.zbuffer import depth_buffers, in_front
-from avatar_trainer.captures.mesh_raster import Picture, Surface, draw
+from avatar_trainer.captures.mesh_raster import MeshImage, Surface, draw
 from samples.capture.head import AUTHOR, CONSENT, DARK, LICENCE, LIGHT, LIT, WRAP, Model
 from samples.capture.shots import rays_per_pixel
 from samples.subjects.body_model import build_body_model
@@ -95,7 +95,7 @@ class View:
     """One picture and what is known of it."""
 
     camera: tuple[Array, Array]  # R [3, 3], t [3], OpenCV
-    picture: Picture
+    picture: MeshImage
     landmarks: Array  # [68, 2] pixels, as found
     visible: Array  # bool [68]
 

@@ -23,7 +23,7 @@ from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints
 from avatar_trainer.captures.load import load
 from avatar_trainer.captures.model import Capture, Frame
-from avatar_trainer.captures.targets import Pictures
+from avatar_trainer.captures.targets import Targets
 from avatar_trainer.loop.train import train
 from avatar_trainer.losses import psnr_db, ssim
 from avatar_trainer.settings import TrainSettings, with_values
@@ -194,11 +194,11 @@ REGIONS: dict[str, Callable[[Capture, Frame], tuple[slice, slice]]] = {"whole": 
 def score(system: System, capture: Capture, region: str) -> tuple[float, float]:
     """(PSNR dB, SSIM): means over the held-out frames of a region, over black."""
     scores = []
-    with Pictures(0) as pictures:
+    with Targets(0) as targets:
         for frame in capture.test:
             rows, columns = REGIONS[region](capture, frame)
             got = draw(system, frame).colour.clamp(0, 1)[rows, columns].contiguous()
-            want = pictures(frame).over(torch.zeros(3))[rows, columns].contiguous()
+            want = targets(frame).over(torch.zeros(3))[rows, columns].contiguous()
             scores.append((psnr_db(got, want), float(ssim(got, want))))
     mean = np.mean(scores, axis=0)
     return float(mean[0]), float(mean[1])

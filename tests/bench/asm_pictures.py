@@ -1,4 +1,4 @@
-"""Pictures of meshes in grey and in the colours of an error, for contact sheets."""
+"""Targets of meshes in grey and in the colours of an error, for contact sheets."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def errors(vertices: F64, triangles: I64, error: F64, most: float, camera: Camer
 
 
 def save_sheet(rows: list[list[F32]], path: Path) -> None:
-    """Pictures of one size in rows and columns, as PNG."""
+    """Targets of one size in rows and columns, as PNG."""
     sheet = np.concatenate([np.concatenate(row, axis=1) for row in rows], axis=0)
     path.parent.mkdir(parents=True, exist_ok=True)
     Image.fromarray(np.round(np.clip(sheet, 0, 1) * 255).astype(np.uint8)).save(path)

@@ -79,7 +79,9 @@ def run(tree: Path, *arguments: str) -> None:
     """Run this interpreter in a tree, with that tree's packages."""
     path = os.pathsep.join(str(tree / root) for root in SOURCE_ROOTS)
     environment = {**os.environ, "PYTHONPATH": path}
-    subprocess.run([sys.executable, *arguments], cwd=tree, env=environment, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        [sys.executable, *arguments], cwd=tree, env=environment, check=True, stdout=subprocess.DEVNULL
+    )
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -97,7 +99,9 @@ def main() -> int:
     out: Path = args.out.resolve()
     old, made = out / "old_tree", out / "samples"
     out.mkdir(parents=True, exist_ok=True)
-    subprocess.run(["git", "-C", str(ROOT), "worktree", "add", "--detach", "-f", str(old), args.against], check=True)
+    subprocess.run(
+        ["git", "-C", str(ROOT), "worktree", "add", "--detach", "-f", str(old), args.against], check=True
+    )
     try:
         for name, command in SAMPLES.items():
             run(old, *command, str(made / name))

@@ -4,7 +4,7 @@
     acquisition     shape acquisition by points against Gaussians: iterations and CPU seconds to the same training error
     heldout         the bare head: pictures never trained on
 
-Every row of a table is trained from the same capture, seed, number of points and iterations. Pictures are compared
+Every row of a table is trained from the same capture, seed, number of points and iterations. Targets are compared
 over white: before black, dark glasses and hair that nobody modelled would be right by themselves. The region of
 glasses or hair is every pixel of which they cover at least a quarter in the true picture.
 """

@@ -18,7 +18,7 @@ from samples.capture.head import write_head
 from samples.capture.shots import Noise
 
 from avatar_trainer.captures.load import load
-from avatar_trainer.captures.targets import Pictures
+from avatar_trainer.captures.targets import Targets
 from avatar_trainer.loop.iterate import Trainer
 from avatar_trainer.loop.machine import reproducible
 from avatar_trainer.settings import TrainSettings
@@ -46,10 +46,10 @@ def milliseconds(name: str, capture: Any, count: int) -> float:
     settings = replace(module.Settings(), gaussians=count, sh_degree=0, iterations=WARM + ROUNDS)
     run = TrainSettings(iterations=WARM + ROUNDS, threads=1)
     spent = []
-    with reproducible(0, 1), Pictures(256) as pictures:
+    with reproducible(0, 1), Targets(256) as targets:
         trainer = Trainer(module.create(capture, settings, 0), capture, run)
         for iteration in range(1, WARM + ROUNDS + 1):
-            target = pictures(trainer.frame(iteration))
+            target = targets(trainer.frame(iteration))
             began = time.process_time()
             trainer.step(iteration, target)
             spent.append(1000 * (time.process_time() - began))

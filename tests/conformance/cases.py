@@ -51,7 +51,7 @@ CASES: tuple[Row, ...] = (
         "covariance and SH, the whole turned: rotation about the origin, wxyz or xyzw, SH left behind",
         seed=1,
     ),
-    Row("skin_polar", "aside", "another side, an image that is no multiple of the tile", 2, (53, 37), ASIDE),
+    Row("skin_polar", "aside", "another side, a picture that is no multiple of the tile", 2, (53, 37), ASIDE),
     Row("skin_head_bone", "posed", "one joint turns all Gaussians, their own weights move them", seed=3),
     Row(
         "skin_unturned", "posed", "covariance and SH stay as they are, positions do not", seed=4, orbit=ASIDE

@@ -43,9 +43,9 @@ def test_a_backend_conforms(backend: str, avatar: str, measured: Measure) -> Non
     assert report.passed and report.first_failure is None
     assert_complete(report, avatar, name)
     used = max(row.verdict.used for row in report.rows)
-    measured(f"conformance, {backend}: a stage, share of its tolerance", used)
+    measured(f"conformance, {backend}: a stage, share of its tolerance", used, 1)
     worst = max(image.difference for image in report.images)
-    measured(f"conformance, {backend}: an image, 1/255", worst)
+    measured(f"conformance, {backend}: a image, 1/255", worst)
 
 
 def assert_complete(report: Report, avatar: str, backend: str) -> None:

@@ -111,7 +111,7 @@ def test_a_network_that_is_not_run_is_a_problem(bundle: Path) -> None:
     load(bundle)
     ((path, message, warning),) = problems(bundle)
     assert (path, warning) == ("enhancer.onnx: node 6", False) and message.startswith(
-        "is 'Loop', none of Add"
+        "is 'Loop', not one of Add"
     )
 
 
@@ -123,7 +123,7 @@ def test_facts_that_are_not_the_file_s_are_a_problem(bundle: Path) -> None:
 
 def test_without_the_libraries_validate_says_so(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _without(monkeypatch, "onnxruntime")
-    message = "was not looked into: that needs onnxruntime: pip install 'avatar-export[enhance]'"
+    message = "was not checked: that needs onnxruntime: pip install 'avatar-export[enhance]'"
     assert problems(whole) == [(FILE, message, True)]
 
 

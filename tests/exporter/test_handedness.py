@@ -139,8 +139,8 @@ def test_the_same_avatar_gives_the_same_bytes(tmp_path: Path) -> None:
 
 def test_an_unknown_handedness(run: Run, sample_lam: Path, tmp_path: Path) -> None:
     code, _, error = run("convert", sample_lam, "-o", tmp_path / "out", "--handedness", "up")
-    assert code == 2 and "none of right, left" in " ".join(error.split())
-    with pytest.raises(ValueError, match="none of right, left"):
+    assert code == 2 and "not one of right, left" in " ".join(error.split())
+    with pytest.raises(ValueError, match="not one of right, left"):
         write_bundle(full_avatar(), tmp_path / "out", handedness="up")
     assert not (tmp_path / "out").exists()
 

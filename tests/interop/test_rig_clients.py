@@ -141,7 +141,7 @@ def test_posed_vertices(asked: Asked, measured: Measure) -> None:
     for k, pose in enumerate(random_poses(given.avatar)):
         expected = given.file.posed(oracle_state(given.avatar, engine_pose(given.avatar, pose)), sets)
         error = asked.worst(f"pose/{k}", expected)
-        measured(f"rig.glb posed in {asked.client}, parts of height", error)
+        measured(f"rig.glb posed in {asked.client}, parts of height", error, TOLERANCE)
         assert error <= TOLERANCE
 
 
@@ -165,7 +165,7 @@ def test_clips_play(asked: Asked, measured: Measure) -> None:
         for k, pose in enumerate(clip_poses(given.avatar, clip)):
             expected = given.file.posed(oracle_state(given.avatar, engine_pose(given.avatar, pose)), sets)
             error = asked.worst(f"clip/{clip.name}/{k}", expected)
-            measured(f"clips of rig.glb in {asked.client}, parts of height", error)
+            measured(f"clips of rig.glb in {asked.client}, parts of height", error, TOLERANCE)
             assert error <= TOLERANCE
 
 

@@ -90,7 +90,7 @@ def test_numbers_of_splats_glb(avatar: Avatar, three_glb: Answer, measured: Meas
         found = three_glb.rows(KHR + name, expected.shape[1])
         size = np.abs(expected).max(axis=1, keepdims=True)
         error = float((np.abs(found - expected) / size).max())
-        measured("splats.glb read by three, relative", error)
+        measured("splats.glb read by three, relative", error, ROUNDING)
         assert error <= ROUNDING, name
     names = [name for name in three_glb.arrays if name.startswith(f"{KHR}sh_")]
     order = [(degree, k) for degree in range(avatar.sh_degree + 1) for k in range(2 * degree + 1)]
@@ -126,7 +126,7 @@ def test_splats_as_three_draws_them(
     size = np.exp(2 * avatar.gaussians.log_scale.max(axis=1, keepdims=True).astype(np.float64))
     size = np.maximum(size, np.finfo(np.float32).tiny)  # below it float32 has fewer digits
     error = float((np.abs(answer.rows("covariance", 6) - expected) / size).max())
-    measured(f"covariance that three makes of .{file}, relative", error)
+    measured(f"covariance that three makes of .{file}, relative", error, 2 * ROUNDING)
     assert error <= 2 * ROUNDING
     assert np.abs(answer.rows("color", 4) - colour_bytes(avatar)).max() <= 0.51
     degrees = range(1, (avatar.sh_degree if file == "glb" else avatar.gaussians.sh_degree) + 1)

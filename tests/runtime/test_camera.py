@@ -99,8 +99,8 @@ def test_opencv_pixels_are_k_times_the_point() -> None:
 
 
 @pytest.mark.parametrize(("width", "height"), [(0, 60), (80, 0), (-1, 5)])
-def test_a_image_needs_pixels(width: int, height: int) -> None:
-    with pytest.raises(ValueError, match="no pixels"):
+def test_an_image_needs_pixels(width: int, height: int) -> None:
+    with pytest.raises(ValueError, match="is empty; both sizes"):
         Camera.from_opencv(np.eye(3), np.zeros(3), np.eye(3), width, height)
 
 

@@ -158,11 +158,11 @@ def wide(model: ModelProto) -> None:
 REFUSED: dict[str, tuple[Change, str]] = {
     "operator": (
         lambda m: setattr(node(m, "Relu"), "op_type", "Loop"),
-        "node 6: is 'Loop', none of Add, Concat",
+        "node 6: is 'Loop', not one of Add, Concat",
     ),
     "domain of a node": (
         lambda m: setattr(node(m, "Relu"), "domain", "evil"),
-        "node 6: is 'evil.Relu', none of",
+        "node 6: is 'evil.Relu', not one of",
     ),
     "operator set": (lambda m: setattr(m.opset_import[0], "version", 9), "opset_import: must be ONNX's own"),
     "second set": (lambda m: m.opset_import.add(domain="x", version=1), "opset_import: must be ONNX's own"),
@@ -327,7 +327,7 @@ def test_names_that_are_no_text(name: bytes) -> None:
 
 
 @pytest.mark.parametrize("limits", [(10_000, 1 << 60), (1 << 60, 10_000)])
-def test_a_image_that_takes_too_much(monkeypatch: pytest.MonkeyPatch, limits: tuple[int, int]) -> None:
+def test_an_image_that_takes_too_much(monkeypatch: pytest.MonkeyPatch, limits: tuple[int, int]) -> None:
     """For a small one of few pixels there is room, for the size it was trained on there is none."""
     network = read_network(tiny())
     monkeypatch.setattr("avatar_runtime.enhance.network.MOST_IN_ALL", limits)

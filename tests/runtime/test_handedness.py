@@ -33,8 +33,7 @@ from avatar_runtime.stages.project import sh_colour
 from avatar_runtime.stages.raster import PROFILES
 from avatar_runtime.stages.surface import binding_pose
 from avatar_runtime.subset import subset
-from tests.avatars import full_avatar, surface_avatar
-from tests.exporter.writers.test_bundle import assert_same, bits, leaves
+from tests.avatars import assert_same, bits, full_avatar, leaves, surface_avatar
 from tests.measured import Measure
 from tests.oracles import rotation_sh, surface_rule
 from tests.oracles.lbs import rodrigues

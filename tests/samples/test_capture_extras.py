@@ -21,7 +21,7 @@ from samples.subjects.head import Head
 from samples.subjects.take import Take
 
 from avatar_runtime.camera import Camera
-from avatar_trainer.captures.mesh_raster import Picture
+from avatar_trainer.captures.mesh_raster import MeshImage
 
 Array = npt.NDArray[Any]
 SIZE, FRAMES = 32, 3
@@ -57,7 +57,7 @@ def off_the_head(vertices: Array, head: Head) -> Array:
     return np.array([np.linalg.norm(skin - vertex, axis=1).min() for vertex in vertices])
 
 
-def over_white(picture: Picture) -> Array:
+def over_white(picture: MeshImage) -> Array:
     alpha = picture.alpha[..., None]
     result: Array = picture.colour * alpha + 1 - alpha
     return result

@@ -46,15 +46,15 @@ FORMULAS = (
     Formula(NUMBA, "LINEAR = code(", 'SQRT_AREA = code("scale", "sqrt_area")\nLINEAR = code('),
     Formula(
         NUMBA,
-        "    if scale_rule == LINEAR:\n        return math.log(",
-        "    if scale_rule == SQRT_AREA:\n"
-        "        return math.log(max(ridden.size[triangle], TINY) / mesh.size[triangle]) / 2\n"
-        "    if scale_rule == LINEAR:\n        return math.log(",
+        "    if rules.scale == LINEAR:\n        return math.log(",
+        "    if rules.scale == SQRT_AREA:\n"
+        "        return math.log(max(posed_mesh.size[triangle], TINY) / mesh.size[triangle]) / 2\n"
+        "    if rules.scale == LINEAR:\n        return math.log(",
     ),
     Formula(
         NUMBA,
-        "    if scale_rule == LINEAR:\n        return np.float32(log_scale + factor)",
-        "    if scale_rule == LINEAR or scale_rule == SQRT_AREA:\n        return np.float32(log_scale + factor)",
+        "    if rules.scale == LINEAR:\n        return np.float32(log_scale + factor)",
+        "    if rules.scale == LINEAR or rules.scale == SQRT_AREA:\n        return np.float32(log_scale + factor)",
     ),
     Formula(
         HLSL,

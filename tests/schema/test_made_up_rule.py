@@ -76,5 +76,5 @@ def test_without_its_row_it_is_refused() -> None:
     said = asdict(rules) | {"normal": "unit", "late_morphs": "after_skin"}
     (problem,) = key_problems(said, "rules")
     assert problem.path == "$.scale" and "'sqrt_area' is unknown to this reader" in problem.message
-    with pytest.raises(AvatarError, match="'sqrt_area' is none of none, log_area, "):
+    with pytest.raises(AvatarError, match="'sqrt_area' is not one of none, log_area, "):
         check_rule_values(rules)

@@ -1,4 +1,4 @@
-"""A folder that one worker fills and every worker reads."""
+"""Files that one worker makes and every worker reads."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import pytest
 from filelock import FileLock
 
 
-def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
-    """The folder `name` of this test run, filled by `make`; nobody changes it afterwards.
+def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], Path]) -> Path:
+    """What `make` gives for the folder `name` of this test run, which it fills; nobody changes the files afterwards.
 
-    The first worker that asks for it makes it, the others wait. Without workers it is made as if there were one.
+    The first worker that asks makes them, the others wait.
     """
     base = factory.getbasetemp()
     if os.environ.get("PYTEST_XDIST_WORKER"):
@@ -22,6 +22,5 @@ def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path],
     with FileLock(base / f"{name}.lock"):
         if not made.exists():
             folder.mkdir()
-            make(folder)
-            made.touch()
-    return folder
+            made.write_text(str(make(folder)), "utf-8")
+    return Path(made.read_text("utf-8"))

@@ -1,4 +1,4 @@
-"""What training minimises, and what its pictures are measured by. Pictures are [H, W, 3], display-referred, 0..1."""
+"""What training minimises, and what its images are measured by. Images are [H, W, 3], display-referred, 0..1."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def l1(a: Tensor, b: Tensor) -> Tensor:
 
 
 def ssim(a: Tensor, b: Tensor) -> Tensor:
-    """Structural similarity of two pictures, 1 for equal ones; differentiable in both.
+    """Structural similarity of two images, 1 for equal ones; differentiable in both.
 
     Mean over channels and pixels; Gaussian window of 11 pixels, sigma 1.5, zeros beyond the border, data range 1, as
     the trainers of the 3DGS family measure it (Wang et al. 2004, Eq. 13). By `ssim_cpu` where that applies.
     """
-    by_kernel = all(picture.dtype == torch.float32 and picture.device.type == "cpu" for picture in (a, b))
+    by_kernel = all(image.dtype == torch.float32 and image.device.type == "cpu" for image in (a, b))
     return ssim_cpu(a, b) if by_kernel and not b.requires_grad else ssim_definition(a, b)
 
 
@@ -45,14 +45,14 @@ def dssim_loss(a: Tensor, b: Tensor) -> Tensor:
 
 
 def psnr_db(a: Tensor, b: Tensor) -> float:
-    """Peak signal to noise ratio, peak 1; infinite for equal pictures."""
+    """Peak signal to noise ratio, peak 1; infinite for equal images."""
     return float(-10 * torch.log10((a.double() - b.double()).square().mean()))
 
 
 def alpha_loss(alpha: Tensor, mask: Tensor) -> Tensor:
     """Mean squared difference of the accumulated opacity and the head's mask, [H, W] each.
 
-    Gaussian Blendshapes Eq. 4; its norm is read as the mean square, which does not grow with the picture.
+    Gaussian Blendshapes Eq. 4; its norm is read as the mean square, which does not grow with the image.
     """
     return (alpha - mask).square().mean()
 
@@ -87,11 +87,11 @@ def scaling_loss(scale: Tensor, long: float, thin_ratio: float) -> Tensor:
 
 
 def lpips_loss(a: Tensor, b: Tensor) -> Tensor:
-    """Perceptual distance (Zhang et al. 2018, VGG) of two pictures, by the optional package `lpips`.
+    """Perceptual distance (Zhang et al. 2018, VGG) of two images, by the optional package `lpips`.
 
     Raises RuntimeError where it is not installed.
     """
-    pair = (2 * picture.permute(2, 0, 1)[None] - 1 for picture in (a, b))
+    pair = (2 * image.permute(2, 0, 1)[None] - 1 for image in (a, b))
     distance: Tensor = _lpips()(*pair)
     return distance.mean()
 

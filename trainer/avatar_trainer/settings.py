@@ -47,7 +47,7 @@ class TrainSettings:
     log_every: int = 50
     evaluate_every: int = 1000  # held-out PSNR of a few frames; 0: at the end only
     preview_every: int = 0  # contact sheets; 0: none
-    cache_megabytes: int = 2048  # of decoded pictures
+    cache_megabytes: int = 2048  # of decoded images
 
     FREE = ("threads", "checkpoint_every", "log_every", "evaluate_every", "preview_every", "cache_megabytes")
 

@@ -48,7 +48,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Rendered:
-    """A picture and what density control reads of it."""
+    """An image and what density control reads of it."""
 
     colour: Tensor  # [H, W, 3] over the background, display-referred, not clamped
     alpha: Tensor  # [H, W] 1 - transmittance

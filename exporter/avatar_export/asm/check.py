@@ -157,7 +157,7 @@ def _check_finite(field: str, array: Array, shape: tuple[int, ...]) -> None:
     sound = (np.abs(array) <= LARGEST).all(axis=tuple(range(1, array.ndim)))  # False for NaN
     if not sound.all():
         raise AvatarError(
-            f"is not finite or larger than {LARGEST:g}; lengths are in metres",
+            f"is not finite, or larger than {LARGEST:g}; lengths are in metres",
             field=f"{field}[{int(np.argmin(sound))}]",
         )
 

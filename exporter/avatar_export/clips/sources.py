@@ -20,9 +20,7 @@ from avatar_export.formats.gltf.animation import clip_names
 from avatar_runtime.avatar import Avatar, Clip
 from avatar_runtime.io.errors import AvatarError
 
-NOTHING = (
-    "has no animation that moves a joint or an expression of this avatar; their names must be the same"
-)
+NOTHING = "has no animation that moves a joint or an expression of this avatar; their names must be the same"
 
 
 def clips_from(avatar: Avatar, path: Path, *, optional: bool = False) -> tuple[Clip, ...]:

@@ -48,9 +48,9 @@ def read_rules(path: Path | None, system: str, played: Values, recorded: Values)
         if name not in known:
             raise no_such(f"rule of {system}", name, known, file=path, field="rules", owner=system)
         if value not in known[name]:
-            found = ascii(value[:40]) if isinstance(value, str) else "no text"
+            found = ascii(value[:40]) if isinstance(value, str) else "not text"
             raise AvatarError(
-                f"is {found}, not one of {', '.join(known[name])}",
+                f"is {found}, expected one of {', '.join(known[name])}",
                 file=path,
                 field=f"rules.{name}",
                 owner=system,

@@ -167,20 +167,20 @@ class Trap:
 
 
 BAD: dict[str, tuple[Callable[[Path], None], str]] = {
-    "no JSON": (lambda f: (f / "rig_info.json").write_text("{"), r"rig_info\.json: is no JSON"),
+    "no JSON": (lambda f: (f / "rig_info.json").write_text("{"), r"rig_info\.json: is not valid JSON"),
     "no rig": (edited(lambda d: d.pop("metarig")), "metarig: is missing or not an object"),
-    "no bone": (edited(lambda d: d["metarig"].update(bones={"face": {}})), r"bones: has 0; 1 to"),
+    "no bone": (edited(lambda d: d["metarig"].update(bones={"face": {}})), r"bones: has 0 bones; 1 to"),
     "short matrix": (
         edited(lambda d: d["metarig"]["bones"]["nose"].update(matrix=[[1, 0]])),
         r"nose\.matrix: expected \[4, 4\] finite numbers",
     ),
     "ragged": (
         edited(lambda d: d["metarig"]["bones"]["nose"].update(matrix=[[1, 0], [1]])),
-        r"nose\.matrix: is missing or no array",
+        r"nose\.matrix: is missing or not an array",
     ),
     "words": (
         edited(lambda d: d["metarig"]["bones"]["ear.L"].update(tail=["a", "b", "c"])),
-        r"ear\.L\.tail: is missing or no array",
+        r"ear\.L\.tail: is missing or not an array",
     ),
     "infinite": (
         edited(lambda d: d["metarig"]["bones"]["ear.L"].update(tail=[0, math.inf, 0])),
@@ -196,14 +196,14 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
     ),
     "other width": (pickled(lambda p: p | {"mu": p["mu"][:, :1]}), r"mu: expected \[4, 2, 2\]"),
     "no mu": (pickled(lambda p: {k: v for k, v in p.items() if k != "mu"}), "mu: is missing"),
-    "not finite": (pickled(lambda p: p | {"mu": p["mu"] * np.float32(np.nan)}), "mu: holds a number"),
+    "not finite": (pickled(lambda p: p | {"mu": p["mu"] * np.float32(np.nan)}), "mu: holds NaN, an infinity"),
     "whole numbers": (
         pickled(lambda p: p | {"mu": p["mu"].astype(int)}),
         "mu: is missing or does not hold floats",
     ),
     "no weight": (
         pickled(lambda p: p | {"pi": p["pi"] * 0 - np.array([[0], [0], [1e5], [0]])}),
-        r"inited_gmm_params_K2\.pkl: pi: gives bone lip\.T\.L no weight",
+        r"inited_gmm_params_K2\.pkl: pi: gives no weight to bone lip\.T\.L",
     ),
     "a trap": (pickled(lambda p: p | {"pi": Trap()}), "print"),
     "no places": (text("mu_face.obj", "f 1/", "f 1//"), "line"),

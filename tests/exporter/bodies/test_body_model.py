@@ -231,7 +231,10 @@ def put(index: Any, value: Any) -> Callable[[np.ndarray], np.ndarray]:
         (changed("J_regressor", put((2, 2), np.inf)), "J_regressor"),
         (changed("weights", lambda a: a * 1.01), "weights: row 0 sums to 1.01, "),
         (changed("weights", put((6, 0), 0)), "weights: row 6"),
-        (changed("weights", lambda a: a + np.array([[-1, 1, 0, 0, 0]])), "weights: row 0 sums to 1, least -"),
+        (
+            changed("weights", lambda a: a + np.array([[-1, 1, 0, 0, 0]])),
+            "weights: row 0 sums to 1, its smallest weight is -",
+        ),
         (changed("weights", lambda a: a[:, :0]), "weights: has no joints"),
         (changed("kintree_table", put((0, 2), 4)), "joint 2 has parent 4; parents must come before children"),
         (changed("kintree_table", put((0, 2), 2)), "joint 2 has parent 2"),
@@ -257,9 +260,9 @@ def test_unsound_models_are_refused(tmp_path: Path, change: Callable[[Any], Any]
         ({"_shape": (5,)}, "no shape"),
         ({"_shape": (5, -1)}, "no shape"),
         ({"_shape": (4, V)}, "index outside 0..3"),
-        ({"_shape": (5, V + 1)}, "disagree"),
-        ({"indptr": np.zeros(V + 1, np.int32)}, "disagree"),
-        ({"indices": np.zeros(3, np.int32)}, "disagree"),
+        ({"_shape": (5, V + 1)}, "inconsistent"),
+        ({"indptr": np.zeros(V + 1, np.int32)}, "inconsistent"),
+        ({"indices": np.zeros(3, np.int32)}, "inconsistent"),
         ({"indices": np.zeros(3)}, "not whole numbers"),
         ({"data": None}, "no array data"),
         ({"data": np.array(["x"])}, "U1"),
@@ -293,7 +296,7 @@ def test_what_is_no_body_model_is_refused(tmp_path: Path) -> None:
         (b"5402\n5454\n", "neither .npz nor .pkl"),
         (b"\x80\x02", "truncated"),
         (pickle.dumps([1]), "does not hold a dict"),
-        (pickle.dumps({"v_template": 3}), "v_template: is no array"),
+        (pickle.dumps({"v_template": 3}), "v_template: is not an array"),
         (b"PK\x03\x04" + bytes(99), "damaged zip"),
     ):
         with pytest.raises(AvatarError, match=message):

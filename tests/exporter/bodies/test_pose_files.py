@@ -47,7 +47,7 @@ def _expect(
             model, p["shape"], p["expression"][t], p["rotation"][t], p["translation"][t], offset
         )
         off = np.abs(vertices - want).max()
-        measured("body clip against plain LBS m", off)
+        measured("body clip against plain LBS m", off, METRES)
         assert off < METRES
 
 
@@ -112,7 +112,7 @@ def test_a_clip_of_another_body_model_is_refused(tmp_path: Path) -> None:
     model, p = body_files.body(FLAME_PARENTS), body_files.poses(5)
     rig = _rig(tmp_path, model, None)
     smpl = read_poses(body_files.smpl_npz(tmp_path / "poses.npz", body_files.poses(24), False))
-    with pytest.raises(AvatarError, match="turns joint pelvis, which the rig lacks"):
+    with pytest.raises(AvatarError, match="rotates joint pelvis, which the rig lacks"):
         body_clip(rig, smpl, "take")
     p["expression"] = np.ones((body_files.FRAMES, 9))
     wide = read_poses(body_files.flame_json(tmp_path / "flame_params.json", p))
@@ -141,10 +141,10 @@ def _npz(**arrays: Any) -> Callable[[Path], Path]:
 
 T72 = np.zeros((2, 72))
 BAD: dict[str, tuple[Callable[[Path], Path], str]] = {
-    "no frames": (_json(lambda d: d.update(frames=[])), "frames: has no list of frames"),
-    "frames of numbers": (_json(lambda d: d.update(frames=[1])), "frames: has no list of frames"),
+    "no frames": (_json(lambda d: d.update(frames=[])), "frames: is not a non-empty list"),
+    "frames of numbers": (_json(lambda d: d.update(frames=[1])), "frames: is not a non-empty list"),
     "no shape": (_json(lambda d: d.pop("shape_params")), "shape_params: is not a list of 1 to 1000 numbers"),
-    "a short pose": (_json(lambda d: d["frames"][3]["pose"].pop()), "frames[3].pose: is no list of 15"),
+    "a short pose": (_json(lambda d: d["frames"][3]["pose"].pop()), "frames[3].pose: is not a list of 15"),
     "another width": (
         _json(lambda d: d["frames"][2]["expression"].append(0)),
         "frames[2].expression: is not a list of 3 numbers",
@@ -180,7 +180,7 @@ BAD: dict[str, tuple[Callable[[Path], Path], str]] = {
     "no expressions": (_npz(neck_pose=np.zeros((2, 3))), "expr: is missing"),
     "another number of expressions": (
         _npz(neck_pose=np.zeros((2, 3)), expr=np.zeros((3, 5))),
-        "expr: is [3, 5]",
+        "expr: has shape [3, 5]",
     ),
     "offset of another shape": (
         _npz(neck_pose=np.zeros((2, 3)), expr=np.zeros((2, 5)), static_offset=np.zeros((2, 9, 3))),

@@ -243,13 +243,13 @@ ODD: dict[str, tuple[Callable[[Avatar], Avatar], tuple[str, str, bool]]] = {
     ),
     "a range backwards": (
         lambda a: replace(a, expressions=(*EXPRESSIONS[:3], Expression("exp_003", (), (1.0, -1.0)))),
-        ("avatar.json: $.expressions[3].range", "runs from 1.0 down to -1.0", False),
+        ("avatar.json: $.expressions[3].range", "is reversed: from 1.0 to -1.0", False),
     ),
     "an input that is no ARKit name": (
         lambda a: replace(a, driving=replace(a.driving, inputs=("jawOpen", "eyeBlinkLeft", "wink"))),
         (
             "avatar.json: $.driving.inputs[2]",
-            "'wink' is none of the 52 ARKit names, so nothing drives it",
+            "'wink' is not one of the 52 ARKit names, so nothing drives it",
             True,
         ),
     ),
@@ -279,7 +279,7 @@ def test_entry_counts(bundle: Path) -> None:
         del entries["late_morphs"]
 
     there = {name: getattr(full_avatar().blendshapes, name).entries for name in ("geometry", "late_morphs")}
-    has = "blendshapes.safetensors has"
+    has = "but blendshapes.safetensors has"
     bundles.edit(bundle, damage)
     assert found(bundle) == [
         (f"avatar.json: $.blendshapes.entries.{name}", message, False)

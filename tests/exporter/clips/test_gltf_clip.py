@@ -168,12 +168,12 @@ def edited(path: str, value: Any) -> bytes:
     ("path", "value", "said"),
     [
         ("animations.0.name", "wav", "'wave' is no clip of this file; did you mean wav?"),
-        ("animations.0.samplers.0.interpolation", "BEZIER", "interpolation BEZIER is none of STEP"),
+        ("animations.0.samplers.0.interpolation", "BEZIER", "interpolation BEZIER is not one of STEP"),
         ("animations.0.samplers.0.input", 99, "accessors[99]"),
         ("animations.0.samplers.0.output", 1, "float32[T, *(4,)]"),
         ("animations.0.samplers.0.interpolation", "CUBICSPLINE", "has 2 values for 2 keys of 3"),
-        ("animations.0.channels.0.sampler", 7, "sampler 7 is none of 3"),
-        ("animations.0.channels.0.target.node", -1, "node -1 is none of 5"),
+        ("animations.0.channels.0.sampler", 7, "sampler 7 does not exist; there are 3"),
+        ("animations.0.channels.0.target.node", -1, "node -1 does not exist; there are 5"),
         ("animations.0.channels.0.target.path", "colour", "path colour"),
         ("animations.0.channels.1.target", {"node": 0, "path": "rotation"}, "a second time"),
         ("animations.0.channels.0.target", 3, "needs a target"),
@@ -217,7 +217,7 @@ def test_values_that_overflow_are_refused(tmp_path: Path) -> None:
         [{"name": "hip"}, *({"name": f"n{i}", "children": [i], "scale": [1e29] * 3} for i in range(12))]
     )
     path = built.channel(0, "scale", [0], built.accessor([[1, 1, 1]], "VEC3")).write(tmp_path / "a.glb")
-    with pytest.raises(AvatarError, match="moves hip beyond"):
+    with pytest.raises(AvatarError, match="moves hip out of the range of float32"):
         clip_poses(PUPPET, gltf_of(path), "wave", 30)
 
 

@@ -146,9 +146,7 @@ def test_clips_that_move_nothing_here_are_left_out(tmp_path: Path) -> None:
         sequences.clip(avatar, str(path), "not", 1)
     stranger = avatar_of(("a",))
     assert clips_from(stranger, path, optional=True) == ()
-    with pytest.raises(
-        AvatarError, match=r"made\.glb: has no animation that moves a joint or an expression"
-    ):
+    with pytest.raises(AvatarError, match=r"made\.glb: has no animation that moves a joint or an expression"):
         clips_from(stranger, path)
 
 

@@ -96,7 +96,7 @@ def test_without_a_body_model(run: Run, sample_blendshapes: Path, tmp_path: Path
     assert "--no-rig" in error
     code, _, error = run("convert", source, "-o", tmp_path / "out", "--no-rig", *PLAIN)
     assert code == 0
-    assert "expressions only" in error
+    assert "only expressions move" in error
 
 
 def test_raw_and_dump_give_the_same_gaussians(
@@ -189,7 +189,7 @@ def test_render_a_recording(run: Run, bundle: Path, tmp_path: Path) -> None:
     common = ("--drive", take, "--every", "100", "--size", "32")
     code, text, error = run("render", bundle, "-o", tmp_path / "take.webp", *common)
     assert code == 0
-    assert "3 pictures" in text
+    assert "3 images" in text
     assert "tongueOut" in error
     with Image.open(tmp_path / "take.webp") as animation:
         assert getattr(animation, "n_frames", 1) == 3
@@ -216,7 +216,7 @@ def test_a_bundle_is_completed_from_its_normative_files(run: Run, bundle: Path, 
         assert (tmp_path / "whole" / name).read_bytes() == (bundle / name).read_bytes()
     assert run("validate", tmp_path / "whole")[0] == 0
     code, _, error = run("convert", bundle, "-o", tmp_path / "x", "--body-model", bundle / "rig.glb")
-    assert (code, "--body-model is no option here" in error) == (2, True)
+    assert (code, "--body-model cannot be used here" in error) == (2, True)
 
 
 def test_driving_is_found_in_the_data_set(run: Run, sample_blendshapes: Path, tmp_path: Path) -> None:
@@ -236,7 +236,7 @@ def test_turntable(run: Run, bundle: Path, tmp_path: Path) -> None:
     flags = ("--orbit", "360", "--fps", "3", "--size", "24", "-a", "jawOpen=1")
     code, text, _ = run("render", bundle, "-o", tmp_path / "round.webp", *flags)
     assert code == 0
-    assert "6 pictures" in text
+    assert "6 images" in text
 
 
 def test_zoom_pitch_and_transparency(run: Run, bundle: Path, tmp_path: Path) -> None:
@@ -257,7 +257,7 @@ def test_zoom_pitch_and_transparency(run: Run, bundle: Path, tmp_path: Path) -> 
 def test_frames_and_frame_rate(run: Run, bundle: Path, tmp_path: Path) -> None:
     take = Path(__file__).parents[3] / "samples" / "drive" / "live_link_face_udp.gesichter"
     flags = ("--drive", take, "--every", "30", "--size", "16", "--frames", "1:4")
-    assert "3 pictures" in run("render", bundle, "-o", tmp_path / "t.webp", *flags)[1]
+    assert "3 images" in run("render", bundle, "-o", tmp_path / "t.webp", *flags)[1]
     with Image.open(tmp_path / "t.webp") as animation:
         animation.seek(1)
         animation.load()
@@ -341,7 +341,7 @@ def test_render_on_a_backend(run: Run, bundle: Path, tmp_path: Path, monkeypatch
     monkeypatch.setattr(reference.ReferenceBackend, "profiles", ("engine",))
     assert run("render", bundle, *flags, tmp_path / "b.png")[0] == 0, "its own profile is the default"
     code, _, error = run("render", bundle, *flags, tmp_path / "c.png", "--profile", "trainer")
-    assert code == 2 and "profile trainer: is not drawn by backend reference: take engine" in error
+    assert code == 2 and "profile trainer: is not supported by backend reference; choose engine" in error
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.png"]
     first, second = (np.asarray(Image.open(tmp_path / name)) for name in ("a.png", "b.png"))
     assert first.std() > 5 and (first != second).any()
@@ -358,14 +358,14 @@ USER_ERRORS = {
     "profile": (("--profile", "best"), "trainer"),
     "backend": (("--backend", "cuda"), "reference"),
     "absent recording": (("--drive", "nowhere.csv"), "nowhere.csv"),
-    "frames of one picture": (("--frames", "9:10"), "one picture"),
+    "frames of one picture": (("--frames", "9:10"), "one image"),
     "frames beyond the end": (("--frames", "99:", "--orbit", "9", "-o", "x.webp"), "no frame"),
     "superscript size": (("--size", "\u00b2"), "WxH"),
     "endless size": (("--size", "9" * 5000), "WxH"),
     "yaw": (("--yaw", "nan"), "finite"),
     "background": (("--background", "255,0,0"), "0 to 1"),
-    "two sources": (("--drive", "a.csv", "-a", "jawOpen=1"), "exclude"),
-    "kind of file": (("-o", "film.mp4"), ".mp4 cannot be written"),
+    "two sources": (("--drive", "a.csv", "-a", "jawOpen=1"), "cannot be used together"),
+    "kind of file": (("-o", "film.mp4"), ".mp4 files cannot be written"),
 }
 
 

@@ -95,7 +95,7 @@ def test_a_head_without_a_rig_plays_posed_meshes(run: Run, head: Path, tmp_path:
     for name, flags in meshes.items():
         code, text, error = run("render", head, "-o", tmp_path / name, *flags, *size)
         assert code == 0, error
-        assert "2 pictures" in text
+        assert "2 images" in text
         drawn[name] = pictures(tmp_path / name)
     assert np.abs(drawn["training.webp"][0] - drawn["training.webp"][1]).max() > 60, "it turned"
     for name in ("metres.webp", "obj.webp"):

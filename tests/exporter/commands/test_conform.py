@@ -40,7 +40,7 @@ def test_a_bundle_repeats_its_own_reference(run: Run, good: Path, tmp_path: Path
         )
         assert code == 0, error
         lines = table(text)
-        rasters = [f"{what} {profile}" for what in ("raster", "picture") for profile in ("trainer", "engine")]
+        rasters = [f"{what} {profile}" for what in ("raster", "image") for profile in ("trainer", "engine")]
         assert list(lines) == ["stage", *STAGES[:-1], *rasters]
         assert set(lines.values()) == {"verdict", "holds"}
         assert "backend reference repeats the reference; made by runtime" in text
@@ -109,10 +109,10 @@ def test_the_stage_that_is_off_is_named_first(run: Run, bundle: Path, tmp_path: 
     assert lines[label] == "FAILS"
     before = list(lines)[1 : list(lines).index(label)]
     assert all(lines[name] == "holds" for name in before)
-    assert all(lines[name] == "holds" for name in lines if name.startswith("picture"))
+    assert all(lines[name] == "holds" for name in lines if name.startswith("image"))
     problems = [p for p in validate(bundle) if not p.warning]
     assert problems[0].path == f"{VECTORS}: {stage}"
-    assert re.search(r"of case \w+ is \S+ off, \S+ times the tolerance", problems[0].message)
+    assert re.search(r"of case \w+ differs by \S+, \S+ times the tolerance", problems[0].message)
 
 
 def test_a_backend_that_is_wrong(run: Run, good: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -193,7 +193,7 @@ def test_outputs_that_cannot_be_used_are_one_line(
     code, _, error = run("conform", good, "--outputs", file)
     assert (code, error.count("\n")) == (2, 1) and words in error, error
     code, _, error = run("conform", good, "--outputs", file, "--backend", "reference")
-    assert code == 2 and "--outputs and --backend exclude each other" in error
+    assert code == 2 and "--outputs and --backend cannot be used together" in error
 
 
 def test_pictures_of_what_fails(run: Run, bundle: Path, tmp_path: Path) -> None:
@@ -207,7 +207,7 @@ def test_pictures_of_what_fails(run: Run, bundle: Path, tmp_path: Path) -> None:
     assert problem.path == "reference/clip.engine.png" and "of 255, allowed 1" in problem.message
     out = tmp_path / "new" / "pictures"
     code, text, _ = run("conform", bundle, "--backend", "reference", "--pictures", out)
-    assert code == 1 and "fails first at picture;" in text
+    assert code == 1 and "fails first at image;" in text
     assert re.search(r"image engine +clip .* 6[34]\.\d/255 +1/255 +>999 % +FAILS", text)
     assert table(text)["image engine"] == "FAILS"
     names = sorted(file.name for file in out.iterdir())

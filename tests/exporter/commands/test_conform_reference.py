@@ -54,7 +54,7 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
     "another document": (lambda b: edit_cases(b, lambda d: d.pop("cases")), f"{CASES}: $: 'cases'"),
     "rows beyond the avatar": (
         lambda b: edit_vectors(b, put("rows", lambda t: t + 7)),
-        f"{VECTORS}: rows: name 54, this avatar has 48: made for another",
+        f"{VECTORS}: rows: name 54, but this avatar has 48: the reference was made for another",
     ),
     "cut vectors": (
         lambda b: (cut(b / VECTORS), bundles.sign(b))[1],

@@ -116,7 +116,7 @@ def test_two_files_of_one_name_are_refused(tmp_path: Path, second: str) -> None:
     path = tmp_path / "a.zip"
     zipped(path, {"skin.glb": b"1", "skan.glb": b"2"})
     path.write_bytes(path.read_bytes().replace(b"skan.glb", second.encode()))
-    with pytest.raises(AvatarError, match="stands twice"):
+    with pytest.raises(AvatarError, match="is a duplicate"):
         Archive(path)
 
 

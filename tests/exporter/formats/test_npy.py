@@ -131,7 +131,7 @@ def lying(shape: str, descr: str = "'<f4'", fortran: str = "False") -> bytes:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (lying("(10000000000, 16, 3, 50)"), "needs 96000000000000 bytes, but 48 are there"),
+        (lying("(10000000000, 16, 3, 50)"), "needs 96000000000000 bytes, but there are 48"),
         (lying("(13,)"), "needs 52 bytes, but there are 48"),
         (lying("(11,)"), "needs 44 bytes, but there are 48"),
         (lying("(-1, 3)"), "has an invalid shape"),

@@ -138,7 +138,7 @@ def test_npz_meshes(tmp_path: Path) -> None:
         ),
         ({"faces": np.array([[0, -1, 2]], "i1")}, r"faces\[0\]: is"),
         ({"faces": np.array([[0, 1, 2**64 - 1]], "u8")}, r"faces\[0\]: is"),
-        ({"faces": None}, "needs arrays vertices and faces, and holds vertices"),
+        ({"faces": None}, "needs arrays vertices and faces, but holds vertices"),
     ],
 )
 def test_bad_npz_meshes_are_refused(change: dict[str, object], message: str, tmp_path: Path) -> None:

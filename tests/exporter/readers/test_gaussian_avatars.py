@@ -290,7 +290,7 @@ def test_options_without_a_use_are_refused(mesh: Path, tmp_path: Path) -> None:
 
 def test_where_nothing_is(mesh: Path, tmp_path: Path) -> None:
     assert not gaussian_avatars.detect(tmp_path)
-    with pytest.raises(AvatarError, match=r"holds no point_cloud.ply"):
+    with pytest.raises(AvatarError, match=r"has no point_cloud.ply"):
         _read(tmp_path, mesh)
 
 

@@ -102,7 +102,7 @@ BAD_OFFSETS: dict[str, tuple[dict[str, Any], str]] = {
     "infinite scale": ({"scale_1": _with(ZEROS, 3, np.inf)}, "offset.ply: scale_1[3]: is inf"),
     "no opacity": ({"opacity": None}, "property opacity: is missing"),
     "SH instead of RGB": ({"f_dc_1": _with(ZEROS, 5, -1.7)}, "f_dc_1[5]: is -1.7; LAM stores plain RGB"),
-    "a higher degree": ({f"f_rest_{k}": ZEROS for k in range(9)}, "f_rest_*: are there"),
+    "a higher degree": ({f"f_rest_{k}": ZEROS for k in range(9)}, "f_rest_*: are present"),
     "eight f_rest": ({f"f_rest_{k}": ZEROS for k in range(8)}, "f_rest_*: 8 properties"),
 }
 

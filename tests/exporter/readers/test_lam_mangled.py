@@ -13,11 +13,11 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
+from avatar_export.clips.gltf_files import gltf_of
 from avatar_export.options import ReadOptions
 from avatar_export.readers import lam
 from tests.exporter.readers import lam_files
-from tests.hostile import MANGLING, mangled, only_avatar_errors
-from tests.runtime.codec.test_mangled import VALUES
+from tests.hostile import MANGLING, VALUES, mangled, only_avatar_errors
 
 OFFSET, SKIN = lam_files.offset_ply(), lam_files.skin_glb()
 
@@ -35,7 +35,7 @@ def _read(data: bytes, folder: Path) -> None:
     path.write_bytes(data)
     assert lam.detect(path) in (True, False)
     only_avatar_errors(lambda: lam.read(path, ReadOptions()))
-    only_avatar_errors(lambda: lam.clip_source(path))
+    only_avatar_errors(lambda: gltf_of(path))
 
 
 @MANGLING

@@ -64,7 +64,7 @@ def test_positions_are_the_trainers(lam_zip: Path, seed: int, backend: str, meas
     want = oracle.positions(pose.expressions, pose.joints, rows)
     got = Player(avatar, backend).animate(pose).mean[rows.start :: step]
     away = float(np.linalg.norm(got - want, axis=1).max())
-    measured(f"LAM{ON[backend]}, positions, m", away)
+    measured(f"LAM{ON[backend]}, positions, m", away, METRES)
     assert away <= METRES
     if seed:
         moved = np.linalg.norm(want - avatar.gaussians.mean[rows.start :: step], axis=1)

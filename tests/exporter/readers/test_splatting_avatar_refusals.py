@@ -34,11 +34,11 @@ def _without(key: str) -> Callable[[dict[str, Any]], None]:
     [
         (lambda d: d["sample_fidxs"].pop(), r"json: sample_fidxs: has 23 rows, but the .ply has 24 Gaussians"),
         (lambda d: d["_xyz"].append([0, 0, 0]), r"_xyz: has 25 rows, but the .ply has 24 Gaussians"),
-        (lambda d: d.update(sample_bary=3), "sample_bary: is no list, but the .ply has 24 Gaussians"),
-        (lambda d: d.update(sample_bary=None), "sample_bary: is no list"),
+        (lambda d: d.update(sample_bary=3), "sample_bary: is not a list, but the .ply has 24 Gaussians"),
+        (lambda d: d.update(sample_bary=None), "sample_bary: is not a list"),
         (_without("sample_bary"), "sample_bary: is missing"),
         (_without("cano_mesh"), "cano_mesh: is missing"),
-        (lambda d: d.update(cano_mesh=3), "cano_mesh: is no text"),
+        (lambda d: d.update(cano_mesh=3), "cano_mesh: is not text"),
         (lambda d: d.update(cano_mesh=".."), "cano_mesh: is not a file name"),
         (lambda d: d.update(cano_mesh="a/"), "cano_mesh: is not a file name"),
         (lambda d: d.update(cano_mesh="a\0b"), "cano_mesh: is not a file name"),
@@ -49,19 +49,19 @@ def _without(key: str) -> Callable[[dict[str, Any]], None]:
         (put("sample_fidxs", 5, -1), r"sample_fidxs\[5\]: is -1, but"),
         (put("sample_fidxs", 5, 1.5), r"sample_fidxs\[5\]: is 1.5, but"),
         (put("sample_fidxs", 5, 10**300), r"sample_fidxs\[5\]: is 1e\+300, but"),
-        (put("sample_fidxs", 5, True), r"sample_fidxs\[5\]: is no number"),
-        (put("sample_fidxs", 5, [1]), r"sample_fidxs\[5\]: is no number"),
-        (put("sample_bary", 6, [0.5, 0.5]), r"sample_bary\[6\]: is no list of 3 numbers"),
-        (put("sample_bary", 6, "abc"), r"sample_bary\[6\]: is no list of 3 numbers"),
-        (put("sample_bary", 6, {"a": 1, "b": 2, "c": 3}), r"sample_bary\[6\]: is no list of 3 numbers"),
-        (put("sample_bary", 6, 1, "0.5"), r"sample_bary\[6\]: is no number"),
-        (put("sample_bary", 6, 1, None), r"sample_bary\[6\]: is no number"),
-        (put("sample_bary", 6, [True, False, False]), r"sample_bary\[6\]: is no number"),
+        (put("sample_fidxs", 5, True), r"sample_fidxs\[5\]: is not a number"),
+        (put("sample_fidxs", 5, [1]), r"sample_fidxs\[5\]: is not a number"),
+        (put("sample_bary", 6, [0.5, 0.5]), r"sample_bary\[6\]: is not a list of 3 numbers"),
+        (put("sample_bary", 6, "abc"), r"sample_bary\[6\]: is not a list of 3 numbers"),
+        (put("sample_bary", 6, {"a": 1, "b": 2, "c": 3}), r"sample_bary\[6\]: is not a list of 3 numbers"),
+        (put("sample_bary", 6, 1, "0.5"), r"sample_bary\[6\]: is not a number"),
+        (put("sample_bary", 6, 1, None), r"sample_bary\[6\]: is not a number"),
+        (put("sample_bary", 6, [True, False, False]), r"sample_bary\[6\]: is not a number"),
         (put("sample_bary", 6, [0.5, 0.3, 0.2002]), r"sample_bary\[6\]: adds up to 1.0002, expected 1 within 0.0001"),
-        (put("sample_bary", 6, [-0.0011, 0.5, 0.5011]), r"sample_bary\[6\]: holds -0.0011, far outside the triangle"),
+        (put("sample_bary", 6, [-0.0011, 0.5, 0.5011]), r"sample_bary\[6\]: has a weight of -0.0011, far outside"),
         (put("_xyz", 9, 2, 1e39), r"_xyz\[9\]: is \[.*1e\+39\], which is not finite in float32"),
         (put("_rotation", 9, 3, 10**310), "_rotation: holds a number that is too large"),
-        (put("_rotation", 9, [1, 0, 0]), r"_rotation\[9\]: is no list of 4 numbers"),
+        (put("_rotation", 9, [1, 0, 0]), r"_rotation\[9\]: is not a list of 4 numbers"),
     ],
 )  # fmt: skip
 def test_bad_embeddings_are_refused(change: Callable[[Any], Any], message: str, tmp_path: Path) -> None:
@@ -112,7 +112,7 @@ def test_what_is_no_embedding_is_refused(text: str, message: str, run: Path) -> 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("- 1\n", "config.yaml: holds no settings"),
+        ("- 1\n", "config.yaml: has no settings"),
         ("a: [1\n", "config.yaml: is not YAML that can be read"),
         ("a: &a [1]\nb: *a\n", "aliases are not supported; write them out"),
         ("a: &a {b: 1}\nc: {<<: *a}\n", "aliases are not supported; write them out"),
@@ -152,7 +152,7 @@ def test_yaml_bombs_stay_small(tmp_path: Path) -> None:
         (VERTICES, FACES[:5], r"sample_fidxs\[\d+\]: is \d, but the mesh has 5 triangles \(0..4\)"),
         (VERTICES[:5], FACES, r"embedding.obj: line 16: face 4 has corners 3, 1, 6, but there are vertices 1..5"),
         (np.where(VERTICES == 0.11, 1e-7, VERTICES), np.concatenate([FACES[:1] * 0, FACES[1:]]),
-         r"embedding.obj: triangle 0 \(vertices 0, 0, 0\) has no area, but carries Gaussian \d+; mend"),
+         r"embedding.obj: triangle 0 \(vertices 0, 0, 0\) has no area, but carries Gaussian \d+; repair"),
         (np.concatenate([VERTICES[:4], (VERTICES[:1] + VERTICES[2:3]) / 2, VERTICES[5:]]), FACES,
          r"triangle 0 \(vertices 0, 2, 4\) has no area"),
     ],
@@ -207,7 +207,7 @@ def test_options_without_a_use_are_refused(run: Path) -> None:
 def test_missing_files_are_named(run: Path, tmp_path: Path) -> None:
     for path in (tmp_path / "nowhere", tmp_path):
         with pytest.raises(
-            AvatarError, match=r"holds no point_cloud.ply with embedding.json or canonical.sample.json"
+            AvatarError, match=r"has no point_cloud.ply with embedding.json or canonical.sample.json"
         ):
             read_run(path)
     (run / "point_cloud" / "iteration_30000" / "point_cloud.ply").write_bytes(b"ply\n")

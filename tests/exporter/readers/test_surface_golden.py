@@ -128,7 +128,7 @@ def test_every_pose(
             )
         for what, (error, most) in figures.items():
             note = " (half a turn)" if what == "colour along R^T d" and limit > COLOUR else ""
-            measured(f"{system}, {what}{note}", error)
+            measured(f"{system}, {what}{note}", error, most)
             assert error <= most, (name, pose, what)
 
 
@@ -145,7 +145,7 @@ def test_the_older_sign_policy(
     for pose in poses:
         expected, splats = case.expected(pose), posed(older, case, pose, u, backend)
         error = degrees(splats.quat_wxyz, expected["rotation_alt"])
-        measured(f"splatting_avatar{ON[backend]}, older sign policy, degrees", error)
+        measured(f"splatting_avatar{ON[backend]}, older sign policy, degrees", error, DEGREES)
         assert error <= DEGREES, pose
         differs |= degrees(expected["rotation"], expected["rotation_alt"]) > 1
     assert differs, "the vectors tell the two policies apart"

@@ -112,7 +112,7 @@ def test_flame_with_tracked_poses(tmp_path: Path, measured: Measure) -> None:
     assert found.notes[2].startswith("the rig in frame 0 of 'flame_params' is the mesh to within 0.000")
     for t, played in enumerate(_played(found)):
         off = np.abs(played - _at(model, p, t)).max()
-        measured("embedded FLAME against plain LBS m", off)
+        measured("embedded FLAME against plain LBS m", off, METRES)
         assert off < METRES
 
 

@@ -73,7 +73,7 @@ def test_the_clip_is_the_files_own_sums(tmp_path: Path, measured: Measure) -> No
     player = Player(avatar)
     for frame, pose in enumerate(clip_poses(avatar, clip)):
         off = np.abs(player.mesh(pose) - fbx_files.posed(frame / 30, frame / 60)).max()
-        measured("FBX clip against its own sums m", off)
+        measured("FBX clip against its own sums m", off, METRES)
         assert off < METRES
 
 
@@ -252,18 +252,18 @@ def _header(change: Change) -> Change:
 
 BAD: dict[str, tuple[Change, str]] = {
     "no header": (lambda a: a.pop("header"), "header: is missing"),
-    "another header": (lambda a: a.update(header=np.frombuffer(b"[]", np.uint8)), "header: is no object"),
-    "unit of zero": (_header(lambda h: h.update(unit_metres=0)), "UnitScaleFactor: is 0 m a unit"),
-    "unit of text": (_header(lambda h: h.update(unit_metres="1")), "unit_metres: is no number"),
+    "another header": (lambda a: a.update(header=np.frombuffer(b"[]", np.uint8)), "header: is not a JSON object"),
+    "unit of zero": (_header(lambda h: h.update(unit_metres=0)), "UnitScaleFactor: is 0 m per unit"),
+    "unit of text": (_header(lambda h: h.update(unit_metres="1")), "unit_metres: is not a number"),
     "unknown axes": (lambda a: a.update(axes=np.array([6, 6, 6])), "UpAxis: does not name an axis"),
     "loop": (lambda a: a["parents"].__setitem__(1, 4), "nodes: contains a loop"),
-    "parent that is not there": (lambda a: a["parents"].__setitem__(1, 9), "parents: holds -1..9"),
+    "parent that is not there": (lambda a: a["parents"].__setitem__(1, 9), "parents: holds values -1..9"),
     "corner that is not there": (lambda a: a["mesh0.indices"].__setitem__(0, 12), "mesh0.indices: holds"),
     "face beyond": (
         lambda a: a["mesh0.faces"].__setitem__((4, 1), 9),
         "mesh0: has a face that reads beyond its corners",
     ),
-    "not finite": (lambda a: a["mesh0.vertices"].__setitem__((0, 0), np.nan), "no usable number"),
+    "not finite": (lambda a: a["mesh0.vertices"].__setitem__((0, 0), np.nan), "not a finite number"),
     "another shape": (lambda a: a.update({"mesh0.vertices": np.zeros((3, 2))}), "or has another shape"),
     "weights too few": (
         lambda a: a.update({"mesh0.cluster0.weights": np.zeros(1)}),
@@ -291,7 +291,7 @@ BAD: dict[str, tuple[Change, str]] = {
         lambda a: a["mesh0.shape0.vertices"].fill(4),
         "blend shapes: moves a vertex twice",
     ),
-    "no mesh": (_header(lambda h: h.update(meshes=[])), "meshes: holds no skinned mesh"),
+    "no mesh": (_header(lambda h: h.update(meshes=[])), "meshes: has no skinned mesh"),
 }  # fmt: skip
 
 

@@ -184,27 +184,33 @@ BAD: dict[str, tuple[Change, str]] = {
     "two parents": (lambda d: _node(d, "armature")["children"].append(4), "has two parents"),
     "child that does not exist": (
         lambda d: _node(d, "jaw").update(children=[-1]),
-        "children: is no list of nodes",
+        "children: is not a list of nodes",
     ),
-    "scale of zero": (lambda d: _node(d, "neck").update(scale=[1, 0, 1]), "joint neck: has no inverse"),
+    "scale of zero": (
+        lambda d: _node(d, "neck").update(scale=[1, 0, 1]),
+        "joint neck: has a singular transform",
+    ),
     "quaternion of zero": (
         lambda d: _node(d, "neck").update(rotation=[0, 0, 0, 0]),
         "quaternion of length 0",
     ),
     "text for a number": (
         lambda d: _node(d, "neck").update(scale=[1, "1", 1]),
-        "scale: 1 is no usable number",
+        "scale: 1 is not a usable number",
     ),
-    "true for a number": (lambda d: _node(d, "neck").update(scale=[1, True, 1]), "True is no usable number"),
+    "true for a number": (
+        lambda d: _node(d, "neck").update(scale=[1, True, 1]),
+        "True is not a usable number",
+    ),
     "a number too large": (
         lambda d: _node(d, "neck").update(scale=[1, 10**400, 1]),
-        "a huge number is no usable",
+        "a huge number is not a usable",
     ),
     "overflow": (lambda d: _deepen(d), "its transform overflows"),
     "perspective node": (lambda d: _node(d, "neck").update(matrix=[1.0] * 16), "matrix: is not affine"),
     "joint names alike": (
         lambda d: _node(d, "jaw").update(name="head"),
-        "head is no name of a joint or stands twice",
+        "head is not a valid joint name, or a duplicate",
     ),
     "bind matrices too few": (lambda d: d["accessors"][-1].update(count=3), "expected float32[4, 4, 4]"),
     "bind matrices of another type": (

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable, Iterable
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,38 +22,9 @@ from avatar_runtime.bundle import load
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.io.errors import AvatarError
 from tests import bundles
-from tests.avatars import COUNT, full_avatar, surface_avatar
+from tests.avatars import COUNT, assert_same, bits, full_avatar, leaves, surface_avatar
 
 NAMES = ("out", "out.avatar.zip")
-
-
-def leaves(value: Any, path: str = "") -> dict[str, Any]:
-    """Every field of an avatar by its dotted path, arrays and all."""
-    if is_dataclass(value):
-        return {
-            k: v for f in fields(value) for k, v in leaves(getattr(value, f.name), f"{path}.{f.name}").items()
-        }
-    if isinstance(value, dict):
-        return {k: v for key, child in value.items() for k, v in leaves(child, f"{path}.{key}").items()} or {
-            path: {}
-        }
-    if isinstance(value, tuple):
-        found = {k: v for i, child in enumerate(value) for k, v in leaves(child, f"{path}[{i}]").items()}
-        return found or {path: ()}
-    return {path: value}
-
-
-def bits(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return (str(value.dtype), value.shape, value.tobytes())
-    return (type(value), value)
-
-
-def assert_same(a: Avatar, b: Avatar) -> None:
-    left, right = leaves(a), leaves(b)
-    assert list(left) == list(right)
-    for path, value in left.items():
-        assert bits(value) == bits(right[path]), path
 
 
 def test_the_full_avatar_has_a_value_of_its_own_in_every_field() -> None:

@@ -10,7 +10,8 @@ from avatar_export.writers.residual import residual_poses
 from avatar_runtime.avatar import SparseRows
 from avatar_runtime.engine_pose import engine_pose
 from tests.avatars import VERTICES, full_avatar
-from tests.exporter.writers.rigs import (
+from tests.oracles.gltf_pose import File
+from tests.rigs import (
     EXACT,
     dense_weights,
     distance,
@@ -24,7 +25,6 @@ from tests.exporter.writers.rigs import (
     without_late,
     written,
 )
-from tests.oracles.gltf_pose import File
 
 
 def test_what_importers_would_drop_is_not_there() -> None:

@@ -20,7 +20,8 @@ from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from tests.asm_faces import asm_avatar, small_face
 from tests.avatars import VERTICES, full_avatar
-from tests.exporter.writers.rigs import (
+from tests.oracles.gltf_pose import File, quaternion_matrix
+from tests.rigs import (
     distance,
     rig_of,
     runtime_mesh,
@@ -31,7 +32,6 @@ from tests.exporter.writers.rigs import (
     without_late,
     written,
 )
-from tests.oracles.gltf_pose import File, quaternion_matrix
 
 Array = npt.NDArray[Any]
 

@@ -24,11 +24,11 @@ from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.engine_pose import target_names
 from avatar_runtime.io.errors import AvatarError
 from tests.avatars import full_avatar, surface_avatar
-from tests.exporter.writers.rigs import rig_of, with_rig
 from tests.exporter.writers.stages import ends, unit, written
 from tests.oracles.usd_pose import (
     vertex_ids,
 )
+from tests.rigs import rig_of, with_rig
 
 
 def test_rest_transforms_are_local_and_bind_transforms_of_the_mesh() -> None:

@@ -19,7 +19,7 @@ from avatar_export.writers.splats_glb import splats_glb
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
 from tests.avatars import full_avatar
-from tests.exporter.writers.rigs import File, rig_of, with_rig, written
+from tests.rigs import File, rig_of, with_rig, written
 from tests.session.fuzz import examples
 
 NEW = written(full_avatar())

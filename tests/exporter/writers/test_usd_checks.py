@@ -63,15 +63,15 @@ def append(value: Any) -> Callable[[list[Any]], None]:
 
 BROKEN: dict[str, tuple[Break, str]] = {
     "default prim": (lambda s: s.ClearDefaultPrim(), "/: has no default prim"),
-    "extent": (change(MESH, "extent", lambda v: v.reverse()), f"{MESH}: extent is no box"),
-    "no extent": (lambda s: mesh(s).GetExtentAttr().Clear(), f"{MESH}: extent is no box"),
-    "splats' extent": (lambda s: splats(s).GetExtentAttr().Clear(), f"{SPLATS}: extent is no box"),
+    "extent": (change(MESH, "extent", lambda v: v.reverse()), f"{MESH}: extent is not a box"),
+    "no extent": (lambda s: mesh(s).GetExtentAttr().Clear(), f"{MESH}: extent is not a box"),
+    "splats' extent": (lambda s: splats(s).GetExtentAttr().Clear(), f"{SPLATS}: extent is not a box"),
     "face counts": (change(MESH, "faceVertexCounts", drop), "faceVertexCounts do not add up"),
     "corner": (
         change(MESH, "faceVertexIndices", put(5, 20)),
-        "faceVertexIndices holds 20, but there are 20 points",
+        "faceVertexIndices has 20, but there are 20 points",
     ),
-    "negative corner": (change(MESH, "faceVertexIndices", put(5, -1)), "faceVertexIndices holds -1"),
+    "negative corner": (change(MESH, "faceVertexIndices", put(5, -1)), "faceVertexIndices has -1"),
     "normals": (change(MESH, "normals", drop), "normals: 19 values for 20"),
     "vertex ids": (change(MESH, "primvars:avatar:vertexId", drop), "vertexId: 19 values for 20"),
     "colours": (change(MESH, "primvars:displayColor", drop), "displayColor: 19 values for 20"),
@@ -88,7 +88,7 @@ BROKEN: dict[str, tuple[Break, str]] = {
     "weight count": (change(MESH, "primvars:skel:jointWeights", drop), "jointWeights: 99 values for 100"),
     "joint": (
         change(MESH, "primvars:skel:jointIndices", put(3, 5)),
-        "jointIndices holds 5, but there are 5 joints",
+        "jointIndices has 5, but there are 5 joints",
     ),
     "weight sum": (change(MESH, "primvars:skel:jointWeights", put(25, 1.5)), "jointWeights of point 5"),
     "weight nan": (

@@ -73,7 +73,7 @@ def test_numbers_may_differ_by_rounding_only(attribute: str) -> None:
 def test_exact_values_and_structure_may_not_differ() -> None:
     ways: tuple[tuple[str, Edit], ...] = (
         ("is missing", lambda layer: layer.GetPrimAtPath(MESH).nameChildren.__delitem__("jawOpen")),
-        ("should not be", lambda layer: Sdf.PrimSpec(layer.GetPrimAtPath(ROOT), "more", Sdf.SpecifierDef)),
+        ("is not expected", lambda layer: Sdf.PrimSpec(layer.GetPrimAtPath(ROOT), "more", Sdf.SpecifierDef)),
         ("on one side only", lambda layer: layer.GetPrimAtPath(ROOT).SetInfo("hidden", True)),
         ("on one side only", lambda layer: layer.subLayerPaths.append("a.usda")),
         ("another displayName", lambda layer: layer.GetPrimAtPath(ROOT).SetInfo("displayName", "x")),

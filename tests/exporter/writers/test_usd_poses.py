@@ -17,7 +17,6 @@ from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_pose, tar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose, joint_rotation
 from tests.avatars import full_avatar, surface_avatar
-from tests.exporter.writers.rigs import rig_of, with_rig
 from tests.exporter.writers.stages import ends, written
 from tests.measured import Measure
 from tests.oracles.usd_pose import (
@@ -27,6 +26,7 @@ from tests.oracles.usd_pose import (
     set_pose,
     vertex_ids,
 )
+from tests.rigs import rig_of, with_rig
 
 AGREE = 1e-5  # of the mesh's height
 FRAME = ("root_translation", "root_rotation_xyzw", "translation", "rotation_xyzw", "scale", "weights")
@@ -67,7 +67,7 @@ def test_usd_skel_poses_the_mesh_as_engine_pose_says(avatar: Avatar, measured: M
         pose = engine_pose(avatar, random_pose(avatar, rng))
         set_pose(stage, pose)
         worst = error(avatar, stage, posed_by_usd(stage, 0), pose)
-        measured("rig.usdc posed by UsdSkel against engine_pose, of height", worst)
+        measured("rig.usdc posed by UsdSkel against engine_pose, of height", worst, AGREE)
         assert worst <= AGREE
     assert error(avatar, stage, baked_by_usd(stage, 0), pose) <= AGREE
 
@@ -99,7 +99,7 @@ def test_clips_play_in_the_first_one_s_time(measured: Measure) -> None:
         for frame in range(clip.frames):
             time = frame * first.fps / clip.fps
             worst = error(avatar, stage, posed_by_usd(stage, time), frame_of(poses, frame))
-            measured("rig.usdc clip frames against engine_clip, of height", worst)
+            measured("rig.usdc clip frames against engine_clip, of height", worst, AGREE)
             assert worst <= AGREE
 
 
@@ -139,7 +139,9 @@ def test_scales_are_half_floats(measured: Measure) -> None:
     pose = engine_pose(avatar, Pose(joints={"jaw": delta}))
     set_pose(stage, pose)
     worst = error(avatar, stage, posed_by_usd(stage, 0), pose)
-    measured("rig.usdc with a joint scaled by a tenth (USD's scales are half floats), of height", worst)
+    measured(
+        "rig.usdc with a joint scaled by a tenth (USD's scales are half floats), of height", worst, 2.0**-11
+    )
     assert worst <= 2.0**-11
     clips = tuple(
         replace(clip, joint_delta=(clip.joint_delta * [1e5, 1e5, 1e5, 1]).astype(np.float32))

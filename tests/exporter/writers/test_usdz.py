@@ -86,7 +86,7 @@ def test_every_file_begins_at_a_multiple_of_64_behind_a_sound_extra_field(
     "names", [("a.txt",), ("../rig.usdc",), ("/rig.usdc",), ("a\\rig.usdc",), ("",), ("rig.usdc", "rig.usdc")]
 )
 def test_names_that_lead_out_and_other_roots_are_refused(names: tuple[str, ...]) -> None:
-    with pytest.raises(ValueError, match=r"relative path|comes first"):
+    with pytest.raises(ValueError, match=r"relative path|is not one of .usdc"):
         list(usdz((name, b"") for name in names))
 
 

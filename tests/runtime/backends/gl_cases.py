@@ -123,11 +123,11 @@ def check_stage(stage: str, got: Arrays, want: Arrays, measured: Measure) -> Non
             np.testing.assert_array_equal(found, expected, what)
         elif stage == "raster":
             worst = float(np.abs(found - expected).max())
-            measured("gl raster fed golden splats, absolute", worst)
+            measured("gl raster fed golden splats, absolute", worst, RASTER_LIMIT)
             assert worst <= RASTER_LIMIT, what
         else:
             worst = relative(found, expected, FLOORS.get(array, 0.0))
-            measured(f"gl stage {stage}, relative", worst)
+            measured(f"gl stage {stage}, relative", worst, STAGE_LIMIT)
             assert worst <= STAGE_LIMIT, what
 
 

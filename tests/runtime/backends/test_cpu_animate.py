@@ -124,7 +124,7 @@ def agree(got: Splats, want: Splats, measured: Measure) -> None:
         assert a.dtype == np.float32 and a.shape == b.shape and a.flags.c_contiguous
         size = np.abs(b) if name == "scale" else np.abs(b).max()
         error = float((np.abs(a - b) / size).max())
-        measured(f"cpu animate, {name}, relative", error)
+        measured(f"cpu animate, {name}, relative", error, RELATIVE)
         assert error <= RELATIVE, name
 
 
@@ -216,7 +216,7 @@ def test_scales_and_opacities_of_any_size(measured: Measure) -> None:
         want = {"scale": np.exp(log_scale.astype(float)), "opacity": 1 / (1 + np.exp(-logit.astype(float)))}
         for name, value in want.items():
             error = float((np.abs(got[name] - value) / value).max())
-            measured(f"cpu activate, {name}, relative to float64", error)
+            measured(f"cpu activate, {name}, relative to float64", error, 1e-6)
             assert error <= 1e-6
     absurd = np.array([[88.8, np.inf, np.nan]], np.float32).repeat(n, 0)
     got = make_backend("cpu", avatar).stage("activate", inputs | {"log_scale": absurd}, None, "trainer")
@@ -281,7 +281,7 @@ def test_mesh(measured: Measure) -> None:
         pose = random_pose(avatar, seed)
         want = Player(avatar, "reference").mesh(pose)
         error = float(np.abs(Player(avatar, "cpu").mesh(pose) - want).max() / np.abs(want).max())
-        measured("cpu mesh, relative", error)
+        measured("cpu mesh, relative", error, RELATIVE)
         assert error <= RELATIVE
 
 

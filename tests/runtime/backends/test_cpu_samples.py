@@ -26,7 +26,9 @@ def test_sample(sample: Avatar, profile: str, measured: Measure) -> None:
     for array in ("colour", "transmittance"):
         difference = np.abs(getattr(got, array) - getattr(want, array)).reshape(128 * 128, -1).max(axis=1)
         flipped = difference > SAME
-        measured("cpu sample image, pixels but flipped ones", float(difference[~flipped].max()))
-        measured("cpu sample image, flipped pixels, count", float(flipped.sum()))
-        measured("cpu sample image, a flipped pixel", float(difference.max(initial=0, where=flipped)))
+        measured("cpu sample image, pixels but flipped ones", float(difference[~flipped].max()), SAME)
+        measured("cpu sample image, flipped pixels, count", float(flipped.sum()), MOST_FLIPS)
+        measured(
+            "cpu sample image, a flipped pixel", float(difference.max(initial=0, where=flipped)), FLIPPED
+        )
         assert flipped.sum() <= MOST_FLIPS and difference.max() <= FLIPPED, array

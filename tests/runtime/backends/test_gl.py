@@ -128,7 +128,7 @@ def test_smaller_targets(target: str, limit: float, context: moderngl.Context, m
             got = image(gl)
         inside = want.colour.max(axis=2) <= 1  # bytes hold no more than 1
         worst = float(np.abs(got.colour - want.colour)[inside].max())
-        measured(f"gl {target} {order}, 1/255", 255 * worst)
+        measured(f"gl {target} {order}, 1/255", 255 * worst, 255 * limit)
         assert 1e-5 < worst <= limit
         assert 1e-5 < np.abs(got.transmittance - want.transmittance).max() <= limit
 

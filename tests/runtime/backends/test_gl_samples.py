@@ -39,5 +39,5 @@ def test_sample(sample: Avatar, context: moderngl.Context, measured: Measure) ->
     assert want.transmittance.min() < 0.5
     for array in ("colour", "transmittance"):
         worst = float(np.abs(getattr(got, array) - getattr(want, array)).max())
-        measured("gl sample image end to end, 1/255", 255 * worst)
+        measured("gl sample image end to end, 1/255", 255 * worst, 255 * IMAGE_LIMIT)
         assert worst <= IMAGE_LIMIT, array

@@ -61,7 +61,7 @@ def test_frame_and_animate(name: str, context: moderngl.Context, measured: Measu
         got = gl.frame(posed_of(gl), camera(), BACKGROUND, "engine", Clock())
         for array in ("colour", "transmittance"):
             worst = float(np.abs(getattr(got, array) - getattr(want, array)).max())
-            measured("gl image end to end, absolute", worst)
+            measured("gl image end to end, absolute", worst, IMAGE_LIMIT)
             assert worst <= IMAGE_LIMIT, array
         splats = Player(avatar, "reference").animate(pose_of(avatar))
         found = gl.animate(posed_of(gl), Clock())

@@ -120,7 +120,7 @@ COMBINATIONS: dict[str, tuple[Callable[[Avatar], Avatar], str]] = {
     ),
     "a rule of joints": (
         lambda a: replace(surface_avatar(rigged=False), rules=Rules("bary_vertex_lbs")),
-        "rules.rotation: bary_vertex_lbs turns Gaussians by the joints: it needs a rig",
+        "rules.rotation: bary_vertex_lbs rotates Gaussians by the joints: it needs a rig",
     ),
     "a rule of skins": (
         lambda a: replace(a, rules=Rules("polar3")),

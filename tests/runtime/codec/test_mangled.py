@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from avatar_runtime.codec import glb, ply
-from tests.hostile import MANGLING, mangled, only_avatar_errors
+from tests.hostile import MANGLING, VALUES, mangled, only_avatar_errors
 from tests.runtime.codec.test_glb import FLOATS, pack, small, sparse, sparse_binary
 from tests.runtime.codec.test_ply import made
 
@@ -59,12 +59,6 @@ def test_mangled_glb(data: bytes) -> None:
     _read_glb(data)
 
 
-VALUES = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(max_size=5)
-    | st.sampled_from([0, 1, 2, 4, 5121, 5123, 5125, 5126, "SCALAR", "VEC3", "MAT2", "MAT4", 1 << 40]),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner, max_size=3),
-    max_leaves=5,
-)  # fmt: skip
 KEYS = (
     "bufferView",
     "byteOffset",

@@ -157,7 +157,7 @@ def stage_of(document: Document, stage: str) -> Document:
         (lambda d: d["cases"][0]["camera"].update(width=100000), "width"),
         (lambda d: d["cases"][0]["camera"].update(camera_from_world=[0] * 16), "no inverse"),
         (lambda d: d["cases"][0]["camera"].update(centre=[1e300, 0, 0]), "goes beyond"),
-        (lambda d: d["cases"][0]["images"][0].update(colour="../secret.png"), "../secret.png"),
+        (lambda d: d["cases"][0]["pictures"][0].update(colour="../secret.png"), "../secret.png"),
         (lambda d: d["cases"].append(d["cases"][0]), "two cases"),
         (lambda d: d["cases"][0].update(name="../x"), "name"),
     ],

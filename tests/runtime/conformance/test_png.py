@@ -93,8 +93,8 @@ def with_rows(rows: bytes) -> bytes:
 @pytest.mark.parametrize(
     ("data", "said"),
     [
-        (b"", "no PNG"),
-        (b"GIF89a", "no PNG"),
+        (b"", "is not a PNG"),
+        (b"GIF89a", "is not a PNG"),
         (png.encode(pixels((5, 7)))[:-5], "damaged"),
         (png.encode(pixels((5, 7))).replace(b"IDAT", b"IDAX"), "damaged"),
         (with_rows(bytes(39)), "39 bytes"),

@@ -129,7 +129,7 @@ def test_a_broken_order_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     assert conform(avatar(), reference(), "reference").first_failure == "sort"
 
 
-def test_a_image_that_differs_is_told_when_all_stages_pass() -> None:
+def test_an_image_that_differs_is_told_when_all_stages_pass() -> None:
     """The avatar's other rows are in the image alone."""
     made = avatar()
     other = np.setdiff1d(np.arange(made.gaussians.count), reference().rows)
@@ -145,7 +145,7 @@ def test_a_image_that_differs_is_told_when_all_stages_pass() -> None:
 
 @pytest.mark.parametrize(("steps", "passes"), [(1, True), (2, False), (-2, False)])
 @pytest.mark.parametrize("what", ["colour", "alpha"])
-def test_a_image_may_be_one_step_off(what: str, steps: int, passes: bool) -> None:
+def test_an_image_may_be_one_step_off(what: str, steps: int, passes: bool) -> None:
     vectors = reference().cases[0]
     shifted = {
         profile: replace(

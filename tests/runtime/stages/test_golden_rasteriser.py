@@ -52,7 +52,11 @@ def check(case: RasteriserCase, measured: Measure) -> None:
         else:
             np.testing.assert_array_equal(got[key], case.arrays[key], err_msg=key, strict=True)
     for key in ("out_color", "final_T"):
-        measured("golden rasteriser, image and transmittance, difference", worst(got[key], case.arrays[key]))
+        measured(
+            "golden rasteriser, image and transmittance, difference",
+            worst(got[key], case.arrays[key]),
+            IMAGE_TOLERANCE,
+        )
         np.testing.assert_allclose(got[key], case.arrays[key], rtol=0, atol=IMAGE_TOLERANCE, err_msg=key)
 
 

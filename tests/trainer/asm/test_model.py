@@ -67,7 +67,7 @@ def test_is_the_exporters_model(stored: AsmFace, rule: str, measured: Measure) -
     }
     for name, (here, there) in pairs.items():
         apart = float(np.abs(here.numpy() - there).max())
-        measured(f"asm torch against numpy, {name}", apart)
+        measured(f"asm torch against numpy, {name}", apart, 1e-12)
         assert apart < 1e-12, name
 
 
@@ -119,7 +119,7 @@ def test_many_at_once_are_the_same_faces(stored: AsmFace, measured: Measure) -> 
     fast = posed_cpu(template, faces, prepared)
     for row in range(5):
         apart = float((fast[row] - posed(template, one_of(faces, row))).abs().max())
-        measured("asm posed_cpu against asm_model m", apart)
+        measured("asm posed_cpu against asm_model m", apart, 1e-6)
         assert apart < 1e-6
     for threads in (1, numba.config.NUMBA_NUM_THREADS):
         with using(threads):

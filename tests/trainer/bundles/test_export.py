@@ -129,7 +129,7 @@ def _meets_its_reference(bundle: Path, avatar: Avatar, system: System) -> None:
 
 
 def test_an_avatar_that_was_changed_on_its_way_is_noticed(exported: Exported) -> None:
-    """The comparison fails for another rule, for one Gaussian of another colour, and for what is no number."""
+    """The comparison fails for another rule, for one Gaussian of another colour, and for what is not a number."""
     system, bundle = exported("splatting")
     avatar = load(bundle)
     tint, nothing = avatar.gaussians.sh.copy(), avatar.gaussians.sh.copy()

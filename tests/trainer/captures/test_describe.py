@@ -28,7 +28,7 @@ def test_ranges_are_told_by_split(tmp_path: Path) -> None:
     text = described(tmp_path / "take", rows)
     lines = {line.split()[0]: " ".join(line.split()) for line in text.splitlines()}
     assert lines["frames"] == "frames 6 at 30 a second: 4 to train on, 2 held out (004 .. 005)"
-    assert lines["pictures"] == "pictures 12x10"
+    assert lines["images"] == "images 12x10"
     assert lines["joints"] == "joints jaw 50 degrees at most"
     assert lines["expressions"] == "expressions 3, 1 seen in training (above 0.05)"
     assert lines["exp_002"] == "exp_002 train -0.25 .. +0.50 test +0.00 .. +0.75"

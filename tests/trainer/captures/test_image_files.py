@@ -57,7 +57,7 @@ def test_colour_of_another_kind_is_refused(tmp_path: Path, mode: str) -> None:
         Image.fromarray(folders.mask(1).astype(np.uint16) * 257).save(path)
     else:
         saved(path, mode)
-    with pytest.raises(AvatarError, match=rf"{path.name}: is a picture of mode {mode}; 8-bit RGB is needed"):
+    with pytest.raises(AvatarError, match=rf"{path.name}: is an image of mode {mode}; 8-bit RGB is needed"):
         image_files.colour(path)
 
 
@@ -82,7 +82,7 @@ def test_damage_inside_is_found_when_it_is_decoded(tmp_path: Path) -> None:
     at = data.index(b"IDAT") + 8
     data[at : at + 60] = bytes(60)
     path.write_bytes(data)
-    with pytest.raises(AvatarError, match=r"a\.png: cannot be read as a PNG or JPEG picture"):
+    with pytest.raises(AvatarError, match=r"a\.png: cannot be read as a PNG or JPEG image"):
         image_files.colour(path)
 
 
@@ -107,7 +107,7 @@ def test_absurd_sizes_are_refused_before_anything_is_allocated(tmp_path: Path, s
 
 
 def test_what_is_no_picture_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(AvatarError, match=r"nothing\.png: no such picture"):
+    with pytest.raises(AvatarError, match=r"nothing\.png: no such image"):
         image_files.header(tmp_path / "nothing.png")
     with pytest.raises(AvatarError, match="cannot be read"):
         image_files.header(tmp_path)

@@ -30,7 +30,7 @@ def test_posed_mesh_is_flames(tmp_path: Path, measured: Measure) -> None:
     for t, frame in enumerate(capture.frames):
         want = posed_vertices(model, p["shape"], p["expression"][t], p["rotation"][t], np.zeros(3))
         off = np.abs(folders.posed(capture.rig, frame.pose) - want).max()
-        measured("capture: IMavatar mesh against plain LBS m", off)
+        measured("capture: IMavatar mesh against plain LBS m", off, METRES)
         assert off < METRES
 
 
@@ -84,15 +84,15 @@ def entry(t: int, key: str, value: Any) -> Callable[[dict[str, Any]], object]:
 
 
 BAD = [
-    (lambda d: d.pop("intrinsics"), r"flame_params\.json: intrinsics: is no usable numbers \[4\]"),
+    (lambda d: d.pop("intrinsics"), r"flame_params\.json: intrinsics: does not hold usable numbers \[4\]"),
     (lambda d: d.update(intrinsics=[0, 1, 1, 1]), "camera.K: is singular or mirrored"),
     (lambda d: d.update(intrinsics=[1, 1, 1]), "intrinsics"),
     (
         entry(2, "world_mat", None),
-        r"flame_params\.json: frames\[2\].world_mat: is no usable numbers \[3, 4\]",
+        r"flame_params\.json: frames\[2\].world_mat: does not hold usable numbers \[3, 4\]",
     ),
     (entry(2, "world_mat", [[1, 2], [3]]), r"frames\[2\].world_mat"),
-    (entry(2, "world_mat", np.ones((3, 4)).tolist()), r"frames\[2\].camera.R: is no rotation"),
+    (entry(2, "world_mat", np.ones((3, 4)).tolist()), r"frames\[2\].camera.R: is not a rotation"),
     (entry(2, "world_mat", np.full((3, 4), np.nan).tolist()), r"frames\[2\].world_mat"),
     (entry(2, "pose", [0.0] * 14), r"frames\[2\].pose: is not a list of 15 numbers"),
     (entry(2, "expression", [0.0, float("nan"), 0.0]), r"frames\[2\].expression"),
@@ -102,9 +102,9 @@ BAD = [
         r"frames\[2\].file_path: '../../secret' leaves the capture's folder",
     ),
     (entry(2, "file_path", "/etc/passwd"), r"frames\[2\].file_path: .* leaves"),
-    (entry(2, "file_path", 7), r"frames\[2\].file_path: is no path"),
+    (entry(2, "file_path", 7), r"frames\[2\].file_path: is not a path"),
     (entry(2, "file_path", "./image/1"), r"frames\[2\].image: is called '1' as frames\[1\] is"),
-    (entry(2, "file_path", "./image/77"), r"77\.png: frames\[2\].file_path: no such picture"),
+    (entry(2, "file_path", "./image/77"), r"77\.png: frames\[2\].file_path: no such image"),
 ]
 
 
@@ -126,7 +126,7 @@ def test_a_mask_that_is_missing_or_of_another_size(tmp_path: Path) -> None:
     with pytest.raises(AvatarError, match=rf"mask/3\.png: is {WIDTH + 1}x{HEIGHT} pixels"):
         load(folder)
     mask.unlink()
-    with pytest.raises(AvatarError, match=r"mask/3\.png: no such picture"):
+    with pytest.raises(AvatarError, match=r"mask/3\.png: no such image"):
         load(folder)
 
 

@@ -29,7 +29,7 @@ def test_what_is_no_capture_is_named(tmp_path: Path) -> None:
         AvatarError, match=r"holds none of capture\.json, checkpoint/\*\.frame, flame_params\.json"
     ):
         load(tmp_path)
-    with pytest.raises(AvatarError, match="nowhere: is no folder"):
+    with pytest.raises(AvatarError, match="nowhere: is not a folder"):
         load(tmp_path / "nowhere")
 
 
@@ -45,7 +45,7 @@ def test_every_picture_is_decoded_when_asked_for(tmp_path: Path) -> None:
     capture = load(folders.own(tmp_path / "take"))
     check_pixels(capture)
     Image.new("L", (12, 10)).save(capture.frames[4].mask)
-    with pytest.raises(AvatarError, match=r"masks/004\.png: is empty: nobody is in the picture"):
+    with pytest.raises(AvatarError, match=r"masks/004\.png: is empty: nobody is in the image"):
         check_pixels(capture)
     data = bytearray(capture.frames[2].image.read_bytes())
     at = data.index(b"IDAT") + 8

@@ -111,7 +111,7 @@ def test_the_same_command_exports_once(
     again = ("toy", folder, "-o", tmp_path / "out", *SHORT, "--export", bundle)
     assert avatar_train(*again)[0] == 0 and forced == [False]
     code, said, err = avatar_train(*again)
-    assert code == 0 and "is there already" in said and forced == [False], err
+    assert code == 0 and "exists already" in said and forced == [False], err
     assert avatar_train(*again, "--force")[0] == 0 and forced == [False, True]
     shutil.rmtree(bundle)
     assert avatar_train(*again)[0] == 0 and forced == [False, True, False]

@@ -13,7 +13,7 @@ from PIL import Image
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures.load import load
 from avatar_trainer.captures.model import Capture
-from avatar_trainer.captures.targets import Pictures, evenly, resized
+from avatar_trainer.captures.targets import Targets, evenly, resized
 from avatar_trainer.evaluation.evaluate import evaluate, quick_psnr_db, table
 from avatar_trainer.loop import run
 from avatar_trainer.parameters.densify import DensitySettings
@@ -28,10 +28,10 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
 
 
 def test_pictures_are_those_of_the_files(capture: Capture) -> None:
-    with Pictures(10) as pictures, Pictures(0) as uncached:
-        pictures.expect(capture.frames)
+    with Targets(10) as targets, Targets(0) as uncached:
+        targets.expect(capture.frames)
         for frame in [*capture.frames, *capture.frames]:
-            target = pictures(frame)
+            target = targets(frame)
             with Image.open(frame.image) as image, Image.open(frame.mask) as mask:
                 expected = np.asarray(image, np.float32) / 255, np.asarray(mask, np.float32) / 255
             assert np.array_equal(target.image.numpy(), expected[0])
@@ -47,8 +47,8 @@ def test_smaller_pictures_are_averages_and_cameras_keep_their_view(capture: Capt
     assert (half.width, half.height) == (20, 20)
     assert resized(capture, 0) is capture and resized(capture, 100) is capture
     frame = half.frames[2]
-    with Pictures(1) as pictures:
-        small, whole = pictures(frame), pictures(dataclasses.replace(capture.frames[2], name="whole"))
+    with Targets(1) as targets:
+        small, whole = targets(frame), targets(dataclasses.replace(capture.frames[2], name="whole"))
     over = [target.over(torch.zeros(3)) for target in (small, whole)]
     mean = over[1].reshape(20, 2, 20, 2, 3).mean((1, 3))
     assert (over[0] - mean).abs().max() < 1.5 / 255  # what rounding image and mask to bytes makes
@@ -94,8 +94,8 @@ def draws(monkeypatch: pytest.MonkeyPatch, colour: torch.Tensor) -> None:
 def test_a_perfect_picture_has_no_finite_psnr_and_its_mean_says_so(
     capture: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with Pictures(1) as pictures:
-        draws(monkeypatch, pictures(capture.test[0]).over(torch.zeros(3)))
+    with Targets(1) as targets:
+        draws(monkeypatch, targets(capture.test[0]).over(torch.zeros(3)))
     system = toy.create(capture, toy.Settings(), 1)
     means = evaluate(system, dataclasses.replace(capture, frames=capture.test[:1]))["splits"]["test"]
     assert means["psnr_db"] is None and means["over"]["psnr_db"] == 0
@@ -121,8 +121,8 @@ def test_a_rendering_that_is_not_finite_is_named(
     named = f"frame {capture.test[0].name}: .*not finite"
     with pytest.raises(AvatarError, match=named):
         evaluate(system, capture)
-    with Pictures(1) as pictures, pytest.raises(AvatarError, match=named):
-        quick_psnr_db(system, capture, pictures, Drawing(threads=1))
+    with Targets(1) as targets, pytest.raises(AvatarError, match=named):
+        quick_psnr_db(system, capture, targets, Drawing(threads=1))
 
 
 def test_the_fingerprint_follows_what_was_tracked(capture: Capture) -> None:

@@ -195,7 +195,7 @@ def test_a_checkpoint_from_before_the_start_is_none(out: Path) -> None:
 )
 def test_random_numbers_that_cannot_go_on(capture: Capture, out: Path, name: str, value: Any) -> None:
     edit_checkpoint(out, **{name: value})
-    with pytest.raises(AvatarError, match=r"random numbers cannot go on .*--no-resume"):
+    with pytest.raises(AvatarError, match=r"random numbers cannot be restored .*--no-resume"):
         go_on(capture, out)
 
 

@@ -19,7 +19,7 @@ from avatar_runtime.backends.cpu.threads import using
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures.load import load
 from avatar_trainer.captures.model import Capture
-from avatar_trainer.captures.targets import Pictures
+from avatar_trainer.captures.targets import Targets
 from avatar_trainer.evaluation.evaluate import evaluate
 from avatar_trainer.loop import checkpoint
 from avatar_trainer.loop.iterate import Trainer, order
@@ -358,8 +358,8 @@ def test_the_screen_gradient_is_by_device_units(capture: Capture) -> None:
             capture, frames=some, width=some[0].camera.width, height=some[0].camera.height
         )
         trainer = Trainer(Seen(scene, toy.Settings(), 1), scene, TrainSettings(seed=3))
-        with Pictures(10) as pictures:
-            trainer.step(1, pictures(trainer.frame(1)))
+        with Targets(10) as targets:
+            trainer.step(1, targets(trainer.frame(1)))
     small, large = seen
     assert small.abs().max() > 1e-4
     assert torch.linalg.vector_norm(large - small) < 0.1 * torch.linalg.vector_norm(small)
@@ -384,9 +384,9 @@ def test_prediction_and_target_have_one_background(capture: Capture) -> None:
             return super().losses(rendered, target, mask, iteration)
 
     trainer = Trainer(Seen(capture, toy.Settings(rules={"sky": "random"}), 1), capture, TrainSettings())
-    with Pictures(10) as pictures:
+    with Targets(10) as targets:
         for iteration in (1, 2):
-            trainer.step(iteration, pictures(trainer.frame(iteration)))
+            trainer.step(iteration, targets(trainer.frame(iteration)))
     (first, wanted), (second, also) = corners
     assert torch.equal(first, wanted) and torch.equal(second, also)
     assert len({*first.tolist(), *second.tolist()}) == 6

@@ -54,7 +54,7 @@ def test_gradients_are_the_definitions(name: str, measured: Measure) -> None:
     for key in INPUTS:
         assert want[key].any(), key
         error = relative(got[key].double(), want[key])
-        measured(f"rasteriser cpu, gradient of {key}, relative to the definition's largest", error)
+        measured(f"rasteriser cpu, gradient of {key}, relative to the definition's largest", error, TOLERANCE)
         assert error <= TOLERANCE, key
 
 
@@ -159,7 +159,7 @@ def test_one_splat_by_the_textbook(degree: int, measured: Measure) -> None:
             ends = [value(**{name: inputs[name] + sign * step * along}) for sign in (1, -1)]
             want = (ends[0] - ends[1]) / (2 * step)
             error = abs(float((gradient * along).sum()) - want) / np.linalg.norm(gradient)
-            measured("rasteriser cpu, one splat against textbook differences, relative", error)
+            measured("rasteriser cpu, one splat against textbook differences, relative", error, TOLERANCE)
             assert error <= TOLERANCE, name
 
 

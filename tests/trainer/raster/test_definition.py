@@ -80,7 +80,9 @@ def test_draws_the_golden_scenes(name: str, measured: Measure) -> None:
     for result, expected in ((colour, want_picture.colour), (transmittance, want_picture.transmittance)):
         difference = float(np.abs(result.numpy() - expected).max())
         measured(
-            "rasteriser torch (float32) against the runtime, golden scenes, picture difference", difference
+            "rasteriser torch (float32) against the runtime, golden scenes, picture difference",
+            difference,
+            PICTURE_TOLERANCE,
         )
         assert difference <= PICTURE_TOLERANCE
 

@@ -128,7 +128,9 @@ def test_kernels_are_the_definition(name: str, measured: Measure) -> None:
     assert torch.equal(got.radius > 0, want.radius > 0)
     for key in ("colour", "alpha", "visibility"):
         error = float((getattr(got, key).double() - getattr(want, key)).detach().abs().max())
-        measured("points, picture and visibility, float32 kernels against the definition", error)
+        measured(
+            "points, picture and visibility, float32 kernels against the definition", error, PICTURE_TOLERANCE
+        )
         assert error <= PICTURE_TOLERANCE, key
     found, wanted = (gradients(of, dtype) for dtype in (torch.float32, torch.float64))
     assert set(found) == set(wanted) == set(INPUTS)
@@ -138,7 +140,7 @@ def test_kernels_are_the_definition(name: str, measured: Measure) -> None:
             assert not found[key].any()
             continue
         error = relative(found[key].double(), wanted[key])
-        measured(f"points, gradient of {key}, relative to the definition's largest", error)
+        measured(f"points, gradient of {key}, relative to the definition's largest", error, TOLERANCE)
         assert error <= TOLERANCE, key
 
 

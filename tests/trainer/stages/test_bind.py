@@ -62,7 +62,7 @@ def test_the_runtimes_numbers(frame: int, measured: Measure) -> None:
 
     splats, wanted = activate(bound, rotation), runtime_activate(expected)
     worst = max(largest(value, getattr(wanted, name)) for name, value in vars(splats).items())
-    measured("trainer activate: largest difference to the runtime", worst)
+    measured("trainer activate: largest difference to the runtime", worst, 4e-6)
     assert worst <= 4e-6
 
 

@@ -24,7 +24,7 @@ def test_matrices_give_the_runtimes_numbers(name: str, measured: Measure) -> Non
     sheared = matrices() + (0 if name == "quat_from_matrix" else 0.1 * normal(0, len(TURNS), 3, 3))
     given = sheared.float()
     difference = largest(getattr(rotation, name)(given), getattr(runtime, name)(given.numpy()))
-    measured("trainer rotation: largest difference to the runtime", difference)
+    measured("trainer rotation: largest difference to the runtime", difference, 1e-6)
     assert difference <= 1e-6
 
 

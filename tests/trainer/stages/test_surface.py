@@ -28,7 +28,7 @@ def test_the_runtimes_numbers(rules: Rules, measured: Measure) -> None:
     surface = runtime.prepare(avatar.embedding, rules, avatar.training_per_bundle)
     for vertices, matrix in zip(given.posed, given.matrix, strict=True):
         linear = None if matrix is None else matrix.numpy()
-        expected = runtime.embed(surface, vertices.numpy(), avatar.gaussians.log_scale, linear)
+        expected = runtime.pose_embedded(surface, vertices.numpy(), avatar.gaussians.log_scale, linear)
         for name, value in embedded(given, matrix, vertices, *given.values()).items():
             difference = largest(value, getattr(expected, name))
             measured(f"trainer surface: largest difference of {name} to the runtime", difference)

@@ -48,15 +48,15 @@ def expect_on_scan(scan: Scan, file: Path) -> None:
 def read_keypoints(path: Path) -> dict[str, F64]:
     """KEYPOINTS of a scan: JSON {name: [x, y, z]} in its frame and unit.
 
-    Raises AvatarError for a file that is no such JSON, a name that is none of them or missing, and a place that is
+    Raises AvatarError for any other file, a name that is none of them or missing, and a place that is
     not three finite numbers.
     """
     try:
         given = json.loads(read_bytes(path, MAX_KEYPOINT_BYTES))
     except (ValueError, RecursionError):
-        raise AvatarError('is no JSON; {"nose_bottom": [x, y, z], ...} is needed', file=path) from None
+        raise AvatarError('is not JSON; {"nose_bottom": [x, y, z], ...} is needed', file=path) from None
     if not isinstance(given, dict):
-        raise AvatarError('is no object; {"nose_bottom": [x, y, z], ...} is needed', file=path)
+        raise AvatarError('is not an object; {"nose_bottom": [x, y, z], ...} is needed', file=path)
     for name in given:
         if name not in KEYPOINTS:
             raise no_such("keypoint", name, KEYPOINTS, file=path)

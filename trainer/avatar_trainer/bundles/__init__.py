@@ -1,0 +1,1 @@
+"""From a trained system to a bundle and its reference."""

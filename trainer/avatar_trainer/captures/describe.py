@@ -23,7 +23,7 @@ def describe(capture: Capture) -> str:
         f"{capture.name}: {capture.layout}",
         f"frames       {len(capture.frames)} at {capture.fps:g} a second: {len(train)} to train on, "
         + (f"{len(test)} held out ({_span(test)})" if test else "none held out: nothing will be measured"),
-        f"pictures     {capture.width}x{capture.height}",
+        f"images       {capture.width}x{capture.height}",
         _cameras(capture),
         f"rig          {len(capture.rig.vertices)} vertices, {len(capture.rig.triangles)} triangles, "
         f"{capture.rig.joint_count} joints; head pose in the {capture.head_pose_in}",

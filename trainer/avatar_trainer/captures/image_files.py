@@ -1,4 +1,4 @@
-"""Pictures and mattes of a capture: what their headers say, and their pixels.
+"""Images and mattes of a capture: what their headers say, and their pixels.
 
 PNG and JPEG, 8 bits, display-referred sRGB as it stands in the file: profiles and orientation tags are not applied.
 """
@@ -18,7 +18,7 @@ from avatar_runtime.avatar import F32
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
 
-MAX_SIDE = 8192  # pixels; a picture is decoded as a whole
+MAX_SIDE = 8192  # pixels; an image is decoded as a whole
 MAX_FILE_BYTES = 512 << 20
 ENDINGS = {"PNG": b"IEND\xaeB`\x82", "JPEG": b"\xff\xd9"}  # what a whole file has in its last bytes
 TAIL = 256
@@ -29,7 +29,7 @@ BROKEN = (OSError, SyntaxError, ValueError, EOFError)  # what Pillow raises for 
 
 @dataclass(frozen=True)
 class Header:
-    """What a picture says before it is decoded."""
+    """What an image says before it is decoded."""
 
     width: int
     height: int
@@ -37,19 +37,19 @@ class Header:
 
 
 def header(path: Path) -> Header:
-    """Size and mode of a whole picture file, undecoded.
+    """Size and mode of a whole image file, undecoded.
 
     Raises AvatarError for a missing, foreign or cut-off file and for sides over MAX_SIDE.
     """
-    with _opened(path) as picture:
-        return Header(picture.width, picture.height, picture.mode)
+    with _opened(path) as opened:
+        return Header(opened.width, opened.height, opened.mode)
 
 
 def colour(path: Path) -> F32:
-    """[H, W, 3] 0..1. Raises AvatarError as `header`, and for a damaged or another kind of picture."""
-    with _opened(path) as picture:
-        check_colour(path, picture.mode)
-        return _unit(np.asarray(picture, np.uint8)[..., :3])
+    """[H, W, 3] 0..1. Raises AvatarError as `header`, and for a damaged or another kind of image."""
+    with _opened(path) as opened:
+        check_colour(path, opened.mode)
+        return _unit(np.asarray(opened, np.uint8)[..., :3])
 
 
 def matte(path: Path, image: Path) -> F32:
@@ -57,25 +57,25 @@ def matte(path: Path, image: Path) -> F32:
 
     Raises AvatarError as `colour`.
     """
-    with _opened(path) as picture:
-        check_matte(path, picture.mode, path == image)
-        pixels = np.asarray(picture.convert("L") if picture.mode == "1" else picture, np.uint8)
+    with _opened(path) as opened:
+        check_matte(path, opened.mode, path == image)
+        pixels = np.asarray(opened.convert("L") if opened.mode == "1" else opened, np.uint8)
         channel = pixels if pixels.ndim == 2 else pixels[..., 3 if path == image else 0]
         return _unit(channel)
 
 
 def check_colour(path: Path, mode: str) -> None:
-    """Raise AvatarError unless a picture of Pillow's `mode` is 8-bit RGB."""
+    """Raise AvatarError unless an image of Pillow's `mode` is 8-bit RGB."""
     if mode not in COLOUR_MODES:
-        raise AvatarError(f"is a picture of mode {mode}; 8-bit RGB is needed", file=path)
+        raise AvatarError(f"is an image of mode {mode}; 8-bit RGB is needed", file=path)
 
 
 def check_matte(path: Path, mode: str, is_image: bool) -> None:
-    """Raise AvatarError unless a picture of Pillow's `mode` holds a matte."""
+    """Raise AvatarError unless an image of Pillow's `mode` holds a matte."""
     if is_image and mode != "RGBA":
         raise AvatarError("has no alpha channel and no mask belongs to it; give a mask per frame", file=path)
     if not is_image and mode not in MASK_MODES:
-        raise AvatarError(f"is a picture of mode {mode}; a mask has one channel of 8 bits", file=path)
+        raise AvatarError(f"is an image of mode {mode}; a mask has one channel of 8 bits", file=path)
 
 
 @contextmanager
@@ -90,26 +90,26 @@ def _opened(path: Path) -> Iterator[Image.Image]:
             stream.seek(0)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # sides are bounded below
-                picture = Image.open(stream, formats=tuple(ENDINGS))
-            with picture:
-                _check_whole(path, picture, tail)
-                yield picture
+                opened = Image.open(stream, formats=tuple(ENDINGS))
+            with opened:
+                _check_whole(path, opened, tail)
+                yield opened
     except FileNotFoundError:
-        raise AvatarError("no such picture", file=path) from None
+        raise AvatarError("no such image", file=path) from None
     except Image.DecompressionBombError:
         raise AvatarError(f"has sides over {MAX_SIDE} pixels", file=path) from None
     except BROKEN as error:
         reason = str(error) or type(error).__name__
-        raise AvatarError(f"cannot be read as a PNG or JPEG picture ({reason[:100]!a})", file=path) from error
+        raise AvatarError(f"cannot be read as a PNG or JPEG image ({reason[:100]!a})", file=path) from error
 
 
-def _check_whole(path: Path, picture: Image.Image, tail: bytes) -> None:
-    if max(picture.size) > MAX_SIDE:
+def _check_whole(path: Path, opened: Image.Image, tail: bytes) -> None:
+    if max(opened.size) > MAX_SIDE:
         raise AvatarError(
-            f"has {picture.width}x{picture.height} pixels, sides up to {MAX_SIDE} are read", file=path
+            f"has {opened.width}x{opened.height} pixels, sides up to {MAX_SIDE} are read", file=path
         )
-    if ENDINGS[str(picture.format)] not in tail:
-        raise AvatarError(f"is cut off: a whole {picture.format} ends otherwise", file=path)
+    if ENDINGS[str(opened.format)] not in tail:
+        raise AvatarError(f"is cut off: a whole {opened.format} ends otherwise", file=path)
 
 
 def _unit(pixels: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]) -> F32:

@@ -1,8 +1,8 @@
-"""Captures in IMavatar's layout, which SplattingAvatar's heads are trained from: flame_params.json and pictures.
+"""Captures in IMavatar's layout, which SplattingAvatar's heads are trained from: flame_params.json and images.
 
 The head's pose is in the mesh (FLAME's root and neck turn). `world_mat` is camera from world with y up and z backwards:
 rows 1 and 2 are negated for OpenCV (SplattingAvatar, dataset/imavatar_data.py:15-21). Lengths are FLAME's times 4
-(flame.py:75), so translations are divided by 4. Intrinsics are fractions of the picture, their signs do not count.
+(flame.py:75), so translations are divided by 4. Intrinsics are fractions of the image, their signs do not count.
 """
 
 from __future__ import annotations
@@ -82,28 +82,28 @@ def _row(
     return Row(file, f"frames[{t}]", image, mask, k, world[:, :3], world[:, 3] / UNITS, pose, None)
 
 
-def _intrinsics(fractions: F64, picture: image_files.Header) -> F64:
-    fx, fy, cx, cy = np.abs(fractions) * (picture.width, picture.height, picture.width, picture.height)
+def _intrinsics(fractions: F64, first: image_files.Header) -> F64:
+    fx, fy, cx, cy = np.abs(fractions) * (first.width, first.height, first.width, first.height)
     return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
 
 
 def _image(folder: Path, frame: Mapping[str, Any], t: int) -> Path:
-    """The picture of a frame: file_path with or without its ending, in image/ or images/ whichever is there."""
+    """The image of a frame: file_path with or without its ending, in image/ or images/ whichever is there."""
     field = f"frames[{t}].file_path"
     text = frame.get("file_path")
     if not isinstance(text, str) or not text:
-        raise AvatarError("is no path", file=folder / FILE, field=field)
+        raise AvatarError("is not a path", file=folder / FILE, field=field)
     named = inside(folder, text.removeprefix("./"), folder / FILE, field)
     named = named if named.suffix.lower() in ENDINGS else named.with_name(f"{named.name}.png")
     homes = [named.parent, *(named.parent.with_name(name) for name in IMAGES if named.parent.name in IMAGES)]
     found = next((home / named.name for home in homes if (home / named.name).is_file()), None)
     if found is None:
-        raise AvatarError("no such picture", file=named, field=field)
+        raise AvatarError("no such image", file=named, field=field)
     return found
 
 
 def _mattes(image: Path, header: image_files.Header) -> tuple[str | None, str]:
-    """(folder of the mattes beside that of the pictures, None: they are the pictures' alpha; in words)."""
+    """(folder of the mattes beside that of the images, None: they are the images' alpha; in words)."""
     home = image.parent
     for name in MASKS:
         if home.with_name(name).is_dir():
@@ -122,5 +122,7 @@ def _numbers(value: object, shape: tuple[int, ...], file: Path, field: str) -> F
     except (TypeError, ValueError, OverflowError):
         found = np.zeros(0)
     if found.shape != shape or not (np.abs(found) <= MAX_VALUE).all():
-        raise AvatarError(f"is no usable numbers [{', '.join(map(str, shape))}]", file=file, field=field)
+        raise AvatarError(
+            f"does not hold usable numbers [{', '.join(map(str, shape))}]", file=file, field=field
+        )
     return found

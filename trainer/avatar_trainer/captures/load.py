@@ -35,19 +35,19 @@ def load(
     """
     folder = Path(folder)
     if not folder.is_dir():
-        raise AvatarError("is no folder; a capture is one", file=folder)
+        raise AvatarError("is not a folder; a capture is a folder", file=folder)
     given = ReadOptions(body_model=body_model, eyelids=eyelids, anchor_faces=anchor_faces)
     for pattern, read in LAYOUTS:
         if next(folder.glob(pattern), None) is not None:
             return read(folder, given)
     known = ", ".join(pattern for pattern, _ in LAYOUTS)
-    raise AvatarError(f"is no capture: it holds none of {known}", file=folder)
+    raise AvatarError(f"is not a capture: it holds none of {known}", file=folder)
 
 
 def pixels(frame: Frame) -> tuple[F32, F32]:
     """(image [H, W, 3], mask [H, W]) of a frame, 0..1; the image is straight colour, not multiplied by the mask.
 
-    Raises AvatarError for a damaged picture and for one that is no longer of the camera's size.
+    Raises AvatarError for a damaged image and for one that is no longer of the camera's size.
     """
     image, mask = image_files.colour(frame.image), image_files.matte(frame.mask, frame.image)
     size = (frame.camera.height, frame.camera.width)
@@ -58,7 +58,7 @@ def pixels(frame: Frame) -> tuple[F32, F32]:
 
 
 def check_pixels(capture: Capture) -> None:
-    """Decode every picture. Raises AvatarError for the first that is damaged, and for a mask that shows nobody."""
+    """Decode every image. Raises AvatarError for the first that is damaged, and for a mask that shows nobody."""
     for frame in capture.frames:
         if not pixels(frame)[1].any():
-            raise AvatarError("is empty: nobody is in the picture", file=frame.mask)
+            raise AvatarError("is empty: nobody is in the image", file=frame.mask)

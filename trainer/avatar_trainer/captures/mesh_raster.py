@@ -1,9 +1,9 @@
-"""Pictures of a textured triangle mesh, to make captures whose truth is known.
+"""Images of a textured triangle mesh, to make captures whose truth is known.
 
 Every sample is a ray through a pixel, tested against the planes through the camera and a triangle's edges:
 no projection of vertices, so triangles that reach behind the camera need no clipping, and two triangles that
 share an edge leave no gap. Depth and texture are perspective-correct. Each pixel is the mean of samples x
-samples rays, in display values, as the trainer blends.
+samples rays, in display values, as the trainer composites them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from avatar_runtime.avatar import F32, F64, I32, I64
 from avatar_runtime.backends.cpu.jit import kernel
 from avatar_runtime.camera import Camera
 
-LAYERS = 4  # translucent surfaces that are blended in front of the opaque one
+LAYERS = 4  # translucent surfaces that are composited in front of the opaque one
 NEAR = 0.01  # metres
 BAND = 16  # rows of samples that one thread owns at a time
 
@@ -39,17 +39,17 @@ class Surface:
 
 
 @dataclass(frozen=True)
-class Picture:
+class MeshImage:
     """What `draw` gives."""
 
     colour: F32  # [H, W, 3] of the surface alone, not multiplied by alpha; 0 where alpha is 0
     alpha: F32  # [H, W] share of the pixel that the surface covers
 
 
-def draw(surface: Surface, camera: Camera, samples: int = 3, near: float = NEAR) -> Picture:
-    """The picture of `surface`; `samples` rays across a pixel, nothing nearer than `near` metres.
+def draw(surface: Surface, camera: Camera, samples: int = 3, near: float = NEAR) -> MeshImage:
+    """The image of `surface`; `samples` rays across a pixel, nothing nearer than `near` metres.
 
-    Translucent triangles (a corner with opacity < 1) are blended front to back, LAYERS at most. The result does
+    Translucent triangles (a corner with opacity < 1) are composited front to back, LAYERS at most. The result does
     not depend on the number of threads. Raises ValueError for samples < 1, near <= 0, a camera with skew, and
     arrays that do not fit one another.
     """
@@ -186,7 +186,7 @@ def _nearest(
 def _shade(
     surface: Surface, planes: F64, rays: tuple[F64, F64], face: I32, colour: F32, through: F32
 ) -> None:
-    """Blend the triangles `face` [h, w] behind `colour` [h, w, 3], which `through` [h, w] lets pass; in place."""
+    """Composite the triangles `face` [h, w] behind `colour` [h, w, 3], which `through` [h, w] lets pass; in place."""
     _shade_rows(
         planes,
         surface.triangles,
@@ -248,10 +248,10 @@ def _shade_rows(
             through[y, x] -= share
 
 
-def _pixels(colour: F32, through: F32, samples: int) -> Picture:
+def _pixels(colour: F32, through: F32, samples: int) -> MeshImage:
     """The mean over each pixel's samples, colour divided by alpha."""
     height, width = (n // samples for n in through.shape)
     alpha = 1 - through.reshape(height, samples, width, samples).mean(axis=(1, 3), dtype=np.float64)
     mean = colour.reshape(height, samples, width, samples, 3).mean(axis=(1, 3), dtype=np.float64)
     straight = np.divide(mean, alpha[..., None], out=np.zeros_like(mean), where=alpha[..., None] > 1e-6)
-    return Picture(straight.astype(np.float32), np.clip(alpha, 0, 1).astype(np.float32))
+    return MeshImage(straight.astype(np.float32), np.clip(alpha, 0, 1).astype(np.float32))

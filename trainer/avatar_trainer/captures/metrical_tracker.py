@@ -35,7 +35,7 @@ MAX_VALUES = 1000  # of one array of a frame; FLAME has 300 + 100 coefficients
 SAME_IDENTITY = 0.01  # standard deviations: one take has one identity
 # Folders of mattes beside images/ and what they hold, in order; INSTA's images carry theirs as alpha.
 MATTES = {"masks": "grey mattes in masks/", "mask": "grey mattes in mask/"}
-NOT_MATTES = {"seg_mask": "classes of a face parser", "matted": "pictures before INSTA's postprocess.py"}
+NOT_MATTES = {"seg_mask": "classes of a face parser", "matted": "images before INSTA's postprocess.py"}
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Tracked:
     intrinsics: F64  # [3, 3]
     rotation: F64  # [3, 3] camera from world
     translation: F64  # [3] metres
-    size: tuple[int, int]  # width, height of the pictures it was tracked in
+    size: tuple[int, int]  # width, height of the images it was tracked in
 
 
 def read(folder: Path, given: ReadOptions) -> Capture:
@@ -121,7 +121,7 @@ def _rotations(rows: F64, file: Path) -> F64:
     for name, matrix in zip(("jaw", "eyes[0:6]", "eyes[6:12]"), found, strict=True):
         if not np.isfinite(matrix).all():
             raise AvatarError(
-                "is no rotation: its two rows are parallel or zero", file=file, field=f"flame.{name}"
+                "is not a rotation: its two rows are parallel or zero", file=file, field=f"flame.{name}"
             )
     return found
 
@@ -169,7 +169,7 @@ def _mattes(folder: Path, first: str) -> tuple[str, str]:
     others = [f"{name}/ holds {what}" for name, what in NOT_MATTES.items() if (folder / name).is_dir()]
     raise AvatarError(
         f"has no alpha, and there is no folder of mattes ({' or '.join(MATTES)}); {'; '.join(others) or 'none else'}: "
-        "INSTA's generate.sh writes pictures with alpha",
+        "INSTA's generate.sh writes images with alpha",
         file=folder / IMAGES / f"{first}.png",
     )
 
@@ -180,7 +180,7 @@ def _check_alike(tracked: Sequence[Tracked]) -> None:
         if one.size != first.size:
             raise AvatarError(
                 f"is {one.size[0]}x{one.size[1]}, {first.file.name} has {first.size[0]}x{first.size[1]}; "
-                "all pictures are of one size",
+                "all images are of one size",
                 file=one.file,
                 field="img_size",
             )
@@ -207,7 +207,7 @@ def _array(
     if isinstance(source, (list, tuple)) and all(type(v) in (int, float) for v in source):
         source = np.array(source, np.float64)
     elif not isinstance(source, (StoredArray, ComputedArray)):
-        raise AvatarError("is missing" if source is None else "is no array", file=file, field=field)
+        raise AvatarError("is missing" if source is None else "is not an array", file=file, field=field)
     sizes = tuple(source.shape)
     while len(sizes) > len(shape) and sizes[0] == 1:
         sizes = sizes[1:]

@@ -15,9 +15,9 @@ RIGHTS = ("source", "licence", "author", "consent")
 
 @dataclass(frozen=True)
 class Frame:
-    """One picture and what was tracked in it."""
+    """One image and what was tracked in it."""
 
-    name: str  # of the picture's file, without its ending
+    name: str  # of the image's file, without its ending
     image: Path  # 8-bit RGB (an alpha channel is not read)
     mask: Path  # 8-bit grey, 255 where the person is; where it is `image`, the alpha channel of that
     camera: Camera
@@ -31,7 +31,7 @@ class Capture:
 
     name: str
     folder: Path
-    width: int  # pixels, of every picture
+    width: int  # pixels, of every image
     height: int
     fps: float
     rig: Rig  # the body model with the subject's identity, metres

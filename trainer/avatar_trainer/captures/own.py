@@ -177,7 +177,7 @@ def _document(file: Path) -> dict[str, Any]:
     try:
         document = json.loads(read_bytes(file, MAX_JSON_BYTES))
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is no JSON ({type(error).__name__})", file=file) from None
+        raise AvatarError(f"is not JSON ({type(error).__name__})", file=file) from None
     version = parse_version(document.get("version")) if isinstance(document, dict) else None
     if version and version[0] > 1:
         raise AvatarError(

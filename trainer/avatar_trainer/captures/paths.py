@@ -21,5 +21,5 @@ def inside(folder: Path, text: str, file: Path, field: str) -> Path:
         )
     sizes = [len(part.encode(errors="replace")) for part in path.parts]
     if not text.isprintable() or sum(sizes) > MAX_PATH or max(sizes) > MAX_NAME:
-        raise AvatarError(f"{text[:80]!a} is no path that a file can have", file=file, field=field)
+        raise AvatarError(f"{text[:80]!a} is not a valid path", file=file, field=field)
     return folder / path

@@ -1,4 +1,4 @@
-"""Frames as a reader found them, checked together: names, pictures, cameras, numbers, split."""
+"""Frames as a reader found them, checked together: names, images, cameras, numbers, split."""
 
 from __future__ import annotations
 
@@ -50,17 +50,17 @@ class Row:
 def check_rows(
     rows: Sequence[Row], expressions: Sequence[str], size: tuple[int, int] | None
 ) -> tuple[Frame, ...]:
-    """The frames of `rows`. `size`: (width, height) as declared; None: as the first picture has.
+    """The frames of `rows`. `size`: (width, height) as declared; None: as the first image has.
 
-    Every file is looked at, nothing is decoded. Raises AvatarError that names file and row: a name twice, a picture or
-    mask that is missing, cut off or of another size, a camera that is none, a number that is none, a split that leaves
-    fewer than TRAIN_FRAMES frames.
+    Every file is looked at, nothing is decoded. Raises AvatarError that names file and row: a name twice, an image or
+    mask that is missing, cut off or of another size, an invalid camera, a number that is not finite, a split
+    that leaves fewer than TRAIN_FRAMES frames.
     """
     _check_names(rows)
     for row in rows:
         check_pose(row, expressions)
         check_camera(row)
-    width, height = check_pictures(rows, size)
+    width, height = check_images(rows, size)
     return tuple(
         Frame(
             row.image.stem,
@@ -92,8 +92,8 @@ def splits(rows: Sequence[Row]) -> list[str]:
     return found
 
 
-def check_pictures(rows: Sequence[Row], size: tuple[int, int] | None) -> tuple[int, int]:
-    """(width, height) of all pictures and masks. Raises AvatarError for the first that differs or is none."""
+def check_images(rows: Sequence[Row], size: tuple[int, int] | None) -> tuple[int, int]:
+    """(width, height) of all images and masks. Raises AvatarError for the first that differs or is none."""
     says = "the capture says"
     for row in rows:
         for path in dict.fromkeys((row.image, row.mask)):
@@ -118,7 +118,7 @@ def check_camera(row: Row) -> None:
     """Raise AvatarError unless a row's K is one of a camera and its R a rotation."""
     for part, values in (("K", row.intrinsics), ("R", row.rotation), ("t", row.translation)):
         if not (np.abs(values) <= MAX_VALUE).all():
-            raise row.wrong(f"{_first_bad(values)} is no usable number", f"camera.{part}")
+            raise row.wrong(f"{_first_bad(values)} is not a usable number", f"camera.{part}")
     k = row.intrinsics
     for axis in range(2):
         if not k[axis, axis] > 0:
@@ -126,7 +126,7 @@ def check_camera(row: Row) -> None:
                 f"is singular or mirrored: focal length f{'xy'[axis]} is {k[axis, axis]:g} pixels", "camera.K"
             )
     if k[1, 0] != 0 or (k[2] != (0, 0, 1)).any():
-        raise row.wrong("is no [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]", "camera.K")
+        raise row.wrong("is not [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]", "camera.K")
     if fault := rotation_fault(row.rotation):
         raise row.wrong(f"{fault}; is it camera from world?", "camera.R")
 
@@ -136,12 +136,12 @@ def rotation_fault(matrix: npt.NDArray[Any]) -> str | None:
     m = np.asarray(matrix, np.float64)
     off = float(np.abs(m @ m.T - np.eye(3)).max())
     if not off <= ROTATION_TOLERANCE:
-        return f"is no rotation: an entry of R R^T - I is {off:.3g}"
-    return None if np.linalg.det(m) > 0 else "is no rotation: its determinant is -1, it mirrors"
+        return f"is not a rotation: an entry of R R^T - I is {off:.3g}"
+    return None if np.linalg.det(m) > 0 else "is not a rotation: its determinant is -1, it mirrors"
 
 
 def check_pose(row: Row, expressions: Sequence[str]) -> None:
-    """Raise AvatarError for a number of a row's pose that is none."""
+    """Raise AvatarError for a number of a row's pose that is not usable."""
     pose = row.pose
     for part, values in (
         ("expression", pose.expression_weights),
@@ -152,7 +152,7 @@ def check_pose(row: Row, expressions: Sequence[str]) -> None:
         if not (np.abs(values) <= MAX_VALUE).all():
             at = _first_bad(values)
             name = f" ({expressions[at[0]]})" if part == "expression" else ""
-            raise row.wrong(f"{at}{name} is no usable number", part)
+            raise row.wrong(f"{at}{name} is not a usable number", part)
 
 
 def _first_bad(values: npt.NDArray[Any]) -> list[int]:

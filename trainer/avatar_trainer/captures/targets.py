@@ -1,4 +1,4 @@
-"""A capture's pictures in memory: decoded ahead, kept as bytes within a bound, smaller where a run asks for it."""
+"""A capture's images in memory: decoded ahead, kept as bytes within a bound, smaller where a run asks for it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from avatar_trainer.captures.model import Capture, Frame
 
 U8 = npt.NDArray[np.uint8]
 F32 = npt.NDArray[np.float32]
-AHEAD = 4  # pictures decoded before they are asked for
+AHEAD = 4  # images decoded before they are asked for
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def read(frame: Frame) -> Target:
     return _target(_decoded(frame))
 
 
-class Pictures:
+class Targets:
     """Targets of frames, at the size of their cameras. `with` it: a thread decodes."""
 
     def __init__(self, megabytes: int) -> None:
@@ -66,7 +66,7 @@ class Pictures:
         self._coming: dict[str, Future[U8]] = {}
         self._pool = ThreadPoolExecutor(1, "decode")
 
-    def __enter__(self) -> Pictures:
+    def __enter__(self) -> Targets:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -102,7 +102,7 @@ def _target(rgba: U8) -> Target:
 
 
 def _resized(camera: Camera, width: int, height: int) -> Camera:
-    """The same view on fewer pixels; what a camera holds is relative to its picture."""
+    """The same view on fewer pixels; what a camera holds is relative to its image."""
     return replace(camera, width=width, height=height)
 
 

@@ -1,0 +1,1 @@
+"""The commands of avatar-train, one file each; `cli.py` registers them."""

@@ -1,4 +1,4 @@
-"""`avatar-train asm`: bone-driven faces (arXiv 2304.09423), fitted to scans and to pictures."""
+"""`avatar-train asm`: bone-driven faces (arXiv 2304.09423), fitted to scans and to images."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from avatar_trainer.loop.machine import disk_advice, memory_advice, reproducible
 from avatar_trainer.settings import with_values
 
 app = typer.Typer(
-    help="ASM: bone-driven faces, fitted to scans and pictures.",
+    help="ASM: bone-driven faces, fitted to scans and images.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -54,7 +54,7 @@ Force = Annotated[bool, typer.Option("--force", help="Replace FACE.npz and BUNDL
 
 @app.callback()
 def asm() -> None:
-    """ASM: bone-driven faces, fitted to scans and pictures."""
+    """ASM: bone-driven faces, fitted to scans and images."""
 
 
 @app.command()
@@ -107,26 +107,26 @@ def scan(
 
 @app.command()
 def views(
-    folder: Annotated[Path, typer.Argument(help="Folder of pictures with views.json.")],
+    folder: Annotated[Path, typer.Argument(help="Folder of images with views.json.")],
     template: TemplateFile,
     out: Out,
     components: Components = None,
     set_: Annotated[list[str] | None, typer.Option("--set", help="NAME=VALUE: a setting of the fit.")] = None,
     force: Force = False,
 ) -> None:
-    """Fit a bone-driven face to pictures of a still head from many sides; their cameras' poses are found, too."""
+    """Fit a bone-driven face to images of a still head from many sides; their cameras' poses are found, too."""
     settings = with_values(ViewSettings(), arguments.pairs(set_))
     _expect_places(out, None, force)
     with Steps() as step, memory_advice():
         step("reading")
-        start, pictures = load(template), read_views(folder)
+        start, images = load(template), read_views(folder)
         step("preparing")
         binding = with_components(start, components)
-        step(f"fitting {len(pictures.mask)} views, {settings.iterations} iterations")
+        step(f"fitting {len(images.mask)} views, {settings.iterations} iterations")
         with reproducible(0, threads=0):
-            found = fit_views(start.template, binding, pictures, settings)
-        write_face(as_face(found, start.template, pictures.name), out)
-    output.print(f"{out}: {len(start.template.bone_names)} bones from {len(pictures.mask)} views")
+            found = fit_views(start.template, binding, images, settings)
+        write_face(as_face(found, start.template, images.name), out)
+    output.print(f"{out}: {len(start.template.bone_names)} bones from {len(images.mask)} views")
 
 
 @app.command()
@@ -183,7 +183,7 @@ def write_face(face: AsmFace, out: Path) -> None:
 def _expect_places(out: Path, export: Path | None, force: bool) -> None:
     """Raise AvatarError where FACE.npz or the bundle cannot be written, before anything is computed."""
     if out.suffix.lower() != ".npz":
-        raise AvatarError("is no .npz; a face is written as one", file=out)
+        raise AvatarError("does not end in .npz; a face is written as .npz", file=out)
     if out.is_dir() or (out.exists() and not force):
         raise AvatarError("is a folder" if out.is_dir() else "exists; pass --force to replace it", file=out)
     expect_room(out.parent)

@@ -1,4 +1,4 @@
-"""Whether what a command is to write can be written there, asked before anything is computed."""
+"""Checks before anything is computed that a command can write its output."""
 
 from __future__ import annotations
 

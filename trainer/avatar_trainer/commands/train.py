@@ -48,7 +48,7 @@ def train_command(name: str) -> Callable[..., None]:
     def command(
         capture: Annotated[Path, typer.Argument(help="Folder of the captured frames (trainer/CAPTURE.md).")],
         out: Annotated[
-            Path, typer.Option("--out", "-o", help="Folder to write; training goes on with what is there.")
+            Path, typer.Option("--out", "-o", help="Folder to write; a run that is there is resumed.")
         ],
         iterations: Annotated[int | None, typer.Option(help="Iterations, one image each.", min=1)] = None,
         gaussians: Annotated[int | None, typer.Option(help="Gaussians at the start.", min=1)] = None,
@@ -67,7 +67,7 @@ def train_command(name: str) -> Callable[..., None]:
         ] = False,
         checkpoint_every: Annotated[int, typer.Option(help="Iterations between checkpoints.", min=1)] = 500,
         resume: Annotated[
-            bool, typer.Option(help="Go on from a checkpoint in OUT, or remove what is there.")
+            bool, typer.Option(help="Resume from a checkpoint in OUT, or remove what is there.")
         ] = True,
         export: Annotated[
             Path | None, typer.Option(help="Bundle to write at the end.", metavar="BUNDLE")
@@ -101,11 +101,11 @@ def train_command(name: str) -> Callable[..., None]:
             )
             _evaluate(system, scene, out, trained.iterations, Drawing(rasteriser, threads or None))
             if there:
-                output.print(f"{export}: is there already, left as it is; --force replaces it")
+                output.print(f"{export}: exists already and is kept; --force replaces it")
             elif export is not None:
                 _export(system, trained, export, force)
 
-    command.__doc__ = f"Train an avatar of {name}; the same command goes on where an interrupted one stopped."
+    command.__doc__ = f"Train an avatar of {name}; the same command resumes an interrupted run."
     return command
 
 

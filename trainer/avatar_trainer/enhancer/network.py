@@ -1,11 +1,11 @@
-"""A small U-Net that makes a drawn picture better, as PSAvatar lays one over its splats (section 3.3).
+"""A small U-Net that makes a drawn image better, as PSAvatar lays one over its splats (section 3.3).
 
 enhanced = raw + correction, and the layer that makes the correction starts at zero: an untrained one changes nothing.
 The weights are named tensors that a `Table` can hold, each a row set of its own; `enhancer_onnx` writes the same
 network for the runtime.
 
-The paper says no more of its network than "U-net". This one halves the picture three times and comes back, with a skip
-at each size. The skip at full size is the raw picture itself, so that wide layers run on a quarter of the pixels or
+The paper says no more of its network than "U-net". This one halves the image three times and comes back, with a skip
+at each size. The skip at full size is the raw image itself, so that wide layers run on a quarter of the pixels or
 less.
 """
 
@@ -19,7 +19,7 @@ from torch import Generator, Tensor
 from torch.nn import functional
 
 WIDTH = 16  # channels at half size; 131,000 weights, about 60 ms forward and backward for 256 x 256 on a core
-MULTIPLE = 8  # inside, pictures are made this many pixels wider and higher at most, by repeating their edge
+MULTIPLE = 8  # inside, images are made this many pixels wider and higher at most, by repeating their edge
 CHANNELS = 3  # red, green, blue
 
 
@@ -111,7 +111,7 @@ def width_of(weights: Mapping[str, Tensor]) -> int:
 
 
 def enhanced(weights: Mapping[str, Tensor], colour: Tensor) -> Tensor:
-    """A picture [H, W, 3] of any size, display-referred, made better; not clamped. Differentiable in all.
+    """An image [H, W, 3] of any size, display-referred, made better; not clamped. Differentiable in all.
 
     `weights` holds the tensors named WEIGHTS; others are passed over. Raises ValueError for weights of another shape.
     """

@@ -45,7 +45,7 @@ def onnx_enhancer(
 ) -> Enhancer:
     """What an avatar carries of a trained enhancer: the network, and what it is worth.
 
-    PSNR in dB over the pictures that `measured_on` names, which were not trained on; None: nobody measured it.
+    PSNR in dB over the images that `measured_on` names, which were not trained on; None: nobody measured it.
     Raises ValueError for weights of another network, AvatarError for facts that make no sense.
     """
     return check_enhancer(
@@ -95,7 +95,7 @@ def _model(weights: Mapping[str, Tensor]) -> ModelProto:
 
 
 def _padded() -> list[NodeProto]:
-    """`raw`: the picture, its right and lower edge repeated up to a multiple of MULTIPLE."""
+    """`raw`: the image, its right and lower edge repeated up to a multiple of MULTIPLE."""
     return [
         helper.make_node("Shape", [INPUT], ["size"], start=2),
         helper.make_node("Neg", ["size"], ["size_negative"]),

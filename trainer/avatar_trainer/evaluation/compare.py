@@ -46,12 +46,12 @@ class Row:
     pixels: int  # of all the frames together
     largest: float  # difference of colour or alpha, 0..1, over all pixels but the flipped
     flipped: int  # pixels that lie further off than FLIP
-    furthest: float  # the largest difference of those; infinite where a pixel is no number
+    furthest: float  # the largest difference of those; infinite where a pixel is not a number
     psnr_db: float  # inside the mask (where the trainer draws anything), the worst frame; infinite: equal
 
     @property
     def holds(self) -> bool:
-        """Whether the few pixels that flipped are no more than rounding explains."""
+        """Whether so few pixels flipped that rounding explains them."""
         return self.flipped <= 2 + MOST_FLIPPED * self.pixels and self.furthest <= FURTHEST
 
 
@@ -134,7 +134,7 @@ def _row(backend: str, profile: str, wanted: Sequence[Image], drawn: Iterable[Im
 
 
 def _psnr_db(difference: npt.NDArray[np.float64]) -> float:
-    """Peak 1; infinite for equal pictures, minus infinite for what is no number."""
+    """Peak 1; infinite for equal images, minus infinite for what is not a number."""
     noise = float(np.mean(np.square(difference))) if difference.size else 0.0
     if noise == 0:
         return np.inf

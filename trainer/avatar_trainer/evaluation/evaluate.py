@@ -14,7 +14,7 @@ from torch import Tensor
 
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures.model import Capture, Frame
-from avatar_trainer.captures.targets import Pictures, Target, evenly
+from avatar_trainer.captures.targets import Target, Targets, evenly
 from avatar_trainer.losses import psnr_db, ssim
 from avatar_trainer.systems.drawing import DRAWING, Drawing, draw
 from avatar_trainer.systems.protocol import System
@@ -23,15 +23,15 @@ QUICK = 8  # frames looked at during training
 TRAIN_FRAMES = 50  # of split `train` that are measured at the end
 INSIDE = 0.5  # of the mask
 HOW = (
-    "8-bit pictures as captured against the rendering clamped to 0..1, both over black; mean over frames of each "
+    "8-bit images as captured against the rendering clamped to 0..1, both over black; mean over frames of each "
     "frame's PSNR (peak 1) and SSIM (Gaussian window 11, sigma 1.5, mean of the channels). whole: all pixels; "
     "inside: PSNR of the pixels whose mask is above 0.5, SSIM of the mask's bounding box, black outside the mask. "
     "test: every frame, none trained on; train: "
     f"at most {TRAIN_FRAMES}, evenly spaced; over: how many frames each mean is over, which are those where it has a "
-    "finite value: a rendering equal to its picture has no finite PSNR, an empty mask no inside"
+    "finite value: a rendering equal to its image has no finite PSNR, an empty mask no inside"
 )
 MEASURES = ("psnr_db", "ssim", "psnr_inside_db", "ssim_inside")
-ENHANCED = "psnr_enhanced_db"  # of the whole picture by the system's enhancer, where one has been trained
+ENHANCED = "psnr_enhanced_db"  # of the whole image by the system's enhancer, where one has been trained
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Score:
 
     frame: str
     split: str
-    psnr_db: float | None  # None: infinite (equal pictures); of `inside` also: nothing inside the mask
+    psnr_db: float | None  # None: infinite (equal images); of `inside` also: nothing inside the mask
     ssim: float
     psnr_inside_db: float | None
     ssim_inside: float | None
@@ -52,9 +52,9 @@ def evaluate(system: System, capture: Capture, by: Drawing = DRAWING) -> dict[st
 
     AvatarError for a rendering that is not finite.
     """
-    with Pictures(0) as pictures:
+    with Targets(0) as targets:
         scores = [
-            measure(system, f, pictures(f), by) for f in [*capture.test, *evenly(capture.train, TRAIN_FRAMES)]
+            measure(system, f, targets(f), by) for f in [*capture.test, *evenly(capture.train, TRAIN_FRAMES)]
         ]
     splits = {split: [s for s in scores if s.split == split] for split in ("test", "train")}
     measures = MEASURES + (ENHANCED,) * any(score.psnr_enhanced_db is not None for score in scores)
@@ -71,7 +71,7 @@ def evaluate(system: System, capture: Capture, by: Drawing = DRAWING) -> dict[st
 
 
 def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING) -> Score:
-    """A frame's rendering against its picture, over black. AvatarError for a rendering that is not finite."""
+    """A frame's rendering against its image, over black. AvatarError for a rendering that is not finite."""
     colour = _drawn(system, frame, by)
     drawn = colour.clamp(0, 1)
     wanted = target.over(torch.zeros(3))
@@ -87,14 +87,14 @@ def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING)
     )
 
 
-def quick_psnr_db(system: System, capture: Capture, pictures: Pictures, by: Drawing) -> dict[str, float]:
+def quick_psnr_db(system: System, capture: Capture, targets: Targets, by: Drawing) -> dict[str, float]:
     """Mean PSNR of a few held-out frames over black, by split; empty where none is held out.
 
-    Infinite where one of them is drawn as its picture is. AvatarError for a rendering that is not finite.
+    Infinite where one of them is drawn as its image is. AvatarError for a rendering that is not finite.
     """
     frames = evenly(capture.test, QUICK)
     black = torch.zeros(3)
-    found = [psnr_db(_drawn(system, f, by).clamp(0, 1), pictures(f).over(black)) for f in frames]
+    found = [psnr_db(_drawn(system, f, by).clamp(0, 1), targets(f).over(black)) for f in frames]
     return {"test": fmean(found)} if found else {}
 
 
@@ -142,14 +142,14 @@ def _similar(drawn: Tensor, wanted: Tensor) -> float:
 
 
 def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
-    """SSIM of the mask's bounding box, both pictures black outside the mask; None for an empty mask."""
+    """SSIM of the mask's bounding box, both images black outside the mask; None for an empty mask."""
     if not inside.any():
         return None
     at = torch.nonzero(inside)
     box = tuple(
         slice(low, high + 1) for low, high in zip(at.amin(0).tolist(), at.amax(0).tolist(), strict=True)
     )
-    pair = ((picture * inside[:, :, None])[box] for picture in (drawn, wanted))
+    pair = ((image * inside[:, :, None])[box] for image in (drawn, wanted))
     return _similar(*pair)
 
 

@@ -9,7 +9,7 @@ import torch
 
 from avatar_export.images import png
 from avatar_trainer.captures.model import Capture
-from avatar_trainer.captures.targets import Pictures, evenly
+from avatar_trainer.captures.targets import Targets, evenly
 from avatar_trainer.systems.drawing import DRAWING, Drawing, draw
 from avatar_trainer.systems.protocol import System
 
@@ -17,14 +17,14 @@ ROWS = 4
 GAIN = 4  # of the differences
 
 
-def write(path: Path, system: System, capture: Capture, pictures: Pictures, by: Drawing = DRAWING) -> None:
+def write(path: Path, system: System, capture: Capture, targets: Targets, by: Drawing = DRAWING) -> None:
     """A PNG: a row a frame with target, rendering and their difference times 4, over black.
 
     Frames of split `test` where there are any.
     """
     rows = []
     for frame in evenly(capture.test or capture.frames, ROWS):
-        wanted = pictures(frame).over(torch.zeros(3))
+        wanted = targets(frame).over(torch.zeros(3))
         drawn = draw(system, frame, by=by).colour.clamp(0, 1)
         rows.append(torch.cat([wanted, drawn, ((drawn - wanted).abs() * GAIN).clamp(0, 1)], dim=1))
     sheet = np.rint(torch.cat(rows).numpy() * 255).astype(np.uint8)

@@ -1,7 +1,7 @@
 """SSIM: the value and gradient of `losses.ssim_definition`.
 
-A row of a picture [H, W, 3] is taken as one line of 3 W numbers, in which the window's taps stand 3 apart; all channels
-go at once. Lines have 15 zeros at both ends, pictures five lines of zeros above and below: the padding of the window.
+A row of an image [H, W, 3] is taken as one line of 3 W numbers, in which the window's taps stand 3 apart; all channels
+go at once. Lines have 15 zeros at both ends, images five lines of zeros above and below: the padding of the window.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ ONE, TWO = np.float32(1), np.float32(2)
 
 
 def ssim_cpu(a: Tensor, b: Tensor) -> Tensor:
-    """As `losses.ssim_definition` of [H, W, 3] pictures, float32; differentiable in `a`.
+    """As `losses.ssim_definition` of [H, W, 3] images, float32; differentiable in `a`.
 
-    Raises ValueError where `b` needs a gradient, the shapes differ, or a picture is not float32 on the CPU.
+    Raises ValueError where `b` needs a gradient, the shapes differ, or an image is not float32 on the CPU.
     """
     if b.requires_grad:
-        raise ValueError("ssim_cpu has no gradient for its second picture")
+        raise ValueError("ssim_cpu has no gradient for its second image")
     if a.shape != b.shape or a.dim() != 3 or a.shape[2] != 3:
         raise ValueError(
-            f"pictures of shape {tuple(a.shape)} and {tuple(b.shape)} stand where [H, W, 3] are needed"
+            f"images of shape {tuple(a.shape)} and {tuple(b.shape)} stand where [H, W, 3] are needed"
         )
     result: Tensor = _Ssim.apply(a, b)  # type: ignore[no-untyped-call]
     return result
@@ -83,7 +83,7 @@ def along(line: F32, i: int) -> Scalar:
 
 @inlined
 def down(plane: F32, row: int, i: int) -> Scalar:
-    """The window over number `i` of line `row` of a picture with its margins, over the lines."""
+    """The window over number `i` of line `row` of an image with its margins, over the lines."""
     return taps(
         plane[row, i] + plane[row + 10, i],
         plane[row + 1, i] + plane[row + 9, i],

@@ -1,0 +1,1 @@
+"""The training loop: iterations, checkpoints, resuming, progress and logs."""

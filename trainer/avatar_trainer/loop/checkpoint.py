@@ -109,7 +109,7 @@ def newest(folder: Path, note: Note) -> Checkpoint | None:
         except AvatarError as error:
             note(f"{error}; trying the one before")
     if found:
-        raise AvatarError("no checkpoint here is whole; --no-resume begins anew", file=folder)
+        raise AvatarError("no checkpoint here is whole; --no-resume starts again", file=folder)
     return None
 
 

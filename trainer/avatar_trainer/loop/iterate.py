@@ -1,4 +1,4 @@
-"""One iteration of training: a frame, its picture, a step of the optimiser; and what of it a checkpoint holds."""
+"""One iteration of training: a frame, its image, a step of the optimiser; and what of it a checkpoint holds."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from avatar_trainer.systems.protocol import System
 
 
 class NotFinite(AvatarError):
-    """Training has gone astray: the loss or a parameter is no number any more."""
+    """Training diverged: the loss or a parameter is not finite."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Trainer:
                 raise NotFinite(f"iteration {iteration}: {name} is no longer finite")
 
     def state(self) -> dict[str, Any]:
-        """All that `load_state` needs to go on bit by bit."""
+        """All that `load_state` needs to continue bit by bit."""
         return {
             "system": self.system.state(),
             "generator": self.generator.get_state(),
@@ -108,7 +108,7 @@ class Trainer:
             torch.set_rng_state(state["torch"])
         except (KeyError, TypeError, RuntimeError) as error:
             raise AvatarError(
-                f"the checkpoint's random numbers cannot go on ({error}); --no-resume begins anew"
+                f"the checkpoint's random numbers cannot be restored ({error}); --no-resume starts again"
             ) from None
 
     def _check(self, iteration: int, terms: dict[str, float]) -> None:
@@ -118,10 +118,10 @@ class Trainer:
             raise NotFinite(f"iteration {iteration}, frame {frame}: loss {', '.join(wrong)}")
 
     @staticmethod
-    def _in_device_units(gradient: Tensor | None, picture: Tensor) -> Tensor:
-        """The gradient by pixels as one by normalised device units, of which a picture has 2 each way."""
+    def _in_device_units(gradient: Tensor | None, image: Tensor) -> Tensor:
+        """The gradient by pixels as one by normalised device units, of which an image has 2 each way."""
         assert gradient is not None
-        return gradient * torch.tensor([picture.shape[1] / 2, picture.shape[0] / 2])
+        return gradient * torch.tensor([image.shape[1] / 2, image.shape[0] / 2])
 
 
 @lru_cache(maxsize=2)

@@ -1,4 +1,4 @@
-"""The process that trains: the same numbers each time, and what to say where its memory or its disk ends."""
+"""The process that trains: reproducible numbers, and errors that say what to do when memory or disk runs out."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def reproducible(seed: int, threads: int) -> Iterator[None]:
 
 @contextmanager
 def memory_advice() -> Iterator[None]:
-    """Memory that ran out as an AvatarError that says what to lower."""
+    """Turns running out of memory into an AvatarError that says what to lower."""
     try:
         yield
     except (MemoryError, RuntimeError) as error:
@@ -58,7 +58,7 @@ def memory_advice() -> Iterator[None]:
 
 @contextmanager
 def disk_advice(out: Path) -> Iterator[None]:
-    """What the operating system refused while `out` was written, as an AvatarError that names the path."""
+    """Turns an error of the operating system while `out` is written into an AvatarError that names the path."""
     try:
         yield
     except OSError as error:

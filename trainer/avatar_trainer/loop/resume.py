@@ -27,7 +27,7 @@ def load_run(out: Path, capture: Path | None = None) -> tuple[System, TrainSetti
     folder = Path(str(content["capture"].get("folder"))) if capture is None else capture
     if not folder.is_dir():
         raise AvatarError(
-            "the capture of this run is no folder any more; say where with --capture", file=folder
+            "the capture of this run is not a folder any more; say where with --capture", file=folder
         )
     found = checkpoint.newest(out / run.CHECKPOINTS, note)
     if found is None:
@@ -43,8 +43,8 @@ def load_run(out: Path, capture: Path | None = None) -> tuple[System, TrainSetti
     if run.fingerprint(scene) != run.fingerprint_of(content):
         trained_on = run.short(content["capture"].get("folder"))
         raise AvatarError(
-            f"is not the capture that {out} was trained on, which was in {trained_on}: poses, body model or pictures "
-            "are others; name that one with --capture, or train anew on this one",
+            f"is not the capture that {out} was trained on, which was in {trained_on}: poses, body model or images "
+            "are others; name that one with --capture, or train again on this one",
             file=folder,
         )
     system = system_module(content["system"]).create(scene, system_settings, settings.seed)
@@ -53,7 +53,7 @@ def load_run(out: Path, capture: Path | None = None) -> tuple[System, TrainSetti
 
 
 def load_system(system: System, state: dict[str, Any]) -> None:
-    """Let `system` go on from a checkpoint's state. Raises AvatarError for one that does not fit it."""
+    """Let `system` continue from a checkpoint's state. Raises AvatarError for one that does not fit it."""
     try:
         system.load_state(state["system"])
     except (KeyError, ValueError, TypeError, RuntimeError, IndexError, AttributeError) as error:

@@ -47,7 +47,7 @@ def facts(system: str, capture: Capture, settings: TrainSettings, system_setting
 
 
 def fingerprint(capture: Capture) -> str:
-    """SHA-256 over all that was tracked, the rig, and names and sizes of the pictures; not over their pixels."""
+    """SHA-256 over all that was tracked, the rig, and names and sizes of the images; not over their pixels."""
     digest = hashlib.sha256()
     for field in dataclasses.fields(capture):
         if field.name not in ("folder", "export_inputs"):

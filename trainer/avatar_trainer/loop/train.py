@@ -12,7 +12,7 @@ from typing import Any
 
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures.model import Capture
-from avatar_trainer.captures.targets import AHEAD, Pictures
+from avatar_trainer.captures.targets import AHEAD, Targets
 from avatar_trainer.loop import checkpoint, run
 from avatar_trainer.loop.iterate import NotFinite, Trainer
 from avatar_trainer.loop.logs import Logs
@@ -50,7 +50,7 @@ def train(
 ) -> Trained:
     """Train `system`, fresh from its `create`, on the capture's frames of split `train`; writes into the folder `out`.
 
-    Goes on from the newest whole checkpoint of `out` unless `resume` is False; a run that begins anew removes what an
+    Resumes from the newest whole checkpoint of `out` unless `resume` is False; a run that starts again removes what an
     earlier one wrote there. The result depends on the settings (without `TrainSettings.FREE`), the capture and the
     machine, not on how often the run was interrupted. At the end `out/upstream` holds the released code's layout,
     unless `upstream` is False or the layout cannot hold what was trained.
@@ -86,11 +86,11 @@ def go_on(trainer: Trainer, out: Path, facts: dict[str, Any], resume: bool) -> i
     if different:
         raise AvatarError(
             f"holds another run ({'; '.join(different[:4])}); pass the same settings, name another folder, or pass "
-            "--no-resume to begin anew",
+            "--no-resume to start again",
             file=out,
         )
     trainer.load_state(found.state)
-    note(f"goes on from {found.path}")
+    note(f"resumes from {found.path}")
     return found.iteration
 
 
@@ -110,15 +110,15 @@ def _loop(trainer: Trainer, out: Path, facts: dict[str, Any], done: int) -> Trai
     kept = checkpoint.path_of(folder, done) if done else None
     began = time.perf_counter()
     with (
-        Pictures(settings.cache_megabytes) as pictures,
+        Targets(settings.cache_megabytes) as targets,
         Logs(out / run.LOGS, done + 1) as logs,
         TrainProgress(settings.iterations, done) as progress,
     ):
-        watch = Watch(trainer, pictures, logs, out)
+        watch = Watch(trainer, targets, logs, out)
         for iteration in range(done + 1, settings.iterations + 1):
             coming = range(iteration, min(iteration + AHEAD, settings.iterations + 1))
-            pictures.expect(trainer.frame(i) for i in coming)
-            target = pictures(trainer.frame(iteration))
+            targets.expect(trainer.frame(i) for i in coming)
+            target = targets(trainer.frame(iteration))
             saving = iteration % settings.checkpoint_every == 0 or iteration == settings.iterations
             with _last_good(kept):
                 step = trainer.step(iteration, target)

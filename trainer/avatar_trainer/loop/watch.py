@@ -1,4 +1,4 @@
-"""What is shown of a run while it goes on: TensorBoard's curves and contact sheets."""
+"""What is shown of a run while it trains: TensorBoard's curves and contact sheets."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import deque
 from pathlib import Path
 
 from avatar_trainer.captures.model import Capture
-from avatar_trainer.captures.targets import Pictures
+from avatar_trainer.captures.targets import Targets
 from avatar_trainer.evaluation import preview
 from avatar_trainer.evaluation.evaluate import quick_psnr_db
 from avatar_trainer.loop import run
@@ -20,15 +20,15 @@ WINDOW = 100  # iterations whose mean PSNR is shown
 
 
 class Watch:
-    """Changes nothing of the run that it watches."""
+    """Shows a run; changes nothing of it."""
 
-    def __init__(self, trainer: Trainer, pictures: Pictures, logs: Logs, out: Path) -> None:
-        self.trainer, self.pictures, self.logs, self.out = trainer, pictures, logs, out
+    def __init__(self, trainer: Trainer, targets: Targets, logs: Logs, out: Path) -> None:
+        self.trainer, self.targets, self.logs, self.out = trainer, targets, logs, out
         self.recent: deque[float] = deque(maxlen=WINDOW)
         self.began, self.at = time.perf_counter(), 0
 
     def step(self, iteration: int, step: Step) -> float:
-        """After an iteration; the mean PSNR of the last pictures, dB."""
+        """After an iteration; the mean PSNR of the last images, dB."""
         settings = self.trainer.settings
         self.recent.append(step.psnr_db)
         self.at += 1
@@ -43,8 +43,8 @@ class Watch:
             preview.write(path, *self._shown())
         return mean
 
-    def _shown(self) -> tuple[System, Capture, Pictures, Drawing]:
-        return self.trainer.system, self.trainer.capture, self.pictures, self.trainer.drawing
+    def _shown(self) -> tuple[System, Capture, Targets, Drawing]:
+        return self.trainer.system, self.trainer.capture, self.targets, self.trainer.drawing
 
     def _log(self, iteration: int, step: Step, mean: float) -> None:
         now = time.perf_counter()

@@ -1,0 +1,1 @@
+"""The table of trainable tensors, its optimiser, and density control."""

@@ -105,7 +105,7 @@ class Density:
         self.reset(count)
 
     def reset(self, count: int) -> None:
-        """Begin anew with `count` Gaussians; after every plan carried out."""
+        """Start again with `count` Gaussians; called after every plan."""
         self.gradient_sum = torch.zeros(count, dtype=torch.float32)
         self.seen = torch.zeros(count, dtype=torch.float32)
         self.largest_radius = torch.zeros(count, dtype=torch.int32)

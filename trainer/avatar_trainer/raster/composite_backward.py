@@ -1,4 +1,4 @@
-"""Gradients of the `cpu` blending: 16x16 tiles, back to front, 16 lanes at a time.
+"""Gradients of the `cpu` compositing: 16x16 tiles, back to front, 16 lanes at a time.
 
 A pixel's transmittance before a splat is that behind it over 1 - alpha. Alphas are computed as the forward kernel
 computes them, so the same splats count; each (tile, splat) pair gets a row of its own, and nothing is added by
@@ -134,7 +134,7 @@ def _read(
     grad_colour: F32,
     grad_transmittance: F32,
 ) -> None:
-    """The state of the tile at (x0, y0); a pixel outside the picture has no splat."""
+    """The state of the tile at (x0, y0); a pixel outside the image has no splat."""
     height, width = transmittance.shape
     state[:], deepest[:] = f32(0), f32(0)
     for y in range(y0, min(y0 + TILE, height)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +24,7 @@ from avatar_runtime.backends.cpu.threads import thread_count, using
 from avatar_runtime.camera import Camera
 from avatar_runtime.stages.activate import Splats as RuntimeSplats
 from avatar_trainer.raster.composite_backward import ROW, composite_tiles_backward
-from avatar_trainer.raster.project_backward import project_splats_backward
+from avatar_trainer.raster.project_backward import SplatArrays, ViewArrays, project_splats_backward
 from avatar_trainer.tensors import Rendered, Splats
 
 PROFILE = "trainer"
@@ -31,7 +32,7 @@ PROFILE = "trainer"
 
 @dataclass(frozen=True)
 class View:
-    """What a picture depends on besides tensors."""
+    """What an image depends on besides tensors."""
 
     camera: Camera
     settings: RasterSettings
@@ -59,16 +60,17 @@ def rasterise(
     screen_offset: Tensor | None,
     threads: int | None,
 ) -> Rendered:
-    """`render` by Numba kernels: the picture that the runtime's backend `cpu` draws, to the bit.
+    """`render` by Numba kernels: the image that the runtime's backend `cpu` draws, to the bit.
 
     Raises TypeError for tensors that are not float32.
     """
     offset = splats.mean.new_zeros((0, 2)) if screen_offset is None else screen_offset
-    tensors = (splats.mean, splats.scale, splats.quat_wxyz, splats.opacity, splats.sh, background, offset)
+    fields = vars(splats).values()
+    tensors = [tensor for tensor in (*fields, background, offset) if tensor is not None]
     if any(tensor.dtype != torch.float32 or tensor.device.type != "cpu" for tensor in tensors):
         raise TypeError("rasteriser cpu takes float32 tensors on the CPU; torch takes others")
     view = View(camera, settings, sh_degree, started(threads))
-    colour, alpha, radius = _Draw.apply(*tensors, splats.sh_rotation, view)  # type: ignore[no-untyped-call]
+    colour, alpha, radius = _Draw.apply(view, background, offset, *fields)  # type: ignore[no-untyped-call]
     return Rendered(colour, alpha, radius)
 
 
@@ -82,25 +84,15 @@ def started(threads: int | None) -> int:
 
 
 class _Draw(torch.autograd.Function):
-    """Splats to colour and alpha."""
+    """From the fields of `Splats` to colour and alpha: autograd follows tensors, not structures."""
 
     @staticmethod
     def forward(
-        ctx: Any,
-        mean: Tensor,
-        scale: Tensor,
-        quat_wxyz: Tensor,
-        opacity: Tensor,
-        sh: Tensor,
-        background: Tensor,
-        offset: Tensor,
-        sh_rotation: Tensor | None,
-        view: View,
+        ctx: Any, view: View, background: Tensor, offset: Tensor, *fields: Tensor | None
     ) -> tuple[Tensor, Tensor, Tensor]:
-        splats = _arrays(mean, scale, quat_wxyz, opacity, sh, sh_rotation)
         with using(view.threads):
-            drawn, colour = _draw(splats, _array(background), _array(offset), view)
-        ctx.save_for_backward(mean, scale, quat_wxyz, opacity, sh, sh_rotation, background)
+            drawn, colour = _draw(_arrays(fields), _array(background), _array(offset), view)
+        ctx.save_for_backward(background, *fields)
         ctx.drawn, ctx.view, ctx.moved = drawn, view, bool(len(offset))
         radius = torch.from_numpy(drawn.screen.radius.copy())  # backward reads what the caller may change
         ctx.mark_non_differentiable(radius)
@@ -109,28 +101,31 @@ class _Draw(torch.autograd.Function):
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, grad_colour: Tensor, grad_alpha: Tensor, _: Tensor) -> tuple[Tensor | None, ...]:
-        *inputs, background = ctx.saved_tensors
-        grad_image = (_array(grad_colour), _array(grad_alpha))
+        background, *fields = ctx.saved_tensors
+        image = (_array(grad_colour), _array(grad_alpha))
         with using(ctx.view.threads):
-            gradients = _draw_backward(_arrays(*inputs), _array(background), ctx.drawn, ctx.view, *grad_image)
-        *grad_splats, grad_centre = map(torch.from_numpy, gradients)
+            grad, grad_centre = _draw_backward(
+                _arrays(fields), _array(background), ctx.drawn, ctx.view, *image
+            )
         grad_background = None
-        if ctx.needs_input_grad[5]:
+        if ctx.needs_input_grad[1]:
             behind = torch.from_numpy(ctx.drawn.transmittance)
             grad_background = (behind[..., None].double() * grad_colour).sum(dim=(0, 1)).float()
-        return (*grad_splats, grad_background, grad_centre if ctx.moved else None, None, None)
+        grad_offset = torch.from_numpy(grad_centre) if ctx.moved else None
+        return None, grad_background, grad_offset, *map(torch.from_numpy, grad), None
 
 
 def _array(tensor: Tensor) -> F32:
     return read_only(tensor.detach().numpy())
 
 
-def _arrays(*tensors: Tensor | None) -> RuntimeSplats:
-    return RuntimeSplats(*(None if t is None else _array(t) for t in tensors))  # type: ignore[arg-type]
+def _arrays(fields: Sequence[Tensor | None]) -> RuntimeSplats:
+    """The fields of `Splats`, in its order, as the runtime's structure."""
+    return RuntimeSplats(*(None if t is None else _array(t) for t in fields))  # type: ignore[arg-type]
 
 
 def _draw(splats: RuntimeSplats, background: F32, offset: F32, view: View) -> tuple[Drawn, F32]:
-    """What backward needs, and the picture [H, W, 3]."""
+    """What backward needs, and the image [H, W, 3]."""
     camera = view.camera
     screen = project(splats, camera, view.settings, view.sh_degree, PROFILE, view.threads)
     if len(offset):
@@ -159,8 +154,8 @@ def _draw(splats: RuntimeSplats, background: F32, offset: F32, view: View) -> tu
 
 def _draw_backward(
     splats: RuntimeSplats, background: F32, drawn: Drawn, view: View, grad_colour: F32, grad_alpha: F32
-) -> tuple[F32, ...]:
-    """Gradients of mean, scale, quaternion, opacity, SH and centres (pixels)."""
+) -> tuple[SplatArrays, F32]:
+    """The gradients of the splats, and of their centres [N, 2] pixels."""
     tiles = drawn.screen.tiles.astype(np.int64)
     first_row = np.zeros(len(tiles) + 1, np.int64)
     np.cumsum((tiles[:, 2] - tiles[:, 0]) * (tiles[:, 3] - tiles[:, 1]), out=first_row[1:])
@@ -178,23 +173,27 @@ def _draw_backward(
         view.threads,
         rows,
     )
-    of, grad_centre = _project_backward(splats, drawn.screen, view, first_row, rows)
-    return of.mean, of.scale, of.quat_wxyz, of.opacity, of.sh, grad_centre
-
-
-def _project_backward(
-    splats: RuntimeSplats, screen: Screen, view: View, first_row: I64, rows: F32
-) -> tuple[RuntimeSplats, F32]:
-    """The gradients of the splats, in their places, and of the centres [N, 2] pixels."""
-    camera, rotation = view.camera, splats.sh_rotation
-    arrays = (splats.mean, splats.scale, splats.quat_wxyz, splats.opacity, splats.sh)
-    of, grad_centre = RuntimeSplats(*map(np.empty_like, arrays)), np.empty((len(splats.mean), 2), np.float32)
+    given = SplatArrays(*(getattr(splats, name) for name in SplatArrays._fields))
+    rotation = read_only(np.zeros((0, 3, 3))) if splats.sh_rotation is None else splats.sh_rotation
+    grad, grad_centre = SplatArrays(*map(np.empty_like, given)), np.empty((len(splats.mean), 2), np.float32)
     project_splats_backward(
-        splats.mean,
-        splats.scale,
-        splats.quat_wxyz,
-        splats.sh,
-        read_only(np.zeros((0, 3, 3))) if rotation is None else rotation,
+        given,
+        rotation,
+        _view_arrays(view),
+        drawn.screen.splats,
+        drawn.screen.radius,
+        first_row,
+        rows,
+        view.threads,
+        grad,
+        grad_centre,
+    )
+    return grad, grad_centre
+
+
+def _view_arrays(view: View) -> ViewArrays:
+    camera = view.camera
+    return ViewArrays(
         read_only(camera.camera_from_world),
         read_only(camera.clip_from_world),
         read_only(camera.centre),
@@ -202,16 +201,4 @@ def _project_backward(
         camera.width,
         camera.height,
         (view.sh_degree + 1) ** 2,
-        screen.splats,
-        screen.radius,
-        first_row,
-        rows,
-        view.threads,
-        of.mean,
-        of.scale,
-        of.quat_wxyz,
-        of.opacity,
-        of.sh,
-        grad_centre,
     )
-    return of, grad_centre

@@ -1,6 +1,6 @@
 """Rasteriser `torch`: stage `raster` of the `trainer` profile in plain tensor algebra; its gradients are autograd's.
 
-The definition of the gradients, as `avatar_runtime.stages.raster` is of the picture: any floating type, slow.
+The definition of the gradients, as `avatar_runtime.stages.raster` is of the image: any floating type, slow.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ def raster(
             members = torch.from_numpy(ids[begin:end])
             drawn.append(_tile(projected, centre, members, column * TILE, row * TILE))
         rows.append(torch.cat(drawn, dim=1))
-    picture = torch.cat(rows)[: camera.height, : camera.width]
-    colour, transmittance = picture[..., :3], picture[..., 3]
+    image = torch.cat(rows)[: camera.height, : camera.width]
+    colour, transmittance = image[..., :3], image[..., 3]
     return colour + transmittance[..., None] * background, transmittance
 
 

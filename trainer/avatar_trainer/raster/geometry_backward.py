@@ -21,7 +21,7 @@ Symmetric = tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np
 class Jacobian(NamedTuple):
     """J W of one splat: pixels by world space."""
 
-    x: Vector  # the row of the picture's x: j00 W0 + j02 W2
+    x: Vector  # the row of the image's x: j00 W0 + j02 W2
     y: Vector  # of its y: j11 W1 + j12 W2
     j00: np.float32
     j11: np.float32

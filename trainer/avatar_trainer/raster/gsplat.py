@@ -1,6 +1,6 @@
 """Rasteriser `gsplat`: the CUDA kernels of gsplat, to train faster; a profile of its own.
 
-It culls and clamps differently from `trainer` and normalises quaternions, so no reference picture is made with it.
+It culls and clamps differently from `trainer` and normalises quaternions, so no reference image is made with it.
 Colour is the twin's of stage `project`, for which gsplat has no sh_rotation. Written after gsplat's documentation of
 `rasterization`; there was no machine with CUDA to run it on.
 """

@@ -1,7 +1,7 @@
 """Point splatting (PSAvatar Eq. 3): discs that face the camera, alpha = beta (1 - r^2 / R^2).
 
 r is the distance in pixels from a point's place on the screen to the pixel's centre, R = focal_x radius / depth, at
-least `points_screen.LEAST_RADIUS`. Points are blended front to back by view z, ties by id, like Gaussians: alpha is
+least `points_screen.LEAST_RADIUS`. Points are composited front to back by view z, ties by id, like Gaussians: alpha is
 at most 0.99, and a point that would leave less transmittance than 1e-4 ends the pixel without being added. Alpha falls
 to 0 at R by itself, so there is no least alpha.
 """
@@ -26,7 +26,7 @@ def rasterise(
     screen_offset: Tensor | None = None,  # [N, 2] pixels
     threads: int | None = None,
 ) -> Rendered:
-    """The picture of `points`: float32 by Numba kernels, any other type by the definition.
+    """The image of `points`: float32 by Numba kernels, any other type by the definition.
 
     Differentiable in the points, the background and the offset, which is added to the projected centres.
     `Rendered.visibility` [N] is each point's largest weight alpha T at any pixel, `radius` [N] its R rounded up, both 0
@@ -37,7 +37,7 @@ def rasterise(
     if points.mean.dtype == torch.float32:
         return points_cpu.rasterise(points, camera, settings, background, screen_offset, threads)
     discs = project(points, camera, settings, screen_offset)
-    colour, transmittance, largest = points_definition.blend(discs, camera, background)
+    colour, transmittance, largest = points_definition.composite(discs, camera, background)
     visibility = torch.zeros_like(points.opacity, requires_grad=False)
     visibility[discs.index] = largest
     radius = torch.zeros(len(points.mean), dtype=torch.int32)

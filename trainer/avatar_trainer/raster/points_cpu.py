@@ -1,4 +1,4 @@
-"""Point splatting by Numba kernels, float32: its picture, and its gradients by hand."""
+"""Point splatting by Numba kernels, float32: its image, and its gradients by hand."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from avatar_trainer.tensors import Points, Rendered
 
 @dataclass(frozen=True)
 class View:
-    """What a picture depends on besides tensors, as the kernels take it."""
+    """What an image depends on besides tensors, as the kernels take it."""
 
     camera_from_world: F32
     clip_from_world: F32
@@ -35,6 +35,7 @@ class View:
 
     @staticmethod
     def of(camera: Camera, settings: RasterSettings, workers: int) -> View:
+        """The arrays of a camera; `settings` gives the near plane."""
         focal_x = np.float32(camera.width) / (np.float32(2) * np.float32(camera.tan_half_fov_x))
         return View(
             read_only(camera.camera_from_world),
@@ -122,7 +123,7 @@ def _array(tensor: Tensor) -> F32:
 
 
 def _draw(inputs: tuple[F32, F32, F32, F32, F32], background: F32, view: View) -> tuple[Drawn, F32, I32, F32]:
-    """(what backward needs, picture [H, W, 3], radius [N] on the screen, largest weight of each row [P])."""
+    """(what backward needs, image [H, W, 3], radius [N] on the screen, largest weight of each row [P])."""
     n, bands = len(inputs[0]), -(-view.height // BAND)
     discs, depth = np.empty((n, COLUMNS), np.float32), np.empty(n, np.float32)
     reach, touched, counts = np.empty(n, np.int32), np.zeros((n, 4), np.int32), np.zeros(bands, np.int64)

@@ -9,7 +9,7 @@ from avatar_runtime.camera import Camera
 from avatar_trainer.raster.points_screen import ALPHA_MAX, STOP, Discs
 
 
-def blend(discs: Discs, camera: Camera, background: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def composite(discs: Discs, camera: Camera, background: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """(colour [H, W, 3] over the background, transmittance [H, W], largest weight [M] of each disc, no gradient).
 
     Every disc meets every pixel: memory M H W.

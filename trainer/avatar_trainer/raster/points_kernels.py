@@ -1,4 +1,4 @@
-"""The blending kernels of point splatting: bands of pixel rows, a block of 4x4 pixels at a time, disc by disc.
+"""The compositing kernels of point splatting: bands of pixel rows, a block of 4x4 pixels at a time, disc by disc.
 
 One thread has a band to itself, and a disc a row of its own for every band it meets, so nothing is added by two
 threads. Backward, a pixel's transmittance in front of a disc is that behind it over 1 - alpha.
@@ -33,7 +33,7 @@ ROW = 7
 ALPHA_MAX, STOP = f32(points_screen.ALPHA_MAX), f32(points_screen.STOP)
 # What a block's state keeps of its 16 pixels, forward: transmittance, colour, position of the last disc added.
 # Backward: transmittance in front of the discs done, gradient of the colour, that position, and what these discs and
-# the background add to the colour times its gradient. A pixel beyond the picture's edge takes no disc.
+# the background add to the colour times its gradient. A pixel beyond the image's edge takes no disc.
 LEFT, SUM_RED, SUM_GREEN, SUM_BLUE, LAST, REST = (LANES * k for k in range(6))
 GRAD_RED, GRAD_GREEN, GRAD_BLUE = SUM_RED, SUM_GREEN, SUM_BLUE
 BLOCK = 6 * LANES
@@ -53,7 +53,7 @@ def composite_bands(
     last: F32,  # [H, W] out: the position in its band of the last disc added, from 1; 0: none
     weight: F32,  # [P] out: a disc's largest in a band
 ) -> None:
-    """Blend every band. The workers take bands from one counter."""
+    """Composite every band. The workers take bands from one counter."""
     counter = np.zeros(1, np.int64)
     for _ in prange(workers):
         _work(
@@ -85,7 +85,7 @@ def _work(
     last: F32,
     weight: F32,
 ) -> Any:
-    """Blend bands until none is left."""
+    """Composite bands until none is left."""
     height, width = last.shape
     columns = -(-width // SIDE)
     state, largest, disc = aligned(BAND // SIDE * columns * BLOCK), aligned(LANES), aligned(COLUMNS)
@@ -136,7 +136,7 @@ def _fetch(disc: F32, discs: F32, first_row: I64, members: U32, k: int, ahead: i
 
 @inlined
 def _span(centre: np.float32, radius: np.float32, low: int, high: int) -> tuple[int, int]:
-    """The blocks, from the picture's edge, of the pixels low..high that a disc can reach; ends excluded."""
+    """The blocks, from the image's edge, of the pixels low..high that a disc can reach; ends excluded."""
     begin = math.ceil(max(centre - radius, f32(low))) // SIDE
     return begin, math.floor(min(centre + radius, f32(high - 1))) // SIDE + 1
 
@@ -145,7 +145,7 @@ def _span(centre: np.float32, radius: np.float32, low: int, high: int) -> tuple[
 def _add(
     state: F32, largest: F32, disc: F32, y0: int, y1: int, width: int, columns: int, position: np.float32
 ) -> None:
-    """Blend the disc into the rows from y0 to y1."""
+    """Composite the disc into the rows from y0 to y1."""
     left, right = _span(disc[CENTRE_X], disc[RADIUS], 0, width)
     top, bottom = _span(disc[CENTRE_Y], disc[RADIUS], y0, y1)
     for row in range(top, bottom):
@@ -158,7 +158,7 @@ def _add(
 def _add_block(
     state: F32, base: np.uint64, largest: F32, disc: F32, x0: np.float32, y0: np.float32, position: np.float32
 ) -> None:
-    """Blend the disc into the block at (x0, y0); the transmittance of a pixel that has stopped is kept negated."""
+    """Composite the disc into the block at (x0, y0); the transmittance of a pixel that has stopped is kept negated."""
     inverse, opacity = f32(1) / (disc[RADIUS] * disc[RADIUS]), disc[OPACITY]
     red, green, blue = disc[RED], disc[GREEN], disc[BLUE]
     x, y = disc[CENTRE_X], disc[CENTRE_Y]

@@ -1,4 +1,4 @@
-"""Points on the screen: discs that every rasteriser of points blends alike."""
+"""Points on the screen: discs that every rasteriser of points composites alike."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Discs:
 def project(points: Points, camera: Camera, settings: RasterSettings, screen_offset: Tensor | None) -> Discs:
     """The discs of `points`: radius focal_x * radius / depth pixels, but LEAST_RADIUS where that is less.
 
-    Drawn is what lies beyond `settings.near` and whose box of pixels meets the picture. `screen_offset` [N, 2] pixels
+    Drawn is what lies beyond `settings.near` and whose box of pixels meets the image. `screen_offset` [N, 2] pixels
     is added to the centres before anything else is decided. Differentiable.
     """
     with torch.no_grad():

@@ -6,6 +6,8 @@ released rasteriser differs in one term: it takes the clamped x of the Jacobian 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import prange
 
@@ -45,123 +47,90 @@ f32 = np.float32
 CHUNK = 256  # splats that a worker takes at a time
 
 
+class SplatArrays(NamedTuple):
+    """N splats in world space, as `tensors.Splats` has them without `sh_rotation`; or the gradients of each."""
+
+    mean: F32  # [N, 3]
+    scale: F32  # [N, 3]
+    quat_wxyz: F32  # [N, 4]
+    opacity: F32  # [N]
+    sh: F32  # [N, K, 3]
+
+
+class ViewArrays(NamedTuple):
+    """A camera, and the SH coefficients that are seen."""
+
+    camera_from_world: F32  # [4, 4]
+    clip_from_world: F32  # [4, 4]
+    eye: F32  # [3] world
+    lens: F32  # [2] tan_half_fov_x, tan_half_fov_y
+    width: int  # pixels
+    height: int
+    coefficients: int  # of the SH degree
+
+
 @kernel(parallel=True)
 def project_splats_backward(
-    mean: F32,  # [N, 3]
-    scale: F32,  # [N, 3]
-    quat_wxyz: F32,  # [N, 4]
-    sh: F32,  # [N, K, 3]
+    splats: SplatArrays,
     sh_rotation: F32,  # [N, 3, 3], or [0, 3, 3]
-    view: F32,  # [4, 4] camera_from_world
-    clip: F32,  # [4, 4] clip_from_world
-    eye: F32,  # [3] world
-    lens: F32,  # [2] tan_half_fov_x, tan_half_fov_y
-    width: int,
-    height: int,
-    coefficients: int,  # of the SH degree
-    splats: F32,  # [N, COLUMNS]
+    view: ViewArrays,
+    screen: F32,  # [N, COLUMNS]
     radius: I32,  # [N]
     first_row: I64,  # [N + 1]
-    rows: F32,  # [P, ROW]
+    rows: F32,  # [P, ROW] as `composite_tiles_backward` leaves them
     workers: int,
-    grad_mean: F32,  # [N, 3] out, like all that follow
-    grad_scale: F32,  # [N, 3]
-    grad_quat: F32,  # [N, 4]
-    grad_opacity: F32,  # [N]
-    grad_sh: F32,  # [N, K, 3]
+    grad: SplatArrays,  # out, like all that follow
     grad_centre: F32,  # [N, 2] pixels
 ) -> None:
     """Fill the gradients, zeros where a splat is not drawn. The workers take chunks from one counter."""
     counter = np.zeros(1, np.int64)
     for _ in prange(workers):
-        _work(
-            counter,
-            mean,
-            scale,
-            quat_wxyz,
-            sh,
-            sh_rotation,
-            view,
-            clip,
-            eye,
-            lens,
-            width,
-            height,
-            coefficients,
-            splats,
-            radius,
-            first_row,
-            rows,
-            grad_mean,
-            grad_scale,
-            grad_quat,
-            grad_opacity,
-            grad_sh,
-            grad_centre,
-        )
+        _work(counter, splats, sh_rotation, view, screen, radius, first_row, rows, grad, grad_centre)
 
 
 @kernel()
 def _work(
     counter: I64,
-    mean: F32,
-    scale: F32,
-    quat_wxyz: F32,
-    sh: F32,
+    splats: SplatArrays,
     sh_rotation: F32,
-    view: F32,
-    clip: F32,
-    eye: F32,
-    lens: F32,
-    width: int,
-    height: int,
-    coefficients: int,
-    splats: F32,
+    view: ViewArrays,
+    screen: F32,
     radius: I32,
     first_row: I64,
     rows: F32,
-    grad_mean: F32,
-    grad_scale: F32,
-    grad_quat: F32,
-    grad_opacity: F32,
-    grad_sh: F32,
+    grad: SplatArrays,
     grad_centre: F32,
 ) -> None:
     """Go through chunks until none is left."""
     total, basis = np.empty(ROW, np.float32), np.empty((16, 4), np.float32)
     while True:
         begin = CHUNK * take_next(counter)
-        if begin >= len(mean):
+        if begin >= len(splats.mean):
             return
-        for i in range(begin, min(begin + CHUNK, len(mean))):
-            grad_sh[i] = f32(0)
-            grad_mean[i] = f32(0)
+        for i in range(begin, min(begin + CHUNK, len(splats.mean))):
+            grad.sh[i] = f32(0)
+            grad.mean[i] = f32(0)
             if radius[i] == 0:
-                grad_scale[i], grad_quat[i] = f32(0), f32(0)
-                grad_opacity[i], grad_centre[i] = f32(0), f32(0)
+                grad.scale[i], grad.quat_wxyz[i] = f32(0), f32(0)
+                grad.opacity[i], grad_centre[i] = f32(0), f32(0)
                 continue
             _sum_rows(total, rows, first_row[i], first_row[i + 1])
-            opacity = splats[i, OPACITY]
-            grad_opacity[i] = total[S] / opacity if opacity > f32(0) else f32(0)
-            _geometry_backward(
-                i,
-                mean,
-                scale,
-                quat_wxyz,
-                view,
-                clip,
-                lens,
-                width,
-                height,
-                splats,
-                total,
-                grad_mean,
-                grad_scale,
-                grad_quat,
-                grad_centre,
-            )
+            opacity = screen[i, OPACITY]
+            grad.opacity[i] = total[S] / opacity if opacity > f32(0) else f32(0)
+            _geometry_backward(i, splats, view, screen, total, grad, grad_centre)
             grad_rgb = total[S_RED], total[S_GREEN], total[S_BLUE]
-            colour_backward(i, grad_rgb, mean, sh, sh_rotation, eye, coefficients, basis, grad_sh, grad_mean)
+            colour_backward(
+                i,
+                grad_rgb,
+                splats.mean,
+                splats.sh,
+                sh_rotation,
+                view.eye,
+                view.coefficients,
+                basis,
+                grad.sh,
+                grad.mean,
+            )
 
 
 @inlined
@@ -177,32 +146,26 @@ def _sum_rows(total: F32, rows: F32, begin: int, end: int) -> None:
 @inlined
 def _geometry_backward(
     i: int,
-    mean: F32,
-    scale: F32,
-    quat_wxyz: F32,
-    view: F32,
-    clip: F32,
-    lens: F32,
-    width: int,
-    height: int,
-    splats: F32,
+    splats: SplatArrays,
+    view: ViewArrays,
+    screen: F32,
     total: F32,
-    grad_mean: F32,
-    grad_scale: F32,
-    grad_quat: F32,
+    grad: SplatArrays,
     grad_centre: F32,
 ) -> None:
-    """What the exponent -(a dx dx + c dy dy) / 2 - b dx dy gives centre and conic, and these the splat."""
-    a, b, c = splats[i, CONIC_XX], splats[i, CONIC_XY], splats[i, CONIC_YY]
+    """From the exponent -(a dx dx + c dy dy) / 2 - b dx dy to centre and conic, and from these to the splat."""
+    a, b, c = screen[i, CONIC_XX], screen[i, CONIC_XY], screen[i, CONIC_YY]
     grad_x, grad_y = -(a * total[S_X] + b * total[S_Y]), -(c * total[S_Y] + b * total[S_X])
     grad_centre[i, 0], grad_centre[i, 1] = grad_x, grad_y
-    at, size = row(mean, i), row(scale, i)
-    quat = quat_wxyz[i, 0], quat_wxyz[i, 1], quat_wxyz[i, 2], quat_wxyz[i, 3]
-    add_to(grad_mean, i, centre_backward((grad_x, grad_y), at, clip, width, height))
+    at, size = row(splats.mean, i), row(splats.scale, i)
+    q = splats.quat_wxyz
+    quat = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
+    add_to(grad.mean, i, centre_backward((grad_x, grad_y), at, view.clip_from_world, view.width, view.height))
     grad_cov = conic_backward((-HALF * total[S_XX], -total[S_XY], -HALF * total[S_YY]), a, b, c)
-    j, cov = jacobian(at, view, lens, width, height), covariance(size, quat)
+    j = jacobian(at, view.camera_from_world, view.lens, view.width, view.height)
+    cov = covariance(size, quat)
     along_x, along_y = times(cov, j.x), times(cov, j.y)
     grad_j_x = combined(TWO * grad_cov[0], along_x, grad_cov[1], along_y)
     grad_j_y = combined(TWO * grad_cov[2], along_y, grad_cov[1], along_x)
-    add_to(grad_mean, i, jacobian_backward(j, view, grad_j_x, grad_j_y))
-    factors_backward(i, covariance_backward(grad_cov, j.x, j.y), size, quat, grad_scale, grad_quat)
+    add_to(grad.mean, i, jacobian_backward(j, view.camera_from_world, grad_j_x, grad_j_y))
+    factors_backward(i, covariance_backward(grad_cov, j.x, j.y), size, quat, grad.scale, grad.quat_wxyz)

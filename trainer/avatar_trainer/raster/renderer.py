@@ -42,7 +42,7 @@ def render(
     screen_offset: Tensor | None = None,  # [N, 2] pixels
     threads: int | None = None,
 ) -> Rendered:
-    """The picture of `splats`, differentiable in them (but for sh_rotation), the background and the offset.
+    """The image of `splats`, differentiable in them (but for sh_rotation), the background and the offset.
 
     `screen_offset` is added to the projected centres once it is decided which tiles each splat touches: the gradient
     of zeros given here is that of the splats' places on the screen. `threads`: as for the runtime's backend `cpu`.

@@ -1,4 +1,4 @@
-"""A system's picture of a frame, without gradients: for evaluation, previews, references and comparisons."""
+"""A system's image of a frame, without gradients: for evaluation, previews, references and comparisons."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from avatar_trainer.tensors import Rendered
 
 @dataclass(frozen=True)
 class Drawing:
-    """By what pictures are drawn."""
+    """Which rasteriser draws, and on how many threads."""
 
     rasteriser: str = "cpu"
     threads: int | None = None  # as for the runtime's backend `cpu`
@@ -27,7 +27,7 @@ DRAWING = Drawing()
 
 
 def raster_settings(system: System) -> RasterSettings:
-    """How a system's pictures are drawn: the trainers' near plane is in training units, the splats are in metres."""
+    """How a system's images are drawn: the trainers' near plane is in training units, the splats are in metres."""
     return RasterSettings(near=float(constants()["near"]) / system.training_per_bundle)
 
 

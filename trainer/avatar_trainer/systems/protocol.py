@@ -1,4 +1,4 @@
-"""What the training loop asks of a system; each system is a module of `systems` with a class of this shape."""
+"""What the training loop needs of a system; each system is a folder of `systems` with a class of this shape."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from avatar_trainer.tensors import Points, Rendered, Splats
 class System(Protocol):
     """A trainable avatar of one system.
 
-    One with an enhancer may also have `enhanced(colour [H, W, 3]) -> Tensor | None`, None while it is untrained:
-    evaluation then says what it is worth.
+    A system with an enhancer may also have `enhanced(colour [H, W, 3]) -> Tensor | None`, None while it is untrained:
+    evaluation then measures it.
     """
 
     name: ClassVar[str]  # as the exporter's reader calls it
@@ -30,7 +30,7 @@ class System(Protocol):
         """The avatar in one pose, metres, differentiable with respect to the table; points while acquiring."""
 
     def background(self, generator: Generator) -> Tensor:
-        """[3] behind this iteration's picture, prediction and target alike."""
+        """[3] behind this iteration's image, prediction and target alike."""
 
     def losses(self, rendered: Rendered, target: Tensor, mask: Tensor, iteration: int) -> dict[str, Tensor]:
         """Weighted terms whose sum is minimised; target [H, W, 3] is over the background, mask [H, W] 0..1."""
@@ -45,7 +45,7 @@ class System(Protocol):
         """What follows an optimiser step: density control, opacity reset, walking on triangles, SH degree."""
 
     def state(self) -> dict[str, Any]:
-        """Everything that `load_state` needs to go on bit by bit: tensors, numbers, strings, dicts and lists."""
+        """Everything that `load_state` needs to continue bit by bit: tensors, numbers, strings, dicts and lists."""
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Go on from `state`."""

@@ -115,7 +115,7 @@ class _File:
         sound = (np.abs(values) <= LARGEST).all(axis=tuple(range(1, values.ndim)))  # False for NaN
         if not sound.all():
             raise self._wrong(
-                f"is not finite or larger than {LARGEST:g}; lengths are in metres",
+                f"is not finite, or larger than {LARGEST:g}; lengths are in metres",
                 f"{key}[{int(np.argmin(sound))}]",
             )
         return values

@@ -207,4 +207,4 @@ def _flat(rows: list[Any], width: int) -> Iterator[Any]:
 
 
 def _refuse_constant(name: str) -> float:
-    raise ValueError(f"{name} is no number")
+    raise ValueError(f"{name} is not a number")

@@ -117,7 +117,7 @@ def test_the_kernel_has_the_definitions_value_and_gradients() -> None:
             energy = consistency(vertices, cameras.turned(), translation, scene)
         else:
             pixels = cameras.pixels(texels.points(vertices))
-            maps = unwrapped(torch.from_numpy(scene.pictures), pixels, texels)
+            maps = unwrapped(torch.from_numpy(scene.images), pixels, texels)
             inner = torch.from_numpy(scene.valid)[:, 1:-1, 1:-1]
             energy = photometric_energy(maps, inner, len(texels.row))
         energy.backward()
@@ -293,11 +293,11 @@ def test_no_number_is_no_json(tmp_path: Path, place: str, number: float) -> None
         "K": {"K": [[30, 0, number], [0, 30, 8], [0, 0, 1]]},
         "landmarks": {"views": [VIEW, {**VIEW, "landmarks": [[1, 2]] * 7 + [[number, 1]]}]},
     }
-    with pytest.raises(AvatarError, match=r"views\.json: is no JSON"):
+    with pytest.raises(AvatarError, match=r"views\.json: is not JSON"):
         read(_folder(tmp_path, **changes[place]))
 
 
 def test_text_that_is_no_json_is_named(tmp_path: Path) -> None:
     (tmp_path / "views.json").write_text("{" * 10_000)
-    with pytest.raises(AvatarError, match="no JSON"):
+    with pytest.raises(AvatarError, match="is not JSON"):
         read(tmp_path)

@@ -151,7 +151,7 @@ YAWS = (-0.95, 0.95, 1.0)
 
 
 def _toy_views(file: Path = Path("views.json")) -> Views:
-    """Pictures whose grey is the column, and the landmarks."""
+    """Targets whose grey is the column, and the landmarks."""
     template = asm_toy.template()
     names = tuple(template.landmarks)
     points = template.vertices[list(template.landmarks.values())].astype(np.float64)
@@ -178,13 +178,13 @@ def test_a_coarse_level_has_smaller_pictures_and_a_smaller_camera() -> None:
     problem = _problem()
     level = next(level for level in LEVELS if level.shrink > 1)
     scene = problem.scene(level, problem.texels(level), problem.look())
-    assert scene.pictures.shape == (3, SIZE[1] // level.shrink, SIZE[0] // level.shrink)
+    assert scene.images.shape == (3, SIZE[1] // level.shrink, SIZE[0] // level.shrink)
     x = np.array([0.031, -0.02, 0.8])
     whole = x[:2] / x[2] * (300, 310) + (64, 60)
     small = x[:2] / x[2] * scene.focal + scene.principal
     np.testing.assert_allclose(small * level.shrink, whole, atol=1e-9)
-    centres = np.arange(scene.pictures.shape[2]) + 0.5
-    assert np.interp(small[0], centres, scene.pictures[0, 7]) == pytest.approx(whole[0], abs=1e-4)
+    centres = np.arange(scene.images.shape[2]) + 0.5
+    assert np.interp(small[0], centres, scene.images[0, 7]) == pytest.approx(whole[0], abs=1e-4)
 
 
 def test_only_texels_that_two_views_see_are_compared() -> None:

@@ -15,7 +15,7 @@ from torch import Tensor
 
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.rotation import matrix_from_quat
-from avatar_trainer.captures.targets import Pictures
+from avatar_trainer.captures.targets import Targets
 from avatar_trainer.loop.train import Trainer
 from avatar_trainer.losses import dssim_loss
 from avatar_trainer.parameters.densify import Density, DensitySettings, Plan
@@ -59,10 +59,10 @@ def steps(system: GaussianBlendshapes, first: int, last: int) -> list[float]:
     trainer = Trainer(system, system.capture, TrainSettings(iterations=last, threads=1))
     generator = trainer.generator
     losses = []
-    with Pictures(64) as pictures:
+    with Targets(64) as targets:
         for iteration in range(first, last + 1):
             generator.manual_seed(iteration)
-            step = trainer.step(iteration, pictures(trainer.frame(iteration)))
+            step = trainer.step(iteration, targets(trainer.frame(iteration)))
             losses.append(sum(step.terms.values()))
     return losses
 

@@ -10,7 +10,7 @@ import torch
 
 from avatar_runtime.codec import safetensors
 from avatar_runtime.io.errors import AvatarError
-from avatar_trainer.systems.psavatar.losses import VGG_SHAPES, picture_terms, read_vgg
+from avatar_trainer.systems.psavatar.losses import VGG_SHAPES, image_terms, read_vgg
 from tests.trainer.systems.psavatar import scene
 from tests.trainer.systems.splatting_avatar import scene as sheet
 
@@ -57,14 +57,14 @@ def test_features_are_those_of_the_first_four_layers(tmp_path: Path) -> None:
 def test_the_term_has_a_gradient_for_the_drawn_picture_alone(tmp_path: Path) -> None:
     vgg = read_vgg(written(tmp_path / "vgg.safetensors", weights()))
     drawn, target = torch.rand(8, 8, 3, requires_grad=True), torch.rand(8, 8, 3)
-    terms = picture_terms(drawn, target, 0.0, 0.1, vgg)
+    terms = image_terms(drawn, target, 0.0, 0.1, vgg)
     assert set(terms) == {"l1", "vgg"}
     assert float(terms["vgg"].detach()) == pytest.approx(
         0.1 * float((vgg(drawn.detach()) - vgg(target)).abs().mean()), rel=1e-5
     )
     terms["vgg"].backward()
     assert drawn.grad is not None and drawn.grad.abs().max() > 0
-    assert float(picture_terms(target, target, 0.0, 0.1, vgg)["vgg"]) == 0
+    assert float(image_terms(target, target, 0.0, 0.1, vgg)["vgg"]) == 0
 
 
 @pytest.mark.parametrize(

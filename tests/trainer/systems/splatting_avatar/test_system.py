@@ -99,7 +99,7 @@ def test_uv_moves_position_and_rotation_as_differences_say(
         assert shift is not None and raised is not None
         apart = np.abs(shift[row].double().numpy() * size[row] - differences).max()
         worst = max(worst, apart, abs(float(raised[row]) - along))
-    measured("gradient of (u, v, d) against differences", worst)
+    measured("gradient of (u, v, d) against differences", worst, 1e-6)
     assert worst < 1e-6
     assert shift.abs().max() > 1e-3
 

@@ -20,10 +20,10 @@ PATCH = 9  # texels
 
 
 class Scene(NamedTuple):
-    """N pictures of one K, and X texels of a map of M x M."""
+    """N images of one K, and X texels of a map of M x M."""
 
-    pictures: F32  # [N, H, W] grey
-    focal: F64  # [2] pixels of these pictures
+    images: F32  # [N, H, W] grey
+    focal: F64  # [2] pixels of these images
     principal: F64  # [2] pixel centres at half integers
     row: I64  # [X] of each texel in the flat map
     corner: I64  # [X, 3] vertices of the triangle it lies in
@@ -38,7 +38,7 @@ def consistency(vertices: Tensor, rotation: Tensor, translation: Tensor, scene: 
     float32 on the CPU, differentiable in all three. Does not depend on the number of threads. Raises ValueError for
     another type or shape and for fewer than two views.
     """
-    if len(scene.pictures) < 2:
+    if len(scene.images) < 2:
         raise ValueError("photometric consistency needs two views")
     value: Tensor = _Consistency.apply(vertices, rotation, translation, scene)  # type: ignore[no-untyped-call]
     return value
@@ -47,7 +47,7 @@ def consistency(vertices: Tensor, rotation: Tensor, translation: Tensor, scene: 
 class _Consistency(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, vertices: Tensor, rotation: Tensor, translation: Tensor, scene: Scene) -> Tensor:
-        n, x, m = len(scene.pictures), len(scene.row), scene.valid.shape[1]
+        n, x, m = len(scene.images), len(scene.row), scene.valid.shape[1]
         mesh = plain(vertices, len(vertices), 3)
         points = np.empty((x, 3), np.float32)
         _place(mesh, scene, points)
@@ -83,10 +83,10 @@ def _place(vertices: F32, scene: Scene, points: F32) -> None:
 
 @kernel(parallel=True)
 def _sample(points: F32, rotation: F32, translation: F32, scene: Scene, grey: F32, slope: F32) -> None:
-    """`grey` [N, M M] bilinear in the pictures, and its change `slope` [N, X, 2] by a pixel."""
-    count, height, width = scene.pictures.shape
+    """`grey` [N, M M] bilinear in the images, and its change `slope` [N, X, 2] by a pixel."""
+    count, height, width = scene.images.shape
     for n in numba.prange(count):
-        r, t, picture = rotation[n], translation[n], scene.pictures[n]
+        r, t, image = rotation[n], translation[n], scene.images[n]
         for i in range(len(points)):
             p = points[i]
             z = max(r[2, 0] * p[0] + r[2, 1] * p[1] + r[2, 2] * p[2] + t[2], np.float32(NEAR))
@@ -103,8 +103,8 @@ def _sample(points: F32, rotation: F32, translation: F32, scene: Scene, grey: F3
             x, y = min(max(u, 0.0), width - 1.0), min(max(v, 0.0), height - 1.0)
             left, top = min(int(x), width - 2), min(int(y), height - 2)
             sx, sy = x - left, y - top
-            a, b = picture[top, left], picture[top, left + 1]
-            c, d = picture[top + 1, left], picture[top + 1, left + 1]
+            a, b = image[top, left], image[top, left + 1]
+            c, d = image[top + 1, left], image[top + 1, left + 1]
             grey[n, scene.row[i]] = (a * (1 - sx) + b * sx) * (1 - sy) + (c * (1 - sx) + d * sx) * sy
             if x == u:
                 slope[n, i, 0] = (b - a) * (1 - sy) + (d - c) * sy

@@ -40,7 +40,7 @@ def depth_buffers(points: F64, triangles: I64, intrinsics: F64, size: tuple[int,
 
 
 def in_front(buffers: F32, pixels: F64, depth: F64, slack: float) -> npt.NDArray[np.bool_]:
-    """[N, P] whether points at `pixels` [N, P, 2] and `depth` [N, P] are in the picture, and at most `slack` metres
+    """[N, P] whether points at `pixels` [N, P, 2] and `depth` [N, P] are in the image, and at most `slack` metres
     behind what buffers [N, H, W] hold there."""
     height, width = buffers.shape[1:]
     column, row = (
@@ -54,7 +54,7 @@ def in_front(buffers: F32, pixels: F64, depth: F64, slack: float) -> npt.NDArray
 
 
 def covering(corners: F64, triangles: I64, size: int) -> tuple[I64, F64]:
-    """(triangle [S, S], barycentric [S, S, 3]) that hold each pixel's centre of a square picture; -1 where none does.
+    """(triangle [S, S], barycentric [S, S, 3]) that hold each pixel's centre of a square image; -1 where none does.
 
     corners [V, 2] pixels, triangles [F, 3]; where triangles overlap, the first. Raises ValueError as `depth_buffers`.
     """
@@ -125,7 +125,7 @@ def _cover(corners: F64, triangles: I64, triangle: I64, barycentric: F64) -> Non
 def _box(a: F64, b: F64, c: F64, width: int, height: int) -> tuple[int, int, int, int]:
     """Left, right, top, bottom of the pixels that may lie in a triangle, ends excluded.
 
-    In floats until they are within the picture: a vertex may project anywhere.
+    In floats until they are within the image: a vertex may project anywhere.
     """
     left = int(max(math.floor(min(a[0], b[0], c[0])), 0.0))
     right = int(min(math.ceil(max(a[0], b[0], c[0])), float(width)))

@@ -1,0 +1,1 @@
+"""Registration: a template fitted to scans of one person."""

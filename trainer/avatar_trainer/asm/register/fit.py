@@ -82,7 +82,7 @@ def register_takes(
     [V, J] are what variants with fixed weights use, by default those of `binding`; given others, the face's binding
     only resembles them, and `vertices` alone is what was fitted. The same scans, template and settings give the same
     bits. Raises AvatarError for a template without the keypoints' landmarks, a scan without points in the facial
-    region, and a fit that goes astray.
+    region, and a fit that diverges.
     """
     settings = settings or RegisterSettings()
     if not scans:
@@ -155,11 +155,11 @@ class _Fit:
         return torch.optim.Adam(groups, foreach=False)
 
     def step(self, iteration: int) -> float:
-        """One iteration; the energy before it. Raises AvatarError for a face that is no number any more."""
+        """One iteration; the energy before it. Raises AvatarError for a face that is not finite."""
         sound = bool(self.face.zeta.isfinite().all())
         posed = self._vertices(self.rows) if sound else torch.full((1,), torch.nan)
         if not bool(posed.isfinite().all()):
-            raise AvatarError("the fit went astray, vertices are no numbers; a smaller learning_rate helps")
+            raise AvatarError("the fit diverged: vertices are not finite; lower learning_rate")
         energy = self._apart(posed, self._cap(iteration)) + self.settings.prior * self._prior()
         self.optimiser.zero_grad()
         energy.backward()  # type: ignore[no-untyped-call]

@@ -1,0 +1,1 @@
+"""Templates: a head mesh with bones, a plane of mixtures and first weights."""

@@ -53,12 +53,12 @@ def at_rest(name: str, template: Template, binding: Binding) -> AsmFace:
 def read_landmarks(path: Path, points: F64) -> I64:
     """[68] vertices of JSON that lists vertices or places; of a place the nearest of `points` [V, 3] in its unit.
 
-    Raises AvatarError for a file that is no such JSON, and vertices beyond the mesh.
+    Raises AvatarError for any other file, and vertices beyond the mesh.
     """
     try:
         given = json.loads(read_bytes(path, MAX_LANDMARK_BYTES))
     except (ValueError, RecursionError):
-        raise AvatarError(f"is no JSON; {SHAPE}, is needed", file=path) from None
+        raise AvatarError(f"is not JSON; {SHAPE}, is needed", file=path) from None
     if not isinstance(given, list) or len(given) != LANDMARKS:
         raise AvatarError(f"is not {SHAPE}", file=path)
     return np.array([_vertex(value, points, path, k) for k, value in enumerate(given)], np.int64)

@@ -29,7 +29,7 @@ def make_template(
     """(template, first weights [V, 84]) of a head [V, 3] metres, +Y up, face +Z, subject's left +X; triangles [F, 3].
 
     uv [V, 2] or None for an unwrap of its own, in which nothing overlaps; landmarks [68] vertices, iBUG's order; colour
-    [V, 3] 0..1. Raises AvatarError for meshes that cannot be unwrapped and landmarks that are no upright face.
+    [V, 3] 0..1. Raises AvatarError for meshes that cannot be unwrapped and landmarks that do not form an upright face.
     """
     _check(vertices, triangles, landmarks)
     bones = skeleton()

@@ -136,7 +136,8 @@ def place(vertices: Array, triangles: Array, landmarks: Array) -> Placed:
     """The bones on a head with vertices [V, 3] metres, triangles [F, 3] and landmark vertices [68].
 
     The landmarks are made symmetric about the plane through those of the middle; the bones are exactly symmetric.
-    Raises AvatarError for landmarks that are no upright face towards +Z, or farther from symmetric than MOST_ASYMMETRY.
+    Raises AvatarError for landmarks that do not form an upright face towards +Z, or that are farther from symmetric
+    than MOST_ASYMMETRY.
     """
     vertices = vertices.astype(np.float64)
     middle, point = symmetric_landmarks(vertices[landmarks])

@@ -1,0 +1,1 @@
+"""A face and its cameras from uncalibrated images of a still head."""

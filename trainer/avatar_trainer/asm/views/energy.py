@@ -1,4 +1,4 @@
-"""What a face and cameras cost that are held against pictures of many sides: ASM appendix D, Eq. 18 to 22.
+"""What a face and cameras cost that are held against images of many sides: ASM appendix D, Eq. 18 to 22.
 
 Pixels have their centres at half integers. Everything is differentiable in vertices and cameras, except for which
 points are seen and which contour point belongs to which: those are found by `asm_views_sight` and held fixed.
@@ -85,17 +85,17 @@ class Texels:
         return (self.barycentric[..., None] * vertices[self.corner]).sum(-2)
 
 
-def unwrapped(pictures: Tensor, pixels: Tensor, texels: Texels) -> Tensor:
+def unwrapped(images: Tensor, pixels: Tensor, texels: Texels) -> Tensor:
     """U [N, M, M] of Eq. 21: grey values of `pictures` [N, H, W] at `pixels` [N, X, 2], bilinear, laid out in uv.
 
     Vertices are as dense in the paper as texels are here, so texels are looked up themselves.
     """
-    height, width = pictures.shape[1:]
+    height, width = images.shape[1:]
     scale = pixels.new_tensor([2 / width, 2 / height])
     grey = torch.nn.functional.grid_sample(
-        pictures[:, None], (pixels * scale - 1)[:, None], padding_mode="border", align_corners=False
+        images[:, None], (pixels * scale - 1)[:, None], padding_mode="border", align_corners=False
     )
-    flat = grey.new_zeros(len(pictures), texels.size**2)
+    flat = grey.new_zeros(len(images), texels.size**2)
     return flat.index_copy(1, texels.row, grey[:, 0, 0]).reshape(-1, texels.size, texels.size)
 
 

@@ -1,4 +1,4 @@
-"""Pictures of one still head from many sides, as views.json names them: see CAPTURE.md beside this package."""
+"""Images of one still head from many sides, as views.json names them: see CAPTURE.md beside this package."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from avatar_trainer.captures.paths import inside
 FILE = "views.json"
 VERSION = "1.0"
 MAX_JSON_BYTES = 16 << 20
-MAX_PIXELS = 200_000_000  # of all pictures together: they are held in memory
+MAX_PIXELS = 200_000_000  # of all images together: they are held in memory
 LEAST_FOCAL = 1.0  # pixels
 FEWEST_SEEN = 6  # landmarks that a view's pose can be found from
 LUMA = np.array([0.299, 0.587, 0.114], np.float32)
@@ -30,7 +30,7 @@ LUMA = np.array([0.299, 0.587, 0.114], np.float32)
 
 @dataclass(frozen=True)
 class Views:
-    """N pictures of one head that keeps still; the poses are not known."""
+    """N images of one head that keeps still; the poses are not known."""
 
     name: str
     file: Path  # where the numbers stand
@@ -57,7 +57,7 @@ class Views:
 def read(folder: Path) -> Views:
     """The views whose views.json is in `folder`.
 
-    Raises AvatarError naming file and field: not of the schema, a K that is none or has skew, a picture or mask that
+    Raises AvatarError naming file and field: not of the schema, an invalid K or one with skew, an image or mask that
     is missing, of another size or damaged, rows of landmarks of the wrong length, a view with fewer than FEWEST_SEEN
     of them, more than MAX_PIXELS in all.
     """
@@ -67,7 +67,7 @@ def read(folder: Path) -> Views:
     width, height = document["width"], document["height"]
     if width * height * len(entries) > MAX_PIXELS:
         raise AvatarError(
-            f"has {len(entries)} pictures of {width}x{height}, more than {MAX_PIXELS} pixels; make them smaller",
+            f"has {len(entries)} images of {width}x{height}, more than {MAX_PIXELS} pixels; make them smaller",
             file=file,
         )
     landmarks = np.stack(
@@ -90,7 +90,7 @@ def _document(file: Path) -> dict[str, Any]:
     try:
         document = json.loads(read_bytes(file, MAX_JSON_BYTES), parse_constant=_refuse)
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is no JSON ({type(error).__name__})", file=file) from None
+        raise AvatarError(f"is not JSON ({type(error).__name__})", file=file) from None
     version = parse_version(document.get("version")) if isinstance(document, dict) else None
     if version and version[0] > 1:
         raise AvatarError(
@@ -114,7 +114,7 @@ def _intrinsics(values: list[list[float]], file: Path) -> F64:
     rest[[0, 1, 0, 1], [0, 1, 2, 2]] = 0
     if not (min(k[0, 0], k[1, 1]) >= LEAST_FOCAL and (rest == np.diag([0, 0, 1])).all()):
         raise AvatarError(
-            f"is no [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] with fx, fy of at least {LEAST_FOCAL:g}",
+            f"is not [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] with fx, fy of at least {LEAST_FOCAL:g}",
             file=file,
             field="K",
         )

@@ -1,7 +1,7 @@
-"""A still head's face and cameras from uncalibrated pictures of many sides: ASM appendix D.
+"""A still head's face and cameras from uncalibrated images of many sides: ASM appendix D.
 
 Left open by the paper or otherwise here: the first shape is the template's, not a network's (D.1); the first poses
-are found from its landmarks; texels of the uv map are looked up themselves, coarse ones in small pictures first.
+are found from its landmarks; texels of the uv map are looked up themselves, coarse ones in small images first.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Level(NamedTuple):
 
     share: float  # of the iterations
     texels: int  # along an edge of the uv map; 0: no photometric consistency yet
-    shrink: int  # pixels of the pictures along an edge of what is made one
+    shrink: int  # pixels of the images along an edge of what is made one
     reach: float  # pixels between contours, at most
 
 
@@ -71,7 +71,7 @@ LAST_STEP = 0.1  # of the first, at the end of each level
 
 @dataclass(frozen=True)
 class ViewSettings:
-    """How a face is fitted to pictures; ValueError for a value out of range.
+    """How a face is fitted to images; ValueError for a value out of range.
 
     The weights are those of Eq. 23, in pixels. The paper's edge weight (0.4) outweighed all else: chamfer distances
     are squared here, and some contour points have none to meet. Its prior (1) has no unit; 0.1 goes with `Priors`.
@@ -95,14 +95,14 @@ class Fitted:
     """What was found."""
 
     face: Face
-    vertices: F64  # [V, 3] metres; their scale is the template's, pictures cannot tell
+    vertices: F64  # [V, 3] metres; their scale is the template's, images cannot tell
     rotation: F64  # [N, 3, 3] cameras from world
     translation: F64  # [N, 3] metres
     energy: tuple[float, ...]  # of each level's last iteration
 
 
 def fit(template: Template, binding: Binding, views: Views, settings: ViewSettings | None = None) -> Fitted:
-    """The face and the cameras that the pictures show. Deterministic for one number of threads.
+    """The face and the cameras that the images show. Deterministic for one number of threads.
 
     Raises AvatarError where a view shares fewer than FEWEST_SEEN landmarks with the template, where they lie on a
     line, and where the fit does not stay finite.
@@ -217,7 +217,7 @@ class _Problem:
         return Texels(texels.size, texels.row[rows], texels.corner[rows], texels.barycentric[rows])
 
     def scene(self, level: Level, texels: Texels, found: Sight) -> Scene:
-        """The level's pictures, and which patches of the map are seen now."""
+        """The level's images, and which patches of the map are seen now."""
         valid = np.pad(whole_patches(seen_texels(found, texels), texels), ((0, 0), (1, 1), (1, 1)))
         k = self.views.intrinsics / level.shrink
         return Scene(
@@ -232,10 +232,10 @@ class _Problem:
         )
 
 
-def shrunk(pictures: F32, factor: int) -> F32:
-    """Pictures [N, H, W] whose pixels are means of factor x factor pixels; what is left over at the end is cut off."""
-    n, height, width = (size // d for size, d in zip(pictures.shape, (1, factor, factor), strict=True))
-    whole = pictures[:, : height * factor, : width * factor]
+def shrunk(images: F32, factor: int) -> F32:
+    """Images [N, H, W] whose pixels are means of factor x factor pixels; what is left over at the end is cut off."""
+    n, height, width = (size // d for size, d in zip(images.shape, (1, factor, factor), strict=True))
+    whole = images[:, : height * factor, : width * factor]
     smaller: F32 = whole.reshape(n, height, factor, width, factor).mean(axis=(2, 4), dtype=np.float32)
     return smaller
 
@@ -248,7 +248,7 @@ def shared_landmarks(template: Template, views: Views) -> tuple[I64, I64]:
 
 
 def first_poses(template: Template, views: Views) -> tuple[F64, F64]:
-    """(R [N, 3, 3], t [N, 3]) of cameras that see the template's landmarks where those of the pictures are.
+    """(R [N, 3, 3], t [N, 3]) of cameras that see the template's landmarks where those of the images are.
 
     Raises AvatarError as `fit`.
     """

@@ -92,7 +92,7 @@ def whole_patches(seen: Bools, texels: Texels) -> Bools:
 
 
 def contour_points(mask: F32) -> list[F64]:
-    """E^n of Eq. 20: pixel centres [P, 2] on the edge of each mask [N, H, W], but for the picture's own border."""
+    """E^n of Eq. 20: pixel centres [P, 2] on the edge of each mask [N, H, W], but for the image's own border."""
     inside = mask >= 0.5
     core = inside[:, 1:-1, 1:-1]
     ringed = inside[:, :-2, 1:-1] & inside[:, 2:, 1:-1] & inside[:, 1:-1, :-2] & inside[:, 1:-1, 2:]
@@ -125,7 +125,7 @@ def contour_pairs(found: Sight, contours: list[F64], reach: float) -> Pairs:
     view, vertex, point, weight = (
         (np.concatenate(part) for part in zip(*kept, strict=True))
         if kept
-        else (np.zeros(0), np.zeros(0), np.zeros((0, 2)), np.zeros(0))
+        else (np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros((0, 2)), np.zeros(0))
     )
     return Pairs(
         torch.from_numpy(view.astype(np.int64)),

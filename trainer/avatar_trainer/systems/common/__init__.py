@@ -1,0 +1,1 @@
+"""What several systems share: first points on a mesh, and rigid placement."""

@@ -25,7 +25,7 @@ SEARCHED = 20_000  # points, from which on neighbours are searched for, not foun
 GREY = 0.5
 INIT_COLOURS = ("frames", "grey")
 FACING = (
-    0.2  # cosine between normal and view, from which a point takes colour: at its rim a picture shows others'
+    0.2  # cosine between normal and view, from which a point takes colour: at its rim an image shows others'
 )
 
 

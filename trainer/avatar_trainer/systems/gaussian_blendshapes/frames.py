@@ -14,7 +14,7 @@ from avatar_runtime.pose import PoseArrays
 from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints
 from avatar_trainer.captures.model import Capture, Frame
-from avatar_trainer.captures.targets import Pictures, Target, evenly
+from avatar_trainer.captures.targets import Target, Targets, evenly
 from avatar_trainer.tensors import Splats
 
 FRAMES = 24  # of the training frames, evenly chosen
@@ -52,9 +52,9 @@ def frame_colours(capture: Capture, splats: Callable[[PoseArrays], Splats]) -> F
 
 
 def _chosen(capture: Capture) -> Iterator[tuple[Frame, Target]]:
-    with Pictures(0) as pictures:
+    with Targets(0) as targets:
         for frame in evenly(capture.train, FRAMES):
-            yield frame, pictures(frame)
+            yield frame, targets(frame)
 
 
 def _looked_up(position: F32, camera: Camera, target: Target) -> F32:

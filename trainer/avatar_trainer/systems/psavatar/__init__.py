@@ -1,0 +1,1 @@
+"""PSAvatar (arXiv 2401.12900) as a trainable system."""

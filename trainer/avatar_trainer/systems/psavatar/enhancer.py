@@ -1,4 +1,4 @@
-"""PSAvatar's enhancer on its way into a checkpoint: what it is worth on pictures that were held out."""
+"""PSAvatar's enhancer as a checkpoint holds it, measured on held-out images."""
 
 from __future__ import annotations
 

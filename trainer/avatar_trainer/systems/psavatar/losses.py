@@ -1,4 +1,4 @@
-"""What PSAvatar's training minimises (Eqs. 12 to 15), of the raw picture and of the enhanced one."""
+"""What PSAvatar's training minimises (Eqs. 12 to 15), of the raw image and of the enhanced one."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ VGG_SHAPES = {  # of the first four layers of VGG-16 and VGG-19 (convolution, Re
     "features.2.weight": (64, 64, 3, 3),
     "features.2.bias": (64,),
 }
-MEAN, DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # of the pictures that VGG learned from
+MEAN, DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # of the images that VGG learned from
 LARGEST = 1 << 30  # bytes of a file of weights
 
 
@@ -30,9 +30,9 @@ class Vgg:
 
     weights: dict[str, Tensor]
 
-    def __call__(self, picture: Tensor) -> Tensor:
-        """[64, H, W] features of a picture [H, W, 3]; differentiable in it."""
-        x = ((picture - torch.tensor(MEAN)) / torch.tensor(DEVIATION)).permute(2, 0, 1)[None]
+    def __call__(self, image: Tensor) -> Tensor:
+        """[64, H, W] features of an image [H, W, 3]; differentiable in it."""
+        x = ((image - torch.tensor(MEAN)) / torch.tensor(DEVIATION)).permute(2, 0, 1)[None]
         for layer in ("features.0", "features.2"):
             kernel, bias = self.weights[f"{layer}.weight"], self.weights[f"{layer}.bias"]
             x = functional.relu(functional.conv2d(x, kernel, bias, padding=1))
@@ -68,12 +68,12 @@ def read_vgg(path: Path) -> Vgg:
     return Vgg(weights)
 
 
-def picture_terms(
+def image_terms(
     drawn: Tensor, target: Tensor, dssim: float, vgg_weight: float, vgg: Vgg | None
 ) -> dict[str, Tensor]:
-    """Weighted terms of one picture [H, W, 3]: L1 (Eq. 12), 1 - SSIM in VGG's place, VGG features (Eq. 13).
+    """Weighted terms of one image [H, W, 3]: L1 (Eq. 12), 1 - SSIM in VGG's place, VGG features (Eq. 13).
 
-    The paper's norms are read as means of absolute differences, which do not grow with the picture.
+    The paper's norms are read as means of absolute differences, which do not grow with the image.
     """
     terms = {"l1": l1(drawn, target)}
     if dssim:

@@ -80,12 +80,12 @@ class Settings:
     r_max: float = PAPER_OFFSET / UNITS  # metres, the largest offset at the start (Eq. 8)
     acquiring: float = 0.15  # share of the iterations in which points acquire the shape; 0: none
     removals: int = 3  # of points that are hardly seen, evenly spaced until the shape is acquired
-    least_visibility: float = 0.02  # blending weight that a point reaches in some picture, or it is removed
+    least_visibility: float = 0.02  # compositing weight that a point reaches in some image, or it is removed
     dssim: float = 0.2  # weight of 1 - SSIM, where VGG's weights are not at hand
     vgg: float = 0.0  # lambda_1 of Eq. 15; the paper: 0.1
     vgg_weights: str = ""  # .safetensors with features.0 and features.2 (weight, bias) of VGG
     scale: float = 0.1  # lambda_2 of Eq. 15
-    enhancer: bool = False  # whether a U-Net that makes pictures better is trained too (section 3.3)
+    enhancer: bool = False  # whether a U-Net that makes images better is trained too (section 3.3)
     enhancing: float = 0.2  # share of the iterations, the last, in which it is
     sh_degree_every: int = 1000  # iterations between active degrees, once the shape is acquired
     learning_rates: LearningRates = field(default_factory=LearningRates)

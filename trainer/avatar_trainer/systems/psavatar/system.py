@@ -1,6 +1,6 @@
 """PSAvatar (arXiv 2401.12900) as a trainable system: points on and off a morphable mesh, then Gaussians in their place.
 
-Shape acquisition draws points (Eq. 3) and removes those that no picture shows; then every point that is left becomes a
+Shape acquisition draws points (Eq. 3) and removes those that no image shows; then every point that is left becomes a
 Gaussian (Eqs. 10, 11). Trained throughout: offsets r, opacities, colours, and the learned bases P', E' of the mesh
 (Eq. 6). A point keeps its triangle and its barycentrics, which are those that it was sampled with. Lengths are metres.
 """
@@ -32,13 +32,13 @@ from avatar_trainer.stages.rotation import quat_multiply
 from avatar_trainer.stages.skin import transform
 from avatar_trainer.stages.surface import surface_mesh
 from avatar_trainer.systems.common.first_points import View, colours
+from avatar_trainer.systems.common.rigid import moved
 from avatar_trainer.systems.psavatar.enhancer import measured_enhancer
 from avatar_trainer.systems.psavatar.files import Checkpoint, coefficient_names, save
 from avatar_trainer.systems.psavatar.initial import mean_spacing, sample_points
-from avatar_trainer.systems.psavatar.losses import picture_terms, read_vgg
+from avatar_trainer.systems.psavatar.losses import image_terms, read_vgg
 from avatar_trainer.systems.psavatar.mesh import Bodies, posed, used_coefficients
 from avatar_trainer.systems.psavatar.settings import RULES, UNITS, Settings, played_rules
-from avatar_trainer.systems.splatting_avatar.system import moved
 from avatar_trainer.tensors import Points, Rendered, Splats
 
 __all__ = ["RULES", "PSAvatar", "Settings", "create"]
@@ -50,7 +50,7 @@ FIRST_OFF_OPACITY = 0.1  # of points off the mesh, most of which lie in free air
 RADIUS_PER_SPACING = 1.2  # so that discs on the mesh close
 SCALE_PER_RADIUS = 1 / math.sqrt(6)  # a Gaussian of the variance that 1 - r^2 / R^2 has on a disc
 COLOUR_FRAMES = 8
-OBSERVED = 100  # pictures after which points are removed that none of them showed, or as many as there are
+OBSERVED = 100  # images after which points are removed that none of them showed, or as many as there are
 IN_METRES = ("displacement", "bases")
 AS_POINTS = ("opacity_logit", "sh_dc", "log_radius")  # that `_appearance` puts into the table
 AS_GAUSSIANS = ("opacity_logit", "sh_dc", "sh_rest", "log_scale", "rotation")
@@ -148,7 +148,7 @@ class PSAvatar:
         return splats if still else moved(splats, world)
 
     def enhanced(self, colour: Tensor) -> Tensor | None:
-        """A picture [H, W, 3] by the enhancer; None where none has been trained."""
+        """An image [H, W, 3] by the enhancer; None where none has been trained."""
         return enhanced(self.table_of(WEIGHTS), colour) if self.enhancing else None
 
     def table_of(self, names: Iterable[str]) -> dict[str, Tensor]:
@@ -163,9 +163,9 @@ class PSAvatar:
         """Paper Eqs. 12 to 15; D-SSIM stands in where VGG's weights are not at hand."""
         settings = self.settings
         judged = settings.dssim, settings.vgg, self.vgg
-        terms = picture_terms(rendered.colour, target, *judged)
+        terms = image_terms(rendered.colour, target, *judged)
         if settings.enhances(iteration):
-            better = picture_terms(enhanced(self.table_of(WEIGHTS), rendered.colour), target, *judged)
+            better = image_terms(enhanced(self.table_of(WEIGHTS), rendered.colour), target, *judged)
             terms |= {f"{name}_enhanced": term for name, term in better.items()}
         if settings.scale:
             terms["scale"] = settings.scale * self._mean_scale()
@@ -211,7 +211,7 @@ class PSAvatar:
         kept = torch.nonzero(~these)[:, 0]
         if not len(kept):
             raise AvatarError(
-                "no point is left: no picture shows one; lower least_visibility or set removals=0"
+                "no point is left: no image shows one; lower least_visibility or set removals=0"
             )
         self.table.take(ROWS, kept, torch.zeros(len(kept), dtype=torch.bool))
         self._place(self.triangle[kept], self.barycentric[kept], self.off_mesh[kept])
@@ -222,7 +222,7 @@ class PSAvatar:
         return self.acquiring and self.settings.rules["acquisition"] == "points"
 
     def state(self) -> dict[str, Any]:
-        """Everything that `load_state` needs to go on bit by bit."""
+        """Everything that `load_state` needs to continue bit by bit."""
         return {
             "table": self.table.state(),
             "triangle": self.triangle,

@@ -29,10 +29,10 @@ from avatar_trainer.losses import dssim_loss, l1, lpips_loss, scaling_loss
 from avatar_trainer.parameters import stored
 from avatar_trainer.parameters.densify import SPLIT_COPIES, SPLIT_SHRINK, Density, Plan
 from avatar_trainer.parameters.table import Table
-from avatar_trainer.stages.rotation import matrix_from_quat, quat_from_matrix, quat_multiply
-from avatar_trainer.stages.skin import transform
+from avatar_trainer.stages.rotation import matrix_from_quat
 from avatar_trainer.stages.surface import PosedMesh, surface_mesh
 from avatar_trainer.systems.common.first_points import View, colours, neighbour_scale, sampled
+from avatar_trainer.systems.common.rigid import moved
 from avatar_trainer.systems.splatting_avatar.embedding import EMBEDDINGS, ROWS, Samples
 from avatar_trainer.systems.splatting_avatar.files import Checkpoint, as_written, save
 from avatar_trainer.systems.splatting_avatar.mesh import PosedMeshes, posed_vertices
@@ -195,7 +195,7 @@ class SplattingAvatar:
         self.density.reset(len(index))
 
     def state(self) -> dict[str, Any]:
-        """Everything that `load_state` needs to go on bit by bit."""
+        """Everything that `load_state` needs to continue bit by bit."""
         return {
             "table": self.table.state(),
             "density": self.density.state(),
@@ -321,14 +321,3 @@ class SplattingAvatar:
             (weight * posed.vertices[corner]).sum(1) @ world[:3, :3].T + world[:3, 3],
             (weight * posed.vertex_normal[corner]).sum(1) @ world[:3, :3].T,
         )
-
-
-def moved(splats: Splats, world: Tensor) -> Splats:
-    """Splats moved rigidly by `world` [4, 4]; their colours move along."""
-    turn = quat_from_matrix(world[:3, :3])
-    return replace(
-        splats,
-        mean=transform(world[:3], splats.mean),
-        quat_wxyz=quat_multiply(turn.expand_as(splats.quat_wxyz), splats.quat_wxyz),
-        sh_rotation=None if splats.sh_rotation is None else world[:3, :3] @ splats.sh_rotation,
-    )

@@ -170,15 +170,14 @@ def blocks(avatar: Avatar) -> Blocks:
     first, count, group = np.array(cuts, np.int32).reshape(-1, 3).T
     by_row = np.array([group.binding == "skin" for group in groups], np.uint8)
     by_polar = by_row * np.uint8(rules.rotation == "polar3")
-    parts = (
-        (first, np.int32),
-        (count, np.int32),
-        (group, np.int32),
-        (by_row, np.uint8),
-        (by_polar, np.uint8),
+    return Blocks(
+        read_only(first, np.int32),
+        read_only(count, np.int32),
+        read_only(group, np.int32),
+        read_only(by_row, np.uint8),
+        read_only(by_polar, np.uint8),
+        rules.sh_direction == "world",
     )
-    arrays = (read_only(part, kind, part.shape) for part, kind in parts)
-    return Blocks(*arrays, rules.sh_direction == "world")
 
 
 def most_entries(row_ptr: U32) -> int:
@@ -238,8 +237,19 @@ def fresh_posed_mesh(mesh: Mesh, *, by_joints: bool = False) -> PosedMesh:
 
 def fresh_out(rows: int, width: int) -> Out:
     """Room for `rows` splats of `width` SH values."""
-    shapes = ((rows, 3), (rows, 3), (rows, 4), (rows,), (rows, width), (rows, 9))
-    return Out(*(np.empty(shape, np.float32) for shape in shapes), np.ones((rows, 2), np.uint8))
+
+    def room(*shape: int) -> F32:
+        return np.empty(shape, np.float32)
+
+    return Out(
+        mean=room(rows, 3),
+        scale=room(rows, 3),
+        quat_wxyz=room(rows, 4),
+        opacity=room(rows),
+        sh=room(rows, width),
+        sh_rotation=room(rows, 9),
+        touched=np.ones((rows, 2), np.uint8),
+    )
 
 
 def _pattern(sparse: SparseRows, rows: int, columns: int) -> tuple[U32, U16]:

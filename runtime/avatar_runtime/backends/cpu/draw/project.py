@@ -58,11 +58,9 @@ class SplatArrays(NamedTuple):
     @staticmethod
     def of(splats: Splats) -> SplatArrays:
         """The arrays of `splats`, copied only where they must be."""
-        rotation = splats.sh_rotation
-        arrays = (splats.mean, splats.scale, splats.quat_wxyz, splats.opacity, splats.sh)
-        return SplatArrays(
-            *map(read_only, arrays), read_only(np.zeros((0, 3, 3)) if rotation is None else rotation)
-        )
+        rotation = np.zeros((0, 3, 3)) if splats.sh_rotation is None else splats.sh_rotation
+        arrays = (splats.mean, splats.scale, splats.quat_wxyz, splats.opacity, splats.sh, rotation)
+        return SplatArrays(*map(read_only, arrays))
 
 
 class View(NamedTuple):

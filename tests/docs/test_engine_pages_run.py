@@ -31,14 +31,15 @@ from tests.oracles.gltf_pose import File, State, quaternion_matrix
 
 Array = npt.NDArray[Any]
 
-TESTS = Path(__file__).parent
+ROOT = Path(__file__).parents[2]
+ENGINE_PAGES = ROOT / "docs" / "engines"
 UNUSED = 3  # a vertex that no triangle of the avatar uses
 HEIGHT_PARTS = 1e-5
 
 
 def fragments(page: str, kind: str) -> str:
     """The fragments of one kind that a page has, one after the other."""
-    text = (TESTS.parent / "docs" / f"{page}.md").read_text("utf-8")
+    text = (ENGINE_PAGES / f"{page}.md").read_text("utf-8")
     found = re.findall(rf"^```{kind}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     assert found, f"{page} has no {kind}"
     return "\n".join(found)
@@ -61,7 +62,7 @@ def posed_avatar() -> tuple[Avatar, Pose]:
 
 
 def pose_document(avatar: Avatar, pose: EnginePose) -> dict[str, Any]:
-    """pose.json as docs/engine_pose.md writes it."""
+    """pose.json as docs/engines/engine_pose.md writes it."""
     assert avatar.rig is not None
     nodes = [(ROOT_NODE, pose.root_translation, pose.root_rotation_xyzw, np.ones(3))]
     nodes += zip(avatar.rig.joint_names, pose.translation, pose.rotation_xyzw, pose.scale, strict=True)
@@ -188,9 +189,7 @@ print(json.dumps({"vertexOfId": list(vertex_of_id.items()), "posed": posed, "pri
 
 @pytest.fixture(scope="module")
 def usd(folder: Path) -> dict[str, Any]:
-    program = (
-        f"import sys\nsys.path.insert(0, {str(TESTS.parent)!r})\n" + fragments("usd", "python run") + PYTHON
-    )
+    program = f"import sys\nsys.path.insert(0, {str(ROOT)!r})\n" + fragments("usd", "python run") + PYTHON
     answer: dict[str, Any] = json.loads(run([sys.executable, "-c", program], folder))
     return answer
 
@@ -206,9 +205,7 @@ def test_the_fragment_for_usd_runs_on_a_body_without_targets(body_avatar: Avatar
     pose = engine_pose(body_avatar, clip_pose(body_avatar, body_avatar.clips[0], 7))
     (tmp_path / "rig.usdc").write_bytes(rig_usdc(body_avatar))
     (tmp_path / "pose.json").write_text(json.dumps(pose_document(body_avatar, pose)), "utf-8")
-    program = (
-        f"import sys\nsys.path.insert(0, {str(TESTS.parent)!r})\n" + fragments("usd", "python run") + PYTHON
-    )
+    program = f"import sys\nsys.path.insert(0, {str(ROOT)!r})\n" + fragments("usd", "python run") + PYTHON
     found = np.reshape(json.loads(run([sys.executable, "-c", program], tmp_path))["posed"], (-1, 3))
     want = Player(body_avatar).mesh(clip_pose(body_avatar, body_avatar.clips[0], 7))
     assert np.abs(found - want).max() <= HEIGHT_PARTS * np.ptp(want[:, 1])
@@ -316,7 +313,7 @@ def matrix(node: dict[str, list[float]]) -> Array:
 
 
 def unity(node: dict[str, list[float]]) -> dict[str, list[float]]:
-    """The first row of the table in docs/engine_pose.md."""
+    """The first row of the table in docs/engines/engine_pose.md."""
     (tx, ty, tz), (x, y, z, w) = node["translation"], node["rotation_xyzw"]
     return {"translation": [-tx, ty, tz], "rotation_xyzw": [x, -y, -z, w], "scale": node["scale"]}
 

@@ -1,4 +1,4 @@
-"""Draws rig.glb or rig.usdc with Blender: `python docs/draw_in_blender.py FILE OUT.png FRAME`, in a Python with bpy.
+"""Draws a rig with bpy: `python docs/tools/draw_in_blender.py FILE OUT.png FRAME`.
 
 Made rigs_in_blender.png with bpy 4.5.15 from the head's and the body's files of `make demo`.
 """

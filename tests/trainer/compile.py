@@ -1,4 +1,4 @@
-"""Compiles the kernels that most tests use: `python -m tests.session.kernels`, once after installing.
+"""Compiles the kernels that most tests use: `python -m tests.trainer.compile`, once after installing.
 
 Numba keeps what it compiled beside the sources. Workers of pytest that start without it compile the same kernels at
 the same time. Two processes: the kernels that play, and those that train.

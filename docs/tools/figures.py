@@ -1,0 +1,87 @@
+"""Tables of figures, from what tests and benches wrote: tests/results/accuracy.csv, tests/bench/results/*.csv."""
+
+from __future__ import annotations
+
+import csv
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from engine_tables import table
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+ACCURACY = ROOT / "tests" / "results" / "accuracy.csv"
+BENCH = ROOT / "tests" / "bench" / "results" / "AMD-EPYC-2-cores.csv"
+LOWEST_IS_WORST = "dB"
+Row = dict[str, str]
+
+
+def rows() -> dict[str, Any]:
+    """What figures.toml asks for."""
+    return tomllib.loads((HERE / "figures.toml").read_text("utf-8"))
+
+
+def measured() -> list[Row]:
+    """What tests measured: figure, worst, limit."""
+    with ACCURACY.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def accuracy(group: str) -> str:
+    """A table of one group of figures.toml: what is compared, the limit asked, the worst that was measured."""
+    lines = []
+    for row in rows()["accuracy"][group]:
+        found = [m for m in measured() if re.fullmatch(row["figures"], m["figure"])]
+        if not found:
+            raise SystemExit(f"figures.toml: no figure matches {row['figures']}")
+        least = found[0]["figure"].endswith(LOWEST_IS_WORST)
+        limits = sorted({float(m["limit"]) for m in found if m["limit"]})
+        worst = (min if least else max)(float(m["worst"]) for m in found)
+        unit = f" {row['unit']}" if row.get("unit") else ""
+        asked = f"{number(limits[0] if least else limits[-1])}{unit}" if limits else "by the test itself"
+        lines.append([row["what"], asked, f"{number(worst)}{unit}"])
+    return table(["compared", "at least" if group == "profiles" else "limit asked", "measured"], lines)
+
+
+def every_figure(_: Path) -> str:
+    """All that tests measured."""
+    lines = [
+        [m["figure"].replace("|", "\\|"), number(m["limit"]) if m["limit"] else "", number(m["worst"])]
+        for m in measured()
+    ]
+    return table(["figure", "limit asked", "worst"], lines)
+
+
+def number(value: float | str) -> str:
+    """At most three digits that count; no exponent where it is short without."""
+    plain = float(value)
+    return f"{plain:.3g}" if not 1000 <= abs(plain) < 1e6 else f"{plain:,.0f}"
+
+
+def benched() -> dict[str, float]:
+    """The newest value of each row of the bench."""
+    with BENCH.open(newline="", encoding="utf-8") as file:
+        return {row["what"]: float(row["value"]) for row in csv.DictReader(file)}
+
+
+def performance(name: str) -> str:
+    """A table of figures.toml whose cells name rows of the bench: `{row}` or `{row:factor}`."""
+    asked, values = rows()["performance"][name], benched()
+
+    def cell(text: str) -> str:
+        return re.sub(r"\{(\w+)\}", lambda match: number(values[match[1]]), text)
+
+    return table(asked["head"], [[cell(text) for text in line] for line in asked["rows"]])
+
+
+SECTIONS: dict[str, Callable[[Path], str]] = {
+    "every-figure": every_figure,
+    **{f"accuracy-{group}": lambda _, group=group: accuracy(group) for group in rows().get("accuracy", {})},
+    **{
+        f"performance-{name}": lambda _, name=name: performance(name)
+        for name in rows().get("performance", {})
+    },
+}

@@ -1,0 +1,82 @@
+"""Makes what the documents do not say by hand: `python docs/tools/generate.py` writes, `--check` names what differs.
+
+A page is made whole (each command's), or has sections between `<!-- made: NAME -->` and `<!-- end -->`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+
+import command_pages
+import engine_tables
+import figures
+import worked_numbers
+
+ROOT = Path(__file__).resolve().parents[2]
+SECTION = re.compile(r"(<!-- made: ([a-z_-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 if anything differs")
+    check = parser.parse_args().check
+    differing = [
+        path for path, text in made().items() if not path.exists() or path.read_text("utf-8") != text
+    ]
+    differing += leftovers()
+    for path in differing:
+        print(f"{'differs' if check else 'made'}: {path.relative_to(ROOT)}")
+        if check:
+            continue
+        if path in made_cache:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(made_cache[path], "utf-8")
+        else:
+            path.unlink()
+    sys.exit(1 if check and differing else 0)
+
+
+PORTER = {
+    "first_stage": lambda page: fenced("c", page.with_suffix(".c")),
+    "reader": lambda _: fenced("js", ROOT / "engine_shaders" / "web" / "read_reference.mjs"),
+    "skin_numbers": lambda _: worked_numbers.skin_numbers(),
+    "surface_numbers": lambda _: worked_numbers.surface_numbers(),
+}
+
+
+def fenced(language: str, file: Path) -> str:
+    """A file of the repository as code on a page."""
+    return f"```{language}\n{file.read_text('utf-8').strip()}\n```"
+
+
+made_cache: dict[Path, str] = {}
+
+
+def made() -> dict[Path, str]:
+    """Every made page, and every page with a made section, as it should be."""
+    if not made_cache:
+        made_cache.update(command_pages.pages())
+        for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))):
+            if page not in made_cache and SECTION.search(text := page.read_text("utf-8")):
+                made_cache[page] = SECTION.sub(lambda match, page=page: filled(match, page), text)
+    return made_cache
+
+
+def filled(match: re.Match[str], page: Path) -> str:
+    """A section with its contents."""
+    contents = {**engine_tables.SECTIONS, **figures.SECTIONS, **PORTER}
+    if match[2] not in contents:
+        sys.exit(f"{page.relative_to(ROOT)}: nothing makes section {match[2]}")
+    return f"{match[1]}\n{contents[match[2]](page).strip()}\n\n{match[3]}"
+
+
+def leftovers() -> list[Path]:
+    """Pages of commands that are gone."""
+    return [page for page in sorted(command_pages.FOLDER.rglob("*.md")) if page not in made()]
+
+
+if __name__ == "__main__":
+    main()

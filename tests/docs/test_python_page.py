@@ -1,0 +1,34 @@
+"""The Python that the reference page shows runs, by public names alone."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "reference" / "python.md"
+FRAGMENT = re.compile(r"^```python run\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def test_it_imports_public_names_alone() -> None:
+    imports = [
+        line for f in FRAGMENT.findall(PAGE.read_text("utf-8")) for line in f.splitlines() if "import" in line
+    ]
+    assert imports
+    assert all(
+        re.match(r"import numpy as np$|from avatar_(runtime|export) import ", line) for line in imports
+    ), imports
+
+
+@pytest.mark.parametrize("fragment", FRAGMENT.findall(PAGE.read_text("utf-8")))
+def test_fragments_run(fragment: str, tmp_path: Path) -> None:
+    demo = tmp_path / "out" / "demo"
+    demo.mkdir(parents=True)
+    (demo / "avatar").symlink_to(ROOT / "samples" / "trained" / "head_blendshapes")
+    command = [sys.executable, "-c", fragment.replace("Player(avatar)", 'Player(avatar, "reference")')]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0 and done.stdout, done.stderr
