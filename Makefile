@@ -51,7 +51,7 @@ bench: .venv/tested
 	$(BIN)/python -m tests.bench
 
 dist: .venv/tested
-	$(BIN)/python -m tools.dist dist
+	$(BIN)/python -m tests.packaging.dist dist
 
 clean:
 	rm -rf .venv .venv-3.* $(OUT) dist tests/interop/node_modules

@@ -91,8 +91,8 @@ def room_circles() -> list[list[str]]:
         for name, targets in imports().items():
             room = child(folder, name)
             if room is not None:
-                graph.setdefault(room, set())
-                graph[room] |= {other for t in targets if (other := child(folder, t)) not in (None, room)}  # type: ignore[misc]
+                others = {other for target in targets if (other := child(folder, target)) is not None}
+                graph.setdefault(room, set()).update(others - {room})
         found += circles(graph)
     return found
 

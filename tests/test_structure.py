@@ -7,64 +7,24 @@ import pytest
 from tests import structure
 
 # Rooms of each package, from the ground up. A room may import what stands before it, never what stands after.
-ORDER: dict[str, tuple[str, ...]] = {
+# fmt: off
+ORDER = {
     "avatar_runtime": (
-        *("io", "rotation", "rules", "version", "avatar", "camera", "checks", "pose", "topology", "codec"),
-        *(
-            "handedness",
-            "subset",
-            "bundle",
-            "enhance",
-            "stages",
-            "engine_pose",
-            "posed",
-            "backends",
-            "player",
-        ),
+        "io", "rotation", "rules", "version", "avatar", "camera", "checks", "pose", "topology", "codec",
+        "handedness", "subset", "bundle", "enhance", "stages", "engine_pose", "posed", "backends", "player",
         "conformance",
     ),
     "avatar_export": (
-        *(
-            "options",
-            "provenance",
-            "sparse",
-            "version",
-            "formats",
-            "driving",
-            "bodies",
-            "asm",
-            "ops",
-            "images",
-        ),
-        *(
-            "clips",
-            "rigs",
-            "readers",
-            "writers",
-            "checks",
-            "playing",
-            "conversion",
-            "summary",
-            "commands",
-            "cli",
-        ),
+        "options", "provenance", "sparse", "version", "formats", "driving", "bodies", "asm", "ops", "images",
+        "clips", "rigs", "readers", "writers", "checks", "playing", "conversion", "summary", "commands", "cli",
         "__main__",
     ),
     "avatar_trainer": (
-        *(
-            "settings",
-            "tensors",
-            "captures",
-            "enhancer",
-            "parameters",
-            "stages",
-            "kernels",
-            "raster",
-            "losses",
-        ),
-        *("asm", "systems", "bundles", "evaluation", "loop", "commands", "cli", "__main__"),
+        "settings", "tensors", "captures", "enhancer", "parameters", "stages", "kernels", "raster", "losses", "asm",
+        "systems", "bundles", "evaluation", "loop", "commands", "cli", "__main__",
     ),
 }
+# fmt: on
 
 
 def test_no_rooms_import_each_other_in_a_circle() -> None:

@@ -1,4 +1,4 @@
-"""Draws the images of the artist's guide: `python docs/tools/draw_guides.py BUNDLE`, the head of `make demo`.
+"""Draws the images of the artist's guide: `python -m docs.tools.draw_guides BUNDLE`, the head of `make demo`.
 
 Meshes are drawn from rig.glb alone, by glTF's formulas: joints, morph targets, vertex colours, normals at rest, as an
 engine shows them. Gaussians are drawn by `avatar-export render`.
@@ -16,11 +16,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
+from tests.oracles.gltf_pose import File, State
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
-from tests.oracles.gltf_pose import File, State  # noqa: E402
-
 Array = npt.NDArray[Any]
 ARTIST = ROOT / "docs" / "artist"
 SIZE, FINER = 300, 2

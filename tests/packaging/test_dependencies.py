@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
-from tools import dist
+
+from tests.packaging import dist
 
 PART_OF = {"llvmlite": "numba"}  # numba asks for the one llvmlite that fits it
 BY_NAME = {"torch.utils.tensorboard": "tensorboard"}  # a module of torch that imports another library

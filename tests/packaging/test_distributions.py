@@ -12,9 +12,9 @@ from email import message_from_bytes
 from pathlib import Path
 
 import pytest
-from tools import dist
 
 import avatar_export
+from tests.packaging import dist
 from tests.released import DATA
 
 ROOT = Path(__file__).parents[2]

@@ -6,9 +6,9 @@ import json
 from pathlib import Path
 
 import pytest
-from tools import dist
 
 from tests.exporter.readers import lam_files
+from tests.packaging import dist
 from tests.packaging.environments import Environment, empty
 from tests.released import DATA
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tools import dist
 
+from tests.packaging import dist
 from tests.packaging.environments import Environment, empty
 from tests.released import DATA
 

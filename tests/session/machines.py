@@ -68,10 +68,9 @@ def interpreter(version: str) -> str | None:
     roots = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
     found += [str(path / "bin" / "python") for path in sorted(roots.glob(f"{version}.*"))]
     for program in filter(None, found):
+        # One of pyenv's programs may be there for a version that is not chosen; it does not run.
         said = subprocess.run([program, "-c", "print(1)"], capture_output=True, text=True, check=False)
-        if (
-            said.stdout.strip() == "1"
-        ):  # one of pyenv's programs may be there for a version that is not chosen
+        if said.stdout.strip() == "1":
             return program
     return None
 
@@ -90,17 +89,8 @@ def environment(version: str, program: str) -> Path:
 
 def passed(python: Path, tests: Sequence[str], changed: Mapping[str, str], workers: str) -> bool:
     """Whether `tests` pass under `python` in a changed environment."""
-    command = [
-        str(python),
-        "-m",
-        "pytest",
-        "--quiet",
-        "--numprocesses",
-        workers,
-        "--dist",
-        "worksteal",
-        *tests,
-    ]
+    pytest = [str(python), "-m", "pytest", "--quiet"]
+    command = [*pytest, "--numprocesses", workers, "--dist", "worksteal", *tests]
     return subprocess.run(command, cwd=ROOT, env={**os.environ, **changed}, check=False).returncode == 0
 
 

@@ -22,7 +22,7 @@ from avatar_trainer.stages.surface import embed, pose_mesh
 from avatar_trainer.tensors import Gaussians
 from tests.avatars import full_avatar
 from tests.measured import Measure
-from tests.trainer.stages.surfaces import NAMES, RULES, surface_case
+from tests.trainer.stages.surfaces import NAMES, RULES, SurfaceCase, surface_case
 from tests.trainer.tensors import ATTRIBUTES, deltas, gaussians, gradients, leaves, normal, relative
 
 BASE, DELTAS = gaussians(full_avatar().gaussians), deltas(full_avatar().blendshapes)
@@ -157,27 +157,33 @@ def test_a_quaternion_of_no_length_stays_finite() -> None:
     assert not splats.quat_wxyz.any() and quat.grad is not None and torch.isfinite(quat.grad).all()
 
 
+def embedded(given: SurfaceCase, vertices: Tensor, matrix: Tensor, rules: Rules) -> tuple[Run, Run]:
+    """The kernel and the definition of Gaussians on one pose of the surface."""
+    fast = pose_mesh_cpu(vertices, kernel_mesh(given.mesh), rules, matrix)
+    plain = pose_mesh(vertices, given.mesh, rules, matrix)
+    for name in ("vertices", "vertex_normal", "vertex_turn", "area"):
+        assert relative(getattr(fast, name), getattr(plain, name)) <= 1e-6, name
+
+    def kernel(*values: Tensor) -> Mapping[str, Tensor]:
+        s = embedded_cpu(fast, given.mesh, given.triangle, *values, rules)
+        assert s.sh_rotation is not None and not s.sh_rotation.requires_grad
+        return vars(s)
+
+    def definition(*values: Tensor) -> Mapping[str, Tensor]:
+        under = pose_mesh(vertices.double(), given.mesh, rules, matrix)
+        c = embed(under, given.mesh, given.triangle, *values[:4], rules)
+        raw = Gaussians(c.mean, c.log_scale, c.quat_wxyz, *values[4:])
+        return vars(activate(raw, c.rotation))
+
+    return kernel, definition
+
+
 @pytest.mark.parametrize("rules", RULES, ids=NAMES)
 def test_surface(rules: Rules, measured: Measure) -> None:
     given = surface_case(rules)
     inputs = [*given.values(), BASE.opacity_logit, BASE.sh]
     for vertices, matrix in zip(given.posed[:3], given.matrix[:3], strict=True):
-        fast = pose_mesh_cpu(vertices, kernel_mesh(given.mesh), rules, matrix)
-        plain = pose_mesh(vertices, given.mesh, rules, matrix)
-        for name in ("vertices", "vertex_normal", "vertex_turn", "area"):
-            assert relative(getattr(fast, name), getattr(plain, name)) <= 1e-6, name
-
-        def kernel(*values: Tensor) -> Mapping[str, Tensor]:
-            s = embedded_cpu(fast, given.mesh, given.triangle, *values, rules)  # noqa: B023
-            assert s.sh_rotation is not None and not s.sh_rotation.requires_grad
-            return vars(s)
-
-        def definition(*values: Tensor) -> Mapping[str, Tensor]:
-            under = pose_mesh(vertices.double(), given.mesh, rules, matrix)  # noqa: B023
-            c = embed(under, given.mesh, given.triangle, *values[:4], rules)
-            raw = Gaussians(c.mean, c.log_scale, c.quat_wxyz, *values[4:])
-            return vars(activate(raw, c.rotation))
-
+        kernel, definition = embedded(given, vertices, matrix, rules)
         value, gradient = compared(kernel, definition, inputs)
         measured("trainer kernel surface: largest relative difference of gradients", gradient)
         assert value <= 1e-5 and gradient <= 1e-5

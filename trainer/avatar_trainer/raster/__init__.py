@@ -1,1 +1,1 @@
-"""Differentiable rasterisers of the `trainer` profile; `renderer.render` chooses one."""
+"""Differentiable rasterisers of the `trainer` profile; `raster.renderer.render` chooses one."""

@@ -30,8 +30,8 @@ def rasterise(
 
     Differentiable in the points, the background and the offset, which is added to the projected centres.
     `Rendered.visibility` [N] is each point's largest weight alpha T at any pixel, `radius` [N] its R rounded up, both 0
-    where a point is not drawn. `threads`: as for `renderer.render`; of no effect on the result. Raises ValueError for
-    shapes that do not fit together.
+    where a point is not drawn. `threads`: as for `raster.renderer.render`; of no effect on the result. Raises
+    ValueError for shapes that do not fit together.
     """
     _check(points, background, screen_offset)
     if points.mean.dtype == torch.float32:

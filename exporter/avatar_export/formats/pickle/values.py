@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,16 +18,16 @@ class Global:
     make: Callable[..., object]
 
 
-class StandIn:
+class StandIn(ABC):
     """An inert object of a pickle: collects its state, and becomes data in `finish`."""
 
     def build(self, state: object) -> None:
         """Take the state that the pickle gives. Raises ValueError for a state that is not of its kind."""
         raise ValueError(f"{type(self).__name__} takes no state")
 
+    @abstractmethod
     def finish(self, name: str) -> object:
         """The data, called `name` in messages. Raises AvatarError if it is not sound."""
-        raise NotImplementedError
 
 
 @dataclass(eq=False)

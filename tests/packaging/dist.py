@@ -1,4 +1,4 @@
-"""Makes what is published: `python -m tools.dist [OUT]` writes sdist and wheel of both distributions, checked.
+"""Makes what a release holds: `python -m tests.packaging.dist [OUT]` writes sdist and wheel of both distributions.
 
 A checkout installs as one distribution with all five packages. For publishing, the table [tool.distributions] in
 pyproject.toml splits it: each distribution gets a source tree with a plain pyproject.toml, from which its sdist and its
@@ -24,7 +24,7 @@ from typing import Any
 from packaging.metadata import Metadata
 from packaging.requirements import Requirement
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 LICENCES = ("LICENSE", "NOTICE.md")
 SUFFIXES = {  # of files that may be in a package
     *(".py", ".typed", ".json", ".hlsl", ".hlsli"),
@@ -224,7 +224,7 @@ def main() -> None:
             for file in make(given, out):
                 print(f"{file}  {file.stat().st_size:,} bytes")
     except DistError as error:
-        sys.exit(f"tools.dist: {error}")
+        sys.exit(f"dist: {error}")
 
 
 if __name__ == "__main__":

@@ -1,1 +1,0 @@
-"""Tools for whoever works on the project; nothing here is installed."""
