@@ -208,21 +208,28 @@ def front_depth(vertices: F64, triangles: Array, xy: F64) -> F64:
     corner = vertices[triangles]
     a, b, c = (corner[:, k, :2] for k in range(3))
     area = _cross(b - a, c - a)
-    kept = area != 0
-    a, b, c, area, z = a[kept], b[kept], c[kept], area[kept], corner[kept, :, 2]
     depth = np.full(len(xy), -np.inf)
-    for n, point in enumerate(xy):
-        near = np.flatnonzero(
-            np.all(np.minimum(np.minimum(a, b), c) <= point, axis=1)
-            & np.all(np.maximum(np.maximum(a, b), c) >= point, axis=1)
-        )
-        second = _cross(point - a[near], (c - a)[near]) / area[near]
-        third = _cross((b - a)[near], point - a[near]) / area[near]
-        inside = (second >= -1e-9) & (third >= -1e-9) & (second + third <= 1 + 1e-9)
-        if inside.any():
-            share = np.stack([1 - second - third, second, third], axis=1)[inside]
-            depth[n] = np.sum(share * z[near][inside], axis=1).max()
+    point, triangle = _in_boxes(xy, corner[..., :2].min(axis=1), corner[..., :2].max(axis=1))
+    kept = area[triangle] != 0
+    point, triangle = point[kept], triangle[kept]
+    from_a = xy[point] - a[triangle]
+    second = _cross(from_a, (c - a)[triangle]) / area[triangle]
+    third = _cross((b - a)[triangle], from_a) / area[triangle]
+    inside = (second >= -1e-9) & (third >= -1e-9) & (second + third <= 1 + 1e-9)
+    share = np.stack([1 - second - third, second, third], axis=1)[inside]
+    np.maximum.at(depth, point[inside], np.sum(share * corner[triangle[inside], :, 2], axis=1))
     return depth
+
+
+def _in_boxes(xy: F64, low: F64, high: F64) -> tuple[Array, Array]:
+    """(rows of xy [N, 2], rows of the boxes low..high [T, 2]) of each point in each box."""
+    order = np.argsort(xy[:, 0])
+    first = np.searchsorted(xy[order, 0], low[:, 0], "left")
+    count = np.searchsorted(xy[order, 0], high[:, 0], "right") - first
+    box = np.repeat(np.arange(len(low)), count)
+    point = order[np.arange(len(box)) + np.repeat(first - np.cumsum(count) + count, count)]
+    inside = (xy[point, 1] >= low[box, 1]) & (xy[point, 1] <= high[box, 1])
+    return point[inside], box[inside]
 
 
 def _ear(vertices: F64, point: F64, middle: float, unit: float) -> F64:
