@@ -1,15 +1,22 @@
-"""What the artist's guide says of the jaw: measured on rig.glb of the head of `make demo`, by glTF's formulas alone."""
+"""What the artist's guide says of the jaw: measured on rig.glb of the head of `make demo`, by glTF's formulas alone.
+
+The script for Blender is run where Blender is installed.
+"""
 
 from __future__ import annotations
 
 import json
 import re
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from avatar_export.writers.rig_glb import rig_glb
+from tests.avatars import full_avatar
 from tests.commands import Run
+from tests.interop.clients import blender_program
 from tests.oracles.gltf_pose import File, State
 
 ROOT = Path(__file__).parents[2]
@@ -55,3 +62,22 @@ def test_what_the_page_says_of_the_jaw(run: Run, tmp_path: Path) -> None:
     assert [(int(a), int(b)) for a, b in re.findall(r"\| (\d+) mm \| (\d+) mm", text)] == rows
     assert f"{np.degrees(2 * np.arctan2(x, w)):.1f} degrees" in text
     assert rows[0][0] < 5 < 15 < rows[0][1] and rows[2][0] > 40
+
+
+IMPORT = 'import bpy\nbpy.ops.wm.read_factory_settings(use_empty=True)\nbpy.ops.import_scene.gltf(filepath="rig.glb")\n'
+ASK = """
+import json
+key = bpy.data.objects["avatar"].data.shape_keys.key_blocks["corrective_jaw_00"]
+key.value = -1.5
+ranges = {(key.slider_min, key.slider_max) for key in bpy.data.objects["avatar"].data.shape_keys.key_blocks}
+print(json.dumps([key.value, sorted(ranges)]))
+"""
+
+
+@pytest.mark.bpy
+def test_the_script_widens_every_slider(tmp_path: Path) -> None:
+    (script,) = re.findall(r"^```python run blender\n(.*?)^```$", PAGE.read_text("utf-8"), re.M | re.S)
+    (tmp_path / "rig.glb").write_bytes(b"".join(rig_glb(full_avatar(), 4) or []))
+    command = [blender_program(), "-c", IMPORT + script + ASK]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True)
+    assert json.loads(done.stdout.splitlines()[-1]) == [-1.5, [[-10, 10]]]

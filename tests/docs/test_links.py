@@ -8,7 +8,21 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = (".", "schema", "engine_shaders", "samples", "trainer", "tests/data/golden", ".github")
+FOLDERS = (
+    ".",
+    "schema",
+    "engine_shaders",
+    "runtime",
+    "samples",
+    "samples/data",
+    "trainer",
+    "tests/data/bundles",
+    "tests/data/golden",
+    ".github",
+)
+# Paths of the repository in prose: from its root. Words in capitals and stars stand for something else.
+SOURCES = "schema|engine_shaders|runtime|exporter|trainer|samples|docs|tests"
+NAMED = re.compile(rf"`((?:{SOURCES})/[\w./-]+)`")
 DOCUMENTS = sorted(
     {*(path for folder in FOLDERS for path in (ROOT / folder).glob("*.md"))} | {*ROOT.glob("docs/**/*.md")}
 )
@@ -40,6 +54,12 @@ def test_links_lead_somewhere(document: Path) -> None:
         assert path.exists(), target
         assert path.resolve().is_relative_to(ROOT), target
         assert not anchor or anchor in anchors_of(path), f"{target}#{anchor}"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
+def test_paths_that_documents_name_exist(document: Path) -> None:
+    named = [name for name in NAMED.findall(document.read_text("utf-8")) if not re.search(r"[A-Z]{4,}", name)]
+    assert not [name for name in named if not (ROOT / name).exists()]
 
 
 def test_make_targets_that_documents_name_exist() -> None:

@@ -1,4 +1,4 @@
-"""The Python that the reference page shows runs, by public names alone."""
+"""The Python that the reference page and the runtime's README show runs, by public names alone."""
 
 from __future__ import annotations
 
@@ -11,24 +11,27 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "reference" / "python.md"
-FRAGMENT = re.compile(r"^```python run\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+README = ROOT / "runtime" / "README.md"
+FRAGMENT = re.compile(r"^```python(?: run)?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FRAGMENTS = [fragment for page in (PAGE, README) for fragment in FRAGMENT.findall(page.read_text("utf-8"))]
+SHOWN = re.compile(r"^print\(.*\)  # (\([\d, ]+\)), ", re.MULTILINE)  # what a fragment says that it prints
 
 
 def test_it_imports_public_names_alone() -> None:
-    imports = [
-        line for f in FRAGMENT.findall(PAGE.read_text("utf-8")) for line in f.splitlines() if "import" in line
-    ]
+    imports = [line for fragment in FRAGMENTS for line in fragment.splitlines() if "import" in line]
     assert imports
     assert all(
         re.match(r"import numpy as np$|from avatar_(runtime|export) import ", line) for line in imports
     ), imports
 
 
-@pytest.mark.parametrize("fragment", FRAGMENT.findall(PAGE.read_text("utf-8")))
+@pytest.mark.parametrize("fragment", FRAGMENTS)
 def test_fragments_run(fragment: str, tmp_path: Path) -> None:
     demo = tmp_path / "out" / "demo"
     demo.mkdir(parents=True)
     (demo / "avatar").symlink_to(ROOT / "samples" / "trained" / "head_blendshapes")
+    (tmp_path / "samples").symlink_to(ROOT / "samples")
     command = [sys.executable, "-c", fragment.replace("Player(avatar)", 'Player(avatar, "reference")')]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0 and done.stdout, done.stderr
+    assert all(shown in done.stdout for shown in SHOWN.findall(fragment)), done.stdout
