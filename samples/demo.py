@@ -14,7 +14,7 @@ TRAINED = (
     Path(__file__).parent / "trained"
 )  # normative files and reference/; `python -m samples.trained` makes them
 
-Command = tuple[str, ...]  # what follows `python -m`
+Command = tuple[str, ...]  # the arguments after `python -m`
 
 
 def blendshapes(out: Path) -> list[Command]:
@@ -31,7 +31,7 @@ def blendshapes(out: Path) -> list[Command]:
 
 
 def talking_head(out: Path) -> list[Command]:
-    """A head embedded in a body model's mesh, in a part of its take that it was never trained on."""
+    """A head embedded in a body model's mesh, in a part of its take that was held out of training."""
     bundle = out / "splatting_head"
     talk = ("--clip", "held_out", "--every", "2", "--zoom", "1.15", "--size", "288")
     return [
@@ -53,7 +53,7 @@ def walking_body(out: Path) -> list[Command]:
 
 
 def glasses(out: Path) -> list[Command]:
-    """Points on and off a body model's mesh: glasses that the mesh has not, in frames never trained on."""
+    """Points on and off a body model's mesh: glasses that the mesh lacks, in frames never trained on."""
     bundle = out / "points_head"
     turn = ("--clip", "held_out", "--every", "5", "--yaw", "-35", "--zoom", "1.15", "--size", "256")
     return [
@@ -63,7 +63,7 @@ def glasses(out: Path) -> list[Command]:
 
 
 def bones(out: Path) -> list[Command]:
-    """A face of 84 bones, fitted to a scan, which makes faces."""
+    """A face of 84 bones, fitted to a scan, with expressions."""
     bundle = out / "bones_head"
     faces = ("--clip", "expressions", "--every", "8", "--yaw", "15", "--size", "224")
     return [
@@ -73,7 +73,7 @@ def bones(out: Path) -> list[Command]:
 
 
 DEMOS = (blendshapes, talking_head, walking_body, glasses, bones)
-PICTURES = (
+IMAGES = (
     "avatar/preview.png",
     "smile.png",
     "driven.webp",
@@ -86,25 +86,25 @@ PICTURES = (
 )
 
 
-def render(bundle: Path, picture: Path, *options: str) -> Command:
-    """Draw a bundle into a file, on the backend that gives the same bytes whatever is installed."""
-    return ("avatar_export", "render", str(bundle), "-o", str(picture), "--backend", "reference", *options)
+def render(bundle: Path, image: Path, *options: str) -> Command:
+    """Draw a bundle into a file, on the backend that always gives the same bytes."""
+    return ("avatar_export", "render", str(bundle), "-o", str(image), "--backend", "reference", *options)
 
 
 def main(out: Path) -> None:
-    """Everything under `out`, which is made anew; the demos run side by side, the steps of each in turn."""
+    """Everything under `out`, which is replaced; the demos run in parallel, the steps of each in order."""
     shutil.rmtree(out, ignore_errors=True)
     with ThreadPoolExecutor(min(len(DEMOS), os.cpu_count() or 1)) as pool:
         codes = list(pool.map(lambda demo: run(demo(out)), DEMOS))
     if any(codes):
         sys.exit(max(codes, key=abs))
     print("\nLook at:")
-    for picture in PICTURES:
-        print(f"  {(out / picture).resolve()}")
+    for image in IMAGES:
+        print(f"  {(out / image).resolve()}")
 
 
 def run(commands: list[Command]) -> int:
-    """Run commands in turn, each shown with what it said; the exit code of the first that fails, or 0."""
+    """Run commands in order and print each with its output; the exit code of the first that fails, or 0."""
     for module, *arguments in commands:
         words = [*(("avatar-export",) if module == "avatar_export" else ("python", "-m", module)), *arguments]
         command = [sys.executable, "-m", module, *arguments]

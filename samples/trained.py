@@ -1,6 +1,6 @@
 """The trained sample avatars: `python -m samples.trained OUT` makes the bundles that lie in samples/trained.
 
-Every step is a command that a user would type: a synthetic capture, training, export, and what it is worth.
+Every step is a command that a user would type: a synthetic capture, training, export and measures of quality.
 """
 
 from __future__ import annotations
@@ -11,8 +11,12 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-Command = tuple[str, ...]  # what follows `python -m`
-BARE = ("--no-engine-files", "--no-preview", "--force")  # what `convert` adds again from the normative files
+Command = tuple[str, ...]  # the arguments after `python -m`
+BARE = (
+    "--no-engine-files",
+    "--no-preview",
+    "--force",
+)  # files that `convert` makes again from the normative files
 
 
 @dataclass(frozen=True)

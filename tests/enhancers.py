@@ -24,7 +24,7 @@ def weights() -> tuple[Array, Array, Array, Array]:
 
 
 def expected(colour: Array) -> npt.NDArray[np.float64]:
-    """What the network makes of a picture [H, W, 3]."""
+    """What the network makes of an image [H, W, 3]."""
     first, bias, second, offset = weights()
     hidden = np.maximum(colour.astype(np.float64) @ first.T + bias, 0)
     return colour + hidden @ second.T + offset

@@ -1,4 +1,4 @@
-"""How far the two raster profiles lie apart."""
+"""The difference between the two raster profiles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where optional large test data lies: the folder AVATAR_TEST_DATA names, else one beside the checkout."""
+"""The folder of optional large test data: the one that AVATAR_TEST_DATA names, else one beside the checkout."""
 
 from __future__ import annotations
 

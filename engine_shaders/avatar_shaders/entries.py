@@ -52,7 +52,7 @@ def path_of(entry: str, language: str) -> str:
     Raises ValueError for an unknown entry or language.
     """
     if entry not in ENTRIES:
-        raise ValueError(f"{entry!r} is none of {', '.join(ENTRIES)}")
+        raise ValueError(f"{entry!r} is not one of {', '.join(ENTRIES)}")
     if language not in LANGUAGES:
-        raise ValueError(f"{language!r} is none of {', '.join(LANGUAGES)}")
+        raise ValueError(f"{language!r} is not one of {', '.join(LANGUAGES)}")
     return f"{language}/{entry}.{SUFFIXES[language][ENTRIES[entry].kind]}"

@@ -29,7 +29,7 @@ def reflection(language: str) -> dict[str, Any]:
     Raises ValueError for an unknown language.
     """
     if language not in LANGUAGES:
-        raise ValueError(f"{language!r} is none of {', '.join(LANGUAGES)}")
+        raise ValueError(f"{language!r} is not one of {', '.join(LANGUAGES)}")
     table: dict[str, Any] = json.loads((files(__package__) / "reflection.json").read_text("utf-8"))
     return {
         name: {**row, "entry_point": row["entry_point"][language]} for name, row in table["entries"].items()

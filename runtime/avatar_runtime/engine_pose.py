@@ -93,7 +93,7 @@ def bind_nodes(rig: Rig) -> F64:
 
 @np.errstate(over="ignore", invalid="ignore")
 def rests_bound(rig: Rig) -> bool:
-    """Whether the rig's mesh at rest is its template: rest transforms are the bind transforms, but for rounding."""
+    """Whether the rig's mesh at rest is its template: rest and bind transforms are equal up to rounding."""
     skin_matrix = rest_transforms(rig) @ rig.inverse_bind_matrix.astype(np.float64)
     off = np.abs(skin_matrix - np.eye(4)).max(initial=0)
     return not off > BOUND  # NaN is refused elsewhere

@@ -132,13 +132,13 @@ def _gaussians(g: Gaussians, sh: Signs) -> Gaussians:
 
 
 def _sparse(sparse: SparseRows, signs: Mapping[str, Signs]) -> SparseRows:
-    """Each attribute times its signs, those not named as they are."""
+    """Each attribute times its signs; attributes without signs are unchanged."""
     values = {name: _signed(v, signs[name]) if name in signs else v for name, v in sparse.values.items()}
     return replace(sparse, values=values)
 
 
 def _correctives(sparse: SparseRows, attribute: str) -> SparseRows:
-    """S times the delta, and another sign where the pose feature that it goes with changes its own."""
+    """S times the delta, negated if its pose feature changes sign."""
     return _sparse(sparse, {attribute: FEATURE[sparse.column % 9, None] * POINT})
 
 

@@ -65,7 +65,7 @@ class Player:
     def posed(
         self, pose: Pose, *, posed_vertices: npt.NDArray[Any] | None = None, clock: Clock | None = None
     ) -> Posed:
-        """Stage `joints`: what a backend takes. Raises as `animate`."""
+        """Stage `joints`: the input of a backend. Raises as `animate`."""
         vertices = None if posed_vertices is None else _mesh_vertices(self.avatar, posed_vertices)
         arrays = resolve(pose, self.avatar)
         return (clock or Clock()).timed("joints", lambda: self._poser.posed(arrays, vertices))

@@ -43,9 +43,9 @@ TRAINED_SIGNS = tuple(name for name in QUATERNION_SIGNS if name not in MIRRORED_
 SH_DIRECTIONS = names("sh_direction")
 ANCHOR_RULES = names("anchor")
 HEAD_POSE_IN = names("head_pose_in")
-BACKGROUNDS = names("background")  # where it is no one colour
+BACKGROUNDS = names("background")  # if it is not one colour
 DRIVING_MODES = names("driving_mode")
-# Rotations, positions and scales that go together where there is an embedding, in any choice within a family.
+# With an embedding, rotation, position and scale are of one family, in any combination.
 SURFACE_FAMILIES = tuple(
     (names("rotation", family.name), names("position", family.name), names("scale", family.name))
     for family in families().values()

@@ -83,7 +83,7 @@ def _embedding(embedding: Embedding, rows: I64, vertices: I64, triangles: I64) -
 
 
 def _rig(rig: Rig, vertices: I64, embedding: Embedding | None) -> Rig:
-    """The rig with `vertices` alone; anchors that are not among them are gone, and so are their triangles."""
+    """The rig with only `vertices`; other anchors and their triangles are removed."""
     kept = np.isin(rig.triangles, vertices).all(axis=1)
     triangles = np.searchsorted(vertices, rig.triangles[kept]).astype(np.uint32)
     anchors = rig.anchor_vertices[np.isin(rig.anchor_vertices, vertices)]

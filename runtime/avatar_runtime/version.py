@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 DISTRIBUTIONS = (
     "avatar-runtime",
     "avatar-export",
-)  # the second carries this package where the first is absent
+)  # the second contains this package if the first is not installed
 UNKNOWN = "0+unknown"  # of a source tree that was never installed
 
 

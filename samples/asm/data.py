@@ -1,6 +1,6 @@
 """Three heads as ASM templates, from data/asm_*.npz, and true scans made of identity shapes.
 
-`python -m samples.asm.data ict -o template.npz` writes one as `avatar-train asm` takes it.
+`python -m samples.asm.data ict -o template.npz` writes one for `avatar-train asm`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ TOPOLOGIES = ("ict", "rocketbox", "lee_perry_smith")
 
 @dataclass(frozen=True)
 class AsmHead:
-    """A topology ready to be fitted."""
+    """A topology to fit with."""
 
     name: str
     template: Template
@@ -41,7 +41,7 @@ class AsmHead:
 
 
 def load_asm_head(name: str) -> AsmHead:
-    """`ict` (14,062 vertices), `rocketbox` (a low-poly game head) or `lee_perry_smith` (a scan as it is)."""
+    """`ict` (14,062 vertices), `rocketbox` (a low-poly game head) or `lee_perry_smith` (an unmodified scan)."""
     with np.load(DATA / f"asm_{name}.npz", allow_pickle=False) as file:
         data = {key: file[key] for key in file.files}
     bones = skeleton()

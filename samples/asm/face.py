@@ -25,13 +25,13 @@ from samples.asm.data import DATA, AsmHead, load_asm_head
 
 NAME = "asm_head"
 COMPONENTS = 5  # of a bone's mixture
-MOVES = 1e-3  # metres, from which on a vertex takes part in an expression
+MOVES = 1e-3  # metres; a vertex that moves less does not take part in an expression
 EXPRESSIONS = (
     *("jawOpen", "mouthSmileLeft", "mouthSmileRight", "mouthPucker", "mouthFunnel", "mouthFrownLeft"),
     *("browInnerUp", "browDownLeft", "eyeBlinkLeft", "eyeBlinkRight", "cheekPuff", "noseSneerLeft"),
 )
-# Towards vertices that are known, all of them, so nothing slides and nothing is left out; expressions are larger than
-# what tells people apart, which the steps and the prior were chosen for.
+# All vertices are known, so nothing slides and nothing is left out. Expressions are larger than the differences
+# between people, for which the steps and the prior were chosen.
 FIT = RegisterSettings(
     iterations=200,
     learning_rate=5e-3,

@@ -1,7 +1,7 @@
 """True scans of other people, for fits of ASM faces: points on the surface of a head made of identity shapes.
 
-A scan's points are no template's vertices: they lie anywhere on its triangles. What a scanner sees from the front
-counts; mouth and eye sockets do not.
+A scan's points are not the vertices of a template: they lie anywhere on its triangles. Only parts that a scanner sees
+from the front are included, without mouth and eye sockets.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from avatar_trainer.asm.template.place import front_depth
 from samples.asm.data import AsmHead
 
 WIDE = 1.3  # of the facial region's radius, that a scan covers
-HIDDEN = 0.006  # metres behind what is seen from the front
+HIDDEN = 0.006  # metres behind the surface seen from the front
 HOLES, HOLE_RADIUS = 6, 0.008  # metres
 
 Array = npt.NDArray[Any]
 
 
 def seen(head: AsmHead) -> npt.NDArray[np.int64]:
-    """Rows of the head's triangles that a scanner in front of the face sees, in and about the facial region."""
+    """Rows of the head's triangles that a scanner in front of the face sees, in and around the facial region."""
     vertices, triangles = (
         head.template.vertices.astype(np.float64),
         head.template.triangles.astype(np.int64),
@@ -69,7 +69,7 @@ def person_scan(
 
 
 def head_scan(head: AsmHead) -> Scan:
-    """A head as the scan that it is."""
+    """A head as a scan."""
     template = head.template
     points = template.vertices.astype(np.float64)
     return Scan(head.name, points, template.triangles.astype(np.int64), template_keypoints(template))

@@ -3,7 +3,7 @@
     python -m samples.by_hand.asm_make SOURCE [NAME ...]
 
 SOURCE holds head/ (ict_lps_head.npz, ict_identity20.npz, ict_vertex_indices.json, lee_perry_smith.glb and its
-picture) and body/ (rocketbox_female_01_facial.fbx). Templates are made by `avatar_trainer.asm.template.make`; of
+image) and body/ (rocketbox_female_01_facial.fbx). Templates are made by `avatar_trainer.asm.template.make`; of
 their first weights the eight largest of a vertex are stored, of their first mixtures those of every K of COMPONENTS.
 """
 
@@ -29,8 +29,8 @@ Array = npt.NDArray[Any]
 
 KEPT = 8  # weights of a vertex
 SKIN = ("M_Face", "M_BackHead")
-SCAN_BOTTOM = -17.0  # centimetres, where the scan's shoulders are cut off, as ICT's are
-# The game head: what is cut off its body, metres, and iBUG's landmarks, chosen by eye.
+SCAN_BOTTOM = -17.0  # centimetres; the scan's shoulders are cut off there, like those of ICT
+# The game head: where it is cut off the body, metres, and iBUG's landmarks, chosen by eye.
 COLLAR, COLLAR_SLOPE = 1.487, 0.25  # kept above y + slope z
 TAIL = 0.237  # behind the tip of the nose
 GAME_SKIN = (0.78, 0.60, 0.50)  # flat
@@ -98,17 +98,17 @@ def make_rocketbox(source: Path) -> None:
 
 
 def make_lee_perry_smith(source: Path) -> None:
-    """The scan as it is, its shoulders cut off; landmarks are the vertices nearest to those of the registered head."""
+    """The scan without its shoulders; landmarks are the vertices nearest to those of the registered head."""
     with np.load(source / "head" / "ict_lps_head.npz", allow_pickle=False) as file:
         registered = file["vertices"].astype(np.float64)
     marks = json.loads((source / "head" / "ict_vertex_indices.json").read_text())["idx_to_landmark_verts"]
     scan = load_scan(source / "head", registered)
-    height, width = scan.picture.shape[:2]
+    height, width = scan.image.shape[:2]
     column = np.clip(scan.uv[:, 0] * width, 0, width - 1).astype(int)
     row = np.clip(scan.uv[:, 1] * height, 0, height - 1).astype(int)
     mesh = weld(scan.vertices, scan.triangles)
     colour = np.zeros((len(mesh.vertices), 3))
-    colour[mesh.row] = scan.picture[row, column]
+    colour[mesh.row] = scan.image[row, column]
     vertices, triangles = kept_part(mesh.vertices, mesh.triangles, mesh.vertices[:, 1] > SCAN_BOTTOM)
     vertices, triangles = without_pinches(vertices, triangles)
     apart = np.linalg.norm(vertices - registered[marks][:, None], axis=2)
@@ -139,7 +139,7 @@ def largest_piece(vertices: Array, triangles: Array) -> tuple[Array, Array]:
 
 
 def without_pinches(vertices: Array, triangles: Array) -> tuple[Array, Array]:
-    """The mesh's largest piece without triangles at edges that others share wrongly, or where borders touch."""
+    """The mesh's largest piece, without triangles at non-manifold edges or at vertices where borders touch."""
     while True:
         count = len(vertices)
         edge = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)])

@@ -4,12 +4,12 @@
 
 Kept: skin, mouth and eye sockets, teeth, gums, tongue, eyeballs, 51 expression shapes, 8 identity shapes.
 Dropped: iris balls (the painted cornea replaces them), lashes, lacrimal fluid, unused vertices, UVs,
-offsets shorter than a hundredth of a millimetre. As ARKit has it, `browInnerUp` and `cheekPuff` are sums of
+offsets shorter than a hundredth of a millimetre. As in ARKit, `browInnerUp` and `cheekPuff` are sums of
 left and right.
 Repaired: the left eye is the mirrored right one, because its registered upper lid is folded into the eyeball;
-the cornea's bulge is flattened and lid vertices inside an eyeball are lifted onto it, at rest and in
-every shape, because the lids do not clear the eyes when they close; the mouth socket is drawn in from the
-cheeks, which it all but touches.
+the cornea's bulge is flattened and lid vertices inside an eyeball are moved onto it, at rest and in
+every shape, because closing lids would cut into the eyes; the mouth socket is moved inwards, away from the
+cheeks, which it almost touches.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ SHORTEST_CM = 0.001
 EYE_REGION_CM = (
     2.2,
     3.4,
-)  # within the first the left eye is the mirrored right one, beyond the second itself
+)  # within the first, the left eye is the mirrored right one; beyond the second, it is unchanged
 SOCKET_CM = 0.2
-BALL_CM, LID_CM = 1.47, 1.53  # radii of the eyeball's surface and of the nearest that lids may come
+BALL_CM, LID_CM = 1.47, 1.53  # radii of the eyeball's surface, and of the smallest distance of lids
 IDENTITY_MODES = 8
 # First vertex of each region of the ICT-FaceKit topology.
 HEAD, MOUTH_SOCKET, EYE_SOCKETS, GUMS, TEETH = 9409, 11248, 13294, 14062, 17039
@@ -79,7 +79,7 @@ def components(triangles: np.ndarray, vertices: int) -> np.ndarray:
 def moves_with_jaw(vertices: np.ndarray, triangles: np.ndarray, jaw_open: np.ndarray) -> np.ndarray:
     """Which triangles follow the lower teeth: those that jawOpen moves at least half as far as it would them.
 
-    Upper and lower gums are one piece in the source, so a piece cannot be asked as a whole.
+    Upper and lower gums are one piece in the source, so a whole piece cannot decide.
     """
     label = components(triangles, len(vertices))
     teeth = np.flatnonzero((np.arange(len(vertices)) >= TEETH) & (np.arange(len(vertices)) < LEFT_EYE))
@@ -137,7 +137,7 @@ def lift(points: np.ndarray, centre: np.ndarray) -> np.ndarray:
 
 
 def clear_eyes(vertices: np.ndarray, shapes: dict[str, np.ndarray]) -> None:
-    """Flatten the corneas and lift the lids off the eyeballs, in place."""
+    """Flatten the corneas and move the lids off the eyeballs, in place."""
     rest = vertices.copy()
     for first, end in ((LEFT_EYE, LEFT_IRIS), (RIGHT_EYE, RIGHT_IRIS)):
         ball = vertices[first:end]

@@ -5,9 +5,9 @@
 SOURCE holds ict_lps_head.npz, lee_perry_smith.glb and lee_perry_smith_color.jpg. Written: data/head_texture.webp
 and data/head_uv.npz (uv f32 [F, 3, 2] of the corners of the head's triangles, u to the right, v down).
 
-ICT-FaceKit's texture coordinates are packed into one picture. Every texel of skin takes the scan's colour at
-the nearest point of the scan (the left eye, which is the mirrored right one, takes the right one's); what the
-scan does not have - eyes, teeth, gums, the sockets - is painted as `samples.subjects.colour` paints it.
+ICT-FaceKit's texture coordinates are packed into one image. Every texel of skin takes the scan's colour at
+the nearest point of the scan (the left eye, which is the mirrored right one, takes the right one's); parts that
+the scan lacks - eyes, teeth, gums, the sockets - are painted by `samples.subjects.colour`.
 """
 
 from __future__ import annotations
@@ -42,19 +42,19 @@ from samples.subjects.surface import Samples
 Array = npt.NDArray[Any]
 
 SIZE = 1024
-# ICT's tiles (u // 1; eyes share the face's) -> place in the picture: x, y, width, height in pixels.
+# ICT's tiles (u // 1; eyes share the face's) -> place in the image: x, y, width, height in pixels.
 FACE, BACK, GUMS, TEETH, LEFT, RIGHT = range(6)
 PLACES = np.array(
     [(0, 0, 704, 704), (704, 0, 320, 704), (0, 704, 320, 320), (320, 704, 320, 320), (640, 704, 192, 320),
      (832, 704, 192, 320)], np.float64
 )  # fmt: skip
-MARGIN = 4  # texels that a colour is carried over the edge of its piece of the picture
+MARGIN = 4  # texels by which colours extend over the edge of their piece of the image
 QUALITY = 94
-FAR_CM = 0.35  # from the scan, beyond which its colour fades out
+FAR_CM = 0.35  # distance from the scan from which its colour fades out
 
 
 def packed_uv(uv: Array, part: Array, part_names: tuple[str, ...]) -> Array:
-    """ICT's coordinates [F, 3, 2] (v up) of triangles in the head's parts -> the picture's, 0..1, v down."""
+    """ICT's coordinates [F, 3, 2] (v up) of triangles in the head's parts -> the image's, 0..1, v down."""
     tile = np.minimum(np.floor(uv[:, :, 0].mean(axis=1)).astype(int), TEETH)
     tile[part == part_names.index("left_eye")] = LEFT
     tile[part == part_names.index("right_eye")] = RIGHT
@@ -64,7 +64,7 @@ def packed_uv(uv: Array, part: Array, part_names: tuple[str, ...]) -> Array:
 
 @njit(cache=True)
 def texels(corner: Array, size: int, face: Array, bary: Array) -> None:
-    """Which triangle (face [size, size], -1 for none) lies under each texel's centre, and where in it."""
+    """The triangle under each texel's centre (face [size, size], -1 for none), and the position in it."""
     for f in range(len(corner)):
         a, b, c = corner[f] * size - 0.5
         area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
@@ -90,7 +90,7 @@ class Registered:
     triangles: Array  # i64 [F, 3] in the order of the head's
     uv: Array  # f64 [F, 3, 2] ICT's, v up
     twin: Array  # i64 [V] the vertex on the other side
-    mirrored: Array  # f64 [V] share that the head has from the other side: 1 about the left eye
+    mirrored: Array  # f64 [V] share that comes from the other side: 1 around the left eye
 
 
 def load_registered(source: Path, head: Head) -> Registered:
@@ -117,7 +117,7 @@ def load_registered(source: Path, head: Head) -> Registered:
 
 
 def bake(source: Path) -> tuple[Array, Array]:
-    """(picture u8 [SIZE, SIZE, 3], uv f32 [F, 3, 2])."""
+    """(image u8 [SIZE, SIZE, 3], uv f32 [F, 3, 2])."""
     head = load_head()
     ict = load_registered(source, head)
     scan = load_scan(source, ict.vertices[:HEAD_SKIN])
@@ -129,14 +129,14 @@ def bake(source: Path) -> tuple[Array, Array]:
     colour = painted(head, f, b)
     skin = head.triangles_in("face", "head")[f]
     colour[skin] = skin_colour(head, ict, scan, f[skin], b[skin], colour[skin])
-    picture = np.zeros((SIZE, SIZE, 3))
-    picture[y, x] = colour
-    picture = dilated(picture, face >= 0)
-    return np.round(np.clip(picture, 0, 1) * 255).astype(np.uint8), corner.astype(np.float32)
+    image = np.zeros((SIZE, SIZE, 3))
+    image[y, x] = colour
+    image = dilated(image, face >= 0)
+    return np.round(np.clip(image, 0, 1) * 255).astype(np.uint8), corner.astype(np.float32)
 
 
 def painted(head: Head, face: Array, bary: Array) -> Array:
-    """Colours [N, 3] of points on the head as `samples.subjects.colour` paints them."""
+    """Colours [N, 3] of points on the head by `samples.subjects.colour`."""
     position = np.einsum("nc,ncx->nx", bary, head.vertices[head.triangles[face]])
     blank = np.zeros((len(face), 3, 3))
     return surface_colour(head, Samples(face, bary, position, blank, np.zeros(len(face))))
@@ -160,25 +160,25 @@ def skin_colour(head: Head, ict: Registered, scan: Scan, face: Array, bary: Arra
     return fallback + trust * (colour - fallback)
 
 
-def dilated(picture: Array, known: Array) -> Array:
-    """The picture with the colour of known texels carried MARGIN texels outwards, the mean further away."""
-    picture, known = picture.copy(), known.copy()
-    mean = picture[known].mean(axis=0)
+def dilated(image: Array, known: Array) -> Array:
+    """The image with the colour of known texels extended by MARGIN texels; farther away, the mean."""
+    image, known = image.copy(), known.copy()
+    mean = image[known].mean(axis=0)
     for _ in range(MARGIN):
-        total, count = np.zeros_like(picture), np.zeros(known.shape)
+        total, count = np.zeros_like(image), np.zeros(known.shape)
         for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-            total += np.roll(picture * known[..., None], (dy, dx), (0, 1))
+            total += np.roll(image * known[..., None], (dy, dx), (0, 1))
             count += np.roll(known, (dy, dx), (0, 1))
         grown = ~known & (count > 0)
-        picture[grown] = total[grown] / count[grown][:, None]
+        image[grown] = total[grown] / count[grown][:, None]
         known |= grown
-    picture[~known] = mean
-    return picture
+    image[~known] = mean
+    return image
 
 
 def main(source: Path) -> None:
-    picture, uv = bake(source)
-    Image.fromarray(picture).save(DATA / "head_texture.webp", quality=QUALITY, method=6)
+    image, uv = bake(source)
+    Image.fromarray(image).save(DATA / "head_texture.webp", quality=QUALITY, method=6)
     np.savez_compressed(DATA / "head_uv.npz", uv=uv)
 
 

@@ -16,9 +16,9 @@ from samples.subjects.head import unit
 
 Array = npt.NDArray[Any]
 
-# The scan stands in its own frame and unit: x_head = scale * R x_scan + shift, cm, by point-to-plane fits.
+# The scan has its own frame and unit: x_head = scale * R x_scan + shift, cm, by point-to-plane fits.
 ROUNDS, TRUSTED = 40, 0.75
-FAR_LIMIT_CM = 0.7  # beyond it the scan is not asked
+FAR_LIMIT_CM = 0.7  # a farther scan is not used
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Scan:
     normals: Array  # f64 [V, 3]
     triangles: Array  # i64 [F, 3]
     uv: Array  # f64 [V, 2], v down
-    picture: Array  # f64 [h, w, 3] display sRGB, 0..1
+    image: Array  # f64 [h, w, 3] display sRGB, 0..1
 
 
 def load_scan(source: Path, goal: Array) -> Scan:
@@ -41,10 +41,10 @@ def load_scan(source: Path, goal: Array) -> Scan:
         for name in ("POSITION", "NORMAL", "TEXCOORD_0")
     )
     triangles = accessor(glb, primitive["indices"]).reshape(-1, 3).astype(np.int64)
-    picture = np.asarray(Image.open(source / "lee_perry_smith_color.jpg").convert("RGB"), np.float64) / 255
+    image = np.asarray(Image.open(source / "lee_perry_smith_color.jpg").convert("RGB"), np.float64) / 255
     linear, shift = fitted(vertices, unit(normals), goal)
-    uv = np.c_[uv[:, 0], 1 - uv[:, 1]]  # the file counts v upwards, against glTF
-    return Scan(vertices @ linear.T + shift, unit(normals @ linear.T), triangles, uv, picture)
+    uv = np.c_[uv[:, 0], 1 - uv[:, 1]]  # in the file v points up, unlike in glTF
+    return Scan(vertices @ linear.T + shift, unit(normals @ linear.T), triangles, uv, image)
 
 
 def fitted(vertices: Array, normals: Array, goal: Array) -> tuple[Array, Array]:
@@ -118,7 +118,7 @@ def nearest_points(
 
 @njit(cache=True)
 def closest(p: Array, a: Array, b: Array, c: Array) -> tuple[float, float]:
-    """Weights of b and c at the point of a triangle nearest to p: the face's, or that of the nearest edge."""
+    """Weights of b and c at the point of a triangle nearest to p: in its plane, or on the nearest edge."""
     ab, ac, ap = b - a, c - a, p - a
     aa, bb, cc = np.sum(ab * ab), np.sum(ab * ac), np.sum(ac * ac)
     d, e = np.sum(ab * ap), np.sum(ac * ap)
@@ -147,15 +147,15 @@ def closest(p: Array, a: Array, b: Array, c: Array) -> tuple[float, float]:
     return at
 
 
-def bilinear(picture: Array, uv: Array) -> Array:
-    """Colours [N, 3] of a picture at uv [N, 2], 0..1, v down."""
-    h, w = picture.shape[:2]
+def bilinear(image: Array, uv: Array) -> Array:
+    """Colours [N, 3] of an image at uv [N, 2], 0..1, v down."""
+    h, w = image.shape[:2]
     place = np.clip(uv * (w, h) - 0.5, 0, (w - 1.001, h - 1.001))
     low = place.astype(np.int64)
     sx, sy = (place - low).T[:, :, None]
     x, y = low.T
-    top = picture[y, x] * (1 - sx) + picture[y, x + 1] * sx
-    bottom = picture[y + 1, x] * (1 - sx) + picture[y + 1, x + 1] * sx
+    top = image[y, x] * (1 - sx) + image[y, x + 1] * sx
+    bottom = image[y + 1, x] * (1 - sx) + image[y + 1, x + 1] * sx
     result: Array = top * (1 - sy) + bottom * sy
     return result
 
@@ -169,4 +169,4 @@ def scan_colour(scan: Scan, points: Array, facing: Array) -> tuple[Array, Array]
     nearest_points(points, facing, corner, normal, FAR_LIMIT_CM, triangle, bary, far)
     uv = np.einsum("nc,ncx->nx", bary, scan.uv[scan.triangles[triangle]])
     far[triangle < 0] = np.inf
-    return bilinear(scan.picture, uv), far
+    return bilinear(scan.image, uv), far

@@ -1,8 +1,8 @@
-"""Synthetic captures: `python -m samples.capture OUT --subject head|body`. Pictures whose truth is known.
+"""Synthetic captures: `python -m samples.capture OUT --subject head|body`. Images with known ground truth.
 
 A textured mesh - the scanned head, or the walking man - is drawn frame by frame. Nothing was filmed: the recording
-that moves the face is real, the pictures are computed. What comes with them is exact, unless noise is asked for;
-the pictures never get any.
+that moves the face is real, the images are computed. The parameters are exact unless
+noise is asked for; the images have none.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m samples.capture", description=__doc__)
     parser.add_argument("out", type=Path, help="folder to write into")
     parser.add_argument("--subject", choices=("head", "body"), default="head")
-    parser.add_argument("--size", type=int, default=256, help="pixels along an edge of the square pictures")
+    parser.add_argument("--size", type=int, default=256, help="pixels along an edge of the square images")
     parser.add_argument("--frames", type=int, default=300, help="the last fifth is for testing")
     parser.add_argument(
         "--tracking-noise", type=float, default=0.0, help="deviation of weights and joint rotations (radians)"

@@ -27,7 +27,7 @@ Array = npt.NDArray[Any]
 FPS = 24.0  # the rate of the walk's keys
 RIG = "body/CesiumMan_welded.glb"
 TARGET, DISTANCE, FOV_Y = (-0.05, 0.71, 0.0), 2.9, 0.61
-TURNS, START = 2.0, 0.4  # rounds of the camera during the capture; where it begins, radians from the front
+TURNS, START = 2.0, 0.4  # rounds of the camera during the capture; its start, radians from the front
 PITCH = (0.2, 0.25, 5.0, 0.5)  # radians: mean, swing; beats over the capture, start
 LIGHT, DARK, LIT = unit(np.array([0.25, 0.8, 0.55])), 0.68, 0.32
 SOURCE = "synthetic: computed pictures of a textured mesh, no footage; parameters exact but for the noise asked for"
@@ -60,7 +60,7 @@ def write_body(out: Path, size: int, frames: int, noise: Noise) -> Path:
 
 
 def welded_glb(body: Body) -> bytes:
-    """The man's rig and walk without seams, texture and material: vertices as `Body` numbers them."""
+    """The man's rig and walk without seams, texture and material; vertices are numbered as in `Body`."""
     b, source = Builder(), body.document
     primitive = source.meshes[0].primitives[0]
     rows = {
@@ -93,7 +93,7 @@ def welded_glb(body: Body) -> bytes:
 
 
 def shots(body: Body, rig_path: Path, size: int, frames: int, noise: Noise) -> Iterator[tuple[str, Shot]]:
-    """(name, shot) of every frame: the walk over and over, one key a frame."""
+    """(name, shot) of every frame: the walk repeats, one key per frame."""
     avatar = rig_avatar(read_rig_file(rig_path).rig, ())
     (walk,) = clips_from(avatar, rig_path)
     assert avatar.rig is not None
@@ -103,12 +103,12 @@ def shots(body: Body, rig_path: Path, size: int, frames: int, noise: Noise) -> I
         key = k % len(body.times)
         intrinsics, rotation, translation = camera_at(k, frames, size)
         camera = Camera.from_opencv(rotation, translation, intrinsics, size, size)
-        picture = draw(surface(body, key), camera, rays_per_pixel(size))
+        image = draw(surface(body, key), camera, rays_per_pixel(size))
         deltas = walk.joint_delta[first + key].astype(np.float64)
         wrong = noise.tracked(np.zeros((len(names), 3)))
         joints = {name: deltas[j] @ joint_rotation(wrong[j]) for j, name in enumerate(names)}
         stated = noise.calibrated(intrinsics, rotation, translation)
-        yield f"{k:05d}", shot(picture, stated, np.zeros(0), joints, split)
+        yield f"{k:05d}", shot(image, stated, np.zeros(0), joints, split)
 
 
 def surface(body: Body, key: int) -> Surface:

@@ -1,6 +1,6 @@
-"""What a synthetic head can wear: glasses and hair, meshes made by code that leave the face's own mesh.
+"""Extras of a synthetic head: glasses and hair, meshes made by code at a distance from the face's own mesh.
 
-They are rigid to the head, whose pose lives in the camera, and no part of the body model that comes with the capture.
+They move rigidly with the head, whose pose is in the camera, and are not in the capture's body model.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ PLASTIC_GLOSS = (0.35, 30.0)  # strength of the highlight, its exponent
 # A rim: middle (x of the left one, y), half width and height, exponent of the superellipse, metres.
 RIM_MIDDLE, RIM_HALF, RIM_POWER = (0.0350, 0.0310), (0.0265, 0.0205), 3.0
 RIM_Z, RIM_WRAP = 0.1180, 1.6  # metres in front, less this times x^2
-RIM_TUBE = (0.0022, 0.0026)  # half the width seen from in front, half the depth
+RIM_TUBE = (0.0022, 0.0026)  # half the width seen from the front, half the depth
 BRIDGE = ((0.0105, 0.0385), (0.0055, 0.0410), (0.0, 0.0418))  # x, y from the left rim to the middle
 BRIDGE_TUBE = (0.0019, 0.0022)
 # x, y, z of the left temple from its hinge to its end behind the ear.
@@ -47,7 +47,7 @@ TUFT_LENGTH = (0.022, 0.042)  # metres
 TUFT_WIDTH = 0.0028  # metres at the root
 TUFT_RISE, TUFT_FALL, TUFT_CURL = 0.42, 1.9, 0.003  # share along the normal; bend; metres
 CAP = 0.004  # metres between the scalp and the layer below the tufts
-# The hairline: heights below which a head that leans to no side has none, by z.
+# The hairline: below these heights an upright head has no hair, by z.
 HAIRLINE = (
     (-0.110, -0.032),
     (-0.055, -0.032),
@@ -72,16 +72,16 @@ class Extra(Mesh):
 
 
 def worn_with(surface: Surface, extra: Extra, gain: F64, gloss: F64) -> Surface:
-    """`surface` and the extra as one, `gain` and `gloss` [V] being the extra's; the texture gets a row of its colours.
+    """`surface` and the extra as one, with `gain` and `gloss` [V] of the extra; the texture gets a row of its colours.
 
-    What one hides of the other is then the rasteriser's to say.
+    The rasteriser then decides which hides the other.
     """
     colours, which = np.unique(extra.rgb.astype(np.float32), axis=0, return_inverse=True)
     height, width = surface.texture.shape[:2]
     rows = -(-len(colours) // width)
     strip = np.zeros((rows * width, 3), np.float32)
     strip[: len(colours)] = colours
-    # A texel of a colour is asked for at its very middle, where no other one counts.
+    # A colour is read at the centre of its texel, where no other texel counts.
     texture = np.concatenate([surface.texture, strip.reshape(rows, width, 3)])
     which = which.reshape(-1)
     middle = np.stack([(which % width + 0.5) / width, (height + which // width + 0.5) / len(texture)], axis=1)
@@ -98,7 +98,7 @@ def worn_with(surface: Surface, extra: Extra, gain: F64, gloss: F64) -> Surface:
 
 
 def glasses(head: Head) -> Extra:
-    """A frame of dark plastic: two rims, a bridge, two temples; it stands 5 to 30 mm off the face."""
+    """A frame of dark plastic: two rims, a bridge, two temples; 5 to 30 mm in front of the face."""
     left = _rim()
     temple = _smooth(np.array(TEMPLE), 24)
     half = np.array([(x, y, _rim_z(x) + 0.001) for x, y in BRIDGE])
@@ -146,7 +146,7 @@ def _smooth(points: F64, count: int) -> F64:
 
 
 def hair(head: Head) -> Extra:
-    """Some thousand tapered tufts that stand 1 to 3 cm off the scalp, over a layer that covers it."""
+    """Some thousand tapered tufts 1 to 3 cm above the scalp, over a layer that covers it."""
     rng = np.random.default_rng(HAIR_SEED)
     cap = _scalp(head)
     corner = head.vertices[head.triangles[cap]]
@@ -181,7 +181,7 @@ def _scalp(head: Head) -> npt.NDArray[np.bool_]:
 
 
 def _tufts(root: F64, away: F64, rng: np.random.Generator) -> F64:
-    """Middle lines [TUFTS, TUFT_JOINTS, 3]: off the scalp, combed back and to the sides, and down with their weight."""
+    """Middle lines [TUFTS, TUFT_JOINTS, 3]: away from the scalp, back and to the sides, bent down by their weight."""
     count = len(root)
     side = np.sign(root[:, :1]) * smoothstep(np.abs(root[:, :1]), 0.0, 0.05)
     comb = np.concatenate([0.5 * side, np.zeros((count, 1)), np.full((count, 1), -0.8)], axis=1)

@@ -1,4 +1,4 @@
-"""The head as a capture: what the real recording and exercises make it do, seen by a camera that moves about it."""
+"""The head as a capture: it plays the real recording and exercises, seen by a camera that moves around it."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ WET, EYES = ("upper_teeth", "lower_teeth", "upper_gums", "lower_gums"), ("left_e
 
 @dataclass(frozen=True)
 class Model:
-    """The textured head that pictures are made of."""
+    """The textured head that images are made of."""
 
     head: Head
     body: BodyModel  # of every vertex
@@ -68,10 +68,10 @@ class Model:
 
     @cached_property
     def texture(self) -> tuple[Array, Array]:
-        """(picture f32 [h, w, 3], uv f32 [F, 3, 2])."""
-        picture = np.asarray(Image.open(DATA / "head_texture.webp").convert("RGB"), np.float32) / 255
+        """(image f32 [h, w, 3], uv f32 [F, 3, 2])."""
+        image = np.asarray(Image.open(DATA / "head_texture.webp").convert("RGB"), np.float32) / 255
         with np.load(DATA / "head_uv.npz", allow_pickle=False) as file:
-            return picture, file["uv"]
+            return image, file["uv"]
 
     @cached_property
     def opacity(self) -> Array:
@@ -91,24 +91,24 @@ class Model:
         strength, exponent = table.T
         return strength, exponent
 
-    def picture(self, take: Take, frame: int, camera: Camera, samples: int) -> MeshImage:
+    def image(self, take: Take, frame: int, camera: Camera, samples: int) -> MeshImage:
         """One frame of a take, seen by `camera`."""
         return draw(self._surface(take, frame, camera), camera, samples)
 
     def region(self, take: Take, frame: int, camera: Camera, samples: int) -> Array:
-        """[H, W] share of each pixel in which something worn is seen; the light is of no matter."""
+        """[H, W] share of each pixel in which something worn is seen; independent of the light."""
         surface = self._surface(take, frame, camera)
         own = np.arange(len(surface.vertices)) < len(self.head.vertices)
         white = np.ones_like(surface.texture)
         lit = replace(
             surface, texture=white, gain=(~own).astype(np.float32), gloss=np.zeros_like(surface.gloss)
         )
-        picture = draw(lit, camera, samples)
-        share: Array = picture.colour[..., 0] * picture.alpha
+        image = draw(lit, camera, samples)
+        share: Array = image.colour[..., 0] * image.alpha
         return share
 
     def _surface(self, take: Take, frame: int, camera: Camera) -> Surface:
-        """The head of a frame, and what it wears, in the light."""
+        """The lit head of a frame, with the things worn."""
         mesh = Mesh(posed_vertices(self.body, take, frame), self.head.triangles)
         texture, uv = self.texture
         gain, shine = _lit(mesh, camera, *self.gloss)
@@ -162,7 +162,7 @@ def weights(names: tuple[str, ...], frames: int, held_out: tuple[str, ...]) -> A
 
 
 def exercises(count: int, frames: int) -> Array:
-    """Weights [frames, count]: each expression swells and goes, one after the other."""
+    """Weights [frames, count]: each expression rises and falls, one after the other."""
     if not frames:
         return np.zeros((0, count))
     width = max(frames / count, 1)
@@ -174,7 +174,7 @@ def exercises(count: int, frames: int) -> Array:
 
 
 def recorded(names: tuple[str, ...], frames: int) -> Array:
-    """Weights [frames, names] of the whole recording at `frames` even times; 0 for what it lacks."""
+    """Weights [frames, names] of the whole recording at `frames` even times; 0 for names that it lacks."""
     header, *rows = csv.reader(RECORDING.read_text("utf-8").splitlines())
     columns = [name[:1].lower() + name[1:] for name in header[2:]]
     values = np.array([row[2:] for row in rows], np.float64)
@@ -190,11 +190,11 @@ def recorded(names: tuple[str, ...], frames: int) -> Array:
 
 
 def perform(body: BodyModel, frames: int, held_out: tuple[str, ...]) -> Take:
-    """The parameters of every frame; ValueError for a held-out name that is no expression."""
+    """The parameters of every frame; ValueError for a held-out name that is not an expression."""
     names = tuple(sorted(body.expression_names))
     for name in held_out:
         if name not in names:
-            raise ValueError(f"{name} is no expression of the head; there are {', '.join(names)}")
+            raise ValueError(f"{name} is not an expression of the head; there are {', '.join(names)}")
     shape = np.zeros(body.shapedirs_identity.shape[2])
     return performed(body, shape, names, weights(names, frames, held_out))
 
@@ -202,7 +202,7 @@ def perform(body: BodyModel, frames: int, held_out: tuple[str, ...]) -> Take:
 def camera_at(frame: int, frames: int, size: int, yaw: float = YAW[0]) -> tuple[Array, Array, Array]:
     """(K, R, t) of the camera, OpenCV: on a smooth path about the head, looking at it.
 
-    It swings by `yaw` radians to either side; beyond YAW, in one beat of the training part only.
+    It swings by `yaw` radians to either side; beyond YAW only in one beat of the training part.
     """
     time = 2 * np.pi * frame / frames
     wide = smoothstep(frame / frames, *WIDE[:2]) * smoothstep(frame / frames, *WIDE[:1:-1])
@@ -242,7 +242,7 @@ def write_head(
     """Write the head's capture into the folder `out`: capture.json, images/, masks/, body/, driving.json.
 
     Expressions `held_out` are seen in test frames only; `yaw`: see `camera_at`. With things `worn` (names of EXTRAS)
-    also regions/: in which share of each pixel they are seen. Returns the path of capture.json. Raises ValueError for
+    also regions/: the share of each pixel that shows them. Returns the path of capture.json. Raises ValueError for
     an unknown expression and for fewer than two frames.
     """
     head = blinking_head()
@@ -275,7 +275,7 @@ def write_head(
 
 
 def write_regions(folder: Path, model: Model, take: Take, size: int, yaw: float) -> None:
-    """One picture of grey a frame, named as the frame: what is worn, 255 where a pixel sees nothing else."""
+    """One image of grey a frame, named as the frame: what is worn, 255 where a pixel sees nothing else."""
     folder.mkdir(parents=True, exist_ok=True)
     for k in range(take.frames):
         camera = Camera.from_opencv(*_in_order(camera_at(k, take.frames, size, yaw)), size, size)
@@ -294,7 +294,7 @@ def shots(model: Model, take: Take, size: int, noise: Noise, yaw: float) -> Iter
     for k, split in enumerate(splits(take.frames)):
         intrinsics, rotation, translation = camera_at(k, take.frames, size, yaw)
         camera = Camera.from_opencv(rotation, translation, intrinsics, size, size)
-        picture = model.picture(take, k, camera, rays_per_pixel(size))
+        image = model.image(take, k, camera, rays_per_pixel(size))
         joints = dict(zip(JOINTS, noise.tracked(take.pose[k]), strict=True))
         stated = noise.calibrated(intrinsics, rotation, translation)
-        yield f"{k:05d}", shot(picture, stated, noise.tracked(take.expression[k]), joints, split)
+        yield f"{k:05d}", shot(image, stated, noise.tracked(take.expression[k]), joints, split)

@@ -1,4 +1,4 @@
-"""What the synthetic captures share: how fine they are drawn, and the errors in what they state."""
+"""Shared by the synthetic captures: the resolution of rendering, and the errors of the stated parameters."""
 
 from __future__ import annotations
 
@@ -15,15 +15,13 @@ from avatar_trainer.captures.own import Shot
 
 Array = npt.NDArray[Any]
 
-RAYS = (
-    768  # along an edge of the picture, at least 3 to a pixel: small pictures see the same texture with more
-)
+RAYS = 768  # along an edge of the image, at least 3 to a pixel: small images see the same texture with more
 TEST_SHARE = 0.2  # of the frames, the last ones
 
 
 @dataclass(frozen=True)
 class Noise:
-    """The errors of the parameters that a capture states; its pictures have none. Normal, independent, seeded."""
+    """The errors of the parameters that a capture states; its images have none. Normal, independent, seeded."""
 
     tracking: float = 0.0  # deviation of expression weights, and of joint rotations in radians
     calibration: float = (
@@ -36,19 +34,19 @@ class Noise:
         object.__setattr__(self, "rng", np.random.default_rng(self.seed))
 
     def tracked(self, values: Array) -> Array:
-        """The values as a tracker would give them."""
+        """The values with the errors of a tracker."""
         result: Array = values + self.tracking * self.rng.standard_normal(np.shape(values))
         return result
 
     def calibrated(self, k: Array, rotation: Array, translation: Array) -> tuple[Array, Array, Array]:
-        """(K, R, t) as a calibration would give them."""
+        """(K, R, t) with the errors of a calibration."""
         turn, shift, zoom = (self.calibration * self.rng.standard_normal(n) for n in (3, 3, 1))
         focal = np.diag([1 + zoom[0], 1 + zoom[0], 1])
         return k @ focal, matrix_from_rotvec(turn) @ rotation, translation + shift
 
 
 def rays_per_pixel(size: int) -> int:
-    """Rays across a pixel of a picture of this size."""
+    """Rays across a pixel of an image of this size."""
     return max(3, -(-RAYS // size))
 
 
@@ -61,7 +59,7 @@ def splits(frames: int) -> list[str]:
 
 
 def shot(
-    picture: MeshImage,
+    drawn: MeshImage,
     camera: tuple[Array, Array, Array],  # the stated K, R, t
     expression: Array,
     joints: Mapping[str, Array],
@@ -69,7 +67,7 @@ def shot(
     world_from_avatar: Array | None = None,
 ) -> Shot:
     """A frame for `capture.write`, 8 bits a channel."""
-    image, mask = (np.round(np.clip(x, 0, 1) * 255).astype(np.uint8) for x in (picture.colour, picture.alpha))
+    image, mask = (np.round(np.clip(x, 0, 1) * 255).astype(np.uint8) for x in (drawn.colour, drawn.alpha))
     return Shot(
         image, mask, *camera, expression.tolist(), joints, world_from_avatar=world_from_avatar, split=split
     )

@@ -1,9 +1,9 @@
-"""A coarser head to track with, as FLAME is: its vertices are vertices of the full one.
+"""A coarser head for tracking, like FLAME: its vertices are vertices of the full head.
 
     python -m samples.capture.tracking_mesh      how data/tracking_mesh.npz was made; run by hand, not part of any build
 
 Edges collapse into one of their ends, the cheapest first, by quadric errors (Garland and Heckbert 1997) summed over
-the face at rest and in six expressions, so that what moves keeps its vertices. Edges of parts collapse only along
+the face at rest and in six expressions, so that moving parts keep their vertices. Edges of parts collapse only along
 themselves. No collapse folds a triangle over in any of these poses, or makes more than two triangles meet at an edge.
 """
 
@@ -43,7 +43,7 @@ PART_WEIGHT = {
     "upper_teeth": 0.08,
     "lower_teeth": 0.08,
 }
-EDGE_WEIGHT = 10.0  # of the planes that stand on edges of parts, against those of triangles
+EDGE_WEIGHT = 10.0  # weight of the planes on edges of parts, relative to those of triangles
 LENGTH_COST = 2e-4  # of an edge's squared length times the area around it: flat regions stay even
 FOLD = 0.2  # least cosine between a triangle's normals before and after
 LEAST_SHAPE = 0.12  # of a triangle after a collapse, 1 for an equilateral one, unless it was as thin before
@@ -79,7 +79,7 @@ class Collapse:
         return len(faces) != 2 or len({int(self.part[f]) for f in faces}) > 1
 
     def cost(self, u: int, v: int) -> float:
-        """Of moving u into v."""
+        """The cost of moving u into v."""
         at = np.append(self.poses[v], np.ones((self.poses.shape[1], 1)), axis=1)
         error = np.einsum("pi,pij,pj->", at, self.quadric[u] + self.quadric[v], at)
         length = np.sum((self.poses[u, 0] - self.poses[v, 0]) ** 2)
@@ -105,7 +105,7 @@ class Collapse:
         return not (turned.any() or thin[:, 0].any())
 
     def collapse(self, u: int, v: int) -> set[int]:
-        """Move u into v; returns the vertices whose edges cost something else now."""
+        """Move u into v; returns the vertices whose edges have a new cost."""
         for f in self.shared(u, v):
             for w in self.triangles[f]:
                 self.around[w].discard(f)

@@ -1,11 +1,11 @@
-"""Still pictures of one head from many sides: `python -m samples.capture.views OUT --views 20 --identity SEED`.
+"""Still images of one head from many sides: `python -m samples.capture.views OUT --views 20 --identity SEED`.
 
-What somebody with a telephone and a landmark detector would have of a person who keeps still: pictures, the 2D
-positions of 68 landmarks, masks, the camera's K; no poses. trainer/CAPTURE.md has the layout (views.json). The truth -
-cameras and mesh - lies beside it in truth.json and truth.npz, for measuring only; no fit may read them.
+The data that a phone and a landmark detector give of a person who keeps still: images, the 2D positions of 68
+landmarks, masks, the camera's K; no poses. trainer/CAPTURE.md has the layout (views.json). The true
+cameras and mesh are in truth.json and truth.npz, only for measuring; no fit may read them.
 
 The head is the scanned one with the identity modes of ICT-FaceKit added, textured as in samples.capture. The light
-stands still with the head and nothing shines: a point has the same colour in every picture, as photometric
+is fixed to the head and nothing shines: a point has the same colour in every image, as photometric
 consistency assumes.
 """
 
@@ -35,7 +35,7 @@ Array = npt.NDArray[Any]
 YAW, PITCH, ROLL = np.radians(60.0), np.radians(18.0), np.radians(4.0)  # the most of each
 DISTANCE, NEARER = 0.80, 0.08  # metres; share of it
 TARGET = (0.0, -0.005, 0.03)
-FOV_Y = 0.36  # the face fills the picture
+FOV_Y = 0.36  # the face fills the image
 BASES = (2, 3, 7, 5)  # of the sequences that yaw, pitch, roll and distance follow
 CAMERAS = 20  # that the facial region is seen by
 FACE_REACH = 0.095  # metres about the tip of the nose: the facial region that errors are measured in
@@ -85,17 +85,17 @@ LANDMARKS = (
     ),
     *(6200, 6213, 6346, 6461, 5518, 5957, 5841, 5702, 5711, 5533, 6216, 6207, 6470, 5517, 5966),
 )
-HIDDEN_BEHIND = 0.004  # metres that a surface must lie before a landmark to hide it
-FACING = 0.05  # least cosine between a visible landmark's normal and the way to the camera
+HIDDEN_BEHIND = 0.004  # metres; a surface this far in front of a landmark hides it
+FACING = 0.05  # least cosine between a visible landmark's normal and the direction to the camera
 SOURCE = "synthetic: computed pictures of a scanned head changed by identity modes, no footage"
 
 
 @dataclass(frozen=True)
 class View:
-    """One picture and what is known of it."""
+    """One image and what is known of it."""
 
     camera: tuple[Array, Array]  # R [3, 3], t [3], OpenCV
-    picture: MeshImage
+    image: MeshImage
     landmarks: Array  # [68, 2] pixels, as found
     visible: Array  # bool [68]
 
@@ -108,7 +108,7 @@ def person(seed: int) -> Head:
 
 
 def radical_inverse(index: int, base: int) -> float:
-    """The index's digits mirrored at the point: a sequence that fills 0..1 evenly from its first members on."""
+    """The radical inverse of the index: a sequence whose first members already fill 0..1 evenly."""
     value, share = 0.0, 1.0 / base
     while index:
         index, digit = divmod(index, base)
@@ -118,7 +118,7 @@ def radical_inverse(index: int, base: int) -> float:
 
 
 def camera_at(view: int, size: int) -> tuple[Array, Array, Array]:
-    """(K, R, t), OpenCV, of one view; the first stands in front, and the first n of any number are well spread."""
+    """(K, R, t), OpenCV, of one view; the first is in front, and the first n are well spread for every n."""
     yaw, pitch, roll, nearer = (2 * radical_inverse(view + 1, base) - 1 for base in BASES)
     if view == 0:
         pitch = roll = 0.0
@@ -133,7 +133,7 @@ def camera_at(view: int, size: int) -> tuple[Array, Array, Array]:
 
 
 def surface_of(model: Model) -> Surface:
-    """The head at rest, lit by a light that stands still with it."""
+    """The head at rest, lit by a light that is fixed to it."""
     head = model.head
     lambert = np.clip((head.vertex_normals @ LIGHT + WRAP) / (1 + WRAP), 0, 1)
     texture, uv = model.texture
@@ -155,7 +155,7 @@ def projected(points: Array, k: Array, rotation: Array, translation: Array) -> t
 
 
 def in_sight(head: Head, rows: Array, eye: Array) -> Array:
-    """Whether the vertices `rows` [N] are seen from `eye` [3]: turned to it, and no triangle before them."""
+    """Whether the vertices `rows` [N] are seen from `eye` [3]: facing it, with no triangle in front of them."""
     corner = head.vertices[head.triangles]
     edge, other = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     seen = np.zeros(len(rows), bool)
@@ -176,7 +176,7 @@ def in_sight(head: Head, rows: Array, eye: Array) -> Array:
 
 
 def views(head: Head, count: int, size: int, noise: float, seed: int) -> list[View]:
-    """The pictures of a head; landmarks are off by a normal error of `noise` pixels deviation in each axis."""
+    """The images of a head; landmarks have a normal error with a deviation of `noise` pixels in each axis."""
     model = Model(head, build_body_model(head))
     surface, rows = surface_of(model), np.array(LANDMARKS)
     rng = np.random.default_rng(seed)
@@ -194,7 +194,7 @@ def views(head: Head, count: int, size: int, noise: float, seed: int) -> list[Vi
 
 
 def write_views(out: Path, count: int, identity: int, size: int, noise: float) -> Path:
-    """Write pictures, masks, views.json, truth.json and truth.npz into `out`; the path of views.json.
+    """Write images, masks, views.json, truth.json and truth.npz into `out`; the path of views.json.
 
     Raises ValueError for fewer than one view.
     """
@@ -206,7 +206,7 @@ def write_views(out: Path, count: int, identity: int, size: int, noise: float) -
         (out / part).mkdir(parents=True, exist_ok=True)
     entries = []
     for i, view in enumerate(taken):
-        colour, alpha = view.picture.colour * view.picture.alpha[..., None], view.picture.alpha
+        colour, alpha = view.image.colour * view.image.alpha[..., None], view.image.alpha
         names = {"image": f"images/{i:02d}.png", "mask": f"masks/{i:02d}.png"}
         for name, values in zip(names.values(), (colour, alpha), strict=True):
             Image.fromarray(np.round(np.clip(values, 0, 1) * 255).astype(np.uint8)).save(out / name)
@@ -234,7 +234,7 @@ def write_views(out: Path, count: int, identity: int, size: int, noise: float) -
 
 
 def seen_from_outside(head: Head) -> Array:
-    """Mask [V] of what at least one of CAMERAS cameras sees: not the inside of nostrils and mouth, as in a scan."""
+    """Mask [V] of the vertices that one of CAMERAS cameras sees: not the inside of nostrils and mouth, as in a scan."""
     shown = np.zeros(len(head.vertices), bool)
     for i in range(CAMERAS):
         k, rotation, translation = camera_at(i, 384)
@@ -247,7 +247,7 @@ def seen_from_outside(head: Head) -> Array:
 
 
 def write_truth(out: Path, head: Head, taken: list[View]) -> None:
-    """What no fit may see: truth.json, the cameras; truth.npz, the mesh in metres and its facial region."""
+    """The truth, which no fit may read: truth.json, the cameras; truth.npz, the mesh in metres and the facial part."""
     cameras = [{"R": view.camera[0].tolist(), "t": view.camera[1].tolist()} for view in taken]
     (out / "truth.json").write_text(json.dumps({"cameras": cameras}, indent=1) + "\n")
     tip = head.vertices[LANDMARKS[NOSE_TIP]]
@@ -270,7 +270,7 @@ def main() -> None:
     parser.add_argument(
         "--identity", type=int, default=0, help="seed of the person's shape and the landmarks"
     )
-    parser.add_argument("--size", type=int, default=384, help="pixels along an edge of the square pictures")
+    parser.add_argument("--size", type=int, default=384, help="pixels along an edge of the square images")
     parser.add_argument("--noise", type=float, default=1.0, help="pixels: deviation of the landmarks")
     given = parser.parse_args()
     print(write_views(given.out, given.views, given.identity, given.size, given.noise))

@@ -29,7 +29,9 @@ TEXTURE_SIZE = 512  # pixels; half the file's, so that one pixel is about as wid
 class Body:
     """The man without seams: V welded vertices in the order of their first row in the file, F triangles, J joints."""
 
-    vertices: Array  # f64 [V, 3], mesh space of the file, which is not upright: only posed vertices are
+    vertices: (
+        Array  # f64 [V, 3], mesh space of the file, which is not upright; only posed vertices are upright
+    )
     triangles: Array  # i64 [F, 3], rows in the file's order
     file_vertex: Array  # i64 [V], first row of the file at that place
     uv: Array  # f64 [F, 3, 2] of the triangles' corners
@@ -68,7 +70,7 @@ class Body:
 
 
 def load_body() -> Body:
-    """The man of samples/data, rows at one place made one; ValueError if their skin weights differ."""
+    """The man of samples/data, rows at one place merged; ValueError if their skin weights differ."""
     document = pygltflib.GLTF2().load(str(PATH))
     primitive = document.meshes[0].primitives[0]
     rows = {name: values(document, getattr(primitive.attributes, name)) for name in ATTRIBUTES}
@@ -134,7 +136,7 @@ def node_matrices(document: pygltflib.GLTF2, key: int) -> Array:
 
 
 def local_matrix(node: pygltflib.Node, index: int, moved: dict[tuple[int, str], Array]) -> Array:
-    """The node's matrix, or its translation, rotation and scale where they are not `moved`."""
+    """The node's matrix, or its translation, rotation and scale if they are not `moved`."""
     if node.matrix is not None:
         matrix: Array = np.array(node.matrix, np.float64).reshape(4, 4).T
         return matrix

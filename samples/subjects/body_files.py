@@ -1,4 +1,4 @@
-"""Body models as files: plain arrays, FLAME's pickle, and what a face tracker leaves beside them."""
+"""Body models as files: plain arrays, FLAME's pickle, and the files of a face tracker."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A body model in FLAME's layout made from the head: five joints, skin weights, a jaw that is a joint."""
+"""A body model in FLAME's layout made from the head: five joints, skin weights, the jaw is a joint."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NECK_POSITION = (0.0, -0.075, -0.005)
 # Share of root, neck and jaw in the transform of the lower teeth, the constants of Gaussian Blendshapes.
 LOWER_TEETH_MIX = (0.0130787707, 0.0426467828, 0.944269622)
 JAW_SHAPES = ("jawOpen", "jawForward", "jawLeft", "jawRight")
-# The one shape the Gaussians lack: the jaw joint alone draws it to within 3 mm at the lips.
+# The only shape that the Gaussians lack: the jaw joint alone reproduces it to within 3 mm at the lips.
 MESH_ONLY = "jawRight"
 GAUSSIAN_SHAPES = 50
 FEATURES = 36  # 9 entries of R - I for each of four joints
@@ -117,7 +117,7 @@ def skin_weights(head: Head, joint: Array, jaw_open: Array) -> Array:
 
 
 def residual_shape(head: Head, name: str, joint: Array, turn: Array, jaw_weight: Array) -> Array:
-    """What is left of a jaw shape [V, 3] once the joint has turned: added before skinning, so turned back."""
+    """The remainder of a jaw shape [V, 3] after the joint's rotation; added before skinning, so it is rotated back."""
     rotation = matrix_from_rotvec(turn)
     skin = np.eye(3) + jaw_weight[:, None, None] * (rotation - np.eye(3))
     shift = jaw_weight[:, None] * (joint - rotation @ joint)
@@ -129,8 +129,8 @@ def residual_shape(head: Head, name: str, joint: Array, turn: Array, jaw_weight:
 def regressor(head: Head, joints: Array, shapes: Array, moving: bool) -> Array:
     """Rows [5, V] that sum to one and give the joints: least change to equal weights on nearby vertices.
 
-    The vertices are ones that none of the shapes [V, 3, K] moves; with `moving`, the nearest whatever they
-    do, so that expressions move the joints.
+    The vertices are ones that none of the shapes [V, 3, K] moves; with `moving`, simply the
+    nearest ones, so that expressions move the joints.
     """
     still = np.abs(shapes).max(axis=(1, 2)) < 1e-6
     rows = np.zeros((5, len(head.vertices)))

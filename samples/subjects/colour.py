@@ -18,9 +18,9 @@ SIDE_SHARE = 0.88  # of the even tone in the skin there
 SIDE_DEGREES = (
     (22.0, 45.0),
     (35.0, 65.0),
-)  # from the face's axis, where it begins and is full: below, above the eyes
+)  # from the face's axis, where it begins and where it is full: below and above the eyes
 BUST_FADE = (0.008, 0.045)  # metres from its cut edge over which the bust appears
-TEETH = 0.9  # the scan has none; the mesh's own white is too bright beside its skin
+TEETH = 0.9  # the scan has no eyes; the mesh's own white is too bright beside its skin
 
 
 def surface_colour(head: Head, samples: Samples) -> Array:
@@ -61,7 +61,7 @@ def relief_shade(head: Head) -> Array:
 
 
 def surface_opacity(head: Head, samples: Samples) -> Array:
-    """Opacity [N], 0..1: solid but for the lower edge of the bust, which fades out."""
+    """Opacity [N], 0..1: solid except for the lower edge of the bust, which fades out."""
     skin = head.triangles[head.triangles_in(*SKIN)]
     edges = np.sort(np.concatenate([skin[:, [0, 1]], skin[:, [1, 2]], skin[:, [2, 0]]]), axis=1)
     edges, uses = np.unique(edges, axis=0, return_counts=True)

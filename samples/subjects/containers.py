@@ -1,4 +1,4 @@
-"""Writers of the containers that research codes save: `.npy`, a torch checkpoint zip, pickled NumPy arrays.
+"""Writers of the containers that research code saves: `.npy`, a torch checkpoint zip, pickled NumPy arrays.
 
 Torch is not needed: a checkpoint is a stored zip of raw storages and a pickle that names torch's functions.
 Big arrays come as `Chunks`, so that a checkpoint of gigabytes is written with the memory of one chunk.
@@ -145,7 +145,7 @@ def save_npy(path: Path, array: Chunks) -> None:
 
 
 def save_torch(path: Path, obj: Any) -> None:
-    """What `torch.save(obj, path)` of torch 1.x writes for tensors on the first GPU.
+    """The bytes that `torch.save(obj, path)` of torch 1.x writes for tensors on the first GPU.
 
     `obj` is made of tuples, lists, dicts, numbers, strings, and Chunks (tensors) or Parameters. The zip is
     stored, each record begins at a multiple of 64 bytes, and there is no byteorder record.
@@ -209,7 +209,7 @@ def pickled_array(array: Chunks, *, as_text: bool = False) -> Call:
 
 
 def save_npy_dict(path: Path, arrays: dict[str, Chunks]) -> None:
-    """What `np.save(path, {...})` writes: a 0-d object array, pickled with protocol 3."""
+    """The bytes that `np.save(path, {...})` writes: a 0-d object array, pickled with protocol 3."""
     object_type = Call(Global("numpy", "dtype"), ("O8", False, True), (3, "|", None, None, None, -1, -1, 63))
     content = [{name: pickled_array(a) for name, a in arrays.items()}]
     reconstruct = Global("numpy.core.multiarray", "_reconstruct")

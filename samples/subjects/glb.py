@@ -132,7 +132,7 @@ def save_skin_glb(head: Head, nodes: list[Node], joints: Array, weights: Array) 
         WEIGHTS_0=b.accessor(weights.astype("<f4"), gltf.ARRAY_BUFFER),
     )
     indices = b.accessor(head.triangles.astype("<u2").reshape(-1), gltf.ELEMENT_ARRAY_BUFFER)
-    # The order of the targets says nothing: exports have their own, so readers must go by name.
+    # The order of the targets has no meaning: exports differ, so readers must go by name.
     order = np.roll(np.arange(len(head.expression_names)), 17)
     targets = [{"POSITION": b.sparse(head.expressions[k])} for k in order]
     primitive = gltf.Primitive(attributes=attributes, indices=indices, targets=targets)
@@ -152,7 +152,7 @@ def save_skin_glb(head: Head, nodes: list[Node], joints: Array, weights: Array) 
 
 
 def save_animation_glb(nodes: list[Node], clips: list[Clip]) -> bytes:
-    """The clips over a copy of the skeleton whose nodes lie in another order: joints are found by name."""
+    """The clips on a copy of the skeleton with its nodes in another order: joints are found by name."""
     b = Builder()
     order = list(reversed(range(len(nodes))))
     b.nodes(nodes, order)

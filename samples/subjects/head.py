@@ -1,4 +1,4 @@
-"""The scanned head: mesh, colours, ARKit shapes, and the small geometry questions asked about it."""
+"""The scanned head: mesh, colours, ARKit shapes, and small functions on its geometry."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from avatar_runtime.rotation import matrix_from_rotvec
 Array = npt.NDArray[Any]
 DATA = Path(__file__).parents[1] / "data"
 
-# ICT's lips cover the teeth however far the jaw drops; these shares of other shapes part them in jawOpen.
+# ICT's lips always cover the teeth, also with an open jaw; these shares of other shapes part them in jawOpen.
 LIPS_OF_JAW_OPEN = {"mouthLowerDown": 0.85, "mouthUpperUp": 0.4}
 
 # ICT's mouthClose shuts a jaw that is wide open; by itself it would lift the lips over the nose.
@@ -24,7 +24,7 @@ MOUTH_CLOSE_SHARE = 0.2
 # ICT's cheekPuff hardly shows from the front.
 CHEEK_PUFF_GAIN = 1.6
 
-# How far a full eyeLook weight turns an eyeball, radians about (x, y): x down, y towards the subject's left.
+# Rotation of an eyeball by a full eyeLook weight, radians about (x, y): x down, y towards the subject's left.
 EYE_TURN: dict[str, tuple[float, float]] = {
     "eyeLookUpLeft": (-0.30, 0.0),
     "eyeLookDownLeft": (0.36, 0.0),
@@ -100,7 +100,7 @@ def unit(x: Array) -> Array:
 
 
 def smoothstep(x: Array, start: float, end: float) -> Array:
-    """0 before start, 1 after end, smooth between; start may lie above end."""
+    """0 before start, 1 after end, smooth between; start may be larger than end."""
     t = np.clip((x - start) / (end - start), 0, 1)
     result: Array = t * t * (3 - 2 * t)
     return result

@@ -17,8 +17,8 @@ CANDIDATES = 6  # for each sample that is wanted
 # A maximal Poisson-disk set of radius r holds about this many points on an area r^2.
 PACKING = 0.72
 NEIGHBOURS = 6
-MOST_SPACING = 1.5  # of the region's median: at the region's edge a sample lacks neighbours
-# How much of an edge's length in an opening shape a fixed splat covers, and the most it grows for it.
+MOST_SPACING = 1.5  # of the region's median, since a sample at the region's edge lacks neighbours
+# The share of an edge's length in an opening shape that a fixed splat covers, and its largest growth for that.
 OPENING_SHARE, OPENING_LIMIT = 0.85, 3.0
 
 
@@ -84,7 +84,7 @@ def poisson_disk(points: Array, normals: Array, count: int, area: float) -> tupl
     """Indices of `count` well spaced points among candidates in random order, and their radius.
 
     Points that face away from each other (the two sides of a lid) do not repel. The radius is the largest
-    that still leaves enough points; the few too many go where the spacing is tightest.
+    that still leaves enough points; the few excess ones are removed where the spacing is smallest.
     """
     high = 1.25 * float(np.sqrt(PACKING * area / count))
     i, j, distance = near_pairs(points, high)
@@ -107,7 +107,7 @@ def poisson_disk(points: Array, normals: Array, count: int, area: float) -> tupl
 
 
 def neighbour_distance(points: Array, normals: Array, radius: float) -> Array:
-    """Mean distance [N] to the nearest NEIGHBOURS on the same side; beyond 2.5 radii counts as that far."""
+    """Mean distance [N] to the nearest NEIGHBOURS on the same side; at most 2.5 radii."""
     reach = 2.5 * radius
     i, j, distance = near_pairs(points, reach)
     same_side = np.sum(normals[i] * normals[j], axis=1) > 0
@@ -126,7 +126,7 @@ def neighbour_distance(points: Array, normals: Array, radius: float) -> Array:
 def sample_region(mesh: Mesh, held: Mesh, triangles: Array, count: int, rng: np.random.Generator) -> Samples:
     """`count` samples on the triangles (indices) given, evenly spread over their area in `held`.
 
-    `held` is the same mesh in another pose; the samples lie on `mesh`, as wide as the wider of the two asks.
+    `held` is the same mesh in another pose; the samples lie on `mesh`, with the larger spacing of the two.
     """
     corner = held.vertices[mesh.triangles[triangles]]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1) / 2
@@ -211,7 +211,7 @@ def sample_mesh(
 
 
 def spacing_on(mesh: Mesh, samples: Samples, regions: Array) -> Array:
-    """How far the samples [N] are from their neighbours of the same region in this pose of the mesh, metres."""
+    """The samples' distances [N] to their neighbours of the same region in this pose of the mesh, metres."""
     position = samples.interpolate(mesh.vertices, mesh.triangles)
     normal = unit(samples.interpolate(mesh.vertex_normals, mesh.triangles))
     region = regions[samples.face]
@@ -240,7 +240,7 @@ def rotation_of(gradient: Array) -> Array:
 
 
 def deformation(before: Array, after: Array, position: Array) -> tuple[Array, Array, Array]:
-    """How triangles [N, 3, 3] (corner, axis) carry what lies on them.
+    """The motion of points on triangles [N, 3, 3] (corner, axis).
 
     Returns the shift of `position` [N, 3], (Q - I) x + t with the affine deformation gradient Q; the rotation
     of Q as a unit quaternion wxyz [N, 4]; and Q [N, 3, 3]. Source: Sumner and Popovic 2004, section 3.

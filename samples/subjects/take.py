@@ -1,4 +1,4 @@
-"""A recorded take as tracked poses of the sample head: what a face tracker leaves beside a video."""
+"""A recorded take as tracked poses of the sample head: the output of a face tracker for a video."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ EXERCISES = (
     ("cheekPuff",),
     ("noseSneerLeft", "noseSneerRight"),
 )
-# The recording holds no head turn. Here are its sizes, radians about x, y and z, and the beats over the take.
+# The recording has no head rotation. These are its sizes, radians about x, y and z, and its beats over the take.
 SWAY = {ROOT: (0.01, 0.06, 0.015), NECK: (0.07, 0.24, 0.06)}
 BEATS, START = (2, 1, 1), (0.6, 0.4, 1.1)
 SHAPE_COEFFICIENTS = 100
-# The actor looks down at a phone and frowns throughout: (what counts as rest, gain) of shapes, by how they begin.
+# The actor looks down at a phone and frowns throughout: (value at rest, gain) of shapes, by name prefix.
 AT_REST = {
     "eyeBlink": (0.33, 1.5),
     "eyeLookDown": (0.25, 0.6),
@@ -74,7 +74,7 @@ def load_take(body: BodyModel, shape: Array) -> Take:
 
 
 def eased(frames: int) -> Array:
-    """[frames] 0 at both ends, 1 in between: a take begins and ends with a face at rest, as people do.
+    """[frames] 0 at both ends, 1 in between: a take begins and ends with a face at rest.
 
     The first frame's mesh is what Gaussians are embedded in, and the log_area rule swells them where a face at
     rest is smaller than that mesh.
@@ -126,7 +126,7 @@ def posed_vertices(body: BodyModel, take: Take, frame: int) -> Array:
 
 
 def save_flame_params(take: Take, path: Path, units_per_metre: float) -> None:
-    """IMavatar's flame_params.json: a camera before the face, shape, and expression and pose of each frame."""
+    """IMavatar's flame_params.json: a camera in front of the face, shape, and expression and pose of each frame."""
     camera = np.c_[np.diag([1.0, -1.0, -1.0]), (0.0, 0.0, 0.9 * units_per_metre)]
     frames = [
         {

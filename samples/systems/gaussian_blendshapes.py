@@ -1,4 +1,4 @@
-"""The head as 3D Gaussian Blendshapes: what a trained checkpoint of it would hold."""
+"""The head as 3D Gaussian Blendshapes: the content of a trained checkpoint."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ Fields = dict[str, Array]
 
 SH_C0, SH_C1 = 0.28209479177387814, 0.4886025119029199
 CHUNK = 1024  # Gaussians made at a time
-MOUTH_SHARE = 0.1  # Gaussians in each set of teeth, as a share of the face's, as the trainer has it
+MOUTH_SHARE = 0.1  # Gaussians in each set of teeth, as a share of the face's, as in the trainer
 
 # Deviation and thickness of a splat, in sample spacings: no hole shows, flat along the normal.
 WIDTH, THICKNESS = 0.68, 0.07
-FADED_THICKNESS = 0.5  # added where the bust fades out: flat splats would fray its edge
+FADED_THICKNESS = 0.5  # added where the bust fades out, since flat splats would fray its edge
 OPACITY_LOGIT = 6.0
 STRETCH = (-0.6, 1.0)
 # Joints and eyelid fields bring no scale of their own: splats bridge closed lids and a jaw turned this far.
 HELD_JAW = (np.radians(15.0), 0.0, 0.0)
-SHEEN = 0.09  # how much brighter skin looks face on than edge on
+SHEEN = 0.09  # how much brighter skin looks from the front than at a grazing angle
 
 # The trainer's mask thresholds, metres (train.py: 0.1 * 0.000237277025008 and 0.005703532602638).
 MASK_NONE, MASK_FULL = 0.1 * 0.000237277025008, 0.005703532602638
@@ -72,7 +72,7 @@ NAN_ROWS = {7: "xyz", 300: "features_rest", 1201: "features_dc"}
 
 @dataclass(frozen=True)
 class Model:
-    """Everything a checkpoint is written from: P raw rows of the face set, and the two sets of teeth."""
+    """The content of a checkpoint: P raw rows of the face set, and the two sets of teeth."""
 
     body: BodyModel
     vertices: Array  # f64 [V, 3], the body's template with the subject's identity shape
@@ -84,7 +84,7 @@ class Model:
     ]  # column of a jaw shape -> its whole offsets [V, 3], joint and morph together
     mouth: tuple[Fields, Fields]  # RAW_STATIC of the upper and lower teeth
     noise_seed: int | None = (
-        None  # random learned values in every field, for conformance; None: what the mesh says
+        None  # random learned values in every field, for conformance; None: those that follow from the mesh
     )
 
     @property
@@ -214,9 +214,9 @@ def add_noise(fields: Fields, rng: np.random.Generator) -> None:
 def moved_rows(model: Model, rows: slice) -> Fields:
     """The fields with one column for each expression, of some Gaussians; float32.
 
-    Init terms are how the triangle carries the Gaussian. The mask follows how far the triangle moves. The
-    learned scale is how the triangle stretches beyond what the splat at rest covers, for jaw shapes with the
-    joint's turn; the rest is zero.
+    Init terms are the triangle's motion of the Gaussian. The mask follows the distance that the triangle moves. The
+    learned scale is the stretch of the triangle beyond the splat's size at rest, for jaw shapes with the joint's
+    rotation; the rest is zero.
     """
     face = model.samples.face[rows]
     corner = model.body.faces[face]
@@ -257,7 +257,7 @@ def moved_rows(model: Model, rows: slice) -> Fields:
 
 
 def log_stretch(gradient: Array, frame: Array) -> Array:
-    """How much longer the two tangents of a splat grow [N, 2], natural logarithm."""
+    """The growth of the two tangents of a splat [N, 2], natural logarithm."""
     length = np.linalg.norm(gradient @ frame[:, :, :2], axis=1)
     result: Array = np.log(np.maximum(length, 1e-3))
     return result

@@ -21,7 +21,7 @@ from samples.systems.ply import ply_bytes
 Array = npt.NDArray[Any]
 
 NAME = "head"
-GROUND = np.array([0.0, 1.6, 0.0])  # the avatar stands: its head is at this height, metres
+GROUND = np.array([0.0, 1.6, 0.0])  # height of the head of the standing avatar, metres
 MAX_LOG_SCALE = float(np.log(0.01))
 MAX_LOGIT = 6.9067
 OPACITY_LOGIT = 5.0
@@ -176,7 +176,7 @@ def save_lam(avatar: LamAvatar, path: Path) -> None:
     """The zip NAME/{offset.ply, skin.glb, animation.glb, vertex_order.json}."""
     path.parent.mkdir(parents=True, exist_ok=True)
     nodes = skeleton()
-    # Real exports carry an order that belongs to another mesh: whoever applies it scrambles the face.
+    # Real exports contain the order of another mesh, which scrambles the face if it is applied.
     order = np.random.default_rng(5).permutation(len(avatar.offset))
     files = {
         "offset.ply": offset_ply(avatar),

@@ -1,4 +1,4 @@
-"""What a trained SplattingAvatar holds: Gaussians embedded in a triangle mesh."""
+"""The content of a trained SplattingAvatar: Gaussians embedded in a triangle mesh."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ QUATERNION_LENGTH = (0.4, 3.0)
 
 @dataclass(frozen=True)
 class Layer:
-    """N Gaussians on a mesh in some pose of it, before they are a checkpoint; metres."""
+    """N Gaussians on a posed mesh, before they become a checkpoint; metres."""
 
     face: Array  # i64 [N]
     bary: Array  # f64 [N, 3]
@@ -38,7 +38,7 @@ class Layer:
 class Embedded:
     """A checkpoint's arrays: V vertices, F triangles, N Gaussians, training units."""
 
-    vertices: Array  # f64 [V, 3], the first frame's mesh, as its six decimals say
+    vertices: Array  # f64 [V, 3], the first frame's mesh, rounded to six decimals
     triangles: Array  # i64 [F, 3]
     face: Array  # i64 [N], the triangle of each Gaussian
     bary: Array  # f32 [N, 3]
@@ -69,7 +69,7 @@ def positions(mesh: Mesh, face: Array, bary: Array, displacement: Array) -> Arra
 
 
 def rounded(mesh: Mesh, units_per_metre: float) -> Mesh:
-    """The mesh in training units as six decimals of text keep it."""
+    """The mesh in training units, rounded to the six decimals of the text."""
     return Mesh(np.round(mesh.vertices * units_per_metre, 6), mesh.triangles)
 
 
@@ -118,11 +118,11 @@ def stored_bary(bary: Array, rng: np.random.Generator) -> Array:
 
 
 def fit_log_scale(wanted: Array, ratio: Array, cover: Array, spill: Array) -> Array:
-    """The log scales [N, 3] that training finds where `with_mesh_scaling` multiplies them by the area ratio.
+    """The log scales [N, 3] that training finds if `with_mesh_scaling` multiplies them by the area ratio.
 
-    `wanted` [T, N, 3]: the logarithm that each of T frames asks for; `ratio` [T, N]: its factor there. The
-    answer lies between the least squares over the frames and, `cover` [N] 1, what is too small in none of them;
-    it is too large by more than `spill` [N] in none.
+    `wanted` [T, N, 3]: the logarithm that each of T frames needs; `ratio` [T, N]: its factor there. The result
+    lies between the least squares over the frames (`cover` [N] 0) and the smallest value that is too small in
+    no frame (`cover` 1); in no frame is it too large by more than `spill` [N].
     """
     a = ratio[:, :, None]
     best = np.sum(a * wanted, axis=0) / np.sum(a * a, axis=0)

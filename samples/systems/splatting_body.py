@@ -18,8 +18,8 @@ Array = npt.NDArray[Any]
 UNITS_PER_METRE = 1.0
 OPACITY_LOGIT = 6.0
 WIDTH, THICKNESS = 0.7, 0.1  # deviation of a splat, in sample spacings
-OFF = 0.0012  # metres that the suit lies off its mesh, to either side
-HELD = (0, 12, 24, 36)  # keys of the walk whose bends the splats cover, as they have no scale of their own
+OFF = 0.0012  # metres of the suit from its mesh, to either side
+HELD = (0, 12, 24, 36)  # keys of the walk whose stretch the splats cover, since poses do not scale them
 TRUNK, HEAD = range(2)
 SPACING = np.array([1.0, 0.7])
 HEAD_HEIGHT = 1.16  # metres, in the first step
@@ -29,7 +29,7 @@ LIGHT = (0.25, 0.8, 0.55)
 
 
 def build_walker(body: Body, gaussians: int) -> Embedded:
-    """A checkpoint of `gaussians` splats on the welded mesh as it stands at the first key of the walk."""
+    """A checkpoint of `gaussians` splats on the welded mesh at the first key of the walk."""
     meshes = [body.posed(key) for key in HELD]
     rest, canonical = meshes[0], rounded(meshes[0], UNITS_PER_METRE)
     height = rest.vertices[body.triangles][:, :, 1].mean(axis=1)

@@ -63,7 +63,7 @@ REGIONS = {
 }
 KEY_FRAMES = 16  # that the scales are fitted to
 NOISE_REST = 0.06
-# Up to how far skin, hair and brows stand off the mesh, metres.
+# The largest distance of skin, hair and brows from the mesh, metres.
 SKIN_OFF, HAIR_OFF, BROW_OFF = 0.0004, (0.0005, 0.007), (0.0002, 0.0016)
 HAIR_SIGMA, BROW_SIGMA = (0.0042, 0.0011, 0.0009), (0.0022, 0.00045, 0.0004)
 HAIR_COLOUR = np.array([0.20, 0.135, 0.095])
@@ -116,7 +116,7 @@ def trained_log_scale(
 
 
 def turned_layer(layer: Layer, head: Head, posed: Mesh) -> Layer:
-    """The layer with its frames as the triangles turn them from the neutral head to `posed`."""
+    """The layer with its frames rotated by the triangles from the neutral head to `posed`."""
     corner = head.triangles[layer.face]
     foot = np.einsum("nc,ncx->nx", layer.bary, head.vertices[corner])
     _, turn, _ = deformation(head.vertices[corner], posed.vertices[corner], foot)
@@ -140,7 +140,7 @@ def head_regions(head: Head) -> Array:
 
 
 def skin_layer(head: Head, samples: Samples) -> Layer:
-    """Skin, eyes and mouth: flat splats that lie on the surface but for a fraction of a millimetre."""
+    """Skin, eyes and mouth: flat splats within a fraction of a millimetre of the surface."""
     colour = surface_colour(head, samples)
     under = hair_share(head, samples.position)[:, None]
     colour = colour + 0.9 * under * (0.8 * HAIR_COLOUR - colour)
@@ -210,7 +210,7 @@ def strands(
     colour: Array,
     opacity: Array,
 ) -> Layer:
-    """Long thin splats along the flow [N, 3] on the surface, raised off it by the slope `lift`."""
+    """Long thin splats along the flow [N, 3] on the surface, rising from it with the slope `lift`."""
     normal = samples.frame[:, :, 2]
     along = unit(flow - np.sum(flow * normal, axis=1, keepdims=True) * normal) + lift * normal
     along = unit(along)

@@ -110,7 +110,7 @@ def compared_rows(folder: Path, gaussians: int) -> list[Row]:
 
 
 def start(bundle: Path, environment: dict[str, str]) -> float:
-    """Seconds from a fresh process's `Player(avatar, "cpu")` to its first picture."""
+    """Seconds from a fresh process's `Player(avatar, "cpu")` to its first image."""
     program = (
         "import sys, time; from avatar_runtime.bundle import load; from avatar_runtime.player import Player\n"
         "from avatar_runtime.pose import Pose; from avatar_export.images import frame_camera, robust_box\n"

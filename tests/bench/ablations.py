@@ -1,7 +1,7 @@
 """The papers' ablations at a small size: `python -m tests.bench.ablations OUT` prints the table of trainer/README.md.
 
 Every row is trained from the same capture, seed and number of iterations as its neighbours; what differs is named. The
-pictures measured were never trained on. Orders, not figures, are what compares with the papers.
+images measured were never trained on. Orders, not figures, are what compares with the papers.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ def whole(capture: Capture, frame: Frame) -> tuple[slice, slice]:
 
 
 def mouth(capture: Capture, frame: Frame) -> tuple[slice, slice]:
-    """The box of the picture that the vertices about the lips lie in."""
+    """The box of the image that the vertices about the lips lie in."""
     rig = capture.rig
     opened = capture.expression_names.index("jawOpen")
     weights = np.zeros(rig.morphs.columns, np.float32)

@@ -26,7 +26,7 @@ from avatar_trainer.asm.model import VARIANTS
 from avatar_trainer.asm.register.fit import Registration, register, scan_error
 from avatar_trainer.asm.register.settings import RegisterSettings
 from avatar_trainer.loop.machine import reproducible
-from tests.bench.asm_pictures import errors, face_camera, grey, save_sheet
+from tests.bench.asm_images import errors, face_camera, grey, save_sheet
 
 SCAN = "lee_perry_smith"
 TOPOLOGIES = ("ict", "rocketbox", SCAN)
@@ -34,7 +34,7 @@ REACH = 0.3  # iterations times learning rate, the paper's 300 steps of 1e-3, wh
 POINTS = 5000  # of a scan
 FRESH = 1000  # added to the seed of a person for the points of errors
 OWN = ("static", "full")  # variants fitted to the Perry-Smith scan, with K = 2
-SIZE, MOST = 320, 0.5e-3  # pixels of a picture; metres that are red
+SIZE, MOST = 320, 0.5e-3  # pixels of an image; metres that are red
 COLUMNS = "scan | template | static | full | static's error | full's error (red: 0.5 mm)"
 
 
@@ -129,7 +129,7 @@ def line(row: Row, fits: list[Fitted], people: list[Target]) -> str:
     return f"| {row.label} | {mean} | {floor:.4f} | {own} | {seconds:.0f} |"
 
 
-def picture_row(target: Target, static: Fitted, full: Fitted) -> list[F64]:
+def image_row(target: Target, static: Fitted, full: Fitted) -> list[F64]:
     """One row of the contact sheet, all in the scan's frame."""
     middle, radius = face_region(target.scan.keypoints)
     camera = face_camera(middle, SIZE)
@@ -152,7 +152,7 @@ def picture_row(target: Target, static: Fitted, full: Fitted) -> list[F64]:
 
 
 def tables(out: Path, scans: list[Target], iterations: int, smooth: float) -> None:
-    """Print both tables and write the picture."""
+    """Print both tables and write the image."""
     results: dict[Row, list[Fitted]] = {}
     for title, table in (("Table 7: what is tuned", TABLE_7), ("Table 3: topology", TABLE_3)):
         print(
@@ -170,7 +170,7 @@ def tables(out: Path, scans: list[Target], iterations: int, smooth: float) -> No
         print()
     shown = sorted({0, len(scans) - 2, len(scans) - 1})
     by_variant = {row.variant: fits for row, fits in results.items() if row in TABLE_7[:4]}
-    rows = [picture_row(scans[i], by_variant["static"][i], by_variant["full"][i]) for i in shown]
+    rows = [image_row(scans[i], by_variant["static"][i], by_variant["full"][i]) for i in shown]
     save_sheet(rows, out / "registration.png")
     print(f"{out / 'registration.png'}: {COLUMNS}")
 

@@ -1,12 +1,12 @@
 """ASM's Table 6 at a small size: `python -m tests.bench.asm_views OUT [--identities N]`.
 
-Faces fitted to 3, 5, 10 and 20 uncalibrated pictures of heads that the template is not (samples.capture.views), with
+Faces fitted to 3, 5, 10 and 20 uncalibrated images of heads that the template is not (samples.capture.views), with
 K = 2 and 5. The error is the 3D-RMSE of the facial region, the truth's vertices within 95 mm of the tip of its nose
 that can be seen from outside: each one's distance to the fitted surface, in the truth's millimetres, after a similarity
-that brings the truth to the fit. It takes the scale away, which pictures without a known length cannot tell. The sum
+that brings the truth to the fit. It takes the scale away, which images without a known length cannot tell. The sum
 of squares that it makes small is that in the fit's unit; ROUNDS of nearest points are within 0.1 % of converged.
 
-Easier than photographs: landmarks are the same points of the mesh in every picture and on the template, those of the
+Easier than photographs: landmarks are the same points of the mesh in every image and on the template, those of the
 contour too, where a detector's slide along it (noise of a pixel is added); K is exact; nothing shines.
 
 Writes OUT/views.png: truth | fitted | error (red: 3 mm), from the fewest and from the most views.
@@ -31,13 +31,13 @@ from avatar_trainer.asm.kernels.closest import TriangleTree, nearest, triangle_t
 from avatar_trainer.asm.views.files import Views, read
 from avatar_trainer.asm.views.fit import ViewSettings, fit
 from avatar_trainer.loop.machine import reproducible
-from tests.bench.asm_pictures import errors, face_camera, grey, save_sheet
+from tests.bench.asm_images import errors, face_camera, grey, save_sheet
 
 Array = npt.NDArray[Any]
 
 COUNTS, COMPONENTS, SIZE = (3, 5, 10, 20), (2, 5), 384
 ROUNDS = 30  # of placing by nearest points
-WORST_MM = 3.0  # the red end of the picture's scale
+WORST_MM = 3.0  # the red end of the image's scale
 ABLATIONS = {
     "without photometric consistency": {"photometric": 0.0},
     "without edges": {"edge": 0.0},
@@ -47,7 +47,7 @@ ABLATIONS = {
 
 @dataclass(frozen=True)
 class Truth:
-    """What the pictures show."""
+    """What the images show."""
 
     vertices: Array  # [V, 3] metres
     triangles: Array
@@ -119,7 +119,7 @@ def panels(truth: Truth, template: Template, vertices: Array) -> list[Array]:
 def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(prog="python -m tests.bench.asm_views", description=__doc__)
-    parser.add_argument("out", type=Path, help="folder for the captures and pictures")
+    parser.add_argument("out", type=Path, help="folder for the captures and images")
     parser.add_argument("--identities", type=int, default=2)
     parser.add_argument("--iterations", type=int, default=ViewSettings().iterations)
     given = parser.parse_args()

@@ -129,7 +129,7 @@ def with_sh_deltas(avatar: Avatar) -> Avatar:
 
 
 def static_rows(avatar: Avatar, count: int = STATIC) -> list[Row]:
-    """CPU milliseconds of a still picture of `count` Gaussians, made by scattering the avatar's own."""
+    """CPU milliseconds of a still image of `count` Gaussians, made by scattering the avatar's own."""
     still = scattered(avatar, count)
     camera = frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
     player = Player(still, "cpu", threads=1)

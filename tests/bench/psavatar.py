@@ -2,11 +2,11 @@
 
     glasses, hair   a head that wears what its mesh lacks, trained with points off the mesh and without
     acquisition     shape acquisition by points against Gaussians: iterations and CPU seconds to the same training error
-    heldout         the bare head: pictures never trained on
+    heldout         the bare head: images never trained on
 
 Every row of a table is trained from the same capture, seed, number of points and iterations. Targets are compared
 over white: before black, dark glasses and hair that nobody modelled would be right by themselves. The region of
-glasses or hair is every pixel of which they cover at least a quarter in the true picture.
+glasses or hair is every pixel of which they cover at least a quarter in the true image.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ VARIANTS = (
 )
 WHITE = torch.ones(3)
 COVERED = 0.25  # share of a pixel
-SHOWN, ENLARGED = 3, 3  # frames of a picture, factor
+SHOWN, ENLARGED = 3, 3  # frames of an image, factor
 
 
 def capture_of(which: str, out: Path, size: int) -> Capture:
@@ -95,7 +95,7 @@ def region(capture: Capture, frame: Frame) -> Tensor:
 
 
 def scores(system: System, capture: Capture, *, worn: bool) -> list[float]:
-    """Means over the held-out frames: PSNR in the region (where something is worn) and of the picture, dB; SSIM."""
+    """Means over the held-out frames: PSNR in the region (where something is worn) and of the image, dB; SSIM."""
     rows = []
     for frame in capture.test:
         got, want = drawn(system, frame), read(frame).over(WHITE)
@@ -106,7 +106,7 @@ def scores(system: System, capture: Capture, *, worn: bool) -> list[float]:
 
 
 def off_the_mesh(which: str, out: Path, settings: Settings, size: int) -> list[str]:
-    """VARIANTS, and the picture OUT/<which>.png: truth, then one for each of them."""
+    """VARIANTS, and the image OUT/<which>.png: truth, then one for each of them."""
     capture = capture_of(which, out, size)
     lines = [
         f"| {which} | PSNR in the region dB | PSNR dB | SSIM | points left | CPU s |",
@@ -129,11 +129,11 @@ def _show(capture: Capture, systems: list[System], path: Path) -> None:
     """A row for each of some held-out frames."""
     rows = []
     for frame in evenly(capture.test, SHOWN):
-        pictures = [read(frame).over(WHITE), *(drawn(system, frame) for system in systems)]
-        rows.append(torch.cat(pictures, dim=1))
+        images = [read(frame).over(WHITE), *(drawn(system, frame) for system in systems)]
+        rows.append(torch.cat(images, dim=1))
     pixels = (torch.cat(rows) * 255).round().to(torch.uint8).numpy()
-    picture = Image.fromarray(pixels)
-    picture.resize((picture.width * ENLARGED, picture.height * ENLARGED), Image.Resampling.BICUBIC).save(path)
+    image = Image.fromarray(pixels)
+    image.resize((image.width * ENLARGED, image.height * ENLARGED), Image.Resampling.BICUBIC).save(path)
 
 
 def acquisition(which: str, out: Path, settings: Settings, size: int) -> list[str]:

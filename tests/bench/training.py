@@ -1,4 +1,4 @@
-"""The differentiable renderer: milliseconds of CPU time a picture and its gradients, by Gaussians and resolution.
+"""The differentiable renderer: milliseconds of CPU time an image and its gradients, by Gaussians and resolution.
 
     python -m tests.bench --only training
     python -m tests.bench.training

@@ -1,6 +1,6 @@
 """A whole iteration of training: milliseconds by Gaussians and resolution, of both systems.
 
-Splats, picture, losses, gradients and optimiser, on a synthetic capture of the head, 50 expressions. One thread, CPU
+Splats, image, losses, gradients and optimiser, on a synthetic capture of the head, 50 expressions. One thread, CPU
 time; density control stands still.
 """
 

@@ -1,8 +1,8 @@
-"""CPU time of what training runs beside the rasteriser, forward and backward: kernels, and their definitions in torch.
+"""CPU time of training without the rasteriser, forward and backward: kernels, and their definitions in torch.
 
     python -m tests.bench.training_stages
 
-20,000 Gaussians, 50 expressions with about 86,000 deltas of SH degree 1, a mesh of 10,000 vertices, pictures of
+20,000 Gaussians, 50 expressions with about 86,000 deltas of SH degree 1, a mesh of 10,000 vertices, images of
 256 x 256; one thread.
 """
 

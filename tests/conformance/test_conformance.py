@@ -49,7 +49,7 @@ def test_a_backend_conforms(backend: str, avatar: str, measured: Measure) -> Non
 
 
 def assert_complete(report: Report, avatar: str, backend: str) -> None:
-    """Every array of every stage of every case was judged, but for what the backend says it does not draw."""
+    """Every array of every stage of every case was judged, except for those that the backend does not draw."""
     made = AVATARS[avatar]()
     profiles = ("engine",) if backend == "gl" else PROFILES
     want = {
@@ -109,7 +109,7 @@ def test_committed_tolerances_are_those_of_the_table(avatar: str) -> None:
 
 @pytest.mark.parametrize("avatar", AVATARS)
 def test_tolerances_are_a_few_roundings(avatar: str) -> None:
-    """At most 2e-5 of the largest value, or of 1 where all are 0; of a row's for a conic, but for needles."""
+    """At most 2e-5 of the largest value, or of 1 where all are 0; of a row's for a conic, except for needles."""
     reference = committed(avatar)
     for vectors in reference.cases:
         for step in vectors.steps:

@@ -46,7 +46,7 @@ def fragments(page: str, kind: str) -> str:
 
 
 def posed_avatar() -> tuple[Avatar, Pose]:
-    """The small avatar with a vertex that no triangle uses, so that ids are no indices, and a pose with everything."""
+    """The small avatar with a vertex that no triangle uses, so that ids are not indices, and a full pose."""
     avatar = full_avatar()
     assert avatar.rig is not None
     triangles = avatar.rig.triangles[(avatar.rig.triangles != UNUSED).all(axis=1)]

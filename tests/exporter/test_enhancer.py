@@ -155,14 +155,14 @@ def test_a_mangled_network_loads_and_is_a_problem_or_sound(
 
 def test_render(run: Run, whole: Path, tmp_path: Path) -> None:
     view = ("--size", "45x38", "--background", "0.8,0.6,0.4", "--backend", "reference")
-    pictures = {}
+    images = {}
     for name, more in {"raw": (), "better": ("--enhance",)}.items():
         code, _, _ = run("render", whole, "-o", tmp_path / f"{name}.png", *view, *more)
         assert code == 0
-        pictures[name] = np.asarray(Image.open(tmp_path / f"{name}.png"), np.float32) / 255
-    want = np.clip(expected(pictures["raw"]), 0, 1)
-    assert np.abs(pictures["better"] - want).max() < 3 / 255  # of a raw picture that was rounded to bytes
-    assert np.abs(pictures["better"] - pictures["raw"]).max() > 0.1
+        images[name] = np.asarray(Image.open(tmp_path / f"{name}.png"), np.float32) / 255
+    want = np.clip(expected(images["raw"]), 0, 1)
+    assert np.abs(images["better"] - want).max() < 3 / 255  # of a raw image that was rounded to bytes
+    assert np.abs(images["better"] - images["raw"]).max() > 0.1
 
 
 def test_render_without_background(run: Run, whole: Path, tmp_path: Path) -> None:

@@ -96,7 +96,7 @@ def test_files_for_engines_stay_as_their_standards_say(pair: tuple[Path, Path]) 
     assert same == {
         *("rig.glb", "splats.glb", "rig.usdc", "avatar.usdz", "preview.png"),
         "blendshapes.safetensors",  # on a surface it holds nothing
-        "enhancer.onnx",  # it works on pictures, which are the same
+        "enhancer.onnx",  # it works on images, which are the same
     }
     a, b = (bundles.manifest(path) for path in pair)
     changed = {"frame", "bounds", "files", "driving"}

@@ -81,7 +81,7 @@ def _node(client: str) -> list[str]:
 
 
 def blender_program() -> str:
-    """A Python that has Blender as a module; skips the test where there is none, since it takes a gigabyte."""
+    """A Python that has Blender as a module; skips the test if there is none, since it takes a gigabyte."""
     python = os.environ.get(BLENDER) or (sys.executable if find_spec("bpy") else None)
     if python is None:
         pytest.skip(f"Blender is not here: `pip install bpy`, or {BLENDER} names an interpreter that has it")

@@ -21,7 +21,7 @@ WIDTH = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
 @dataclass
 class State:
-    """Node transforms and morph weights, by name; what is not named stays as the file has it."""
+    """Node transforms and morph weights, by name; others stay as in the file."""
 
     translation: dict[str, Sequence[float]] = field(default_factory=dict)
     rotation: dict[str, Sequence[float]] = field(default_factory=dict)  # x y z w

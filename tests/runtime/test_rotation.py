@@ -84,7 +84,7 @@ def test_matrix_and_back_keeps_the_rotation_with_the_largest_component_positive(
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_half_turns_have_a_zero_real_part(axis: int) -> None:
-    """Where the trace is -1 the real part is no help."""
+    """If the trace is -1, the real part is 0."""
     diagonal = -np.ones(3)
     diagonal[axis] = 1
     np.testing.assert_array_equal(quat_from_matrix(np.diag(diagonal)), np.eye(4)[1 + axis])

@@ -1,4 +1,4 @@
-"""The synthetic captures: what they state is what their pictures show."""
+"""The synthetic captures: what they state is what their images show."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ FADE = 0.05  # metres above its lower edge from which on the bust is solid
 
 @pytest.fixture(scope="module", autouse=True)
 def fewer_rays() -> Iterator[None]:
-    """Pictures of tests need not be as fine as those for training."""
+    """Images of tests need not be as fine as those for training."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(capture_shots, "RAYS", 192)
         yield
@@ -88,7 +88,7 @@ def test_both_are_sound_captures(head_capture: Capture, body_capture: Capture) -
     assert (head_capture.folder / "driving.json").is_file()
 
 
-def test_tracked_mesh_is_the_pictured_one(
+def test_tracked_mesh_is_the_one_in_the_images(
     head: Head, body: BodyModel, head_capture: Capture, measured: Measure
 ) -> None:
     """The coarse rig, posed by the runtime from capture.json, stands on the vertices of the full mesh."""
@@ -121,11 +121,11 @@ def test_masks_show_the_posed_head(body: BodyModel, head_capture: Capture) -> No
         assert columns.min() > place[:, 0].min() - 1 and columns.max() < place[:, 0].max() + 1
 
 
-def test_each_picture_is_of_its_own_parameters(head: Head, body: BodyModel, head_capture: Capture) -> None:
+def test_each_image_is_of_its_own_parameters(head: Head, body: BodyModel, head_capture: Capture) -> None:
     take, model = capture_head.perform(body, FRAMES, ()), capture_head.Model(head, body)
     for k in (3, FRAMES - 1):
         frame = head_capture.frames[k]
-        again = [model.picture(take, row, frame.camera, 3) for row in (k, k - 1)]
+        again = [model.image(take, row, frame.camera, 3) for row in (k, k - 1)]
         image, mask = pixels(frame)
         away = [np.abs(p.colour * p.alpha[..., None] - image * mask[..., None]).max() for p in again]
         assert away[0] < 0.01 and away[1] > 0.1
@@ -179,7 +179,7 @@ def test_held_out_expressions_are_seen_in_testing_only(body: BodyModel) -> None:
     assert (take.expression[test][:, columns].max(axis=0) > 0.9).all()
     others = [k for k, n in enumerate(body.expression_names) if n not in (*held, *JAW_SHAPES, MESH_ONLY)]
     assert np.array_equal(take.expression[:, others], whole.expression[:, others])
-    with pytest.raises(ValueError, match="mouthPuker is no expression of the head"):
+    with pytest.raises(ValueError, match="mouthPuker is not an expression of the head"):
         capture_head.perform(body, 120, ("mouthPuker",))
 
 
@@ -188,8 +188,8 @@ def test_noise_is_in_the_parameters_only(tmp_path: Path) -> None:
     write_head(truth, 32, 4, Noise())
     for folder in (noisy, again):
         write_head(folder, 32, 4, Noise(tracking=0.05, calibration=0.01, seed=3))
-    for picture in sorted((truth / "images").iterdir()):
-        assert picture.read_bytes() == (noisy / "images" / picture.name).read_bytes()
+    for image in sorted((truth / "images").iterdir()):
+        assert image.read_bytes() == (noisy / "images" / image.name).read_bytes()
     assert (noisy / "capture.json").read_bytes() == (again / "capture.json").read_bytes()
     a, b = load(truth).frames, load(noisy).frames
     off = np.array([y.pose.expression_weights - x.pose.expression_weights for x, y in zip(a, b, strict=True)])
@@ -238,13 +238,13 @@ def test_tracking_mesh_is_a_sound_coarse_copy(head: Head, body: BodyModel) -> No
 def test_texture_is_the_scans_colour(measured: Measure) -> None:
     """At the vertices of the skin it is the colour that was baked to them from the same scan."""
     head = load_head()
-    picture = np.asarray(Image.open(DATA / "head_texture.webp").convert("RGB"), float) / 255
+    image = np.asarray(Image.open(DATA / "head_texture.webp").convert("RGB"), float) / 255
     with np.load(DATA / "head_uv.npz", allow_pickle=False) as file:
         uv = file["uv"]
     assert uv.shape == (len(head.triangles), 3, 2) and uv.min() >= 0 and uv.max() <= 1
     front = head.triangles_in("face") & (head.vertices[head.triangles].mean(axis=1)[:, 2] > 0.06)
     x, y = np.moveaxis(np.clip((uv[front] * 1024).astype(int), 0, 1023), -1, 0)
-    away = np.abs(picture[y, x] - head.colors[head.triangles[front]]).max(axis=-1)
+    away = np.abs(image[y, x] - head.colors[head.triangles[front]]).max(axis=-1)
     measured("head texture against vertex colours, median", float(np.median(away)))
     assert np.median(away) < 0.02 and np.quantile(away, 0.9) < 0.08
 

@@ -30,7 +30,7 @@ WORN = tuple(EXTRAS)
 
 @pytest.fixture(scope="module", autouse=True)
 def fewer_rays() -> Iterator[None]:
-    """Pictures of tests need not be as fine as those for training."""
+    """Images of tests need not be as fine as those for training."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(capture_shots, "RAYS", 96)
         yield
@@ -57,9 +57,9 @@ def off_the_head(vertices: Array, head: Head) -> Array:
     return np.array([np.linalg.norm(skin - vertex, axis=1).min() for vertex in vertices])
 
 
-def over_white(picture: MeshImage) -> Array:
-    alpha = picture.alpha[..., None]
-    result: Array = picture.colour * alpha + 1 - alpha
+def over_white(image: MeshImage) -> Array:
+    alpha = image.alpha[..., None]
+    result: Array = image.colour * alpha + 1 - alpha
     return result
 
 
@@ -103,14 +103,14 @@ def test_triangles_look_outwards(name: str, head: Head) -> None:
 
 @pytest.mark.parametrize("name", WORN)
 @pytest.mark.parametrize("yaw", [0.0, 0.9])
-def test_the_region_is_where_the_picture_differs(
+def test_the_region_is_where_the_image_differs(
     name: str, yaw: float, models: dict[str, Model], take: Take
 ) -> None:
     """Outside it the head is as without, to the bit; all inside it is of the extra's own colours."""
     bare, dressed = models[""], models[name]
     camera = from_yaw(yaw)
     region = dressed.region(take, 2, camera, 2)
-    with_it, without = dressed.picture(take, 2, camera, 2), bare.picture(take, 2, camera, 2)
+    with_it, without = dressed.image(take, 2, camera, 2), bare.image(take, 2, camera, 2)
     outside = region == 0
     np.testing.assert_array_equal(with_it.alpha[outside], without.alpha[outside])
     np.testing.assert_allclose(with_it.colour[outside], without.colour[outside], rtol=0, atol=1e-6)

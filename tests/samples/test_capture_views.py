@@ -1,4 +1,4 @@
-"""Pictures of a still head from many sides: they and their landmarks are of the mesh that lies beside them."""
+"""Images of a still head from many sides: they and their landmarks are of the mesh that lies beside them."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ def test_the_same_seed_is_the_same_person(folder: Path, tmp_path: Path) -> None:
     assert np.abs(person(4).vertices - person(5).vertices).max() > 1e-3
 
 
-def test_pictures_show_a_lit_head(folder: Path) -> None:
-    picture = np.asarray(Image.open(folder / "images" / "00.png"))
-    assert picture.shape == (SIZE, SIZE, 3) and picture[SIZE // 2, SIZE // 2].min() > 60
+def test_images_show_a_lit_head(folder: Path) -> None:
+    image = np.asarray(Image.open(folder / "images" / "00.png"))
+    assert image.shape == (SIZE, SIZE, 3) and image[SIZE // 2, SIZE // 2].min() > 60
 
 
 def test_the_sequence_fills_the_interval() -> None:

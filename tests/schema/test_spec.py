@@ -56,7 +56,7 @@ def tensors() -> set[str]:
 
 
 def _pattern(path: str) -> str:
-    """The page names the pictures of reference/ by case and profile."""
+    """The page names the images of reference/ by case and profile."""
     return re.sub(rf"^reference/\w+\.({'|'.join(PROFILES)})", "reference/CASE.PROFILE", path)
 
 

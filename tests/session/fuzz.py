@@ -11,7 +11,7 @@ import os
 from hypothesis import settings
 
 FACTOR = float(os.environ.get("AVATAR_FUZZ", "0"))
-SHARE = 0.3  # of the examples asked for, in a run that is no fuzz run
+SHARE = 0.3  # of the requested examples, outside of a fuzz run
 
 
 def examples(count: int) -> int:

@@ -11,7 +11,7 @@ from filelock import FileLock
 
 
 def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], Path]) -> Path:
-    """What `make` gives for the folder `name` of this test run, which it fills; nobody changes the files afterwards.
+    """What `make` gives for the folder `name` of this test run, which it fills; tests must not change the files.
 
     The first worker that asks makes them, the others wait.
     """

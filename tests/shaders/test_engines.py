@@ -189,7 +189,7 @@ SIZE = (48, 32)
 
 
 def quads() -> Array:
-    """[instances, 12] as raster_gather writes them, back to front; the picture is not its own mirror image."""
+    """[instances, 12] as raster_gather writes them, back to front; the image is not its own mirror image."""
     rng = np.random.default_rng(7)
     q = np.zeros((20, 12), np.float32)
     q[:, 0], q[:, 1] = rng.uniform(0, 48, 20), rng.uniform(0, 16, 20)
@@ -200,7 +200,7 @@ def quads() -> Array:
     return q
 
 
-def plain_picture() -> Array:
+def plain_image() -> Array:
     """Drawn with instance attributes; the first row is the top one."""
     vertex, pixel = (spirv(HLSL, f"raster_{kind}") for kind in ("vertex", "pixel"))
     constants = packed(vertex, {"image_size": SIZE, "flip_y": -1})
@@ -208,7 +208,7 @@ def plain_picture() -> Array:
     return gl_process.draw(*texts, constants, SIZE, 20, attributes=quads())
 
 
-def unity_picture(folder: Path, material: str, *, direct3d: bool, turned: bool) -> Array:
+def unity_image(folder: Path, material: str, *, direct3d: bool, turned: bool) -> Array:
     """Rows as they lie in memory. spirv-cross turns clip y and scales clip z where Direct3D is meant."""
     defines = ("-DUNITY_UV_STARTS_AT_TOP=1",) if direct3d else ("-DSHADER_API_GLCORE=1",)
     vertex, pixel = (unity_pass(folder, material, "Splat", entry, *defines) for entry in KINDS)
@@ -219,25 +219,25 @@ def unity_picture(folder: Path, material: str, *, direct3d: bool, turned: bool) 
 
 
 @pytest.mark.parametrize("material", MATERIALS)
-def test_unity_material_draws_the_plain_picture(tmp_path: Path, material: str) -> None:
+def test_unity_material_draws_the_plain_image(tmp_path: Path, material: str) -> None:
     """Whichever row a target begins with: the top one (Direct3D), or the bottom one (turned there, or OpenGL)."""
-    plain = plain_picture()
+    plain = plain_image()
     assert plain[..., 3].max() > 0.5 and plain[..., 4].min() < 0.2 and np.abs(plain - plain[::-1]).max() > 0.5
-    upright = unity_picture(tmp_path, material, direct3d=True, turned=False)
+    upright = unity_image(tmp_path, material, direct3d=True, turned=False)
     np.testing.assert_array_equal(upright, plain)
-    turned = unity_picture(tmp_path, material, direct3d=True, turned=True)
-    # Pixel centres are counted from the other side: the same numbers, but for the rounding of rows - y.
+    turned = unity_image(tmp_path, material, direct3d=True, turned=True)
+    # Pixel centres are counted from the other side: the same numbers, except for the rounding of rows - y.
     np.testing.assert_allclose(turned[::-1], plain, atol=1e-6)
-    opengl = unity_picture(tmp_path, material, direct3d=False, turned=False)
+    opengl = unity_image(tmp_path, material, direct3d=False, turned=False)
     np.testing.assert_allclose(opengl[::-1], plain, atol=1e-6)
 
 
-def test_unreal_material_draws_the_plain_picture() -> None:
+def test_unreal_material_draws_the_plain_image() -> None:
     vertex, pixel = unreal_shader("raster_vertex_fetch"), unreal_shader("raster_pixel")
     texts = cross(vertex, "glsl430", vertex=True, options=("--flip-vert-y",)), cross(pixel, "glsl430")
     constants = packed(vertex, {"image_size": SIZE, "flip_y": 1})
     got = gl_process.draw(*texts, constants, SIZE, 20, storage=[quads()])
-    np.testing.assert_array_equal(got, plain_picture())
+    np.testing.assert_array_equal(got, plain_image())
 
 
 def test_unity_package_has_the_projects_version_and_a_meta_an_asset() -> None:

@@ -123,7 +123,7 @@ def test_unknown_names_are_refused() -> None:
         lambda: source("blend", "wgsl"),
         lambda: reflection("hlsl"),
     ):
-        with pytest.raises(ValueError, match="is none of"):
+        with pytest.raises(ValueError, match="is not one of"):
             call()
 
 

@@ -1,4 +1,4 @@
-"""Who holds whom: the torch definitions share no code with the kernels, and every kernel has a test against one.
+"""Independence: the torch definitions share no code with the kernels, and every kernel has a test against one.
 
 `conform --backend cpu` plays stage vectors that the definitions made. If a definition called a kernel of the runtime,
 or an array builder of its backend, the kit would compare code with itself.

@@ -21,12 +21,12 @@ from tests.trainer.tensors import leaves, normal
 Array = npt.NDArray[np.float64]
 
 
-def picture(seed: int, height: int = 13, width: int = 9) -> Tensor:
+def image(seed: int, height: int = 13, width: int = 9) -> Tensor:
     return torch.sigmoid(normal(seed, height, width, 3))
 
 
 def ssim_by_loops(a: Array, b: Array) -> float:
-    """Wang et al. 2004, Eq. 13, one window at a time; pixels outside the picture are 0."""
+    """Wang et al. 2004, Eq. 13, one window at a time; pixels outside the image are 0."""
     offsets = range(-5, 6)
     weight = {(i, j): math.exp(-(i * i + j * j) / (2 * 1.5 * 1.5)) for i in offsets for j in offsets}
     total = sum(weight.values())
@@ -53,19 +53,19 @@ def ssim_by_loops(a: Array, b: Array) -> float:
 
 
 def test_ssim_against_loops() -> None:
-    a, b = picture(0), picture(1)
+    a, b = image(0), image(1)
     expected = ssim_by_loops(a.numpy(), b.numpy())
     assert abs(float(losses.ssim(a, b)) - expected) <= 1e-12
     assert abs(float(losses.ssim(a.float(), b.float())) - expected) <= 1e-6
     assert abs(float(losses.dssim_loss(a, b)) - (1 - expected)) <= 1e-12
 
 
-def test_ssim_of_equal_pictures_is_1() -> None:
-    assert float(losses.ssim(picture(0).float(), picture(0).float())) == pytest.approx(1, abs=1e-7)
+def test_ssim_of_equal_images_is_1() -> None:
+    assert float(losses.ssim(image(0).float(), image(0).float())) == pytest.approx(1, abs=1e-7)
 
 
-def test_ssim_differentiates_in_both_pictures() -> None:
-    a, b = leaves([picture(0, 5, 6), picture(1, 5, 6)])
+def test_ssim_differentiates_in_both_images() -> None:
+    a, b = leaves([image(0, 5, 6), image(1, 5, 6)])
     assert gradcheck(losses.ssim, (a, b))
     single = leaves([a, b], torch.float32)  # the kernel has no gradient for the second
     ours = torch.autograd.grad(losses.ssim(*single), single)
@@ -74,7 +74,7 @@ def test_ssim_differentiates_in_both_pictures() -> None:
 
 
 def test_l1_and_psnr() -> None:
-    a, b = picture(0), picture(1)
+    a, b = image(0), image(1)
     difference = a.numpy() - b.numpy()
     assert float(losses.l1(a, b)) == pytest.approx(float(np.abs(difference).mean()), rel=1e-12)
     assert losses.psnr_db(a, b) == pytest.approx(
@@ -150,7 +150,7 @@ def test_lpips_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("no_network")
-def test_lpips_gets_one_picture_each_from_minus_1_to_1(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lpips_gets_one_image_each_from_minus_1_to_1(monkeypatch: pytest.MonkeyPatch) -> None:
     class LPIPS(torch.nn.Module):
         def __init__(self, net: str, verbose: bool) -> None:
             super().__init__()

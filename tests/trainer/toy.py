@@ -1,4 +1,4 @@
-"""A tiny system and a capture for it: a cloud of splats that no pose moves, fitted to pictures of such a cloud.
+"""A tiny system and a capture for it: a cloud of splats that no pose moves, fitted to images of such a cloud.
 
 `python -m tests.trainer.toy` is `avatar-train` with this system beside the others.
 """
@@ -42,8 +42,8 @@ class Settings:
     gaussians: int = 40
     sh_degree: int = 0
     learning_rate: float = 0.02
-    ballast: int = 0  # bytes that a checkpoint carries beside
-    poison: int = 0  # the iteration whose loss is no number
+    ballast: int = 0  # additional bytes in a checkpoint
+    poison: int = 0  # the iteration whose loss is NaN
     rules: Mapping[str, str] = field(default_factory=lambda: rule_defaults(RULES))
     density: DensitySettings = field(
         default_factory=lambda: DensitySettings(

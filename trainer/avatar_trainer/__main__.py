@@ -11,15 +11,15 @@ NEEDED = ("torch", "numba", "tensorboard")
 
 
 def main() -> None:
-    """Entry point; one line and exit code 2 where a library of the trainer is not installed."""
+    """Entry point; one line and exit code 2 if a library of the trainer is not installed."""
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
         print(
             f'avatar-train: needs {", ".join(missing)}: pip install "avatar-export[train]"', file=sys.stderr
         )
         sys.exit(2)
-    # torch and Numba each have a pool of threads that by default spins while it waits: they take the cores from each
-    # other, and an iteration takes several times as long. Read once, when the first of them is loaded.
+    # torch and Numba each have a pool of threads that spins while it waits by default. The pools take the cores from
+    # each other, and an iteration takes several times as long. Read once, when the first of them is loaded.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     try:
         from avatar_trainer import cli  # imports torch, which takes seconds

@@ -1,4 +1,4 @@
-"""What training minimises, and what its images are measured by. Images are [H, W, 3], display-referred, 0..1."""
+"""The losses of training, and the measures of its images. Images are [H, W, 3], display-referred, 0..1."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def ssim(a: Tensor, b: Tensor) -> Tensor:
     """Structural similarity of two images, 1 for equal ones; differentiable in both.
 
     Mean over channels and pixels; Gaussian window of 11 pixels, sigma 1.5, zeros beyond the border, data range 1, as
-    the trainers of the 3DGS family measure it (Wang et al. 2004, Eq. 13). By `ssim_cpu` where that applies.
+    the trainers of the 3DGS family measure it (Wang et al. 2004, Eq. 13). Uses `ssim_cpu` if that applies.
     """
     by_kernel = all(image.dtype == torch.float32 and image.device.type == "cpu" for image in (a, b))
     return ssim_cpu(a, b) if by_kernel and not b.requires_grad else ssim_definition(a, b)
@@ -89,7 +89,7 @@ def scaling_loss(scale: Tensor, long: float, thin_ratio: float) -> Tensor:
 def lpips_loss(a: Tensor, b: Tensor) -> Tensor:
     """Perceptual distance (Zhang et al. 2018, VGG) of two images, by the optional package `lpips`.
 
-    Raises RuntimeError where it is not installed.
+    Raises RuntimeError if it is not installed.
     """
     pair = (2 * image.permute(2, 0, 1)[None] - 1 for image in (a, b))
     distance: Tensor = _lpips()(*pair)

@@ -11,8 +11,8 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 from avatar_runtime.io.errors import AvatarError, no_such
 
 T = TypeVar("T")
-MOST = (1 << 31) - 1  # of a whole number where nothing else bounds it
-MOST_ITERATIONS = 10**9 - 1  # that the name of a checkpoint holds
+MOST = (1 << 31) - 1  # of a whole number without another bound
+MOST_ITERATIONS = 10**9 - 1  # the largest number that the name of a checkpoint holds
 MOST_GAUSSIANS = 1_000_000
 ABOVE_ZERO = 1e-12
 Ranges = Mapping[str, tuple[float, float]]  # field -> its least and its largest value
@@ -23,7 +23,7 @@ class Rule:
     """A choice in which a paper and its released code differ, or one of the paper's ablations."""
 
     values: tuple[str, ...]
-    # What the released code does, and what the paper prints: a value, or a few words where it is none of them.
+    # What the released code does, and what the paper prints: one of the values, or a few words.
     released: str
     paper: str
     default: str
@@ -33,9 +33,9 @@ class Rule:
 
 @dataclass(frozen=True)
 class TrainSettings:
-    """How a run goes, whatever the system; ValueError for a value out of range.
+    """Settings of a run, for every system; ValueError for a value out of range.
 
-    `FREE` ones may differ when a run is resumed: they do not change what is trained.
+    `FREE` settings may differ when a run is resumed: they do not change the trained avatar.
     """
 
     iterations: int = 10_000
@@ -59,7 +59,7 @@ class TrainSettings:
 
 
 def expect_ranges(settings: object, ranges: Ranges) -> None:
-    """Raise ValueError where a field of `settings` is out of its range."""
+    """Raise ValueError if a field of `settings` is out of its range."""
     for name, (least, most) in ranges.items():
         value = getattr(settings, name)
         if not least <= value <= most:
@@ -73,9 +73,9 @@ def rule_defaults(rules: Mapping[str, Rule]) -> dict[str, str]:
 
 
 def chosen_rules(rules: Mapping[str, Rule], pairs: list[tuple[str, str]]) -> dict[str, str]:
-    """Every rule's value: the default, or what `pairs` of (name, value) say.
+    """Every rule's value: the default, or that in `pairs` of (name, value).
 
-    Raises AvatarError for a rule or a value that there is not, with near matches, and for a rule given twice.
+    Raises AvatarError for an unknown rule or value, with near matches, and for a duplicate rule.
     """
     chosen = rule_defaults(rules)
     _expect_once(pairs, "--rule")
@@ -89,7 +89,7 @@ def chosen_rules(rules: Mapping[str, Rule], pairs: list[tuple[str, str]]) -> dic
 
 
 def settable(settings: object, without: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Dotted name -> value of every number, text and truth value of a dataclass, nested ones too."""
+    """Dotted name -> value of every number, text and boolean of a dataclass, nested ones too."""
     found: dict[str, Any] = {}
     for field in dataclasses.fields(settings):  # type: ignore[arg-type]
         value = getattr(settings, field.name)
@@ -110,8 +110,8 @@ def with_values(
 ) -> T:
     """`settings`, a dataclass, with other fields, all changed at once.
 
-    pairs: (name, text) of fields, names of nested ones dotted; values: field -> value, None: as it is. Of a field in
-    both the text counts. `field`: what an error names. Raises AvatarError for an unknown name, a name given twice, a
+    pairs: (name, text) of fields, names of nested ones dotted; values: field -> value, None: unchanged. For a field in
+    both, the text counts. `field`: the name in errors. Raises AvatarError for an unknown name, a name given twice, a
     text that is not of the field's type, and values that the dataclass refuses.
     """
     pairs = list(pairs)

@@ -53,8 +53,8 @@ def stage_lines(report: Report, reference: Reference) -> list[Line]:
     """The worst line of each stage, in the order of the stages; then the worst of the images by profile."""
     worst: dict[str, tuple[tuple[bool, float], Line]] = {}
     rows = [((not row.passed, row.verdict.used), _line(row, reference)) for row in report.rows]
-    pictures = [((not p.passed, p.difference), _image_line(p)) for p in report.images]
-    for rank, line in (*rows, *pictures):
+    images = [((not p.passed, p.difference), _image_line(p)) for p in report.images]
+    for rank, line in (*rows, *images):
         if line.stage not in worst or rank > worst[line.stage][0]:
             worst[line.stage] = (rank, line)
     return [line for _, line in worst.values()]
@@ -68,7 +68,7 @@ def facts(report: Report, reference: Reference) -> dict[str, Any]:
         "passed": report.passed,
         "first_failure": report.first_failure,
         "stages": [_row_facts(row, _expected(reference, row)) for row in report.rows],
-        "pictures": [_image_facts(picture) for picture in report.images],
+        "pictures": [_image_facts(image) for image in report.images],
         "engine_psnr_db": {c.case.name: c.engine_psnr_db for c in reference.cases if c.images},
         "notes": notes(report, reference),
     }
@@ -114,12 +114,12 @@ def worst_elements(lines: Iterable[Line]) -> list[str]:
 def failed_images(report: Report) -> dict[str, Pixels]:
     """File name -> image [H, W, 3] of every case that fails: the reference, the drawn image, the difference."""
     bad = {row.case for row in report.rows if not row.passed}
-    bad |= {picture.case for picture in report.images if not picture.passed}
+    bad |= {image.case for image in report.images if not image.passed}
     return {
-        f"{picture.case}.{picture.profile}.{kind}.png": pixels
-        for picture in report.images
-        if picture.case in bad
-        for kind, pixels in _shown(picture).items()
+        f"{image.case}.{image.profile}.{kind}.png": pixels
+        for image in report.images
+        if image.case in bad
+        for kind, pixels in _shown(image).items()
     }
 
 
@@ -133,7 +133,7 @@ def html_report(title: str, report: Report, reference: Reference) -> str:
         _table(stage_lines(report, reference)),
         _list(notes(report, reference)),
         "<h2>Images</h2>",
-        *(_figure(picture, cases.get(picture.case, "")) for picture in report.images),
+        *(_figure(image, cases.get(image.case, "")) for image in report.images),
         "<h2>Every array</h2>",
         _table(all_lines(report, reference)),
     ]
@@ -156,9 +156,9 @@ def _row_facts(row: Row, expected: Expected) -> dict[str, Any]:
     return {**named, **numbers, **allowed, "worst": worst, "note": found.note}
 
 
-def _image_facts(picture: ImageRow) -> dict[str, Any]:
-    named = {name: getattr(picture, name) for name in ("case", "profile", "tolerance", "psnr_db", "passed")}
-    return {**named, "difference": _finite(picture.difference), "unit": 1 / 255}
+def _image_facts(image: ImageRow) -> dict[str, Any]:
+    named = {name: getattr(image, name) for name in ("case", "profile", "tolerance", "psnr_db", "passed")}
+    return {**named, "difference": _finite(image.difference), "unit": 1 / 255}
 
 
 def _finite(value: float) -> float | None:
@@ -197,16 +197,16 @@ def _worst(row: Row) -> str:
     return f"{row.array}{list(element.index)}{of}: got {element.got:.9g}, expected {element.want:.9g}"
 
 
-def _image_line(picture: ImageRow) -> Line:
+def _image_line(image: ImageRow) -> Line:
     return Line(
-        f"image {picture.profile}",
-        picture.case,
+        f"image {image.profile}",
+        image.case,
         "colour, alpha",
-        f"{_steps(picture.difference)}/255",
-        f"{_steps(picture.tolerance)}/255",
-        _percent(picture.difference / picture.tolerance),
+        f"{_steps(image.difference)}/255",
+        f"{_steps(image.tolerance)}/255",
+        _percent(image.difference / image.tolerance),
         "",
-        picture.passed,
+        image.passed,
     )
 
 
@@ -229,11 +229,11 @@ def _tolerance(expected: Expected) -> str:
     return " + ".join(terms) or "equal"
 
 
-def _shown(picture: ImageRow) -> dict[str, Pixels]:
-    off = np.abs(picture.got.colour.astype(np.int16) - picture.want.colour)
+def _shown(image: ImageRow) -> dict[str, Pixels]:
+    off = np.abs(image.got.colour.astype(np.int16) - image.want.colour)
     return {
-        "ref": picture.want.colour,
-        "got": picture.got.colour,
+        "ref": image.want.colour,
+        "got": image.got.colour,
         "diff": np.minimum(GAIN * off, 255).astype(np.uint8),
     }
 
@@ -254,15 +254,15 @@ def _list(texts: Iterable[str]) -> str:
     return f"<ul>{items}</ul>"
 
 
-def _figure(picture: ImageRow, why: str) -> str:
+def _figure(image: ImageRow, why: str) -> str:
     images = "".join(
         f'<img alt="{kind}" title="{kind}" src="data:image/png;base64,{base64.b64encode(png(pixels)).decode()}">'
-        for kind, pixels in _shown(picture).items()
+        for kind, pixels in _shown(image).items()
     )
-    psnr = "equal" if picture.psnr_db is None else f"{picture.psnr_db:.1f} dB"
+    psnr = "equal" if image.psnr_db is None else f"{image.psnr_db:.1f} dB"
     text = (
-        f"{picture.case}, profile {picture.profile}: {why}. Reference, drawn, difference x {GAIN}; up to "
-        f"{_steps(picture.difference)} of 255, {psnr}"
+        f"{image.case}, profile {image.profile}: {why}. Reference, drawn, difference x {GAIN}; up to "
+        f"{_steps(image.difference)} of 255, {psnr}"
     )
     return f"<figure>{images}<figcaption>{html.escape(text)}</figcaption></figure>"
 

@@ -85,10 +85,10 @@ def reference_problems(stored: Avatar, document: Mapping[str, Any], read: Open) 
     for row in report.rows:
         if not row.passed:
             yield Problem(f"{FOLDER}vectors.safetensors: {row.stage}", _off(row))
-    for picture in report.images:
-        if not picture.passed:
-            off = f"differs by up to {picture.difference:.1f} of 255, allowed {picture.tolerance:g}"
-            yield Problem(f"{FOLDER}{picture.case}.{picture.profile}.png", off)
+    for image in report.images:
+        if not image.passed:
+            off = f"differs by up to {image.difference:.1f} of 255, allowed {image.tolerance:g}"
+            yield Problem(f"{FOLDER}{image.case}.{image.profile}.png", off)
 
 
 def _off(row: Row) -> str:

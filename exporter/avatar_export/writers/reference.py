@@ -14,10 +14,10 @@ from avatar_runtime.handedness import mirrored_pose
 from avatar_runtime.stages.raster import PROFILES
 
 FOLDER = "reference/"
-PICTURES = tuple(
+IMAGES = tuple(
     f"{FOLDER}{case}.{profile}{kind}.png" for case in DRAWN for profile in PROFILES for kind in ("", ".alpha")
 )
-REFERENCE_FILES = (f"{FOLDER}cases.json", f"{FOLDER}vectors.safetensors", *PICTURES)
+REFERENCE_FILES = (f"{FOLDER}cases.json", f"{FOLDER}vectors.safetensors", *IMAGES)
 
 
 def make_for(

@@ -1,4 +1,4 @@
-"""The backends that play the stages: one row each in BACKENDS, one interface, the same results but for rounding."""
+"""The backends that play the stages: one row each in BACKENDS, one interface, results equal up to rounding."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 
 
 class Stages(Protocol):
-    """Plays the stages of one avatar, each alone."""
+    """Plays each stage of one avatar alone."""
 
     def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
         """One stage, from the inputs that `conformance.STAGE_ARRAYS` names to its outputs."""

@@ -21,7 +21,7 @@ OWN = (
 
 
 def embedding_tensors(embedding: Embedding) -> Tensors:
-    """What embedding.safetensors holds: the embedding, and what a GPU would else have to look up from it."""
+    """What embedding.safetensors holds: the embedding, and values that a GPU would otherwise have to look up."""
     own: Tensors = {name: getattr(embedding, name) for name in OWN}
     return own | _looked_up(embedding)
 
@@ -47,7 +47,7 @@ def _looked_up(embedding: Embedding) -> Tensors:
 
 
 def _check_index(index: npt.NDArray[Any], axes: int, limit: int, name: str, file: str) -> None:
-    """Checks what the lookup itself needs; `check_avatar` checks the rest."""
+    """Checks the indices that the lookup uses; `check_avatar` checks the rest."""
     if index.dtype != np.uint32 or index.ndim != axes or index.shape[1:] not in ((), (3,)):
         raise AvatarError(f"is {index.dtype}{list(index.shape)}, expected u32", file=file, field=name)
     if index.size and int(index.max()) >= limit:

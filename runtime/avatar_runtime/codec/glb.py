@@ -1,6 +1,6 @@
 """GLB, read strictly: the JSON chunk as a document, accessors of the binary chunk as arrays.
 
-Everything is checked against the bytes that are there before anything is allocated; nothing outside the file
+Everything is checked against the bytes of the file before anything is allocated; nothing outside the file
 is ever opened (a buffer or image by uri is refused when it is asked for).
 """
 
@@ -115,7 +115,7 @@ def accessor(glb: Glb, index: object) -> Array:
     if "bufferView" in a:
         values = _strided(glb, a, count, dtype, shape, where)
     else:
-        # Zeros cost the file nothing; whatever they belong to has at least a byte an element elsewhere.
+        # Zeros take no bytes in the file; the data that they belong to takes at least a byte per element elsewhere.
         if count > len(glb.binary):
             glb.fail(f"{where}.count", f"{count} zeros, but the file has {len(glb.binary)} bytes")
         values = np.zeros((count, *shape), dtype)

@@ -44,7 +44,7 @@ def encode(
     """The manifest of a bundle that holds `files` ({path, bytes, sha256, derived}) and `avatar` as it is.
 
     `engine`: how the files for engines were made and what they cannot represent; None: there are none.
-    `reference`: who made reference/, and of which cases; None: there is none.
+    `reference`: who made reference/, and of which cases; None if there is no reference.
     `handedness` is that of the frame in which `avatar` and `bounds` are.
     """
     b = avatar.blendshapes
@@ -222,7 +222,7 @@ def _driving(d: Driving) -> dict[str, Any]:
 
 
 def _matrix(rows: list[Any], shape: tuple[int, int]) -> F32:
-    """[O, I]; checked here because a schema would take 50 ms for what `all` does in one."""
+    """[O, I]; checked here, since a schema takes 50 ms for it and `all` takes 1 ms."""
     for index, row in enumerate(rows):
         if not (isinstance(row, list) and len(row) == shape[1] and all(type(v) in (int, float) for v in row)):
             where = f"$.driving.matrix[{index}]"

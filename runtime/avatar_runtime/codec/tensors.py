@@ -113,7 +113,7 @@ def _read_sparse(
 
 
 def tensor(tensors: Tensors, name: str, file: str) -> npt.NDArray[Any]:
-    """tensors[name]. Raises AvatarError where it is missing."""
+    """tensors[name]. Raises AvatarError if it is missing."""
     if name not in tensors:
         raise AvatarError("tensor is missing", file=file, field=name)
     return tensors[name]

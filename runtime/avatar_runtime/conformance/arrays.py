@@ -33,7 +33,9 @@ class Array:
     shape: tuple[str | int, ...]
     roundings: float = 0.0
     relative: float = 0.0
-    floor: float | str = 0.0  # size of the terms that may cancel in the sum; "image": its longer side
+    floor: float | str = (
+        0.0  # size of the terms that may cancel in the sum; "image": the longer side of the image
+    )
     weight: str | None = None  # a key of WEIGHTS: how ill-conditioned each row is; then `floor` is not read
     flips: str | None = None  # a key of FLIPS
     when: str = "always"  # a key of WHEN
@@ -55,7 +57,7 @@ def _f32(name: str, *shape: str | int, when: str = "always") -> Array:
 def _inverted(inputs: Tensors, outputs: Tensors, camera: Camera) -> F32:
     """Per row how far the conic moves when its covariance rounds: an inverse C moves by |C|^2 times that.
 
-    The covariance, in pixels squared, is what is left of terms as large as the splat's longest axis: little of a needle
+    The covariance, in pixels squared, is a difference of terms as large as the splat's longest axis: small for a needle
     seen from its end.
     """
     focal = max(camera.width / camera.tan_half_fov_x, camera.height / camera.tan_half_fov_y) / 2
@@ -74,7 +76,7 @@ WEIGHTS: Mapping[str, Callable[[Tensors, Tensors, Camera], F32]] = {"conic": _in
 # plane may be drawn or not; its other arrays are then not judged. `cutoff`: alpha at 1/255 and transmittance at 1e-4
 # are thresholds; a pixel on the other side moves by no more than FLIP_STEP times the brightest colour.
 FLIPS = ("sign", "drawn", "cutoff")
-FLIP_STEP = 4e-3  # a little over 1/255, the alpha that is lost or gained
+FLIP_STEP = 4e-3  # a little more than 1/255, the alpha that is lost or gained
 
 WHEN: Mapping[str, Callable[[Avatar], bool]] = {
     "always": lambda avatar: True,
@@ -96,7 +98,7 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
             _f32("anchor_vertices", "A", 3, when="anchor"),
         ),
         (
-            # A chain of some ten products; 1 is the size of what cancels in R - I and in translations.
+            # A chain of about ten products; 1 is the size of the terms that cancel in R - I and in translations.
             Array("skin_matrix", "float32", ("J", 4, 4), 64, floor=1.0),
             Array("pose_feature", "float32", ("F",), 8, floor=1.0),
             # The fit to the anchors and three Newton steps; a fit divides rounding by the anchors' spread.
@@ -175,7 +177,7 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
     ),
     "sort": Stage(
         (_f32("depth", "N"), Array("radius", "int32", ("N",))),
-        (Array("order", "int64", ("D",)),),  # the key is given to the bit, so the order is
+        (Array("order", "int64", ("D",)),),  # the key is an exact input, so the order is exact
     ),
     "raster": Stage(
         (

@@ -13,9 +13,9 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.raster import PROFILES
 
 CASES, VECTORS = "cases.json", "vectors.safetensors"
-LOOSEST = 1e-2  # share of the largest value that a tolerance may be; a larger one would pass everything
-ROWS_A_FLIP = 64  # at least so many of them for each that may flip
-FARTHEST = 1e6  # of any matrix; what lies beyond overflows in stages that square it
+LOOSEST = 1e-2  # largest tolerance, as a share of the largest value; a larger one would pass everything
+ROWS_A_FLIP = 64  # at least this many of them for each that may flip
+FARTHEST = 1e6  # of any matrix; larger values overflow in stages that square them
 
 
 def check_reference(reference: Reference) -> None:
@@ -121,9 +121,9 @@ def _check_shapes(reference: Reference, vectors: CaseVectors, known: dict[str, i
 def _check_tolerance(
     array: Array, expected: Expected, tensors: Mapping[str, Tensor], vectors: CaseVectors, field: str
 ) -> None:
-    """What is allowed is small against the array, or where terms cancel against those; a whole number is exact.
+    """Tolerances are small compared with the array, or with the terms that cancel; whole numbers are exact.
 
-    Where rows have weights, the middle one counts: a needle's may be large.
+    If rows have weights, the median counts: a needle's weight may be large.
     """
     want = tensors[expected.tensor].astype(np.float64)
     allowed = expected.atol

@@ -21,7 +21,7 @@ BYTE_ROUNDING = 0.5
 
 @ABSURD
 def draw(avatar: Avatar, case: Case, profiles: Iterable[str]) -> dict[str, Image]:
-    """The NumPy stages' image in each profile; what lies before the raster is computed once."""
+    """The NumPy stages' image in each profile; the stages before raster run once."""
     player = Player(avatar, "reference")
     splats = make_backend("reference", avatar).animate(player.posed(case.pose), Clock())
     seen = project(splats, case.camera, avatar.raster, avatar.sh_degree)
@@ -54,7 +54,7 @@ def compare(image: Image, want: View) -> tuple[float, float | None]:
 
 
 def _largest(difference: npt.NDArray[np.float64]) -> float:
-    """Largest magnitude beyond half a byte's step; what is not a number is infinitely wrong."""
+    """Largest magnitude beyond half a byte's step; NaN counts as infinite."""
     beyond = np.nan_to_num(np.abs(difference) - BYTE_ROUNDING, nan=np.inf)
     return float(beyond.max(initial=0.0))
 

@@ -37,7 +37,7 @@ class Verdict:
     note: str = ""  # why nothing could be compared; `used` is then infinite
     worst: Element | None = field(
         default=None, compare=False
-    )  # that takes up most, or the largest of too many flips
+    )  # the element that uses most of its tolerance, or the largest of too many flips
 
     @property
     def passed(self) -> bool:
@@ -69,7 +69,7 @@ def judge(step: Step, got: Mapping[str, Tensor], tensors: Mapping[str, Tensor]) 
 
 
 def _verdict(have: F64, want: F64, allowed: F64, difference: F64, flipped: Mask, most: int) -> Verdict:
-    """`flipped` [rows] are judged by their number alone."""
+    """Of `flipped` rows only the number is judged."""
     flips = int(flipped.sum())
     left = np.where(flipped.reshape(-1, *(1,) * (want.ndim - 1)), 0.0, difference)
     share = _share(left, allowed)
@@ -118,7 +118,7 @@ def _ceil(have: F64, want: F64, allowed: F64, brightest: float) -> Compared:
 
 
 def _cutoff(have: F64, want: F64, allowed: F64, brightest: float) -> Compared:
-    """Pixels [P, ...]: those beyond the tolerance that a threshold explains are counted apart."""
+    """Pixels [P, ...]: differences beyond the tolerance that a threshold explains are counted separately."""
     difference = _difference(have, want)
     rest = tuple(range(1, want.ndim))
     over = (difference > allowed).any(axis=rest)
@@ -135,7 +135,7 @@ RULES: Mapping[str | None, Callable[[F64, F64, F64, float], Compared]] = {
 
 
 def _difference(have: F64, want: F64) -> F64:
-    """Magnitudes; what is not a number is infinitely wrong."""
+    """Magnitudes; NaN counts as infinite."""
     with np.errstate(invalid="ignore"):
         difference: F64 = np.nan_to_num(np.abs(have - want), nan=np.inf, posinf=np.inf)
     return difference
@@ -146,7 +146,7 @@ def _largest(difference: F64) -> float:
 
 
 def _share(difference: F64, allowed: F64) -> F64:
-    """Difference / allowed; equal values take up nothing even where nothing is allowed."""
+    """Difference / allowed; 0 for equal values, even if the allowed difference is 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         share: F64 = np.where(difference == 0, 0.0, difference / allowed)
     return share

@@ -50,7 +50,7 @@ class Step:
     profile: str | None  # of stage raster
     inputs: Mapping[str, str]  # array -> tensor
     outputs: Mapping[str, Expected]  # by array
-    pixels: str | None = None  # tensor [P], y * width + x: those that the outputs of raster are kept at
+    pixels: str | None = None  # tensor [P], y * width + x: the pixels whose raster outputs are kept
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ NONE, SUB, UP, AVERAGE, PAETH = range(5)  # row filters; the last two are read a
 
 
 def encode(image: U8) -> bytes:
-    """PNG of [H, W] or [H, W, 3]; every row takes the filter that leaves the smallest differences."""
+    """PNG of [H, W] or [H, W, 3]; every row uses the filter that leaves the smallest differences."""
     height, width = image.shape[:2]
     rows = image.reshape(height, width, -1)
     filtered = np.repeat(rows[None], 3, axis=0)
@@ -105,7 +105,7 @@ def _average(left: int, up: int, corner: int) -> int:
 
 
 def _paeth(left: int, up: int, corner: int) -> int:
-    """Which of the three lies nearest to left + up - corner; of equally near ones the first."""
+    """Which of the three lies nearest to left + up - corner; of equally near ones, the first."""
     by_left, by_up, by_corner = abs(up - corner), abs(left - corner), abs(left + up - 2 * corner)
     if by_left <= by_up and by_left <= by_corner:
         return left

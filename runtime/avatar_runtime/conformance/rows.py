@@ -35,7 +35,7 @@ def kept_pixels(drawn: npt.NDArray[np.bool_], most: int) -> I32:
 
 
 def _of_groups(avatar: Avatar, most: int) -> I64:
-    """Every group gets its share, a small one all it has, up to an even share."""
+    """Every group gets its share; a small group keeps all its rows, up to an even share."""
     left, rows = most, []
     by_size = sorted(avatar.groups, key=lambda group: group.count)
     for index, group in enumerate(by_size):

@@ -68,7 +68,7 @@ class Report:
     backend: str | None  # None: a port
     rows: tuple[Row, ...]
     images: tuple[ImageRow, ...]
-    skipped: tuple[str, ...]  # in words: what the backend does not draw, or the port did not give
+    skipped: tuple[str, ...]  # in words: what the backend does not draw, or the port did not provide
 
     @property
     def passed(self) -> bool:

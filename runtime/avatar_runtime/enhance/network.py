@@ -125,7 +125,7 @@ def _opset(model: ModelProto) -> int:
 
 
 def _check_names(graph: GraphProto) -> None:
-    """Raise AvatarError where a name is no text: the library then gives bytes."""
+    """Raise AvatarError if a name is not text; the library then gives bytes."""
     names: list[object] = [tensor.name for tensor in graph.initializer]
     for node in graph.node:
         names += [node.op_type, node.domain, *node.input, *node.output]

@@ -23,7 +23,7 @@ Attributes = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Operator:
-    """How many inputs, which attributes (all of them, each number or text among those allowed), and what comes."""
+    """How many inputs, which attributes (all are required, each with an allowed value), and the shape of the result."""
 
     inputs: int
     attributes: Mapping[str, Collection[Any]]

@@ -10,8 +10,8 @@ from avatar_runtime.codec.manifest import ENHANCER_FILE
 from avatar_runtime.enhance.network import read_network
 from avatar_runtime.io.errors import AvatarError
 
-THREADS = 1  # the same everywhere: sums may depend on how many share them
-SILENT = 4  # what it would log comes as an exception as well
+THREADS = 1  # always the same number: sums may depend on the number of threads
+SILENT = 4  # errors that it would log are also raised as exceptions
 
 
 class Session:

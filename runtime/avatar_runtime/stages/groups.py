@@ -26,7 +26,7 @@ class GroupTransforms:
 def group_transforms(avatar: Avatar, state: Joints | None, anchor_vertices: F32 | None) -> GroupTransforms:
     """Every group's transform; `state` is None without a rig.
 
-    `anchor_vertices` [A, 3] are the posed anchor vertices, repeats kept. Raises ValueError where a group needs
+    `anchor_vertices` [A, 3] are the posed anchor vertices, repeats kept. Raises ValueError if a group needs
     them and they are missing.
     """
     matrix = np.tile(np.eye(3, 4, dtype=np.float32), (len(avatar.groups), 1, 1))

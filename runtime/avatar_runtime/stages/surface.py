@@ -62,7 +62,7 @@ def pose_embedded(
     """Embedded Gaussians on the posed `vertices` [V, 3]; `log_scale` [N, 3] is that of the binding pose.
 
     `vertex_matrix` [V, 3, 3], for `RIGGED_ROTATIONS` alone, is `stages.skin.vertex_matrices` of the pose.
-    Source: SplattingAvatar 3847314 splatting_avatar_model.py and utils/map.py, and where a rule is the paper's,
+    Source: SplattingAvatar 3847314 splatting_avatar_model.py and utils/map.py, and for the rules of the paper
     its section 3.1; GaussianAvatars 30cc4bd gaussian_model.py and mesh_renderer utils; PSAvatar, section 3.3.
     """
     shape = triangle_shape(vertices, surface.embedding.triangles, surface.rules)
@@ -223,7 +223,7 @@ def _largest_positive(turn: F64) -> F64:
 
 
 def _largest_positive_mirrored(turn: F64) -> F64:
-    """What largest_positive gives in the other frame: negative where y or z is the largest."""
+    """largest_positive in the other frame: negative if y or z is the largest."""
     return mirrored_quats(_largest_positive(mirrored_matrices(turn)))
 
 

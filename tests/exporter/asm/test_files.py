@@ -1,4 +1,4 @@
-"""ASM files: what is written is read again, the same bytes every time; what is no face is refused in one line."""
+"""ASM files: written faces are read again, with the same bytes every time; other files are refused in one line."""
 
 from __future__ import annotations
 

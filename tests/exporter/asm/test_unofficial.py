@@ -72,7 +72,7 @@ def test_bones_stand_at_their_heads(face: AsmFace) -> None:
         assert face.template.anchor_vertex[j] == nearest
         np.testing.assert_allclose(100 * found[j, :3, :3], bind[:3, :3], rtol=1e-6, atol=1e-5)
         np.testing.assert_allclose(100 * found[j, :3, 3], bind[:3, 3] + vertices[nearest] - tail, atol=1e-5)
-        # That rig is no longer a matter of units: an even scale, as engines hold it.
+        # The unit is no longer visible in that rig: an even scale, as engines hold it.
         linear = found[j, :3, :3]
         np.testing.assert_allclose(linear.T @ linear, (linear[:, 0] @ linear[:, 0]) * np.eye(3), atol=1e-6)
 

@@ -245,7 +245,7 @@ ODD: dict[str, tuple[Callable[[Avatar], Avatar], tuple[str, str, bool]]] = {
         lambda a: replace(a, expressions=(*EXPRESSIONS[:3], Expression("exp_003", (), (1.0, -1.0)))),
         ("avatar.json: $.expressions[3].range", "is reversed: from 1.0 to -1.0", False),
     ),
-    "an input that is no ARKit name": (
+    "an input that is not an ARKit name": (
         lambda a: replace(a, driving=replace(a.driving, inputs=("jawOpen", "eyeBlinkLeft", "wink"))),
         (
             "avatar.json: $.driving.inputs[2]",

@@ -43,7 +43,7 @@ def test_derived_files_are_made_again_and_are_the_same(derived: Derived, kind: s
 
 
 TAMPERED: dict[str, tuple[Callable[[bytes], bytes], str]] = {
-    "preview.png": (lambda data: picture(0), "pixels, expected"),
+    "preview.png": (lambda data: image(0), "pixels, expected"),
     "rig.glb": (lambda data: data.replace(b"jawOpen", b"jawOpem"), "jawOpe"),
     "splats.glb": (lambda data: data[:-4] + b"\0\0\x80?", "values"),
     "rig.usdc": (lambda data: data[:-8], ""),
@@ -52,7 +52,7 @@ TAMPERED: dict[str, tuple[Callable[[bytes], bytes], str]] = {
 }
 
 
-def picture(value: int) -> bytes:
+def image(value: int) -> bytes:
     out = io.BytesIO()
     Image.fromarray(np.full((8, 8, 3), value, np.uint8)).save(out, "PNG")
     return out.getvalue()

@@ -154,7 +154,7 @@ def test_systems(run: Run) -> None:
 
 
 def test_render_one_pose(run: Run, bundle: Path, tmp_path: Path) -> None:
-    pictures = {}
+    images = {}
     flags = {
         "neutral": (),
         "arkit": ("-a", "JawOpen=0.8"),
@@ -168,10 +168,10 @@ def test_render_one_pose(run: Run, bundle: Path, tmp_path: Path) -> None:
         code, text, _ = run("render", bundle, "-o", out, "--size", "96x64", *extra)
         assert code == 0
         assert "96x64" in text
-        pictures[name] = np.asarray(Image.open(out)).astype(int)
-        assert pictures[name].shape == (64, 96, 3)
+        images[name] = np.asarray(Image.open(out)).astype(int)
+        assert images[name].shape == (64, 96, 3)
     for name in list(flags)[1:]:
-        assert np.abs(pictures[name] - pictures["neutral"]).max() > 8, name
+        assert np.abs(images[name] - images["neutral"]).max() > 8, name
 
 
 def test_render_background(run: Run, bundle: Path, tmp_path: Path) -> None:
@@ -246,7 +246,7 @@ def test_zoom_pitch_and_transparency(run: Run, bundle: Path, tmp_path: Path) -> 
         return np.asarray(Image.open(out)).astype(float)
 
     plain, near = drawn("plain"), drawn("near", "--zoom", "1.5")
-    covered = [np.count_nonzero(picture[..., 3] > 128) for picture in (plain, near)]
+    covered = [np.count_nonzero(image[..., 3] > 128) for image in (plain, near)]
     assert covered[1] > 1.5 * covered[0]
     # Straight alpha: a half covered rim pixel keeps the skin's colour instead of darkening towards black.
     rim = plain[(plain[..., 3] > 90) & (plain[..., 3] < 160)]
@@ -358,7 +358,7 @@ USER_ERRORS = {
     "profile": (("--profile", "best"), "trainer"),
     "backend": (("--backend", "cuda"), "reference"),
     "absent recording": (("--drive", "nowhere.csv"), "nowhere.csv"),
-    "frames of one picture": (("--frames", "9:10"), "one image"),
+    "frames of one image": (("--frames", "9:10"), "one image"),
     "frames beyond the end": (("--frames", "99:", "--orbit", "9", "-o", "x.webp"), "no frame"),
     "superscript size": (("--size", "\u00b2"), "WxH"),
     "endless size": (("--size", "9" * 5000), "WxH"),

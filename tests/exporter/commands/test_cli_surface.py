@@ -1,4 +1,4 @@
-"""The command line on avatars that are embedded in a mesh, from a checkpoint to pictures."""
+"""The command line on avatars that are embedded in a mesh, from a checkpoint to images."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def write_obj(path: Path, vertices: Any, triangles: Any) -> Path:
     return path
 
 
-def pictures(path: Path) -> list[Any]:
+def images(path: Path) -> list[Any]:
     with Image.open(path) as image:
         frames = []
         for index in range(image.n_frames):
@@ -69,7 +69,7 @@ def test_the_rig_comes_from_a_body_model_and_its_poses_are_a_clip(
         "render", out, "-o", tmp_path / "talk.webp", "--clip", "flame_params", "--every", "30", "--size", "48"
     )
     assert code == 0
-    frames = pictures(tmp_path / "talk.webp")
+    frames = images(tmp_path / "talk.webp")
     assert len(frames) == -(-load(out).clips[0].frames // 30)
     assert np.abs(frames[0] - frames[1]).max() > 30, "the head moves"
     code, _, error = run("render", out, "-o", tmp_path / "x.webp", "--clip", "flame_param")
@@ -96,7 +96,7 @@ def test_a_head_without_a_rig_plays_posed_meshes(run: Run, head: Path, tmp_path:
         code, text, error = run("render", head, "-o", tmp_path / name, *flags, *size)
         assert code == 0, error
         assert "2 images" in text
-        drawn[name] = pictures(tmp_path / name)
+        drawn[name] = images(tmp_path / name)
     assert np.abs(drawn["training.webp"][0] - drawn["training.webp"][1]).max() > 60, "it turned"
     for name in ("metres.webp", "obj.webp"):
         for a, b in zip(drawn[name], drawn["training.webp"], strict=True):

@@ -35,9 +35,7 @@ def table(text: str) -> dict[str, str]:
 
 def test_a_bundle_repeats_its_own_reference(run: Run, good: Path, tmp_path: Path) -> None:
     for path in (good, bundles.zipped(good, tmp_path / "x.avatar.zip")):
-        code, text, error = run(
-            "conform", path, "--backend", "reference", "--pictures", tmp_path / "pictures"
-        )
+        code, text, error = run("conform", path, "--backend", "reference", "--pictures", tmp_path / "images")
         assert code == 0, error
         lines = table(text)
         rasters = [f"{what} {profile}" for what in ("raster", "image") for profile in ("trainer", "engine")]
@@ -45,7 +43,7 @@ def test_a_bundle_repeats_its_own_reference(run: Run, good: Path, tmp_path: Path
         assert set(lines.values()) == {"verdict", "holds"}
         assert "backend reference repeats the reference; made by runtime" in text
         assert "case rest: " in error
-    assert not (tmp_path / "pictures").exists(), "pictures are for failures"
+    assert not (tmp_path / "images").exists(), "images are for failures"
 
 
 def test_a_left_handed_bundle(run: Run, tmp_path: Path) -> None:
@@ -99,10 +97,10 @@ WRONG = {
 @pytest.mark.parametrize("stage", WRONG)
 def test_the_stage_that_is_off_is_named_first(run: Run, bundle: Path, tmp_path: Path, stage: str) -> None:
     edit_vectors(bundle, WRONG[stage])
-    pictures = tmp_path / "pictures"
-    code, text, _ = run("conform", bundle, "--backend", "reference", "--pictures", pictures)
+    images = tmp_path / "images"
+    code, text, _ = run("conform", bundle, "--backend", "reference", "--pictures", images)
     assert code == 1
-    assert len(list(pictures.iterdir())) == 6, "of the one case that fails"
+    assert len(list(images.iterdir())) == 6, "of the one case that fails"
     assert f"fails first at {stage};" in text
     label = stage if stage != "raster" else "raster engine"
     lines = table(text)
@@ -146,7 +144,7 @@ def test_the_element_that_is_off_is_named(run: Run, bundle: Path, tmp_path: Path
     assert (worst["index"], worst["gaussian"], worst["want"]) == ([5, 1], kept["rows"][5], 0.75)
     assert abs(worst["got"] - 0.75) == pytest.approx(row["error"])
     assert worst["tolerance"] == row["atol"] > 0 and row["rtol"] == 0
-    assert all(picture["unit"] == 1 / 255 for picture in facts["pictures"])
+    assert all(image["unit"] == 1 / 255 for image in facts["pictures"])
 
 
 def outputs_of(bundle: Path) -> dict[str, Any]:
@@ -196,7 +194,7 @@ def test_outputs_that_cannot_be_used_are_one_line(
     assert code == 2 and "--outputs and --backend cannot be used together" in error
 
 
-def test_pictures_of_what_fails(run: Run, bundle: Path, tmp_path: Path) -> None:
+def test_images_of_what_fails(run: Run, bundle: Path, tmp_path: Path) -> None:
     path = bundle / "reference" / "clip.engine.png"
     before = np.asarray(Image.open(path))
     spoilt = before.copy()
@@ -205,7 +203,7 @@ def test_pictures_of_what_fails(run: Run, bundle: Path, tmp_path: Path) -> None:
     bundles.sign(bundle)
     (problem,) = validate(bundle)
     assert problem.path == "reference/clip.engine.png" and "of 255, allowed 1" in problem.message
-    out = tmp_path / "new" / "pictures"
+    out = tmp_path / "new" / "images"
     code, text, _ = run("conform", bundle, "--backend", "reference", "--pictures", out)
     assert code == 1 and "fails first at image;" in text
     assert re.search(r"image engine +clip .* 6[34]\.\d/255 +1/255 +>999 % +FAILS", text)

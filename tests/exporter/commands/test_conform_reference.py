@@ -63,15 +63,15 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
     "cut vectors, not signed": (lambda b: cut(b / VECTORS), f"{VECTORS}: is "),
     "cut cases": (lambda b: (cut(b / CASES), bundles.sign(b))[1], f"{CASES}: is not JSON"),
     "an altered byte": (lambda b: flip(b / VECTORS), f"{VECTORS}: sha256"),
-    "a cut picture": (
+    "a cut image": (
         lambda b: (cut(b / "reference" / "rest.engine.png"), bundles.sign(b))[1],
         "reference/rest.engine.png: is cut off or damaged",
     ),
-    "a missing picture": (
+    "a missing image": (
         lambda b: (b / "reference" / "rest.engine.png").unlink(),
         "reference/rest.engine.png: cannot be read",
     ),
-    "a picture that is not listed": (
+    "an image that is not listed": (
         lambda b: bundles.edit(b, lambda d: unlist(d, "reference/rest.engine.png")),
         "avatar.json: $.files: does not list reference/rest.engine.png",
     ),
@@ -91,7 +91,7 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
         lambda b: edit_cases(b, lambda d: d["cases"][1]["pose"]["joints"].update(tail=[0] * 16)),
         f"{CASES}: posed: 'tail' is no joint of this avatar",
     ),
-    "a picture elsewhere": (
+    "an image elsewhere": (
         lambda b: edit_cases(b, lambda d: d["cases"][0]["pictures"][0].update(colour="../preview.png")),
         f"{CASES}: ",
     ),

@@ -135,7 +135,7 @@ def test_encryption_and_other_compression_are_refused(tmp_path: Path) -> None:
 
 def test_a_bomb_is_refused_by_ratio_total_and_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = zipped(tmp_path / "a.zip", {"zeros": bytes(1 << 20), "more": bytes(1 << 20)})
-    Archive(path).__exit__(None, None, None)  # small zeros are no bomb
+    Archive(path).__exit__(None, None, None)  # small zeros are not a zip bomb
     with monkeypatch.context() as patch:
         patch.setattr(archive, "RATIO_FREE_BYTES", 1 << 19)
         with pytest.raises(AvatarError, match="more than 200 times"):

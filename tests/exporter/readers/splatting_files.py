@@ -35,7 +35,7 @@ Arrays = dict[str, Any]
 
 
 def arrays(degree: int = 1) -> Arrays:
-    """What training left, in training units; float32 but for the indices."""
+    """What training left, in training units; float32 except for the indices."""
     random = np.random.default_rng(3)
     coefficients = (degree + 1) ** 2
     weights = random.dirichlet([1, 1, 1], COUNT).astype("f4")
@@ -143,7 +143,7 @@ def read_run(path: Path, **options: Any) -> Avatar:
 
 
 def notes_of(avatar: Avatar) -> list[str]:
-    """What the reader itself has to say; that there is no rig, its part for rigs says."""
+    """The notes of the reader itself; its part for rigs reports a missing rig."""
     return [note for note in avatar.provenance["notes"] if not note.startswith("no rig")]
 
 

@@ -235,10 +235,10 @@ def test_the_commands(run: Run, faces: dict[str, AsmFace], tmp_path: Path) -> No
     assert validate(out) == []
     code, text, _ = run("inspect", out)
     assert code == 0 and "asm" in text and "nose" not in error
-    picture = tmp_path / "a.png"
-    code, _, error = run("render", out, "-o", picture, "--clip", "talk", "--frames", "2:3", "--size", "64")
+    image = tmp_path / "a.png"
+    code, _, error = run("render", out, "-o", image, "--clip", "talk", "--frames", "2:3", "--size", "64")
     assert code == 0, error
-    assert picture.stat().st_size > 500
+    assert image.stat().st_size > 500
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ LARGE = "jawOpen_smile"
 
 
 def _notes(avatar: Avatar) -> list[str]:
-    """What the reader itself has to say; that there is no rig, its part for rigs says."""
+    """The notes of the reader itself; its part for rigs reports a missing rig."""
     return [note for note in avatar.provenance["notes"] if not note.startswith("no rig")]
 
 

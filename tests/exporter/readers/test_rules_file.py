@@ -1,4 +1,4 @@
-"""rules.json beside a checkpoint: what it changes, what it only says, and what of it is refused."""
+"""rules.json beside a checkpoint: entries that change the avatar, entries that only describe, refused entries."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def test_made_rig() -> None:
     found = _rig(skin_glb())
     rig = found.rig
     assert rig.joint_names == ("spine", "neck", "head", "jaw")  # parents first, not the skin's order
-    assert rig.parents.tolist() == [-1, 0, 1, 2]  # "twist" between neck and head is no joint
+    assert rig.parents.tolist() == [-1, 0, 1, 2]  # "twist" between neck and head is not a joint
     worlds = lam_files.node_worlds()
     rest = [worlds[name] for name in rig.joint_names]
     np.testing.assert_allclose(rig.rest_local[0], rest[0], atol=1e-6)  # with the armature's scale
@@ -151,7 +151,7 @@ BAD: dict[str, tuple[Change, str]] = {
         lambda d: d["skins"][0]["joints"].__setitem__(0, 1),
         "names a node that does not exist, or a node twice",
     ),
-    "joint that is no node": (
+    "joint that is not a node": (
         lambda d: d["skins"][0]["joints"].__setitem__(0, 99),
         "names a node that does not exist",
     ),

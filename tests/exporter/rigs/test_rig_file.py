@@ -93,7 +93,7 @@ def test_vertex_ids(tmp_path: Path, ids: str) -> None:
 
 @pytest.mark.parametrize("uv", [0.3, 1.0, 2.5, -0.7, np.nan, 1e30])
 def test_plain_uv_are_no_ids(tmp_path: Path, uv: float) -> None:
-    """A picture's coordinates, and repeats of it, in one vertex are enough."""
+    """An image's coordinates, and repeats of it, in one vertex are enough."""
     parts = rig_files.whole()
     data = bytearray(rig_glb(parts, ids="uv"))
     pairs = np.stack([np.arange(63) % 256, np.full(63, 2)], axis=1).astype("<f4")

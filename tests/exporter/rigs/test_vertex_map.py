@@ -1,4 +1,4 @@
-"""The same vertices in two files of one surface: every way it is found, and what is no such surface."""
+"""The same vertices in two files of one surface: every method that finds them, and other surfaces."""
 
 from __future__ import annotations
 

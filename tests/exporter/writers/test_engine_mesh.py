@@ -81,7 +81,7 @@ def test_where_normals_cancel_there_is_still_one() -> None:
 
 @pytest.mark.parametrize("influences", [4, 8])
 def test_weights_are_the_strongest_and_add_up_to_1(influences: int) -> None:
-    """As the Khronos validator wants them: within 2e-7 a weight, joint 0 where there is none, no joint twice."""
+    """As the Khronos validator wants them: within 2e-7 per weight, joint 0 for unused places, no duplicate joint."""
     avatar = full_avatar(1)
     file = File(written(avatar, influences))
     sets = range(influences // 4)

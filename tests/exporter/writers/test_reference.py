@@ -50,7 +50,7 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def sample_bundles(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Callable[[str], Path]:
-    """A sample's name -> its bundle, which nobody changes."""
+    """A sample's name -> its bundle, which tests must not change."""
     folder = tmp_path_factory.mktemp("samples")
     return cache(lambda name: written(request.getfixturevalue(name), folder / name))
 
@@ -220,14 +220,14 @@ def test_a_reference_judges_what_projection_leaves_out(
     assert report.first_failure == "project"
 
 
-def test_pictures_are_of_the_whole_avatar(bundle: Path) -> None:
+def test_images_are_of_the_whole_avatar(bundle: Path) -> None:
     avatar = load(bundle)
     player = Player(avatar, "reference")
     for case in filter(drawn_case, reference_cases(avatar)):
         for profile in ("trainer", "engine"):
-            picture = player.frame(case.pose, case.camera, case.background, profile).image
-            colour = 255 * np.clip(picture.colour, 0, 1).astype(np.float64)
-            alpha = 255 * (1 - picture.transmittance.astype(np.float64))
+            image = player.frame(case.pose, case.camera, case.background, profile).image
+            colour = 255 * np.clip(image.colour, 0, 1).astype(np.float64)
+            alpha = 255 * (1 - image.transmittance.astype(np.float64))
             assert colour.max() > 50
             assert np.abs(pixels(bundle, f"{case.name}.{profile}.png") - colour).max() <= 0.501
             assert np.abs(pixels(bundle, f"{case.name}.{profile}.alpha.png") - alpha).max() <= 0.501
@@ -262,7 +262,7 @@ def test_it_says_which_files_it_was_made_for(bundle: Path) -> None:
     assert document(bundle)["files"] == normative
 
 
-def test_the_same_pictures_from_a_left_handed_bundle(bundle: Path, tmp_path: Path) -> None:
+def test_the_same_images_from_a_left_handed_bundle(bundle: Path, tmp_path: Path) -> None:
     right, left = bundle, written(full_avatar(), tmp_path / "left", handedness="left")
     for file in sorted((right / "reference").glob("*.png")):
         off = np.abs(pixels(right, file.name) - pixels(left, file.name))

@@ -161,7 +161,7 @@ def test_vertex_ids_survive_half_floats_and_a_flipped_v() -> None:
     ("vertices", "joints", "index", "joint"), [(65535, 256, 5123, 5121), (65536, 257, 5125, 5123)]
 )
 def test_numbers_are_as_wide_as_they_must_be(vertices: int, joints: int, index: int, joint: int) -> None:
-    """The largest number of a type is no index: it would restart a strip."""
+    """The largest number of a type is not used as an index: it would restart a strip."""
     file = File(written(grid_avatar(vertices, joints)))
     primitive, accessors = file.json["meshes"][0]["primitives"][0], file.json["accessors"]
     assert accessors[primitive["indices"]]["componentType"] == index
@@ -208,7 +208,7 @@ def test_a_file_beyond_what_a_glb_holds_is_refused(monkeypatch: pytest.MonkeyPat
 
 
 def test_the_documents_form() -> None:
-    """What the Khronos validator checks of accessors, and what the format promises besides."""
+    """The Khronos validator's checks of accessors, and further guarantees of the format."""
     avatar = full_avatar()
     file = File(written(avatar))
     document = file.json

@@ -72,7 +72,7 @@ def scene(
 
 
 def check_image(got: Image, want: Image, measured: Measure) -> None:
-    """Equal to TOLERANCE but for flips, few and small."""
+    """Equal to TOLERANCE except for few and small flips."""
     error = np.abs(got.colour.astype(np.float64) - want.colour).max(axis=-1)
     left = np.abs(got.transmittance.astype(np.float64) - want.transmittance)
     flipped = np.maximum(error, left) > TOLERANCE
@@ -84,7 +84,7 @@ def check_image(got: Image, want: Image, measured: Measure) -> None:
 
 
 def check_screen(got: Screen, want: Projected, measured: Measure) -> None:
-    """The same bits but for the colour."""
+    """The same bits except for the colour."""
     pairs = {
         "centre": (got.splats[:, CENTRE_X : CENTRE_X + 2], want.centre),
         "conic": (got.splats[:, CONIC_XX : CONIC_XX + 3], want.conic),

@@ -160,7 +160,7 @@ def test_surfaces(rules: Rules, rigged: bool, measured: Measure) -> None:
 
 
 def test_the_sign_policies_part_in_these_poses() -> None:
-    """Else test_surfaces would not tell them apart."""
+    """Otherwise test_surfaces could not distinguish them."""
     found = []
     for sign in QUATERNION_SIGNS:
         avatar = surface_avatar(2, Rules("vertex_quaternion", quaternion_sign=sign), rigged=False)
@@ -270,7 +270,7 @@ def test_splats_belong_to_the_caller() -> None:
     player.animate(random_pose(avatar, 3))
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(splats, name), before[name], err_msg=name)
-        getattr(splats, name)[:] = np.nan  # writable, and read by nobody else
+        getattr(splats, name)[:] = np.nan  # writable, and not read by anything else
     again = Player(avatar, "cpu").animate(random_pose(avatar, 1))
     np.testing.assert_array_equal(player.animate(random_pose(avatar, 1)).sh, again.sh)
 

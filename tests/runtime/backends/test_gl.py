@@ -1,4 +1,4 @@
-"""What backend `gl` offers beside the stages: limits, targets, orders, depth, several avatars, whose context it is."""
+"""Backend `gl` besides the stages: limits, targets, orders, depth, several avatars, ownership of the context."""
 
 from __future__ import annotations
 
@@ -232,7 +232,7 @@ def test_stage_times_where_asked(context: moderngl.Context, monkeypatch: pytest.
 
 
 class Altered:
-    """The shaders, but for one that is altered."""
+    """The shaders, one of them altered."""
 
     def __init__(self, entry: str, old: str, new: str) -> None:
         self.entry, self.old, self.new = entry, old, new

@@ -1,4 +1,4 @@
-"""A small reference that tests take apart."""
+"""A small reference that tests modify."""
 
 from __future__ import annotations
 

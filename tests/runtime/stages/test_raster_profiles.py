@@ -20,7 +20,7 @@ from tests.oracles import splat
 from tests.runtime.stages.golden_scene import camera_of, projected_of
 
 BACKGROUND = np.array([0.2, 0.5, 0.9], np.float32)
-# Five scenes of ordinary Gaussians; the edge cases are made to tell the profiles apart.
+# Five scenes of ordinary Gaussians; the edge cases are made to distinguish the profiles.
 ALIKE = ("random_sh0", "random_sh3", "dense", "principal_point", "playbot_a")
 WIDTH, HEIGHT = 44, 37  # no multiples of the tile
 

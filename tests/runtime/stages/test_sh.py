@@ -59,7 +59,7 @@ def test_seen_along_the_turned_direction_equals_rotated_coefficients(degree: int
     measured(f"SH degree {degree} along R^T d against rotated SH", float(np.abs(got - turned).max()))
     np.testing.assert_allclose(got, turned, rtol=0, atol=COLOUR)
     unturned = rgb(replace(splats, sh_rotation=None), camera, degree)
-    assert np.abs(got - unturned).max() > 0.1  # the rotation is no bystander
+    assert np.abs(got - unturned).max() > 0.1  # the rotation has an effect
 
 
 def test_degree_zero_does_not_turn() -> None:

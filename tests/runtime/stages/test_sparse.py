@@ -100,7 +100,7 @@ def test_an_empty_matrix_gives_zeros(rows: int, columns: int) -> None:
 
 
 def test_zero_weights_are_not_read() -> None:
-    """So that a column nobody plays costs nothing, whatever it holds."""
+    """So a column of weight 0 has no effect, whatever its values."""
     sparse = SparseRows(
         np.array([0, 2], np.uint32),
         np.array([0, 1], np.uint16),

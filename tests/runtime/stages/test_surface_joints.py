@@ -109,7 +109,7 @@ def test_the_backends_agree(backend: str, direction: str, position: str, measure
 
 
 def test_what_the_oracle_would_find() -> None:
-    """The other order of Eq. 10, a transposed turn and a sum that is no rotation are far from what is played."""
+    """The other order of Eq. 10, a transposed turn and a sum that is not a rotation differ clearly from the result."""
     avatar, pose, _, rotations, turns = expected(0.5)
     (rig, e), joints = parts(avatar), Player(avatar, "reference").posed(pose).skin_matrix
     local = np.array([joint_turns.rotation_of(q) for q in e.local_quat_wxyz])
@@ -121,7 +121,7 @@ def test_what_the_oracle_would_find() -> None:
 
 
 def test_three_steps_are_near_the_polar_factor(measured: Measure) -> None:
-    """The rule has as many Newton steps as `polar3`; they fall short where corners turn far apart."""
+    """The rule has as many Newton steps as `polar3`; they do not converge if the corners' rotations differ strongly."""
     for turn, limit in ((0.5, 2e-6), (1.0, 1e-2)):
         avatar, pose, _, _, turns = expected(turn)
         splats = Player(avatar, "reference").animate(pose)

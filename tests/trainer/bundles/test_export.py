@@ -1,4 +1,4 @@
-"""From training to a bundle and back: what is exported gives the trainer's picture, by files alone."""
+"""From training to a bundle and back: what is exported gives the trainer's image, by files alone."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def trained(capture: Capture, name: str, rules: dict[str, str], sh_degree: int, 
 def exported(
     captures: dict[str, Capture], tmp_path_factory: pytest.TempPathFactory
 ) -> Callable[[str], tuple[System, Path]]:
-    """A case -> the trained model and its bundle; nobody changes them."""
+    """A case -> the trained model and its bundle; tests must not change them."""
 
     @cache
     def made(case: str) -> tuple[System, Path]:
@@ -92,7 +92,7 @@ Exported = Callable[[str], tuple[System, Path]]
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_the_bundle_gives_the_trainers_picture(case: str, exported: Exported, measured: Measured) -> None:
+def test_the_bundle_gives_the_trainers_image(case: str, exported: Exported, measured: Measured) -> None:
     rules = CASES[case][2]
     system, bundle = exported(case)
     avatar = load(bundle)
@@ -107,9 +107,9 @@ def test_the_bundle_gives_the_trainers_picture(case: str, exported: Exported, me
         assert (row.frames, row.pixels) == (4, 4 * 64 * 64)
         assert row.holds, row.backend
     assert engine.psnr_db >= 65
-    measured("trained avatar, runtime against trainer, but for flips", max(exact.largest, fast.largest))
+    measured("trained avatar, runtime against trainer, except for flips", max(exact.largest, fast.largest))
     measured("trained avatar, flipped pixels of 16384", max(exact.flipped, fast.flipped))
-    measured("live model, rasteriser cpu against torch, but for flips", live.largest)
+    measured("live model, rasteriser cpu against torch, except for flips", live.largest)
     _meets_its_reference(bundle, avatar, system)
 
 
@@ -129,7 +129,7 @@ def _meets_its_reference(bundle: Path, avatar: Avatar, system: System) -> None:
 
 
 def test_an_avatar_that_was_changed_on_its_way_is_noticed(exported: Exported) -> None:
-    """The comparison fails for another rule, for one Gaussian of another colour, and for what is not a number."""
+    """The comparison fails for another rule, for one Gaussian of another colour, and for NaN."""
     system, bundle = exported("splatting")
     avatar = load(bundle)
     tint, nothing = avatar.gaussians.sh.copy(), avatar.gaussians.sh.copy()

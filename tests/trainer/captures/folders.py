@@ -50,7 +50,7 @@ def rotation(seed: int) -> Array:
     return q * np.linalg.det(q)
 
 
-def picture(seed: int) -> Array:
+def image(seed: int) -> Array:
     return np.random.default_rng(seed).integers(0, 256, (HEIGHT, WIDTH, 3), np.uint8)
 
 
@@ -61,7 +61,7 @@ def mask(seed: int) -> Array:
 def shot(t: int, **changed: Any) -> Shot:
     rng = np.random.default_rng(200 + t)
     fields: dict[str, Any] = {
-        "image": picture(t),
+        "image": image(t),
         "mask": mask(t),
         "intrinsics": K,
         "rotation": rotation(t),
@@ -114,7 +114,7 @@ def tracked(folder: Path, count: int = FRAMES) -> tuple[Path, dict[str, Array]]:
     (data / "images").mkdir()
     for t in range(count):
         torch.save(frame(model["shape"], t), data / "checkpoint" / f"{t:05d}.frame")
-        Image.fromarray(np.dstack([picture(t), mask(t)])).save(data / "images" / f"{t:05d}.png")
+        Image.fromarray(np.dstack([image(t), mask(t)])).save(data / "images" / f"{t:05d}.png")
     return data, model
 
 
@@ -152,7 +152,7 @@ def imavatar(folder: Path) -> tuple[Path, dict[str, Array], dict[str, Array]]:
         entry["world_mat"] = p["world_mat"][t].tolist()
     document["intrinsics"] = [-2.5, 3.0, 0.52, 0.48]
     file.write_text(json.dumps(document))
-    for part, pixels in (("image", picture), ("mask", mask)):
+    for part, pixels in (("image", image), ("mask", mask)):
         (folder / part).mkdir()
         for t in range(body_files.FRAMES):
             Image.fromarray(pixels(t)).save(folder / part / f"{t}.png")

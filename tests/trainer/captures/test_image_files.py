@@ -1,4 +1,4 @@
-"""Headers, kinds and damage of pictures."""
+"""Headers, kinds and damage of images."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from tests.trainer.captures import folders
 
 
 def saved(path: Path, mode: str) -> Path:
-    Image.fromarray(folders.picture(1)).convert(mode).save(path)
+    Image.fromarray(folders.image(1)).convert(mode).save(path)
     return path
 
 
 def test_colour_is_read_as_it_stands(tmp_path: Path) -> None:
-    rgba = np.dstack([folders.picture(1), folders.mask(1)])
+    rgba = np.dstack([folders.image(1), folders.mask(1)])
     Image.fromarray(rgba).save(tmp_path / "a.png")
     assert image_files.header(tmp_path / "a.png") == image_files.Header(folders.WIDTH, folders.HEIGHT, "RGBA")
     assert np.array_equal(np.rint(image_files.colour(tmp_path / "a.png") * 255), rgba[..., :3]), (
@@ -106,13 +106,13 @@ def test_absurd_sizes_are_refused_before_anything_is_allocated(tmp_path: Path, s
         tracemalloc.stop()
 
 
-def test_what_is_no_picture_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(AvatarError, match=r"nothing\.png: no such image"):
         image_files.header(tmp_path / "nothing.png")
     with pytest.raises(AvatarError, match="cannot be read"):
         image_files.header(tmp_path)
     gif = io.BytesIO()
-    Image.fromarray(folders.picture(1)).save(gif, "GIF")
+    Image.fromarray(folders.image(1)).save(gif, "GIF")
     (tmp_path / "a.png").write_bytes(gif.getvalue())
     with pytest.raises(AvatarError, match="cannot be read as a PNG or JPEG"):
         image_files.header(tmp_path / "a.png")

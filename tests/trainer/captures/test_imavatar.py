@@ -1,4 +1,4 @@
-"""IMavatar's flame_params.json: poses, cameras and pictures, and what is said of bad ones."""
+"""IMavatar's flame_params.json: poses, cameras and images, and what is said of bad ones."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_posed_mesh_is_flames(tmp_path: Path, measured: Measure) -> None:
 
 
 def test_points_fall_where_the_files_own_camera_puts_them(tmp_path: Path) -> None:
-    """In its own terms: lengths times 4, y up, z backwards, a picture of sides 1 whose y runs down."""
+    """In its own terms: lengths times 4, y up, z backwards, an image of sides 1 whose y runs down."""
     folder, _, p = folders.imavatar(tmp_path / "take")
     point = np.array([0.05, -0.07, 0.1])
     for t, frame in enumerate(load(folder).frames):
@@ -48,12 +48,12 @@ def test_points_fall_where_the_files_own_camera_puts_them(tmp_path: Path) -> Non
         assert frame.camera.camera_from_world[2, 3] == pytest.approx(1.0), "metres"
 
 
-def test_pictures_and_masks(tmp_path: Path) -> None:
+def test_images_and_masks(tmp_path: Path) -> None:
     folder, _, _ = folders.imavatar(tmp_path / "take")
     capture = load(folder)
-    assert capture.layout == "IMavatar flame_params.json, pictures in image/, mattes in mask/"
+    assert capture.layout == "IMavatar flame_params.json, images in image/, mattes in mask/"
     image, mask = pixels(capture.frames[3])
-    assert np.array_equal(np.rint(image * 255), folders.picture(3))
+    assert np.array_equal(np.rint(image * 255), folders.image(3))
     assert np.array_equal(np.rint(mask * 255), folders.mask(3))
     assert capture.export_inputs == {
         "body_model": folder / "body" / "body_model.npz",
@@ -73,9 +73,9 @@ def test_splatting_avatars_own_packing(tmp_path: Path) -> None:
     ):
         load(folder)
     for t in range(body_files.FRAMES):
-        Image.fromarray(np.dstack([folders.picture(t), folders.mask(t)])).save(folder / "images" / f"{t}.png")
+        Image.fromarray(np.dstack([folders.image(t), folders.mask(t)])).save(folder / "images" / f"{t}.png")
     capture = load(folder)
-    assert capture.layout.endswith("pictures in images/, their alpha is the matte")
+    assert capture.layout.endswith("images in images/, their alpha is the matte")
     assert np.array_equal(np.rint(pixels(capture.frames[1])[1] * 255), folders.mask(1))
 
 

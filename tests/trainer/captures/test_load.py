@@ -1,4 +1,4 @@
-"""Which layout is read, and pictures of a loaded capture."""
+"""Which layout is read, and images of a loaded capture."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_what_is_no_capture_is_named(tmp_path: Path) -> None:
         load(tmp_path / "nowhere")
 
 
-def test_pictures_that_change_after_loading_are_named(tmp_path: Path) -> None:
+def test_images_that_change_after_loading_are_named(tmp_path: Path) -> None:
     capture = load(folders.own(tmp_path / "take"))
     frame = capture.frames[1]
     Image.new("L", (5, 5)).save(frame.mask)
@@ -41,7 +41,7 @@ def test_pictures_that_change_after_loading_are_named(tmp_path: Path) -> None:
         pixels(frame)
 
 
-def test_every_picture_is_decoded_when_asked_for(tmp_path: Path) -> None:
+def test_every_image_is_decoded_when_asked_for(tmp_path: Path) -> None:
     capture = load(folders.own(tmp_path / "take"))
     check_pixels(capture)
     Image.new("L", (12, 10)).save(capture.frames[4].mask)

@@ -65,7 +65,7 @@ def test_mangled_json(take: Path, data: bytes) -> None:
 
 
 @pytest.mark.parametrize("part", ["images", "masks"])
-def test_mangled_pictures(take: Path, part: str, tmp_path: Path) -> None:
+def test_mangled_images(take: Path, part: str, tmp_path: Path) -> None:
     (take / "capture.json").write_bytes(TEXT)
     file = take / part / "001.png"
     shutil.copy(file, tmp_path / "kept")

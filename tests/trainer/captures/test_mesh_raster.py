@@ -112,16 +112,16 @@ def test_agrees_with_rays_in_world_space(seed: int, measured: Measure) -> None:
     assert (mesh.vertices @ rotation.T + translation)[:, 2].min() < 0, (
         "some triangles reach behind the camera"
     )
-    picture = draw(mesh, Camera.from_opencv(rotation, translation, k, SIZE, SIZE - 3), 1, near)
+    image = draw(mesh, Camera.from_opencv(rotation, translation, k, SIZE, SIZE - 3), 1, near)
     origin, worst, hits = -rotation.T @ translation, 0.0, 0
     for y in range(SIZE - 3):
         for x in range(SIZE):
             ray = rotation.T @ np.array([(x + 0.5 - 11.3) / 21, (y + 0.5 - 12.9) / 19, 1])
             colour, hit = traced(mesh, origin, ray, near, rotation[2])
-            assert picture.alpha[y, x] == hit, (x, y)
-            worst = max(worst, float(np.abs(picture.colour[y, x] - colour).max()))
+            assert image.alpha[y, x] == hit, (x, y)
+            worst = max(worst, float(np.abs(image.colour[y, x] - colour).max()))
             hits += int(hit)
-    assert 100 < hits < SIZE * (SIZE - 3), "the picture shows both mesh and background"
+    assert 100 < hits < SIZE * (SIZE - 3), "the image shows both mesh and background"
     measured("mesh raster against traced rays, colour", worst, 2e-5)
     assert worst < 2e-5
 
@@ -135,16 +135,16 @@ def test_intrinsics_come_back() -> None:
 
 
 def test_pixels_begin_at_integers_of_k() -> None:
-    picture = draw(square(7, 9, 3, 4, 2.0), plain_camera(), 3)
+    image = draw(square(7, 9, 3, 4, 2.0), plain_camera(), 3)
     covered = np.zeros((SIZE, SIZE))
     covered[3, 7:9] = 1
-    assert np.array_equal(picture.alpha, covered)
+    assert np.array_equal(image.alpha, covered)
 
 
 def test_alpha_is_the_share_of_rays() -> None:
-    picture = draw(square(7.5, 9.25, 3, 4.5, 2.0), plain_camera(), 4)
-    assert picture.alpha[3:5, 7:10] == pytest.approx(np.outer([1, 0.5], [0.5, 1, 0.25]), abs=1e-6)
-    assert picture.alpha.sum() == pytest.approx(1.75 * 1.5, abs=1e-5)
+    image = draw(square(7.5, 9.25, 3, 4.5, 2.0), plain_camera(), 4)
+    assert image.alpha[3:5, 7:10] == pytest.approx(np.outer([1, 0.5], [0.5, 1, 0.25]), abs=1e-6)
+    assert image.alpha.sum() == pytest.approx(1.75 * 1.5, abs=1e-5)
 
 
 def test_area_of_a_disc(measured: Measure) -> None:
@@ -152,9 +152,9 @@ def test_area_of_a_disc(measured: Measure) -> None:
     rim = np.stack([0.7 * np.cos(angle), 0.7 * np.sin(angle), np.full(200, -1.5)], axis=1)
     ring = np.arange(200)
     fan = np.stack([np.full(200, 200), ring, (ring + 1) % 200], axis=1)
-    picture = draw(surface(np.vstack([rim, (0, 0, -1.5)]), fan), plain_camera(), 8)
+    image = draw(surface(np.vstack([rim, (0, 0, -1.5)]), fan), plain_camera(), 8)
     area = 100 * np.sin(2 * np.pi / 200) * (0.7 * 20 / 1.5) ** 2
-    off = abs(picture.alpha.sum(dtype=np.float64) / area - 1)
+    off = abs(image.alpha.sum(dtype=np.float64) / area - 1)
     measured("area of a disc, share", off, 2e-3)
     assert off < 2e-3
 
@@ -186,13 +186,13 @@ def test_nothing_nearer_than_near_and_a_floor_reaches_behind_the_camera() -> Non
 
 def test_colour_is_straight() -> None:
     """Where a pixel is covered in part its colour is that of the surface, not mixed with what is behind."""
-    picture = draw(square(7.3, 9.7, 3.2, 6.6, 2.0), plain_camera(), 5)
-    seen = picture.alpha > 0
-    assert 0 < picture.alpha[seen].min() < 1
-    assert picture.colour[seen] == pytest.approx(
+    image = draw(square(7.3, 9.7, 3.2, 6.6, 2.0), plain_camera(), 5)
+    seen = image.alpha > 0
+    assert 0 < image.alpha[seen].min() < 1
+    assert image.colour[seen] == pytest.approx(
         np.tile(0.5 + SLOPE.sum(axis=1) / 2, (seen.sum(), 1)), abs=1e-5
     )
-    assert (picture.colour[~seen] == 0).all()
+    assert (image.colour[~seen] == 0).all()
 
 
 def test_translucent_surfaces_are_blended_front_to_back() -> None:
@@ -206,9 +206,9 @@ def test_translucent_surfaces_are_blended_front_to_back() -> None:
     base = 0.5 + SLOPE.sum(axis=1) / 2
     expected = base * (0.25 * 0.2 + 0.75 * (0.5 * 0.6 + 0.5 * 1.0))
     for order in ((0, 1, 2, 3), (3, 1, 2, 0)):
-        picture = draw(joined(*(parts[i] for i in order)), plain_camera(), 2)
-        assert picture.alpha[8, 9] == pytest.approx(1, abs=1e-6)
-        assert picture.colour[8, 9] == pytest.approx(expected, abs=1e-6)
+        image = draw(joined(*(parts[i] for i in order)), plain_camera(), 2)
+        assert image.alpha[8, 9] == pytest.approx(1, abs=1e-6)
+        assert image.colour[8, 9] == pytest.approx(expected, abs=1e-6)
     glass = draw(joined(parts[1], parts[0]), plain_camera(), 1)
     assert glass.alpha[8, 9] == pytest.approx(1 - 0.75 * 0.5, abs=1e-6)
 
@@ -222,12 +222,12 @@ def test_any_number_of_threads_gives_the_same_bits() -> None:
     mesh = replace(
         soup(np.random.default_rng(5), 60), opacity=np.linspace(0.2, 1.5, 180).clip(0, 1).astype(np.float32)
     )
-    pictures = []
+    images = []
     for threads in (1, numba.config.NUMBA_NUM_THREADS):
         with using(threads):
-            pictures.append(draw(mesh, plain_camera(), 3))
-    assert np.array_equal(pictures[0].colour, pictures[1].colour)
-    assert np.array_equal(pictures[0].alpha, pictures[1].alpha)
+            images.append(draw(mesh, plain_camera(), 3))
+    assert np.array_equal(images[0].colour, images[1].colour)
+    assert np.array_equal(images[0].alpha, images[1].alpha)
 
 
 def test_wrong_arguments_are_named() -> None:

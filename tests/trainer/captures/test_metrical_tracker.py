@@ -27,7 +27,7 @@ ALL_DIRECTIONS = 100  # what the tracker writes; the vectors' body has zero dire
 
 @pytest.fixture(scope="module")
 def released(tmp_path_factory: pytest.TempPathFactory) -> BlendshapesGolden:
-    """The golden vectors, their data set given pictures and their body FLAME's number of directions."""
+    """The golden vectors, their data set given images and their body FLAME's number of directions."""
     found = golden.unpack_gaussian_blendshapes(tmp_path_factory.mktemp("golden") / "x")
     body = found.body_model()
     names = [*body["expression_names"], *(f"zero_{i}" for i in range(57, ALL_DIRECTIONS))]
@@ -50,7 +50,7 @@ def capture(released: BlendshapesGolden) -> Capture:
 
 
 def test_what_was_found(capture: Capture, released: BlendshapesGolden) -> None:
-    assert capture.layout.endswith("pictures in images/, their alpha is the matte (INSTA)")
+    assert capture.layout.endswith("images in images/, their alpha is the matte (INSTA)")
     assert capture.head_pose_in == "camera" and capture.late_morph_names == ("left", "right")
     assert [frame.name for frame in capture.frames] == [f"{i:05d}" for i in golden.FRAMES]
     assert capture.export_inputs == {
@@ -124,9 +124,9 @@ def test_mattes_in_a_folder_of_their_own(tmp_path: Path) -> None:
     assert np.array_equal(np.rint(pixels(capture.frames[2])[1] * 255), folders.mask(52))
 
 
-def test_pictures_without_mattes_say_what_there_is(tmp_path: Path) -> None:
+def test_images_without_mattes_say_what_there_is(tmp_path: Path) -> None:
     data, _ = folders.tracked(tmp_path)
-    Image.fromarray(folders.picture(0)).save(data / "images" / "00000.png")
+    Image.fromarray(folders.image(0)).save(data / "images" / "00000.png")
     with pytest.raises(AvatarError, match=r"00000\.png: has no alpha.*none else: INSTA's generate\.sh"):
         load(data)
     (data / "seg_mask").mkdir()
@@ -219,7 +219,7 @@ def test_bad_frames_are_named(
         load(data)
 
 
-def test_pictures_of_another_size_or_missing_are_named(tmp_path: Path) -> None:
+def test_images_of_another_size_or_missing_are_named(tmp_path: Path) -> None:
     data, _ = folders.tracked(tmp_path)
     image = data / "images" / "00003.png"
     Image.new("RGBA", (folders.WIDTH, folders.HEIGHT + 1)).save(image)

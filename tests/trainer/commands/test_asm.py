@@ -186,7 +186,7 @@ def test_other_mistakes_are_one_line(asm_scan: Command, files: Path) -> None:
     unknown = asm_scan(*given(files), "--set", "speed=9", "-o", files / "f.npz")
     one_line(*unknown[::2], "'speed' is no setting")
     wrong = asm_scan(*given(files), "--set", "variant=none", "-o", files / "f.npz")
-    one_line(*wrong[::2], "variant 'none' is none of static")
+    one_line(*wrong[::2], "variant 'none' is not one of static")
     template_wrong = [files / "scan.obj" if a == files / "template.npz" else a for a in given(files)]
     one_line(*asm_scan(*template_wrong, "-o", files / "f.npz")[::2], "scan.obj")
 

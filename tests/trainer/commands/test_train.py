@@ -175,7 +175,7 @@ def test_a_full_disk_is_one_line_that_names_the_run(
         assert err.splitlines()[-1] == f"avatar-train: {out}: cannot be written (No space left on device)"
 
 
-def test_beginning_anew_checks_the_pictures_first_and_leaves_nothing_old(
+def test_beginning_anew_checks_the_images_first_and_leaves_nothing_old(
     folder: Path, tmp_path: Path, avatar_train: Train
 ) -> None:
     copy, out = tmp_path / "capture", tmp_path / "out"
@@ -216,9 +216,7 @@ def test_bad_captures_and_runs_are_one_line(folder: Path, tmp_path: Path, avatar
         assert code == 2 and err.startswith("avatar-train: ") and err.count("\n") == 1, err
 
 
-def test_a_damaged_picture_is_found_before_training(
-    folder: Path, tmp_path: Path, avatar_train: Train
-) -> None:
+def test_a_damaged_image_is_found_before_training(folder: Path, tmp_path: Path, avatar_train: Train) -> None:
     copy = tmp_path / "capture"
     shutil.copytree(folder, copy)
     image = copy / "images" / "007.png"

@@ -1,4 +1,4 @@
-"""The U-Net over a picture: what it is before it is trained, that it learns, and that ONNX Runtime agrees."""
+"""The U-Net over an image: what it is before it is trained, that it learns, and that ONNX Runtime agrees."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from avatar_trainer.parameters.table import Table
 from tests.measured import Measure
 
 SIZES = [(1, 1), (5, 9), (32, 24), (41, 63)]
-PICTURE = 32  # pixels, of what it learns on
+IMAGE = 32  # pixels, of what it learns on
 FACTS = {
     "trained_width": 64,
     "trained_height": 48,
@@ -89,7 +89,7 @@ def test_what_each_skip_carries() -> None:
     assert (change[..., 1] == 0).all() and torch.allclose(change[..., 2], torch.tensor(0.25), atol=1e-6)
 
 
-def test_odd_sizes_are_pictures_whose_edge_goes_on() -> None:
+def test_odd_sizes_are_images_whose_edge_goes_on() -> None:
     weights, colour = trained(), torch.rand(13, 18, 3, generator=generator())
     wider = torch.cat([colour, colour[:, -1:].expand(-1, -18 % MULTIPLE, -1)], dim=1)
     wider = torch.cat([wider, wider[-1:].expand(-13 % MULTIPLE, -1, -1)], dim=0)
@@ -108,14 +108,14 @@ def test_gradients() -> None:
     assert torch.autograd.gradcheck(run, (colour, *leaves))
 
 
-def blurred(picture: Tensor) -> Tensor:
-    planes = torch.nn.functional.avg_pool2d(picture.permute(2, 0, 1)[None], 3, 1, 1, count_include_pad=False)
+def blurred(image: Tensor) -> Tensor:
+    planes = torch.nn.functional.avg_pool2d(image.permute(2, 0, 1)[None], 3, 1, 1, count_include_pad=False)
     return planes[0].permute(1, 2, 0)
 
 
 def test_it_learns_in_a_table(measured: Measure) -> None:
     """Blurred circles become sharper, also circles that it was not trained on."""
-    line = torch.linspace(-1, 1, PICTURE)
+    line = torch.linspace(-1, 1, IMAGE)
     y, x = torch.meshgrid(line, line, indexing="ij")
 
     def circles(seed: int) -> Tensor:
@@ -123,11 +123,11 @@ def test_it_learns_in_a_table(measured: Measure) -> None:
             torch.rand(12, 3, generator=generator(seed)),
             torch.rand(12, 3, generator=generator(seed)),
         )
-        picture = torch.zeros(PICTURE, PICTURE, 3)
+        image = torch.zeros(IMAGE, IMAGE, 3)
         for (px, py, radius), tint in zip(place, colour, strict=True):
             inside = (x - 2 * px + 1) ** 2 + (y - 2 * py + 1) ** 2 < (0.1 + 0.4 * radius) ** 2
-            picture[inside] = tint
-        return picture
+            image[inside] = tint
+        return image
 
     table = Table()
     for name, tensor in initial_weights(generator()).items():

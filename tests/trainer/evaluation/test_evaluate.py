@@ -27,7 +27,7 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
     return load(toy.capture_folder(tmp_path_factory.mktemp("capture") / "toy"))
 
 
-def test_pictures_are_those_of_the_files(capture: Capture) -> None:
+def test_images_are_those_of_the_files(capture: Capture) -> None:
     with Targets(10) as targets, Targets(0) as uncached:
         targets.expect(capture.frames)
         for frame in [*capture.frames, *capture.frames]:
@@ -42,7 +42,7 @@ def test_pictures_are_those_of_the_files(capture: Capture) -> None:
             assert np.allclose(over, expected[0] * matte + (1 - matte) * [0.2, 0.4, 1.0], atol=1e-6)
 
 
-def test_smaller_pictures_are_averages_and_cameras_keep_their_view(capture: Capture) -> None:
+def test_smaller_images_are_averages_and_cameras_keep_their_view(capture: Capture) -> None:
     half = resized(capture, 20)
     assert (half.width, half.height) == (20, 20)
     assert resized(capture, 0) is capture and resized(capture, 100) is capture
@@ -64,7 +64,7 @@ def test_evenly() -> None:
 
 def test_evaluation_by_hand(capture: Capture) -> None:
     system = toy.create(capture, toy.Settings(), 1)
-    system.table.set("sh", system.table["sh"].detach() * 6)  # brighter than a picture can be
+    system.table.set("sh", system.table["sh"].detach() * 6)  # brighter than an image can be
     assert draw(system, capture.test[0]).colour.max() > 1.05
     result = evaluate(system, capture, Drawing(threads=1))
     json.dumps(result, allow_nan=False)
@@ -91,7 +91,7 @@ def draws(monkeypatch: pytest.MonkeyPatch, colour: torch.Tensor) -> None:
     monkeypatch.setattr("avatar_trainer.evaluation.evaluate.draw", lambda *_, **__: drawn)
 
 
-def test_a_perfect_picture_has_no_finite_psnr_and_its_mean_says_so(
+def test_a_perfect_image_has_no_finite_psnr_and_its_mean_says_so(
     capture: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with Targets(1) as targets:

@@ -213,11 +213,11 @@ def test_ssim(size: tuple[int, int], measured: Measure) -> None:
     a = torch.sigmoid(normal(0, *size, 3))
     b = (a + 0.1 * normal(1, *size, 3)).float()
 
-    def kernel(picture: Tensor) -> Mapping[str, Tensor]:
-        return {"ssim": ssim_cpu(picture, b)}
+    def kernel(image: Tensor) -> Mapping[str, Tensor]:
+        return {"ssim": ssim_cpu(image, b)}
 
-    def definition(picture: Tensor) -> Mapping[str, Tensor]:
-        return {"ssim": ssim_definition(picture, b.double())}
+    def definition(image: Tensor) -> Mapping[str, Tensor]:
+        return {"ssim": ssim_definition(image, b.double())}
 
     value, gradient = compared(kernel, definition, [a])
     measured("trainer kernel ssim: largest relative difference of the gradient", gradient)
@@ -225,7 +225,7 @@ def test_ssim(size: tuple[int, int], measured: Measure) -> None:
     assert same_bits(kernel, [a])
 
 
-def test_ssim_of_flat_pictures_is_no_worse_than_the_definition_in_single_precision() -> None:
+def test_ssim_of_flat_images_is_no_worse_than_the_definition_in_single_precision() -> None:
     """Without variance single precision is at its worst: about 1e-4."""
     off: dict[str, list[float]] = {"kernel": [], "definition": []}
     for level in (0.2, 0.5, 0.7, 0.9, 1.0):
@@ -237,11 +237,11 @@ def test_ssim_of_flat_pictures_is_no_worse_than_the_definition_in_single_precisi
 
 
 def test_ssim_refuses_what_does_not_fit() -> None:
-    picture = torch.zeros(4, 5, 3)
-    for a, b in ((picture, picture[:3]), (picture[:, :, :2], picture[:, :, :2]), (picture[0], picture[0])):
+    image = torch.zeros(4, 5, 3)
+    for a, b in ((image, image[:3]), (image[:, :, :2], image[:, :, :2]), (image[0], image[0])):
         with pytest.raises(ValueError, match="are needed"):
             ssim_cpu(a, b)
     with pytest.raises(ValueError, match="float32"):
-        ssim_cpu(picture.double(), picture.double())
+        ssim_cpu(image.double(), image.double())
     with pytest.raises(ValueError, match="no gradient for its second"):
-        ssim_cpu(picture, picture.clone().requires_grad_())
+        ssim_cpu(image, image.clone().requires_grad_())

@@ -1,4 +1,4 @@
-"""Kills training by signal 9 at random moments and holds what comes out against a run that nobody disturbed.
+"""Kills training by signal 9 at random moments and compares the result with an undisturbed run.
 
 `python -m tests.trainer.loop.kill --times 20` on the toy system, whose checkpoints carry ballast so that writing them
 takes most of the time; `--capture DIR --system gaussian_blendshapes -- --iterations 60` on a real one.

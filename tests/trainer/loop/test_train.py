@@ -273,7 +273,7 @@ def test_no_frame_to_train_on(capture: Capture, tmp_path: Path) -> None:
     held_out = dataclasses.replace(capture, frames=capture.test)
     with pytest.raises(AvatarError, match="no frame of split `train`"):
         made(held_out, tmp_path)
-    with pytest.raises(ValueError, match="'gpu' is none of"):
+    with pytest.raises(ValueError, match="'gpu' is not one of"):
         made(capture, tmp_path, rasteriser="gpu")
 
 
@@ -333,7 +333,7 @@ def test_every_epoch_shows_each_frame_once(capture: Capture) -> None:
 
 
 def test_the_screen_gradient_is_by_device_units(capture: Capture) -> None:
-    """Against the same step on a picture of the same view in twice the pixels: by pixels it would be half."""
+    """Against the same step on an image of the same view in twice the pixels: by pixels it would be half."""
     seen: list[torch.Tensor] = []
 
     class Seen(toy.Toy):

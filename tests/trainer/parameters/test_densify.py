@@ -62,7 +62,7 @@ def test_each_gaussian_meets_its_rule(judge_size: bool) -> None:
     assert fates(plan) == [case[1 + judge_size] for case in CASES]
 
 
-def test_gradients_are_the_mean_over_the_pictures_that_show_it() -> None:
+def test_gradients_are_the_mean_over_the_images_that_show_it() -> None:
     density = Density(3)
     gradients = [[(3e-4, 4e-4), (5e-4, 0.0)], [(0.0, 1e-4), (0.0, 0.0)], [(9.0, 9.0), (0.0, 1e-3)]]
     radii = [[2, 7], [1, 1], [0, 5]]

@@ -37,7 +37,7 @@ def scene(
     opacity: tuple[float, float] = (0.05, 0.95),
     spread: float = 0.2,
 ) -> PointScene:
-    """`count` random points about the origin, two metres away; some partly or wholly outside the picture."""
+    """`count` random points about the origin, two metres away; some partly or wholly outside the image."""
     generator = torch.Generator().manual_seed(seed)
 
     def uniform(*shape: int) -> Tensor:
@@ -57,7 +57,7 @@ def scene(
 
 
 def harsh() -> PointScene:
-    """What is not drawn, clamped or stopped: behind, before the near plane, outside, beta 1 on a pixel, tiny, huge."""
+    """Not drawn, clamped or stopped points: behind, before the near plane, outside, beta 1 on a pixel, tiny, huge."""
     of = scene(7, 80, (70, 50), radius=0.05, opacity=(0.9, 1.0))
     mean, radius, opacity = (value.clone() for value in of.inputs[:3])
     view = torch.tensor(of.camera.camera_from_world, dtype=torch.float64)
@@ -66,7 +66,7 @@ def harsh() -> PointScene:
     mean[10:30] *= 0.2  # one behind the other: the stop
     opacity[10:60] = 1
     radius[60:70] = 1e-4  # the least radius
-    radius[3] = 2.0  # beyond the picture on every side
+    radius[3] = 2.0  # beyond the image on every side
     return PointScene(tuple(v.float().double() for v in (mean, radius, opacity)) + of.inputs[3:], of.camera)
 
 

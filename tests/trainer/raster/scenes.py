@@ -28,7 +28,7 @@ class Scene:
 
 
 def camera(width: int, height: int, principal: tuple[float, float] = (0.5, 0.5)) -> Camera:
-    """From the side, rolled, two metres away; `principal` as a part of the picture."""
+    """From the side, rolled, two metres away; `principal` as a part of the image."""
     orbit = Camera.orbit(np.array([0.02, -0.03, 0.01]), 2.0, 0.4, 0.25, 0.7, width, height)
     view = orbit.camera_from_world.astype(np.float64)
     roll = np.array([[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
@@ -47,7 +47,7 @@ def scene(
     opacity: tuple[float, float] = (0.05, 0.95),
     stored_degree: int | None = None,
 ) -> Scene:
-    """`count` random splats around the origin, some of them partly or wholly outside the picture."""
+    """`count` random splats around the origin, some of them partly or wholly outside the image."""
     generator = torch.Generator().manual_seed(seed)
 
     def normal(*shape: int) -> Tensor:

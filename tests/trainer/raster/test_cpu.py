@@ -1,4 +1,4 @@
-"""Rasteriser `cpu`: the runtime's picture to the bit; gradients by the definition, by differences, by hand."""
+"""Rasteriser `cpu`: the runtime's image to the bit; gradients by the definition, by differences, by hand."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ SCENES = {
 def test_gradients_are_the_definitions(name: str, measured: Measure) -> None:
     """float32 against float64, each input by itself."""
     of = SCENES[name]()
-    pictures = [drawn(of, leaves(of, dtype), by) for by, dtype in BOTH.items()]
-    assert float((pictures[0].colour - pictures[1].colour).detach().abs().max()) < NO_FLIP
-    assert torch.equal(pictures[0].radius, pictures[1].radius)
+    images = [drawn(of, leaves(of, dtype), by) for by, dtype in BOTH.items()]
+    assert float((images[0].colour - images[1].colour).detach().abs().max()) < NO_FLIP
+    assert torch.equal(images[0].radius, images[1].radius)
     got, want = (gradients(of, by, dtype) for by, dtype in BOTH.items())
     assert set(got) == set(want) == set(INPUTS)
     for key in INPUTS:
@@ -59,14 +59,14 @@ def test_gradients_are_the_definitions(name: str, measured: Measure) -> None:
 
 
 def test_a_splat_wide_of_the_jacobians_clamp() -> None:
-    """By itself: beside the others its gradient is small."""
+    """Alone, since its gradient is small compared with the others."""
     got, want = (gradients(harsh(), by, dtype)["mean"][2] for by, dtype in BOTH.items())
     assert relative(got.double(), want) <= TOLERANCE
 
 
 @pytest.mark.parametrize("of", [scene(18, 40, 1, (36, 30), rotated=True), harsh()], ids=["random", "harsh"])
-def test_gradients_are_differences_of_the_picture(of: Scene) -> None:
-    """Along random directions through all splats, float64 pictures on both sides; no autograd."""
+def test_gradients_are_differences_of_the_image(of: Scene) -> None:
+    """Along random directions through all splats, float64 images on both sides; no autograd."""
     got = gradients(of, "cpu", torch.float32)
     step = 1e-7
     for at, key in enumerate(INPUTS):
@@ -164,7 +164,7 @@ def test_one_splat_by_the_textbook(degree: int, measured: Measure) -> None:
 
 
 def test_screen_gradient_is_that_of_nested_loops() -> None:
-    """Differences of the oracle's picture when one splat moves on the screen; its tiles stay."""
+    """Differences of the oracle's image when one splat moves on the screen; its tiles stay."""
     of = scene(21, 12, 0, (40, 36))
     inputs = leaves(of, torch.float32)
     rendered = drawn(of, inputs, "cpu")
@@ -231,7 +231,7 @@ def test_same_bits_on_any_number_of_threads() -> None:
 
 
 def test_a_shifted_splat_is_drawn_shifted() -> None:
-    """Where nothing is near a tile's border the picture moves by whole pixels."""
+    """Where nothing is near a tile's border the image moves by whole pixels."""
     of = scene(3, 1, 0, (48, 48))
     splats = replace(of.splats, mean=torch.zeros(1, 3).double(), scale=torch.full((1, 3), 0.01).double())
     of = replace(of, splats=splats)

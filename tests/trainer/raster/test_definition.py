@@ -1,4 +1,4 @@
-"""The definition: its gradients by finite differences, its picture against the runtime and the golden scenes."""
+"""The definition: its gradients by finite differences, its image against the runtime and the golden scenes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.measured import Measure
 from tests.runtime.stages.golden_scene import camera_of
 from tests.trainer.raster.scenes import Scene, drawn, gradients, harsh, leaves, scene
 
-PICTURE_TOLERANCE = 1e-6
+IMAGE_TOLERANCE = 1e-6
 BIG = ("dense", "playbot_a")  # half a minute each
 SCENES = {
     "degree 0": lambda: scene(1, 8, 0),
@@ -36,11 +36,11 @@ def test_gradcheck(name: str) -> None:
     """Of colour and alpha by every input, along random directions."""
     of = SCENES[name]()
 
-    def picture(*inputs: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def image(*inputs: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         rendered = drawn(of, list(inputs), "torch")
         return rendered.colour, rendered.alpha
 
-    assert torch.autograd.gradcheck(picture, leaves(of, torch.float64), fast_mode=True)
+    assert torch.autograd.gradcheck(image, leaves(of, torch.float64), fast_mode=True)
 
 
 def test_gradcheck_number_by_number() -> None:
@@ -69,22 +69,22 @@ def test_draws_the_golden_scenes(name: str, measured: Measure) -> None:
         sh,
     )
     want = runtime_project(RuntimeSplats(*arrays), camera, RasterSettings(), degree)
-    want_picture = runtime_raster(want, runtime_sort(want), camera, case["bg"])
+    want_image = runtime_raster(want, runtime_sort(want), camera, case["bg"])
 
     got = project(Splats(*map(torch.tensor, arrays)), camera, RasterSettings(), degree)
     colour, transmittance = raster(got, got.centre, sort(got), camera, torch.tensor(case["bg"]))
     for key in ("radius", "tiles", "depth", "centre", "conic", "opacity"):
         np.testing.assert_array_equal(getattr(got, key).numpy(), getattr(want, key), err_msg=key)
-    np.testing.assert_allclose(got.rgb.numpy(), want.rgb, rtol=0, atol=PICTURE_TOLERANCE)
+    np.testing.assert_allclose(got.rgb.numpy(), want.rgb, rtol=0, atol=IMAGE_TOLERANCE)
     np.testing.assert_array_equal(sort(got).numpy(), runtime_sort(want))
-    for result, expected in ((colour, want_picture.colour), (transmittance, want_picture.transmittance)):
+    for result, expected in ((colour, want_image.colour), (transmittance, want_image.transmittance)):
         difference = float(np.abs(result.numpy() - expected).max())
         measured(
-            "rasteriser torch (float32) against the runtime, golden scenes, picture difference",
+            "rasteriser torch (float32) against the runtime, golden scenes, image difference",
             difference,
-            PICTURE_TOLERANCE,
+            IMAGE_TOLERANCE,
         )
-        assert difference <= PICTURE_TOLERANCE
+        assert difference <= IMAGE_TOLERANCE
 
 
 def test_clamps_and_culls_have_no_gradient() -> None:

@@ -19,7 +19,7 @@ from tests.trainer.raster.point_scenes import INPUTS, PointScene, drawn, gradien
 from tests.trainer.tensors import relative
 
 TOLERANCE = 1e-4  # of the largest gradient of an input
-PICTURE_TOLERANCE = 1e-5
+IMAGE_TOLERANCE = 1e-5
 SCENES = {
     "a few pixels": partial(scene, 21, 150, (70, 50)),
     "large": partial(scene, 22, 80, (50, 70), radius=0.4),
@@ -113,25 +113,25 @@ def test_gradcheck(name: str) -> None:
     """The definition: colour and alpha by every input."""
     of = {"a few": scene(1, 8), "opaque": scene(5, 14, opacity=(0.9, 0.98))}[name]
 
-    def picture(*inputs: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def image(*inputs: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         rendered = drawn(of, list(inputs))
         return rendered.colour, rendered.alpha
 
-    assert torch.autograd.gradcheck(picture, of.leaves(torch.float64), fast_mode=True)
+    assert torch.autograd.gradcheck(image, of.leaves(torch.float64), fast_mode=True)
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_kernels_are_the_definition(name: str, measured: Measure) -> None:
-    """float32 against float64: picture, visibility, gradients."""
+    """float32 against float64: image, visibility, gradients."""
     of = SCENES[name]()
     got, want = (drawn(of, of.leaves(dtype)) for dtype in (torch.float32, torch.float64))
     assert torch.equal(got.radius > 0, want.radius > 0)
     for key in ("colour", "alpha", "visibility"):
         error = float((getattr(got, key).double() - getattr(want, key)).detach().abs().max())
         measured(
-            "points, picture and visibility, float32 kernels against the definition", error, PICTURE_TOLERANCE
+            "points, image and visibility, float32 kernels against the definition", error, IMAGE_TOLERANCE
         )
-        assert error <= PICTURE_TOLERANCE, key
+        assert error <= IMAGE_TOLERANCE, key
     found, wanted = (gradients(of, dtype) for dtype in (torch.float32, torch.float64))
     assert set(found) == set(wanted) == set(INPUTS)
     for key in INPUTS:
@@ -160,17 +160,17 @@ def test_what_is_not_drawn_has_no_gradient() -> None:
 
 def test_same_bits_whatever_the_threads() -> None:
     of = scene(26, 3000, (160, 150), radius=0.02)
-    pictures = [drawn(of, of.leaves(torch.float32), threads) for threads in (1, 2, 2)]
+    images = [drawn(of, of.leaves(torch.float32), threads) for threads in (1, 2, 2)]
     found = [gradients(of, torch.float32, threads) for threads in (1, 2, 2)]
-    for other, its in zip(pictures[1:], found[1:], strict=True):
+    for other, its in zip(images[1:], found[1:], strict=True):
         for key in ("colour", "alpha", "visibility", "radius"):
-            assert torch.equal(getattr(other, key), getattr(pictures[0], key)), key
+            assert torch.equal(getattr(other, key), getattr(images[0], key)), key
         for key in INPUTS:
             assert torch.equal(its[key], found[0][key]), key
 
 
 def test_order_of_the_points_is_of_no_matter() -> None:
-    """But for ties: gradients come back in the places of their points."""
+    """Except for ties: gradients are in the order of their points."""
     of = scene(27, 200, (40, 30))
     turn = torch.randperm(200, generator=torch.Generator().manual_seed(1))
     shuffled = replace(of, inputs=tuple(v[turn] if len(v) == 200 else v for v in of.inputs))

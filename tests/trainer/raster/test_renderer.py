@@ -30,7 +30,7 @@ def shown(of: Scene, **changes: Any) -> Any:
 
 
 @pytest.mark.parametrize("rasteriser", ["cpu", "torch"])
-def test_pictures_and_radii(rasteriser: str) -> None:
+def test_images_and_radii(rasteriser: str) -> None:
     rendered = shown(small(), rasteriser=rasteriser)
     assert rendered.colour.shape == (20, 24, 3)
     assert rendered.alpha.shape == (20, 24)
@@ -41,7 +41,7 @@ def test_pictures_and_radii(rasteriser: str) -> None:
 
 
 def test_an_unknown_rasteriser_is_refused() -> None:
-    with pytest.raises(ValueError, match="'vulkan' is none of cpu, torch, gsplat"):
+    with pytest.raises(ValueError, match="'vulkan' is not one of cpu, torch, gsplat"):
         shown(small(), rasteriser="vulkan")
     assert list(RASTERISERS) == ["cpu", "torch", "gsplat"]
 

@@ -1,4 +1,4 @@
-"""Scans beside meshes: rigid placing by keypoints, refined to the surface, and the scan-to-mesh error in the face."""
+"""Scans and meshes: rigid alignment by keypoints, refined to the surface, and the scan-to-mesh error of the face."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ KEYPOINTS = {
 }
 UP_THE_NOSE, RADII = 0.3, 0.7  # of the facial region, see `face_region`
 ROUNDS, ENOUGH = 30, 1e-8  # of rigid refinement; a step below ENOUGH metres is the last
-FLAT = 1e-12  # metres from the surface below which the way off it is its normal
+FLAT = 1e-12  # metres; nearer to the surface, its normal is the direction of the distance
 
 Keypoints = Mapping[str, F64]  # name -> [3]
 
 
 @dataclass(frozen=True)
 class Scan:
-    """What was measured of a face: points, and the surface between them if there is one."""
+    """The scan of a face: points, and the triangles between them if there are any."""
 
     name: str
     points: F64  # [N, 3]
@@ -49,12 +49,12 @@ class Placement(NamedTuple):
     scale: float = 1.0
 
     def apply(self, points: F64) -> F64:
-        """Points [..., 3] placed."""
+        """Points [..., 3] after the motion."""
         placed: F64 = self.scale * points @ self.rotation.T + self.translation
         return placed
 
     def inverse(self) -> Placement:
-        """The way back."""
+        """The inverse."""
         back = self.rotation.T
         return Placement(back, -(back @ self.translation) / self.scale, 1 / self.scale)
 
@@ -71,7 +71,7 @@ class ScanError:
 
     rows: I64  # [n] of the scan's points
     distance: F64  # [n] metres
-    placement: Placement  # of the scan, beyond where it stood
+    placement: Placement  # of the scan, relative to its first position
 
     @property
     def mean_mm(self) -> float:
@@ -83,7 +83,7 @@ def placed_by_pairs(points: F64, goal: F64, similarity: bool = False) -> Placeme
     """The rigid motion, with `similarity` also the scale, that brings `points` [N, 3] nearest to `goal` [N, 3].
 
     Least squares (Kabsch 1976, Umeyama 1991), never a reflection. Raises ValueError for fewer than three points or
-    points on a line, which leave the motion open.
+    points on a line, which do not determine the motion.
     """
     if points.shape != goal.shape or points.ndim != 2 or len(points) < 3:
         raise ValueError(f"points {points.shape} and goal {goal.shape}; [N, 3] and at least 3 are needed")
@@ -124,7 +124,7 @@ def in_face(points: F64, keypoints: Keypoints, widened: float = 1.0) -> I64:
 
 
 def vertex_normals(vertices: F64, triangles: I64) -> F64:
-    """Unit normals [V, 3], triangles weighed by area; 0 where there is none."""
+    """Unit normals [V, 3], triangles weighted by area; 0 for a vertex without triangle."""
     corner = vertices[triangles]
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     found = np.zeros_like(vertices)
@@ -137,7 +137,7 @@ def vertex_normals(vertices: F64, triangles: I64) -> F64:
 def refined(points: F64, vertices: F64, tree: TriangleTree) -> tuple[Placement, F64]:
     """(the rigid motion that brings `points` nearest to the mesh, their distances [N] then).
 
-    Least squares of the distances by Gauss-Newton from where the points stand; a step that does not help is halved.
+    Least squares of the distances by Gauss-Newton, from the present positions; a step that does not help is halved.
     """
     placement = Placement(np.eye(3), np.zeros(3))
     found = nearest(points, vertices, tree)
@@ -163,8 +163,8 @@ def scan_to_mesh(scan: Scan, vertices: F64, tree: TriangleTree) -> ScanError:
     """The scan-to-mesh error: distances of a scan's points in the facial region to a mesh in the scan's frame.
 
     Defined as: the points of the scan within `face_region` of its own keypoints; moved rigidly, without scale, to
-    where the sum of their squared distances to the mesh is least, beginning where they stand; then the unsquared
-    distance of each to the nearest point of the mesh. All of them count: where the mesh has a hole that costs.
+    where the sum of their squared distances to the mesh is least, from their present position; then the unsquared
+    distance of each to the nearest point of the mesh. All points count, so a hole of the mesh increases the error.
     Raises ValueError for a scan without points there.
     """
     rows = in_face(scan.points, scan.keypoints)

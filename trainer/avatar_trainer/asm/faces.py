@@ -1,8 +1,8 @@
 """Many ASM faces of one template at once, without gradients: `systems.asm_model.posed`, float32.
 
-Vertices are worked on in tiles of neighbours in the uv plane. A mixture's component whose density is nowhere in a tile
-more than exp(-FAINT) of another's is left out there: a share that float32 hardly holds. A tile of a face is one
-thread's alone, so that the result does not depend on their number.
+Vertices are processed in tiles of neighbours in the uv plane. A mixture's component is left out of a tile if its
+density is nowhere more than exp(-FAINT) of another's, a share that float32 hardly holds. One thread computes a whole
+tile of a face, so the result does not depend on the number of threads.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from avatar_trainer.kernels.arrays import plain
 TILE = 32  # vertices
 FAINT = np.float32(16)
 HALF, ONE, ZERO = np.float32(0.5), np.float32(1), np.float32(0)
-CELLS = 1024  # of the curve along which vertices are put in order, each way
+CELLS = 1024  # of the curve by which vertices are sorted, in each direction
 
 
 class Tiles(NamedTuple):
-    """A template's vertices in the order in which they are worked on."""
+    """A template's vertices in the order in which they are processed."""
 
     row: I64  # [V] of the template
     uv: F32  # [V, 2]
@@ -38,7 +38,7 @@ class Tiles(NamedTuple):
 
 
 class Mixtures(NamedTuple):
-    """The components of N faces, G = J K of each."""
+    """The components of N faces, G = J K per face."""
 
     centre: F32  # [N, G, 2] uv
     whiten: F32  # [N, G, 3] of L^-1: 1 / L_00, 1 / L_11, L_10
@@ -251,7 +251,7 @@ def _pose_tile(of: Tiles, mixtures: Mixtures, components: int, posed: F32, face:
 
 @inlined
 def _components_of(of: Tiles, mixtures: Mixtures, face: int, tile: int, kept: I64) -> int:
-    """How many components count somewhere in the tile; their rows in `kept`."""
+    """The number of components that count somewhere in the tile; their rows in `kept`."""
     most = np.empty(len(kept), np.float32)
     floor = np.float32(-np.inf)
     radius = of.radius[tile]
@@ -281,7 +281,7 @@ LEAST = np.float32(-87)
 
 @inlined
 def _exp(x: np.float32) -> np.float32:
-    """exp of x <= 0 within 2 units in the last place (Cephes' expf); written out so that it runs on many at once."""
+    """exp of x <= 0 within 2 units in the last place (Cephes' expf); written out so that it is vectorised."""
     x = max(x, LEAST)
     n = np.float32(math.floor(x * LOG2_E + HALF))
     r = x - n * LN2_HIGH - n * LN2_LOW

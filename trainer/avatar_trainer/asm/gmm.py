@@ -1,9 +1,9 @@
-"""Mixtures in the uv plane fitted to skinning weights: where ASM's parameters pi, mu and Sigma begin.
+"""Mixtures in the uv plane fitted to skinning weights: the first values of ASM's parameters pi, mu and Sigma.
 
 Source: ASM (arXiv 2304.09423) section 3.3. Expectation maximisation, bone by bone, over the vertices. Each mixture
-holds one unit of mass (Eq. 4), however wide its bone: so it is fitted not to the bone's weights w_j but to w_j S,
-where S(v) > 0, the sum in Eq. 6, is chosen such that w_j S holds one unit for every bone, as far as may be. Some
-steps of Adam on the divergence of W^g (Eq. 6) from the weights take away most of what is left. Deterministic.
+holds one unit of mass (Eq. 4), however wide its bone is. So it is fitted to w_j S instead of the bone's weights w_j,
+where S(v) > 0, the sum in Eq. 6, is chosen such that w_j S holds about one unit for every bone. Some steps of Adam
+on the divergence of W^g (Eq. 6) from the weights then remove most of the remaining error. Deterministic.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from avatar_trainer.asm.model import Face
 ROUNDS = 60  # of expectation maximisation
 SHARES = 200  # rounds in which S is found
 LEAST_DEVIATION = 0.004  # of a mixture's component, uv
-NOTHING = 1e-6  # of the plane's mass of weights, from which a bone counts as one that moves something
+NOTHING = 1e-6  # of the plane's mass of weights; a bone with less moves nothing
 IDLE_DEVIATION = 1.0  # of bones that move nothing: so thin everywhere that they hardly count in Eq. 6
 LEAST_PI = 1e-3
 POLISHED = 200  # steps of Adam
 STEP = 0.03  # of Adam: of logarithms, and in deviations of the component's for centres
-FAINT = 1e-4  # weight that counts as none in the divergence
+FAINT = 1e-4  # smaller weights count as 0 in the divergence
 
 Array = npt.NDArray[Any]
 
@@ -95,7 +95,7 @@ def polish(binding: Binding, uv: Array, area: Array, weights: Array, steps: int 
 
 
 def misfit(area: Array, weights: Array, fitted: Array) -> Misfit:
-    """Of `fitted` W^g [V, J] from `weights` [V, J]."""
+    """The error of `fitted` W^g [V, J] against `weights` [V, J]."""
     apart = 0.5 * np.abs(fitted - weights).sum(axis=1)
     share = area / area.sum()
     idle = tuple(j for j in range(weights.shape[1]) if not _moves(share, weights[:, j]))
@@ -107,9 +107,9 @@ def _moves(area: F64, share: F64) -> bool:
 
 
 def _common_sum(area: F64, share: F64) -> F64:
-    """S [V] as a sum of the bones' weights, with factors c >= 0 such that sum_v area w_j S is as near 1 as may be.
+    """S [V] as a sum of the bones' weights, with factors c >= 0 such that sum_v area w_j S is as near to 1 as possible.
 
-    Multiplicative steps (Lee and Seung 2001), of which none increases the squared error.
+    Multiplicative steps (Lee and Seung 2001); none of them increases the squared error.
     """
     moving = share[:, [j for j in range(share.shape[1]) if _moves(area, share[:, j])]]
     together = moving.T @ (area[:, None] * moving)
@@ -147,7 +147,7 @@ def _split(place: F64, mass: F64, components: int) -> F64:
 
 
 def _moments(place: F64, held: F64) -> tuple[F64, F64, F64]:
-    """(pi [K], centres [K, 2], covariances [K, 3]) of what each component holds of the points [N, K]."""
+    """(pi [K], centres [K, 2], covariances [K, 3]) of each component's share of the points [N, K]."""
     pi = held.sum(axis=0)
     share = held / np.maximum(pi, 1e-300)
     centre = share.T @ place

@@ -1,4 +1,4 @@
-"""ASM as tensors: skinning weights from mixtures in the uv plane, bones bound where they sit there, poses with scale.
+"""ASM as tensors: skinning weights from mixtures in the uv plane, bones bound in the plane, poses with scale.
 
 Source: ASM (arXiv 2304.09423) Eq. 1 to 7 and appendix B, Eq. 8 to 16 and Algorithm 1; the arrays' twin is
 `avatar_export.asm.maths`. Everything is differentiable in all parameters, batched over leading axes, which broadcast,
@@ -30,13 +30,13 @@ class Variant:
 
     fitted: tuple[str, ...]  # fields of Face
     fixed_weights: bool = False  # the weights that bones were given first, instead of Eq. 6
-    random_mixtures: bool = False  # mixtures begin anywhere
+    random_mixtures: bool = False  # mixtures begin at random places
 
 
 VARIANTS = {
     "static": Variant(POSE, fixed_weights=True),
     "dynamic_binding": Variant((*POSE, "zeta"), fixed_weights=True),
-    # Not in the paper's table: mixtures keep their shape and go with their bones.
+    # Not in the paper's table: mixtures keep their shape and follow their bones.
     "moving_weights": Variant((*POSE, "zeta")),
     "random_weights": Variant((*POSE, "zeta", *MIXTURE), random_mixtures=True),
     "full": Variant((*POSE, "zeta", *MIXTURE)),
@@ -48,7 +48,7 @@ class Generation:
     """Bones with equally many above them."""
 
     bones: Tensor  # i64 [n]
-    parent: Tensor  # i64 [n] place of each one's parent in the generation before; of roots empty
+    parent: Tensor  # i64 [n] row of each one's parent in the generation before; empty for roots
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class TemplateTensors:
     plane_tree: TriangleTree  # of the triangles in `plane`
     parents: tuple[int, ...]  # [J], -1 for the root
     generations: tuple[Generation, ...]  # roots first
-    place: Tensor  # i64 [J] of each bone when all generations stand in a row
+    place: Tensor  # i64 [J] row of each bone when all generations are concatenated
     rest_position: Tensor  # [J, 3] psi^0
     rest_linear: Tensor  # [J, 3, 3] R^0 S^0
     rest_inverse: Tensor  # [J, 3, 3] of rest_linear
@@ -107,7 +107,7 @@ class Face:
 
     @staticmethod
     def of(binding: Binding, take: Take | None = None, dtype: torch.dtype = torch.float32) -> Face:
-        """From what is stored; the pose is the take's first frame, without one that of rest.
+        """From stored values; the pose is the take's first frame, or the rest pose without a take.
 
         Raises ValueError for a weight pi or a scale that is not above 0, and for a covariance without an inverse.
         """
@@ -160,9 +160,9 @@ def weights(template: TemplateTensors, face: Face) -> Tensor:
 
 
 def bone_positions(template: TemplateTensors, face: Face) -> Tensor:
-    """psi [..., J, 3] metres of Eq. 7; for a zeta outside all triangles that of the nearest point of the uv mesh.
+    """psi [..., J, 3] metres of Eq. 7; for a zeta outside all triangles, the psi of the nearest point of the uv mesh.
 
-    Which triangle holds a zeta has no gradient; where charts overlap it is the first.
+    The choice of triangle has no gradient; where charts overlap, the first triangle is used.
     """
     triangle = containing_triangle(template, face.zeta)
     corner = template.triangles[triangle]  # [..., J, 3]
@@ -192,7 +192,7 @@ def skin_matrices(template: TemplateTensors, face: Face) -> Tensor:
 
 
 def posed(template: TemplateTensors, face: Face, fixed_weights: Tensor | None = None) -> Tensor:
-    """Vertices [..., V, 3] metres of Eq. 3; with `fixed_weights` [V, J] those instead of Eq. 6."""
+    """Vertices [..., V, 3] metres of Eq. 3; `fixed_weights` [V, J] replace the weights of Eq. 6."""
     matrix = skin_matrices(template, face)
     share = weights(template, face) if fixed_weights is None else fixed_weights
     blended = share @ matrix.flatten(-2)
@@ -225,7 +225,7 @@ def containing_triangle(template: TemplateTensors, zeta: Tensor) -> Tensor:
 
 
 def random_mixtures(face: Face, generator: torch.Generator) -> Face:
-    """A copy of `face` whose mixtures are anywhere: the paper's ablation RD (Table 7).
+    """A copy of `face` with mixtures at random places: the paper's ablation RD (Table 7).
 
     Centres are uniform over the unit square, not about their bones; deviations log-uniform from 0.02 to 0.2.
     """
@@ -280,7 +280,7 @@ def _nearest_barycentric(point: Tensor, corner: Tensor) -> Tensor:
 
 
 def _along(point: Tensor, start: Tensor, end: Tensor) -> Tensor:
-    """Where on an edge the point nearest to `point` lies, 0 at `start`, 1 at `end`."""
+    """The position on an edge of the point nearest to `point`: 0 at `start`, 1 at `end`."""
     edge = end - start
     length = edge.square().sum(-1).clamp_min(1e-30)
     return (((point - start) * edge).sum(-1) / length).clamp(0, 1)
@@ -302,7 +302,7 @@ def _after(first: Tensor, then: Tensor) -> Tensor:
 
 
 def _generations(parents: tuple[int, ...]) -> tuple[tuple[Generation, ...], Tensor]:
-    """(bones by how many stand above them, where each bone comes when all generations stand in a row)."""
+    """(bones by their number of ancestors, the row of each bone when all generations are concatenated)."""
     depth: list[int] = []
     for parent in parents:
         depth.append(0 if parent < 0 else depth[parent] + 1)

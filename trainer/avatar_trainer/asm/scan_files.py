@@ -15,7 +15,7 @@ from avatar_trainer.asm.mesh_files import FURTHEST, read_points
 
 MAX_KEYPOINT_BYTES = 1 << 20
 EYES = (0.04, 0.25)  # metres between the outer corners of the eyes, of infants and giants
-NEAR = 0.5  # of the keypoints' spread: so near to a keypoint there is a point of the scan
+NEAR = 0.5  # of the keypoints' spread: the largest distance from a keypoint to the scan
 
 
 def read_scan(path: Path, keypoints: dict[str, F64]) -> Scan:
@@ -25,7 +25,7 @@ def read_scan(path: Path, keypoints: dict[str, F64]) -> Scan:
 
 
 def expect_eyes(right: F64, left: F64, file: Path) -> None:
-    """Raise AvatarError where the outer corners of the eyes [3] in metres are not as far apart as anybody's."""
+    """Raise AvatarError unless the distance of the outer eye corners [3], in metres, is that of a person."""
     apart = float(np.linalg.norm(right - left))
     if not EYES[0] <= apart <= EYES[1]:
         raise AvatarError(
@@ -48,7 +48,7 @@ def expect_on_scan(scan: Scan, file: Path) -> None:
 def read_keypoints(path: Path) -> dict[str, F64]:
     """KEYPOINTS of a scan: JSON {name: [x, y, z]} in its frame and unit.
 
-    Raises AvatarError for any other file, a name that is none of them or missing, and a place that is
+    Raises AvatarError for any other file, an unknown or missing name, and a position that is
     not three finite numbers.
     """
     try:

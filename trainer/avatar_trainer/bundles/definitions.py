@@ -1,6 +1,6 @@
 """The trainer's torch definitions of the stages, under the runtime's names: they make the vectors of `reference/`.
 
-Training itself runs the kernels of `kernels/` and rasteriser `cpu`; tests hold each of them to these definitions. The
+Training itself runs the kernels of `kernels/` and rasteriser `cpu`; tests compare each with these definitions. The
 images in `reference/` come from elsewhere: `bundles.export.image` draws the live model with rasteriser `cpu`.
 Nothing here imports a kernel or an array builder of the runtime's backend `cpu`, so `conform --backend cpu` never
 compares code with itself; a test walks the imports.
@@ -42,7 +42,7 @@ Array = npt.NDArray[Any]
 class TrainerStages:
     """`avatar_runtime.backends.Stages` of one avatar, by the torch definitions in `stages/` and `raster/`, in float32.
 
-    Raster profile `engine` comes from the runtime's NumPy backend `reference`: no trainer has it.
+    Raster profile `engine` comes from the runtime's NumPy backend `reference`, since no trainer has that profile.
     """
 
     def __init__(self, avatar: Avatar) -> None:
@@ -78,7 +78,7 @@ class TrainerStages:
 
     @cached_property
     def deltas(self) -> Deltas:
-        """Both patterns of the avatar's blendshapes in one: an entry of either has zeros for the other's values."""
+        """Both patterns of the avatar's blendshapes as one: an entry of either has zeros for the other's values."""
         shapes = self.avatar.blendshapes
         patterns = (shapes.geometry, shapes.appearance)
         rows = np.concatenate([_row_of(pattern) for pattern in patterns])

@@ -44,9 +44,9 @@ def export(
 ) -> None:
     """Write the bundle of `run`, the checkpoint that `system.save` wrote in the released code's layout.
 
-    The exporter reads the files as it would anybody's checkpoint. The tracked poses become clips, held-out ones first.
+    The exporter reads the files like any other checkpoint. The tracked poses become clips, held-out ones first.
     The stage vectors of `reference/` are computed by the trainer's torch definitions, its images are drawn from
-    `system` itself: `conform` then compares what went through the files with the model in memory. Raises AvatarError
+    `system` itself: `conform` then compares the files with the model in memory. Raises AvatarError
     as the exporter does.
     """
     avatar = exported(system, run)
@@ -54,7 +54,7 @@ def export(
 
 
 def exported(system: System, run: Path) -> Avatar:
-    """What the exporter makes of the checkpoint at `run`, with the capture's poses as clips."""
+    """The exporter's avatar of the checkpoint at `run`, with the capture's poses as clips."""
     capture = system.capture
     avatar = with_active_sh(read(run, options_for(capture, system.name), system.name))
     driving = capture.folder / DRIVING
@@ -69,14 +69,14 @@ def exported(system: System, run: Path) -> Avatar:
 
 
 def options_for(capture: Capture, system: str) -> ReadOptions:
-    """What the exporter's reader of `system` takes of the inputs that a capture holds."""
+    """The inputs of a capture that the exporter's reader of `system` uses."""
     used = next(reader.used_options for reader in READERS if reader.system == system)
     inputs: dict[str, Any] = {name: path for name, path in capture.export_inputs.items() if name in used}
     return ReadOptions(name=capture.name, **inputs)
 
 
 def clips(capture: Capture, avatar: Avatar) -> tuple[Clip, ...]:
-    """The tracked poses of each split, as they follow one another, in the order of the avatar's names."""
+    """The tracked poses of each split in order of time; arrays in the order of the avatar's names."""
     found = []
     for split, name in SPLITS.items():
         poses = [frame.pose for frame in capture.frames if frame.split == split]
@@ -97,7 +97,7 @@ def clips(capture: Capture, avatar: Avatar) -> tuple[Clip, ...]:
 
 
 def _reordered(poses: Sequence[PoseArrays], field: str, names: Sequence[str], wanted: Sequence[str]) -> F32:
-    """[T, len(wanted)] weights of `field`, which come in the order of `names`; 0 for a name that is not there."""
+    """[T, len(wanted)] weights of `field`, which are in the order of `names`; 0 for a missing name."""
     column = {name: k for k, name in enumerate(names)}
     weights = np.stack([getattr(pose, field) for pose in poses])
     padded = np.concatenate([weights, np.zeros((len(weights), 1), np.float32)], axis=1)
@@ -106,7 +106,7 @@ def _reordered(poses: Sequence[PoseArrays], field: str, names: Sequence[str], wa
 
 
 def maker(system: System) -> Maker:
-    """Who makes the `reference/` of a trained avatar.
+    """Makes the `reference/` of a trained avatar.
 
     Stage vectors come from the torch definitions (`TrainerStages`), images of profile `trainer` from the live model,
     drawn by rasteriser `cpu`.
@@ -115,7 +115,7 @@ def maker(system: System) -> Maker:
 
 
 def _images(system: System, avatar: Avatar, case: Case) -> Mapping[str, Image]:
-    """`trainer` by the live model; `engine`, which no trainer draws, by the runtime's NumPy stages."""
+    """Profile `trainer` by the live model; `engine`, which no trainer draws, by the runtime's NumPy stages."""
     return {**draw(avatar, case, ("engine",)), "trainer": image(system, avatar, case)}
 
 

@@ -1,1 +1,1 @@
-"""What captures are read from: own layout, metrical-tracker / INSTA, IMavatar; CAPTURE.md describes them."""
+"""Captures in three layouts: the project's own, metrical-tracker / INSTA, IMavatar; CAPTURE.md describes them."""

@@ -21,7 +21,7 @@ BESIDE = "body"  # a folder of this name beside the data is searched, too
 
 @dataclass(frozen=True)
 class Body:
-    """A rig, the names of its columns, and the files the exporter makes it of again."""
+    """A rig, the names of its columns, and the files from which the exporter makes it again."""
 
     rig: Rig
     expression_names: tuple[str, ...]
@@ -30,9 +30,9 @@ class Body:
 
 
 def found_inputs(folder: Path, given: ReadOptions, shape: Path | None = None) -> Inputs:
-    """Each input as given, else found in the data's folder, else in a folder `body` beside it.
+    """Each input as given, else from the data's folder, else from a folder `body` beside it.
 
-    `shape`: the file with the identity, where it is known.     Raises AvatarError where no body model is found.
+    `shape`: the file with the identity, if it is known. Raises AvatarError if no body model is found.
     """
     beside = folder.resolve().parent / BESIDE
     inputs = find_inputs(
@@ -74,7 +74,7 @@ def body_of_model(inputs: Inputs) -> Body:
 
 
 def check_flame(body: Body) -> None:
-    """Raise AvatarError for a body model whose joints are not FLAME's, which tracked heads are posed by."""
+    """Raise AvatarError for a body model whose joints are not FLAME's: tracked heads are posed by these."""
     if body.rig.joint_names != FLAME_JOINTS:
         raise AvatarError(
             f"has joints {', '.join(body.rig.joint_names)[:80]}; the frames were tracked with FLAME's: "

@@ -9,14 +9,14 @@ import numpy as np
 from avatar_runtime.avatar import F32, F64
 from avatar_trainer.captures.model import Capture, Frame
 
-SEEN = 0.05  # a weight that stays below is no sight of an expression
+SEEN = 0.05  # an expression whose weight stays below was not seen
 LISTED = 60  # names in a line
 
 
 def describe(capture: Capture) -> str:
     """Lines for `avatar-train check`: frames and split, size, cameras, joints, expressions with their ranges.
 
-    An expression counts as seen in training where its weight passes SEEN in some frame to train on.
+    An expression counts as seen in training if its weight exceeds SEEN in a training frame.
     """
     train, test = capture.train, capture.test
     lines = [

@@ -1,4 +1,4 @@
-"""Images and mattes of a capture: what their headers say, and their pixels.
+"""Images and mattes of a capture: their headers, and their pixels.
 
 PNG and JPEG, 8 bits, display-referred sRGB as it stands in the file: profiles and orientation tags are not applied.
 """
@@ -20,16 +20,16 @@ from avatar_runtime.io.files import open_file
 
 MAX_SIDE = 8192  # pixels; an image is decoded as a whole
 MAX_FILE_BYTES = 512 << 20
-ENDINGS = {"PNG": b"IEND\xaeB`\x82", "JPEG": b"\xff\xd9"}  # what a whole file has in its last bytes
+ENDINGS = {"PNG": b"IEND\xaeB`\x82", "JPEG": b"\xff\xd9"}  # the last bytes of a whole file
 TAIL = 256
 COLOUR_MODES = ("RGB", "RGBA")
-MASK_MODES = ("1", "L", "RGB")  # of RGB the first channel is read: many tools write a matte three times
-BROKEN = (OSError, SyntaxError, ValueError, EOFError)  # what Pillow raises for a damaged file
+MASK_MODES = ("1", "L", "RGB")  # of RGB, the first channel is read: many tools write a matte to all three
+BROKEN = (OSError, SyntaxError, ValueError, EOFError)  # errors that Pillow raises for a damaged file
 
 
 @dataclass(frozen=True)
 class Header:
-    """What an image says before it is decoded."""
+    """The header of an image."""
 
     width: int
     height: int

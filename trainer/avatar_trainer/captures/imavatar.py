@@ -1,8 +1,8 @@
-"""Captures in IMavatar's layout, which SplattingAvatar's heads are trained from: flame_params.json and images.
+"""Captures in IMavatar's layout, from which SplattingAvatar's heads are trained: flame_params.json and images.
 
 The head's pose is in the mesh (FLAME's root and neck turn). `world_mat` is camera from world with y up and z backwards:
 rows 1 and 2 are negated for OpenCV (SplattingAvatar, dataset/imavatar_data.py:15-21). Lengths are FLAME's times 4
-(flame.py:75), so translations are divided by 4. Intrinsics are fractions of the image, their signs do not count.
+(flame.py:75), so translations are divided by 4. Intrinsics are fractions of the image; their signs are ignored.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def _intrinsics(fractions: F64, first: image_files.Header) -> F64:
 
 
 def _image(folder: Path, frame: Mapping[str, Any], t: int) -> Path:
-    """The image of a frame: file_path with or without its ending, in image/ or images/ whichever is there."""
+    """The image of a frame: file_path with or without its ending, in image/ or images/."""
     field = f"frames[{t}].file_path"
     text = frame.get("file_path")
     if not isinstance(text, str) or not text:
@@ -107,9 +107,9 @@ def _mattes(image: Path, header: image_files.Header) -> tuple[str | None, str]:
     home = image.parent
     for name in MASKS:
         if home.with_name(name).is_dir():
-            return name, f"pictures in {home.name}/, mattes in {name}/"
+            return name, f"images in {home.name}/, mattes in {name}/"
     if header.mode == "RGBA":
-        return None, f"pictures in {home.name}/, their alpha is the matte"
+        return None, f"images in {home.name}/, their alpha is the matte"
     raise AvatarError(
         f"has no alpha, and there is no folder {' or '.join(MASKS)} beside {home.name}/", file=image
     )

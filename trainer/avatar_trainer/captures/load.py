@@ -14,7 +14,7 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures import image_files, imavatar, metrical_tracker, own
 from avatar_trainer.captures.model import Capture, Frame
 
-# (what tells a layout, its reader), the first that is there
+# (the file that identifies a layout, its reader); the first match is used
 LAYOUTS: tuple[tuple[str, Callable[[Path, ReadOptions], Capture]], ...] = (
     (own.FILE, own.read),
     (metrical_tracker.PATTERN, metrical_tracker.read),
@@ -30,8 +30,8 @@ def load(
 ) -> Capture:
     """The capture in `folder`, of whichever layout it is.
 
-    body_model, eyelids (folder), anchor_faces: in place of what the capture names or of what is found beside it.
-    Raises AvatarError that names file and row for whatever would stop or spoil training; see CAPTURE.md.
+    body_model, eyelids (folder), anchor_faces replace the files that the capture names or that are found beside it.
+    Raises AvatarError that names file and row for everything that would stop or spoil training; see CAPTURE.md.
     """
     folder = Path(folder)
     if not folder.is_dir():

@@ -1,4 +1,4 @@
-"""Images of a textured triangle mesh, to make captures whose truth is known.
+"""Images of a textured triangle mesh, for captures with known ground truth.
 
 Every sample is a ray through a pixel, tested against the planes through the camera and a triangle's edges:
 no projection of vertices, so triangles that reach behind the camera need no clipping, and two triangles that
@@ -20,7 +20,7 @@ from avatar_runtime.camera import Camera
 
 LAYERS = 4  # translucent surfaces that are composited in front of the opaque one
 NEAR = 0.01  # metres
-BAND = 16  # rows of samples that one thread owns at a time
+BAND = 16  # rows of samples that one thread computes at a time
 
 I8 = npt.NDArray[np.int8]
 
@@ -40,7 +40,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class MeshImage:
-    """What `draw` gives."""
+    """The result of `draw`."""
 
     colour: F32  # [H, W, 3] of the surface alone, not multiplied by alpha; 0 where alpha is 0
     alpha: F32  # [H, W] share of the pixel that the surface covers

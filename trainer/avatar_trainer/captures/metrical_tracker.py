@@ -1,6 +1,6 @@
 """Captures tracked by metrical-tracker, in INSTA's and Gaussian Blendshapes' layout.
 
-checkpoint/ID.frame (torch.save of a dict) with images/ID.png. Root and neck rest: the head's pose is in the camera.
+checkpoint/ID.frame (torch.save of a dict) with images/ID.png. Root and neck rest; the camera holds the head's pose.
 Rotations are six numbers, the first two rows of a matrix before Gram-Schmidt; eyelids are added after skinning.
 """
 
@@ -30,9 +30,9 @@ from avatar_trainer.captures.rows import MAX_FRAMES, Row, check_rows
 PATTERN = "checkpoint/*.frame"
 IMAGES = "images"
 EYELIDS = tuple(EYELID_FILES)
-FPS = 25.0  # what the tracker cuts its videos to; the files do not say
+FPS = 25.0  # the rate to which the tracker converts videos; the files do not store it
 MAX_VALUES = 1000  # of one array of a frame; FLAME has 300 + 100 coefficients
-SAME_IDENTITY = 0.01  # standard deviations: one take has one identity
+SAME_IDENTITY = 0.01  # largest standard deviation: one take has one identity
 # Folders of mattes beside images/ and what they hold, in order; INSTA's images carry theirs as alpha.
 MATTES = {"masks": "grey mattes in masks/", "mask": "grey mattes in mask/"}
 NOT_MATTES = {"seg_mask": "classes of a face parser", "matted": "images before INSTA's postprocess.py"}
@@ -83,7 +83,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
 
 
 def read_tracked(file: Path) -> Tracked:
-    """One .frame file. Raises AvatarError for what is missing, of another shape, or no number."""
+    """One .frame file. Raises AvatarError for an array that is missing, has another shape or is not numeric."""
     content = read_frame(file)
     flame, opencv = (_part(content, name, file) for name in ("flame", "opencv"))
     lids = _array(flame, "flame", "eyelids", (2,), file) if "eyelids" in flame else np.zeros(2)
@@ -160,12 +160,12 @@ def _row(one: Tracked, body: Body, folder: Path, matte: str) -> Row:
 
 
 def _mattes(folder: Path, first: str) -> tuple[str, str]:
-    """(folder of the mattes, what they are) by what the first frame has."""
+    """(folder of the mattes, what they are), found from the first frame."""
     for name, what in MATTES.items():
         if (folder / name).is_dir():
-            return name, f"pictures in {IMAGES}/, {what}"
+            return name, f"images in {IMAGES}/, {what}"
     if image_files.header(folder / IMAGES / f"{first}.png").mode == "RGBA":
-        return IMAGES, f"pictures in {IMAGES}/, their alpha is the matte (INSTA)"
+        return IMAGES, f"images in {IMAGES}/, their alpha is the matte (INSTA)"
     others = [f"{name}/ holds {what}" for name, what in NOT_MATTES.items() if (folder / name).is_dir()]
     raise AvatarError(
         f"has no alpha, and there is no folder of mattes ({' or '.join(MATTES)}); {'; '.join(others) or 'none else'}: "
@@ -202,7 +202,7 @@ def _part(content: Mapping[str, object], name: str, file: Path) -> Mapping[str, 
 def _array(
     part: Mapping[str, object], owner: str, name: str, shape: tuple[int | None, ...], file: Path
 ) -> F64:
-    """Finite numbers of `shape`, None for any size; leading ones in the file do not count."""
+    """Finite numbers of `shape`, None for any size; leading axes of size 1 in the file are ignored."""
     source, field = part.get(name), f"{owner}.{name}" if owner else name
     if isinstance(source, (list, tuple)) and all(type(v) in (int, float) for v in source):
         source = np.array(source, np.float64)

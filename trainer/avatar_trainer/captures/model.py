@@ -19,7 +19,7 @@ class Frame:
 
     name: str  # of the image's file, without its ending
     image: Path  # 8-bit RGB (an alpha channel is not read)
-    mask: Path  # 8-bit grey, 255 where the person is; where it is `image`, the alpha channel of that
+    mask: Path  # 8-bit grey, 255 where the person is; if equal to `image`, its alpha channel
     camera: Camera
     pose: PoseArrays  # in the order of the capture's names
     split: str  # "train" | "test"
@@ -39,12 +39,10 @@ class Capture:
     late_morph_names: tuple[str, ...]  # [L] eyelids
     head_pose_in: str  # avatar_runtime.rules.HEAD_POSE_IN
     frames: tuple[Frame, ...]
-    export_inputs: Mapping[
-        str, Path
-    ]  # what the exporter wants beside a checkpoint: ReadOptions field -> file
+    export_inputs: Mapping[str, Path]  # the exporter's inputs besides a checkpoint: ReadOptions field -> file
     layout: str  # which layout was found, in words
-    rights: Mapping[str, str] = field(default_factory=dict)  # of RIGHTS what the capture says
-    notes: tuple[str, ...] = ()  # what was taken for granted
+    rights: Mapping[str, str] = field(default_factory=dict)  # the RIGHTS that the capture states
+    notes: tuple[str, ...] = ()  # assumptions that were made
 
     @property
     def train(self) -> tuple[Frame, ...]:

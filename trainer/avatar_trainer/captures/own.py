@@ -17,16 +17,14 @@ from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import F64
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.io.text_files import write_text
-from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.pose import PoseArrays, joint_rotation
-from avatar_schema.validate import parse_version, schema_problems
 from avatar_trainer.captures.bodies import Body, body_of_model, body_of_rig
+from avatar_trainer.captures.documents import VERSION, read_document
 from avatar_trainer.captures.model import RIGHTS, Capture
 from avatar_trainer.captures.paths import inside
 from avatar_trainer.captures.rows import Row, check_rows, rotation_fault
 
 FILE = "capture.json"
-VERSION = "1.0"
 MAX_JSON_BYTES = 256 << 20
 Object = Mapping[str, Any]
 
@@ -50,12 +48,12 @@ class Shot:
 
 
 def read(folder: Path, given: ReadOptions) -> Capture:
-    """The capture whose capture.json is in `folder`; `given` stands in place of the body files it names.
+    """The capture whose capture.json is in `folder`; `given` replaces the body files that it names.
 
     Raises AvatarError naming file and field for everything that CAPTURE.md lists.
     """
     file = folder / FILE
-    document = _document(file)
+    document = read_document(file, MAX_JSON_BYTES, "capture")
     body = _body(folder, document["body"], given)
     columns = [_index(name, body.expression_names, "expression", file) for name in document["expressions"]]
     lids = [_index(name, body.late_morph_names, "eyelid", file) for name in document.get("eyelids", ())]
@@ -112,7 +110,7 @@ def write(
     """Write a capture: images/NAME.png and masks/NAME.png of each (NAME, shot) as it comes, then capture.json.
 
     body: the `body` object of capture.json; its files must lie in `folder` when it is read. Width and height are those
-    of the first shot. Nothing is checked but shapes; `load` says whether the capture is sound. Returns the path of
+    of the first shot. Only shapes are checked; `load` checks the whole capture. Returns the path of
     capture.json. Raises ValueError for shots of different sizes or none at all.
     """
     for part in ("images", "masks"):
@@ -171,21 +169,6 @@ def _described(shot: Shot) -> dict[str, Any]:
 
 def _short(values: npt.ArrayLike) -> list[float]:
     return [float(f"{value:.9g}") for value in np.asarray(values, np.float64).ravel()]
-
-
-def _document(file: Path) -> dict[str, Any]:
-    try:
-        document = json.loads(read_bytes(file, MAX_JSON_BYTES))
-    except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not JSON ({type(error).__name__})", file=file) from None
-    version = parse_version(document.get("version")) if isinstance(document, dict) else None
-    if version and version[0] > 1:
-        raise AvatarError(
-            f"is {document['version']}; {VERSION} is known: update avatar-export", file=file, field="version"
-        )
-    for problem in schema_problems(document, "capture"):
-        raise AvatarError(problem.message, file=file, field=problem.path.removeprefix("$."))
-    return dict(document)
 
 
 def _body(folder: Path, body: Object, given: ReadOptions) -> Body:

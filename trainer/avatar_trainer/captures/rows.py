@@ -19,8 +19,8 @@ from avatar_trainer.captures.model import Frame
 TEST_FRAMES, TEST_SHARE = (
     350,
     5,
-)  # held out: the last 350 frames as in the papers, or of a short take its last fifth
-TRAIN_FRAMES = 2  # the fewest that are a capture
+)  # held out: the last 350 frames as in the papers, or the last fifth of a short take
+TRAIN_FRAMES = 2  # the fewest training frames of a capture
 MAX_FRAMES = 100_000
 MAX_VALUE = 1e6  # of any number of a pose
 ROTATION_TOLERANCE = 1e-3  # of any entry of R R^T - I
@@ -31,7 +31,7 @@ SPLITS = ("train", "test")
 class Row:
     """One frame as a reader found it; lengths in metres, not yet checked."""
 
-    file: Path  # where its numbers stand
+    file: Path  # the file with its numbers
     field: str  # which of them, e.g. "frames[3]"; "" where the file is one frame
     image: Path
     mask: Path
@@ -39,7 +39,7 @@ class Row:
     rotation: npt.NDArray[Any]  # [3, 3] camera from world
     translation: npt.NDArray[Any]  # [3] metres
     pose: PoseArrays
-    split: str | None  # None: nothing says
+    split: str | None  # None: not stated
 
     def wrong(self, message: str, part: str = "") -> AvatarError:
         """An error about `part` of this row."""
@@ -50,10 +50,10 @@ class Row:
 def check_rows(
     rows: Sequence[Row], expressions: Sequence[str], size: tuple[int, int] | None
 ) -> tuple[Frame, ...]:
-    """The frames of `rows`. `size`: (width, height) as declared; None: as the first image has.
+    """The frames of `rows`. `size`: (width, height) as declared; None: that of the first image.
 
-    Every file is looked at, nothing is decoded. Raises AvatarError that names file and row: a name twice, an image or
-    mask that is missing, cut off or of another size, an invalid camera, a number that is not finite, a split
+    Only headers are read. Raises AvatarError that names file and row: a duplicate name, an image
+    or mask that is missing, cut off or of another size, an invalid camera, a number that is not finite, a split
     that leaves fewer than TRAIN_FRAMES frames.
     """
     _check_names(rows)
@@ -75,7 +75,7 @@ def check_rows(
 
 
 def splits(rows: Sequence[Row]) -> list[str]:
-    """ "train" or "test" of every row: as said, else the last are held out (TEST_FRAMES, TEST_SHARE)."""
+    """ "train" or "test" of every row: as stated, else the last are held out (TEST_FRAMES, TEST_SHARE)."""
     said = [row.split for row in rows]
     if None in said:
         if odd := next((row for row in rows if row.split is not None), None):
@@ -93,7 +93,7 @@ def splits(rows: Sequence[Row]) -> list[str]:
 
 
 def check_images(rows: Sequence[Row], size: tuple[int, int] | None) -> tuple[int, int]:
-    """(width, height) of all images and masks. Raises AvatarError for the first that differs or is none."""
+    """(width, height) of all images and masks. Raises AvatarError for the first that differs or is not an image."""
     says = "the capture says"
     for row in rows:
         for path in dict.fromkeys((row.image, row.mask)):
@@ -115,7 +115,7 @@ def check_images(rows: Sequence[Row], size: tuple[int, int] | None) -> tuple[int
 
 
 def check_camera(row: Row) -> None:
-    """Raise AvatarError unless a row's K is one of a camera and its R a rotation."""
+    """Raise AvatarError unless a row's K is a camera matrix and its R a rotation."""
     for part, values in (("K", row.intrinsics), ("R", row.rotation), ("t", row.translation)):
         if not (np.abs(values) <= MAX_VALUE).all():
             raise row.wrong(f"{_first_bad(values)} is not a usable number", f"camera.{part}")
@@ -132,7 +132,7 @@ def check_camera(row: Row) -> None:
 
 
 def rotation_fault(matrix: npt.NDArray[Any]) -> str | None:
-    """What keeps a [3, 3] matrix from being a rotation, in words; None if it is one."""
+    """Why a [3, 3] matrix is not a rotation, in words; None if it is one."""
     m = np.asarray(matrix, np.float64)
     off = float(np.abs(m @ m.T - np.eye(3)).max())
     if not off <= ROTATION_TOLERANCE:

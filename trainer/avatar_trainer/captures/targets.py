@@ -1,4 +1,4 @@
-"""A capture's images in memory: decoded ahead, kept as bytes within a bound, smaller where a run asks for it."""
+"""A capture's images in memory: decoded ahead, kept as bytes within a bound, made smaller if a run asks for it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ AHEAD = 4  # images decoded before they are asked for
 
 @dataclass(frozen=True)
 class Target:
-    """What a frame should look like."""
+    """The target image of a frame."""
 
     image: Tensor  # [H, W, 3] float32 0..1
     mask: Tensor  # [H, W] float32 0..1
@@ -36,7 +36,7 @@ class Target:
 
 
 def resized(capture: Capture, size: int) -> Capture:
-    """The capture with cameras of `size` pixels along the longer side; as it is for 0 or a larger size."""
+    """The capture with cameras of `size` pixels along the longer side; unchanged for 0 or a larger size."""
     longer = max(capture.width, capture.height)
     if size == 0 or size >= longer:
         return capture
@@ -58,7 +58,7 @@ def read(frame: Frame) -> Target:
 
 
 class Targets:
-    """Targets of frames, at the size of their cameras. `with` it: a thread decodes."""
+    """Targets of frames, at the size of their cameras. Use it in a `with`: a thread decodes."""
 
     def __init__(self, megabytes: int) -> None:
         self._room = megabytes << 20
@@ -73,7 +73,7 @@ class Targets:
         self._pool.shutdown(cancel_futures=True)
 
     def expect(self, frames: Iterable[Frame]) -> None:
-        """Begin to decode what will be asked for soon."""
+        """Begin to decode frames that will be asked for soon."""
         for frame in frames:
             if len(self._coming) < AHEAD and frame.name not in self._kept and frame.name not in self._coming:
                 self._coming[frame.name] = self._pool.submit(_decoded, frame)
@@ -84,7 +84,7 @@ class Targets:
         if rgba is None:
             coming = self._coming.pop(frame.name, None)
             rgba = _decoded(frame) if coming is None else coming.result()
-            if rgba.nbytes <= self._room:  # the first ones stay: every epoch asks for each once
+            if rgba.nbytes <= self._room:  # the first ones are kept: every epoch asks for each once
                 self._room -= rgba.nbytes
                 self._kept[frame.name] = rgba
         return _target(rgba)
@@ -102,13 +102,13 @@ def _target(rgba: U8) -> Target:
 
 
 def _resized(camera: Camera, width: int, height: int) -> Camera:
-    """The same view on fewer pixels; what a camera holds is relative to its image."""
+    """The same view on fewer pixels; the values of a camera are relative to its image."""
     return replace(camera, width=width, height=height)
 
 
 def _fitted(image: F32, mask: F32, frame: Frame) -> tuple[F32, F32]:
-    """Image and mask at the camera's size, averaged over areas; the image weighted by the mask, so that what is
-    behind the person does not bleed in. Raises AvatarError for two sizes."""
+    """Image and mask at the camera's size, averaged over areas; the image weighted by the mask, so that the
+    background does not bleed in. Raises AvatarError for two sizes."""
     if image.shape[:2] != mask.shape:
         raise AvatarError("is of another size than its image", file=frame.mask)
     size = frame.camera.width, frame.camera.height

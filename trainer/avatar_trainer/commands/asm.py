@@ -157,7 +157,7 @@ def template(
 
 
 def with_components(face: AsmFace, components: int | None) -> Binding:
-    """A face's binding; with another number of components, mixtures fitted anew to first weights of its bones."""
+    """A face's binding; for another number of components, mixtures fitted to the first weights of its bones."""
     if components is None or components == face.binding.components:
         return face.binding
     template = face.template
@@ -181,7 +181,7 @@ def write_face(face: AsmFace, out: Path) -> None:
 
 
 def _expect_places(out: Path, export: Path | None, force: bool) -> None:
-    """Raise AvatarError where FACE.npz or the bundle cannot be written, before anything is computed."""
+    """Raise AvatarError if FACE.npz or the bundle cannot be written, before anything is computed."""
     if out.suffix.lower() != ".npz":
         raise AvatarError("does not end in .npz; a face is written as .npz", file=out)
     if out.is_dir() or (out.exists() and not force):
@@ -192,7 +192,7 @@ def _expect_places(out: Path, export: Path | None, force: bool) -> None:
 
 
 def _scans(paths: list[Path], keypoints: Path, units: float) -> list[Scan]:
-    """The scans in metres, or in their own unit where `units` is 0."""
+    """The scans in metres, or in their own unit if `units` is 0."""
     for count, path in enumerate(paths):
         with of_file(path):
             check_names(paths[0].stem, [NEUTRAL, *(p.stem for p in paths[1 : count + 1])])

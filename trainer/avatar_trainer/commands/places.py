@@ -1,4 +1,4 @@
-"""Checks before anything is computed that a command can write its output."""
+"""Checks that a command can write its output, before anything is computed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FOLDERS = (run.CHECKPOINTS, run.UPSTREAM, run.LOGS, run.PREVIEW)  # of a run
 
 
 def expect_run_folder(out: Path) -> None:
-    """Raise AvatarError where no run can be written into the folder `out`."""
+    """Raise AvatarError if no run can be written into the folder `out`."""
     expect_room(out)
     for folder in (out, *(out / name for name in FOLDERS)):
         if folder.exists() and not folder.is_dir():
@@ -21,8 +21,8 @@ def expect_run_folder(out: Path) -> None:
 
 
 def expect_bundle_place(bundle: Path, out: Path | None, *, force: bool) -> None:
-    """Raise AvatarError where no bundle can be written to `bundle`, or where it and the run in `out` lie in each
-    other."""
+    """Raise AvatarError if no bundle can be written to `bundle`, or if it contains or is inside the run in
+    `out`."""
     here = bundle.resolve()
     there = here if out is None else out.resolve()
     if out is not None and (here == there or here in there.parents or there in here.parents):
@@ -34,7 +34,7 @@ def expect_bundle_place(bundle: Path, out: Path | None, *, force: bool) -> None:
 
 
 def expect_room(folder: Path) -> None:
-    """Raise AvatarError where `folder` is not there and cannot be made, or cannot be written to."""
+    """Raise AvatarError if `folder` cannot be made or written to."""
     path = folder.resolve()
     while not path.exists() and path != path.parent:
         path = path.parent

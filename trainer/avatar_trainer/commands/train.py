@@ -84,7 +84,7 @@ def train_command(name: str) -> Callable[..., None]:
         }  # fmt: skip
         own, settings = _settings(module, arguments.pairs(set_), arguments.pairs(rule), of_system, of_run)
         expect_run_folder(out)
-        # The same command again: what is there is then the bundle of this run.
+        # The same command again: the existing bundle is then that of this run.
         finished = resume and checkpoint.path_of(out / run.CHECKPOINTS, settings.iterations).is_file()
         there = export is not None and export.exists() and finished and not force
         if export is not None:
@@ -133,7 +133,7 @@ def _settings(
 
 
 def _expect_lpips(own: object) -> None:
-    """Raise AvatarError where a loss is asked for that this machine has no package for."""
+    """Raise AvatarError if a loss needs a package that is not installed."""
     for name, value in settable(own).items():
         if name.rpartition(".")[2] == LPIPS and value and importlib.util.find_spec(LPIPS) is None:
             raise AvatarError(f"needs the package {LPIPS}: pip install {LPIPS}", field=name)
@@ -151,7 +151,7 @@ def _expect_exportable(rules: Mapping[str, Rule], chosen: Mapping[str, str]) -> 
 
 
 def _read(folder: Path, out: Path, settings: TrainSettings, resume: bool) -> Capture:
-    """The capture, wholly checked before a new run begins."""
+    """The capture; every file is checked before a new run begins."""
     with Steps() as step:
         step("reading")
         scene = load(folder)
@@ -170,7 +170,7 @@ def _evaluate(system: System, scene: Capture, out: Path, iteration: int, by: Dra
 
 
 def _export(system: System, trained: Trained, bundle: Path, force: bool) -> None:
-    """Write the bundle of what `train` left in OUT/upstream."""
+    """Write the bundle of OUT/upstream, which `train` wrote."""
     from avatar_trainer.bundles.export import export
 
     if trained.upstream is None:

@@ -1,12 +1,11 @@
-"""A small U-Net that makes a drawn image better, as PSAvatar lays one over its splats (section 3.3).
+"""A small U-Net that improves a drawn image, as in PSAvatar (section 3.3).
 
 enhanced = raw + correction, and the layer that makes the correction starts at zero: an untrained one changes nothing.
 The weights are named tensors that a `Table` can hold, each a row set of its own; `enhancer_onnx` writes the same
 network for the runtime.
 
-The paper says no more of its network than "U-net". This one halves the image three times and comes back, with a skip
-at each size. The skip at full size is the raw image itself, so that wide layers run on a quarter of the pixels or
-less.
+The paper only calls its network a "U-net". This one halves the image three times and doubles it again, with a skip
+at each size. The skip at full size is the raw image itself, so wide layers run on a quarter of the pixels or less.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from torch import Generator, Tensor
 from torch.nn import functional
 
 WIDTH = 16  # channels at half size; 131,000 weights, about 60 ms forward and backward for 256 x 256 on a core
-MULTIPLE = 8  # inside, images are made this many pixels wider and higher at most, by repeating their edge
+MULTIPLE = 8  # images are padded by at most this many pixels, by repeating their edge
 CHANNELS = 3  # red, green, blue
 
 
@@ -37,7 +36,7 @@ class Layer:
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
-        """Of its weight, as torch and ONNX have it."""
+        """The shape of its weight, as in torch and ONNX."""
         first = (self.inputs, self.outputs) if self.up else (self.outputs, self.inputs)
         return (*first, self.kernel, self.kernel)
 
@@ -65,12 +64,12 @@ def layers(width: int) -> dict[str, Layer]:
 
 
 def weight_name(layer: str) -> str:
-    """What the kernel of a layer is called."""
+    """The name of a layer's kernel."""
     return f"enhancer.{layer}.weight"
 
 
 def bias_name(layer: str) -> str:
-    """What the bias of a layer is called."""
+    """The name of a layer's bias."""
     return f"enhancer.{layer}.bias"
 
 
@@ -95,7 +94,7 @@ def initial_weights(generator: Generator, width: int = WIDTH) -> dict[str, Tenso
 
 
 def width_of(weights: Mapping[str, Tensor]) -> int:
-    """Channels at half size of a set of weights. Raises ValueError where they are of no such network."""
+    """Channels at half size of a set of weights. Raises ValueError for weights of another network."""
     missing = [name for name in WEIGHTS if name not in weights]
     if missing:
         raise ValueError(f"weights lack {', '.join(missing[:3])}")
@@ -111,9 +110,9 @@ def width_of(weights: Mapping[str, Tensor]) -> int:
 
 
 def enhanced(weights: Mapping[str, Tensor], colour: Tensor) -> Tensor:
-    """An image [H, W, 3] of any size, display-referred, made better; not clamped. Differentiable in all.
+    """An improved image [H, W, 3] of any size, display-referred, not clamped. Differentiable in everything.
 
-    `weights` holds the tensors named WEIGHTS; others are passed over. Raises ValueError for weights of another shape.
+    `weights` holds the tensors named WEIGHTS; others are ignored. Raises ValueError for weights of another shape.
     """
     network = layers(width_of(weights))
 

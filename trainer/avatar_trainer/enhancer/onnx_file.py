@@ -22,7 +22,9 @@ from avatar_trainer.enhancer.network import (
     width_of,
 )
 
-OPSET = 15  # what engines read as well (Unity's Inference Engine up to 15); of the operators used none changed since
+OPSET = (
+    15  # engines read it too (Unity's Inference Engine up to 15); the operators used have not changed since
+)
 IR_VERSION = 8  # that of opset 15
 PRODUCER = "avatar-export"
 INPUT, OUTPUT = "colour", "enhanced"
@@ -43,10 +45,10 @@ def onnx_enhancer(
     psnr_enhanced_db: float | None,
     measured_on: str,
 ) -> Enhancer:
-    """What an avatar carries of a trained enhancer: the network, and what it is worth.
+    """The enhancer of an avatar: the trained network, and its measured quality.
 
-    PSNR in dB over the images that `measured_on` names, which were not trained on; None: nobody measured it.
-    Raises ValueError for weights of another network, AvatarError for facts that make no sense.
+    PSNR in dB over the images that `measured_on` names, which were not trained on; None: not measured.
+    Raises ValueError for weights of another network, AvatarError for impossible values.
     """
     return check_enhancer(
         Enhancer(
@@ -110,7 +112,7 @@ def _cropped() -> list[NodeProto]:
 
 
 def _network(network: Mapping[str, Layer]) -> list[NodeProto]:
-    """From `raw` to `better`, as `enhancer.enhanced` has it; a layer's output has the layer's name."""
+    """From `raw` to `better`, as in `enhancer.enhanced`; a layer's output has the layer's name."""
     nodes: list[NodeProto] = []
 
     def add(operator: str, inputs: Sequence[str], output: str, **attributes: Any) -> str:

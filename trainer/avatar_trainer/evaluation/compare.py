@@ -1,7 +1,7 @@
-"""A trained model's own renderer against the bundle made of it, on poses and views that were never trained on.
+"""A trained model's own renderer against its bundle, on poses and views that were not trained on.
 
 The live model is drawn by rasteriser `cpu`, as in training. One more row draws the same live model by the definition,
-rasteriser `torch`: it says whether the images that the bundle is held to are right themselves.
+rasteriser `torch`: it shows whether the images that the bundle is compared with are right themselves.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from avatar_trainer.tensors import Rendered
 FLIP = 1e-4
 MOST_FLIPPED = 1e-4  # of all pixels; at most 6e-5 on the shipped samples (`python -m samples.trained`)
 FURTHEST = (
-    0.05  # what two splats of equal depth that change places have moved a pixel by, and half as much again
+    0.05  # 1.5 times the largest change of a pixel measured when two splats of equal depth change places
 )
 TRAINED = "trainer"  # the raster profile that training draws with
 DEFINITION = "torch"  # the rasteriser that defines images and gradients
@@ -44,14 +44,14 @@ class Row:
     profile: str
     frames: int
     pixels: int  # of all the frames together
-    largest: float  # difference of colour or alpha, 0..1, over all pixels but the flipped
-    flipped: int  # pixels that lie further off than FLIP
-    furthest: float  # the largest difference of those; infinite where a pixel is not a number
+    largest: float  # difference of colour or alpha, 0..1, over all pixels except the flipped ones
+    flipped: int  # pixels that differ by more than FLIP
+    furthest: float  # the largest difference of those; infinite if a pixel is NaN
     psnr_db: float  # inside the mask (where the trainer draws anything), the worst frame; infinite: equal
 
     @property
     def holds(self) -> bool:
-        """Whether so few pixels flipped that rounding explains them."""
+        """Whether rounding explains the number of flipped pixels."""
         return self.flipped <= 2 + MOST_FLIPPED * self.pixels and self.furthest <= FURTHEST
 
 
@@ -61,7 +61,7 @@ def compare(
     """Every `every`-th held-out frame of the system's capture, in its own view.
 
     One row for each (backend, profile), and one for LIVE. `avatar` is the one that was read back from the bundle.
-    Raises AvatarError where a backend's library is missing, or no frame is held out.
+    Raises AvatarError if a backend's library is missing, or if no frame is held out.
     """
     frames = system.capture.test[::every]
     if not frames:
@@ -86,14 +86,14 @@ def table(rows: Iterable[Row]) -> Table:
         shown.add_column(title, justify="right")
     for row in rows:
         numbers = (f"{row.largest:.2g}", str(row.flipped), f"{row.furthest:.2g}")
-        if row.profile != TRAINED:  # other pixels altogether: only the PSNR says something
+        if row.profile != TRAINED:  # all pixels differ: only the PSNR is meaningful
             numbers = ("-", "-", "-")
         shown.add_row(row.backend, row.profile, str(row.frames), *numbers, f"{row.psnr_db:.1f}")
     return shown
 
 
 def pose_of(capture: Capture, avatar: Avatar, frame: Frame) -> Pose:
-    """A tracked pose by names, those that `avatar` has."""
+    """A tracked pose by names; only names that `avatar` has."""
     pose, joints = frame.pose, capture.rig.joint_names
     expressions = dict(zip(capture.expression_names, pose.expression_weights.tolist(), strict=True))
     eyelids = dict(zip(capture.late_morph_names, pose.late_weights.tolist(), strict=True))
@@ -134,7 +134,7 @@ def _row(backend: str, profile: str, wanted: Sequence[Image], drawn: Iterable[Im
 
 
 def _psnr_db(difference: npt.NDArray[np.float64]) -> float:
-    """Peak 1; infinite for equal images, minus infinite for what is not a number."""
+    """Peak 1; infinite for equal images, minus infinite for NaN."""
     noise = float(np.mean(np.square(difference))) if difference.size else 0.0
     if noise == 0:
         return np.inf

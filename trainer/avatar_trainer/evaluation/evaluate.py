@@ -48,7 +48,7 @@ class Score:
 
 
 def evaluate(system: System, capture: Capture, by: Drawing = DRAWING) -> dict[str, Any]:
-    """Means of each split, every frame's score and how they were computed; JSON knows it all.
+    """Means of each split, every frame's score and how they were computed, as JSON data.
 
     AvatarError for a rendering that is not finite.
     """
@@ -88,9 +88,9 @@ def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING)
 
 
 def quick_psnr_db(system: System, capture: Capture, targets: Targets, by: Drawing) -> dict[str, float]:
-    """Mean PSNR of a few held-out frames over black, by split; empty where none is held out.
+    """Mean PSNR of a few held-out frames over black, by split; empty if none is held out.
 
-    Infinite where one of them is drawn as its image is. AvatarError for a rendering that is not finite.
+    Infinite if the rendering of one equals its image. AvatarError for a rendering that is not finite.
     """
     frames = evenly(capture.test, QUICK)
     black = torch.zeros(3)
@@ -99,7 +99,7 @@ def quick_psnr_db(system: System, capture: Capture, targets: Targets, by: Drawin
 
 
 def table(result: dict[str, Any]) -> Table:
-    """The means of each split; behind one that is not over all of its frames, how many it is over."""
+    """The means of each split, with the number of frames if that is not all of them."""
     shown = Table(box=None, pad_edge=False)
     shown.add_column("split")
     for title in ("frames", "PSNR dB", "SSIM", "PSNR dB inside", "SSIM inside"):
@@ -154,7 +154,7 @@ def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
 
 
 def _shared(score: Score, measures: Sequence[str]) -> dict[str, Any]:
-    """A frame's score; without what no frame has."""
+    """A frame's score, without measures that no frame has."""
     return {name: value for name, value in vars(score).items() if name != ENHANCED or ENHANCED in measures}
 
 

@@ -20,7 +20,7 @@ GAIN = 4  # of the differences
 def write(path: Path, system: System, capture: Capture, targets: Targets, by: Drawing = DRAWING) -> None:
     """A PNG: a row a frame with target, rendering and their difference times 4, over black.
 
-    Frames of split `test` where there are any.
+    Frames of split `test` if there are any.
     """
     rows = []
     for frame in evenly(capture.test or capture.frames, ROWS):

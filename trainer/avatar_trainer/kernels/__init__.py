@@ -1,4 +1,4 @@
-"""What training on the CPU does at every iteration, as Numba kernels with gradients: fast twins of plain definitions.
+"""The work of a training iteration on the CPU as Numba kernels with gradients: fast twins of plain definitions.
 
 float32. A row is computed by one thread in the order stored: the same bits whatever the number of threads.
 """

@@ -1,4 +1,4 @@
-"""Formulas that kernels share: quaternions of a row, made unit, and the way back of their gradients."""
+"""Formulas that kernels share: unit quaternions of a row, and their backward pass."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from torch import Tensor
 
 
 def plain(tensor: Tensor, *shape: int) -> npt.NDArray[Any]:
-    """A float32 tensor of the CPU as a contiguous array of that shape; the same memory where it can be.
+    """A float32 tensor of the CPU as a contiguous array of that shape; in the same memory if possible.
 
     Raises ValueError for another type, device or size.
     """

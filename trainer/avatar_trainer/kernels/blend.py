@@ -31,8 +31,8 @@ class Values(NamedTuple):
 def blend_cpu(base: Gaussians, deltas: Deltas, expression_weights: Tensor) -> Gaussians:
     """As `stages.blend.blend`, float32; differentiable in the base and the deltas.
 
-    Entries of zero weight are not read, and their gradient is 0. Raises ValueError where a tensor is not float32 on the
-    CPU, where `expression_weights` [Kx] need a gradient, and where the deltas do not fit the base.
+    Entries of zero weight are not read, and their gradient is 0. Raises ValueError if a tensor is not float32 on the
+    CPU, if `expression_weights` [Kx] need a gradient, and if the deltas do not fit the base.
     """
     if expression_weights.requires_grad:
         raise ValueError("blend_cpu has no gradient for the expression weights; stages.blend.blend has")
@@ -82,7 +82,7 @@ def _values(tensors: tuple[Tensor, ...], coefficients: int) -> Values:
 
 
 def _check_pattern(deltas: Deltas, rows: int, columns: int) -> None:
-    """A kernel does not check an index."""
+    """Checks the indices, since kernels do not."""
     ptr, column = deltas.row_ptr, deltas.column
     if any(index.dtype != torch.int64 or not index.is_contiguous() for index in (ptr, column)):
         raise ValueError("row_ptr and column are contiguous int64")
@@ -94,7 +94,7 @@ def _check_pattern(deltas: Deltas, rows: int, columns: int) -> None:
         raise ValueError(f"the deltas do not have {len(column)} entries each")
 
 
-# What a parallel loop writes stands in a function of its own: Numba takes a write into a tuple's array for dead code.
+# A parallel loop writes in a separate function, since Numba treats a write into a tuple's array as dead code.
 
 
 @kernel(parallel=True)

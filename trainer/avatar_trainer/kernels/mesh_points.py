@@ -1,7 +1,7 @@
-"""Points on and off a mesh that itself is trained: x = sum_k b_k (v_k + r n_k) (PSAvatar Eqs. 7 to 9), and their turn.
+"""Points on and off a trained mesh: x = sum_k b_k (v_k + r n_k) (PSAvatar Eqs. 7 to 9), and their rotation.
 
 Vertex normals n_k are sums of edge x edge over a vertex's triangles, divided by their length or by a floor, as in
-`stages.surface.pose_mesh`; summed in float64. The gradient reaches the vertices by both ways, feet and normals.
+`stages.surface.pose_mesh`; summed in float64. The gradient reaches the vertices through both the feet and the normals.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Vector = tuple[Scalar, Scalar, Scalar]
 
 
 class Rows(NamedTuple):
-    """Where N points sit, and by vertex which of them lean on it."""
+    """The places of N points, and for each vertex the points that depend on it."""
 
     vertices: I64  # [N, 3]
     barycentric: F32  # [N, 3]
@@ -47,7 +47,7 @@ class Placed:
 
 
 def placed(mesh: KernelMesh, triangle: Tensor, barycentric: Tensor) -> Placed:
-    """Points in `triangle` [N] int64 at `barycentric` [N, 3]. ValueError for a triangle that is not there."""
+    """Points in `triangle` [N] int64 at `barycentric` [N, 3]. ValueError for a triangle that does not exist."""
     n, surface = len(triangle), mesh.definition
     if n and not 0 <= int(triangle.min()) <= int(triangle.max()) < len(surface.triangles):
         raise ValueError(f"triangle does not name one of {len(surface.triangles)} triangles")
@@ -60,7 +60,7 @@ def placed(mesh: KernelMesh, triangle: Tensor, barycentric: Tensor) -> Placed:
 
 
 def mesh_points_cpu(vertices: Tensor, displacement: Tensor, at: Placed) -> Tensor:
-    """[N, 3] the points on posed `vertices` [V, 3], lifted by `displacement` [N]; differentiable in both, float32."""
+    """[N, 3] the points on posed `vertices` [V, 3], at `displacement` [N] along the normals; differentiable in both."""
     result: Tensor = _MeshPoints.apply(vertices, displacement, at)  # type: ignore[no-untyped-call]
     return result
 
@@ -174,7 +174,7 @@ def _vertices_back(
     grad_vertex: F64,
     grad_sum: F64,
 ) -> None:
-    """The gradient of each vertex by the feet, and of the sum that its normal is made of."""
+    """The gradient of each vertex through the feet, and of the sum of its normal."""
     for v in numba.prange(len(length)):
         gx, gy, gz = 0.0, 0.0, 0.0
         nx, ny, nz = 0.0, 0.0, 0.0

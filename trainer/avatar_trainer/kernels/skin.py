@@ -1,4 +1,4 @@
-"""Stages bind and activate of Gaussians that joints or groups embed: `stages.bind.bind_skin`, then `activate`."""
+"""Stages bind and activate of Gaussians that follow joints or groups: `stages.bind.bind_skin`, then `activate`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LEAST = np.float32(SHORTEST)
 
 
 class Motion(NamedTuple):
-    """What carries N Gaussians."""
+    """The transforms of N Gaussians."""
 
     matrix: F32  # [N, 12]
     rotation: F32  # [N, 9]
@@ -41,7 +41,7 @@ class Motion(NamedTuple):
 
 
 class Values(NamedTuple):
-    """What the stages change, of N Gaussians before them or of N splats after them."""
+    """The values that the stages change, of N Gaussians before or of N splats after them."""
 
     mean: F32  # [N, 3]
     log_scale: F32  # [N, 3] or scale
@@ -56,9 +56,9 @@ def skinned_cpu(
     corrective: Tensor | None = None,  # [N, 3] added before the matrix
     late: Tensor | None = None,  # [N, 3] added after it, unrotated
 ) -> Splats:
-    """As `activate(*bind_skin(...))`, float32; differentiable in `blended` alone.
+    """As `activate(*bind_skin(...))`, float32; differentiable only in `blended`.
 
-    Matrices may be expanded from one for all. Raises ValueError where another input needs a gradient, and for another
+    Matrices may be expanded from a single one. Raises ValueError if another input needs a gradient, and for another
     type or shape.
     """
     others = [given for given in (matrix, rotation, corrective, late) if given is not None]
@@ -121,7 +121,7 @@ def _move(motion: Motion, given: Values, out: Values, length: F32) -> None:
 
 @kernel(parallel=True)
 def _move_backward(motion: Motion, out: Values, length: F32, gradient: Values, back: Values) -> None:
-    """From the gradient of `out` that of what was given, in `back`."""
+    """Writes the gradient of the inputs to `back`, from that of `out`."""
     for i in numba.prange(len(length)):
         _move_row_backward(i, motion, out, length, gradient, back)
 

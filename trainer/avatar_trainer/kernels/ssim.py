@@ -1,7 +1,8 @@
 """SSIM: the value and gradient of `losses.ssim_definition`.
 
-A row of an image [H, W, 3] is taken as one line of 3 W numbers, in which the window's taps stand 3 apart; all channels
-go at once. Lines have 15 zeros at both ends, images five lines of zeros above and below: the padding of the window.
+A row of an image [H, W, 3] is one line of 3 W numbers, in which the window's taps are 3 apart, so all channels are
+computed at once. Lines have 15 zeros at both ends, images five lines of zeros above and below: the padding of the
+window.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ ONE, TWO = np.float32(1), np.float32(2)
 def ssim_cpu(a: Tensor, b: Tensor) -> Tensor:
     """As `losses.ssim_definition` of [H, W, 3] images, float32; differentiable in `a`.
 
-    Raises ValueError where `b` needs a gradient, the shapes differ, or an image is not float32 on the CPU.
+    Raises ValueError if `b` needs a gradient, the shapes differ, or an image is not float32 on the CPU.
     """
     if b.requires_grad:
         raise ValueError("ssim_cpu has no gradient for its second image")

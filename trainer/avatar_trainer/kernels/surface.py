@@ -1,4 +1,4 @@
-"""Gaussians that ride on a mesh: `stages.surface.pose_mesh` without gradients, and `embed` followed by `activate`."""
+"""Gaussians embedded in a mesh: `stages.surface.pose_mesh` without gradients, and `embed` followed by `activate`."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ Vector = tuple[Scalar, Scalar, Scalar]
 
 
 class OnMesh(NamedTuple):
-    """Where N Gaussians sit, and what the mesh does to their scales."""
+    """The embedding of N Gaussians, and the mesh's effect on their scales."""
 
     vertices: I64  # [N, 3]
     table: F32  # [V, 10] position, normal, quaternion; by joints [V, 15] position, normal, linear skin matrix
@@ -60,7 +60,7 @@ class OnMesh(NamedTuple):
 
 
 class Values(NamedTuple):
-    """What training changes of N Gaussians."""
+    """The trained values of N Gaussians."""
 
     barycentric: F32  # [N, 3]
     displacement: F32  # [N]
@@ -83,7 +83,7 @@ def pose_mesh_cpu(
 ) -> PosedMesh:
     """As `stages.surface.pose_mesh`, without gradients, by the runtime's kernels; `vertices` [V, 3] float32.
 
-    Raises ValueError as it does, and where `vertices` need a gradient.
+    Raises ValueError as it does, and if `vertices` need a gradient.
     """
     check_rules(rules)
     if vertices.requires_grad:
@@ -190,7 +190,7 @@ def _embed(on_mesh: OnMesh, unit_normal: bool, given: Values, out: Out, frame: F
 def _embed_backward(
     on_mesh: OnMesh, unit_normal: bool, given: Values, out: Out, gradient: Out, back: Values
 ) -> None:
-    """From the gradient of `out` that of what was given, in `back`."""
+    """Writes the gradient of the inputs to `back`, from that of `out`."""
     for i in numba.prange(len(given.displacement)):
         _embed_row_backward(i, on_mesh, unit_normal, given, out, gradient, back)
 

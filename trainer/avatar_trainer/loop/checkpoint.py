@@ -1,8 +1,8 @@
-"""Checkpoints of a run: one file each, whole or not there, the last two kept.
+"""Checkpoints of a run: one file each, written whole or not at all; the last two are kept.
 
 A file is MAGIC, the length of the body (u64, little endian), the body and the body's SHA-256. The body is a tree of
 dicts, lists, numbers and texts as JSON (its length as u64 before it, padded to 8 bytes) and then its tensors as
-safetensors. Nothing in it can be executed, and its size is that of the file.
+safetensors. Nothing in it can be executed, and reading it takes no more memory than the file has bytes.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from avatar_runtime.io.files import open_file
 
 MAGIC = b"AVTRAIN1"
 NAME = re.compile(r"iteration_(\d{6,9})\.ckpt")
-PARTIAL = ".partial"  # ends the name of a file that is being written
+PARTIAL = ".partial"  # ending of a file that is being written
 KEPT = 2
 DIGEST = 32  # bytes
 TENSOR, DICT, LIST = "tensor", "dict", "list"  # the one key of a JSON object that stands for such a thing
@@ -51,8 +51,8 @@ def path_of(folder: Path, iteration: int) -> Path:
 def write(folder: Path, iteration: int, state: dict[str, Any]) -> Path:
     """Write the checkpoint of an iteration, then remove all but the last two.
 
-    `state`: dicts with text keys, lists, tensors, numbers, texts, None; TypeError for anything else. At every
-    moment the folder holds the whole checkpoints that it held before. Raises OSError where it cannot be written.
+    `state`: dicts with text keys, lists, tensors, numbers, texts, None; TypeError for anything else. The
+    earlier checkpoints stay whole at every moment. Raises OSError if it cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     path = path_of(folder, iteration)
@@ -87,20 +87,20 @@ def paths(folder: Path) -> list[Path]:
 
 
 def partials(folder: Path) -> list[Path]:
-    """What interrupted writing left in a folder."""
+    """Partial files of an interrupted write in a folder."""
     return sorted(folder.glob(f".iteration_*{PARTIAL}")) if folder.is_dir() else []
 
 
 def remove(folder: Path) -> None:
-    """Remove every checkpoint of a folder, newest last: what is left when interrupted is still a run."""
+    """Remove every checkpoint of a folder, the newest last, so that an interruption leaves a valid run."""
     for path in [*partials(folder), *paths(folder)]:
         path.unlink(missing_ok=True)
 
 
 def newest(folder: Path, note: Note) -> Checkpoint | None:
-    """The newest whole checkpoint, or None where there is no file; `note` is told which are not whole.
+    """The newest whole checkpoint; None without a file. `note` gets a line for each that is not whole.
 
-    Raises AvatarError where there are files and none is whole.
+    Raises AvatarError if there are files but none is whole.
     """
     found = paths(folder)
     for path in reversed(found):
@@ -157,7 +157,7 @@ def _body(tree: dict[str, Any]) -> list[bytes | memoryview]:
 
 
 def _packed(value: Any, arrays: dict[str, npt.NDArray[Any]]) -> Any:
-    """`value` as JSON knows it; its tensors go to `arrays`, truth values as bytes."""
+    """`value` as JSON data; its tensors go to `arrays`, boolean ones as bytes."""
     if isinstance(value, torch.Tensor):
         key = str(len(arrays))
         array = value.detach().cpu().contiguous().numpy()
@@ -188,7 +188,7 @@ def _unpacked(value: Any, arrays: dict[str, npt.NDArray[Any]]) -> Any:
 
 
 def _sync_folder(folder: Path) -> None:
-    """The folder's entries reach the disk too; Windows needs and has no such call."""
+    """Writes the folder's entries to the disk too; Windows has no such call and needs none."""
     if not hasattr(os, "O_DIRECTORY"):
         return
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)

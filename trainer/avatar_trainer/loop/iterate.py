@@ -1,4 +1,4 @@
-"""One iteration of training: a frame, its image, a step of the optimiser; and what of it a checkpoint holds."""
+"""One iteration of training: a frame, its image, a step of the optimiser; and its state in a checkpoint."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class NotFinite(AvatarError):
 
 @dataclass(frozen=True)
 class Step:
-    """What one iteration came to."""
+    """The result of one iteration."""
 
     terms: dict[str, float]
     psnr_db: float
@@ -37,7 +37,7 @@ class Step:
 
 
 class Trainer:
-    """The part of a run that decides its result."""
+    """The part of a run that determines its result."""
 
     def __init__(self, system: System, capture: Capture, settings: TrainSettings) -> None:
         self.system, self.capture, self.settings = system, capture, settings
@@ -48,12 +48,12 @@ class Trainer:
         self.drawing = Drawing(settings.rasteriser, thread_count(settings.threads or None))
 
     def frame(self, iteration: int) -> Frame:
-        """The frame of an iteration (from 1): each once an epoch, in an order of the epoch's own."""
+        """The frame of an iteration (from 1): each frame once per epoch, in a different order in each epoch."""
         epoch, place = divmod(iteration - 1, len(self.frames))
         return self.frames[order(self.settings.seed, epoch, len(self.frames))[place]]
 
     def step(self, iteration: int, target: Target) -> Step:
-        """One iteration. Raises AvatarError for a loss that is not finite; the parameters are then as they were."""
+        """One iteration. Raises AvatarError for a loss that is not finite; the parameters are then unchanged."""
         system, table = self.system, self.system.table
         system.before_step(iteration)
         background = system.background(self.generator)
@@ -82,18 +82,18 @@ class Trainer:
 
     @torch.no_grad()
     def gaussians(self) -> int:
-        """How many the avatar has now."""
+        """The present number of Gaussians."""
         return len(self.system.splats(self.frames[0].pose).mean)
 
     def check_parameters(self, iteration: int) -> None:
-        """Raise AvatarError where a parameter is not finite."""
+        """Raise AvatarError if a parameter is not finite."""
         table = self.system.table
         for name in table:
             if not math.isfinite(float(table[name].detach().sum(dtype=torch.float64))):
                 raise NotFinite(f"iteration {iteration}: {name} is no longer finite")
 
     def state(self) -> dict[str, Any]:
-        """All that `load_state` needs to continue bit by bit."""
+        """Everything that `load_state` needs to continue with the same bits."""
         return {
             "system": self.system.state(),
             "generator": self.generator.get_state(),
@@ -101,7 +101,7 @@ class Trainer:
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Go on from `state`. Raises AvatarError for one that does not fit the system."""
+        """Continue from `state`. Raises AvatarError for one that does not fit the system."""
         load_system(self.system, state)
         try:
             self.generator.set_state(state["generator"])
@@ -119,12 +119,12 @@ class Trainer:
 
     @staticmethod
     def _in_device_units(gradient: Tensor | None, image: Tensor) -> Tensor:
-        """The gradient by pixels as one by normalised device units, of which an image has 2 each way."""
+        """The gradient per pixel converted to normalised device units, of which an image has 2 in each direction."""
         assert gradient is not None
         return gradient * torch.tensor([image.shape[1] / 2, image.shape[0] / 2])
 
 
 @lru_cache(maxsize=2)
 def order(seed: int, epoch: int, count: int) -> tuple[int, ...]:
-    """The frames of an epoch: a permutation that depends on these numbers alone."""
+    """The frames of an epoch: a permutation that depends only on these numbers."""
     return tuple(np.random.default_rng([seed, epoch]).permutation(count).tolist())

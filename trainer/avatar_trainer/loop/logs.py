@@ -9,7 +9,7 @@ from torch.utils.tensorboard import SummaryWriter
 
 
 class Logs:
-    """Event files in a folder; what an interrupted run wrote after the iteration it resumes from is discarded."""
+    """Event files in a folder; entries after the iteration from which a run resumes are discarded."""
 
     def __init__(self, folder: Path, first: int) -> None:
         self._writer = SummaryWriter(str(folder), purge_step=first)

@@ -18,10 +18,10 @@ OUT_OF_MEMORY = ("can't allocate memory", "not enough memory", "out of memory") 
 
 @contextmanager
 def reproducible(seed: int, threads: int) -> Iterator[None]:
-    """The same numbers each time: torch's own generator seeded, its deterministic kernels, a fixed thread count.
+    """The same numbers each time: torch's generator seeded, its deterministic kernels, a fixed thread count.
 
-    threads: of Numba's kernels, 0: one a core; torch computes on one, since what it is left with is too small to
-    share out, and its sums depend on how many share them. Everything is as before afterwards.
+    threads: of Numba's kernels; 0: one per core. torch computes on one thread, since its remaining work is small and
+    its sums depend on the number of threads. All settings are restored afterwards.
     """
     count, kernels = thread_count(threads or None), numba.get_num_threads()
     before = torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()
@@ -29,7 +29,7 @@ def reproducible(seed: int, threads: int) -> Iterator[None]:
     fill = memory.fill_uninitialized_memory
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        numba.set_num_threads(count)  # first: where it starts Numba's pool, that sets torch's count too
+        numba.set_num_threads(count)  # first: if it starts Numba's pool, that sets torch's count too
         torch.set_num_threads(1)
         torch.use_deterministic_algorithms(True)
         memory.fill_uninitialized_memory = False  # nothing reads it, and it costs a pass
@@ -62,7 +62,7 @@ def disk_advice(out: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        if error.errno is None:  # not of the disk: a download
+        if error.errno is None:  # not an error of the disk: a download
             raise
         raise AvatarError(
             f"cannot be written ({error.strerror or error})", file=error.filename or out

@@ -33,7 +33,7 @@ class TrainProgress:
             disable=not sys.stderr.isatty(),
         )
         self._task = self._bar.add_task("", total=total, completed=done, state="")
-        self._began: float | None = None  # the end of the first iteration: kernels are compiled in it
+        self._began: float | None = None  # the end of the first iteration, in which kernels are compiled
         self._spoke = time.monotonic()
 
     def __enter__(self) -> TrainProgress:

@@ -19,8 +19,8 @@ from avatar_trainer.systems.table import system_module
 def load_run(out: Path, capture: Path | None = None) -> tuple[System, TrainSettings, int]:
     """(system, settings, iteration) of the newest whole checkpoint of `out`.
 
-    capture: where its folder is now, if not where it was. Raises AvatarError for a folder that holds no run; and
-    where run.json, checkpoint and capture do not belong together, which would play another model.
+    capture: its present folder, if it was moved. Raises AvatarError for a folder without a run, and if run.json,
+    checkpoint and capture do not belong together, since that would play another model.
     """
     content = run.read(out)
     settings, system_settings = run.settings_of(content, out / run.FILE)
@@ -61,7 +61,7 @@ def load_system(system: System, state: dict[str, Any]) -> None:
 
 
 def save_upstream(system: System, out: Path, iteration: int) -> Path:
-    """Write the released code's layout into `out`, as a whole in the place of what an earlier run left; its folder."""
+    """Write the released code's layout into `out`, replacing that of an earlier run as a whole; returns its folder."""
     partial, folder = out / f".{run.UPSTREAM}.partial", out / run.UPSTREAM
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)

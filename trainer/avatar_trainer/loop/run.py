@@ -1,4 +1,4 @@
-"""What identifies a run: its system, settings and capture. Written to run.json; a checkpoint goes on in the same."""
+"""What identifies a run: its system, settings and capture. Written to run.json; a checkpoint belongs to one run."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LARGEST = 1 << 20  # bytes of run.json
 
 
 def facts(system: str, capture: Capture, settings: TrainSettings, system_settings: Any) -> dict[str, Any]:
-    """Everything that the outcome of a run depends on, as JSON knows it."""
+    """Everything that the result of a run depends on, as JSON data."""
     return {
         "system": system,
         "settings": dataclasses.asdict(settings),
@@ -47,7 +47,7 @@ def facts(system: str, capture: Capture, settings: TrainSettings, system_setting
 
 
 def fingerprint(capture: Capture) -> str:
-    """SHA-256 over all that was tracked, the rig, and names and sizes of the images; not over their pixels."""
+    """SHA-256 over all tracked values, the rig, and names and sizes of the images; not over their pixels."""
     digest = hashlib.sha256()
     for field in dataclasses.fields(capture):
         if field.name not in ("folder", "export_inputs"):
@@ -56,9 +56,9 @@ def fingerprint(capture: Capture) -> str:
 
 
 def differences(before: Any, now: Mapping[str, Any], iteration: int, last: int) -> list[str]:
-    """What keeps the run `now` from going on from a checkpoint: one short text each.
+    """The reasons why the run `now` cannot continue from a checkpoint: one short text each.
 
-    before: what the checkpoint says of its run, unchecked; iteration: the checkpoint's, `last` that of the run.
+    before: the checkpoint's unchecked statement about its run; iteration: the checkpoint's; last: that of the run.
     """
     try:
         json.dumps(before)
@@ -82,7 +82,7 @@ def differences(before: Any, now: Mapping[str, Any], iteration: int, last: int) 
 
 
 def fingerprint_of(content: Mapping[str, Any]) -> Any:
-    """That of the capture that run.json, or a checkpoint's copy of it, names; None where it names none."""
+    """The folder of the capture that run.json, or a checkpoint's copy of it, names; None if it names none."""
     return _flat(content.get("capture")).get("fingerprint")
 
 
@@ -95,7 +95,7 @@ def write(out: Path, content: Mapping[str, Any], name: str = FILE) -> None:
 
 
 def read(out: Path) -> dict[str, Any]:
-    """run.json of a run. Raises AvatarError where there is none that is sound."""
+    """run.json of a run. Raises AvatarError if it is missing or invalid."""
     path = out / FILE
     try:
         if path.stat().st_size > LARGEST:
@@ -112,14 +112,14 @@ def read(out: Path) -> dict[str, Any]:
         raise AvatarError("is not the run.json of avatar-train", file=path)
     if not isinstance(content.get("system"), str) or content["system"] not in SYSTEMS:
         raise AvatarError(
-            f"system {short(content.get('system'))!r} is none of {', '.join(SYSTEMS)}", file=path
+            f"system {short(content.get('system'))!r} is not one of {', '.join(SYSTEMS)}", file=path
         )
     return content
 
 
 def settings_of(content: Mapping[str, Any], file: Path) -> tuple[TrainSettings, Any]:
-    """(settings, system settings) of `content`, which `file` holds. Raises AvatarError for values that they do not
-    take."""
+    """(settings, system settings) of `content`, which `file` holds. Raises AvatarError for values out of
+    range."""
     module = system_module(content["system"])
     own = dict(content["system_settings"])
     rules = own.pop("rules", {})
@@ -146,7 +146,7 @@ def _texts(values: Any) -> list[tuple[str, str]]:
 
 
 def short(value: Any) -> str:
-    """The text of a value that somebody else wrote, for a message."""
+    """The text of an untrusted value, for a message."""
     text = str(value)
     return text if len(text) <= 120 else f"{text[:117]}..."
 
@@ -164,7 +164,7 @@ def _flat(values: Any, prefix: str = "") -> dict[str, Any]:
 
 
 def _hash(value: Any, digest: hashlib._Hash) -> None:
-    """Feed a value into a digest: arrays by type, shape and bytes, files by name and size, the rest by its text."""
+    """Feed a value into a digest: arrays by type, shape and bytes, files by name and size, others by their text."""
     if isinstance(value, np.ndarray):
         digest.update(f"{value.dtype.str}{value.shape}".encode())
         digest.update(np.ascontiguousarray(value).tobytes())

@@ -1,4 +1,4 @@
-"""The training loop: one frame an iteration, resumable at any moment, the same result for the same seed."""
+"""The training loop: one frame per iteration, resumable at any moment, the same result for the same seed."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Trained:
 
     iterations: int
     gaussians: int
-    seconds: float  # of this process, without what an interrupted one took
+    seconds: float  # of this process only, not of an interrupted one
     checkpoint: Path
     upstream: Path | None = None  # folder of the released code's layout; None: not written
 
@@ -71,7 +71,7 @@ def train(
 
 
 def go_on(trainer: Trainer, out: Path, facts: dict[str, Any], resume: bool) -> int:
-    """The iteration that the newest checkpoint of `out` is of, now loaded; 0 where there is none.
+    """Loads the newest checkpoint of `out` and returns its iteration; 0 without a checkpoint.
 
     Raises AvatarError for a checkpoint of another run.
     """
@@ -95,8 +95,8 @@ def go_on(trainer: Trainer, out: Path, facts: dict[str, Any], resume: bool) -> i
 
 
 def _clear(out: Path) -> None:
-    """Remove what an earlier run wrote, the checkpoints last: what is left when interrupted is still a run."""
-    if (out / run.FILE).is_file():  # else such names are somebody else's
+    """Remove the files of an earlier run, the checkpoints last, so that an interruption leaves a valid run."""
+    if (out / run.FILE).is_file():  # without a run, files of such names belong to somebody else
         shutil.rmtree(out / run.UPSTREAM, ignore_errors=True)
         for path in [*(out / run.PREVIEW).glob("iteration_*.png"), *(out / run.LOGS).glob(EVENTS)]:
             path.unlink(missing_ok=True)
@@ -132,7 +132,7 @@ def _loop(trainer: Trainer, out: Path, facts: dict[str, Any], done: int) -> Trai
 
 
 def _save(system: System, out: Path, iteration: int) -> Path | None:
-    """Write the released layout; None, and a note, where it cannot hold what some rules train."""
+    """Write the released layout; None, and a note, if it cannot hold the results of some rules."""
     try:
         return save_upstream(system, out, iteration)
     except AvatarError as error:
@@ -142,7 +142,7 @@ def _save(system: System, out: Path, iteration: int) -> Path | None:
 
 @contextmanager
 def _last_good(kept: Path | None) -> Iterator[None]:
-    """An AvatarError inside tells which checkpoint is kept."""
+    """Adds to an AvatarError which checkpoint is kept."""
     try:
         yield
     except AvatarError as error:

@@ -1,4 +1,4 @@
-"""What is shown of a run while it trains: TensorBoard's curves and contact sheets."""
+"""The display of a run while it trains: TensorBoard's curves and contact sheets."""
 
 from __future__ import annotations
 

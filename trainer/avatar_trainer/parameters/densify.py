@@ -1,6 +1,6 @@
 """Adaptive density control: where Gaussians are added and removed (Kerbl et al. 2023, section 5.2).
 
-A system asks for a plan, lays its rows out by it and does with the new ones what its embedding needs.
+A system asks for a plan, rearranges its rows by it, and then treats the new rows as its embedding needs.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ SPLIT_SHRINK = 0.8 * SPLIT_COPIES  # the scale of a split Gaussian's copies is d
 
 @dataclass(frozen=True)
 class DensitySettings:
-    """When and by what measure; the defaults are those of 3D Gaussian Splatting, made for 30 000 iterations.
+    """When Gaussians are added and removed; the defaults are those of 3D Gaussian Splatting, for 30 000 iterations.
 
-    Its 20 pixels for the radius on the screen are left out: the released code forgets the radii before it looks at
-    them, so the rule never acts there, and what it removes depends on the resolution. ValueError for a value out of
+    Its limit of 20 pixels for the radius on the screen is left out: the released code resets the radii before it reads
+    them, so the rule never acts there, and its effect depends on the resolution. ValueError for a value out of
     range.
     """
 
@@ -57,7 +57,7 @@ class DensitySettings:
         )
 
     def observing(self, iteration: int) -> bool:
-        """Whether statistics of this iteration will be read by a plan."""
+        """Whether a plan will read the statistics of this iteration."""
         return iteration < self.densify_until
 
     def due(self, iteration: int) -> bool:
@@ -75,9 +75,9 @@ class DensitySettings:
 
 @dataclass(frozen=True)
 class Plan:
-    """What becomes of N Gaussians; no index is in two of the three."""
+    """The changes of N Gaussians; no index is in two of the three."""
 
-    clone: Tensor  # i64[C] stay, and get a copy each
+    clone: Tensor  # i64[C] stay and get one copy each
     split: Tensor  # i64[S] are replaced by SPLIT_COPIES smaller ones each
     prune: Tensor  # bool[N] go
 
@@ -129,8 +129,8 @@ class Density:
     ) -> Plan:
         """Which Gaussians to clone, split and remove.
 
-        log_scale [N, 3] and extent in one unit, opacity_logit [N]. `judge_size`: remove by size too. Where the
-        bound `max_gaussians` leaves room for fewer, those of the largest gradient grow, the lower index first.
+        log_scale [N, 3] and extent in one unit, opacity_logit [N]. `judge_size`: remove by size too. If the
+        bound `max_gaussians` leaves room for fewer, those with the largest gradient grow, ties by the lower index.
         """
         gradient = self.gradient_sum / self.seen.clamp(min=1)
         scale = log_scale.detach().exp().amax(dim=1)
@@ -154,7 +154,7 @@ class Density:
 
     @staticmethod
     def _within(grows: Tensor, gradient: Tensor, room: int) -> Tensor:
-        """bool[N]: the `room` Gaussians of the largest gradient among those that would grow by one each."""
+        """bool[N]: the `room` Gaussians of the largest gradient among those that would each add one."""
         rank = torch.sort(torch.where(grows, gradient, -1.0), descending=True, stable=True).indices
         chosen = torch.zeros_like(grows)
         chosen[rank[: max(room, 0)]] = True
@@ -165,7 +165,7 @@ class Density:
         return {"gradient_sum": self.gradient_sum, "seen": self.seen, "largest_radius": self.largest_radius}
 
     def load_state(self, state: dict[str, Any], count: int) -> None:
-        """Go on from `state`, of `count` Gaussians. ValueError or KeyError for anything else."""
+        """Continue from `state`, of `count` Gaussians. ValueError or KeyError for anything else."""
         self.reset(count)
         for name, own in self.state().items():
             setattr(self, name, stored.tensor(state[name], name, (count,), own.dtype).clone())

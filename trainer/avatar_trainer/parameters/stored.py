@@ -1,6 +1,6 @@
-"""What a checkpoint holds, checked before it is used: kernels trust their indices.
+"""Checks of a checkpoint's values before they are used, since kernels trust their indices.
 
-Each function gives the value back, or raises ValueError, which names it.
+Each function returns the value, or raises ValueError that names it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def indices(value: Any, name: str, count: int, end: int) -> Tensor:
 
 
 def rising(value: Any, name: str) -> Tensor:
-    """An int64 tensor of one or more values, none below the one before."""
+    """A non-empty int64 tensor of values that do not decrease."""
     if not isinstance(value, Tensor) or value.dtype != torch.int64 or value.dim() != 1 or not len(value):
         raise ValueError(f"{name} is {_kind(value)}, not a filled {torch.int64} row")
     if (value[1:] < value[:-1]).any():

@@ -10,15 +10,15 @@ from torch import Tensor, nn
 
 from avatar_trainer.parameters import stored
 
-EPSILON = 1e-15  # of Adam, as 3D Gaussian Splatting has it: gradients of a splat can be this small
+EPSILON = 1e-15  # of Adam, as in 3D Gaussian Splatting: gradients of a splat can be this small
 MOMENTS = ("exp_avg", "exp_avg_sq")
 
 
 class Table:
     """Named tensors, each in a row set; tensors of one row set have one row for each of its Gaussians.
 
-    `table[name]` is the parameter as it is now: `take` and `set` may put another in its place, so ask anew each
-    time. The optimiser is torch's Adam with one learning rate a tensor.
+    `table[name]` is the present parameter: `take` and `set` may replace it, so look it up each time. The optimiser is
+    torch's Adam with one learning rate per tensor.
     """
 
     def __init__(self) -> None:
@@ -27,7 +27,7 @@ class Table:
         self._adam: torch.optim.Adam | None = None
 
     def add(self, name: str, tensor: Tensor, learning_rate: float, rows: str) -> None:
-        """A tensor [M, ...] of the row set `rows`, copied. ValueError for a name twice or another M."""
+        """A tensor [M, ...] of the row set `rows`, copied. ValueError for a duplicate name or another M."""
         if name in self._parameters:
             raise ValueError(f"{name!r} is in the table already")
         if rows in self._rows.values() and len(tensor) != self.count(rows):
@@ -59,20 +59,20 @@ class Table:
         return self._rows[name]
 
     def count(self, rows: str) -> int:
-        """How many rows a row set has. KeyError where no tensor is of it."""
+        """The number of rows of a row set. KeyError for a row set without tensors."""
         return len(self._parameters[next(iter(self.names(rows)))])
 
     def names(self, rows: str) -> list[str]:
-        """The tensors of a row set. KeyError where there is none."""
+        """The tensors of a row set. KeyError if there are none."""
         found = [name for name, of in self._rows.items() if of == rows]
         if not found:
             raise KeyError(rows)
         return found
 
     def take(self, rows: str, index: Tensor, fresh: Tensor) -> None:
-        """Row m of every tensor of `rows` becomes what row index[m] was; its Adam moments too, 0 where fresh[m].
+        """Row m of every tensor of `rows` becomes the former row index[m]; its Adam moments too, 0 where fresh[m].
 
-        index i64[M], fresh bool[M]. The step count of Adam is the tensor's and stays, as in 3D Gaussian Splatting.
+        index i64[M], fresh bool[M]. The step count of Adam is per tensor and stays, as in 3D Gaussian Splatting.
         """
         for name in self.names(rows):
             moments = self._moments(name)
@@ -83,7 +83,7 @@ class Table:
                 state[moment][fresh] = 0
 
     def set(self, name: str, tensor: Tensor) -> None:
-        """Other values for a tensor of the same shape; its moments become 0. ValueError for another shape."""
+        """Replace the values of a tensor, in the same shape; its moments become 0. ValueError for another shape."""
         parameter = self._parameters[name]
         if tensor.shape != parameter.shape:
             raise ValueError(f"{name!r} is {tuple(parameter.shape)}, not {tuple(tensor.shape)}")
@@ -92,7 +92,7 @@ class Table:
         self.reset(name)
 
     def reset(self, name: str, index: Tensor | None = None) -> None:
-        """Adam moments of a tensor to 0, those of the rows `index` (i64 or bool) or all."""
+        """Set the Adam moments of a tensor to 0, of the rows `index` (i64 or bool) or all."""
         for moment in self._moments(name).values():
             moment[slice(None) if index is None else index] = 0
 
@@ -101,7 +101,7 @@ class Table:
         self._optimiser.step()
 
     def zero_grad(self) -> None:
-        """Forget the gradients."""
+        """Clear the gradients."""
         self._optimiser.zero_grad(set_to_none=True)
 
     def learning_rate(self, name: str, value: float) -> None:
@@ -109,11 +109,11 @@ class Table:
         self._group(name)["lr"] = float(value)
 
     def learning_rates(self) -> dict[str, float]:
-        """The learning rate of every tensor, now."""
+        """The present learning rate of every tensor."""
         return {name: float(self._group(name)["lr"]) for name in self._parameters}
 
     def state(self) -> dict[str, Any]:
-        """All that `load_state` needs: values, moments, step counts, learning rates."""
+        """Everything that `load_state` needs: values, moments, step counts, learning rates."""
         return {
             name: {
                 "value": parameter.detach(),
@@ -126,9 +126,9 @@ class Table:
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Go on from `state`, of a table with the same tensors; row counts may differ.
+        """Continue from `state`, of a table with the same tensors; row counts may differ.
 
-        ValueError for another table, and for values that Adam cannot go on from; KeyError for one that lacks some.
+        ValueError for another table, and for values from which Adam cannot continue; KeyError if some are missing.
         """
         self._check(state)
         for name, entry in state.items():
@@ -169,7 +169,7 @@ class Table:
         return {moment: state[moment] for moment in MOMENTS}
 
     def _replace(self, name: str, values: Tensor) -> None:
-        """Another parameter in the place of one, with its optimiser state."""
+        """Replaces a parameter, with its optimiser state."""
         parameter = nn.Parameter(values)
         self._optimiser.state[parameter] = self._optimiser.state.pop(self._parameters[name])
         self._group(name)["params"] = [parameter]

@@ -1,8 +1,7 @@
 """Gradients of the `cpu` compositing: 16x16 tiles, back to front, 16 lanes at a time.
 
-A pixel's transmittance before a splat is that behind it over 1 - alpha. Alphas are computed as the forward kernel
-computes them, so the same splats count; each (tile, splat) pair gets a row of its own, and nothing is added by
-two threads.
+A pixel's transmittance before a splat is that behind it over 1 - alpha. Alphas are computed as in the forward
+kernel, so the same splats count. Each (tile, splat) pair has its own row, so no two threads add to one place.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ f32, u32, u64 = np.float32, np.uint32, np.uint64
 # and (dx, dy) the centre minus the pixel; then the gradient of the colour.
 S, S_X, S_Y, S_XX, S_XY, S_YY, S_RED, S_GREEN, S_BLUE = range(9)
 ROW = 9
-AHEAD = 12  # splats between asking for one and using it
+AHEAD = 12  # splats between the prefetch of one and its use
 # Where a block's state keeps, of its 16 pixels: the transmittance in front of the splats done, the sum of what these
 # and the background add to the colour times its gradient, that gradient, the position of the last splat added.
 BEHIND, REST, GRAD_RED, GRAD_GREEN, GRAD_BLUE, LAST = (LANES * k for k in range(6))
@@ -181,7 +180,7 @@ def _block_backward(
     top: np.float32,
     position: np.float32,
 ) -> None:
-    """Take the splat out of the block whose first pixel is (left, top), and add what its row gets."""
+    """Take the splat out of the block whose first pixel is (left, top), and add to its row."""
     x, y, opacity = splat[0, CENTRE_X], splat[0, CENTRE_Y], splat[0, OPACITY]
     a, b, c = f32(-0.5) * splat[0, CONIC_XX], splat[0, CONIC_XY], f32(-0.5) * splat[0, CONIC_YY]
     red, green, blue = splat[0, RED], splat[0, GREEN], splat[0, BLUE]

@@ -1,4 +1,4 @@
-"""Rasteriser `cpu`: the runtime's kernels forward, their gradients by hand backward; float32."""
+"""Rasteriser `cpu`: forward by the runtime's kernels, backward by hand-written gradients; float32."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PROFILE = "trainer"
 
 @dataclass(frozen=True)
 class View:
-    """What an image depends on besides tensors."""
+    """The inputs of an image besides tensors."""
 
     camera: Camera
     settings: RasterSettings
@@ -42,7 +42,7 @@ class View:
 
 @dataclass(frozen=True)
 class Drawn:
-    """What backward needs of forward besides its inputs."""
+    """The values of the forward pass that backward needs besides its inputs."""
 
     screen: Screen
     members: U32  # [P] ids, tile by tile, front to back
@@ -75,7 +75,7 @@ def rasterise(
 
 
 def started(threads: int | None) -> int:
-    """`thread_count`, with Numba's threads started: where that is OpenMP it sets torch's number too, once."""
+    """`thread_count`, with Numba's threads started: with OpenMP that also sets torch's number, once."""
     of_torch = torch.get_num_threads()
     numba.get_num_threads()
     if torch.get_num_threads() != of_torch:
@@ -94,7 +94,9 @@ class _Draw(torch.autograd.Function):
             drawn, colour = _draw(_arrays(fields), _array(background), _array(offset), view)
         ctx.save_for_backward(background, *fields)
         ctx.drawn, ctx.view, ctx.moved = drawn, view, bool(len(offset))
-        radius = torch.from_numpy(drawn.screen.radius.copy())  # backward reads what the caller may change
+        radius = torch.from_numpy(
+            drawn.screen.radius.copy()
+        )  # the caller may change them before backward reads them
         ctx.mark_non_differentiable(radius)
         return torch.from_numpy(colour), torch.from_numpy(1 - drawn.transmittance), radius
 
@@ -125,7 +127,7 @@ def _arrays(fields: Sequence[Tensor | None]) -> RuntimeSplats:
 
 
 def _draw(splats: RuntimeSplats, background: F32, offset: F32, view: View) -> tuple[Drawn, F32]:
-    """What backward needs, and the image [H, W, 3]."""
+    """The values that backward needs, and the image [H, W, 3]."""
     camera = view.camera
     screen = project(splats, camera, view.settings, view.sh_degree, PROFILE, view.threads)
     if len(offset):

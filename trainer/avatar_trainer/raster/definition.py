@@ -27,7 +27,7 @@ def rasterise(
     screen_offset: Tensor | None,
     threads: int | None,
 ) -> Rendered:
-    """`render` by tensors; `threads` is of no effect."""
+    """`render` by tensors; `threads` has no effect."""
     projected = project(splats, camera, settings, sh_degree)
     centre = projected.centre if screen_offset is None else projected.centre + screen_offset
     colour, transmittance = raster(projected, centre, sort(projected), camera, background)
@@ -60,7 +60,7 @@ def raster(
 def _tile(projected: Projected, centre: Tensor, members: Tensor, x0: int, y0: int) -> Tensor:
     """[TILE, TILE, 4] colour and transmittance of the splats `members`, front to back, at (x0, y0)."""
     alpha = _alpha(projected, centre, members, x0, y0)
-    with torch.no_grad():  # a splat that would leave less than the least ends the pixel
+    with torch.no_grad():  # a splat that would leave less transmittance than the minimum ends the pixel
         stays = torch.cumprod(1 - alpha, dim=0) >= constant(constants()["transmittance_min"])
     alpha = torch.where(stays, alpha, 0)
     after = torch.cumprod(torch.cat([alpha.new_ones((1, alpha.shape[1])), 1 - alpha]), dim=0)
@@ -75,7 +75,7 @@ def _alpha(projected: Projected, centre: Tensor, members: Tensor, x0: int, y0: i
     dx, dy = centre[members, 0, None] - x, centre[members, 1, None] - y
     a, b, c = (projected.conic[members, k, None] for k in range(3))
     power = -0.5 * (a * dx * dx + c * dy * dy) - b * dx * dy
-    # A positive exponent, which only an indefinite conic gives, would overflow before it is skipped.
+    # A positive exponent (only of an indefinite conic) would overflow before it is skipped.
     alpha = projected.opacity[members, None] * torch.exp(torch.clamp(power, max=0))
     alpha = torch.clamp(alpha, max=constant(constants()["alpha_max"]))
     least = constant(1 / constants()["alpha_min_denominator"])

@@ -27,7 +27,7 @@ class Jacobian(NamedTuple):
     j11: np.float32
     ratio_x: np.float32  # x / z in camera space, clamped: j02 = -j00 ratio_x
     ratio_y: np.float32
-    free_x: bool  # whether the clamp left it as it was
+    free_x: bool  # whether the clamp did not change it
     free_y: bool
     inverse_z: np.float32
 

@@ -1,8 +1,8 @@
 """Rasteriser `gsplat`: the CUDA kernels of gsplat, to train faster; a profile of its own.
 
 It culls and clamps differently from `trainer` and normalises quaternions, so no reference image is made with it.
-Colour is the twin's of stage `project`, for which gsplat has no sh_rotation. Written after gsplat's documentation of
-`rasterization`; there was no machine with CUDA to run it on.
+Colour is computed by the tensor twin of stage `project`, since gsplat has no sh_rotation. Never run: it was written
+from gsplat's documentation of `rasterization`, without a machine with CUDA.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def rasterise(
     screen_offset: Tensor | None,
     threads: int | None,
 ) -> Rendered:
-    """`render` by gsplat; tensors from elsewhere travel to the GPU and back. `threads` is of no effect.
+    """`render` by gsplat; other tensors are copied to the GPU and back. `threads` has no effect.
 
     The gradient of `screen_offset` is gsplat's of the projected centres; its values are not added to anything.
     Raises AvatarError without gsplat or CUDA.

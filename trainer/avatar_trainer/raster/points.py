@@ -3,7 +3,7 @@
 r is the distance in pixels from a point's place on the screen to the pixel's centre, R = focal_x radius / depth, at
 least `points_screen.LEAST_RADIUS`. Points are composited front to back by view z, ties by id, like Gaussians: alpha is
 at most 0.99, and a point that would leave less transmittance than 1e-4 ends the pixel without being added. Alpha falls
-to 0 at R by itself, so there is no least alpha.
+to 0 at R, so there is no minimum of alpha.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def rasterise(
 
     Differentiable in the points, the background and the offset, which is added to the projected centres.
     `Rendered.visibility` [N] is each point's largest weight alpha T at any pixel, `radius` [N] its R rounded up, both 0
-    where a point is not drawn. `threads`: as for `raster.renderer.render`; of no effect on the result. Raises
+    where a point is not drawn. `threads`: as for `raster.renderer.render`; they do not change the result. Raises
     ValueError for shapes that do not fit together.
     """
     _check(points, background, screen_offset)

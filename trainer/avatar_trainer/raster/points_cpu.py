@@ -24,7 +24,7 @@ from avatar_trainer.tensors import Points, Rendered
 
 @dataclass(frozen=True)
 class View:
-    """What an image depends on besides tensors, as the kernels take it."""
+    """The inputs of an image besides tensors, as the kernels take them."""
 
     camera_from_world: F32
     clip_from_world: F32
@@ -49,7 +49,7 @@ class View:
 
 @dataclass(frozen=True)
 class Drawn:
-    """What backward needs of forward besides its inputs."""
+    """The values of the forward pass that backward needs besides its inputs."""
 
     discs: F32  # [N, COLUMNS]
     bands: I32  # [N, 4]
@@ -123,7 +123,7 @@ def _array(tensor: Tensor) -> F32:
 
 
 def _draw(inputs: tuple[F32, F32, F32, F32, F32], background: F32, view: View) -> tuple[Drawn, F32, I32, F32]:
-    """(what backward needs, image [H, W, 3], radius [N] on the screen, largest weight of each row [P])."""
+    """(values that backward needs, image [H, W, 3], radius [N] on the screen, largest weight of each row [P])."""
     n, bands = len(inputs[0]), -(-view.height // BAND)
     discs, depth = np.empty((n, COLUMNS), np.float32), np.empty(n, np.float32)
     reach, touched, counts = np.empty(n, np.int32), np.zeros((n, 4), np.int32), np.zeros(bands, np.int64)
@@ -163,7 +163,7 @@ def _draw(inputs: tuple[F32, F32, F32, F32, F32], background: F32, view: View) -
 
 
 def _largest(weight: F32, first_row: I64) -> F32:
-    """[N] the largest of each disc's rows; 0 where it has none."""
+    """[N] the largest of each disc's rows; 0 without rows."""
     result = np.zeros(len(first_row) - 1, np.float32)
     some = first_row[1:] > first_row[:-1]
     if some.any():

@@ -1,4 +1,4 @@
-"""The kernels that put points on the screen and carry gradients back; twin of `points_screen.project`, float32."""
+"""The kernels that project points to the screen, and their backward pass; twin of `points_screen.project`, float32."""
 
 from __future__ import annotations
 

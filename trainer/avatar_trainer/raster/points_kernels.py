@@ -1,7 +1,7 @@
 """The compositing kernels of point splatting: bands of pixel rows, a block of 4x4 pixels at a time, disc by disc.
 
-One thread has a band to itself, and a disc a row of its own for every band it meets, so nothing is added by two
-threads. Backward, a pixel's transmittance in front of a disc is that behind it over 1 - alpha.
+One thread computes a whole band, and a disc has its own row for every band it meets, so no two threads add to one
+place. Backward, a pixel's transmittance in front of a disc is that behind it over 1 - alpha.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ f32, u64 = np.float32, np.uint64
 BAND = 16  # pixel rows
 SIDE = 4  # pixels of a block, across and down
 LANES = 16
-AHEAD = 12  # discs between asking for one and using it
+AHEAD = 12  # discs between the prefetch of one and its use
 COLUMNS = 8  # of a disc; half a cache line
 CENTRE_X, CENTRE_Y, RADIUS, OPACITY, RED, GREEN, BLUE = range(7)
 # A row of gradients: the sums over the pixels of s fall, s dx, s dy, s r^2, s being the gradient of alpha over the
@@ -301,7 +301,7 @@ def _take(
 def _take_block(
     state: F32, base: np.uint64, sums: F32, disc: F32, x0: np.float32, y0: np.float32, position: np.float32
 ) -> None:
-    """Take the disc out of the block at (x0, y0), and add what its row gets."""
+    """Take the disc out of the block at (x0, y0), and add to its row."""
     inverse, opacity = f32(1) / (disc[RADIUS] * disc[RADIUS]), disc[OPACITY]
     red, green, blue = disc[RED], disc[GREEN], disc[BLUE]
     x, y = disc[CENTRE_X], disc[CENTRE_Y]

@@ -1,4 +1,4 @@
-"""Points on the screen: discs that every rasteriser of points composites alike."""
+"""Points on the screen: the discs that every rasteriser of points composites."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from avatar_trainer.tensors import Points
 
 # Pixels. The nearest pixel's centre is at most 0.71 away, so a point shows there with half its opacity or more.
 LEAST_RADIUS = 1.0
-ALPHA_MAX = constant(constants()["alpha_max"])  # as for Gaussians: no point hides all behind it
-STOP = constant(constants()["transmittance_min"])  # a point that would leave less ends the pixel
+ALPHA_MAX = constant(constants()["alpha_max"])  # as for Gaussians: no point is fully opaque
+STOP = constant(
+    constants()["transmittance_min"]
+)  # a point that would leave less transmittance ends the pixel
 
 
 @dataclass(frozen=True)
@@ -32,10 +34,10 @@ class Discs:
 
 
 def project(points: Points, camera: Camera, settings: RasterSettings, screen_offset: Tensor | None) -> Discs:
-    """The discs of `points`: radius focal_x * radius / depth pixels, but LEAST_RADIUS where that is less.
+    """The discs of `points`: radius focal_x * radius / depth pixels, at least LEAST_RADIUS.
 
-    Drawn is what lies beyond `settings.near` and whose box of pixels meets the image. `screen_offset` [N, 2] pixels
-    is added to the centres before anything else is decided. Differentiable.
+    A point is drawn if it lies beyond `settings.near` and its box of pixels meets the image. `screen_offset` [N, 2]
+    pixels is added to the centres first. Differentiable.
     """
     with torch.no_grad():
         centre, radius, depth = _geometry(points.mean, points.radius, camera)

@@ -1,6 +1,6 @@
 """Gradients of the `cpu` projection: the rows of each splat's tiles, summed, to mean, scale, quat, opacity and SH.
 
-The chain rule of `avatar_runtime.stages.project`, written out; where a value is clamped its gradient is 0. The
+The chain rule of `avatar_runtime.stages.project`, written out; a clamped value has gradient 0. The
 released rasteriser differs in one term: it takes the clamped x of the Jacobian as independent of z.
 """
 
@@ -79,7 +79,7 @@ def project_splats_backward(
     first_row: I64,  # [N + 1]
     rows: F32,  # [P, ROW] as `composite_tiles_backward` leaves them
     workers: int,
-    grad: SplatArrays,  # out, like all that follow
+    grad: SplatArrays,  # out, like all arrays that follow
     grad_centre: F32,  # [N, 2] pixels
 ) -> None:
     """Fill the gradients, zeros where a splat is not drawn. The workers take chunks from one counter."""

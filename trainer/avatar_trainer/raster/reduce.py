@@ -1,4 +1,4 @@
-"""A sum over 16 lanes as four vector additions, which LLVM does not make of a loop that must add in order."""
+"""A sum over 16 lanes as four vector additions; LLVM does not vectorise a loop that must add in order."""
 
 from __future__ import annotations
 

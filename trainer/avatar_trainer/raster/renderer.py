@@ -25,9 +25,9 @@ NEEDS: dict[str, Callable[[], None]] = {"gsplat": gsplat.expect_gsplat}
 
 
 def expect_rasteriser(name: str) -> None:
-    """Raise ValueError for an unknown rasteriser, AvatarError for one that this machine has not what it needs for."""
+    """Raise ValueError for an unknown rasteriser, AvatarError if something that it needs is not installed."""
     if name not in RASTERISERS:
-        raise ValueError(f"{name!r} is none of {', '.join(RASTERISERS)}")
+        raise ValueError(f"{name!r} is not one of {', '.join(RASTERISERS)}")
     if name in NEEDS:
         NEEDS[name]()
 
@@ -42,15 +42,15 @@ def render(
     screen_offset: Tensor | None = None,  # [N, 2] pixels
     threads: int | None = None,
 ) -> Rendered:
-    """The image of `splats`, differentiable in them (but for sh_rotation), the background and the offset.
+    """The image of `splats`, differentiable in them (except for sh_rotation), the background and the offset.
 
-    `screen_offset` is added to the projected centres once it is decided which tiles each splat touches: the gradient
-    of zeros given here is that of the splats' places on the screen. `threads`: as for the runtime's backend `cpu`.
+    `screen_offset` is added to the projected centres after the tiles of each splat are determined: if it is zero, its
+    gradient is that of the splats' positions on the screen. `threads`: as for the runtime's backend `cpu`.
     Points have one rasteriser, whatever `rasteriser` says. Raises ValueError for an unknown rasteriser and for tensors
     that do not fit together, TypeError for a type that the rasteriser does not take.
     """
     if rasteriser not in RASTERISERS:
-        raise ValueError(f"{rasteriser!r} is none of {', '.join(RASTERISERS)}")
+        raise ValueError(f"{rasteriser!r} is not one of {', '.join(RASTERISERS)}")
     if isinstance(splats, Points):
         return points.rasterise(splats, camera, settings, background, screen_offset, threads)
     _check(splats, sh_degree, background, screen_offset)

@@ -1,4 +1,4 @@
-"""Stage `bind` of Gaussians that joints or groups embed; twin of `avatar_runtime.stages.bind`."""
+"""Stage `bind` of Gaussians that follow joints or groups; twin of `avatar_runtime.stages.bind`."""
 
 from __future__ import annotations
 

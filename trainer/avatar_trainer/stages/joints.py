@@ -12,7 +12,7 @@ from avatar_trainer.stages.rig import RigTensors
 
 @dataclass(frozen=True)
 class Joints:
-    """What later stages read of the skeleton."""
+    """The results of the skeleton that later stages read."""
 
     skin_matrix: Tensor  # [J, 4, 4] mesh from binding mesh: A
     pose_feature: Tensor  # [9 C] row-major R - I of the corrective joints

@@ -1,7 +1,7 @@
 """Stage `project` on tensors: EWA projection and SH colour, in the runtime's order of operations.
 
-Twin of `avatar_runtime.stages.project`, in the type of the tensors it is given. What is not drawn takes no part, so
-no gradient of it is ever a number divided by zero.
+Twin of `avatar_runtime.stages.project`, in the type of its tensors. Splats that are not drawn are left out, so
+no gradient is divided by zero.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Projected:
 
 
 def project(splats: Splats, camera: Camera, settings: RasterSettings, sh_degree: int) -> Projected:
-    """Screen-space splats of `splats` seen by `camera`; differentiable but for radius and tiles."""
+    """Screen-space splats of `splats` seen by `camera`; differentiable except for radius and tiles."""
     with torch.no_grad():
         _, depth, _, radius, tiles, visible = _geometry(splats, camera, settings)
         tiles[~visible] = 0
@@ -100,7 +100,7 @@ def covariance(scale: Tensor, quat_wxyz: Tensor) -> Tensor:
 def projected_covariance(p: Tensor, cov3d: Tensor, camera: Camera, low_pass: float) -> Tensor:
     """J W Sigma W^T J^T plus the low-pass, [N, 3] xx, xy, yy; p [N, 3] in camera space."""
     tan_x, tan_y = constant(camera.tan_half_fov_x), constant(camera.tan_half_fov_y)
-    # Tensors, because torch multiplies a number by the reciprocal where it is to be divided.
+    # Tensors, because torch divides by a number by multiplying with the reciprocal.
     focal_x, focal_y = (
         p.new_tensor(constant(size / (2 * tan)))
         for size, tan in ((camera.width, tan_x), (camera.height, tan_y))
@@ -190,7 +190,7 @@ def _radius(cov: Tensor, det: Tensor) -> Tensor:
 
 
 def constant(value: float) -> float:
-    """The float32 nearest to `value`, which is what the rasteriser has, in whatever type it is computed."""
+    """The float32 nearest to `value`, which the rasteriser has, whatever the type of the computation."""
     return float(np.float32(value))
 
 

@@ -14,7 +14,7 @@ from avatar_trainer.stages.sparse import Entries
 
 @dataclass(frozen=True)
 class RigTensors:
-    """What stages joints, morph and skin read of `avatar_runtime.avatar.Rig`; the skeleton is float64 always."""
+    """The arrays of `avatar_runtime.avatar.Rig` for stages joints, morph and skin; the skeleton is always float64."""
 
     vertices: Tensor  # [V, 3]
     morphs: Entries  # by expression

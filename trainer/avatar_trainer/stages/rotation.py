@@ -37,7 +37,7 @@ def matrix_from_quat(q: Tensor) -> Tensor:
 def quat_from_matrix(m: Tensor) -> Tensor:
     """Unit quaternions wxyz [..., 4] of rotation matrices [..., 3, 3]; the largest component is positive.
 
-    The choice of component is a decision and has no gradient; the formula chosen has.
+    The choice of component has no gradient; the chosen formula has one.
     """
     m00, m01, m02, m10, m11, m12, m20, m21, m22 = m.flatten(-2).unbind(-1)
     w2, x2, y2, z2 = 1 + m00 + m11 + m22, 1 + m00 - m11 - m22, 1 - m00 + m11 - m22, 1 - m00 - m11 + m22

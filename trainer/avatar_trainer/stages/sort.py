@@ -1,4 +1,4 @@
-"""Stage `sort` on tensors: the order in which splats are blended."""
+"""Stage `sort` on tensors: the order in which splats are composited."""
 
 from __future__ import annotations
 

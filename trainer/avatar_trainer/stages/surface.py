@@ -1,7 +1,7 @@
-"""Part of stage `bind`: Gaussians that ride on a triangle mesh; twin of `avatar_runtime.stages.surface`.
+"""Part of stage `bind`: Gaussians embedded in a triangle mesh; twin of `avatar_runtime.stages.surface`.
 
-SplattingAvatar's rules, of the released code and of the paper, and PSAvatar's. What belongs to the mesh is summed in
-float64, as in the runtime: the sign of a triangle's quaternion is a decision, and float32 would decide by its rounding.
+SplattingAvatar's rules, of the released code and of the paper, and PSAvatar's. Sums over the mesh are float64,
+as in the runtime: the sign of a triangle's quaternion is a decision, and float32 would decide by its rounding.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from avatar_runtime.rules import RIGGED_ROTATIONS
 from avatar_schema import constants
 from avatar_trainer.stages.rotation import matrix_from_quat, polar, quat_from_matrix, quat_multiply
 
-TINY = 1e-30  # keeps what has no length from dividing by 0
+TINY = 1e-30  # avoids a division by a length of 0
 
 
 @dataclass(frozen=True)
 class SurfaceMesh:
-    """The canonical mesh: what no pose and no training step changes. Made by `surface_mesh`."""
+    """The canonical mesh, which no pose and no training step changes. Made by `surface_mesh`."""
 
     triangles: Tensor  # [F, 3] int64
     vertices: int
@@ -46,7 +46,7 @@ class PosedMesh:
 
 @dataclass(frozen=True)
 class EmbeddedGaussians:
-    """Where a posed mesh carries its Gaussians."""
+    """Embedded Gaussians on a posed mesh."""
 
     mean: Tensor  # [N, 3]
     quat_wxyz: Tensor  # [N, 4] any length
@@ -59,7 +59,7 @@ class EmbeddedGaussians:
 def surface_mesh(canonical_vertices: F32, triangles: U32, training_per_bundle: float) -> SurfaceMesh:
     """The mesh of the pose in which every rule is the identity: vertices [V, 3] in bundle units, triangles [F, 3].
 
-    Raises ValueError where a triangle names a vertex that is not there.
+    Raises ValueError for a triangle with a vertex that does not exist.
     """
     count = len(canonical_vertices)
     index = torch.from_numpy(triangles.astype(np.int64))
@@ -88,8 +88,8 @@ def pose_mesh(
 ) -> PosedMesh:
     """Vertex normals and turns, and triangle areas of the posed `vertices` [V, 3]; differentiable in them.
 
-    `vertex_matrix` [V, 3, 3] or [V, 3, 4], for rules.RIGGED_ROTATIONS and no other: sum_j W_vj A_j of each vertex.
-    Raises ValueError where it is missing, where no rule reads it, and for a rule that is not trained.
+    `vertex_matrix` [V, 3, 3] or [V, 3, 4], only for rules.RIGGED_ROTATIONS: sum_j W_vj A_j of each vertex.
+    Raises ValueError if it is missing, if no rule reads it, and for a rule that is not trained.
     Triangle quaternion: posed frame times inverse canonical frame, w made positive; neighbours of opposite sign cancel.
     Source: SplattingAvatar 3847314 splatting_avatar_model.py, utils/map.py; paper Eqs. 4, 5. The definition;
     `kernels.pose_mesh_cpu` is the fast one.
@@ -106,9 +106,9 @@ def pose_mesh(
 
 
 def linear_rows(vertex_matrix: Tensor | None, mesh: SurfaceMesh, rules: Rules) -> Tensor | None:
-    """[V, 9] of [V, 3, 3] or [V, 3, 4], detached; None where the rotation rule reads no matrices.
+    """[V, 9] of [V, 3, 3] or [V, 3, 4], detached; None if the rotation rule reads no matrices.
 
-    Raises ValueError where `vertex_matrix` is missing, of another shape, or not read.
+    Raises ValueError if `vertex_matrix` is missing, of another shape, or not read.
     """
     rigged = rules.rotation in RIGGED_ROTATIONS
     if rigged != (vertex_matrix is not None):
@@ -134,8 +134,8 @@ def embed(
 ) -> EmbeddedGaussians:
     """Gaussians on the posed mesh; differentiable in all floating inputs.
 
-    The turn of rules.RIGGED_ROTATIONS has no gradient: it would not reach the vertices, and between the corners of
-    one triangle it hardly changes.
+    The rotation of rules.RIGGED_ROTATIONS has no gradient: it would not reach the vertices, and it hardly changes
+    between the corners of one triangle.
     Source: SplattingAvatar 3847314 splatting_avatar_model.py:75; paper Eqs. 2 to 5; PSAvatar, Eqs. 8 to 11. Raises
     ValueError for a rule that is not trained.
     """
@@ -155,11 +155,11 @@ def embed(
 
 
 def bary_vertex_rotation(vertex_matrix: Tensor, corners: Tensor, barycentric: Tensor) -> Tensor:
-    """[N, 3, 3] polar3(sum_c b_c M_c): what skinning does to the mesh under each Gaussian, made a rotation.
+    """[N, 3, 3] polar3(sum_c b_c M_c): the rotation of the skinned mesh under each Gaussian.
 
     `vertex_matrix` [V, 3, 3] or [V, 3, 4]: sum_j W_vj A_j of each vertex, of which the linear part is read;
     `corners` [N, 3] int64 vertex ids; `barycentric` [N, 3]. Differentiable in the matrices and the barycentrics.
-    Source: PSAvatar, Eq. 11, whose sum of matrices is no rotation where the corners turn differently.
+    Source: PSAvatar, Eq. 11, whose sum of matrices is not a rotation if the corners rotate differently.
     """
     linear = vertex_matrix[..., :3][corners]  # [N, 3, 3, 3]
     return polar((barycentric[:, :, None, None] * linear).sum(1))

@@ -27,7 +27,7 @@ DRAWING = Drawing()
 
 
 def raster_settings(system: System) -> RasterSettings:
-    """How a system's images are drawn: the trainers' near plane is in training units, the splats are in metres."""
+    """The settings of a system's images: the trainers' near plane is in training units, the splats are in metres."""
     return RasterSettings(near=float(constants()["near"]) / system.training_per_bundle)
 
 
@@ -38,7 +38,7 @@ def draw(
     background: Tensor | None = None,  # [3]; None: black
     by: Drawing = DRAWING,
 ) -> Rendered:
-    """A frame of the system's capture as the system has it now."""
+    """A frame of the system's capture, drawn by the present model."""
     return render(
         system.splats(frame.pose),
         frame.camera,

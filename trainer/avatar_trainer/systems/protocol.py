@@ -1,4 +1,4 @@
-"""What the training loop needs of a system; each system is a folder of `systems` with a class of this shape."""
+"""The interface of a system for the training loop; each system is a folder of `systems` with such a class."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class System(Protocol):
     evaluation then measures it.
     """
 
-    name: ClassVar[str]  # as the exporter's reader calls it
+    name: ClassVar[str]  # the name of the exporter's reader
     capture: Capture
     table: Table  # every trainable tensor, and its optimiser
     training_per_bundle: float  # training units in a metre
@@ -30,7 +30,7 @@ class System(Protocol):
         """The avatar in one pose, metres, differentiable with respect to the table; points while acquiring."""
 
     def background(self, generator: Generator) -> Tensor:
-        """[3] behind this iteration's image, prediction and target alike."""
+        """[3] the background of this iteration's image, for prediction and target."""
 
     def losses(self, rendered: Rendered, target: Tensor, mask: Tensor, iteration: int) -> dict[str, Tensor]:
         """Weighted terms whose sum is minimised; target [H, W, 3] is over the background, mask [H, W] 0..1."""
@@ -42,13 +42,13 @@ class System(Protocol):
         """Learning rates of this iteration."""
 
     def after_step(self, iteration: int, generator: Generator) -> None:
-        """What follows an optimiser step: density control, opacity reset, walking on triangles, SH degree."""
+        """After an optimiser step: density control, opacity reset, walking on triangles, SH degree."""
 
     def state(self) -> dict[str, Any]:
         """Everything that `load_state` needs to continue bit by bit: tensors, numbers, strings, dicts and lists."""
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Go on from `state`."""
+        """Continue from `state`."""
 
     def save(self, folder: Path, iteration: int) -> None:
         """Write the released code's layout, and rules.json, into `folder`."""

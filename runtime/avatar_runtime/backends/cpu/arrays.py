@@ -1,4 +1,4 @@
-"""What the kernels take: NamedTuples of contiguous arrays, always of the types named here.
+"""The inputs of the kernels: NamedTuples of contiguous arrays, always of the types named here.
 
 The inputs of a kernel are read-only, so that one compiled kernel serves arrays of any owner. No NamedTuple that a
 parallel kernel takes holds another one: Numba's parallel loops do not accept that.
@@ -23,7 +23,7 @@ BLOCK = 64  # Gaussians that a kernel takes at a time: their intermediate values
 
 
 def read_only(values: npt.ArrayLike, dtype: Any = np.float32, shape: tuple[int, ...] | None = None) -> Array:
-    """`values` as a kernel takes an input: contiguous, of `dtype` and read-only. Copies only where it must.
+    """`values` as a kernel takes an input: contiguous, of `dtype` and read-only. Copies only if necessary.
 
     Raises ValueError for another shape than `shape`.
     """
@@ -126,10 +126,10 @@ class PosedMesh(NamedTuple):
     """Triangles and vertices of a posed mesh as the surface rules read them; each frame overwrites them."""
 
     size: F64  # [F] area, or edge length for rotation rule triangle_frame
-    # [F, 13] but for triangle_frame: edge cross edge (3), canonical area times the turn since the binding pose (4);
+    # [F, 13] except for triangle_frame: edge cross edge (3), canonical area times the turn since the binding pose (4);
     # of triangle_frame: the frame, row-major (9), and its quaternion (4)
     triangle: F64
-    vertex: F64  # [V, 7] normal (3) and quaternion (4), but for triangle_frame
+    vertex: F64  # [V, 7] normal (3) and quaternion (4), except for triangle_frame
     matrix: (
         F32  # [V, 9] linear part of the skin matrix, row-major, for bary_vertex_lbs; of other rules [0, 9]
     )
@@ -146,7 +146,7 @@ class RigArrays(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """How much a frame brings."""
+    """The sizes of a frame's arrays."""
 
     expressions: int
     features: int
@@ -156,7 +156,7 @@ class Sizes(NamedTuple):
 
     @staticmethod
     def of(avatar: Avatar) -> Sizes:
-        """Of what `Posed` holds for `avatar`."""
+        """The sizes of `Posed` for `avatar`."""
         rig = avatar.rig
         return Sizes(
             len(avatar.expressions),
@@ -168,7 +168,7 @@ class Sizes(NamedTuple):
 
 
 class PosedArrays(NamedTuple):
-    """What a frame brings besides the avatar."""
+    """The inputs of a frame besides the avatar."""
 
     expression_weights: F32  # [K]
     expression_mask: U64  # [ceil(K / 64)] a bit for each that is not 0

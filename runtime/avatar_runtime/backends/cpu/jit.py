@@ -11,11 +11,11 @@ import numba
 
 from avatar_schema import constants, rules
 
-# A float32 or float64, as the caller has it: what a formula for both takes and gives.
+# A float32 or float64, whichever the caller has: the type of a formula for both.
 Scalar = Any
 F = TypeVar("F", bound=Callable[..., Any])
 
-# IEEE arithmetic in the order written; a division by 0 is infinite or no number, and raises nothing.
+# IEEE arithmetic in the order written; a division by 0 gives infinity or NaN, and raises nothing.
 OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": False, "error_model": "numpy"}
 
 

@@ -1,4 +1,4 @@
-"""What a kernel needs of the processor and Numba does not offer: fused multiply-add, exp, bits, a shared counter."""
+"""Processor instructions that Numba does not offer: fused multiply-add, exp, bits, a shared counter."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ f32 = np.float32
 LOG2_E = f32(1.4426950408889634)
 LN_2 = f32(0.6931471805599453)
 ROUNDER = f32(3 << 22)  # adding 1.5 * 2^23 leaves the nearest integer in the low bits of a float32
-MOST_EXPONENT = f32(88.7228)  # e to that is still a float32
+MOST_EXPONENT = f32(88.7228)  # e to this power is still a float32
 LEAST_EXPONENT = f32(-87)  # e^-87 is the last normal float32; far below 1/255 of any opacity
 # e^t - 1 - t over t^2 for |t| <= ln 2 / 2, least largest relative error of e^t: 1.1e-7.
 C2, C3, C4, C5 = f32(0.4999923), f32(0.16667115), f32(0.04189033), f32(0.0083125)
@@ -165,7 +165,7 @@ sum_in_turn_4, sum_in_turn_8 = weighted_sum(4, False), weighted_sum(8, False)
 
 @intrinsic
 def take_next(typing: Any, counter: Any) -> Any:
-    """The value of counter[0], an int64 array that threads share, and one more in its place."""
+    """Returns counter[0] of an int64 array that threads share, and adds one to it."""
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         pointer = context.make_array(signature.args[0])(context, builder, values[0]).data

@@ -10,13 +10,13 @@ from contextlib import contextmanager, nullcontext
 import numba
 from numba.core import config
 
-MOST = 8  # by default: memory is the limit beyond
+MOST = 8  # by default: with more, memory is the limit
 
 _TURN = threading.Lock()
 
 
 def thread_count(threads: int | None) -> int:
-    """`threads`, or by default one a core up to MOST; never more than Numba may start.
+    """`threads`, or by default one a core up to MOST; at most as many as Numba may start.
 
     Raises TypeError for a value that is not an integer, ValueError for less than 1.
     """
@@ -42,7 +42,7 @@ def _most() -> int:
 def using(threads: int) -> Iterator[None]:
     """Parallel kernels called inside run on `threads` threads; afterwards the caller's own number holds again."""
     before = numba.get_num_threads()
-    # Numba's own pool, taken where neither TBB nor OpenMP is found, ends a process that enters it twice at once.
+    # Numba's own pool, taken where neither TBB nor OpenMP is found, ends the process if two threads enter it at once.
     with _TURN if numba.threading_layer() == "workqueue" else nullcontext():  # type: ignore[attr-defined]
         numba.set_num_threads(threads)
         try:

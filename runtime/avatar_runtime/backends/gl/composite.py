@@ -1,4 +1,4 @@
-"""Composites the finished image onto a given framebuffer, and converts display-referred colour if that is linear."""
+"""Composites the finished image onto a framebuffer; converts display-referred colour for a linear framebuffer."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Composite:
         background: tuple[float, float, float] | None,
         linear: bool,
     ) -> None:
-        """`target` over `background`, or where that is None over what `framebuffer` holds."""
+        """`target` over `background`; if that is None, over the content of `framebuffer`."""
         colour = (0, 0, 0, 0) if background is None else (*background, 1)
         self._constants.set({"background": colour, "linear_target": linear, "image_size": target.size})
         viewport = framebuffer.viewport

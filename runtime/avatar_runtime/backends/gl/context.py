@@ -1,7 +1,7 @@
 """OpenGL contexts without a window: desktop 4.3 or OpenGL ES 3.1, through EGL; and which one is current.
 
-moderngl makes desktop contexts itself. For OpenGL ES it takes a foreign one, made here with the few EGL calls that
-this needs.
+moderngl makes desktop contexts itself. For OpenGL ES it takes a foreign context, which this module makes by a few
+EGL calls.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import moderngl
 
 from avatar_runtime.io.errors import AvatarError
 
-DESKTOP, ES = 430, 310  # the least versions; compute shaders begin there
+DESKTOP, ES = 430, 310  # the lowest versions with compute shaders
 NO_GL = (
     "no OpenGL context can be made here ({why}): run on a machine with a GPU driver, or install Mesa's software one "
     "(Debian: apt-get install libegl1 libgl1 libgles2 libegl-mesa0 libgl1-mesa-dri)"
@@ -41,9 +41,9 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 
 
 def own_context(es: bool) -> moderngl.Context:
-    """A context of our own: OpenGL ES 3.1, or desktop OpenGL 4.3; current only where none was.
+    """A context of our own: OpenGL ES 3.1, or desktop OpenGL 4.3; it becomes current only if no other context was.
 
-    Raises AvatarError, which says what to install, where none can be made.
+    Raises AvatarError, which says what to install, if no context can be made.
     """
     try:
         with kept_current():
@@ -106,7 +106,7 @@ class EsContext:
     """OpenGL ES 3.1 without a surface, as moderngl takes a foreign context."""
 
     def __init__(self) -> None:
-        """Raises OSError where libEGL is missing or gives no such context."""
+        """Raises OSError if libEGL is missing or gives no such context."""
         egl = _egl()
         if egl is None:
             raise OSError("libEGL.so.1 is missing")
@@ -121,7 +121,7 @@ class EsContext:
         raise OSError("EGL has no display with OpenGL ES 3.1")
 
     def load_opengl_function(self, name: str) -> int:
-        """The address of a GL function, 0 where there is none."""
+        """The address of a GL function; 0 if there is none."""
         return self._egl.eglGetProcAddress(name.encode()) or 0
 
     def __enter__(self) -> EsContext:
@@ -137,7 +137,7 @@ class EsContext:
 
 
 def _current() -> tuple[int | None, ...] | None:
-    """(display, draw surface, read surface, context) that EGL has current, None for none and where there is no EGL."""
+    """(display, draw surface, read surface, context) that EGL has current; None if nothing is, or without EGL."""
     egl = _egl() if sys.platform.startswith("linux") else None
     if egl is None or not egl.eglGetCurrentContext():
         return None
@@ -170,7 +170,7 @@ def _extension(egl: Any, name: str, result: Any, *arguments: Any) -> Any:
 
 
 def _egl() -> Any:
-    """libEGL with its signatures, None where it is missing."""
+    """libEGL with its signatures; None if it is missing."""
     try:
         egl = C.CDLL("libEGL.so.1")
     except OSError:

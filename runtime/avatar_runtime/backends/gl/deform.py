@@ -66,7 +66,7 @@ class Chunk:
         self.blend = programs.dispatch("blend", run.count, buffers, {**values, **blended.offsets})
         self.activate = programs.dispatch("activate", run.count, buffers, values)
         self.project = programs.dispatch("project", run.count, buffers, values | settings)
-        self.bind: list[tuple[int | None, Dispatch]]  # with the group whose transform it takes
+        self.bind: list[tuple[int | None, Dispatch]]  # with the group whose transform the kernel uses
         if deformer.surface is not None:
             self.bind = [(None, deformer.on_surface(run, buffers, values))]
         else:
@@ -77,7 +77,7 @@ class Deformer:
     """One avatar's chunks and mesh."""
 
     def __init__(self, gpu: Gpu, programs: Programs, avatar: Avatar) -> None:
-        """Uploads what no pose changes. Raises AvatarError for a part that the buffer limit has no room for."""
+        """Uploads what no pose changes. Raises AvatarError for a part that exceeds the buffer limit."""
         self.gpu, self.programs, self.avatar = gpu, programs, avatar
         e = avatar.embedding
         self.surface: Surface | None = None
@@ -109,7 +109,7 @@ class Deformer:
         self.chunks = [Chunk(self, run) for run in gaussian_runs(avatar, gpu.limit)]
 
     def deform(self, posed: Posed, steps: Steps) -> None:
-        """Stages up to activate; what they make stays on the GPU."""
+        """Stages up to activate; their outputs stay on the GPU."""
         self.set_pose(posed)
         steps.run("blend", self.blend)
         if self.surface is not None:
@@ -128,7 +128,7 @@ class Deformer:
         steps.run("skin", self.mesh.skin)
 
     def set_pose(self, posed: Posed) -> None:
-        """Uploads what this frame changes: weights, joint matrices, group transforms, world."""
+        """Uploads the inputs of this frame: weights, joint matrices, group transforms, world."""
         self.set_weights(
             expression_weights=posed.expression_weights,
             pose_feature=posed.pose_feature,
@@ -138,7 +138,7 @@ class Deformer:
         self.set_transforms(posed.groups, posed.world_from_avatar)
 
     def set_weights(self, **given: F32) -> None:
-        """The Pose buffer; what is not given is 0."""
+        """The Pose buffer; values that are not given are 0."""
         joints = 0 if self.avatar.rig is None else self.avatar.rig.joint_count
         sections = pose_sections(
             given.get("expression_weights", np.zeros(len(self.avatar.expressions), np.float32)),

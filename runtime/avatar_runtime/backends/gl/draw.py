@@ -29,7 +29,7 @@ Depth = npt.NDArray[Any] | moderngl.Texture
 
 
 class Drawing:
-    """Chunks that are sorted and drawn as one, with the buffers and programs for that."""
+    """Chunks that are sorted and drawn as one, with their buffers and programs."""
 
     def __init__(
         self, gpu: Gpu, programs: Programs, chunks: Sequence[Chunk], target: str, order: str
@@ -57,7 +57,7 @@ class Drawing:
         ]
 
     def raster(self, camera: Camera, depth: Depth | None) -> Target:
-        """Stage raster of what is sorted: the accumulated image, valid until the next call."""
+        """Stage raster of the sorted splats: the accumulated image, valid until the next call."""
         target, context = self._sized((camera.width, camera.height)), self._gpu.context
         check_depth(depth, target.size)
         self._constants.set({"image_size": target.size})

@@ -17,7 +17,7 @@ from avatar_runtime.io.errors import AvatarError
 BUFFER_LIMIT = 128 << 20  # bytes of one binding that WebGPU and most phones grant
 MOST_GROUPS, GROUP = 65535, 64  # thread groups of one dispatch, threads of one group
 MOST_ROWS = MOST_GROUPS * GROUP
-LEAST_LIMIT = 1024  # bytes; below that not even the constants of a frame have room
+LEAST_LIMIT = 1024  # bytes; a smaller one has no room even for the constants of a frame
 LARGEST_LIMIT = (1 << 31) - 1  # bytes; sizes in OpenGL's interface are signed
 
 
@@ -25,7 +25,7 @@ class Gpu:
     """One context, the shader language that it takes, and every buffer that we made in it."""
 
     def __init__(self, context: moderngl.Context | None, es: bool, limit: int) -> None:
-        """`context` None makes one. Raises AvatarError where that fails or `context` is too old, ValueError for a
+        """`context` None makes one. Raises AvatarError if that fails or `context` is too old, ValueError for a
         limit out of range and for `es` with a context, TypeError for a limit that is not a whole number.
         """
         if not LEAST_LIMIT <= operator.index(limit) <= LARGEST_LIMIT:
@@ -41,12 +41,12 @@ class Gpu:
 
     @contextmanager
     def current(self) -> Iterator[None]:
-        """Our context is current inside; the caller's, if another, afterwards."""
+        """Our context is current inside; afterwards the caller's is current again."""
         with current(self.context):
             yield
 
     def buffer(self, what: str, content: npt.NDArray[Any] | int) -> moderngl.Buffer:
-        """A buffer with `content`, or of that many bytes. Raises AvatarError where it would exceed the limit."""
+        """A buffer with `content`, or of that many bytes. Raises AvatarError if it would exceed the limit."""
         size = content if isinstance(content, int) else content.nbytes
         if size > self.limit:
             raise too_large(what, size, self.limit)
@@ -69,7 +69,7 @@ class Gpu:
             item.release()
 
     def release(self) -> None:
-        """Gives everything back, and the context where it is our own."""
+        """Releases everything, and the context if we made it."""
         with self.current():
             while self.held:
                 self.held.pop().release()

@@ -62,7 +62,7 @@ class Cost:
 def runs(what: str, rows: int, costs: Sequence[Cost], limit: int) -> tuple[Run, ...]:
     """The fewest runs of `rows` rows in which no buffer of `costs` is larger than `limit` bytes.
 
-    Raises AvatarError where one row alone is larger.
+    Raises AvatarError if one row alone is larger.
     """
     sizes = [(cost.up_to(rows), cost.fixed) for cost in costs]
     found: list[Run] = []
@@ -79,7 +79,7 @@ def runs(what: str, rows: int, costs: Sequence[Cost], limit: int) -> tuple[Run, 
 
 
 def gaussian_runs(avatar: Avatar, limit: int) -> tuple[Run, ...]:
-    """Chunks of Gaussians: every buffer that has a row a Gaussian is within `limit`."""
+    """Chunks of Gaussians, in which every buffer with one row per Gaussian is within `limit`."""
     shapes, sh = avatar.blendshapes, 3 * avatar.gaussians.sh.shape[1]
     blend = Cost(
         WORD * (BASE_PLANES + sh + 2),
@@ -168,7 +168,7 @@ def pack_bind(avatar: Avatar, run: Run) -> PackedBuffer:
 
 
 def pack_embedded(surface: Surface, run: Run) -> PackedBuffer:
-    """EmbedStatic of one chunk of Gaussians on a mesh; of displacement and local_offset the rule has one."""
+    """EmbedStatic of one chunk of Gaussians on a mesh; the rule has either displacement or local_offset."""
     e, rows = surface.embedding, slice(run.first, run.first + run.count)
     return pack(
         {
@@ -184,7 +184,7 @@ def pack_embedded(surface: Surface, run: Run) -> PackedBuffer:
 
 
 def pack_surface(surface: Surface, skin: SparseRows) -> PackedBuffer:
-    """SurfaceStatic, of the whole mesh; `skin` [V rows], or no rows where the rotation rule reads none."""
+    """SurfaceStatic, of the whole mesh; `skin` [V rows], or no rows if the rotation rule reads none."""
     triangles = surface.embedding.triangles
     return pack(
         {

@@ -41,7 +41,7 @@ class Mesh:
 
     @cached_property
     def buffer(self) -> moderngl.Buffer:
-        """Mesh. Raises AvatarError where it exceeds the limit."""
+        """Mesh. Raises AvatarError if it exceeds the limit."""
         return self._gpu.buffer(f"the mesh of {self.count} vertices", FLOAT4 * self._planes * self.count)
 
     def morph(self) -> None:
@@ -120,7 +120,7 @@ class Turns:
 
 
 def run_all(gpu: Gpu, kernels: Iterable[Dispatch]) -> None:
-    """Kernels that do not read each other's results, and a barrier for those who do."""
+    """Kernels that do not read each other's results, and a barrier for later kernels that read them."""
     for kernel in kernels:
         kernel.run()
     gpu.context.memory_barrier()

@@ -34,7 +34,7 @@ class Constants:
     """The uniform block of one entry point, in a buffer of its own."""
 
     def __init__(self, gpu: Gpu, entry: str, block: Mapping[str, Any], values: Values) -> None:
-        """Takes the block's members from `values`, which may hold more. Raises KeyError where one is missing."""
+        """Takes the block's members from `values`, which may hold more. Raises KeyError if one is missing."""
         self._members = {m["name"]: (m["offset"], m["type"]) for m in block["members"]}
         self._binding = block["binding"]
         self._bytes = bytearray(block["size"])
@@ -68,7 +68,7 @@ class Dispatch:
         self.constants = constants
 
     def run(self) -> None:
-        """Queues the kernel; a memory barrier is the caller's."""
+        """Queues the kernel; the caller adds the memory barrier."""
         for buffer, binding in self._buffers:
             buffer.bind_to_storage_buffer(binding)
         self.constants.bind()
@@ -94,7 +94,7 @@ class Programs:
     ) -> Dispatch:
         """Kernel `entry` over `rows` rows, `block` of them a group; buffers by the shader's names.
 
-        Raises AvatarError for more rows than one dispatch has, or where the driver does not compile the shader.
+        Raises AvatarError for more rows than one dispatch has, or if the driver does not compile the shader.
         """
         groups = -(-rows // block)
         if groups > MOST_GROUPS:
@@ -134,5 +134,5 @@ class Programs:
 
 
 def refused(what: str, language: str, error: Exception) -> AvatarError:
-    """What to say of a shader that the driver does not take."""
+    """The error for a shader that the driver does not compile."""
     return AvatarError(f"the driver does not compile it: {error}", field=f"shader {what} ({language})")

@@ -80,13 +80,13 @@ class Scene:
     ) -> None:
         """Draws onto a framebuffer of this context, of the camera's size, its first row at the bottom as GL has it.
 
-        background: display-referred rgb in place of what the framebuffer holds; None: over that.
+        background: display-referred rgb that replaces the framebuffer's content; None: the image is drawn over it.
         linear: the framebuffer holds linear light; the finished colour is converted after compositing.
         depth: as in `image`; the framebuffer's own depth texture will do.
 
-        Bound framebuffer, viewport, enabled flags, blend and depth functions are afterwards as before; programs,
-        vertex arrays and the bindings of buffers and textures are not. Raises ValueError for another size, or where
-        poses and avatars are not as many.
+        Bound framebuffer, viewport, enabled flags, blend and depth functions are restored afterwards; programs,
+        vertex arrays and the bindings of buffers and textures are not. Raises ValueError for another size, or if
+        the numbers of poses and avatars differ.
         """
         if tuple(framebuffer.size) != (camera.width, camera.height):
             raise ValueError(

@@ -1,4 +1,4 @@
-"""One stable sort of all drawn splats, whichever avatar or chunk they come from."""
+"""One stable sort of all drawn splats, across all avatars and chunks."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from avatar_runtime.backends.gl.programs import Programs
 
 DIGITS, BITS, PASSES = 16, 4, 8
 BLOCK = 1024  # pairs a thread group: AVATAR_SORT_BLOCK of sort.hlsli
-NOT_DRAWN = 0xFFFFFFFF  # the key of what has no radius; sorts last
+NOT_DRAWN = 0xFFFFFFFF  # the key of splats without radius; sorts last
 
 
 class Sort:
     """Pairs (key, id) of chunks that follow each other; an id counts through all of them."""
 
     def __init__(self, gpu: Gpu, programs: Programs, chunks: Sequence[Chunk]) -> None:
-        """Raises AvatarError where the buffer limit has no room for all pairs: one sort cannot be split."""
+        """Raises AvatarError if all pairs together exceed the buffer limit: one sort cannot be split."""
         self._gpu = gpu
         counts = [chunk.run.count for chunk in chunks]
         self.count = sum(counts)
@@ -53,7 +53,7 @@ class Sort:
             here, there = there, here  # an even number of passes ends where it began
 
     def run(self) -> None:
-        """Stage sort: front to back by view z, ties by id; what is not drawn comes last."""
+        """Stage sort: front to back by view z, ties by id; splats that are not drawn come last."""
         barrier = self._gpu.context.memory_barrier
         for kernel in self._keys:
             kernel.run()
@@ -63,7 +63,7 @@ class Sort:
             barrier()
 
     def put(self, order: npt.NDArray[np.int64]) -> None:
-        """An order given from outside: ids of the drawn, front to back."""
+        """Sets an order given from outside: ids of the drawn splats, front to back."""
         rest = np.setdiff1d(np.arange(self.count), order)
         pairs = np.full((self.count, 2), NOT_DRAWN, np.uint32)
         pairs[:, 1] = np.concatenate([order, rest])
@@ -71,7 +71,7 @@ class Sort:
         self.pairs.write(pairs.tobytes())
 
     def take(self) -> npt.NDArray[np.int64]:
-        """Ids of the drawn, front to back."""
+        """Ids of the drawn splats, front to back."""
         pairs = np.frombuffer(self.pairs.read(PAIR * self.count), np.uint32).reshape(-1, 2)
         order: npt.NDArray[np.int64] = pairs[pairs[:, 0] != NOT_DRAWN, 1].astype(np.int64)
         return order

@@ -1,4 +1,4 @@
-"""One stage alone on the GPU: its inputs are uploaded, its own kernels run, its outputs come back."""
+"""One stage alone on the GPU: its inputs are uploaded, its kernels run, its outputs are downloaded."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The caller's GL state, left as it was found.
+"""Restores the caller's GL state.
 
-moderngl's Scope brings back the framebuffer, its viewport and the enabled flags; blend and depth functions it can set
-but not read, so they are asked of GL.
+moderngl's Scope restores the framebuffer, its viewport and the enabled flags. It can set blend and depth functions
+but not read them, so GL is asked for them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _COMPARISONS = {
 
 @contextmanager
 def drawing_into(context: moderngl.Context, framebuffer: moderngl.Framebuffer, flags: int) -> Iterator[None]:
-    """Inside, `framebuffer` is drawn into with `flags` alone enabled; afterwards all is what it was."""
+    """Inside, `framebuffer` is bound and only `flags` are enabled; afterwards the earlier state is restored."""
     blend: Any = _get(*_BLEND_FUNCTION)
     equation: Any = _get(*_BLEND_EQUATION)
     (depth,) = _get(_DEPTH_FUNCTION)

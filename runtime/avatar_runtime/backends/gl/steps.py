@@ -1,4 +1,4 @@
-"""Stages queued one after another, timed one by one where that is asked for."""
+"""Stages queued one after another; optionally each one is timed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Steps:
     """The stages of one frame."""
 
     def __init__(self, context: moderngl.Context, clock: Clock | None) -> None:
-        """`clock` None queues the stages and waits for none; else each is waited for and its wall time noted."""
+        """With `clock` None the stages are queued without waiting; else each is waited for and its wall time noted."""
         self._context, self._clock = context, clock
 
     def run(self, stage: str, queue: Callable[[], T]) -> T:
@@ -33,7 +33,7 @@ class Steps:
 
 
 def clocked(context: moderngl.Context, clock: Clock, each: bool, run: Callable[[Steps], T]) -> T:
-    """What `run` returns; its stages go to `clock` one by one where `each`, else as one entry `gl`."""
+    """What `run` returns; if `each`, `clock` gets one entry per stage, else one entry `gl`."""
     if each:
         return run(Steps(context, clock))
     return clock.timed("gl", lambda: run(Steps(context, None)))

@@ -21,7 +21,7 @@ void main() {
     gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
 }
 """
-# No stage: OpenGL ES takes no depth values from memory, so they are drawn.
+# Not a stage: OpenGL ES cannot upload depth values, so they are drawn.
 _DEPTHS = """
 uniform highp sampler2D given;
 uniform int flip;
@@ -34,14 +34,14 @@ void main() {
 
 
 class Target:
-    """An image of one size, its first row on top of the image it shows."""
+    """An image of one size; its first row is the top one."""
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], kind: str) -> None:
-        """`size` is (width, height). Raises AvatarError where the context cannot draw into that kind."""
+        """`size` is (width, height). Raises AvatarError if the context cannot draw into that kind."""
         self._gpu, self.size, self._dtype = gpu, size, TARGETS[kind]
         context = gpu.context
         self.texture = gpu.hold(context.texture(size, 4, dtype=self._dtype))
-        # On OpenGL ES floats need not be filterable, and a texture that is filtered nonetheless reads as black.
+        # On OpenGL ES floats need not be filterable, and a filtered texture of such a format reads as black.
         self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self._depth = gpu.hold(context.depth_renderbuffer(size))
         try:
@@ -53,7 +53,7 @@ class Target:
         self._depth_program: moderngl.Program | None = None
 
     def clear(self, depth: npt.NDArray[Any] | moderngl.Texture | None) -> None:
-        """Nothing in it, and `depth` [H, W] in front of which is drawn; None: far away."""
+        """Clears it; splats behind `depth` [H, W] are hidden. None: nothing hides them."""
         self.framebuffer.clear(0, 0, 0, 0)
         if depth is not None:
             self._draw_depth(depth)

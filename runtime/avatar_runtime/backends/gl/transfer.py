@@ -1,4 +1,4 @@
-"""Arrays of the stages to and from the buffers of chunks, for a stage alone and for what is downloaded."""
+"""Arrays of the stages to and from the buffers of chunks, for a single stage and for downloads."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PROJECTED_PLACES = {
 
 
 def put_splats(chunks: Sequence[Chunk], inputs: Arrays) -> None:
-    """Splats and Sh from the arrays that a stage takes; what is not given is 0."""
+    """Splats and Sh from the arrays that a stage takes; arrays that are not given are 0."""
     for chunk in chunks:
         n, rows = chunk.run.count, slice(chunk.run.first, chunk.run.first + chunk.run.count)
         planes = _planes(SPLAT_PLANES, SPLAT_PLACES, inputs, rows)
@@ -70,14 +70,14 @@ def take_sh(chunks: Sequence[Chunk], terms: int) -> F32:
 
 
 def put_projected(chunks: Sequence[Chunk], inputs: Arrays) -> None:
-    """Projected from the arrays that a stage takes; what is not given is 0."""
+    """Projected from the arrays that a stage takes; arrays that are not given are 0."""
     for chunk in chunks:
         rows = slice(chunk.run.first, chunk.run.first + chunk.run.count)
         chunk.projected.write(_planes(PROJECTED_PLANES, PROJECTED_PLACES, inputs, rows).tobytes())
 
 
 def take_projected(chunks: Sequence[Chunk]) -> dict[str, npt.NDArray[Any]]:
-    """What stage project gives for all Gaussians."""
+    """The outputs of stage project for all Gaussians."""
     parts = [_read(chunk.projected, PROJECTED_PLANES, chunk.run.count) for chunk in chunks]
     planes = _joined(parts, PROJECTED_PLANES)
     found: dict[str, npt.NDArray[Any]] = {}

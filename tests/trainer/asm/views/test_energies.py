@@ -1,4 +1,4 @@
-"""Faces from uncalibrated pictures: poses, energies against plain definitions, depth, the files."""
+"""Faces from uncalibrated images: poses, energies against plain definitions, depth, the files."""
 
 from __future__ import annotations
 

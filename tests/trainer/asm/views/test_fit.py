@@ -1,4 +1,4 @@
-"""The whole fit to uncalibrated pictures, by the command: nearer to the truth than the template; the same bytes."""
+"""The whole fit to uncalibrated images, by the command: nearer to the truth than the template; the same bytes."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_a_face_comes_out_of_pictures(
+def test_a_face_comes_out_of_images(
     asm_views: Command, folder: Path, template: Path, tmp_path: Path, measured: Callable[[str, float], None]
 ) -> None:
     assert asm_views(folder, "--template", template, "-o", tmp_path / "face.npz", *FIT)[0] == 0
     face, truth = load(tmp_path / "face.npz"), Truth.of(folder)
     error = rmse_mm(truth, face.template, posed(face, face.takes[0]))
     before = rmse_mm(truth, face.template, face.template.vertices.astype(float))
-    measured("ASM from 6 small pictures, 32 iterations: error of the template's", error / before)
+    measured("ASM from 6 small images, 32 iterations: error of the template's", error / before)
     assert error < NEARER * before
 
 

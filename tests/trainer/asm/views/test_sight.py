@@ -83,7 +83,7 @@ def test_what_a_camera_sees_is_that_in_the_world() -> None:
 
 
 def test_contour_points_of_a_small_mask() -> None:
-    """Inner pixels with a neighbour outside; what goes on beyond the picture has no contour there."""
+    """Inner pixels with a neighbour outside; what goes on beyond the image has no contour there."""
     mask = np.array(
         [
             [0, 0, 0, 0, 0],
@@ -173,8 +173,8 @@ def _problem() -> Any:
     return fit_module._Problem(template, asm_toy.binding(template), _toy_views(), ViewSettings(iterations=4))
 
 
-def test_a_coarse_level_has_smaller_pictures_and_a_smaller_camera() -> None:
-    """A pixel's grey is its column in the first picture, wherever a point falls in the small one."""
+def test_a_coarse_level_has_smaller_images_and_a_smaller_camera() -> None:
+    """A pixel's grey is its column in the first image, wherever a point falls in the small one."""
     problem = _problem()
     level = next(level for level in LEVELS if level.shrink > 1)
     scene = problem.scene(level, problem.texels(level), problem.look())

@@ -83,12 +83,12 @@ def test_the_files_draw_what_was_trained(tmp_path: Path, measured: Measure) -> N
         played = raster(seen, sort(seen), frame.camera, np.zeros(3, np.float32), "trainer")
         trained = draw(system, frame)
         worst = np.abs(played.colour - trained.colour.numpy()).max()
-        measured("gaussian_blendshapes files, picture", float(worst))
+        measured("gaussian_blendshapes files, image", float(worst))
         assert worst < 1e-4 and float(trained.alpha.max()) > 0.1
 
 
 def test_layout_is_that_of_the_released_code(tmp_path: Path, blendshapes_golden: BlendshapesGolden) -> None:
-    """Types and shapes as in a checkpoint that the released code wrote, but for counts of rows and expressions."""
+    """Types and shapes as in a checkpoint that the released code wrote, except for numbers of rows, expressions."""
     system = subject(tmp_path)
     system.save(tmp_path / "model", ITERATION)
 

@@ -331,7 +331,7 @@ def test_opacities_are_reset_and_degrees_come_one_by_one(tmp_path: Path) -> None
 
 
 def test_loss_terms(system: GaussianBlendshapes) -> None:
-    """Against the formulas, on a picture of one colour."""
+    """Against the formulas, on an image of one colour."""
     drawn = Rendered(
         torch.full((16, 16, 3), 0.5), torch.full((16, 16), 0.75), torch.zeros(74, dtype=torch.int32)
     )

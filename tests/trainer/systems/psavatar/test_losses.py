@@ -25,13 +25,13 @@ def written(path: Path, arrays: dict[str, np.ndarray]) -> Path:
     return path
 
 
-def by_hand(picture: np.ndarray, w: dict[str, np.ndarray], row: int, column: int, channel: int) -> float:
+def by_hand(image: np.ndarray, w: dict[str, np.ndarray], row: int, column: int, channel: int) -> float:
     """One feature, window by window."""
     mean, deviation = np.array([0.485, 0.456, 0.406]), np.array([0.229, 0.224, 0.225])
-    normal = np.pad((picture - mean) / deviation, ((1, 1), (1, 1), (0, 0)))
+    normal = np.pad((image - mean) / deviation, ((1, 1), (1, 1), (0, 0)))
 
     def first(y: int, x: int) -> np.ndarray:
-        if not (0 <= y < picture.shape[0] and 0 <= x < picture.shape[1]):
+        if not (0 <= y < image.shape[0] and 0 <= x < image.shape[1]):
             return np.zeros(64)
         window = normal[y : y + 3, x : x + 3]
         return np.maximum(np.einsum("oiyx,yxi->o", w["features.0.weight"], window) + w["features.0.bias"], 0)
@@ -46,15 +46,15 @@ def by_hand(picture: np.ndarray, w: dict[str, np.ndarray], row: int, column: int
 def test_features_are_those_of_the_first_four_layers(tmp_path: Path) -> None:
     w = weights()
     vgg = read_vgg(written(tmp_path / "vgg.safetensors", {**w, "features.5.weight": np.zeros(1, "f4")}))
-    picture = np.random.default_rng(3).uniform(0, 1, (5, 6, 3)).astype("f4")
-    features = vgg(torch.from_numpy(picture))
+    image = np.random.default_rng(3).uniform(0, 1, (5, 6, 3)).astype("f4")
+    features = vgg(torch.from_numpy(image))
     assert features.shape == (64, 5, 6) and 0.2 < float((features > 0).float().mean()) < 0.8
     for row, column, channel in [(0, 0, 1), (2, 3, 40), (4, 5, 63), (1, 4, 17)]:
-        wanted = by_hand(picture.astype(float), w, row, column, channel)
+        wanted = by_hand(image.astype(float), w, row, column, channel)
         assert float(features[channel, row, column]) == pytest.approx(wanted, rel=1e-4, abs=1e-5)
 
 
-def test_the_term_has_a_gradient_for_the_drawn_picture_alone(tmp_path: Path) -> None:
+def test_the_term_has_a_gradient_for_the_drawn_image_alone(tmp_path: Path) -> None:
     vgg = read_vgg(written(tmp_path / "vgg.safetensors", weights()))
     drawn, target = torch.rand(8, 8, 3, requires_grad=True), torch.rand(8, 8, 3)
     terms = image_terms(drawn, target, 0.0, 0.1, vgg)

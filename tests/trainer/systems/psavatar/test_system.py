@@ -156,7 +156,7 @@ def test_gradients_reach_bases_and_offsets_as_differences_say(capture: Capture, 
     assert checked >= 5 and worst < 2e-5
 
 
-def test_what_no_picture_shows_is_removed_and_the_rest_become_gaussians(capture: Capture) -> None:
+def test_what_no_image_shows_is_removed_and_the_rest_become_gaussians(capture: Capture) -> None:
     system = scene.system_of(capture, off_mesh=0.4, least_visibility=0.05, sh_degree=0)
     trainer = scene.trainer_of(system)
     scene.run(trainer, 1, 2)
@@ -165,7 +165,7 @@ def test_what_no_picture_shows_is_removed_and_the_rest_become_gaussians(capture:
     system.visibility[hidden] = 0.0
     kept = len(system.triangle)
     with torch.no_grad():
-        system.table["displacement"][hidden] = 3.0  # behind the camera: no picture will show it
+        system.table["displacement"][hidden] = 3.0  # behind the camera: no image will show it
     marks = system.barycentric[hidden].clone()
     scene.run(trainer, 3, 3)
     assert len(system.triangle) < kept and system.observed == 0 and system.acquiring
@@ -199,7 +199,7 @@ def test_the_scale_term_by_hand(capture: Capture) -> None:
 
 
 def test_a_gaussian_takes_the_place_of_its_point(capture: Capture) -> None:
-    """The change of stage hardly changes the picture: same centres, opacities, colours, and variance."""
+    """The change of stage hardly changes the image: same centres, opacities, colours, and variance."""
     system = scene.system_of(capture, off_mesh=0.0, gaussians=600, removals=0)
     trainer = scene.trainer_of(system)
     scene.run(trainer, 1, 5)
@@ -274,15 +274,15 @@ def test_the_enhancer_is_trained_last_and_measured(capture: Capture, tmp_path: P
     system = scene.system_of(capture, enhancer=True, enhancing=0.25)
     trainer = scene.trainer_of(system)
     scene.run(trainer, 1, 9)
-    picture = draw(system, capture.frames[3]).colour
-    assert system.enhanced(picture) is None
+    image = draw(system, capture.frames[3]).colour
+    assert system.enhanced(image) is None
     assert "psnr_enhanced_db" not in evaluate(system, capture)["splits"]["test"]
     terms = trainer.step(10, scene.read(trainer.frame(10))).terms
     assert {"l1_enhanced", "dssim_enhanced"} <= terms.keys()
     scene.run(trainer, 11, 12)
-    picture = draw(system, capture.frames[3]).colour
-    better = system.enhanced(picture)
-    assert better is not None and not torch.equal(better, picture)
+    image = draw(system, capture.frames[3]).colour
+    better = system.enhanced(image)
+    assert better is not None and not torch.equal(better, image)
     result = evaluate(system, capture)
     assert result["splits"]["test"]["psnr_enhanced_db"] == pytest.approx(
         result["frames"][0]["psnr_enhanced_db"]

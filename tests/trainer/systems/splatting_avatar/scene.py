@@ -80,7 +80,7 @@ def shot(frame: int, image: Array, mask: Array, **changed: Any) -> Shot:
     return Shot(**(fields | changed))
 
 
-def folder(path: Path, pictures: list[tuple[Array, Array]], **changed: Any) -> Path:
+def folder(path: Path, images: list[tuple[Array, Array]], **changed: Any) -> Path:
     """A capture with these (image, mask)."""
     (path / "body").mkdir(parents=True)
     body_files.write_body(path / "body" / "body_model.npz", body())
@@ -91,16 +91,16 @@ def folder(path: Path, pictures: list[tuple[Array, Array]], **changed: Any) -> P
         head_pose_in="camera",
         expressions=("exp_000",),
         body={"kind": "body_model", "model": "body/body_model.npz"},
-        frames=((f"{t:03d}", shot(t, *picture, **changed)) for t, picture in enumerate(pictures)),
+        frames=((f"{t:03d}", shot(t, *image, **changed)) for t, image in enumerate(images)),
         source="synthetic", licence="CC0", author="nobody", consent="none is needed",
     )  # fmt: skip
     return path
 
 
 def blank(path: Path, frames: int = FRAMES, **changed: Any) -> Capture:
-    """A capture of grey pictures."""
-    picture = (np.full((SIZE, SIZE, 3), 128, np.uint8), np.full((SIZE, SIZE), 255, np.uint8))
-    return load(folder(path, [picture] * frames, **changed))
+    """A capture of grey images."""
+    image = (np.full((SIZE, SIZE, 3), 128, np.uint8), np.full((SIZE, SIZE), 255, np.uint8))
+    return load(folder(path, [image] * frames, **changed))
 
 
 def teacher(capture: Capture, count: int = 150, seed: int = 7) -> SplattingAvatar:
@@ -127,7 +127,7 @@ def scatter(system: SplattingAvatar, seed: int) -> None:
         system.embedding.after_step(system.table)
 
 
-def pictures(system: SplattingAvatar, capture: Capture) -> list[tuple[Array, Array]]:
+def images(system: SplattingAvatar, capture: Capture) -> list[tuple[Array, Array]]:
     """(straight colour, mask), 8 bit, of every frame as `system` has it."""
     made = []
     for frame in capture.frames:
@@ -139,13 +139,13 @@ def pictures(system: SplattingAvatar, capture: Capture) -> list[tuple[Array, Arr
 
 
 def taught(path: Path) -> Capture:
-    """A capture of pictures of the teacher."""
+    """A capture of images of the teacher."""
     plain = blank(path / "blank")
-    return load(folder(path / "taught", pictures(teacher(plain), plain)))
+    return load(folder(path / "taught", images(teacher(plain), plain)))
 
 
 def camera() -> Camera:
-    """The one that takes the pictures."""
+    """The one that takes the images."""
     return Camera.from_opencv(FACING, np.array([0, 0, AWAY]), K, SIZE, SIZE)
 
 

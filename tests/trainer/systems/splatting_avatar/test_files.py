@@ -1,4 +1,4 @@
-"""What SplattingAvatar saves, read by the exporter and played by the runtime: the same splats and picture."""
+"""What SplattingAvatar saves, read by the exporter and played by the runtime: the same splats and image."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_the_runtime_plays_what_was_trained(
         theirs = fast.frame(pose, frame.camera, (0.0, 0.0, 0.0), "trainer").image
         apart = np.abs(draw(system, frame).colour.numpy() - theirs.colour).max(axis=-1)
         flipped = apart >= FLIP  # rounding decided whether a splat's alpha reaches 1/255 there
-        measured("SplattingAvatar picture, trainer against cpu, but for flips", float(apart[~flipped].max()))
+        measured("SplattingAvatar image, trainer against cpu, except for flips", float(apart[~flipped].max()))
         assert flipped.sum() <= 2
         assert apart.max() <= np.ptp(theirs.colour) / 255
 

@@ -198,7 +198,7 @@ def test_the_embeddings_learning_rate_falls_and_others_stay(capture: Capture) ->
     assert {name for name in first if last[name] != first[name]} == {"shift_uv", "displacement"}
 
 
-def test_it_learns_the_pictures(capture: Capture) -> None:
+def test_it_learns_the_images(capture: Capture) -> None:
     """A hundred steps on three small frames, with splits, clones and walks."""
     density = DensitySettings(densify_from=600, densify_every=20, gradient_threshold=1e-4)
     system = system_of(capture, iterations=120, density=density)
@@ -270,7 +270,7 @@ def test_scaling_term_is_that_of_needles(capture: Capture) -> None:
     assert set(terms) == {"l1", "dssim", "scaling"}
 
 
-def test_terms_of_the_picture_are_weighted(capture: Capture) -> None:
+def test_terms_of_the_image_are_weighted(capture: Capture) -> None:
     drawn, wanted = torch.rand(2, 12, 12, 3, generator=torch.Generator().manual_seed(GENERATOR))
     terms = system_of(capture).losses(
         Rendered(drawn, drawn[..., 0], torch.zeros(150, dtype=torch.int32)), wanted, torch.ones(12, 12), 1

@@ -1,6 +1,6 @@
 """The nearest point of a triangle mesh to many points: exact, by a tree of boxes that is built once for a topology.
 
-float64 inside. The tree only leaves out what lies farther away, so what is found is a function of points, vertices
+float64 inside. The tree only leaves out triangles that lie farther away, so the result depends on points, vertices
 and triangles alone: neither the tree nor a guess nor the number of threads changes a bit of it.
 """
 
@@ -33,7 +33,7 @@ class Nearest(NamedTuple):
 
 
 class TriangleTree(NamedTuple):
-    """Which triangles stay together in a box: a balanced binary tree, stored as a heap (children of i: 2i+1, 2i+2)."""
+    """Which triangles share a box: a balanced binary tree, stored as an array (the children of i are 2i+1 and 2i+2)."""
 
     triangles: I64  # [F, 3]
     order: I64  # [F] row of `triangles` at each place; a leaf is a run of places
@@ -41,7 +41,7 @@ class TriangleTree(NamedTuple):
 
 
 def triangle_tree(vertices: Floats, triangles: Integers) -> TriangleTree:
-    """The tree of a mesh; it serves any other place of its vertices too, slower the less they resemble these.
+    """The tree of a mesh; it also serves other positions of the vertices, but more slowly.
 
     vertices [V, 3], triangles [F, 3]. Raises ValueError for no triangles, other shapes, and rows beyond the vertices.
     """
@@ -62,8 +62,8 @@ def triangle_tree(vertices: Floats, triangles: Integers) -> TriangleTree:
 def nearest(points: Floats, vertices: Floats, tree: TriangleTree, guess: I64 | None = None) -> Nearest:
     """The nearest point of the mesh to each of `points` [N, 3].
 
-    vertices [V, 3] as they stand now. `guess` [N] names a triangle that may be near, such as the one found before:
-    it saves time and changes nothing. Raises ValueError for another shape, a guess beyond the triangles, and
+    vertices [V, 3] at their present positions. `guess` [N] names a triangle that may be near, such as the last result:
+    it saves time and does not change the result. Raises ValueError for another shape, a guess beyond the triangles, and
     coordinates that are not finite.
     """
     wanted, places = np.ascontiguousarray(points, np.float64), np.ascontiguousarray(vertices, np.float64)
@@ -95,7 +95,7 @@ def point_to_surface(
 ) -> tuple[Tensor, Nearest]:
     """(squared distance [N] of each point to the mesh, where it was found); differentiable in points and vertices.
 
-    The nearest point's barycentric coordinates are held fixed, which is the gradient wherever there is one: at the
+    The nearest point's barycentric coordinates are held fixed. That gives the exact gradient wherever it exists: at the
     nearest point the distance does not change to first order with them. float32 or float64 on the CPU; the
     gradient of the vertices is summed in the order of the points. Raises ValueError as `nearest` does.
     """

@@ -1,7 +1,7 @@
 """ASM faces fitted to scans (paper section 4.1 and appendix C): a face and its expressions share one binding.
 
-Keypoints place each scan; then Adam moves scans rigidly and changes the face, so that the scans' points come to lie on
-the mesh. float32.
+Keypoints place each scan; then Adam moves scans rigidly and changes the face, until the scans' points lie on the mesh.
+float32.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from avatar_trainer.asm.register.settings import RegisterSettings
 from avatar_trainer.asm.register.target import Target
 from avatar_trainer.asm.strain import Edges, strain_energy
 
-# The units of steps and of Eq. 19, see RegisterSettings; 1 for what has none.
+# The units of steps and of Eq. 19, see RegisterSettings; 1 for values without a unit.
 DECIMETRE, TENTH = 0.1, 0.1  # metres; of the uv plane
 UNITS = {"translation": DECIMETRE, "zeta": TENTH, "mu": TENTH}
 WIDER = 1.2  # part of the template that is fitted, in radii of the part of the scan
@@ -78,9 +78,9 @@ def register_takes(
 ) -> Registration:
     """A face fitted to scans of one person: one binding for all, poses for each; the first scan is the neutral face.
 
-    `binding` is where it begins, and `start`, one frame, from where its poses do, by default rest. `first_weights`
-    [V, J] are what variants with fixed weights use, by default those of `binding`; given others, the face's binding
-    only resembles them, and `vertices` alone is what was fitted. The same scans, template and settings give the same
+    `binding` is the first binding, and `start`, one frame, the first pose, by default rest. Variants with fixed weights
+    use `first_weights` [V, J], by default those of `binding`; with others, the face's binding only resembles them, and
+    only `vertices` was fitted. The same scans, template and settings give the same
     bits. Raises AvatarError for a template without the keypoints' landmarks, a scan without points in the facial
     region, and a fit that diverges.
     """
@@ -104,7 +104,7 @@ def scan_error(registration: Registration, scan: Scan, take: int = 0) -> ScanErr
 
 
 def template_keypoints(template: Template) -> dict[str, F64]:
-    """Where KEYPOINTS lie on a template. Raises AvatarError where a landmark of theirs is missing."""
+    """The vertices of KEYPOINTS on a template. Raises AvatarError if one of their landmarks is missing."""
     missing = [landmark for landmark in KEYPOINTS.values() if landmark not in template.landmarks]
     if missing:
         raise AvatarError(f"has no {missing[0]}; fits to scans need it", field="landmarks")
@@ -113,7 +113,7 @@ def template_keypoints(template: Template) -> dict[str, F64]:
 
 
 class _Fit:
-    """What is fitted, and one step of it."""
+    """A fit in progress, and one step of it."""
 
     def __init__(
         self,
@@ -155,7 +155,7 @@ class _Fit:
         return torch.optim.Adam(groups, foreach=False)
 
     def step(self, iteration: int) -> float:
-        """One iteration; the energy before it. Raises AvatarError for a face that is not finite."""
+        """One iteration; returns the energy before it. Raises AvatarError for a face that is not finite."""
         sound = bool(self.face.zeta.isfinite().all())
         posed = self._vertices(self.rows) if sound else torch.full((1,), torch.nan)
         if not bool(posed.isfinite().all()):
@@ -173,7 +173,7 @@ class _Fit:
         return float((first + done * (last - first)) ** 2 / SQUARE_MM)
 
     def _vertices(self, rows: Tensor) -> Tensor:
-        """These vertices of the mesh as it is posed [scans, v, 3]."""
+        """These vertices of the posed mesh [scans, v, 3]."""
         matrix, still = skin_matrices(self.tensors, self.face), self.tensors.vertices[rows]
         blended = self._weights(rows) @ matrix.flatten(-2)
         blended = blended.reshape(*blended.shape[:-1], 3, 4)
@@ -189,7 +189,7 @@ class _Fit:
         return mixture_weights_cpu(uv, face.pi_logit, face.mu + face.zeta[:, None], face.scale_tril)
 
     def _apart(self, posed: Tensor, cap: float) -> Tensor:
-        """The mean over scans of their distances in mm^2 and of the weighed strain of their faces [scans, v, 3]."""
+        """The mean over scans of their distances in mm^2 and of the weighted strain of their faces [scans, v, 3]."""
         total = torch.zeros(())
         for target, vertices in zip(self.targets, posed, strict=True):
             total = total + SQUARE_MM * target.apart(vertices, self.tree, cap, self.settings.facing)
@@ -200,7 +200,7 @@ class _Fit:
     def _prior(self) -> Tensor:
         """Eq. 19: squared norms over all bones and components.
 
-        All from where they began, the mean over the scans of tau: radians, decimetres, log of scale; zeta and mu in
+        All are relative to the start, tau as the mean over the scans: radians, decimetres, log of scale; zeta and mu in
         tenths of uv, pi as weights, Sigma as its logarithmic Cholesky factor.
         """
         s, face, first = self.settings, self.face, self.first
@@ -217,9 +217,9 @@ class _Fit:
 
     @torch.no_grad()
     def result(self, energy: F64) -> Registration:
-        """What was found."""
+        """The result."""
         vertices: F64 = self._vertices(torch.arange(len(self.tensors.vertices))).double().numpy()
-        if self.fixed is not None:  # the weights stay where they are, however the bones went
+        if self.fixed is not None:  # the weights do not move with the bones
             self.face.mu = self.first.mu + (self.first.zeta - self.face.zeta)[:, None]
         names = [NEUTRAL, *(target.scan.name for target in self.targets[1:])]
         takes = tuple(self._pose(i).take(name) for i, name in enumerate(names))
@@ -231,7 +231,7 @@ class _Fit:
 
 
 def _begin(binding: Binding, settings: RegisterSettings, scans: int, start: Take | None) -> Face:
-    """Where a fit begins: one pose for every scan."""
+    """The start of a fit: one pose for every scan."""
     face = Face.of(binding, start)
     if VARIANTS[settings.variant].random_mixtures:
         face = random_mixtures(face, torch.Generator().manual_seed(settings.seed))

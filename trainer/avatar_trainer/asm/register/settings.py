@@ -1,4 +1,4 @@
-"""What may be chosen when ASM faces are fitted to scans."""
+"""Settings of fitting ASM faces to scans."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class RegisterSettings:
     learning_rate: float = 1e-3  # paper, section 4.1
     # The energy is the mean squared distance in mm^2 + `prior` times Eq. 19; the paper leaves this weight open.
     prior: float = 1e-3
-    # Weight of `strain_energy`, against folds; the paper adds "regularization to avoid model artifacts", and no more
-    # is said.
+    # Weight of `strain_energy`, against folds; the paper only says that it adds "regularization to avoid model
+    # artifacts".
     smooth: float = 10.0
     # Points of a scan with triangles count where the cosine of its normal and the face's is above this.
     facing: float = 0.5
@@ -33,18 +33,16 @@ class RegisterSettings:
     lambda_pi: float = 0.1
     lambda_mu: float = 0.1
     lambda_sigma: float = 0.1
-    first_cap_mm: float = (
-        30.0  # a point farther away does not pull: hair, clothes, what the mesh has no part for
-    )
+    first_cap_mm: float = 30.0  # a point farther away does not pull: hair, clothes, parts that the mesh lacks
     last_cap_mm: float = 10.0  # reached half way
     widened: float = 1.1  # radius of the part of a scan that is fitted, in radii of the facial region
-    similarity: bool = False  # whether the scan has a unit of its own, found by the keypoints
+    similarity: bool = False  # whether the scan's unit is unknown and found by the keypoints
     placed: bool = False  # whether the scans stand in the template's space, and stay there
     seed: int = 0  # of the variant random_weights
 
     def __post_init__(self) -> None:
         if self.variant not in VARIANTS:
-            raise ValueError(f"variant {self.variant!r} is none of {', '.join(VARIANTS)}")
+            raise ValueError(f"variant {self.variant!r} is not one of {', '.join(VARIANTS)}")
         weights = dict.fromkeys(
             (
                 "prior",

@@ -1,4 +1,4 @@
-"""One scan that an ASM face is fitted to: the part that counts, how it is moved, and how far the face lies from it."""
+"""One scan that an ASM face is fitted to: the part that is fitted, its motion, and its distance from the face."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from avatar_trainer.asm.strain import Edges
 
 
 class Target:
-    """A scan, placed by its keypoints, or standing where it does if it is `placed`.
+    """A scan, placed by its keypoints, or not moved if it is `placed`.
 
-    Raises AvatarError for keypoints that leave the place open, and for a scan without points in the facial region.
+    Raises AvatarError for degenerate keypoints, and for a scan without points in the facial region.
     """
 
     def __init__(self, scan: Scan, goal: dict[str, F64], settings: RegisterSettings) -> None:
@@ -43,7 +43,7 @@ class Target:
         self.middle = self.start.apply(keypoint_rows(scan.keypoints)).mean(axis=0)
         self.arm = torch.from_numpy(self.start.apply(scan.points[rows]) - self.middle).float()
         self.vertex = None if scan.vertex is None else torch.from_numpy(scan.vertex[rows])
-        self.known: Tensor | None = None  # bool [E] edges between known vertices, once they were asked for
+        self.known: Tensor | None = None  # bool [E] edges between known vertices, computed on demand
         self.normal: Tensor | None = None
         if scan.triangles is not None and scan.vertex is None:
             normal = vertex_normals(scan.points, scan.triangles)[rows] @ self.start.rotation.T
@@ -52,7 +52,7 @@ class Target:
         self.guess: I64 | None = None
 
     def points(self) -> Tensor:
-        """The part that counts [n, 3] in the template's space."""
+        """The fitted part [n, 3] in the template's space."""
         return self.arm @ rotation_matrices(self.turn).T + (
             torch.from_numpy(self.middle).float() + self.shift
         )
@@ -61,7 +61,7 @@ class Target:
         """The mean of the points' squared distances to a mesh [v, 3], of those up to `cap`, both in square metres.
 
         Points of scans with triangles count only where the cosine of their normal and the mesh's is above `facing`:
-        nearest points alone draw the skin about nostrils and lips to what lies inside. Known vertices always do.
+        nearest points alone pull the skin around nostrils and lips inwards. Known vertices always count.
         """
         points = self.points()
         if self.vertex is not None:
@@ -75,9 +75,9 @@ class Target:
         return (squared * counted).mean()
 
     def even(self, first: Edges) -> Edges:
-        """What the strain of a face is measured against: the mesh as it was first, or known vertices of the scan.
+        """The reference for the strain of a face: the first mesh, or known vertices of the scan.
 
-        Vertices that are known may move as they will; how far the face misses them is to vary slowly over it.
+        Known vertices may move freely; the face's distance from them should vary slowly over it.
         """
         if self.vertex is None:
             return first
@@ -103,7 +103,7 @@ class Target:
 
 
 def _start(scan: Scan, goal: dict[str, F64], settings: RegisterSettings) -> Placement:
-    """Where the keypoints place a scan."""
+    """The placement of a scan by its keypoints."""
     try:
         return placed_by_pairs(keypoint_rows(scan.keypoints), keypoint_rows(goal), settings.similarity)
     except ValueError as error:

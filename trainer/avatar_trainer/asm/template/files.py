@@ -26,7 +26,7 @@ SHAPE = f"a list of {LANDMARKS}, iBUG's order, each a vertex or [x, y, z]"
 def template_of(mesh: Path, landmarks: Path, units: float, components: int) -> AsmFace:
     """A face at rest on the topology of `mesh`, whose coordinates are `units` to a metre.
 
-    Raises AvatarError for files that are not what they should be, and as `make_template`.
+    Raises AvatarError for invalid files, and as `make_template`.
     """
     with of_file(mesh):
         check_names(mesh.stem, [NEUTRAL])
@@ -45,13 +45,13 @@ def template_of(mesh: Path, landmarks: Path, units: float, components: int) -> A
 
 
 def at_rest(name: str, template: Template, binding: Binding) -> AsmFace:
-    """A face in its first shape, with the take `neutral` alone."""
+    """A face in its first shape, with only the take `neutral`."""
     still = np.zeros((1, len(template.bone_names), 3))
     return AsmFace(name, template, binding, (Take(NEUTRAL, 30.0, still, still.copy(), still + 1),))
 
 
 def read_landmarks(path: Path, points: F64) -> I64:
-    """[68] vertices of JSON that lists vertices or places; of a place the nearest of `points` [V, 3] in its unit.
+    """[68] vertices of a JSON list of vertices or positions; for a position the nearest of `points` [V, 3].
 
     Raises AvatarError for any other file, and vertices beyond the mesh.
     """
@@ -67,7 +67,7 @@ def read_landmarks(path: Path, points: F64) -> I64:
 def _vertex(value: object, points: F64, path: Path, k: int) -> int:
     if type(value) is int:
         if not 0 <= value < len(points):
-            raise AvatarError(f"vertex {value} is none of {len(points)}", file=path, field=f"[{k}]")
+            raise AvatarError(f"is vertex {value}, but the mesh has {len(points)}", file=path, field=f"[{k}]")
         return value
     numbers = value if isinstance(value, list) else []
     if len(numbers) != 3 or not all(type(n) in (int, float) and abs(n) <= FURTHEST for n in numbers):

@@ -28,7 +28,7 @@ def make_template(
 ) -> tuple[Template, F32]:
     """(template, first weights [V, 84]) of a head [V, 3] metres, +Y up, face +Z, subject's left +X; triangles [F, 3].
 
-    uv [V, 2] or None for an unwrap of its own, in which nothing overlaps; landmarks [68] vertices, iBUG's order; colour
+    uv [V, 2], or None to compute an unwrap without overlaps; landmarks [68] vertices, iBUG's order; colour
     [V, 3] 0..1. Raises AvatarError for meshes that cannot be unwrapped and landmarks that do not form an upright face.
     """
     _check(vertices, triangles, landmarks)
@@ -58,7 +58,7 @@ def initial_binding(template: Template, weights: Array, components: int = 2) -> 
 
 
 def plane_areas(template: Template) -> F64:
-    """[V] how much of the uv plane each vertex stands for: a third of its triangles."""
+    """[V] the area of the uv plane per vertex: a third of its triangles."""
     a, b, c = template.uv.astype(np.float64)[template.triangles].transpose(1, 0, 2)
     x, y = b - a, c - a
     third = np.abs(x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]) / 6

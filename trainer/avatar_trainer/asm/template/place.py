@@ -1,4 +1,4 @@
-"""Where ASM's 84 bones stand on a head: a table of landmarks, mirrored from the subject's left to the right.
+"""The places of ASM's 84 bones on a head: a table of landmarks, mirrored from the subject's left to the right.
 
 Source: ASM (arXiv 2304.09423) section 3.3 and appendix A (names, parents, a symmetric placement by hand); the places
 are this project's. Heads are in metres, +Y up, face +Z, +X towards the subject's left; landmarks are iBUG's 68,
@@ -36,7 +36,7 @@ Shares = dict[int, float]
 
 @dataclass(frozen=True)
 class Place:
-    """Where a bone stands: a mean of landmarks, and from there an offset."""
+    """The place of a bone: a mean of landmarks, plus an offset."""
 
     landmarks: Shares  # adding up to 1
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)  # in distances of the outer eye corners
@@ -190,7 +190,7 @@ def symmetric_landmarks(point: F64) -> tuple[float, F64]:
 def anchors(vertices: F64, triangles: Array, position: F64) -> I64:
     """v_t [J] of Eq. 5: along z onto the front of the head, then the nearest vertex.
 
-    Beside the head's outline, where nothing is met, the nearest vertex in x and y.
+    Outside of the head's outline, the nearest vertex in x and y.
     """
     depth = front_depth(vertices, triangles, position[:, :2])
     used = np.unique(triangles)
@@ -204,7 +204,7 @@ def anchors(vertices: F64, triangles: Array, position: F64) -> I64:
 
 
 def front_depth(vertices: F64, triangles: Array, xy: F64) -> F64:
-    """z [N] of the foremost triangle at xy [N, 2]; -inf where there is none."""
+    """z [N] of the foremost triangle at xy [N, 2]; -inf if there is no triangle."""
     corner = vertices[triangles]
     a, b, c = (corner[:, k, :2] for k in range(3))
     area = _cross(b - a, c - a)

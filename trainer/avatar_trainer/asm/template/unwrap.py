@@ -1,10 +1,10 @@
-"""An unwrap of a head: one place in the plane for each vertex, no triangle folded over another.
+"""An unwrap of a head: one place in the plane for each vertex, without folded triangles.
 
 Texture coordinates of game meshes have seams, mirrored and overlapping charts; mixtures in the plane (ASM, Eq. 4)
 would jump or leak there. Here vertices at the same place count as one, the longest border (the neck's) becomes a
-circle and every other vertex the weighted mean of its neighbours: with positive weights such a map folds nothing
-(Tutte 1963, Floater 1997). Cotangent weights keep its angles; a Moebius map then moves the face into the middle, and
-a change of radius alone gives each ring the share of the disc that it has of the head.
+circle, and every other vertex is the weighted mean of its neighbours. With positive weights such a map has no folds
+(Tutte 1963, Floater 1997). Cotangent weights preserve angles. A Moebius map then moves the face into the middle, and
+a change of radius gives each ring the same share of the disc as of the head.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Array = npt.NDArray[Any]
 
 @dataclass(frozen=True)
 class Welded:
-    """A mesh without doubled vertices or flat triangles."""
+    """A mesh without duplicate vertices or flat triangles."""
 
     vertices: F64  # [W, 3]
     triangles: I64  # [G, 3]
@@ -37,7 +37,7 @@ class Welded:
 
 
 def weld(vertices: Array, triangles: Array) -> Welded:
-    """The mesh with vertices at the same place (float32) made one."""
+    """The mesh with vertices at the same place (float32) merged."""
     places, row = np.unique(vertices.astype(np.float32), axis=0, return_inverse=True)
     row = row.reshape(-1).astype(np.int64)
     corner = row[triangles.astype(np.int64)]
@@ -70,7 +70,7 @@ def unwrap(vertices: Array, triangles: Array, centre: int) -> F64:
 
 
 def border_loops(triangles: I64) -> list[I64]:
-    """Loops of border vertices, each walked with the mesh on its left. Raises AvatarError where they branch."""
+    """Loops of border vertices, each walked with the mesh on its left. Raises AvatarError if they branch."""
     directed = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)])
     size = int(triangles.max()) + 1
     key, back = directed[:, 0] * size + directed[:, 1], directed[:, 1] * size + directed[:, 0]
@@ -125,7 +125,7 @@ def cotangent_edges(mesh: Welded) -> tuple[I64, F64]:
 
 
 def _edges_with_lids(mesh: Welded, holes: list[I64]) -> tuple[I64, F64, int]:
-    """(edges [E, 2], weight [E], number of vertices) of the mesh with one vertex more in the middle of each hole."""
+    """(edges [E, 2], weight [E], number of vertices) of the mesh with a new vertex in the middle of each hole."""
     edges, weight = cotangent_edges(mesh)
     size = len(mesh.vertices)
     spokes = [np.stack([loop, np.full(len(loop), size + k)], axis=1) for k, loop in enumerate(holes)]
@@ -146,7 +146,7 @@ def _circle(loop: F64) -> F64:
 
 
 def _moved_to_middle(places: F64, row: int) -> F64:
-    """Places in the unit disc by the Moebius map of the disc that takes `row` to 0 and turns nothing there."""
+    """Places in the unit disc by the Moebius map of the disc that takes `row` to 0 without rotation there."""
     z = places[:, 0] + 1j * places[:, 1]
     moved = (z - z[row]) / (1 - np.conj(z[row]) * z)
     return np.stack([moved.real, moved.imag], axis=1)

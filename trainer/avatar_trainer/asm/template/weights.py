@@ -1,9 +1,9 @@
-"""Skinning weights that bones have before any fit: heat that spreads over the skin from where a bone is nearest.
+"""Skinning weights before any fit: heat that spreads over the skin from the vertices nearest to a bone.
 
-Stands in for Blender's automatic weights, from which ASM (arXiv 2304.09423, section 3.3) begins, and which are these:
-Baran and Popovic 2007, "Automatic rigging and animation of 3D characters", section 4. For each bone the balance of
-(-Laplace + H) w = H p is solved, p 1 where the bone is the nearest one, H = CONDUCTED / distance^2. Weights are
-smooth, between 0 and 1, and add up to 1. Bones here are points; what stands between bone and skin is not looked for.
+Stands in for Blender's automatic weights, with which ASM (arXiv 2304.09423, section 3.3) begins. Source: Baran and
+Popovic 2007, "Automatic rigging and animation of 3D characters", section 4. For each bone (-Laplace + H) w = H p is
+solved, where p is 1 if the bone is the nearest one, and H = CONDUCTED / distance^2. Weights are smooth, between 0 and
+1, and add up to 1. Bones here are points; obstacles between bone and skin are ignored.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from avatar_runtime.backends.cpu.jit import kernel
 from avatar_trainer.asm.template.unwrap import Welded, cotangent_edges, weld
 
 CONDUCTED = 4.0  # 1 spreads a bone over a face: its four largest weights of a vertex then miss a sixth
-NEAREST = 1e-3  # metres; a bone in the skin heats as one at this distance
+NEAREST = 1e-3  # metres; a nearer bone heats like one at this distance
 SOLVED = 1e-8  # residual relative to the right-hand side, of the worst bone
 STEPS = 2000
-LEAST = 1e-4  # weights below count as none
+LEAST = 1e-4  # smaller weights are dropped
 
 Array = npt.NDArray[Any]
 

@@ -1,7 +1,7 @@
-"""What a face and cameras cost that are held against images of many sides: ASM appendix D, Eq. 18 to 22.
+"""Energies of a face and cameras against images from many sides: ASM appendix D, Eq. 18 to 22.
 
-Pixels have their centres at half integers. Everything is differentiable in vertices and cameras, except for which
-points are seen and which contour point belongs to which: those are found by `asm_views_sight` and held fixed.
+Pixels have their centres at half integers. Everything is differentiable in vertices and cameras, except for the
+visible points and the matches of contour points: `views.sight` finds these, and they are held fixed.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from torch import Tensor
 
 from avatar_trainer.asm.model import Face, rotation_matrices
 
-FLAT = 2.0 / 255  # deviation of a patch below which it says little: noise and the steps of 8 bits
+FLAT = 2.0 / 255  # a smaller deviation of a patch is mostly noise and 8-bit rounding
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Cameras:
         return self._projected(points @ self.turned().mT + self.translation[:, None])
 
     def pixels_in(self, view: Tensor, points: Tensor) -> Tensor:
-        """Pi [P, 2] of world points [P, 3], each in the view [P] of its own."""
+        """Pi [P, 2] of world points [P, 3], each in its own view [P]."""
         x = (self.turned()[view] @ points[..., None])[..., 0] + self.translation[view]
         return self._projected(x)
 
@@ -81,14 +81,14 @@ class Texels:
     barycentric: Tensor  # [X, 3]
 
     def points(self, vertices: Tensor) -> Tensor:
-        """Their places [X, 3] on the mesh."""
+        """Their positions [X, 3] on the mesh."""
         return (self.barycentric[..., None] * vertices[self.corner]).sum(-2)
 
 
 def unwrapped(images: Tensor, pixels: Tensor, texels: Texels) -> Tensor:
-    """U [N, M, M] of Eq. 21: grey values of `pictures` [N, H, W] at `pixels` [N, X, 2], bilinear, laid out in uv.
+    """U [N, M, M] of Eq. 21: grey values of `images` [N, H, W] at `pixels` [N, X, 2], bilinear, laid out in uv.
 
-    Vertices are as dense in the paper as texels are here, so texels are looked up themselves.
+    The paper's vertices are as dense as the texels here, so texels are sampled directly.
     """
     height, width = images.shape[1:]
     scale = pixels.new_tensor([2 / width, 2 / height])
@@ -100,7 +100,7 @@ def unwrapped(images: Tensor, pixels: Tensor, texels: Texels) -> Tensor:
 
 
 def photometric_energy(maps: Tensor, valid: Tensor, texels: int) -> Tensor:
-    """E_pc of Eq. 21 and 22 with 1 - NCC in place of NCC, which is what has a sensible minimum.
+    """E_pc of Eq. 21 and 22 with 1 - NCC in place of NCC, since only that has a meaningful minimum.
 
     maps [N, M, M] grey; valid [N, M - 2, M - 2] 1 where the 3 x 3 texels about an inner texel are all seen; `texels`:
     X, the number the sum is divided by. All N (N - 1) / 2 pairs of views at once: with normalised patches p, twice the
@@ -121,7 +121,7 @@ def photometric_energy(maps: Tensor, valid: Tensor, texels: int) -> Tensor:
 
 @dataclass(frozen=True)
 class Priors:
-    """How strongly Eq. 19 holds each part of a face to what it was first, and in what unit."""
+    """How strongly Eq. 19 holds each part of a face to its start, and in what unit."""
 
     pose: float = 1.0  # lambda_1
     binding: float = 0.1  # lambda_2 to lambda_5
@@ -132,9 +132,9 @@ class Priors:
 
 
 def prior_energy(face: Face, first: Face, priors: Priors) -> Tensor:
-    """E_reg of Eq. 19: tau against rest, the binding against what it was first, the mean over bones.
+    """E_reg of Eq. 19: tau against rest, the binding against its start, the mean over bones.
 
-    The paper leaves open its units; here every part is divided by a change that is much for it (`Priors`).
+    The paper does not state units; here every part is divided by a change that is large for it (`Priors`).
     """
     bones = len(face.zeta)
     pose = (

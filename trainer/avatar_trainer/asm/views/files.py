@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,13 +13,11 @@ from avatar_export.asm.check import NEUTRAL, check_names
 from avatar_runtime.avatar import F32, F64
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.ownership import of_file
-from avatar_runtime.io.whole_files import read_bytes
-from avatar_schema.validate import parse_version, schema_problems
 from avatar_trainer.captures import image_files
+from avatar_trainer.captures.documents import read_document
 from avatar_trainer.captures.paths import inside
 
 FILE = "views.json"
-VERSION = "1.0"
 MAX_JSON_BYTES = 16 << 20
 MAX_PIXELS = 200_000_000  # of all images together: they are held in memory
 LEAST_FOCAL = 1.0  # pixels
@@ -30,10 +27,10 @@ LUMA = np.array([0.299, 0.587, 0.114], np.float32)
 
 @dataclass(frozen=True)
 class Views:
-    """N images of one head that keeps still; the poses are not known."""
+    """N images of one still head; the poses are not known."""
 
     name: str
-    file: Path  # where the numbers stand
+    file: Path  # the file with the numbers
     intrinsics: F64  # [3, 3] K, pixels, pixel centres at half integers, no skew
     intensity: F32  # [N, H, W] grey, 0..1, display-referred
     mask: F32  # [N, H, W] 1 where the head is
@@ -87,24 +84,14 @@ def read(folder: Path) -> Views:
 
 
 def _document(file: Path) -> dict[str, Any]:
-    try:
-        document = json.loads(read_bytes(file, MAX_JSON_BYTES), parse_constant=_refuse)
-    except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not JSON ({type(error).__name__})", file=file) from None
-    version = parse_version(document.get("version")) if isinstance(document, dict) else None
-    if version and version[0] > 1:
-        raise AvatarError(
-            f"is {document['version']}; {VERSION} is known: update avatar-export", file=file, field="version"
-        )
-    for problem in schema_problems(document, "views"):
-        raise AvatarError(problem.message, file=file, field=problem.path.removeprefix("$."))
+    document = read_document(file, MAX_JSON_BYTES, "views", _refuse)
     with of_file(file):
         check_names(document["name"], [NEUTRAL])
-    return dict(document)
+    return document
 
 
 def _refuse(constant: str) -> None:
-    """NaN and Infinity are no JSON."""
+    """NaN and Infinity are not JSON."""
     raise ValueError(constant)
 
 
@@ -122,7 +109,7 @@ def _intrinsics(values: list[list[float]], file: Path) -> F64:
 
 
 def _landmarks(entry: dict[str, Any], count: int, file: Path, at: str) -> F64:
-    """[L, 2], not a number where there is none."""
+    """[L, 2], NaN for a landmark that was not found."""
     rows, field = entry["landmarks"], f"{at}.landmarks"
     if len(rows) != count:
         raise AvatarError(f"has {len(rows)} rows, the file names {count}", file=file, field=field)

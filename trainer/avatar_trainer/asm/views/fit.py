@@ -1,7 +1,8 @@
 """A still head's face and cameras from uncalibrated images of many sides: ASM appendix D.
 
-Left open by the paper or otherwise here: the first shape is the template's, not a network's (D.1); the first poses
-are found from its landmarks; texels of the uv map are looked up themselves, coarse ones in small images first.
+Differences from the paper, or details that it does not state: the first shape is the template's, not a network's
+(D.1); the first poses are found from its landmarks; texels of the uv map are sampled directly, at first coarse ones in
+small images.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ class Level(NamedTuple):
 
     share: float  # of the iterations
     texels: int  # along an edge of the uv map; 0: no photometric consistency yet
-    shrink: int  # pixels of the images along an edge of what is made one
+    shrink: int  # pixels of the images along an edge of one averaged pixel
     reach: float  # pixels between contours, at most
 
 
@@ -73,17 +74,17 @@ LAST_STEP = 0.1  # of the first, at the end of each level
 class ViewSettings:
     """How a face is fitted to images; ValueError for a value out of range.
 
-    The weights are those of Eq. 23, in pixels. The paper's edge weight (0.4) outweighed all else: chamfer distances
-    are squared here, and some contour points have none to meet. Its prior (1) has no unit; 0.1 goes with `Priors`.
+    The weights are those of Eq. 23, in pixels. The paper's edge weight (0.4) dominated everything: chamfer distances
+    are squared here, and some contour points have no counterpart. Its prior (1) has no unit; 0.1 goes with `Priors`.
     """
 
     landmarks: float = 0.001
     edge: float = 0.02
     photometric: float = 100.0
     prior: float = 0.1
-    smooth: float = 100.0  # of `strain_energy`, which the paper has not
+    smooth: float = 100.0  # of `strain_energy`, which the paper does not have
     iterations: int = 120  # paper: 500, at a step of 1e-4
-    refresh: int = 10  # iterations between two looks at what is seen
+    refresh: int = 10  # iterations between two updates of what is seen
 
     def __post_init__(self) -> None:
         weights = dict.fromkeys(("landmarks", "edge", "photometric", "prior", "smooth"), (0.0, 1e6))
@@ -92,7 +93,7 @@ class ViewSettings:
 
 @dataclass(frozen=True)
 class Fitted:
-    """What was found."""
+    """The result."""
 
     face: Face
     vertices: F64  # [V, 3] metres; their scale is the template's, images cannot tell
@@ -104,8 +105,8 @@ class Fitted:
 def fit(template: Template, binding: Binding, views: Views, settings: ViewSettings | None = None) -> Fitted:
     """The face and the cameras that the images show. Deterministic for one number of threads.
 
-    Raises AvatarError where a view shares fewer than FEWEST_SEEN landmarks with the template, where they lie on a
-    line, and where the fit does not stay finite.
+    Raises AvatarError if a view shares fewer than FEWEST_SEEN landmarks with the template, if they lie on a
+    line, and if the fit does not stay finite.
     """
     problem = _Problem(template, binding, views, settings or ViewSettings())
     energies = tuple(problem.level(level) for level in LEVELS)
@@ -114,12 +115,12 @@ def fit(template: Template, binding: Binding, views: Views, settings: ViewSettin
 
 
 def as_face(fitted: Fitted, template: Template, name: str) -> AsmFace:
-    """What was found, to be stored: the binding and the neutral pose."""
+    """The result to be stored: the binding and the neutral pose."""
     return AsmFace(name, template, fitted.face.binding(), (fitted.face.take("neutral"),))
 
 
 class _Problem:
-    """A fit under way."""
+    """A fit in progress."""
 
     def __init__(self, template: Template, binding: Binding, views: Views, settings: ViewSettings) -> None:
         self.settings, self.views = settings, views
@@ -146,7 +147,7 @@ class _Problem:
         self.contours = contour_points(views.mask)
 
     def vertices(self) -> Tensor:
-        """[V, 3] metres, as the face is now."""
+        """[V, 3] metres, the present face."""
         face = self.face
         share = mixture_weights_cpu(
             self.template.uv, face.pi_logit, face.mu + face.zeta[:, None], face.scale_tril
@@ -154,19 +155,19 @@ class _Problem:
         return posed(self.template, face, share)
 
     def poses(self) -> tuple[F64, F64]:
-        """(R [N, 3, 3], t [N, 3]) of the cameras, as they are now."""
+        """(R [N, 3, 3], t [N, 3]) of the present cameras."""
         cameras = self.cameras
         turned = rotation_matrices(cameras.turn.detach()).double() @ cameras.rotation.double()
         return turned.numpy(), cameras.translation.detach().double().numpy()
 
     def look(self) -> Sight:
-        """What is seen now."""
+        """What the present cameras see."""
         height, width = self.views.mask.shape[1:]
         vertices = self.vertices().detach().double().numpy()
         return sight(vertices, self.triangles, *self.poses(), self.views.intrinsics, (width, height))
 
     def level(self, level: Level) -> float:
-        """Adam over one level; the last energy. Raises AvatarError where it does not stay finite."""
+        """Adam over one level; returns the last energy. Raises AvatarError if it does not stay finite."""
         settings = self.settings
         iterations = max(1, round(level.share * settings.iterations))
         groups: list[dict[str, Any]] = [
@@ -233,7 +234,7 @@ class _Problem:
 
 
 def shrunk(images: F32, factor: int) -> F32:
-    """Images [N, H, W] whose pixels are means of factor x factor pixels; what is left over at the end is cut off."""
+    """Images [N, H, W] whose pixels are means of factor x factor pixels; the remainder at the end is cut off."""
     n, height, width = (size // d for size, d in zip(images.shape, (1, factor, factor), strict=True))
     whole = images[:, : height * factor, : width * factor]
     smaller: F32 = whole.reshape(n, height, factor, width, factor).mean(axis=(2, 4), dtype=np.float32)
@@ -248,7 +249,7 @@ def shared_landmarks(template: Template, views: Views) -> tuple[I64, I64]:
 
 
 def first_poses(template: Template, views: Views) -> tuple[F64, F64]:
-    """(R [N, 3, 3], t [N, 3]) of cameras that see the template's landmarks where those of the images are.
+    """(R [N, 3, 3], t [N, 3]) of cameras that project the template's landmarks to those of the images.
 
     Raises AvatarError as `fit`.
     """

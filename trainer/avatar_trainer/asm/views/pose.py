@@ -15,8 +15,8 @@ DAMPING, LEAST, MOST = 1e-3, 1e-12, 1e12
 def pose_from_points(points: F64, pixels: F64, intrinsics: F64) -> tuple[F64, F64]:
     """(R [3, 3], t [3] metres), x_camera = R x + t, that project `points` [N, 3] nearest to `pixels` [N, 2].
 
-    A weak-perspective camera first (linear, then the nearest rotation), then the squared distances in pixels are made
-    least by Levenberg and Marquardt's method. Raises ValueError for fewer than FEWEST points, and for points or
+    First a weak-perspective camera (linear, then the nearest rotation), then Levenberg-Marquardt minimises the squared
+    distances in pixels. Raises ValueError for fewer than FEWEST points, and for points or
     pixels that lie on one line.
     """
     if len(points) < FEWEST or len(points) != len(pixels):
@@ -66,7 +66,7 @@ def _residual(points: F64, pixels: F64, intrinsics: F64, rotation: F64, translat
     """(projected minus seen [2 N], its Jacobian [2 N, 6] by a turn before the camera and a shift)."""
     turned = points @ rotation.T
     x = turned + translation
-    if (x[:, 2] <= 0).any():  # behind the camera: worse than all that lies before it
+    if (x[:, 2] <= 0).any():  # behind the camera: worse than anything in front of it
         return np.full(2 * len(points), 1e12), np.zeros((2 * len(points), 6))
     focal, principal = np.diag(intrinsics)[:2], intrinsics[:2, 2]
     off = x[:, :2] / x[:, 2:] * focal + principal - pixels

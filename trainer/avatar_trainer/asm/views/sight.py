@@ -1,4 +1,4 @@
-"""What cameras see of a mesh as it stands: texels, contour vertices, and the points of the contours they meet."""
+"""What cameras see of a mesh: texels, contour vertices, and the contour points that match them."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from avatar_trainer.asm.views.energy import Pairs, Texels
 SLACK = 0.004  # metres that a point may lie behind the depth buffer and still be seen
 CONTOUR = float(
     np.sin(np.radians(10.0))
-)  # the paper's threshold: least cosine of a vertex that is no contour
-GRAZING = float(np.cos(np.radians(72.0)))  # texels turned away farther are not compared: few pixels hold them
-THINNED = 4  # of the mask's points, every so many look for a vertex: they stand closer than vertices
+)  # the paper's threshold: least cosine of a vertex that is not on a contour
+GRAZING = float(np.cos(np.radians(72.0)))  # texels at a steeper angle are not compared: they cover few pixels
+THINNED = 4  # every so many of the mask's points are matched: they are denser than vertices
 FEWEST_VIEWS = 2  # that see a texel
 
 Bools = npt.NDArray[np.bool_]
@@ -92,7 +92,7 @@ def whole_patches(seen: Bools, texels: Texels) -> Bools:
 
 
 def contour_points(mask: F32) -> list[F64]:
-    """E^n of Eq. 20: pixel centres [P, 2] on the edge of each mask [N, H, W], but for the image's own border."""
+    """E^n of Eq. 20: pixel centres [P, 2] on the edge of each mask [N, H, W], except for the image's own border."""
     inside = mask >= 0.5
     core = inside[:, 1:-1, 1:-1]
     ringed = inside[:, :-2, 1:-1] & inside[:, 2:, 1:-1] & inside[:, 1:-1, :-2] & inside[:, 1:-1, 2:]
@@ -102,8 +102,8 @@ def contour_points(mask: F32) -> list[F64]:
 def contour_pairs(found: Sight, contours: list[F64], reach: float) -> Pairs:
     """Each contour vertex with the nearest point of the mask's contour, and the other way, at most `reach` pixels.
 
-    Contour vertices are the visible ones with |cosine| < CONTOUR. Farther pairs do not count: the nose before the
-    cheek is an edge of the mesh and none of the mask, ears and hair are edges of the mask the mesh may lack.
+    Contour vertices are the visible ones with |cosine| < CONTOUR. Farther pairs do not count: the nose in front of
+    the cheek is an edge of the mesh but not of the mask; the mesh may lack edges of the mask, such as ears and hair.
     """
     kept: list[tuple[Any, ...]] = []
     seen = in_front(found.buffers, found.pixels, found.in_camera[..., 2], SLACK)

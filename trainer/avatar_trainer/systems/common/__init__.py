@@ -1,1 +1,1 @@
-"""What several systems share: first points on a mesh, and rigid placement."""
+"""Shared by several systems: first points on a mesh, and rigid placement."""

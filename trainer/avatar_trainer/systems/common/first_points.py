@@ -1,7 +1,7 @@
-"""Where SplattingAvatar's Gaussians begin: random points of the canonical mesh, sized by their neighbours.
+"""The first Gaussians of SplattingAvatar: random points of the canonical mesh, sized by their neighbours.
 
 Source: SplattingAvatar (arXiv 2403.05087) section 3, "Embedding on mesh"; 3DGS for opacity and scale. Colours are
-the frames' (setting `init_colour`): the papers' random or grey ones come to the same after some hundred steps.
+the frames' (setting `init_colour`): the papers' random or grey ones give the same after some hundred steps.
 """
 
 from __future__ import annotations
@@ -21,17 +21,15 @@ from avatar_trainer.systems.common.poisson import neighbour_distance
 NEIGHBOURS = 3  # whose mean squared distance is the first variance, as in 3DGS
 LEAST_SCALE = 1e-7  # training units, as in 3DGS
 CHUNK = 1024  # points whose distances to all others are held at once
-SEARCHED = 20_000  # points, from which on neighbours are searched for, not found among all distances
+SEARCHED = 20_000  # from this number of points on, neighbours are found by a search, not from all distances
 GREY = 0.5
 INIT_COLOURS = ("frames", "grey")
-FACING = (
-    0.2  # cosine between normal and view, from which a point takes colour: at its rim an image shows others'
-)
+FACING = 0.2  # least cosine between normal and view for taking a colour: at the silhouette, pixels belong to others
 
 
 @dataclass(frozen=True)
 class View:
-    """A frame and the points as they are in it, metres."""
+    """A frame and its points in that pose, metres."""
 
     image: Tensor  # [H, W, 3] 0..1
     mask: Tensor  # [H, W] 0..1
@@ -45,8 +43,8 @@ def sampled(
 ) -> tuple[I64, F64]:
     """(triangle [count], barycentric [count, 3]) at random, uniform within a triangle.
 
-    `how`: `uniform`, every triangle alike, as the paper does, which puts most where the mesh is finest; `area`, by
-    area. Triangles without area carry none. Raises ValueError where the mesh has no other.
+    `how`: `uniform`, every triangle alike, as in the paper, which puts most points where the mesh is finest; `area`, by
+    area. Triangles without area get none. Raises ValueError if no triangle has an area.
     """
     corner = vertices.astype(np.float64)[triangles]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
@@ -80,10 +78,10 @@ def neighbour_scale(points: Tensor) -> Tensor:
 
 
 def colours(views: Sequence[View], count: int) -> Tensor:
-    """[count, 3] what the frames show where the points are, weighted by how squarely they are seen.
+    """[count, 3] colours of the points in the frames, weighted by the cosine of the viewing angle.
 
-    Points that no frame shows get the mean of those that one does; without frames grey. Nothing is tested for what
-    stands in front: a first guess.
+    Points that no frame shows get the mean of the others; without frames, grey. Occlusion is not tested: this is only a
+    first guess.
     """
     total, weight = torch.zeros(count, 3), torch.zeros(count, 1)
     for view in views:

@@ -1,4 +1,4 @@
-"""Evenly spread points on a triangle mesh, and how far they lie from each other."""
+"""Evenly spread points on a triangle mesh, and the distances between them."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def poisson_disk(
 
     Darts are thrown in random order; one is kept if no kept one lies within the radius on the same side of the
     surface (two lips that touch do not repel each other). The radius is the largest found that leaves enough;
-    the last kept ones go (Bowers et al. 2010 want the same distribution, without a set count).
+    the last kept darts are dropped (Bowers et al. 2010 want the same distribution, without a fixed count).
     Raises ValueError for no triangle or no area.
     """
     corner = vertices[triangles[chosen]]
@@ -72,7 +72,7 @@ def poisson_disk(
 
 
 def _best_set(position: F64, normal: F64, count: int, area: float) -> I64:
-    """Rows of the first `count` darts kept at the largest radius that keeps as many."""
+    """Rows of the first `count` darts kept at the largest radius that keeps at least that many."""
     low, high = 0.0, 1.25 * float(np.sqrt(PACKING * area / count))
     best: I64 = np.arange(count)
     for _ in range(SEARCH_STEPS):

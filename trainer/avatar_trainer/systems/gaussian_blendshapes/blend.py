@@ -1,4 +1,4 @@
-"""Delta B_k of Gaussian Blendshapes, blended: constant init terms, and what is learned under its mask (Eq. 1, 2)."""
+"""Delta B_k of Gaussian Blendshapes, blended: constant init terms, and learned differences under a mask (Eq. 1, 2)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def with_learned(
 
     `learned`: attribute -> [E', ...], `mask` [E'], `weights` [K].
     """
-    # Every entry is a column of its own: the mask is then part of the weight, and its product with values is not made.
+    # Every entry has its own column: the mask is then part of the weight, and is not multiplied with the values.
     own = torch.arange(entries.count)
     return blend_cpu(base, Deltas(entries.row_ptr, own, **learned), weights[entries.column] * mask)
 
@@ -61,7 +61,7 @@ def sum_rows(row_ptr: I64, column: I64, values: F32, weights: F32, out: F32) -> 
 
 
 def turned_sum(sh: Tensor, init: Entries, turns: Tensor, weights: Tensor) -> Tensor:
-    """[N, K, 3] sum_k w_k (D_k - 1) sh: what expressions add to the SH [N, K, 3] of the rule init_sh = rotated.
+    """[N, K, 3] sum_k w_k (D_k - 1) sh: the expressions' part of the SH [N, K, 3] for rule init_sh = rotated.
 
     `turns` [E, K, K] of the entries of `init`. Differentiable in `sh`.
     """

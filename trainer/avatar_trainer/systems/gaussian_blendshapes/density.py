@@ -1,4 +1,4 @@
-"""Density control of Gaussian Blendshapes: differences, masks, weights and fields go with their Gaussian."""
+"""Density control of Gaussian Blendshapes: differences, masks, weights and fields follow their Gaussian."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ NONE_LEFT = (
 
 
 def grow(plan: Plan, rows: Rows, table: Table, generator: Generator) -> Rows:
-    """The rows after `plan`, the table's tensors moved likewise.
+    """The rows after `plan`; the table's tensors are rearranged in the same way.
 
-    A clone is its Gaussian again. The two that replace a split one are smaller and lie where its own distribution
-    puts them; init terms, learned differences, mask and skin weights are its own (face_gs_model.py: never computed
-    anew). Raises AvatarError where none is left.
+    A clone equals its Gaussian. The two that replace a split one are smaller and drawn from its distribution; they keep
+    its init terms, learned differences, mask and skin weights (face_gs_model.py: never computed again). Raises
+    AvatarError if none is left.
     """
     index, fresh = plan.rows()
     if not len(index):

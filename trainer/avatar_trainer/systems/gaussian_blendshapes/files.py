@@ -1,7 +1,7 @@
 """A trained model in the layout of the released code, and rules.json beside it (notes: face_gs_model.py:118-140, 751).
 
 `fix_chkpnt{N}.pth` is (tuple of 19, iteration), `mouth0_` and `mouth1_chkpnt{N}.pth` (tuple of 12, iteration),
-`acc{N}.npy` a pickled dict of what is not trained. All of it is dense: [P, ..., K] for every Gaussian and expression.
+`acc{N}.npy` a pickled dict of untrained values. All arrays are dense: [P, ..., K] for every Gaussian and expression.
 Dense arrays are laid out in files that are mapped, so memory holds the sparse model only.
 """
 
@@ -28,7 +28,7 @@ from avatar_trainer.tensors import Gaussians
 
 Array = npt.NDArray[Any]
 
-STORED_DEGREE = 3  # of the SH in the files; item 0 of the tuple says which degree is active
+STORED_DEGREE = 3  # of the SH in the files; item 0 of the tuple is the active degree
 COEFFICIENTS = (STORED_DEGREE + 1) ** 2
 FEATURES = 36  # of the pose: R - I of four joints
 BLOCK = 4096  # entries laid out at a time
@@ -50,10 +50,10 @@ class Model:
 
     gaussians: Gaussians  # [N] in draw order, SH of any degree
     rows: Rows
-    learned: Mapping[str, Tensor]  # attribute -> [E', ...]; those that are not there are 0
+    learned: Mapping[str, Tensor]  # attribute -> [E', ...]; missing ones are 0
     mask: Tensor  # [E'] what scales all of it
     init_sh: Tensor | None  # [E, K, 3]; None: 0
-    parts: tuple[slice, ...]  # rows of the face, and of the upper and lower teeth where there are any
+    parts: tuple[slice, ...]  # rows of the face, and of the upper and lower teeth if there are any
     statistics: tuple[Tensor, Tensor, Tensor]  # [N] largest radius, gradient sum, counter
     sh_degree: int  # active
     expressions: int  # K
@@ -75,7 +75,7 @@ def save_model(model: Model, system: str, folder: Path, iteration: int) -> None:
         path.write_text(repr(argparse.Namespace(**model.config)), "utf-8")
     for index, rows in enumerate(model.parts[1:]):
         if rows.start == rows.stop:
-            continue  # density control has removed them all; a set of none is no file of this layout
+            continue  # density control has removed them all; this layout has no file for an empty set
         with _written(folder / f"mouth{index}_chkpnt{iteration}.pth") as path:
             torch.save(((*_static(model, rows), *_optimiser(model)), iteration), path)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".dense-") as spool:

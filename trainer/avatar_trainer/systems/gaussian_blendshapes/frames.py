@@ -1,4 +1,4 @@
-"""What the frames show of a mesh and of Gaussians at the start: which triangles, which colours."""
+"""Visible triangles of the mesh, and colours of the first Gaussians, from the frames."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ def seen_triangles(capture: Capture) -> npt.NDArray[np.bool_]:
 def frame_colours(capture: Capture, splats: Callable[[PoseArrays], Splats]) -> F32:
     """[N, 3] display-referred: the median of the pixels that show each Gaussian in some training frames.
 
-    `splats`: the avatar in a frame's pose. What no frame shows is grey. 3D Gaussian Splatting begins with the
+    `splats`: the avatar in a frame's pose. Gaussians that no frame shows are grey.
+    3D Gaussian Splatting begins with the
     colours of its points, Gaussian Blendshapes with grey: the frames' own save some hundred iterations.
     """
     with torch.no_grad():

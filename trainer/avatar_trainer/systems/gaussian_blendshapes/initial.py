@@ -1,4 +1,4 @@
-"""The state that training of Gaussian Blendshapes begins with (paper section 3.2, Initialization)."""
+"""The first state of Gaussian Blendshapes (paper section 3.2, Initialization)."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def start(
     """`face` Gaussians on the neutral mesh and `mouth` in each set of teeth (0: none); the first K = `expressions`
     shapes.
 
-    Where the mask is no larger than `least_mask` nothing is learned. `neck` [.]: vertices whose motion no mask
-    counts. `density` [F]: how close Gaussians begin on each triangle, in few values. `cylinder`: as `find_mouth`
+    Nothing is learned where the mask is at most `least_mask`. `neck` [.]: vertices whose motion no mask counts.
+    `density` [F]: the density of the first Gaussians on each triangle, in few values. `cylinder`: as `find_mouth`
     takes it.
     """
     found = find_mouth(rig, cylinder) if mouth else None
@@ -76,7 +76,7 @@ def start(
 def _face(
     rig: Rig, skin: npt.NDArray[np.bool_], count: int, density: F64, generator: np.random.Generator
 ) -> Samples:
-    """`count` points on the triangles of the skin, those of each density a Poisson-disk set of its own."""
+    """`count` points on the triangles of the skin, a Poisson-disk set for each density."""
     vertices, triangles = rig.vertices.astype(np.float64), rig.triangles.astype(np.int64)
     corner = vertices[triangles]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1) / 2
@@ -117,7 +117,7 @@ def _rows(
     triangles = expressions.triangles
     others = sum(counts[1:])
     weights = samples.interpolate(dense(rig.skin, "weight"), triangles)
-    # The released code sums over the corners where it means to average (transforms.py:164); eyelids are the mean.
+    # The released code sums over the corners instead of averaging (transforms.py:164); eyelids use the mean.
     corrective = 3 * samples.mean_of_corners(dense(rig.correctives, "position"), triangles)
     late = samples.mean_of_corners(dense(rig.late_morphs, "position"), triangles)
     init, learned = _entries(rig, expressions, samples, rules, neck, least_mask)
@@ -136,7 +136,7 @@ def _rows(
 
 
 class _Collected:
-    """Entries column by column, in the end by row."""
+    """Collects entries column by column, and sorts them by row at the end."""
 
     def __init__(self, width: int) -> None:
         self._row, self._column, self._values = (
@@ -152,7 +152,7 @@ class _Collected:
         self._values.append(values)
 
     def pattern(self, rows: int) -> Entries:
-        """Which entries there are."""
+        """The pattern of the entries."""
         ends = np.bincount(np.concatenate(self._row), minlength=rows).cumsum()
         column = np.concatenate(self._column)[self._order()]
         return Entries(torch.from_numpy(np.concatenate([[0], ends])), torch.from_numpy(column))

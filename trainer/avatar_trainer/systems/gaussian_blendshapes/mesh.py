@@ -90,12 +90,12 @@ def triangle_frames(corner: F64) -> F64:
 
 
 def triangle_motion(before: F64, after: F64, position: F64, rule: str) -> tuple[F64, F64]:
-    """What a triangle (corners [N, 3, 3]) does to a point on it: shift [N, 3], rotation [N, 3, 3].
+    """The motion of a point on a triangle (corners [N, 3, 3]): shift [N, 3], rotation [N, 3, 3].
 
     `affine`: (Q - I) x + t with the affine deformation gradient Q (Sumner and Popovic 2004, section 3), which
     the released code takes (face_gs_model.py:670). `rotation`: the paper's "rotation component ... applied to the
     position": R turns the point about the triangle's centroid, which moves as the triangle does. The rotation is the
-    released code's either way: three steps towards the polar factor, not quite it where a triangle shears much.
+    released code's in both cases: three steps towards the polar factor, inexact for a strongly sheared triangle.
     """
     gradient = triangle_frames(after) @ np.linalg.inv(triangle_frames(before))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -110,6 +110,6 @@ def triangle_motion(before: F64, after: F64, position: F64, rule: str) -> tuple[
 
 
 def quaternion_shift(rotation: F64) -> F64:
-    """What the rotation adds to the quaternion (1, 0, 0, 0), [N, 4] (face_gs_model.py:670)."""
+    """The rotation's quaternion minus (1, 0, 0, 0), [N, 4] (face_gs_model.py:670)."""
     result: F64 = quat_from_matrix(rotation) - (1.0, 0.0, 0.0, 0.0)
     return result

@@ -1,4 +1,4 @@
-"""What moves the Gaussians of Gaussian Blendshapes besides their expressions: joints, eyelids, groups of teeth."""
+"""The motion of Gaussian Blendshapes besides expressions: joints, eyelids, groups of teeth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the mouth's inside is, and the Gaussians that begin there: on the mesh's own teeth, or on two billboards."""
+"""The inside of the mouth, and its first Gaussians: on the mesh's own teeth, or on two billboards."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from avatar_runtime.avatar import F64, I64, Rig
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.systems.common.poisson import Samples, poisson_disk
 
-LOWER_WEIGHT = 0.25  # of the jaw: triangles of the mouth's inside with more go with the lower teeth
+LOWER_WEIGHT = (
+    0.25  # of the jaw: triangles of the mouth's inside with a larger weight belong to the lower teeth
+)
 LIPS_SPREAD = 0.2  # of jaw weight around a hole of the mesh: it is the mouth
 # Of the lips' width: the cylinder behind them, when the mesh has no teeth.
 RADIUS, HALF_HEIGHT, MARGIN = 0.55, 0.4, 1.1
@@ -38,7 +40,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Mouth:
-    """What of a mesh is the mouth's inside."""
+    """The inside of a mesh's mouth."""
 
     upper: F64  # [T, 3, 3] corners of the triangles that the upper teeth's Gaussians begin on
     lower: F64
@@ -62,10 +64,10 @@ class Mouth:
 def find_mouth(rig: Rig, given: Cylinder | None = None) -> Mouth:
     """The mouth of a body mesh.
 
-    Where the mesh has teeth they are taken: the parts that lie among those that the jaw moves, other than the
-    head itself. Otherwise, as for FLAME, two billboards stand in a cylinder behind the lips: the one `given`,
-    or one as wide as the hole between the lips asks for.
-    Raises AvatarError where none of this is there.
+    If the mesh has teeth, they are used: the parts among those that the jaw moves, except the head itself. Otherwise,
+    as for FLAME, two billboards stand in a cylinder behind the lips: the one `given`, or one as wide as the hole
+    between the lips needs.
+    Raises AvatarError if the mesh has neither.
     """
     vertices, triangles = rig.vertices.astype(np.float64), rig.triangles.astype(np.int64)
     jaw = _jaw_weight(rig)
@@ -82,7 +84,7 @@ def find_mouth(rig: Rig, given: Cylinder | None = None) -> Mouth:
 
 
 def parts(triangles: I64, vertices: int) -> I64:
-    """[V] the smallest vertex that each vertex is connected with by edges."""
+    """[V] the smallest vertex of each vertex's connected part."""
     label: I64 = np.arange(vertices)
     while True:
         lower = label.copy()
@@ -96,7 +98,7 @@ def parts(triangles: I64, vertices: int) -> I64:
 
 
 def mouth_interior(rig: Rig) -> npt.NDArray[np.bool_]:
-    """[F] triangles of teeth, gums and tongue, which are no skin; none for a mesh in one part."""
+    """[F] triangles of teeth, gums and tongue; none for a mesh in one part."""
     vertices, triangles = rig.vertices.astype(np.float64), rig.triangles.astype(np.int64)
     jaw, eyes = _jaw_weight(rig), _eye_vertices(rig)
     label = parts(triangles, len(vertices))

@@ -1,4 +1,4 @@
-"""What belongs to each Gaussian of Gaussian Blendshapes and is not trained: its group, weights, fields and masks."""
+"""The untrained values of each Gaussian of Gaussian Blendshapes: its group, weights, fields and masks."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Rows:
         return slice(first, end)
 
     def take(self, index: Tensor) -> tuple[Rows, Tensor]:
-        """(the rows `index` i64[M], which must leave the groups rising; the learned entries i64[] that they own)."""
+        """(the rows `index` i64[M], in the order of the groups; the learned entries i64[] that they own)."""
         init, from_init = self.init.take(index)
         learned, from_learned = self.learned.take(index)
         taken = Rows(
@@ -94,7 +94,7 @@ class Rows:
         }
 
     def from_state(self, state: dict[str, Any], expressions: int) -> Rows:
-        """What `state` gave, of the subject that these rows are of; shares its memory.
+        """The rows of a `state` of the same subject; shares its memory.
 
         ValueError for what is not rows of this subject, with `expressions` columns.
         """

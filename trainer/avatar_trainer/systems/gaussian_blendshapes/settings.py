@@ -96,7 +96,7 @@ RULES: dict[str, Rule] = {
 class Rates:
     """Learning rates of Adam; positions in metres, times `Settings.extent`.
 
-    Higher than the paper's where a run of thousands of iterations, not of ten thousands, asks for it.
+    Some are higher than the paper's, for runs of thousands instead of ten thousands of iterations.
     """
 
     mean: float = 3.2e-4
@@ -141,7 +141,7 @@ class Settings:
     expressions: int = 50  # that get Gaussian blendshapes: the body model's first
     sh_degree: int = 1
     delta_sh_degree: int = 0  # of the learned differences
-    least_mask: float = 0.01  # nothing is learned where the mask of Eq. 2 is no larger; 0: the paper
+    least_mask: float = 0.01  # nothing is learned where the mask of Eq. 2 is at most this; 0: the paper
     sh_every: int = 500  # iterations until the next degree is used
     # Metres: of what 3DGS calls the scene; scales rates and density control. A choice of ours.
     extent: float = 1.0

@@ -15,7 +15,7 @@ DIRECTIONS = 64  # enough and even enough for the 16 functions of degree 3
 def turn_matrices(rotation: Tensor, degree: int) -> Tensor:
     """D [E, K, K] with sum_j Y_j(d) (D sh)_j = sum_j Y_j(R^T d) sh_j, for rotations R [E, 3, 3]; K = (degree + 1)^2.
 
-    The functions of a degree turn into each other, so D follows from their values in enough directions.
+    A rotation maps the functions of a degree to each other, so D follows from their values in enough directions.
     """
     directions = _sphere(DIRECTIONS)
     inverse = np.linalg.pinv(_basis(directions, degree))  # [K, D]

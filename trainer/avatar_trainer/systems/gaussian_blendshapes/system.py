@@ -138,7 +138,7 @@ class GaussianBlendshapes:
         return now if few == sh.shape[1] else replace(now, sh=torch.cat([now.sh, sh[:, few:]], dim=1))
 
     def learned(self) -> tuple[dict[str, Tensor], Tensor]:
-        """(Delta G^ of Eq. 2 by attribute [E', ...], what scales all of it [E']).
+        """(Delta G^ of Eq. 2 by attribute [E', ...], the mask [E'] that scales all of it).
 
         Where the rule consistency has a mask for positions alone, it is multiplied into them.
         """
@@ -155,7 +155,7 @@ class GaussianBlendshapes:
         return torch.full((3,), BACKGROUNDS[self.settings.background])
 
     def losses(self, rendered: Rendered, target: Tensor, mask: Tensor, iteration: int) -> dict[str, Tensor]:
-        """Eq. 3 to 6, weighted; no term of the mouth where none of its Gaussians is left."""
+        """Eq. 3 to 6, weighted; no term of the mouth if none of its Gaussians is left."""
         w = self.settings.weights
         terms = {
             "l1": (1 - w.dssim) * losses.l1(rendered.colour, target),
@@ -206,7 +206,7 @@ class GaussianBlendshapes:
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Go on from `state`. ValueError, KeyError or TypeError for one of another subject or of other settings."""
+        """Continue from `state`. ValueError, KeyError or TypeError for one of another subject or of other settings."""
         self.table.load_state(state["table"])
         rows = self.rows.from_state(state["rows"], self.expressions)
         counts = {GAUSSIAN: rows.count, DELTA: rows.learned.count}
@@ -252,7 +252,7 @@ class GaussianBlendshapes:
         save_model(model, SYSTEM, folder, iteration)
 
     def _config(self, folder: Path, iteration: int) -> dict[str, Any]:
-        """What cfg_args of the released code says, as far as it was so here."""
+        """The cfg_args of the released code, as far as they apply here."""
         s, c = self.settings, self.first.cylinder
         return {
             "sh_degree": STORED_DEGREE,
@@ -283,7 +283,7 @@ class GaussianBlendshapes:
         self.density.reset(self.rows.count)
 
     def _lay_out(self, rows: Rows) -> None:
-        """Take over `rows`, and what follows from them."""
+        """Take over `rows`, and compute the arrays that depend on them."""
         self.rows = rows
         self._turns = None
         if self.settings.rules["init_sh"] == "rotated" and self.settings.sh_degree:

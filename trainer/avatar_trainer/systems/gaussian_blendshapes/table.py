@@ -1,4 +1,4 @@
-"""What is trained of Gaussian Blendshapes: the tensors, their row sets and learning rates."""
+"""The trained tensors of Gaussian Blendshapes, their row sets and learning rates."""
 
 from __future__ import annotations
 

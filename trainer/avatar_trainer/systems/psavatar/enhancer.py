@@ -1,4 +1,4 @@
-"""PSAvatar's enhancer as a checkpoint holds it, measured on held-out images."""
+"""PSAvatar's enhancer in a checkpoint, measured on held-out images."""
 
 from __future__ import annotations
 

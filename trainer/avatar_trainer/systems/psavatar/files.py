@@ -40,14 +40,14 @@ class Checkpoint:
 
 
 def coefficient_names(rig: Rig, expressions: Sequence[str]) -> list[str]:
-    """What the mesh's bases are multiplied by: "pose/JOINT/ROW/COLUMN" of R - I, then "expression/NAME"."""
+    """The coefficients of the mesh's bases: "pose/JOINT/ROW/COLUMN" of R - I, then "expression/NAME"."""
     joints = [rig.joint_names[j] for j in rig.corrective_joints]
     pose = [f"pose/{joint}/{row}/{column}" for joint in joints for row in range(3) for column in range(3)]
     return [*pose, *(f"expression/{name}" for name in expressions)]
 
 
 def save(checkpoint: Checkpoint, folder: Path, iteration: int) -> None:
-    """Write the files; those of an iteration are there together or not at all. OSError where they cannot be written."""
+    """Write the files; those of an iteration appear together or not at all. OSError if they cannot be written."""
     clouds = folder / "point_cloud"
     clouds.mkdir(parents=True, exist_ok=True)
     document = {"system": checkpoint.system, "rules": dict(checkpoint.rules)}

@@ -1,4 +1,4 @@
-"""Where PSAvatar's points begin: on the body model's mesh, by area, and off it along its normals (Eqs. 7 to 9)."""
+"""The first points of PSAvatar: on the body model's mesh, by area, and off it along its normals (Eqs. 7 to 9)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def sample_points(
 ) -> Sampled:
     """`count` points, the share `off_mesh` of them off the mesh by U[0, r_max] metres.
 
-    region: one of REGIONS. Raises AvatarError for a region that the body model does not tell, or without area.
+    region: one of REGIONS. Raises AvatarError for a region that the body model does not define, or without area.
     """
     inside = REGIONS[region](rig)
     try:
@@ -49,7 +49,7 @@ def _everywhere(rig: Rig) -> Mask:
 
 
 def _head(rig: Rig) -> Mask:
-    """Triangles that no root joint carries: in FLAME the root moves the shoulders."""
+    """Triangles that no root joint moves: in FLAME the root moves the shoulders."""
     by_root = np.zeros(len(rig.vertices))
     ptr: I64 = rig.skin.row_ptr.astype(np.int64)
     row = np.repeat(np.arange(rig.skin.rows), ptr[1:] - ptr[:-1])
@@ -76,7 +76,7 @@ REGIONS: dict[str, Callable[[Rig], Mask]] = {"all": _everywhere, "head": _head, 
 
 
 def mean_spacing(rig: Rig, region: str, on_mesh: int) -> float:
-    """Metres between neighbours, were `on_mesh` points evenly spread over the region."""
+    """Metres between neighbours if `on_mesh` points were evenly spread over the region."""
     corner: F64 = rig.vertices.astype(np.float64)[rig.triangles[REGIONS[region](rig)]]
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     return float(np.sqrt(np.linalg.norm(across, axis=1).sum() / 2 / max(on_mesh, 1)))

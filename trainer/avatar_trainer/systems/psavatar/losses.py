@@ -1,4 +1,4 @@
-"""What PSAvatar's training minimises (Eqs. 12 to 15), of the raw image and of the enhanced one."""
+"""The losses of PSAvatar (Eqs. 12 to 15), of the raw image and of the enhanced one."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Vgg:
 def read_vgg(path: Path) -> Vgg:
     """The network of a .safetensors that has at least the tensors of VGG_SHAPES, float32.
 
-    Raises AvatarError for a file that is not there or not that.
+    Raises AvatarError for a missing file or another content.
     """
     try:
         with open_file(path) as file:
@@ -71,7 +71,7 @@ def read_vgg(path: Path) -> Vgg:
 def image_terms(
     drawn: Tensor, target: Tensor, dssim: float, vgg_weight: float, vgg: Vgg | None
 ) -> dict[str, Tensor]:
-    """Weighted terms of one image [H, W, 3]: L1 (Eq. 12), 1 - SSIM in VGG's place, VGG features (Eq. 13).
+    """Weighted terms of one image [H, W, 3]: L1 (Eq. 12), 1 - SSIM in place of VGG, VGG features (Eq. 13).
 
     The paper's norms are read as means of absolute differences, which do not grow with the image.
     """

@@ -2,8 +2,8 @@
 
     v = M (T + B_P + B_E + w_P P' + w_E E'),    M = sum_b W_b A_b
 
-Joints, and with them A, come from the shape without the learned part. M, and what is in the brackets before the
-learned part, are of a pose alone and kept, as long as there is room.
+Joints, and with them A, come from the shape without the learned part. M and the first three terms depend only on the
+pose and are kept, as long as there is room.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ROOM = 512 << 20  # bytes of posed bodies that are kept
 
 @dataclass(frozen=True)
 class Body:
-    """What one pose makes of the body model; no gradient."""
+    """The body model in one pose; no gradient."""
 
     unposed: Tensor  # [V, 3] metres, before the learned bases and skinning
     matrix: Tensor  # [V, 3, 4] of skinning
@@ -40,7 +40,7 @@ class Bodies:
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
-        # By the identity of the pose, which is kept too, so that no other takes its place.
+        # By the identity of the pose object, which is kept too, so that its identity is not reused.
         self._kept: OrderedDict[int, tuple[PoseArrays, Body]] = OrderedDict()
         self._bytes = 0
 
@@ -80,7 +80,7 @@ def posed(body: Body, bases: Tensor, used: Tensor) -> Tensor:
 
 
 def used_coefficients(rig: Rig, poses: Sequence[PoseArrays]) -> Tensor:
-    """[U] int64: the coefficients that some of `poses` has; no gradient ever reaches a basis of another."""
+    """[U] int64: the coefficients that are not 0 in some of `poses`; no gradient reaches the bases of others."""
     count = 9 * len(rig.corrective_joints)
     weights: F32 = np.stack([p.expression_weights for p in poses]).astype(np.float32)
     features = np.stack([joints(rig, p).pose_feature for p in poses]).reshape(len(poses), count)

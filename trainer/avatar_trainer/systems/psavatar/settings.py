@@ -1,4 +1,4 @@
-"""What may be chosen when a PSAvatar is trained."""
+"""Rules and settings of PSAvatar."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from avatar_trainer.systems.psavatar.initial import REGIONS
 # vertex normals and r_max are in such units.
 UNITS = 4.0
 PAPER_OFFSET = 0.30  # r_max, training units
-MOST_RATE, MOST_WEIGHT = 1e3, 1e6  # learning rates; weights of losses: what is beyond is a slip
+MOST_RATE, MOST_WEIGHT = 1e3, 1e6  # largest learning rates and weights of losses; larger ones are mistakes
 
 RULES: Mapping[str, Rule] = {
     "acquisition": Rule(
@@ -43,8 +43,8 @@ RULES: Mapping[str, Rule] = {
 
 @dataclass(frozen=True)
 class LearningRates:
-    """Of Adam. Those in metres a step fall exponentially over the run, to `falls_to` of what they begin with; the
-    enhancer's so over the iterations in which it is trained.
+    """Of Adam. Those in metres a step fall exponentially over the run, to `falls_to` of the start; the
+    enhancer's do so over the iterations in which it is trained.
     """
 
     displacement: float = 1e-4  # metres
@@ -64,7 +64,7 @@ class LearningRates:
 
 @dataclass(frozen=True)
 class Settings:
-    """How an avatar is trained. The paper says r_max and the weights of its losses; counts and times are ours.
+    """Settings of training. The paper states r_max and the weights of its losses; counts and times are ours.
 
     ValueError for a value out of range.
     """
@@ -81,11 +81,11 @@ class Settings:
     acquiring: float = 0.15  # share of the iterations in which points acquire the shape; 0: none
     removals: int = 3  # of points that are hardly seen, evenly spaced until the shape is acquired
     least_visibility: float = 0.02  # compositing weight that a point reaches in some image, or it is removed
-    dssim: float = 0.2  # weight of 1 - SSIM, where VGG's weights are not at hand
+    dssim: float = 0.2  # weight of 1 - SSIM, if VGG's weights are not available
     vgg: float = 0.0  # lambda_1 of Eq. 15; the paper: 0.1
     vgg_weights: str = ""  # .safetensors with features.0 and features.2 (weight, bias) of VGG
     scale: float = 0.1  # lambda_2 of Eq. 15
-    enhancer: bool = False  # whether a U-Net that makes images better is trained too (section 3.3)
+    enhancer: bool = False  # whether a U-Net that improves images is trained too (section 3.3)
     enhancing: float = 0.2  # share of the iterations, the last, in which it is
     sh_degree_every: int = 1000  # iterations between active degrees, once the shape is acquired
     learning_rates: LearningRates = field(default_factory=LearningRates)

@@ -1,8 +1,8 @@
 """PSAvatar (arXiv 2401.12900) as a trainable system: points on and off a morphable mesh, then Gaussians in their place.
 
-Shape acquisition draws points (Eq. 3) and removes those that no image shows; then every point that is left becomes a
+Shape acquisition draws points (Eq. 3) and removes those that no image shows; then every remaining point becomes a
 Gaussian (Eqs. 10, 11). Trained throughout: offsets r, opacities, colours, and the learned bases P', E' of the mesh
-(Eq. 6). A point keeps its triangle and its barycentrics, which are those that it was sampled with. Lengths are metres.
+(Eq. 6). A point keeps the triangle and the barycentrics with which it was sampled. Lengths are metres.
 """
 
 from __future__ import annotations
@@ -50,7 +50,9 @@ FIRST_OFF_OPACITY = 0.1  # of points off the mesh, most of which lie in free air
 RADIUS_PER_SPACING = 1.2  # so that discs on the mesh close
 SCALE_PER_RADIUS = 1 / math.sqrt(6)  # a Gaussian of the variance that 1 - r^2 / R^2 has on a disc
 COLOUR_FRAMES = 8
-OBSERVED = 100  # images after which points are removed that none of them showed, or as many as there are
+OBSERVED = (
+    100  # after this many images (or all, if there are fewer), points that none of them showed are removed
+)
 IN_METRES = ("displacement", "bases")
 AS_POINTS = ("opacity_logit", "sh_dc", "log_radius")  # that `_appearance` puts into the table
 AS_GAUSSIANS = ("opacity_logit", "sh_dc", "sh_rest", "log_scale", "rotation")
@@ -60,7 +62,7 @@ def create(capture: Capture, settings: Settings, seed: int) -> PSAvatar:
     """An untrained avatar: random points on and off the body model's mesh.
 
     Raises AvatarError for a capture without training frames, with eyelids (this system's body model has none), and
-    for a region that the body model does not tell.
+    for a region that the body model does not define.
     """
     if capture.late_morph_names and any(frame.pose.late_weights.any() for frame in capture.frames):
         raise AvatarError(
@@ -148,7 +150,7 @@ class PSAvatar:
         return splats if still else moved(splats, world)
 
     def enhanced(self, colour: Tensor) -> Tensor | None:
-        """An image [H, W, 3] by the enhancer; None where none has been trained."""
+        """The enhanced image [H, W, 3]; None if no enhancer has been trained."""
         return enhanced(self.table_of(WEIGHTS), colour) if self.enhancing else None
 
     def table_of(self, names: Iterable[str]) -> dict[str, Tensor]:
@@ -156,11 +158,11 @@ class PSAvatar:
         return {name: self.table[name] for name in names}
 
     def background(self, generator: Generator) -> Tensor:
-        """[3] random: it shows where the silhouette is."""
+        """[3] random, which shows the silhouette."""
         return torch.rand(3, generator=generator)
 
     def losses(self, rendered: Rendered, target: Tensor, mask: Tensor, iteration: int) -> dict[str, Tensor]:
-        """Paper Eqs. 12 to 15; D-SSIM stands in where VGG's weights are not at hand."""
+        """Paper Eqs. 12 to 15; D-SSIM replaces VGG if its weights are not available."""
         settings = self.settings
         judged = settings.dssim, settings.vgg, self.vgg
         terms = image_terms(rendered.colour, target, *judged)
@@ -172,7 +174,7 @@ class PSAvatar:
         return terms
 
     def observe(self, rendered: Rendered, screen_gradient: Tensor) -> None:
-        """How well each point is seen, at best; of Gaussians what it can be at most, their opacity."""
+        """The best visibility of each point; for Gaussians its upper bound, the opacity."""
         if not self.acquiring:
             return
         seen = rendered.visibility
@@ -207,7 +209,7 @@ class PSAvatar:
 
     @torch.no_grad()
     def remove(self, these: Tensor) -> None:
-        """Remove points, bool [N]. Raises AvatarError where none is left."""
+        """Remove points, bool [N]. Raises AvatarError if none is left."""
         kept = torch.nonzero(~these)[:, 0]
         if not len(kept):
             raise AvatarError(
@@ -218,11 +220,11 @@ class PSAvatar:
 
     @property
     def draws_points(self) -> bool:
-        """Whether the avatar is one of points now."""
+        """Whether the avatar consists of points at present."""
         return self.acquiring and self.settings.rules["acquisition"] == "points"
 
     def state(self) -> dict[str, Any]:
-        """Everything that `load_state` needs to continue bit by bit."""
+        """Everything that `load_state` needs to continue with the same bits."""
         return {
             "table": self.table.state(),
             "triangle": self.triangle,
@@ -236,7 +238,7 @@ class PSAvatar:
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Go on from `state`. ValueError, KeyError or TypeError for one of another mesh or of other settings."""
+        """Continue from `state`. ValueError, KeyError or TypeError for one of another mesh or of other settings."""
         if not all(type(state[name]) is bool for name in ("acquiring", "enhancing")):
             raise ValueError("acquiring and enhancing are not true or false")
         if state["enhancing"] and not self.settings.enhancer:
@@ -301,13 +303,13 @@ class PSAvatar:
         )
 
     def _place(self, triangle: Tensor, barycentric: Tensor, off_mesh: Tensor) -> None:
-        """Points in these triangles [N], at these weights [N, 3]; nothing is known of how they are seen."""
+        """Points in these triangles [N], at these weights [N, 3]; their visibility is unknown."""
         self.triangle, self.barycentric, self.off_mesh = triangle, barycentric, off_mesh
         self.placed: Placed = placed(self.mesh, triangle, barycentric)
         self.visibility, self.observed = torch.zeros(len(triangle)), 0
 
     def _appearance(self, log_radius: Tensor, opacity_logit: Tensor, dc: Tensor) -> None:
-        """The tensors of points, or of Gaussians in their place, into the table."""
+        """Puts the tensors of points, or of Gaussians in their place, into the table."""
         rates, points = self.settings.learning_rates, self.draws_points
         self.table.add("opacity_logit", opacity_logit, rates.opacity_logit, ROWS)
         self.table.add("sh_dc", dc, rates.rgb if self.acquiring else rates.sh, ROWS)
@@ -323,7 +325,7 @@ class PSAvatar:
             self.table.add("sh_rest", torch.zeros(n, rest, 3), rates.sh / 20, ROWS)
 
     def _become_gaussians(self) -> None:
-        """The shape is acquired: Gaussians in the place of points, what both have goes on as it is."""
+        """The shape is acquired: Gaussians replace points, and keep the values that both have."""
         was, points = self.table, self.draws_points
         self.acquiring = False
         if not points:
@@ -340,7 +342,7 @@ class PSAvatar:
         self.table.load_state(state)
 
     def _displacement(self) -> Tensor:
-        """[N] metres; what lies on the mesh stays there, unless rule displacement says otherwise."""
+        """[N] metres; points on the mesh stay there, unless rule displacement says otherwise."""
         displacement: Tensor = self.table["displacement"]
         if self.settings.rules["displacement"] == "all":
             return displacement
@@ -354,7 +356,7 @@ class PSAvatar:
         return UNITS * length.mean()
 
     def _first_colours(self) -> Tensor:
-        """[N, 3] 0..1, what some training frames show where the points are."""
+        """[N, 3] 0..1, the colours of the points in some training frames."""
         frames = self.capture.train
         used = frames[:: math.ceil(len(frames) / COLOUR_FRAMES)]
         return colours([self._view(frame) for frame in used], len(self.triangle))

@@ -1,7 +1,7 @@
-"""How Gaussians hang on the mesh while they are trained: SplattingAvatar's {k, u, v, d}, and what it is compared with.
+"""The trained embedding of Gaussians in the mesh: SplattingAvatar's {k, u, v, d}, and variants for comparison.
 
-Every rule keeps a triangle and barycentric weights for each Gaussian, which Adam does not see, and trains a change of
-them. Lengths are in training units.
+Every rule keeps a triangle and barycentric weights for each Gaussian outside of Adam, and trains a change of them.
+Lengths are in training units.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Embedding:
         return table["displacement"] if "displacement" in self.trained else torch.zeros(len(self.triangle))
 
     def mean(self, table: Table, splats: Splats, training_per_bundle: float) -> Tensor:
-        """[N, 3] metres, where the Gaussians are; `splats`: where the mesh carries (u, v) and d."""
+        """[N, 3] metres, the Gaussians' positions; `splats`: the embedding of (u, v) and d on the posed mesh."""
         return splats.mean
 
     @torch.no_grad()
@@ -85,7 +85,7 @@ class Embedding:
         return int(walked.crossings.sum())
 
     def take(self, index: Tensor) -> None:
-        """Row m becomes what row index[m] was."""
+        """Row m becomes the former row index[m]."""
         self.triangle, self.barycentric = self.triangle[index], self.barycentric[index]
 
     @torch.no_grad()
@@ -134,7 +134,7 @@ class Released(Embedding):
 class Fixed(Embedding):
     """Rule `fixed`: a shift in space is trained, turned by the mesh, and (k, u, v) stays (paper 4.3, Fig. 7).
 
-    No embedding {k, u, v, d} says where such a Gaussian is: it cannot be written in the released layout.
+    No embedding {k, u, v, d} represents such a Gaussian, so it cannot be written in the released layout.
     """
 
     trained: ClassVar[dict[str, tuple[int, ...]]] = {"shift_xyz": (3,)}
@@ -164,7 +164,7 @@ EMBEDDINGS: dict[str, type[Embedding]] = {
 
 
 def as_weights(barycentric: F64) -> Tensor:
-    """[N, 3] float32: u, v and what they leave of 1, as the released code stores them."""
+    """[N, 3] float32: u, v and 1 - u - v, as the released code stores them."""
     uv = torch.from_numpy(barycentric[:, :2].astype(np.float32))
     return torch.cat([uv, 1 - uv.sum(1, keepdim=True)], dim=1)
 

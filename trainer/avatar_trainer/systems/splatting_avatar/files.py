@@ -1,4 +1,4 @@
-"""SplattingAvatar's checkpoint, in the layout of the released code: what the exporter's reader takes.
+"""SplattingAvatar's checkpoint, in the layout of the released code, which the exporter reads.
 
     FOLDER/config.yaml, rules.json
     FOLDER/point_cloud/iteration_N/{point_cloud.ply, embedding.json, embedding.obj}
@@ -39,7 +39,7 @@ class Checkpoint:
     log_scale: F32  # [N, 3]
     opacity_logit: F32  # [N]
     sh: F32  # [N, K, 3]
-    frameset_type: str  # of the data set, which says the units
+    frameset_type: str  # of the data set, which implies the units
     mesh_scaling: bool
     inverse_sh_direction: bool
     rules: Mapping[str, str]
@@ -53,7 +53,7 @@ def as_written(vertices: F64) -> F32:
 
 
 def save(checkpoint: Checkpoint, folder: Path, iteration: int) -> None:
-    """Write the files; those of an iteration are there together or not at all. OSError where they cannot be written."""
+    """Write the files; those of an iteration appear together or not at all. OSError if they cannot be written."""
     clouds = folder / "point_cloud"
     clouds.mkdir(parents=True, exist_ok=True)
     _write(folder / "config.yaml", yaml.safe_dump(_config(checkpoint), sort_keys=False))

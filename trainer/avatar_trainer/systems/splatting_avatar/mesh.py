@@ -28,7 +28,7 @@ class PosedMeshes:
 
     def __init__(self, rig: Rig, mesh: SurfaceMesh, rules: Rules) -> None:
         self._rig, self._mesh, self._rules = rig, kernel_mesh(mesh), rules
-        # By the identity of the pose, which is kept too, so that no other takes its place.
+        # By the identity of the pose object, which is kept too, so that its identity is not reused.
         self._kept: OrderedDict[int, tuple[PoseArrays, PosedMesh]] = OrderedDict()
         self._bytes = 0
 

@@ -1,7 +1,7 @@
 """The point of a Phong surface that carries a given point of space: SplattingAvatar's Eq. 15.
 
 Minimises |V(k,u,v) + d N(k,u,v) - x|^2 over triangle k, weights u v and displacement d: damped Gauss-Newton steps,
-each of which walks on the triangles (walk.py) and is taken only where it brings the point nearer.
+each of which walks on the triangles (walk.py) and is taken only if it brings the point nearer.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class PhongSurface:
 
 @dataclass(frozen=True)
 class Embedded:
-    """Where points hang on a surface."""
+    """The embedding of points on a surface."""
 
     triangle: I64  # [N]
     barycentric: F64  # [N, 3]
@@ -45,7 +45,7 @@ class Embedded:
 
 
 def embed(surface: PhongSurface, points: F64, triangle: I64, barycentric: F64, displacement: F64) -> Embedded:
-    """The embeddings nearest to `points` [N, 3] that a descent from the given ones [N], [N, 3], [N] comes to.
+    """The embeddings nearest to `points` [N, 3] that a descent from the given ones [N], [N, 3], [N] reaches.
 
     A local minimum: beside a border, or in a fold, the point itself may not be reached.
     """
@@ -143,7 +143,7 @@ def _place(
 
 @kernel()
 def _damped_step(slopes: F64, r: F64, damping: float, step: F64) -> None:
-    """-(J^T J + damping diag(J^T J))^-1 J^T r, by Cramer's rule; no step where that is singular."""
+    """-(J^T J + damping diag(J^T J))^-1 J^T r, by Cramer's rule; no step if that is singular."""
     a, g = np.empty((3, 3)), np.empty(3)
     for c in range(3):
         g[c] = -_dot(slopes[c], r)
@@ -160,7 +160,7 @@ def _damped_step(slopes: F64, r: F64, damping: float, step: F64) -> None:
 
 @kernel()
 def _slide(over: I32, b: F64, slopes: F64, r: F64, damping: float, step: F64) -> None:
-    """Where `step` would leave the mesh over the border that the point lies on, the best step along that border."""
+    """If `step` would cross the border that the point lies on, the best step along that border."""
     for c in range(3):
         change = -(step[0] + step[1]) if c == 2 else step[c]
         if b[c] <= 0 and change < 0 and over[(c + 1) % 3] < 0:

@@ -1,4 +1,4 @@
-"""What may be chosen when a SplattingAvatar is trained, and the schedule that follows from it."""
+"""Rules and settings of SplattingAvatar, and the schedule that follows from them."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from avatar_trainer.settings import (
 )
 from avatar_trainer.systems.common.first_points import INIT_COLOURS, SAMPLING
 
-PAPER_ITERATIONS = 30_000  # that the release's schedule is made for
+PAPER_ITERATIONS = 30_000  # of the release's schedule
 LEAST_RESET_EVERY = 1000
 BY_SUBJECT = "by_subject"
 
 
 @dataclass(frozen=True)
 class Subject:
-    """How the release trains one kind of data set."""
+    """The release's settings for one kind of data set."""
 
     units: float  # training units in a metre
     frameset_type: str  # as config.yaml says it
@@ -83,15 +83,15 @@ class LearningRates:
 
 @dataclass(frozen=True)
 class Settings:
-    """How an avatar is trained; the defaults are the paper's (section 3, appendix B) where it says one.
+    """Settings of training; the defaults are the paper's (section 3, appendix B) if it states one.
 
-    `density` is for 30 000 iterations: what it says of time is shortened with `iterations` (see `scheduled`).
+    `density` is for 30 000 iterations: its times are scaled with `iterations` (see `scheduled`).
     ValueError for a value out of range.
     """
 
     iterations: int = PAPER_ITERATIONS
     gaussians: int = 10_000  # at the start
-    sh_degree: int = 0  # the paper; above it the gradient of (u, v) is not whole (see splatting_avatar.py)
+    sh_degree: int = 0  # the paper; above it the gradient of (u, v) is incomplete (see system.py)
     rules: Mapping[str, str] = field(default_factory=lambda: rule_defaults(RULES))
     subject: str = "auto"  # head | body | auto: by the height of the mesh
     sampling: str = "uniform"  # uniform: every triangle alike (the paper); area
@@ -130,7 +130,7 @@ class Settings:
 def scheduled(settings: Settings) -> DensitySettings:
     """`settings.density` with its times in proportion to the run's length.
 
-    An opacity reset needs some hundred steps to heal, so resets come at least `LEAST_RESET_EVERY` apart.
+    Recovery from an opacity reset takes some hundred steps, so resets are at least `LEAST_RESET_EVERY` apart.
     """
     share = settings.iterations / PAPER_ITERATIONS
     density = settings.density
@@ -143,7 +143,7 @@ def scheduled(settings: Settings) -> DensitySettings:
 
 
 def subject_of(settings: Settings, vertices: F32) -> Subject:
-    """The kind of data set; `vertices` [V, 3] metres decide where the settings leave it open."""
+    """The kind of data set; for subject `auto`, `vertices` [V, 3] in metres decide."""
     if settings.subject != "auto":
         return SUBJECTS[settings.subject]
     return SUBJECTS["head" if np.ptp(vertices[:, 1]) < HEAD_HEIGHT else "body"]

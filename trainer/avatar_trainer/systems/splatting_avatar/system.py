@@ -1,9 +1,10 @@
 """SplattingAvatar (arXiv 2403.05087) as a trainable system: Gaussians embedded in a posed triangle mesh.
 
-Trained of each Gaussian: its embedding (splatting_avatar_embedding.py), local rotation, log scale, opacity logit and
+Trained for each Gaussian: its embedding (embedding.py), local rotation, log scale, opacity logit and
 spherical harmonics. Lengths of the table are in training units, metres times 4 for heads as in the release; `splats`
-gives metres. From SH degree 1 on, with rule sh_direction=inverse_rotation, the gradient of (u, v) is not whole: how
-the mesh's rotation at (u, v) turns the direction of view is left out (`Splats.sh_rotation` carries no gradient).
+gives metres. From SH degree 1 on, with rule sh_direction=inverse_rotation, the gradient of (u, v) is
+incomplete: the effect of the mesh's rotation at (u, v) on the direction of view is left out
+(`Splats.sh_rotation` carries no gradient).
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ class SplattingAvatar:
         self.training_per_bundle = self.subject.units
         self.rules = surface_rules(settings, self.subject)
         self.triangles = capture.rig.triangles.astype(np.int64)
-        # As the files will have it, so that what is trained is what is read.
+        # Rounded as in the files, so that training uses the values that readers get.
         self.canonical_vertices = as_written(first_mesh.astype(np.float64) * self.training_per_bundle)
         in_bundle = in_metres(self.canonical_vertices, self.training_per_bundle)
         self.mesh = surface_mesh(in_bundle, capture.rig.triangles, self.training_per_bundle)
@@ -128,7 +129,7 @@ class SplattingAvatar:
         return moved(splats, torch.from_numpy(pose.world_from_avatar.astype(np.float32)))
 
     def background(self, generator: Generator) -> Tensor:
-        """[3] random: it shows where the silhouette is."""
+        """[3] random, which shows the silhouette."""
         return torch.rand(3, generator=generator)
 
     def losses(self, rendered: Rendered, target: Tensor, mask: Tensor, iteration: int) -> dict[str, Tensor]:
@@ -178,7 +179,7 @@ class SplattingAvatar:
     def lay_out(self, plan: Plan, generator: Generator) -> None:
         """Carry out a plan; copies of a split Gaussian lie at samples of it, embedded anew (paper Eq. 15).
 
-        Raises AvatarError where none is left.
+        Raises AvatarError if none is left.
         """
         samples = self._samples(plan.split.repeat(SPLIT_COPIES), generator)
         index, fresh = plan.rows()
@@ -195,7 +196,7 @@ class SplattingAvatar:
         self.density.reset(len(index))
 
     def state(self) -> dict[str, Any]:
-        """Everything that `load_state` needs to continue bit by bit."""
+        """Everything that `load_state` needs to continue with the same bits."""
         return {
             "table": self.table.state(),
             "density": self.density.state(),
@@ -206,7 +207,7 @@ class SplattingAvatar:
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Go on from `state`. ValueError, KeyError or TypeError for one of another mesh or of other settings."""
+        """Continue from `state`. ValueError, KeyError or TypeError for one of another mesh or of other settings."""
         self.table.load_state(state["table"])
         count = self.table.count(ROWS)
         self.density.load_state(state["density"], count)

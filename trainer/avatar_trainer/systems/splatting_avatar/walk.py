@@ -1,9 +1,9 @@
 """Walking on triangles: a point of a mesh moves straight on over its edges, from triangle to triangle.
 
-A straight line over an edge is that of the parallelogram which the two triangles span: barycentric weights know no
+A straight line over an edge is straight in the parallelogram of the two triangles: barycentric weights ignore their
 shape. Source: SplattingAvatar (arXiv 2403.05087) Algorithm 1 and Fig. 4. Its released walker (triangle_walk.cpp)
-does the same, shortens what is left by 0.9 at every edge, and takes an end up to 1e-3 outside for one inside, which
-it then moves in. That slack is left out here: it would hold a point that moves in smaller steps at its edge.
+does the same, multiplies the remaining way by 0.9 at every edge, and treats an end up to 1e-3 outside as inside and
+moves it in. That slack is left out here: it would hold a point that moves in smaller steps at its edge.
 """
 
 from __future__ import annotations
@@ -18,10 +18,8 @@ from numba import prange
 from avatar_runtime.avatar import F64, I32, I64
 from avatar_runtime.backends.cpu.jit import kernel
 
-PAPER_DECAY, RELEASED_DECAY = 1.0, 0.9  # how much of the rest of the way an edge leaves
-MOST_CROSSINGS = (
-    10_000  # of one walk; only a way beyond all bounds has more, it ends on the edge it has come to
-)
+PAPER_DECAY, RELEASED_DECAY = 1.0, 0.9  # factor of the remaining way at each edge
+MOST_CROSSINGS = 10_000  # largest number of edges in one walk; a longer walk ends on the edge it has reached
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,7 @@ class Neighbours:
 
 @dataclass(frozen=True)
 class Walked:
-    """Where points have come to."""
+    """The ends of walks."""
 
     triangle: I64  # [N]
     barycentric: F64  # [N, 3] each 0..1; they add up to 1

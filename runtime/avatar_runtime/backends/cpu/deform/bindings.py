@@ -32,7 +32,7 @@ class Binding(Protocol):
     """Stages blend, bind and activate of one avatar."""
 
     def animate(self, posed: PosedArrays, vertices: F32 | None, out: Out, threads: int) -> None:
-        """Writes the splats of a frame into `out`, whose `touched` says what the frame before left there."""
+        """Writes the splats of a frame into `out`; its `touched` says what the previous frame changed there."""
         ...
 
     def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
@@ -115,7 +115,7 @@ class EmbeddedBinding:
         return out
 
     def _pose_mesh(self, vertices: F32 | None, posed: PosedArrays) -> F32:
-        """Fills `_posed_mesh` for the posed `vertices` [V, 3] and gives these back; `_turn` must be held."""
+        """Fills `_posed_mesh` for the posed `vertices` [V, 3] and returns them; `_turn` must be held."""
         assert vertices is not None
         mesh, made = self._mesh, self._posed_mesh
         given = read_only(vertices, np.float32, (len(made.vertex), 3))

@@ -53,7 +53,7 @@ def list_active(
 ) -> tuple[bool, int]:
     """Lists in `entry` the active entries of `count` rows; those of lane l end before end[l], where l + 1 begins.
 
-    Gives whether all entries are active, which then are not listed: begin and end are their own numbers; and where
+    Returns whether all entries are active (they are then not listed; begin and end are their own numbers), and where
     those of lane 0 begin.
     """
     if every_active(posed):
@@ -162,7 +162,7 @@ def colour_block(
     touched: U8,
     out: F32,
 ) -> None:
-    """SH of `count` Gaussians from `first`, where an expression moves them or did in the frame before."""
+    """SH of `count` Gaussians from `first`, where an expression moves them or did in the previous frame."""
     every, begin = list_active(first, count, colour, posed, entry, end)
     for lane in range(count):
         i, last = first + lane, end[lane]

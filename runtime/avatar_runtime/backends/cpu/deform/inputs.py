@@ -60,9 +60,9 @@ def posed_arrays(
     group_rotation: Array | None = None,  # [G, 3, 3]
     world_from_avatar: Array | None = None,  # [4, 4]
 ) -> PosedArrays:
-    """A frame's small arrays; what a stage does not read may be missing.
+    """A frame's small arrays; arrays that a stage does not read may be missing.
 
-    Raises ValueError where one has another shape than the avatar needs.
+    Raises ValueError if one has another shape than the avatar needs.
     """
 
     def given(array: Array | None, *shape: int) -> Array:
@@ -95,7 +95,7 @@ def posed_arrays(
 def blendable(avatar: Avatar) -> Blendable:
     """The avatar's Gaussians and their blendshapes.
 
-    Raises ValueError where an index points nowhere; so do all below.
+    Raises ValueError for an index out of range; so do all functions below.
     """
     shapes, sizes = avatar.blendshapes, (avatar.gaussians.count, len(avatar.expressions))
     geometry = deltas(shapes.geometry, ("mean", "quat_wxyz"), *sizes)
@@ -203,7 +203,7 @@ def embedded(avatar: Avatar) -> Embedded:
 
 
 def mesh(surface: Surface) -> Mesh:
-    """What `stages.surface.prepare` made of the canonical mesh."""
+    """The result of `stages.surface.prepare` for the canonical mesh."""
     triangles, vertices = surface.embedding.triangles, len(surface.embedding.canonical_vertices)
     f = len(triangles)
     _below("triangles", triangles, vertices)

@@ -1,4 +1,4 @@
-"""Stages `morph` and `skin` of the rig's mesh, and how skinning turns it. Small beside the Gaussians: one thread."""
+"""Stages `morph` and `skin` of the rig's mesh, and how skinning turns it. One thread: the work is small."""
 
 from __future__ import annotations
 

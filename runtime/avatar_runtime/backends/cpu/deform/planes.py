@@ -1,7 +1,7 @@
 """The values of a block of Gaussians between the stages, in one small array.
 
-Value p of the Gaussian in lane l stands at planes[p * BLOCK + l]. With such constant distances LLVM makes vector
-instructions of a loop over lanes; of a loop over rows of several arrays it does not.
+Value p of the Gaussian in lane l stands at planes[p * BLOCK + l]. With such constant distances LLVM vectorises
+a loop over lanes; it does not vectorise a loop over rows of several arrays.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ TURN = 12 * BLOCK  # 9, row-major rotation
 MEAN = 21 * BLOCK  # 3
 QUAT = 24 * BLOCK  # 4
 LATE = 28 * BLOCK  # 3
-SHAPE = 0  # 4, in place of MATRIX when that is done with: log scale or scale, opacity logit or opacity
+SHAPE = 0  # 4, in place of MATRIX once that is no longer needed: log scale or scale, opacity logit or opacity
 PLANES = 31 * BLOCK
 
 

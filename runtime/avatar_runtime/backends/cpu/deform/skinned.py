@@ -128,7 +128,7 @@ def activate_shapes(
     planes: F32,
     out: Out,
 ) -> None:
-    """Scale and opacity of `count` Gaussians, where an expression moves them or did in the frame before."""
+    """Scale and opacity of `count` Gaussians, where an expression moves them or did in the previous frame."""
     every, begin = list_active(first, count, shape, posed, entry, end)
     start, changed = begin, False
     for lane in range(count):

@@ -44,7 +44,7 @@ RISE = 3 * BLOCK  # 3: from the foot to the mean
 SWING = 6 * BLOCK  # 4: the mesh's turn, any length
 LOCAL = 10 * BLOCK  # 4: quaternion before the mesh turns it
 HEIGHT = 14 * BLOCK
-MATRIX = 15 * BLOCK  # 9: what joints do to the mesh, row-major, for bary_vertex_lbs
+MATRIX = 15 * BLOCK  # 9: the linear part of the mesh's skin matrices, row-major, for bary_vertex_lbs
 GAUSSIAN_PLANES = 24 * BLOCK
 POLAR_STEPS = int(constants()["polar_steps"])
 
@@ -63,7 +63,7 @@ def norm(a: Vector) -> Scalar:
 
 @inlined
 def unit(a: Vector) -> Vector:
-    """a / |a|, finite where a has no length."""
+    """a / |a|; finite for a of length 0."""
     length = norm(a)
     if length < TINY:
         length = TINY
@@ -270,7 +270,7 @@ def in_triangle(i: int, lane: int, embedded: Embedded, posed_mesh: PosedMesh, p:
 
 @inlined
 def rise(count: int, unit_normal: bool, p: F64) -> None:
-    """RISE becomes HEIGHT times itself, made unit before where the rule says so."""
+    """RISE is multiplied by HEIGHT, after being made unit if the rule says so."""
     for lane in range(count):
         at, height = RISE + lane, p[HEIGHT + lane]
         x, y, z = p[at], p[at + BLOCK], p[at + 2 * BLOCK]

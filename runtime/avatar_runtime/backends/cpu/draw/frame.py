@@ -33,7 +33,7 @@ from avatar_runtime.stages.raster import PROFILES, Image
 from avatar_schema import constants
 
 # Of each profile: the transmittance that ends a pixel instead of being reached, and that below which a block of
-# pixels takes no more splats. `engine` has no stop; what it leaves out there is 1e-8 of a colour.
+# pixels takes no more splats. `engine` has no stop; what the block leaves out is 1e-8 of a colour.
 STOP = {"trainer": constants()["transmittance_min"], "engine": 0.0}
 CLOSED = {"trainer": 0.0, "engine": 1e-8}
 
@@ -87,7 +87,7 @@ def composite(
 
 
 def screen_of(projected: Projected, order: I64, camera: Camera, profile: str) -> tuple[Screen, U32]:
-    """What `composite` takes, from what the stages give. Raises ValueError for arrays or an order that do not fit."""
+    """The inputs of `composite`, from outputs of stages. Raises ValueError for arrays or an order that do not fit."""
     count = len(projected.radius)
     _fit("radius", projected.radius, (count,))
     _fit("centre", projected.centre, (count, 2))

@@ -137,7 +137,7 @@ def centres(group: F32, clip: F32, width: int, height: int) -> None:
 
 @inlined
 def extents(group: F32, columns: int, rows: int) -> None:
-    """TILES, the last columns of SPLAT, and DRAWN once more: what touches no tile is not drawn."""
+    """TILES, the last columns of SPLAT, and DRAWN once more: a splat that touches no tile is not drawn."""
     for lane in range(LANES):
         x, y = group[SPLAT + LANES * CENTRE_X + lane], group[SPLAT + LANES * CENTRE_Y + lane]
         a, b = group[SPLAT + LANES * CONIC_XX + lane], group[SPLAT + LANES * CONIC_XY + lane]

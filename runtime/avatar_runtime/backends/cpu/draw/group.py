@@ -1,4 +1,4 @@
-"""Sixteen splats side by side: where `project` keeps each quantity of its 16 lanes in one flat array."""
+"""Sixteen splats side by side: the offsets at which `project` keeps each quantity of its 16 lanes in one flat array."""
 
 from __future__ import annotations
 

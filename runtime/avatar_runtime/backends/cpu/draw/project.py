@@ -1,7 +1,7 @@
 """Stage `project` of the `cpu` backend: EWA and SH colour, in the definition's order of operations.
 
 Sixteen splats are a group: their geometry and SH basis are computed lane by lane, which the compiler turns
-into vectors; what depends on being drawn follows splat by splat.
+into vectors. Work that only drawn splats need follows splat by splat.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.stages.activate import Splats
 
 f32 = np.float32
-CHUNK = 64  # groups that a worker takes at once
+CHUNK = 64  # groups that a worker takes at a time
 INT32_END = f32(2**31)
 
 
@@ -57,7 +57,7 @@ class SplatArrays(NamedTuple):
 
     @staticmethod
     def of(splats: Splats) -> SplatArrays:
-        """The arrays of `splats`, copied only where they must be."""
+        """The arrays of `splats`, copied only if necessary."""
         rotation = np.zeros((0, 3, 3)) if splats.sh_rotation is None else splats.sh_rotation
         arrays = (splats.mean, splats.scale, splats.quat_wxyz, splats.opacity, splats.sh, rotation)
         return SplatArrays(*map(read_only, arrays))
@@ -173,5 +173,5 @@ def _store(i: int, group: F32, lane: int, screen: Screen) -> bool:
 
 @inlined
 def _whole(radius: np.float32) -> np.int32:
-    """A radius as int32; beyond its range the least, as NumPy converts."""
+    """A radius as int32; the lowest int32 if it is out of range, as NumPy converts."""
     return np.int32(radius) if radius < INT32_END else np.int32(-(2**31))

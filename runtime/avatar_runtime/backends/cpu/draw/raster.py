@@ -2,7 +2,7 @@
 
 A tile is 4x4 blocks of 4x4 pixels. One vector of 16 lanes asks which of the tile's blocks a splat can reach,
 and one vector of 16 lanes composites it onto a block. The exponent is computed in the definition's order of
-operations; a block is left out only where every alpha is surely below 1/255 (see `screen.reach_of`).
+operations; a block is left out only if every alpha is certainly below 1/255 (see `screen.reach_of`).
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def composite_tiles(
     transmittance: F32,  # [H, W] out
     last: I32,  # [H, W] out
 ) -> Any:
-    """Blend every tile; returns the number of exponents computed. The workers take tiles from one counter."""
+    """Composite every tile; returns the number of exponents computed. The workers take tiles from one counter."""
     counter = np.zeros(1, np.int64)
     evaluations = np.zeros(workers, np.int64)
     for worker in prange(workers):
@@ -81,7 +81,7 @@ def _work(
     transmittance: F32,
     last: I32,
 ) -> int:
-    """Blend tiles until none is left."""
+    """Composite tiles until none is left."""
     columns = -(-transmittance.shape[1] // TILE)
     state = aligned(LANES * BLOCK)
     batch = aligned(BATCH * COLUMNS).reshape(BATCH, COLUMNS)
@@ -122,7 +122,7 @@ def _composite(
     stop: np.float32,
     closed: np.float32,
 ) -> int:
-    """Blend the splats `mine` into the tile at (x0, y0); returns how many times a block took one."""
+    """Composite the splats `mine` onto the tile at (x0, y0); returns how many times a block took one."""
     for block in range(LANES):
         for lane in range(BLOCK):
             state[block * BLOCK + lane] = f32(1) if lane < LANES else f32(0)
@@ -189,7 +189,7 @@ def _composite_block(
     stop: np.float32,
     position: np.int32,
 ) -> None:
-    """Blend splat k of the batch into the block whose first pixel is (left, top).
+    """Composite splat k of the batch onto the block whose first pixel is (left, top).
 
     The transmittance of a pixel that has stopped is kept negated: it fails the test against `stop` ever after.
     """

@@ -17,7 +17,7 @@ CENTRE_X, CENTRE_Y = 0, 1  # pixels, pixel centres at integers
 CONIC_XX, CONIC_XY, CONIC_YY = 2, 3, 4
 OPACITY = 5
 RED, GREEN, BLUE = 6, 7, 8
-REACH = 9  # alpha is surely below 1/255 where the conic's form is beyond this; infinite: nowhere sure
+REACH = 9  # alpha is certainly below 1/255 if the conic's form is larger than this; infinite: never certain
 U_OF_V, V_OF_U = 10, 11  # where the form is least along x for a given y, and along y for a given x
 
 f32, f64 = np.float32, np.float64
@@ -27,8 +27,8 @@ REACH_SLACK = f32(2e-3)  # twice the error of `rough_log`, and what exp and the 
 # Both forms (the definition's and the cull's) round each of 6 operations by 6e-8 of terms that add up to at
 # most 4 * condition times the form, condition = ac / (ac - bb).
 SLACK_OF_CONDITION = f32(4e-6)
-FAR = f32(1e6)  # pixels, what the definition takes for the half extents of what is unbounded
-LEAST_DETERMINANT = f32(4e-5)  # of ac; below, the slack is a tenth of the reach and det itself is unsure
+FAR = f32(1e6)  # pixels, the half extents that the definition uses for an unbounded splat
+LEAST_DETERMINANT = f32(4e-5)  # of ac; below, the slack is a tenth of the reach and det itself is uncertain
 
 
 class Screen(NamedTuple):
@@ -42,7 +42,7 @@ class Screen(NamedTuple):
 
     @staticmethod
     def empty(count: int, camera: Camera, workers: int) -> Screen:
-        """Room for `count` splats; the counts are zeros, the rest is not."""
+        """Room for `count` splats; the counts are zeros, the other arrays are uninitialised."""
         columns, rows = tile_grid(camera.width, camera.height)
         return Screen(
             np.empty((count, COLUMNS), np.float32),
@@ -61,7 +61,7 @@ def tile_grid(width: int, height: int) -> tuple[int, int]:
 
 @inlined
 def tile_edge(pixel: np.float32, tiles: int) -> np.float32:
-    """The tile that `pixel` lies in, cut at the image's border; its fraction is still there. NaN gives 0."""
+    """The tile that `pixel` lies in, clamped to the image's border, with its fraction. NaN gives 0."""
     tile = pixel / f32(TILE)
     tile = tile if tile > f32(0) else f32(0)
     return f32(tiles) if tile > f32(tiles) else tile
@@ -101,9 +101,9 @@ def _exact_box(
 
 @inlined
 def reach_of(a: np.float32, b: np.float32, c: np.float32, opacity: np.float32) -> np.float32:
-    """The conic's form beyond which alpha is surely below 1/255; negative where it is so everywhere.
+    """The conic's form beyond which alpha is certainly below 1/255; negative if it is below everywhere.
 
-    2 ln(255 opacity) and slack for every rounding; infinite where the conic is too thin, or no ellipse.
+    2 ln(255 opacity) and slack for every rounding; infinite if the conic is too thin or not an ellipse.
     """
     product = a * c
     determinant = product - b * b

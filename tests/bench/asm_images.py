@@ -12,7 +12,7 @@ from avatar_runtime.camera import Camera
 from avatar_trainer.asm.align import vertex_normals
 from avatar_trainer.captures.mesh_raster import Surface, draw
 
-AWAY, LENS = 0.9, 4.2  # metres from the face; focal length in heights of a picture
+AWAY, LENS = 0.9, 4.2  # metres from the face; focal length in heights of an image
 GREY = np.full((1, 1, 3), 0.8, np.float32)
 RAMP = np.array([[[0.15, 0.25, 0.6], [0.2, 0.7, 0.55], [0.95, 0.9, 0.25], [0.85, 0.15, 0.1]]], np.float32)
 
@@ -50,6 +50,6 @@ def _drawn(vertices: F64, triangles: I64, uv: F32, texture: F32, camera: Camera)
     light = np.array([-0.4, 0.5, 0.77])
     gain = (0.25 + 0.75 * np.clip(vertex_normals(vertices, triangles) @ light, 0, 1)).astype(np.float32)
     none, all_of_it = np.zeros(len(vertices), np.float32), np.ones(len(vertices), np.float32)
-    picture = draw(Surface(vertices, triangles, uv, texture, gain, none, all_of_it), camera)
-    shown: F32 = picture.colour * picture.alpha[..., None] + (1 - picture.alpha[..., None])
+    image = draw(Surface(vertices, triangles, uv, texture, gain, none, all_of_it), camera)
+    shown: F32 = image.colour * image.alpha[..., None] + (1 - image.alpha[..., None])
     return shown
