@@ -12,8 +12,8 @@ from avatar_export.clips.sources import clips_from
 from avatar_export.driving.drive import driving_notes
 from avatar_export.driving.matrix import with_driving
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import DOUBT, with_rights
-from avatar_export.readers.table import read
+from avatar_export.provenance import DOUBT, UNSAID, with_rights
+from avatar_export.readers.table import find, read
 from avatar_export.writers.bundle import write_bundle
 from avatar_export.writers.table import INFLUENCES
 from avatar_runtime.avatar import Avatar
@@ -91,8 +91,22 @@ def _avatar_notes(avatar: Avatar) -> list[str]:
     if avatar.rig is None and avatar.embedding is None:
         notes.append("no rig: only expressions move; joints and teeth do not")
     notes.extend(driving_notes(avatar))
-    notes.extend(avatar.provenance.get("notes", ()))
+    stored = avatar.provenance.get("notes", ())
+    notes.extend(stored)
+    unsaid = [
+        part.removesuffix(f" ({UNSAID})") for note in stored for part in note.split("; ") if UNSAID in part
+    ]
+    if unsaid:
+        notes.append(
+            f"{DOUBT}no file of the checkpoint and no option says {' and '.join(unsaid)}; wrong values change the size "
+            "and the look: pass --units and --mesh-scaling or --no-mesh-scaling as in the training"
+        )
     return notes
+
+
+def unstored_notes(source: str | Path, options: ReadOptions, system: str | None = None) -> list[str]:
+    """What the reader of `source` assumes and the bundle does not record. Raises AvatarError for an unknown source."""
+    return find(Path(source), system).assumptions(Path(source), options)
 
 
 def _engine_notes(engine: Mapping[str, Any]) -> list[str]:

@@ -32,6 +32,17 @@ class ReadOptions:
     sh_degree: int | None = None  # active degree; None: as the config or the file says
     quaternion_sign: str | None = None  # rules.QUATERNION_SIGNS; None: that of pytorch3d 0.7.6 and newer
 
+    def refuse_beside_no_rig(self, unused: Collection[str], owner: str) -> None:
+        """Raise AvatarError, for the reader `owner`, if `no_rig` is set and one of the options `unused` is given:
+        they would have no effect."""
+        given = [name for name in unused if getattr(self, name) is not None]
+        if self.no_rig and given:
+            flags = " and ".join(f"--{name.replace('_', '-')}" for name in given)
+            raise AvatarError(
+                f"{flags} would have no effect beside --no-rig; leave out {flags}, or --no-rig to get a rig",
+                owner=owner,
+            )
+
     def refuse_others(self, used: Collection[str], owner: str, why: str) -> None:
         """Raise AvatarError for an option that is given and that the reader `owner` does not use."""
         for option in fields(self):

@@ -12,6 +12,7 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
 
+UNSAID = "assumed, nothing says otherwise"  # who says a setting, in a note of the provenance: nobody
 DOUBT = "doubtful: "  # begins a note of the provenance that says something may be wrong
 
 

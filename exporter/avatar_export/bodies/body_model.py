@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -169,6 +169,13 @@ def _parents(fields: _Fields, joints: int) -> I32:
 PICKLE_STARTS = (b"\x80", b"(", b"]", b"}", b"c")
 
 
+def _other_zip(names: Collection[str]) -> str:
+    """What a zip without arrays is, and what to pass instead."""
+    torch_file = any(name.rpartition("/")[2] == "data.pkl" for name in names)
+    what = "a file of torch.save (a tracked .frame or a .pth)" if torch_file else "a zip without arrays"
+    return f"is not a body model but {what}; pass a FLAME or SMPL file, .npz or .pkl"
+
+
 class _Fields:
     """The arrays of a body-model file by name, read on demand."""
 
@@ -178,7 +185,7 @@ class _Fields:
             with open_file(path) as stream:
                 head = stream.read(4)
         except OSError as error:
-            raise AvatarError(f"cannot be read: {error}", file=path) from error
+            raise AvatarError(f"cannot be read ({error.strerror})", file=path) from error
         self._entries: dict[str, str] = {}
         self._objects: Mapping[Any, object] = {}
         if not (head == b"PK\x03\x04" or head[:1] in PICKLE_STARTS):
@@ -186,6 +193,8 @@ class _Fields:
         if head == b"PK\x03\x04":
             with Archive(path) as archive:
                 self._entries = {n.removesuffix(".npy"): n for n in archive.names if n.endswith(".npy")}
+                if not self._entries:
+                    raise AvatarError(_other_zip(archive.names), file=path)
             return
         content = read_pickle(path, body_globals(path))
         if not isinstance(content, dict):
@@ -241,7 +250,9 @@ class _Fields:
             if name in self:
                 return name
         there = ", ".join(ascii(str(key)[:40])[1:-1] for key in [*self._entries, *self._objects][:20])
-        raise self.wrong(f"is missing; a body model needs it. This file has: {there}", " or ".join(names))
+        raise self.wrong(
+            f"is missing; a body model needs it. This file has: {there or 'nothing'}", " or ".join(names)
+        )
 
     def _entry(self, name: str) -> bytes:
         with Archive(self.path) as archive:

@@ -25,6 +25,14 @@ PATTERNS: dict[str, tuple[str, ...]] = {
     "anchor_faces": ("back_of_head.txt",),
 }
 DEPTH = 3
+ZERO = "zero"  # --shape zero: the mean shape, no file
+FILES = {  # of options that name one file: what it is
+    "body_model": "a FLAME or SMPL file, .npz or .pkl",
+    "shape": f"a tracked .frame, .npy, .npz or .json, or write `{ZERO}` for the mean shape",
+    "anchor_faces": "a text file such as back_of_head.txt",
+    "rig": "a .glb, an .fbx or the .npz of an ASM face",
+    "poses": "a flame_params.json, poses.npz or flame_param.npz",
+}
 
 
 @dataclass(frozen=True)
@@ -51,18 +59,49 @@ class Inputs:
 def find_inputs(model_folder: Path, options: ReadOptions, owner: str) -> Inputs:
     """Each input from its option, else from `options.dataset`, else from the model folder.
 
-    Raises AvatarError, for `owner`, if a given path does not exist, or if several files match a pattern."""
+    Raises AvatarError, for `owner`, if a given path is not there or of another kind (see `check_given`), and if several
+    files match a pattern."""
     if options.dataset is not None and not options.dataset.is_dir():
-        raise AvatarError("no such folder", file=options.dataset, field="--dataset", owner=owner)
+        what = "is not a folder" if options.dataset.exists() else "no such folder"
+        raise AvatarError(what, file=options.dataset, field="--dataset", owner=owner)
     roots = [root for root in (options.dataset, model_folder) if root is not None]
     found: dict[str, Path | None] = {}
     for name, patterns in PATTERNS.items():
+        check_given(options, name, owner)
         given: Path | None = getattr(options, name)
-        if given is not None and str(given) != "zero" and not given.exists():
-            raise AvatarError("no such file", file=given, field=f"--{name.replace('_', '-')}", owner=owner)
         first = next(filter(None, (_first(root, patterns) for root in roots)), None)
         found[name] = given or (first.parent if first and name == "eyelids" else first)
     return Inputs(**found)
+
+
+def check_given(options: ReadOptions, name: str, owner: str) -> None:
+    """Raise AvatarError, for `owner`, if the option `name` has a path that is not there or of another kind.
+
+    `eyelids` is a folder, every other option one file; `--shape zero` is not a file.
+    """
+    path: Path | None = getattr(options, name)
+    if path is None or (name == "shape" and str(path) == ZERO):
+        return
+    wrong = _wrong_kind(path, name)
+    if wrong is not None:
+        raise AvatarError(wrong, file=path, field=f"--{name.replace('_', '-')}", owner=owner)
+
+
+def _wrong_kind(path: Path, name: str) -> str | None:
+    """Why `path` cannot be the input `name`; None if it can."""
+    if name == "shape" and str(path).lower() == ZERO and not path.exists():
+        return f"no such file; did you mean `{ZERO}`, the mean shape?"
+    if name == "eyelids":
+        pair = " and ".join(EYELID_FILES.values())
+        if path.is_dir():
+            missing = [file for file in EYELID_FILES.values() if not (path / file).exists()]
+            return f"has no {' and no '.join(missing)}; pass the folder with both" if missing else None
+        return f"{'is a file' if path.exists() else 'no such folder'}; pass the folder with {pair}"
+    if path.is_dir():
+        return f"is a folder; pass {FILES[name]}"
+    if not path.is_file():
+        return "is not a regular file" if path.exists() else "no such file"
+    return None
 
 
 def found_driving(dataset: Path | None) -> Path | None:
@@ -76,7 +115,8 @@ def _first(root: Path, patterns: tuple[str, ...]) -> Path | None:
             matches = sorted(p for p in root.glob("*/" * depth + pattern) if p.is_file())
             if len(matches) > 1 and not pattern.endswith(".frame"):
                 raise AvatarError(
-                    f"holds several candidates, {', '.join(p.name for p in matches[:4])}; choose one by its option",
+                    f"holds several candidates, {', '.join(str(p.relative_to(root)) for p in matches[:4])}; "
+                    "choose one by its option",
                     file=root,
                 )
             if matches:

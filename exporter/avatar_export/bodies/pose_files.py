@@ -21,6 +21,7 @@ import numpy as np
 
 from avatar_export.bodies.body_model import JOINT_NAMES
 from avatar_export.formats.archive import Archive
+from avatar_export.formats.json_text import json_fault
 from avatar_export.formats.npy import parse_npy
 from avatar_runtime.avatar import F32, F64, Clip, Rig
 from avatar_runtime.io.errors import AvatarError
@@ -122,7 +123,7 @@ def _flame_json(path: Path) -> BodyPoses:
     try:
         document = json.loads(read_bytes(path, MAX_FILE_BYTES))
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not valid JSON ({type(error).__name__})", file=path) from None
+        raise AvatarError(f"is not valid JSON ({json_fault(error)})", file=path) from None
     frames = document.get("frames") if isinstance(document, dict) else None
     if not isinstance(frames, list) or not frames or not all(isinstance(frame, dict) for frame in frames):
         raise AvatarError(

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.formats.archive import Archive
+from avatar_export.formats.json_text import json_fault
 from avatar_export.formats.npy import ComputedArray, StoredArray, open_npy, parse_npy
 from avatar_export.formats.pth import read_frame
 from avatar_runtime.avatar import F32, F64
@@ -19,6 +20,8 @@ from avatar_runtime.io.files import open_file
 MAX_COEFFICIENTS = 300
 MAX_TEXT_BYTES = 256 << 20
 EYELID_FILES = {"left": "l_eyelid.npy", "right": "r_eyelid.npy"}
+SHAPE_FILE = "a .frame, .npy, .npz or JSON file with the identity coefficients of a subject"
+FACES_FILE = "a text file with face indices, such as back_of_head.txt"
 SHAPE_KEYS = ("shape", "shape_params", "betas")
 
 
@@ -50,7 +53,7 @@ def read_faces(path: Path, count: int) -> npt.NDArray[np.int32]:
 
     Raises AvatarError for a word that is not a number, an index out of range, or an empty file.
     """
-    words = _text(path).replace(",", " ").split()
+    words = _text(path, FACES_FILE).replace(",", " ").split()
     if not words:
         raise AvatarError("has no face index", file=path)
     for row, word in enumerate(words):
@@ -82,7 +85,7 @@ def _shape_values(path: Path) -> Any:
         with open_file(path) as stream:
             head = stream.read(6)
     except OSError as error:
-        raise AvatarError(f"cannot be read: {error}", file=path) from error
+        raise AvatarError(f"cannot be read ({error.strerror})", file=path) from error
     if head == b"\x93NUMPY":
         return _numbers(open_npy(path), path)
     if not head.startswith(b"PK"):
@@ -99,9 +102,9 @@ def _shape_values(path: Path) -> Any:
 
 def _from_json(path: Path) -> Any:
     try:
-        content = json.loads(_text(path))
+        content = json.loads(_text(path, SHAPE_FILE))
     except (ValueError, RecursionError) as error:
-        raise _wrong(f"is not a .frame, .npy, .npz or JSON file ({type(error).__name__})", path) from error
+        raise _wrong(f"is not {SHAPE_FILE} ({json_fault(error)})", path) from None
     values = _search(content, path) if isinstance(content, dict) else content
     if isinstance(values, list) and len(values) == 1 and isinstance(values[0], list):
         values = values[0]
@@ -125,7 +128,8 @@ def _numbers(source: object, path: Path) -> Any:
     return source.read()
 
 
-def _text(path: Path) -> str:
+def _text(path: Path, wanted: str) -> str:
+    """The text of a small file; `wanted` says what the file should be."""
     try:
         if path.stat().st_size > MAX_TEXT_BYTES:
             raise AvatarError(
@@ -133,8 +137,10 @@ def _text(path: Path) -> str:
             )
         with open_file(path) as stream:
             return stream.read().decode("utf8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise AvatarError(f"cannot be read as text: {type(error).__name__}", file=path) from error
+    except OSError as error:
+        raise AvatarError(f"cannot be read ({error.strerror})", file=path) from None
+    except UnicodeDecodeError:
+        raise AvatarError(f"is not {wanted}: it is not UTF-8 text", file=path) from None
 
 
 def _wrong(message: str, path: Path) -> AvatarError:

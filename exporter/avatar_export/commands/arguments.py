@@ -56,26 +56,26 @@ NUMBER = re.compile("[0-9]{1,6}")
 LARGEST = 1e6  # larger weights and degrees are refused as typing errors
 
 
-def pairs(values: list[str] | None) -> list[tuple[str, str]]:
-    """NAME=VALUE options as (name, value)."""
+def pairs(values: list[str] | None, option: str | None = None) -> list[tuple[str, str]]:
+    """NAME=VALUE options as (name, value); a usage error names the `option`."""
     pairs = []
     for value in values or []:
         name, equals, text = value.rpartition("=")
         if not equals or not name:
-            raise typer.BadParameter(f"{value!r} is not NAME=VALUE")
+            raise typer.BadParameter(f"{value!r} is not NAME=VALUE", param_hint=option)
         pairs.append((name, text))
     return pairs
 
 
-def numbers(text: str, count: int) -> tuple[float, ...]:
-    """Exactly `count` finite numbers between commas."""
+def numbers(text: str, count: int, option: str) -> tuple[float, ...]:
+    """Exactly `count` finite numbers between commas; a usage error names the `option`."""
     try:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
         numbers = ()
     if len(numbers) != count or not all(abs(number) <= LARGEST for number in numbers):
         raise typer.BadParameter(
-            f"{text!r} is not {count} finite number{'s' * (count > 1)} up to {LARGEST:g}"
+            f"{text!r} is not {count} finite number{'s' * (count > 1)} up to {LARGEST:g}", param_hint=option
         )
     return numbers
 
@@ -105,7 +105,7 @@ def background(text: str | None) -> tuple[float, float, float] | None:
     """The colour R,G,B; None for `transparent`, and without the option (the training background)."""
     if text is None or text == "transparent":
         return None
-    r, g, b = numbers(text, 3)
+    r, g, b = numbers(text, 3, "--background")
     if not all(0 <= value <= 1 for value in (r, g, b)):
         raise typer.BadParameter(f"{text!r} is not three numbers from 0 to 1", param_hint="--background")
     return r, g, b
@@ -139,8 +139,13 @@ def pose(
     eyelid: list[str] | None,
 ) -> Pose:
     """The pose that NAME=VALUE options describe. Raises AvatarError as `pose_of`."""
-    turns = {name: numbers(value, 3) for name, value in pairs(joint)}
+    turns = {name: numbers(value, 3, "--joint / -j") for name, value in pairs(joint, "--joint / -j")}
     weights = [
-        {name: numbers(value, 1)[0] for name, value in pairs(given)} for given in (expression, arkit, eyelid)
+        {name: numbers(value, 1, option)[0] for name, value in pairs(given, option)}
+        for given, option in (
+            (expression, "--expression / -e"),
+            (arkit, "--arkit / -a"),
+            (eyelid, "--eyelid"),
+        )
     ]
     return pose_of(avatar, weights[0], weights[1], turns, weights[2])

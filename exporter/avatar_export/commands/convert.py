@@ -28,7 +28,13 @@ def convert(
     system: arguments.System = None,
     body_model: Annotated[Path | None, typer.Option(help="FLAME or SMPL file, .npz or .pkl.")] = None,
     body_scale: Annotated[
-        float, typer.Option(help="Training units per unit of the body model.", min=1e-6, max=1e6)
+        float,
+        typer.Option(
+            help="Gaussian Blendshapes only: how much the body model was enlarged for training, in training units per "
+            "unit of its file (a metre). 1 if it was not.",
+            min=1e-6,
+            max=1e6,
+        ),
     ] = 1.0,
     shape: Annotated[
         Path | None,
@@ -57,8 +63,8 @@ def convert(
     mesh: Annotated[
         Path | None,
         typer.Option(
-            help="That mesh, in training units, if the checkpoint does not store it: .obj, or .npz with vertices and "
-            "faces. For an ASM person: the face .npz with the template."
+            help="Mesh that the Gaussians are embedded in, if it is not in the checkpoint: .obj, or .npz with vertices "
+            "and faces, in training units (see --units). For an ASM person: the face .npz with the template."
         ),
     ] = None,
     poses: Annotated[
@@ -192,7 +198,8 @@ def convert(
         print_json({"out": str(out), "bytes": size, "handedness": handedness, **summary(avatar)})
         return
     output.print(f"{out}: {_contents(avatar)}, {size / 1e6:.1f} MB{', left-handed' * (handedness == 'left')}")
-    for note in conversion.conversion_notes(avatar, manifest):
+    notes = conversion.conversion_notes(avatar, manifest)
+    for note in [*notes, *conversion.unstored_notes(source, options, system)]:
         doubt = note.startswith(DOUBT)
         messages.print(f"warning: {note.removeprefix(DOUBT)}" if doubt else f"note: {note}")
 

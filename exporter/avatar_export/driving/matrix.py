@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from avatar_export.driving.arkit import ARKIT_NAMES, canonical
+from avatar_export.formats.json_text import json_fault
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.codec.glb import short
 from avatar_runtime.io.errors import AvatarError, no_such
@@ -43,7 +44,7 @@ def _document(data: bytes, source: str) -> dict[str, Any]:
     try:
         document = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not valid JSON: {error}", file=source) from None
+        raise AvatarError(f"is not valid JSON ({json_fault(error)})", file=source) from None
     keys = ("inputs", "outputs", "matrix")
     if not isinstance(document, dict) or any(not isinstance(document.get(key), list) for key in keys):
         raise AvatarError(f"needs an object with the lists {', '.join(keys)}", file=source)

@@ -145,5 +145,4 @@ class Archive:
         return AvatarError(message, file=self.path, field=None if name is None else ascii(name[:120])[1:-1])
 
     def _damaged(self, error: BaseException, name: str | None = None) -> AvatarError:
-        reason = f"{type(error).__name__}: {str(error)[:80]}"
-        return self._wrong(f"is a damaged zip ({reason!a})", name)
+        return self._wrong(f"is a damaged zip, or not a zip ({str(error)[:80]!a})", name)

@@ -23,6 +23,8 @@ def read_mesh(path: Path) -> TriangleMesh:
 
     Raises AvatarError for any other file, and for one that is unsound.
     """
+    if not path.exists():
+        raise AvatarError("no such file", file=path)
     read = {".obj": read_obj, ".npz": _read_npz}.get(path.suffix.lower())
     if read is None:
         raise AvatarError(

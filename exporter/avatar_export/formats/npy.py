@@ -125,7 +125,9 @@ class StoredArray:
 
                 yield fetch
         except OSError as error:
-            raise AvatarError(f"cannot be read: {error}", file=self.file, field=self.name) from error
+            raise AvatarError(
+                f"cannot be read ({error.strerror})", file=self.file, field=self.name
+            ) from error
 
 
 @dataclass(frozen=True)
@@ -224,7 +226,7 @@ def open_npy(path: Path) -> StoredArray:
             stream.seek(0)
             return _stored_npy(stream, size, path, path, path.stem)
     except OSError as error:
-        raise AvatarError(f"cannot be read: {error}", file=path) from error
+        raise AvatarError(f"cannot be read ({error.strerror})", file=path) from error
 
 
 def parse_npy(data: bytes, file: object, name: str) -> StoredArray:
@@ -263,8 +265,7 @@ def npy_header(stream: BinaryIO, file: object, name: str) -> tuple[tuple[int, ..
             )
             shape, fortran, dtype = read(stream, max_header_size=MAX_HEADER_BYTES)
     except Exception as error:  # NumPy parses the header as Python text, which can raise almost anything
-        reason = f"{type(error).__name__}: {str(error)[:80]}"
-        raise AvatarError(f"is not an .npy array ({reason!a})", file=file, field=name) from error
+        raise AvatarError(f"is not an .npy array ({str(error)[:80]!a})", file=file, field=name) from error
     return shape, bool(fortran), dtype, stream.tell()
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from avatar_export.formats.json_text import json_fault
 from avatar_runtime.avatar import Enhancer
 from avatar_runtime.checks.enhancer import LARGEST, check_enhancer
 from avatar_runtime.codec.manifest import ENHANCER_FILE, decode_enhancer, encode_enhancer
@@ -42,7 +43,7 @@ def read_enhancer(folder: Path) -> Enhancer | None:
     try:
         said = json.loads(read_bytes(facts, MAX_BYTES))
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not valid JSON ({type(error).__name__})", file=facts) from None
+        raise AvatarError(f"is not valid JSON ({json_fault(error)})", file=facts) from None
     for problem in key_problems(said, "enhancer"):
         raise AvatarError(problem.message, file=facts, field=problem.path)
     data = read_bytes(onnx, LARGEST)

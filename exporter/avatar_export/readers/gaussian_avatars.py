@@ -39,7 +39,8 @@ MAX_CONFIG_BYTES = 100_000
 FILES = (
     f"point_cloud/iteration_N/{NAME} with the property {BINDING} (the newest N is read)",
     f"{POSES} beside it (optional: identity, tracked poses)",
-    "beside it, one of: --mesh (.obj, .npz), --rig (.glb, .fbx), --body-model, of FLAME with the release's teeth",
+    "beside it, one of: --mesh (.obj, .npz), --rig (.glb, .fbx, ASM face .npz), --body-model, of FLAME with the "
+    "release's teeth",
 )
 WITHOUT_RIG = ReadOptions(no_rig=True)
 USED_OPTIONS = (
@@ -66,6 +67,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar, in metres. Raises AvatarError if no mesh is given, and for unsound data."""
     with owned(SYSTEM):
         options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such input or choice")
+        options.refuse_beside_no_rig(_only_of_a_rig(options), SYSTEM)
         cloud = locate(path)
         if cloud is None:
             raise AvatarError(f"has no {NAME}", file=path)
@@ -104,6 +106,12 @@ def read(path: Path, options: ReadOptions) -> Avatar:
                 "notes": [_note(options, units), *surface.mesh_notes(metres.vertices, units), *rig.notes],
             },
         )
+
+
+def _only_of_a_rig(options: ReadOptions) -> list[str]:
+    """The inputs that give a rig and not the mesh: `_mesh` takes the mesh from the first of these that is given."""
+    meshes = [name for name in ("mesh", "rig", "body_model") if getattr(options, name) is not None]
+    return [*meshes[1:], "shape", "poses"]
 
 
 def _mesh(options: ReadOptions, units: float) -> tuple[TriangleMesh, Path]:

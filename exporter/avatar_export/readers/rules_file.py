@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from avatar_export.formats.json_text import json_fault
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.io.whole_files import read_bytes
 
@@ -67,7 +68,7 @@ def _stored(path: Path, system: str) -> dict[str, str]:
     try:
         document = json.loads(read_bytes(path, MAX_BYTES))
     except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not valid JSON ({type(error).__name__})", file=path, owner=system) from None
+        raise AvatarError(f"is not valid JSON ({json_fault(error)})", file=path, owner=system) from None
     if not isinstance(document, dict) or not isinstance(document.get("rules"), dict):
         raise AvatarError('is not of the form {"system": ..., "rules": {...}}', file=path, owner=system)
     if document.get("system") != system:

@@ -15,6 +15,9 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.io.errors import AvatarError
 
+MOST_LOOKED_AT = 200  # entries of a folder that is not an avatar itself
+MOST_NAMED = 4
+
 
 @dataclass(frozen=True)
 class Reader:
@@ -27,6 +30,11 @@ class Reader:
     read: Callable[[Path, ReadOptions], Avatar]
     used_options: tuple[str, ...]  # fields of ReadOptions; any other is refused
     without_rig: ReadOptions  # options with which it reads the checkpoint alone
+    assumptions: Callable[[Path, ReadOptions], list[str]]  # that the avatar's provenance does not record
+
+
+def _none(_path: Path, _options: ReadOptions) -> list[str]:
+    return []
 
 
 READERS = tuple(
@@ -38,6 +46,7 @@ READERS = tuple(
         module.read,
         module.USED_OPTIONS,
         module.WITHOUT_RIG,
+        getattr(module, "assumptions", _none),
     )
     for module in (bundle, gaussian_blendshapes, splatting_avatar, gaussian_avatars, psavatar, lam, asm)
 )
@@ -62,7 +71,9 @@ def read_with(reader: Reader, path: Path, options: ReadOptions) -> Avatar:
 
 
 def find(path: Path, system: str | None = None) -> Reader:
-    """The reader of `system`, else the first that recognises `path`. Raises AvatarError if there is none."""
+    """The reader of `system`, else the first that recognises `path`.
+
+    Raises AvatarError if there is none; it names the subfolders of `path` that a reader recognises."""
     known = ", ".join(reader.system for reader in READERS)
     if system is not None:
         for reader in READERS:
@@ -72,10 +83,25 @@ def find(path: Path, system: str | None = None) -> Reader:
     for reader in READERS:
         if reader.detect(path):
             return reader
+    inside = _recognised_inside(path)
+    if inside:
+        raise AvatarError(
+            f"is not itself an avatar, but holds {' and '.join(inside)}; pass that path", file=path
+        )
     raise AvatarError(
         f"is not recognised as any of {known}; `avatar-export systems` lists the files of each, --system chooses one",
         file=path,
     )
+
+
+def _recognised_inside(folder: Path) -> list[str]:
+    """`FOLDER/NAME (SYSTEM)` for the first entries of a folder that a reader recognises; none for a file."""
+    try:
+        entries = sorted(folder.iterdir())[:MOST_LOOKED_AT] if folder.is_dir() else []
+    except OSError:
+        entries = []
+    found = ((entry, next((r.system for r in READERS if r.detect(entry)), None)) for entry in entries)
+    return [f"{entry} ({system})" for entry, system in found if system is not None][:MOST_NAMED]
 
 
 def expect_bundle(path: Path) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from avatar_export.bodies.body_model import BodyModel, read_body_model
 from avatar_export.bodies.body_rig import bake_rig
-from avatar_export.bodies.inputs import find_inputs
+from avatar_export.bodies.inputs import ZERO, check_given, find_inputs
 from avatar_export.bodies.pose_files import BodyPoses, body_clip, read_poses
 from avatar_export.bodies.subject_files import read_shape
 from avatar_export.clips.poses import clip_poses, first_frame, rig_avatar
@@ -30,6 +30,7 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 
+RIG_INPUTS = ("rig", "body_model", "shape", "poses")  # that `embedded_rig` uses, besides `dataset`
 POSE_FILES = ("flame_params.json", "poses.npz", "flame_param.npz")
 CLOSE = 1e-3  # metres; rounding to six decimals, to float32 and other body model code gives far less
 NO_RIG = (
@@ -69,13 +70,13 @@ def embedded_rig(vertices: F32, triangles: U32, options: ReadOptions, owner: str
     if options.rig is not None:
         if options.shape is not None:
             raise AvatarError("--shape needs --body-model; a --rig has its own shape", owner=owner)
-        _check_exists(options, owner)
+        _check_given(options, owner)
         return _from_file(options.rig, vertices, triangles, options, owner)
     asked = options
     if options.dataset is not None:
         options = _searched(options, options.dataset, owner)
     if options.body_model is not None:
-        _check_exists(options, owner)
+        _check_given(options, owner)
         return _from_body_model(options.body_model, vertices, triangles, options, owner)
     if given := [name for name in ("shape", "poses") if getattr(asked, name) is not None]:
         raise AvatarError(f"--{given[0]} needs a rig: pass --body-model or --rig too", owner=owner)
@@ -93,12 +94,9 @@ def _searched(options: ReadOptions, dataset: Path, owner: str) -> ReadOptions:
     )
 
 
-def _check_exists(options: ReadOptions, owner: str) -> None:
-    for name in ("rig", "body_model", "shape", "poses"):
-        path: Path | None = getattr(options, name)
-        if path is not None and str(path) != "zero" and not path.is_file():
-            what = "is not a file" if path.exists() else "no such file"
-            raise AvatarError(what, file=path, field=f"--{name.replace('_', '-')}", owner=owner)
+def _check_given(options: ReadOptions, owner: str) -> None:
+    for name in RIG_INPUTS:
+        check_given(options, name, owner)
 
 
 def _from_file(path: Path, vertices: F32, triangles: U32, options: ReadOptions, owner: str) -> EmbeddedRig:
@@ -149,7 +147,7 @@ def _from_body_model(
 
 def _identity(options: ReadOptions, poses: BodyPoses | None) -> tuple[F64 | None, list[str]]:
     if options.shape is not None:
-        return (None if str(options.shape) == "zero" else read_shape(options.shape)), []
+        return (None if str(options.shape) == ZERO else read_shape(options.shape)), []
     if poses is not None and len(poses.shape):
         return poses.shape, []
     return None, ["no identity (--shape, --poses): the body model's mean shape is taken"]

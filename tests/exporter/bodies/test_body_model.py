@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from tests.golden import BlendshapesGolden
 from tests.hostile import (
     MANGLING,
     Canary,
+    Torch,
     mangled,
     modules,
     only_avatar_errors,
@@ -301,8 +303,19 @@ def test_what_is_no_body_model_is_refused(tmp_path: Path) -> None:
     ):
         with pytest.raises(AvatarError, match=message):
             read_body_model(as_bytes(tmp_path / "m.pkl", data))
-    with pytest.raises(AvatarError, match="cannot be read"):
+    with pytest.raises(AvatarError, match=r"cannot be read \(No such file or directory\)$"):
         read_body_model(tmp_path / "missing.npz")
+    frame = Torch().save(tmp_path / "00000.frame", {"flame": {"shape": np.zeros(3, "f4")}})
+    with pytest.raises(
+        AvatarError, match=r"not a body model but a file of torch\.save .*; pass a FLAME or SMPL file"
+    ):
+        read_body_model(frame)
+    with zipfile.ZipFile(tmp_path / "other.zip", "w") as other:
+        other.writestr("readme.txt", "hello")
+    with pytest.raises(AvatarError, match=r"is not a body model but a zip without arrays; pass a FLAME"):
+        read_body_model(tmp_path / "other.zip")
+    with pytest.raises(AvatarError, match=r"v_template: is missing; .* This file has: nothing$"):
+        read_body_model(as_bytes(tmp_path / "m.pkl", pickle.dumps({})))
     np.savez(tmp_path / "o.npz", v_template=np.array([None]))
     with pytest.raises(AvatarError, match="v_template: holds pickled objects"):
         read_body_model(tmp_path / "o.npz")

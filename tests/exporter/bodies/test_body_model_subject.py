@@ -70,8 +70,15 @@ def test_other_files_are_no_shape(tmp_path: Path) -> None:
     with pytest.raises(AvatarError, match="not an array of numbers"):
         read_shape(Torch().save(tmp_path / "a.frame", {"flame": {"shape": "text"}}))
     (tmp_path / "latin").write_bytes(b"\xff\xfe")
-    for path in (tmp_path / "latin", tmp_path / "missing", tmp_path):
-        with pytest.raises(AvatarError, match="cannot be read"):
+    (tmp_path / "words").write_text("hello")
+    no_shape = r"is not a \.frame, \.npy, \.npz or JSON file with the identity"
+    for path, message in (
+        (tmp_path / "latin", no_shape + ".* it is not UTF-8 text$"),
+        (tmp_path / "words", no_shape + r".* \(line 1, column 1: "),
+        (tmp_path / "missing", r"cannot be read \(No such file or directory\)$"),
+        (tmp_path, r"cannot be read \(is not a regular file\)$"),
+    ):
+        with pytest.raises(AvatarError, match=message):
             read_shape(path)
 
 
@@ -90,7 +97,7 @@ def test_eyelids(tmp_path: Path) -> None:
     with pytest.raises(AvatarError, match=r"r_eyelid\.npy: row 5 is not finite"):
         read_eyelids(tmp_path, 7)
     (tmp_path / "r_eyelid.npy").unlink()
-    with pytest.raises(AvatarError, match=r"r_eyelid\.npy: cannot be read"):
+    with pytest.raises(AvatarError, match=r"r_eyelid\.npy: cannot be read \(No such file or directory\)$"):
         read_eyelids(tmp_path, 7)
 
 
@@ -110,8 +117,11 @@ def test_faces(tmp_path: Path) -> None:
         path.write_text(text)
         with pytest.raises(AvatarError, match=message):
             read_faces(path, 6)
-    with pytest.raises(AvatarError, match="cannot be read"):
+    with pytest.raises(AvatarError, match=r"cannot be read \(No such file or directory\)$"):
         read_faces(tmp_path / "missing.txt", 6)
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(AvatarError, match=r"is not a text file with face indices.* it is not UTF-8 text$"):
+        read_faces(path, 6)
 
 
 @MANGLING

@@ -150,7 +150,9 @@ def test_systems(run: Run) -> None:
         *("bundle", "gaussian_blendshapes", "splatting_avatar", "gaussian_avatars"),
         *("psavatar", "lam", "asm"),
     ]
-    assert "skin.glb" in run("systems")[1]
+    text = run("systems")[1]
+    assert "skin.glb" in text
+    assert text.count("--rig (.glb, .fbx, ASM face .npz)") == 2, "of SplattingAvatar and GaussianAvatars"
 
 
 def test_render_one_pose(run: Run, bundle: Path, tmp_path: Path) -> None:
@@ -351,8 +353,11 @@ USER_ERRORS = {
     "unknown expression": (("-e", "jawOpenn=1"), "did you mean jawOpen"),
     "unknown ARKit name": (("-a", "eyeBlinkLeftt=1"), "eyeBlinkLeft"),
     "unknown joint": (("-j", "head=1,0,0"), "no joint"),
-    "not a pair": (("-e", "jawOpen"), "NAME=VALUE"),
-    "not a number": (("-e", "jawOpen=wide"), "number"),
+    "not a pair": (("-e", "jawOpen"), "--expression / -e: 'jawOpen' is not NAME=VALUE"),
+    "no ARKit pair": (("-a", "jawOpen"), "--arkit / -a: 'jawOpen' is not NAME=VALUE"),
+    "no eyelid pair": (("--eyelid", "left"), "--eyelid: 'left' is not NAME=VALUE"),
+    "not a number": (("-e", "jawOpen=wide"), "--expression / -e: 'wide' is not 1 finite number"),
+    "two of three numbers": (("-j", "jaw=1,2"), "--joint / -j: '1,2' is not 3 finite numbers"),
     "not finite": (("-e", "jawOpen=nan"), "finite"),
     "size": (("--size", "0"), "pixels"),
     "profile": (("--profile", "best"), "trainer"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -124,6 +125,16 @@ BAD_CONVERSIONS = {
     "a shape of no rig": (("--shape", "shape.npy"), "--shape needs a rig"),
     "a shape beside a rig": (("--shape", "zero", "--rig", "x.glb"), "--shape needs --body-model"),
     "a scale of no body": (("--body-scale", "7"), "--body-scale cannot be used here"),
+    "no rig with a body": (
+        ("--no-rig", "--body-model", "b.npz", "--poses", "p.json"),
+        "--body-model and --poses would have no effect beside --no-rig; leave out --body-model and --poses",
+    ),
+    "a folder for a rig": (("--rig", "."), "--rig: is a folder; pass a .glb"),
+    "a folder for poses": (
+        ("--body-model", __file__, "--poses", "."),
+        "--poses: is a folder; pass a flame_params",
+    ),
+    "no such mesh": (("--mesh", "nowhere.ob"), "nowhere.ob: no such file"),
     "an option of another system": (("--eyelids", "x"), "--eyelids cannot be used here"),
 }
 
@@ -134,6 +145,29 @@ def test_bad_conversions(run: Run, sample_splatting_head: Path, tmp_path: Path, 
     code, _, error = run("convert", sample_splatting_head / "run", "-o", tmp_path / "out", *flags)
     assert code == 2 and message in " ".join(error.replace("│", " ").split())
     assert not (tmp_path / "out").exists()
+
+
+def test_the_folder_above_an_avatar_names_it(run: Run, sample_splatting_head: Path, tmp_path: Path) -> None:
+    code, _, error = run("convert", sample_splatting_head, "-o", tmp_path / "out")
+    found = sample_splatting_head / "run"
+    assert (code, error.count("\n")) == (2, 1)
+    assert f"is not itself an avatar, but holds {found} (splatting_avatar); pass that path" in error
+
+
+def test_settings_that_nothing_says_are_a_warning(
+    run: Run, sample_splatting_head: Path, tmp_path: Path
+) -> None:
+    """Without config.yaml a head comes out four times too large; the bundle stores what it always stored."""
+    shutil.copytree(sample_splatting_head / "run" / "point_cloud", tmp_path / "run" / "point_cloud")
+    plain = ("--no-preview", "--no-engine-files", "--no-reference", "--force", "-o", tmp_path / "out")
+    warning = "warning: no file of the checkpoint and no option says"
+    error = run("convert", tmp_path / "run", *plain)[2]
+    assert error.startswith(f"{warning} 1 training units a metre and mesh scaling off; wrong values")
+    assert warning not in " ".join(load(tmp_path / "out").provenance["notes"])
+    error = run("convert", tmp_path / "run", *plain, "--units", "4")[2]
+    assert error.startswith(f"{warning} mesh scaling off; wrong")
+    assert warning not in run("convert", tmp_path / "run", *plain, "--units", "4", "--mesh-scaling")[2]
+    assert warning not in run("convert", sample_splatting_head / "run", *plain)[2]
 
 
 BAD_MESHES: dict[str, tuple[Any, str]] = {

@@ -183,6 +183,25 @@ def test_a_body_model_without_a_rig_is_its_template(subject: Path) -> None:
     assert np.array_equal(avatar.embedding.canonical_vertices, template)
 
 
+@pytest.mark.parametrize(
+    ("given", "unused"),
+    [
+        (("body_model", "shape"), "--shape"),
+        (("body_model", "poses"), "--poses"),
+        (("mesh", "body_model"), "--body-model"),
+        (("mesh", "rig"), "--rig"),
+        (("rig", "body_model"), "--body-model"),
+    ],
+)
+def test_no_rig_refuses_what_gives_no_mesh(given: tuple[str, ...], unused: str, subject: Path) -> None:
+    """`body_model` and `rig` are allowed where they give the mesh."""
+    options = {"mesh": None, **dict.fromkeys(given, subject / "body.npz")}
+    with pytest.raises(
+        AvatarError, match=f"gaussian_avatars: {unused} would have no .*; leave out {unused}, or"
+    ):
+        _read(subject / "run", **options)
+
+
 def test_a_mesh_given_is_taken_before_the_body_model(subject: Path, tmp_path: Path) -> None:
     model = body_files.body(body_files.FLAME_PARENTS)
     np.savez(tmp_path / "mesh.npz", vertices=model["v_template"] * 1.5, faces=model["triangles"])

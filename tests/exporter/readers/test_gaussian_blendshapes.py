@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avatar_export.conversion import unstored_notes
 from avatar_export.options import ReadOptions
 from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blendshapes
 from avatar_export.readers.table import find, read
@@ -190,6 +192,33 @@ REFUSALS: dict[str, tuple[dict[str, Any], str]] = {
     "missing file": ({"body_model": Path("nowhere.npz")}, "no such file"),
     "rotation": ({"rotation": "none"}, "--rotation cannot be used here"),
     "data set": ({"dataset": Path("nowhere")}, "no such folder"),
+    "a file for a data set": ({"dataset": Path(__file__)}, "--dataset: is not a folder"),
+    "zero in capitals": (
+        {"shape": Path("Zero")},
+        "--shape: no such file; did you mean `zero`, the mean shape",
+    ),
+    "a folder for a body model": (
+        {"body_model": Path()},
+        "--body-model: is a folder; pass a FLAME or SMPL file",
+    ),
+    "a folder for a shape": ({"shape": Path()}, "--shape: is a folder; pass a tracked .frame"),
+    "a folder for anchor faces": ({"anchor_faces": Path()}, "--anchor-faces: is a folder; pass a text file"),
+    "a file for eyelids": (
+        {"eyelids": Path(__file__)},
+        "--eyelids: is a file; pass the folder with l_eyelid.npy",
+    ),
+    "no folder for eyelids": (
+        {"eyelids": Path("nowhere")},
+        "--eyelids: no such folder; pass the folder with",
+    ),
+    "a folder without eyelids": (
+        {"eyelids": Path(__file__).parent},
+        "--eyelids: has no l_eyelid.npy and no r_eyelid.npy; pass the folder with both",
+    ),
+    "no rig but its inputs": (
+        {"no_rig": True},
+        "gaussian_blendshapes: --body-model and --shape and .*would have no effect beside --no-rig; leave out",
+    ),
 }
 
 
@@ -266,6 +295,22 @@ def test_the_background_is_the_trainers(blendshapes_golden: BlendshapesGolden, t
         assert read(tmp_path / "model", ReadOptions(no_rig=True)).raster.background == (colour,) * 3
 
 
+def test_assumptions_that_the_bundle_does_not_record(
+    blendshapes_golden: BlendshapesGolden, tmp_path: Path
+) -> None:
+    shutil.copytree(blendshapes_golden.viewer, tmp_path / "model")
+    (tmp_path / "model" / "cfg_args").unlink(missing_ok=True)
+
+    def assumed(**options: Any) -> list[str]:
+        return unstored_notes(tmp_path / "model", ReadOptions(**options))
+
+    unit = "1 training unit a metre (assumed; --body-scale sets another number)"
+    colour = "black background (assumed; there is no cfg_args in the model folder)"
+    assert assumed() == [unit, colour] and assumed(body_scale=4.0) == [colour]
+    (tmp_path / "model" / "cfg_args").write_text("Namespace(white_bkgd=True)")
+    assert assumed() == [unit] and assumed(body_scale=4.0) == []
+
+
 def test_teeth_of_another_degree_are_refused(blendshapes_golden: BlendshapesGolden, tmp_path: Path) -> None:
     shutil.copytree(blendshapes_golden.viewer, tmp_path / "model")
     path = tmp_path / "model" / "mouth0_chkpnt40000" / "shs.npy"
@@ -277,7 +322,9 @@ def test_teeth_of_another_degree_are_refused(blendshapes_golden: BlendshapesGold
 def test_two_body_models_are_not_guessed_between(
     blendshapes_golden: BlendshapesGolden, tmp_path: Path
 ) -> None:
-    for name in ("FLAME_MALE.pkl", "FLAME_FEMALE.pkl"):
+    for name in ("a/FLAME_MALE.pkl", "b/FLAME_MALE.pkl"):
+        (tmp_path / name).parent.mkdir()
         (tmp_path / name).write_bytes(b"")
-    with pytest.raises(AvatarError, match=r"FLAME_FEMALE\.pkl, FLAME_MALE\.pkl; choose one"):
+    between = re.escape(f"{Path('a/FLAME_MALE.pkl')}, {Path('b/FLAME_MALE.pkl')}; choose one")
+    with pytest.raises(AvatarError, match=between):
         read(blendshapes_golden.viewer, ReadOptions(dataset=tmp_path))

@@ -135,6 +135,11 @@ def test_a_rig_whose_joints_rest_turned_is_refused(run: Path) -> None:
         )
 
 
+def test_no_rig_refuses_what_only_a_rig_uses(run: Path) -> None:
+    with pytest.raises(AvatarError, match=r"psavatar: --body-model and --shape would have no .*; leave out"):
+        read_run(run, no_rig=True, body_model=run / "body.npz", shape=Path("zero"))
+
+
 def test_without_a_rig_it_is_an_approximation_or_nothing(run: Path) -> None:
     with pytest.raises(AvatarError, match="needs the skeleton of its training"):
         psavatar.read(run, ReadOptions())

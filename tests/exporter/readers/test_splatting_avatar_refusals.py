@@ -84,17 +84,17 @@ def test_weights_up_to_the_tolerances_are_kept(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "is not JSON that can be read"),
+        ("", "is not valid JSON"),
         ("[1, 2]", "is not a JSON object"),
         ('{"sample_fidxs": [NaN]}', "NaN is not a number"),
         ('{"sample_fidxs": [-Infinity]}', "-Infinity is not a number"),
-        ('{"a": [' * 7000, "RecursionError"),  # 14,000 levels; Python 3.13 reads up to 10,000
-        ('{"a": ' + "9" * 5000 + "}", "is not JSON that can be read"),
+        ('{"a": [' * 7000, "it is nested too deeply"),  # 14,000 levels; Python 3.13 reads up to 10,000
+        ('{"a": ' + "9" * 5000 + "}", "is not valid JSON"),
         ("[" + "[],[]," * 40000, "has far more lists and numbers than 24 Gaussians need"),
         ("[" + "0," * 40000, "has far more lists"),
         ("[" + "{},[]" * 9000, "has far more lists"),
         (" " * 1_100_000, r"is 1100000 bytes long; up to 1073152 are read"),
-        ("\udc80", "is not JSON that can be read"),
+        ("\udc80", "is not valid JSON"),
     ],
 )
 def test_what_is_no_embedding_is_refused(text: str, message: str, run: Path) -> None:
@@ -190,8 +190,16 @@ def test_impossible_units_are_refused(units: float, run: Path) -> None:
         read_run(run, units=units)
 
 
-def test_no_rig_leaves_a_rig_that_is_given_alone(run: Path) -> None:
-    assert read_run(run, rig=Path("none.glb")).rig is None
+@pytest.mark.parametrize("option", ["rig", "body_model", "shape", "poses"])
+def test_no_rig_refuses_what_only_a_rig_uses(option: str, run: Path) -> None:
+    flag = f"--{option.replace('_', '-')}"
+    with pytest.raises(
+        AvatarError, match=rf"splatting_avatar: {flag} would have no .*; leave out {flag}, or --no-rig"
+    ):
+        read_run(run, **{option: Path("any")})
+
+
+def test_a_rig_that_is_missing_is_named(run: Path) -> None:
     with pytest.raises(AvatarError, match=r"none.glb: --rig: no such file"):
         read_run(run, rig=Path("none.glb"), no_rig=False)
 

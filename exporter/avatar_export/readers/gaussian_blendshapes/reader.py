@@ -62,6 +62,7 @@ LOWER_TEETH = {  # rule of rules.json -> factors of joints; the remainder to 1 g
     "jaw": {"jaw": 1.0},
 }
 PLAYED_RULES = {"anchor": ANCHOR_RULES, "lower_teeth": tuple(LOWER_TEETH)}
+CONFIG = "cfg_args"
 RECORDED_RULES = {
     "mask": ("fixed", "per_blendshape"),
     "init_position": ("affine", "rotation"),
@@ -88,6 +89,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     if model is None:
         raise AvatarError("has no fix_chkpnt*/ folder and no fix_chkpnt*.pth", file=path, owner=SYSTEM)
     options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such input or choice")
+    options.refuse_beside_no_rig(("body_model", "shape", "eyelids", "anchor_faces"), SYSTEM)
     trained = read_rules(first_file([model.folder / RULES_FILE]), SYSTEM, PLAYED_RULES, RECORDED_RULES)
     face, mouths = open_face(model), open_mouths(model)
     inputs = find_inputs(model.folder, options, SYSTEM)
@@ -121,6 +123,17 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         delta_threshold=parts.threshold,
         provenance=_provenance(model, face, kept, inputs, body, trained),
     )
+
+
+def assumptions(path: Path, options: ReadOptions) -> list[str]:
+    """Notes on a unit and a background that nothing states. They are printed only: the provenance has no such notes."""
+    model = locate(path)
+    notes = []
+    if options.body_scale == 1:
+        notes.append("1 training unit a metre (assumed; --body-scale sets another number)")
+    if model is not None and first_file([model.folder / CONFIG]) is None:
+        notes.append(f"black background (assumed; there is no {CONFIG} in the model folder)")
+    return notes
 
 
 def _expression_names(body: BodyModel | None, gaussian_expressions: int) -> list[str]:
@@ -163,7 +176,7 @@ def _driving(names: list[str], rig: Rig | None) -> Driving:
 def _background(folder: Path) -> tuple[float, float, float]:
     """The training background, white_bkgd in cfg_args (its text is searched, never evaluated)."""
     try:
-        with open_file(folder / "cfg_args") as file:
+        with open_file(folder / CONFIG) as file:
             text = file.read(100_000).decode("utf-8", errors="replace")
     except OSError:
         text = ""

@@ -6,7 +6,7 @@ import numpy as np
 
 from avatar_export.bodies.body_model import BodyModel, read_body_model
 from avatar_export.bodies.body_rig import bake_rig
-from avatar_export.bodies.inputs import Inputs
+from avatar_export.bodies.inputs import ZERO, Inputs
 from avatar_export.bodies.subject_files import read_eyelids, read_faces, read_shape
 from avatar_export.options import ReadOptions
 from avatar_export.readers.gaussian_blendshapes.layout import EYELIDS, JOINTS, SYSTEM
@@ -45,7 +45,7 @@ def body_model(inputs: Inputs, options: ReadOptions, mouths: bool) -> BodyModel 
 
 def baked_rig(body: BodyModel, inputs: Inputs, expressions: int) -> Rig:
     """The rig of the subject. Raises AvatarError unless it has as many `expressions` as the checkpoint."""
-    shape = None if inputs.shape is None or str(inputs.shape) == "zero" else read_shape(inputs.shape)
+    shape = None if inputs.shape is None or str(inputs.shape) == ZERO else read_shape(inputs.shape)
     faces = None if inputs.anchor_faces is None else read_faces(inputs.anchor_faces, len(body.triangles))
     rig = bake_rig(body, shape, _mesh_eyelids(body, inputs), faces)
     if rig.joint_basis.shape[0] != expressions:

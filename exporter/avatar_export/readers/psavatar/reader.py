@@ -19,7 +19,7 @@ from avatar_export.readers import surface
 from avatar_export.readers.enhancer_file import read_enhancer
 from avatar_export.readers.psavatar.files import FILE, KEYS, StoredPoints, find_points, read_points
 from avatar_export.readers.rules_file import RULES_FILE, read_rules
-from avatar_export.rigs.embedded_rig import EmbeddedRig, embedded_rig, no_rig
+from avatar_export.rigs.embedded_rig import RIG_INPUTS, EmbeddedRig, embedded_rig, no_rig
 from avatar_runtime.avatar import F32, F64, I32, I64, Avatar, Embedding, Gaussians, Rig, Rules, SparseRows
 from avatar_runtime.codec import ply
 from avatar_runtime.io.errors import AvatarError, no_such
@@ -74,6 +74,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar, in metres. Raises AvatarError if no rig is given, and for unsound data."""
     with owned(SYSTEM):
         options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such input or choice")
+        options.refuse_beside_no_rig(RIG_INPUTS, SYSTEM)
         cloud = locate(path)
         found = None if cloud is None else find_points(cloud)
         if cloud is None or found is None:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from avatar_export.formats.json_text import json_fault
 from avatar_export.formats.point_cloud import PointCloud, first_file
 from avatar_runtime.avatar import F32, F64
 from avatar_runtime.io.errors import AvatarError
@@ -84,8 +85,7 @@ class _Document:
         try:
             self._values = json.loads(self._bytes(), parse_constant=_refuse_constant)
         except (ValueError, RecursionError) as error:
-            reason = f"{type(error).__name__}: {str(error)[:80]}"
-            raise AvatarError(f"is not JSON that can be read ({reason!a})", file=path) from None
+            raise AvatarError(f"is not valid JSON ({json_fault(error)})", file=path) from None
         if not isinstance(self._values, dict):
             raise AvatarError("is not a JSON object", file=path)
 

@@ -16,7 +16,7 @@ import numpy as np
 from avatar_export.formats.mesh_files import read_mesh
 from avatar_export.formats.point_cloud import NAME, PointCloud, locate, read_ply
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import DOUBT, source_files
+from avatar_export.provenance import DOUBT, UNSAID, source_files
 from avatar_export.readers import surface
 from avatar_export.readers.rules_file import RULES_FILE, TrainedRules, read_rules
 from avatar_export.readers.splatting_avatar.files import (
@@ -28,7 +28,7 @@ from avatar_export.readers.splatting_avatar.files import (
     read_config,
     read_embedding,
 )
-from avatar_export.rigs.embedded_rig import embedded_rig, no_rig
+from avatar_export.rigs.embedded_rig import RIG_INPUTS, embedded_rig, no_rig
 from avatar_runtime.avatar import Avatar, Embedding, Gaussians, Rules
 from avatar_runtime.codec import ply
 from avatar_runtime.io.errors import AvatarError
@@ -42,7 +42,7 @@ FILES = (
     "embedding.obj (the mesh they lie on), or --mesh",
     f"{CONFIG} in the run's folder (optional: mesh scaling, view direction, SH degree)",
     f"{RULES_FILE} beside it (optional: rules of the paper in place of the released code's)",
-    "beside it: --rig (.glb, .fbx), or --body-model with --poses (flame_params.json, poses.npz)",
+    "beside it: --rig (.glb, .fbx, ASM face .npz), or --body-model with --poses (flame_params.json, poses.npz)",
 )
 WITHOUT_RIG = ReadOptions(no_rig=True)
 USED_OPTIONS = (
@@ -97,6 +97,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar, in metres. Raises AvatarError for missing files and unsound data."""
     with owned(SYSTEM):
         options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such input or choice")
+        options.refuse_beside_no_rig(RIG_INPUTS, SYSTEM)
         cloud = locate(path)
         found = None if cloud is None else find_embedding(cloud)
         if cloud is None or found is None:
@@ -149,7 +150,7 @@ def _settings(
     played = trained.played
     kind = config.get("dataset", "frameset_type", str)
     preset = PRESETS.get(kind, OTHERWISE)
-    assumed = f"assumed, usual for {kind}" if kind in PRESETS else "assumed, nothing says otherwise"
+    assumed = f"assumed, usual for {kind}" if kind in PRESETS else UNSAID
 
     def choose(
         option: object, flag: str, rule: str | None, field: str, fallback: tuple[Any, str]
