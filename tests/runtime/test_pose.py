@@ -74,7 +74,7 @@ def test_a_long_list_of_names_is_cut(avatar: Avatar) -> None:
 
 
 def test_an_avatar_without_a_rig_has_no_joints(avatar: Avatar) -> None:
-    with pytest.raises(AvatarError, match="is no joint of this avatar; there are 0"):
+    with pytest.raises(AvatarError, match="is not a joint of this avatar; there are 0"):
         resolve(Pose(joints={"jaw": TURN}), replace(avatar, rig=None))
     assert resolve(Pose(), replace(avatar, rig=None)).joint_delta.shape == (0, 4, 4)
 

@@ -28,4 +28,5 @@ def no_such(what: str, name: str, known: Iterable[str], **where: object) -> Avat
     near = [lowered[m] for m in difflib.get_close_matches(name[:200].lower(), list(lowered), n=3, cutoff=0.5)]
     listed = ", ".join([*list(lowered.values())[:8], *(["..."] if len(lowered) > 8 else [])])
     hint = f"did you mean {' or '.join(near)}?" if near else f"there are {len(lowered)}: {listed or 'none'}"
-    return AvatarError(f"{name[:80]!r} is no {what}; {hint}", **where)
+    article = "an" if what[0].lower() in "aeiou" else "a"
+    return AvatarError(f"{name[:80]!r} is not {article} {what}; {hint}", **where)

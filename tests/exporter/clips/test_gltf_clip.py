@@ -167,7 +167,7 @@ def edited(path: str, value: Any) -> bytes:
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
-        ("animations.0.name", "wav", "'wave' is no clip of this file; did you mean wav?"),
+        ("animations.0.name", "wav", "'wave' is not a clip of this file; did you mean wav?"),
         ("animations.0.samplers.0.interpolation", "BEZIER", "interpolation BEZIER is not one of STEP"),
         ("animations.0.samplers.0.input", 99, "accessors[99]"),
         ("animations.0.samplers.0.output", 1, "float32[T, *(4,)]"),
@@ -223,7 +223,7 @@ def test_values_that_overflow_are_refused(tmp_path: Path) -> None:
 
 def test_a_clip_that_moves_nothing_here_is_refused(tmp_path: Path) -> None:
     path = waving().write(tmp_path / "a.glb")
-    with pytest.raises(AvatarError, match="is no joint or expression of this avatar"):
+    with pytest.raises(AvatarError, match="is not a joint or expression of this avatar"):
         clip_poses(avatar_of(("x",)), gltf_of(path), "wave", 30)
     for fps in (0, -1, float("nan"), float("inf")):
         with pytest.raises(ValueError, match="fps"):

@@ -142,7 +142,7 @@ def test_clips_that_move_nothing_here_are_left_out(tmp_path: Path) -> None:
     assert [clip.name for clip in clips_from(avatar, path)] == ["nod"]
     with pytest.raises(AvatarError, match="camera"):
         gltf_files.clip_named(avatar, gltf_files.gltf_of(path), "flight")
-    with pytest.raises(AvatarError, match=r"'not' is no clip of this file; did you mean nod\?"):
+    with pytest.raises(AvatarError, match=r"'not' is not a clip of this file; did you mean nod\?"):
         sequences.clip(avatar, str(path), "not", 1)
     stranger = avatar_of(("a",))
     assert clips_from(stranger, path, optional=True) == ()

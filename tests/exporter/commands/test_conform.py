@@ -177,7 +177,7 @@ def test_a_ports_own_outputs(run: Run, good: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("tensors", "words"),
     [
-        ({"posed/skin/vertices": np.zeros(3)}, "mine.safetensors: 'posed/skin/vertices' is no output"),
+        ({"posed/skin/vertices": np.zeros(3)}, "mine.safetensors: 'posed/skin/vertices' is not an output"),
         ({}, "mine.safetensors: holds no output"),
         (None, "mine.safetensors: cannot be read"),
     ],

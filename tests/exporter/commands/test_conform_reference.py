@@ -85,11 +85,11 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
     ),
     "an expression of another avatar": (
         lambda b: edit_cases(b, lambda d: d["cases"][1]["pose"]["expressions"].update(grin=0.5)),
-        f"{CASES}: posed: 'grin' is no expression of this avatar",
+        f"{CASES}: posed: 'grin' is not an expression of this avatar",
     ),
     "a joint of another avatar": (
         lambda b: edit_cases(b, lambda d: d["cases"][1]["pose"]["joints"].update(tail=[0] * 16)),
-        f"{CASES}: posed: 'tail' is no joint of this avatar",
+        f"{CASES}: posed: 'tail' is not a joint of this avatar",
     ),
     "an image elsewhere": (
         lambda b: edit_cases(b, lambda d: d["cases"][0]["pictures"][0].update(colour="../preview.png")),

@@ -175,11 +175,14 @@ def test_matrix_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"inputs": ["JawOpn", "eyeBlink_L"]}, "inputs[0]: 'JawOpn' is no ARKit name; did you mean jawOpen"),
+        (
+            {"inputs": ["JawOpn", "eyeBlink_L"]},
+            "inputs[0]: 'JawOpn' is not an ARKit name; did you mean jawOpen",
+        ),
         ({"inputs": ["jawOpen", "JawOpen"]}, "inputs: entries 0 and 1 are both jawOpen"),
         ({"inputs": [1, 2]}, "inputs[0]: 1 is not a name"),
         ({"inputs": []}, "inputs: is empty"),
-        ({"outputs": ["expression/b", "joint/head/x"]}, "outputs[0]: 'expression/b' is no driving output"),
+        ({"outputs": ["expression/b", "joint/head/x"]}, "outputs[0]: 'expression/b' is not a driving output"),
         ({"outputs": ["expression/a", "expression/al"]}, "both expression/a"),
         ({"outputs": ["expression/a", "joint/head/w"]}, "did you mean joint/head/"),
         ({"outputs": "expression/a"}, "needs an object with the lists"),

@@ -85,7 +85,7 @@ def test_rows_without_a_face_are_left_out() -> None:
         (f"{HEADER}12.5,61,0,0,0\n", "Timecode: row 2: '12.5' is not a timecode HH:MM:SS:FF.sss"),
         (f"{HEADER}00:00:02:00.0,61,0,0,0\n00:00:01:00.0,61,0,0,0\n", "frame 1 is earlier"),
         ("Timecode,JawOpen,jaw_open\n", "columns 2 and 3 are both jawOpen"),
-        ("Timecode,BlendShapeCount,Jaw\n", "is no ARKit column"),
+        ("Timecode,BlendShapeCount,Jaw\n", "is not an ARKit column"),
         ("Time,JawOpen\n", "no Timecode column"),
         ('Timecode,"JawOpen\n', "is not valid CSV"),
         ("Timecode,JawOpen\n\udcff", "is not UTF-8"),

@@ -185,7 +185,7 @@ def test_it_is_detected_by_content(run: Path, tmp_path: Path) -> None:
         (lambda a: a.update(basis_names=np.arange(4)), "basis_names: expected a list of names"),
         (lambda a: a["basis_names"].__setitem__(0, "pose/jaw/0/3"), "'pose/jaw/0/3' is neither"),
         (lambda a: a["basis_names"].__setitem__(0, "jaw"), "'jaw' is neither expression/NAME nor"),
-        (lambda a: a["basis_names"].__setitem__(0, "pose/jew/0/2"), "'jew' is no joint of the rig; did you mean jaw"),
+        (lambda a: a["basis_names"].__setitem__(0, "pose/jew/0/2"), "'jew' is not a joint of the rig; did you"),
         (lambda a: a["basis_names"].__setitem__(1, "expression/exp_101"), "exp_101"),
         (lambda a: a["training_per_metre"].__setitem__(0, 0.0), "training units per metre"),
     ],

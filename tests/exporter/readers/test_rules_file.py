@@ -175,8 +175,8 @@ REFUSED: dict[str, tuple[Any, str]] = {
     ),
     "another system": ({"system": "gaussian_blendshapes", "rules": {}}, "is for 'gaussian_blendshapes', but"),
     "a system in lines": ({"system": "a\nb\u2028" * 99, "rules": {}}, r"is for 'a\\nb\\u2028a"),
-    "unknown rule": ({"scal": "none"}, "rules: 'scal' is no rule of splatting_avatar; did you mean scale"),
-    "a rule of another system": ({"anchor": "unique"}, "'anchor' is no rule of splatting_avatar"),
+    "unknown rule": ({"scal": "none"}, "rules: 'scal' is not a rule of splatting_avatar; did you mean scale"),
+    "a rule of another system": ({"anchor": "unique"}, "'anchor' is not a rule of splatting_avatar"),
     "a rule in lines": ({"x\n" * 999: "none"}, r"rules: 'x\\nx"),
     "unknown value": (
         {"scale": "cubic"},
@@ -213,7 +213,7 @@ def test_refusals_are_one_line(name: str, run: Path) -> None:
 def test_gaussian_blendshapes_refuses_too(model: Path) -> None:
     for rules, message in (
         ({"anchor": "once"}, "rules.anchor: is 'once', expected one of repeats, unique"),
-        ({"scale": "linear_area"}, "'scale' is no rule of gaussian_blendshapes"),
+        ({"scale": "linear_area"}, "'scale' is not a rule of gaussian_blendshapes"),
     ):
         write_rules(model, "gaussian_blendshapes", **rules)
         with pytest.raises(AvatarError, match=f"gaussian_blendshapes: .*rules.json: .*{message}"):

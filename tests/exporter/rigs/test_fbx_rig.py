@@ -98,7 +98,7 @@ def test_a_clip_of_other_names_is_refused(tmp_path: Path) -> None:
     assert clips_from(avatar, path, optional=True) == ()
     with pytest.raises(AvatarError, match=r"made\.fbx: has no animation that moves a joint"):
         clips_from(avatar, path)
-    with pytest.raises(AvatarError, match="is no joint or expression of this avatar"):
+    with pytest.raises(AvatarError, match="is not a joint or expression of this avatar"):
         fbx_clip.clip_of(avatar, open_fbx(path), open_fbx(path).clips[0], "nod")
 
 

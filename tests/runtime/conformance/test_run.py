@@ -277,7 +277,7 @@ def test_outputs_of_a_port() -> None:
     ("given", "said"),
     [
         ({}, "holds no output"),
-        ({"nod/bind/maen": np.zeros(3)}, "'nod/bind/maen' is no output.*nod/bind/mean"),
+        ({"nod/bind/maen": np.zeros(3)}, "'nod/bind/maen' is not an output.*nod/bind/mean"),
     ],
 )
 def test_outputs_that_are_none_are_refused(given: dict[str, Any], said: str) -> None:
@@ -290,8 +290,8 @@ def test_outputs_that_are_none_are_refused(given: dict[str, Any], said: str) -> 
 @pytest.mark.parametrize(
     ("pose", "said"),
     [
-        (Pose({"jawOpne": 1.0}), "cases.json: nod: 'jawOpne' is no expression"),
-        (Pose(joints={"jwa": np.eye(4)}), "cases.json: nod: 'jwa' is no joint"),
+        (Pose({"jawOpne": 1.0}), "cases.json: nod: 'jawOpne' is not an expression"),
+        (Pose(joints={"jwa": np.eye(4)}), "cases.json: nod: 'jwa' is not a joint"),
         (Pose({"jawOpen": 1e300}), "cases.json: nod: expression jawOpen: weight"),
     ],
 )

@@ -136,7 +136,7 @@ def keypoints(files: Path, change: Callable[[dict[str, object]], object]) -> Pat
     ("change", "said"),
     [
         (lambda d: d.pop("nose_bottom") and None, "nose_bottom: is missing"),
-        (lambda d: d.update(nose_botom=[0, 0, 0]), "'nose_botom' is no keypoint; did you mean nose_bottom"),
+        (lambda d: d.update(nose_botom=[0, 0, 0]), "'nose_botom' is not a keypoint; did you mean nose_bottom"),
         (lambda d: d.update(nose_bottom=[0, 1]), "nose_bottom: is not three finite numbers"),
         (lambda d: d.update(nose_bottom=[0, 1, 1e99]), "nose_bottom: is not three finite numbers"),
         (lambda d: d.update(nose_bottom=[0, 1, True]), "nose_bottom: is not three finite numbers"),
@@ -184,7 +184,7 @@ def test_other_mistakes_are_one_line(asm_scan: Command, files: Path) -> None:
     in_metres = [files / "metres.json" if a == files / "keypoints.json" else a for a in in_metres]
     one_line(*asm_scan(*in_metres, "-o", files / "f.npz")[::2], "keypoints in its unit?")
     unknown = asm_scan(*given(files), "--set", "speed=9", "-o", files / "f.npz")
-    one_line(*unknown[::2], "'speed' is no setting")
+    one_line(*unknown[::2], "'speed' is not a setting")
     wrong = asm_scan(*given(files), "--set", "variant=none", "-o", files / "f.npz")
     one_line(*wrong[::2], "variant 'none' is not one of static")
     template_wrong = [files / "scan.obj" if a == files / "template.npz" else a for a in given(files)]

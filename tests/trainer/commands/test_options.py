@@ -102,15 +102,15 @@ def test_numbers_out_of_range_are_one_line(
 
 
 WRONG = [
-    (["--set", "densityy=3"], "'densityy' is no setting; did you mean"),
-    (["--set", "density=3"], "'density' is no setting"),
+    (["--set", "densityy=3"], "'densityy' is not a setting; did you mean"),
+    (["--set", "density=3"], "'density' is not a setting"),
     (["--set", "density.densify_ever=3"], "did you mean density.densify_every"),
     (["--set", "density.densify_every=few"], "expected a whole number"),
     (["--set", "learning_rate=nan"], "expected a finite number"),
     (["--set", "learning_rate=-1"], "learning_rate must be above 0"),
     (["--set", "log_every=0"], "log_every is 0; at least 1"),
-    (["--set", "rules=3"], "'rules' is no setting"),
-    (["--set", "iterations=3"], "'iterations' is no setting"),
+    (["--set", "rules=3"], "'rules' is not a setting"),
+    (["--set", "iterations=3"], "'iterations' is not a setting"),
     (["--set", "seed"], "'seed' is not NAME=VALUE"),
     (["--set", "log_every=2", "--set", "log_every=3"], "log_every is given 2 times"),
     (["--rule", "sky=black", "--rule", "sky=black"], "sky is given 2 times"),

@@ -113,7 +113,7 @@ def test_a_run_with_another_capture_is_refused(capture: Capture, out: Path, tmp_
         ("settings", {"seed": 3}, "seed was 0, is 3"),
         ("settings", {"iterations": 5}, "iterations was 4, is 5"),
         ("settings", {"rasteriser": "torch"}, "rasteriser was cpu, is torch"),
-        ("settings", {"rasteriser": "gone"}, "'gone' is no rasteriser"),
+        ("settings", {"rasteriser": "gone"}, "'gone' is not a rasteriser"),
         ("settings", {"rasteriser": "cpuu"}, "did you mean cpu"),
         ("settings", {"size": "x" * 300}, "expected a whole number"),
         ("capture", {"fingerprint": "0"}, "the capture's content is another"),

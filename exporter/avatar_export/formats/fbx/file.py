@@ -299,7 +299,7 @@ class _Fields:
     def entries(self, key: str) -> list[Mapping[str, Any]]:
         found = self.header.get(key)
         if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
-            raise self.wrong("is no list", key)
+            raise self.wrong("is not a list", key)
         return found
 
     def names(self, entry: Mapping[str, Any], key: str) -> tuple[str, ...]:
