@@ -84,17 +84,16 @@ def file_circles() -> list[list[str]]:
 
 def room_circles() -> list[list[str]]:
     """Sets of sibling rooms, in any folder, that import each other in a circle."""
-    found = []
-    folders = {name.rpartition(".")[0] for name in modules()} | {""}
-    for folder in sorted(folders):
-        graph: dict[str, set[str]] = {}
-        for name, targets in imports().items():
-            room = child(folder, name)
-            if room is not None:
-                others = {other for target in targets if (other := child(folder, target)) is not None}
-                graph.setdefault(room, set()).update(others - {room})
-        found += circles(graph)
-    return found
+    graphs: dict[tuple[str, ...], dict[str, set[str]]] = {}
+    for name, targets in imports().items():
+        for target in targets:
+            own, other = name.split("."), target.split(".")
+            parts = enumerate(zip(own, other, strict=False))
+            depth = next((k for k, (a, b) in parts if a != b), None)
+            if depth is not None:  # else one of them is the face of a room that holds both
+                graph = graphs.setdefault(tuple(own[:depth]), {})
+                graph.setdefault(".".join(own[: depth + 1]), set()).add(".".join(other[: depth + 1]))
+    return [found for _, graph in sorted(graphs.items()) for found in circles(graph)]
 
 
 def child(folder: str, name: str) -> str | None:

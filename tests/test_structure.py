@@ -60,3 +60,10 @@ def test_every_public_name_has_a_docstring() -> None:
 def test_circles_are_found() -> None:
     graph = {"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}}
     assert structure.circles(graph) == [["b", "c"]]
+
+
+def test_circles_of_rooms_are_found_in_any_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """a.b imports a.d through its file c, and a.d imports another file of a.b. The face of a is not a room in it."""
+    graph = {"a": {"a.d"}, "a.b.c": {"a.d"}, "a.d": {"a.b.e", "a"}, "a.b.e": set()}
+    monkeypatch.setattr(structure, "imports", lambda: graph)
+    assert structure.room_circles() == [["a.b", "a.d"]]

@@ -1,13 +1,11 @@
-"""What a run cost, printed at its end: wall time depends on what else the machine does, CPU time hardly does."""
+"""What a run cost, printed at its end: wall time depends on what else the machine does, CPU time depends less on it."""
 
 from __future__ import annotations
 
 import resource
-from typing import Any
+from collections.abc import Generator
 
 import pytest
-
-_SUMS = {"tests": 0.0, "CPU": 0.0}
 
 
 def _cpu_seconds() -> float:
@@ -16,28 +14,27 @@ def _cpu_seconds() -> float:
     return sum(u.ru_utime + u.ru_stime for u in used)
 
 
+_at_last_report = _cpu_seconds()
+_sums = {"wall": 0.0, "CPU": 0.0}
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Where a test runs: its report carries the CPU time since the report before."""
+    global _at_last_report
+    report, now = (yield), _cpu_seconds()
+    report.cpu_seconds, _at_last_report = now - _at_last_report, now
+    return report
+
+
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Each part of each test, also those of workers."""
-    _SUMS["tests"] += report.duration
+    """Where the reports of all workers arrive: each part of each test."""
+    _sums["wall"] += report.duration
+    _sums["CPU"] += getattr(report, "cpu_seconds", 0.0)
 
 
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """A worker sends its CPU time."""
-    output: dict[str, Any] | None = getattr(session.config, "workeroutput", None)
-    if output is not None:
-        output["cpu_seconds"] = _cpu_seconds()
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_testnodedown(node: Any) -> None:
-    """The CPU time of a worker that has ended arrives."""
-    _SUMS["CPU"] += getattr(node, "workeroutput", {}).get("cpu_seconds", 0.0)
-
-
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Print both sums."""
-    workers = getattr(config.option, "numprocesses", None) or 0
-    cpu = _SUMS["CPU"] if workers else _cpu_seconds()
     terminalreporter.section("cost")
-    terminalreporter.write_line(f"{_SUMS['tests']:10.1f}  seconds, all tests one after the other")
-    terminalreporter.write_line(f"{cpu:10.1f}  CPU seconds of {workers or 'no'} workers")
+    terminalreporter.write_line(f"{_sums['wall']:10.1f}  seconds, all tests one after the other")
+    terminalreporter.write_line(f"{_sums['CPU']:10.1f}  CPU seconds, the processes that tests start included")
