@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import numpy.typing as npt
@@ -33,24 +34,19 @@ MANGLING = settings(max_examples=examples(150), database=None)
 
 @contextmanager
 def modules(**named: Mapping[str, type | Callable[..., Any]]) -> Iterator[None]:
-    """Modules that exist for the pickler only; keys are names with `__` for a dot."""
-    added = []
+    """Modules that only the pickler sees, in place of real ones; keys are names with `__` for a dot."""
+    made: dict[str, types.ModuleType] = {}
     for key, members in named.items():
         name = key.replace("__", ".")
         parts = name.split(".")
         for i in range(1, len(parts) + 1):
             full = ".".join(parts[:i])
-            if full not in sys.modules:
-                sys.modules[full] = types.ModuleType(full)
-                added.append(full)
+            made.setdefault(full, types.ModuleType(full))
         for attribute, value in members.items():
             value.__module__, value.__qualname__, value.__name__ = name, attribute, attribute
-            setattr(sys.modules[name], attribute, value)
-    try:
+            setattr(made[name], attribute, value)
+    with patch.dict(sys.modules, made):
         yield
-    finally:
-        for full in added:
-            del sys.modules[full]
 
 
 class Storage:

@@ -352,7 +352,7 @@ def test_render_on_a_backend(run: Run, bundle: Path, tmp_path: Path, monkeypatch
 USER_ERRORS = {
     "unknown expression": (("-e", "jawOpenn=1"), "did you mean jawOpen"),
     "unknown ARKit name": (("-a", "eyeBlinkLeftt=1"), "eyeBlinkLeft"),
-    "unknown joint": (("-j", "head=1,0,0"), "no joint"),
+    "unknown joint": (("-j", "head=1,0,0"), "is not a joint"),
     "not a pair": (("-e", "jawOpen"), "--expression / -e: 'jawOpen' is not NAME=VALUE"),
     "no ARKit pair": (("-a", "jawOpen"), "--arkit / -a: 'jawOpen' is not NAME=VALUE"),
     "no eyelid pair": (("--eyelid", "left"), "--eyelid: 'left' is not NAME=VALUE"),
