@@ -8,10 +8,10 @@ NODE_CLIENTS := tests/interop/node_modules/.package-lock.json
 WORKERS ?= 2
 PYTEST = $(BIN)/pytest --numprocesses $(WORKERS) --dist worksteal --durations=20
 
-# `make check`: the rules of the floors, the formats, the stages, the readers' and the writers' bytes.
-CORE := tests/test_floors.py tests/schema tests/conformance/test_bundles.py tests/runtime/stages tests/runtime/codec \
-	tests/runtime/checks tests/runtime/test_bundle.py tests/exporter/formats tests/exporter/readers \
-	tests/exporter/writers/test_bundle.py
+# `make check`: the rules of the floors, the formats, the stages, body models, operations, the goldens of bundles.
+CORE := tests/test_floors.py tests/test_released.py tests/schema tests/conformance/test_bundles.py \
+	tests/runtime/stages tests/runtime/codec tests/runtime/checks tests/runtime/test_bundle.py \
+	tests/exporter/formats tests/exporter/bodies tests/exporter/driving tests/exporter/ops
 
 # Compiled modules are kept, since the tests start about 200 processes.
 export PYTHONDONTWRITEBYTECODE :=

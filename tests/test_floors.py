@@ -5,69 +5,35 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FLOORS: dict[
-    str, tuple[str, set[str]]
-] = {  # package: (folder, what it may import besides the standard library)
-    "avatar_schema": ("schema", {"jsonschema"}),
-    "avatar_shaders": ("engine_shaders", {"avatar_schema"}),
-    "avatar_runtime": (
-        "runtime",
-        {
-            "_moderngl",
-            "avatar_schema",
-            "avatar_shaders",
-            "llvmlite",
-            "moderngl",
-            "numba",
-            "numpy",
-            "onnx",
-            "onnxruntime",
-        },
-    ),
-    "avatar_export": (
-        "exporter",
-        {
-            "avatar_schema",
-            "avatar_shaders",
-            "avatar_runtime",
-            "numpy",
-            "PIL",
-            "pxr",
-            "pygltflib",
-            "rich",
-            "typer",
-            "ufbx",
-            "yaml",
-        },
-    ),
-    "avatar_trainer": (
-        "trainer",
-        {
-            "avatar_schema",
-            "avatar_runtime",
-            "avatar_export",
-            "gsplat",
-            "llvmlite",
-            "lpips",
-            "numba",
-            "numpy",
-            "onnx",
-            "PIL",
-            "rich",
-            "tensorboard",
-            "torch",
-            "trimesh",
-            "typer",
-            "yaml",
-        },
-    ),
+# package: (folder, what it may import besides the standard library)
+# fmt: off
+FLOORS: dict[str, tuple[str, set[str]]] = {
+    "avatar_schema": ("schema", {
+        "jsonschema",
+    }),
+    "avatar_shaders": ("engine_shaders", {
+        "avatar_schema",
+    }),
+    "avatar_runtime": ("runtime", {
+        "avatar_schema", "avatar_shaders", "_moderngl", "llvmlite", "moderngl", "numba", "numpy", "onnx",
+        "onnxruntime",
+    }),
+    "avatar_export": ("exporter", {
+        "avatar_runtime", "avatar_schema", "avatar_shaders", "numpy", "PIL", "pxr", "pygltflib", "rich", "typer",
+        "ufbx", "yaml",
+    }),
+    "avatar_trainer": ("trainer", {
+        "avatar_export", "avatar_runtime", "avatar_schema", "gsplat", "llvmlite", "lpips", "numba", "numpy", "onnx",
+        "PIL", "rich", "tensorboard", "torch", "trimesh", "typer", "yaml",
+    }),
 }
+# fmt: on
 HEAVY: dict[str, tuple[str, ...]] = {  # library: the folders that may import it
     "torch": ("trainer/avatar_trainer",),
     "tensorboard": ("trainer/avatar_trainer",),
@@ -82,13 +48,16 @@ HEAVY: dict[str, tuple[str, ...]] = {  # library: the folders that may import it
 SAMPLES_THAT_TRAIN = ("asm", "by_hand", "capture", "trained.py")  # rooms and files of samples/
 
 
-def imports(file: Path) -> Iterator[str]:
+@cache
+def imports(file: Path) -> frozenset[str]:
     """Top-level names of every import in a file, wherever it stands."""
+    found: set[str] = set()
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
         if isinstance(node, ast.Import):
-            yield from (alias.name.partition(".")[0] for alias in node.names)
+            found |= {alias.name.partition(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-            yield node.module.partition(".")[0]
+            found.add(node.module.partition(".")[0])
+    return frozenset(found)
 
 
 @pytest.mark.parametrize("package", FLOORS)
@@ -97,14 +66,14 @@ def test_imports_point_down(package: str) -> None:
     files = sorted((ROOT / folder / package).rglob("*.py"))
     assert files
     for file in files:
-        extra = set(imports(file)) - sys.stdlib_module_names - allowed - {package}
+        extra = imports(file) - sys.stdlib_module_names - allowed - {package}
         assert not extra, f"{file.relative_to(ROOT)} may not import {sorted(extra)}"
 
 
 def test_heavy_libraries_keep_to_their_room() -> None:
     for folder, _ in FLOORS.values():
         for file in (ROOT / folder).rglob("*.py"):
-            heavy = HEAVY.keys() & set(imports(file))
+            heavy = HEAVY.keys() & imports(file)
             outside = {name for name in heavy if not {ROOT / room for room in HEAVY[name]} & {*file.parents}}
             assert not outside, f"{file.relative_to(ROOT)} imports {outside}"
     for room in {room for rooms in HEAVY.values() for room in rooms}:
@@ -114,7 +83,7 @@ def test_heavy_libraries_keep_to_their_room() -> None:
 def test_only_the_gl_backend_of_the_runtime_knows_the_shaders() -> None:
     room = ROOT / "runtime/avatar_runtime/backends/gl"
     for file in (ROOT / "runtime").rglob("*.py"):
-        assert room in file.parents or "avatar_shaders" not in set(imports(file)), file.relative_to(ROOT)
+        assert room in file.parents or "avatar_shaders" not in imports(file), file.relative_to(ROOT)
 
 
 def test_heavy_libraries_are_loaded_only_where_they_are_needed() -> None:
@@ -132,5 +101,5 @@ def test_samples_need_the_base_install_only() -> None:
     for file in (ROOT / "samples").rglob("*.py"):
         trains = file.relative_to(ROOT / "samples").parts[0] in SAMPLES_THAT_TRAIN
         training = {"avatar_trainer", "numba"} if trains else set()
-        extra = set(imports(file)) - sys.stdlib_module_names - allowed - training
+        extra = imports(file) - sys.stdlib_module_names - allowed - training
         assert not extra, f"{file.relative_to(ROOT)} may not import {sorted(extra)}"

@@ -1,4 +1,7 @@
-"""Fragments of the engine pages that are marked to run do what the pages say; claims that no other test shows."""
+"""Fragments of the engine pages that are marked to run do what the pages say; claims that no other test shows.
+
+`make test-more` runs this.
+"""
 
 from __future__ import annotations
 
@@ -30,6 +33,8 @@ from tests.interop.clients import HERE, ROOT_NODE, blender_program, node_program
 from tests.oracles.gltf_pose import File, State, quaternion_matrix
 
 Array = npt.NDArray[Any]
+
+pytestmark = pytest.mark.more
 
 ROOT = Path(__file__).parents[2]
 ENGINE_PAGES = ROOT / "docs" / "engines"

@@ -1,4 +1,4 @@
-"""Pages and tables that a script makes are as it makes them."""
+"""Pages and tables that a script makes are as it makes them; `make test-more` runs this."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.mark.more
 def test_made_pages_are_up_to_date() -> None:
     """In an odd terminal, for neither its width nor its colours may matter."""
     environment = {**os.environ, "COLUMNS": "47", "FORCE_COLOR": "1", "TERM": "xterm-256color"}

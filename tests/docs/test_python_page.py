@@ -25,6 +25,7 @@ def test_it_imports_public_names_alone() -> None:
     ), imports
 
 
+@pytest.mark.more
 @pytest.mark.parametrize("fragment", FRAGMENTS)
 def test_fragments_run(fragment: str, tmp_path: Path) -> None:
     demo = tmp_path / "out" / "demo"

@@ -1,4 +1,7 @@
-"""The built wheels in an empty environment: avatar-runtime alone plays, avatar-export on it converts."""
+"""The built wheels in an empty environment: avatar-runtime alone plays, avatar-export on it converts.
+
+`make test-more` runs this.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ from tests.packaging import dist
 from tests.packaging.environments import Environment, empty
 from tests.released import DATA
 
+pytestmark = pytest.mark.more
 BUNDLE = DATA / "0.1.0" / "every_field.avatar.zip"
 EXTRAS = {  # libraries that come with an extra
     "avatar-runtime": {"llvmlite", "moderngl", "numba", "onnx", "onnxruntime"},

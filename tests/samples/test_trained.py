@@ -43,7 +43,7 @@ def test_is_sound_and_says_whence_it_comes(name: str) -> None:
     assert provenance["trained"]["capture"].startswith("synthetic")
 
 
-@pytest.mark.parametrize("backend", ["reference", "cpu", "gl"])
+@pytest.mark.parametrize("backend", ["cpu", "gl"])  # `validate` asks backend `reference`
 @pytest.mark.parametrize("name", RECIPES)
 def test_every_backend_repeats_the_trainers_reference(name: str, backend: str) -> None:
     read = opener(TRAINED / name)

@@ -108,6 +108,11 @@ def test_the_stage_that_is_off_is_named_first(run: Run, bundle: Path, tmp_path: 
     before = list(lines)[1 : list(lines).index(label)]
     assert all(lines[name] == "holds" for name in before)
     assert all(lines[name] == "holds" for name in lines if name.startswith("image"))
+
+
+@pytest.mark.parametrize("stage", ["joints", "sort", "raster"])
+def test_validate_names_the_stage_too(bundle: Path, stage: str) -> None:
+    edit_vectors(bundle, WRONG[stage])
     problems = [p for p in validate(bundle) if not p.warning]
     assert problems[0].path == f"{VECTORS}: {stage}"
     assert re.search(r"of case \w+ differs by \S+, \S+ times the tolerance", problems[0].message)
