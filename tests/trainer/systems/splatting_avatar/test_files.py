@@ -15,12 +15,15 @@ import yaml
 from avatar_export.options import ReadOptions
 from avatar_export.readers.splatting_avatar import reader
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.camera import Camera
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import ply
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, PoseArrays
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.project import project
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.evaluation.compare import FLIP
 from avatar_trainer.systems.drawing import draw
@@ -84,6 +87,17 @@ def test_the_runtime_plays_what_was_trained(
         measured("SplattingAvatar image, trainer against cpu, except for flips", float(apart[~flipped].max()))
         assert flipped.sum() <= 2
         assert apart.max() <= np.ptp(theirs.colour) / 255
+        for row, column in np.argwhere(flipped):
+            assert from_threshold(avatar, played, frame.camera, column, row) <= 16 * np.finfo(np.float32).eps
+
+
+def from_threshold(avatar: Avatar, splats: Splats, camera: Camera, x: int, y: int) -> float:
+    """How far the alpha of the nearest splat is from 1/255 at pixel (x, y), relative to it."""
+    seen = project(splats, camera, avatar.raster, avatar.sh_degree)
+    dx, dy = (seen.centre.astype(np.float64) - (x, y)).T
+    a, b, c = seen.conic.T.astype(np.float64)
+    alpha = seen.opacity * np.exp(-0.5 * (a * dx * dx + c * dy * dy) - b * dx * dy)
+    return float(np.abs(255 * alpha[seen.radius > 0] - 1).min())
 
 
 def named(avatar: Avatar, pose: PoseArrays) -> Pose:
