@@ -30,9 +30,9 @@ class Measure(Protocol):
 def note(name: str, value: float, limit: float | None = None) -> None:
     """Keep the largest value of each name (of dB and correlations the least), and the loosest limit."""
     worst, loosest = (min, min) if name.endswith(_LOWEST_IS_WORST) else (max, max)
-    _WORST[name] = worst(_WORST.get(name, value), value)
+    _WORST[name] = float(worst(_WORST.get(name, value), value))  # a worker can send no NumPy number
     if limit is not None:
-        _LIMITS[name] = loosest(_LIMITS.get(name, limit), limit)
+        _LIMITS[name] = float(loosest(_LIMITS.get(name, limit), limit))
 
 
 @pytest.fixture(scope="session")
