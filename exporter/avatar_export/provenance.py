@@ -12,7 +12,7 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
 
-UNSAID = "assumed, nothing says otherwise"  # who says a setting, in a note of the provenance: nobody
+UNSAID = "assumed, nothing says otherwise"  # in a note of the provenance: no file states this setting
 DOUBT = "doubtful: "  # begins a note of the provenance that says something may be wrong
 
 
@@ -38,4 +38,4 @@ def _entry(name: str, path: Path) -> dict[str, Any]:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
             return {"path": name, "bytes": file.tell(), "sha256": digest}
     except OSError as error:
-        raise AvatarError(f"cannot be read ({error.strerror})", file=path) from None
+        raise AvatarError(f"cannot be read ({error.strerror or error})", file=path) from None

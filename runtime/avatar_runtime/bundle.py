@@ -236,7 +236,7 @@ def _read_file(path: Path, limit: int, name: str) -> Data:
             data = _buffer(size)
             return data[: file.readinto(data)].toreadonly()
     except OSError as error:
-        raise AvatarError(f"cannot be read ({error.strerror})", file=name) from None
+        raise AvatarError(f"cannot be read ({error.strerror or error})", file=name) from None
 
 
 def _buffer(size: int) -> memoryview:

@@ -56,6 +56,7 @@ def processors() -> dict[str, dict[str, str]]:
 
 def numpy_features() -> list[str]:
     """The instructions that NumPy would choose at start on this processor."""
+    # NumPy has no public list of what it chose; its own tests read this one, which its types do not know.
     from numpy._core._multiarray_umath import (  # type: ignore[attr-defined]
         __cpu_dispatch__,
         __cpu_features__,

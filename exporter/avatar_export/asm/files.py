@@ -164,7 +164,7 @@ def _write(arrays: Mapping[str, Array], path: Path) -> None:
             for name, data in _entries(arrays).items():
                 archive.writestr(zipfile.ZipInfo(name, DATE), data)
     except OSError as error:
-        raise AvatarError(f"cannot be written ({error.strerror})", file=path) from None
+        raise AvatarError(f"cannot be written ({error.strerror or error})", file=path) from None
 
 
 class _Source:

@@ -185,7 +185,7 @@ class _Fields:
             with open_file(path) as stream:
                 head = stream.read(4)
         except OSError as error:
-            raise AvatarError(f"cannot be read ({error.strerror})", file=path) from error
+            raise AvatarError(f"cannot be read ({error.strerror or error})", file=path) from error
         self._entries: dict[str, str] = {}
         self._objects: Mapping[Any, object] = {}
         if not (head == b"PK\x03\x04" or head[:1] in PICKLE_STARTS):

@@ -85,7 +85,7 @@ def _shape_values(path: Path) -> Any:
         with open_file(path) as stream:
             head = stream.read(6)
     except OSError as error:
-        raise AvatarError(f"cannot be read ({error.strerror})", file=path) from error
+        raise AvatarError(f"cannot be read ({error.strerror or error})", file=path) from error
     if head == b"\x93NUMPY":
         return _numbers(open_npy(path), path)
     if not head.startswith(b"PK"):
@@ -138,7 +138,7 @@ def _text(path: Path, wanted: str) -> str:
         with open_file(path) as stream:
             return stream.read().decode("utf8")
     except OSError as error:
-        raise AvatarError(f"cannot be read ({error.strerror})", file=path) from None
+        raise AvatarError(f"cannot be read ({error.strerror or error})", file=path) from None
     except UnicodeDecodeError:
         raise AvatarError(f"is not {wanted}: it is not UTF-8 text", file=path) from None
 

@@ -42,7 +42,7 @@ class Archive:
         try:
             self._file = open_file(path)
         except OSError as error:
-            raise AvatarError(f"cannot be read ({error.strerror})", file=path) from None
+            raise AvatarError(f"cannot be read ({error.strerror or error})", file=path) from None
         try:
             self._zip = zipfile.ZipFile(self._file)
         except ZIP_FAULTS as error:

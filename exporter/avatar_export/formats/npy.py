@@ -126,7 +126,7 @@ class StoredArray:
                 yield fetch
         except OSError as error:
             raise AvatarError(
-                f"cannot be read ({error.strerror})", file=self.file, field=self.name
+                f"cannot be read ({error.strerror or error})", file=self.file, field=self.name
             ) from error
 
 
@@ -226,7 +226,7 @@ def open_npy(path: Path) -> StoredArray:
             stream.seek(0)
             return _stored_npy(stream, size, path, path, path.stem)
     except OSError as error:
-        raise AvatarError(f"cannot be read ({error.strerror})", file=path) from error
+        raise AvatarError(f"cannot be read ({error.strerror or error})", file=path) from error
 
 
 def parse_npy(data: bytes, file: object, name: str) -> StoredArray:

@@ -22,7 +22,7 @@ def opened(path: Path, limit: int) -> Iterator[BufferedReader]:
                 raise AvatarError(f"is {size} bytes long; up to {limit} are read", file=path)
             yield file
     except OSError as error:
-        raise AvatarError(f"cannot be read ({error.strerror})", file=path) from None
+        raise AvatarError(f"cannot be read ({error.strerror or error})", file=path) from None
 
 
 def read_bytes(path: Path, limit: int) -> bytes:

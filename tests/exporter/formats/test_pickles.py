@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import colorsys
 import copyreg
 import datetime
 import pickle
 import struct
+import sys
 import time
 from collections import OrderedDict
 from pathlib import Path
@@ -24,6 +26,7 @@ from tests.hostile import (
     Canary,
     Reduced,
     mangled,
+    modules,
     only_avatar_errors,
     peak_bytes,
     py2_array,
@@ -311,3 +314,14 @@ def test_golden_acc_reads_as_numpy_reads_it(blendshapes_golden: BlendshapesGolde
     np.testing.assert_array_equal(
         got["pose_blendshape"].rows(9, 99, axis=1), want["pose_blendshape"][:, 9:99]
     )
+
+
+def test_a_made_up_module_leaves_the_real_one_as_it_was() -> None:
+    """Those of torch stayed in it, and later tests loaded checkpoints full of None."""
+    real = colorsys.rgb_to_hsv
+    with modules(colorsys={"rgb_to_hsv": lambda *_: None}, not_here__inside={"Thing": type("Thing", (), {})}):
+        assert sys.modules["colorsys"].rgb_to_hsv is not real
+        assert "not_here.inside" in sys.modules
+    assert sys.modules["colorsys"] is colorsys
+    assert colorsys.rgb_to_hsv is real
+    assert "not_here" not in sys.modules

@@ -151,7 +151,7 @@ def _run(data: bytes, file: str) -> bytes:
         raise AvatarError(f"takes longer than {MAX_SECONDS} s to read; export it again", file=file) from None
     except OSError as error:
         raise AvatarError(
-            f"cannot be read: its reader does not start ({error.strerror})", file=file
+            f"cannot be read: its reader does not start ({error.strerror or error})", file=file
         ) from None
     if done.returncode == REFUSED:
         raise AvatarError(f"is a damaged .fbx ({done.stdout[:200].decode('utf-8', 'replace')!a})", file=file)

@@ -172,7 +172,7 @@ def read_pickled_npy(path: Path) -> dict[str, RowSource]:
         with open_file(path) as stream:
             shape, _, dtype, offset = npy_header(stream, path, path.stem)
     except OSError as error:
-        raise AvatarError(f"cannot be read ({error.strerror})", file=path) from error
+        raise AvatarError(f"cannot be read ({error.strerror or error})", file=path) from error
     if shape != () or dtype.kind != "O":
         raise AvatarError("is not a saved dict of arrays (an object array without dimensions)", file=path)
     root = load_pickle(path, path, numpy_globals(path), offset=offset)

@@ -28,6 +28,7 @@ MIRRORED = (
 )  # fmt: skip
 MIDDLE = tuple(k for k, other in enumerate(MIRRORED) if k == other)
 MOST_ASYMMETRY = 0.15  # of the outer eye corners' distance, by which a landmark may miss its mirrored mean
+MOST_PAIRS = 2**22  # of a point and a triangle, looked at together
 SUNK = 0.05  # of the outer eye corners' distance, by which bones of the surface lie under it
 
 Array = npt.NDArray[Any]
@@ -205,7 +206,15 @@ def anchors(vertices: F64, triangles: Array, position: F64) -> I64:
 
 def front_depth(vertices: F64, triangles: Array, xy: F64) -> F64:
     """z [N] of the foremost triangle at xy [N, 2]; -inf if there is no triangle."""
-    corner = vertices[triangles]
+    depth = np.full(len(xy), -np.inf)
+    piece = max(1, MOST_PAIRS // max(1, len(xy)))
+    for first in range(0, len(triangles), piece):
+        np.maximum(depth, _front_depth(vertices[triangles[first : first + piece]], xy), out=depth)
+    return depth
+
+
+def _front_depth(corner: F64, xy: F64) -> F64:
+    """`front_depth` of the triangles with these corners [T, 3, 3]."""
     a, b, c = (corner[:, k, :2] for k in range(3))
     area = _cross(b - a, c - a)
     depth = np.full(len(xy), -np.inf)
