@@ -11,7 +11,7 @@ PYTEST = $(BIN)/pytest --numprocesses $(WORKERS) --dist worksteal --durations=20
 # `make check`: the rules of the floors, the formats, the stages, body models, operations, the goldens of bundles.
 CORE := tests/test_floors.py tests/test_released.py tests/schema tests/conformance/test_bundles.py \
 	tests/runtime/stages tests/runtime/codec tests/runtime/checks tests/runtime/test_bundle.py \
-	tests/exporter/formats tests/exporter/bodies tests/exporter/driving tests/exporter/ops
+	tests/exporter/formats tests/exporter/bodies tests/exporter/driving tests/runtime/driving tests/exporter/ops
 
 # Compiled modules are kept, since the tests start about 200 processes.
 export PYTHONDONTWRITEBYTECODE :=

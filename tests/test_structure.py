@@ -11,7 +11,7 @@ from tests import structure
 ORDER = {
     "avatar_runtime": (
         "io", "rotation", "rules", "version", "avatar", "camera", "checks", "pose", "topology", "codec",
-        "handedness", "subset", "bundle", "enhance", "stages", "engine_pose", "posed", "backends", "player",
+        "handedness", "driving", "subset", "bundle", "enhance", "stages", "engine_pose", "posed", "backends", "player",
         "conformance",
     ),
     "avatar_export": (

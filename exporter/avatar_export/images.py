@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
-from avatar_export.driving.arkit import canonical
-from avatar_export.driving.drive import pose_from_frame
-from avatar_export.driving.frames import DrivingFrame
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.camera import Camera
+from avatar_runtime.driving.arkit import canonical
+from avatar_runtime.driving.driver import Driver
+from avatar_runtime.driving.frame import DrivingFrame
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, clip_pose
 
@@ -113,7 +113,7 @@ def _means(player: Player, poses: list[Pose]) -> npt.NDArray[np.float32]:
 
 def arkit_pose(avatar: Avatar, weights: dict[str, float]) -> Pose:
     """The pose for ARKit weights, through the avatar's driving. Raises AvatarError if ARKit cannot drive it."""
-    return pose_from_frame(avatar, DrivingFrame(0.0, weights))
+    return Driver(avatar).pose(DrivingFrame(0.0, weights))
 
 
 def png(pixels: Pixels) -> bytes:

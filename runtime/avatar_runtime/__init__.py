@@ -10,6 +10,8 @@ from avatar_runtime.backends import BACKENDS, default_backend
 from avatar_runtime.bundle import load
 from avatar_runtime.camera import Camera
 from avatar_runtime.checks.avatar import check_avatar
+from avatar_runtime.driving.driver import Driver
+from avatar_runtime.driving.frame import DrivingFrame
 from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_pose, target_names
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Frame, Player
@@ -20,8 +22,8 @@ from avatar_runtime.version import __version__
 
 # fmt: off
 __all__ = [
-    "BACKENDS", "Avatar", "AvatarError", "Camera", "Clip", "EnginePose", "Frame", "Image", "Player", "Pose", "Splats",
-    "__version__", "check_avatar", "clip_pose", "default_backend", "engine_clip", "engine_pose", "joint_rotation",
-    "load", "target_names",
+    "BACKENDS", "Avatar", "AvatarError", "Camera", "Clip", "Driver", "DrivingFrame", "EnginePose", "Frame", "Image",
+    "Player", "Pose", "Splats", "__version__", "check_avatar", "clip_pose", "default_backend", "engine_clip",
+    "engine_pose", "joint_rotation", "load", "target_names",
 ]
 # fmt: on

@@ -8,8 +8,8 @@ CPU time and peak resident memory are those of one fresh process a conversion.
 
     python -m tests.bench --only backends
 
-compares the backends alone, and `--only training` measures the differentiable renderer; `python -m
-tests.bench.gl_speed` gives frames per second on a GPU.
+compares the backends alone, `--only training` measures the differentiable renderer, and `--only posing` what a pose
+costs before anything is drawn; `python -m tests.bench.gl_speed` gives frames per second on a GPU.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ from avatar_runtime.pose import clip_pose
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
 from tests.bench.backends import backend_rows, dense_rows, static_rows
+from tests.bench.posing import posing_rows
 from tests.bench.training import training_rows
 from tests.psnr import profile_psnr
 
@@ -223,6 +224,7 @@ PARTS: dict[str, Callable[[Path, int], list[Row]]] = {
     "surface": surface_rows,
     "backends": compared_rows,
     "training": training_rows,
+    "posing": lambda folder, gaussians: posing_rows(),
 }
 
 if __name__ == "__main__":

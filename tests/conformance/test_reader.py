@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from avatar_runtime.codec.safetensors import decode
-from avatar_runtime.conformance.files import ROWS, VERTICES, step_tensors
+from avatar_runtime.conformance.files import ROWS, VERTICES
+from avatar_runtime.conformance.steps import step_tensors
 from tests.conformance.avatars import AVATARS
 from tests.conformance.cases import DATA
 from tests.conformance.references import committed

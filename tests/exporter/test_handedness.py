@@ -14,13 +14,13 @@ from plyfile import PlyData
 from safetensors.numpy import load_file
 
 from avatar_export.checks.bundle import validate
-from avatar_export.driving import axes
-from avatar_export.driving.drive import pose_from_frame
-from avatar_export.driving.frames import DrivingFrame
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar, Expression, Rules
 from avatar_runtime.bundle import load
 from avatar_runtime.checks.avatar import check_avatar
+from avatar_runtime.driving import axes
+from avatar_runtime.driving.driver import Driver
+from avatar_runtime.driving.frame import DrivingFrame
 from avatar_runtime.handedness import mirrored, mirrored_pose
 from avatar_schema import schema
 from tests import bundles
@@ -170,12 +170,12 @@ def test_driving_in_the_other_frame() -> None:
         )
     )
     frame = DrivingFrame(0.0, {"jawOpen": 0.7, "eyeBlinkLeft": 0.4, "mouthSmileLeft": 0.9})
-    found, want = pose_from_frame(mirrored(avatar), frame), mirrored_pose(pose_from_frame(avatar, frame))
+    found, want = Driver(mirrored(avatar)).pose(frame), mirrored_pose(Driver(avatar).pose(frame))
     assert found.expressions == want.expressions and found.eyelids == want.eyelids
     assert found.joints.keys() == want.joints.keys()
     for joint, delta in want.joints.items():
         np.testing.assert_allclose(found.joints[joint], delta, atol=1e-6)
-    assert np.abs(found.joints["jaw"] - pose_from_frame(avatar, frame).joints["jaw"]).max() > 1e-2
+    assert np.abs(found.joints["jaw"] - Driver(avatar).pose(frame).joints["jaw"]).max() > 1e-2
     yaw, pitch, roll = 0.5, 0.3, -0.2
     x, y, z = np.eye(3)
     head = rodrigues(-yaw * y) @ rodrigues(-pitch * x) @ rodrigues(-roll * z)

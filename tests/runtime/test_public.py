@@ -23,6 +23,8 @@ NAMES = {
         "BACKENDS",
         "Camera",
         "Clip",
+        "Driver",
+        "DrivingFrame",
         "EnginePose",
         "Frame",
         "Image",

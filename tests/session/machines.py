@@ -26,8 +26,8 @@ PLAYED = (
     "tests/conformance/test_conformance.py", "tests/runtime/stages", "tests/runtime/backends/test_cpu_animate.py",
     "tests/runtime/backends/test_cpu_draw_stages.py", "tests/runtime/backends/test_cpu_raster.py",
     "tests/runtime/test_engine_pose.py", "tests/runtime/test_handedness.py", "tests/runtime/test_pose.py",
-    "tests/runtime/test_rotation.py", "tests/exporter/asm", "tests/exporter/bodies", "tests/exporter/driving",
-    "tests/exporter/ops", "tests/exporter/readers/test_gaussian_blendshapes.py",
+    "tests/runtime/test_rotation.py", "tests/runtime/driving", "tests/exporter/asm", "tests/exporter/bodies",
+    "tests/exporter/driving", "tests/exporter/ops", "tests/exporter/readers/test_gaussian_blendshapes.py",
     "tests/exporter/readers/test_surface_golden.py", "tests/exporter/readers/test_psavatar.py",
 )  # fmt: skip
 TRAINED = (

@@ -14,11 +14,11 @@ import numpy.typing as npt
 
 from avatar_export.checks.derived import derived_problems
 from avatar_export.checks.reference import reference_problems
-from avatar_export.driving.arkit import canonical
 from avatar_export.ops.bounds import bounds
 from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.bundle import MANIFEST, Open, checked_bytes, handedness, load, opener, read_manifest
 from avatar_runtime.codec.manifest import ENHANCER_FILE
+from avatar_runtime.driving.arkit import canonical
 from avatar_runtime.enhance import make_enhance, missing_libraries
 from avatar_runtime.handedness import mirrored, mirrored_boxes
 from avatar_runtime.io.errors import AvatarError

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from avatar_export.driving.arkit import canonical, first_canonical
 from avatar_export.formats.fbx.file import FPS, FbxClip, FbxFile
 from avatar_runtime.avatar import F32, F64, Avatar, Clip, Rig
+from avatar_runtime.driving.arkit import canonical, first_canonical
 from avatar_runtime.io.errors import AvatarError, no_such
 
 STILL = 1e-6  # of a transform's entries; smaller changes are rounding

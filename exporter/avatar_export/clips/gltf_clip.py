@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avatar_export.driving.arkit import canonical, first_canonical
 from avatar_export.formats.gltf.animation import Clip, read_clip
 from avatar_export.formats.gltf.sampler import Sampler, evaluate
 from avatar_runtime.avatar import F64, Avatar
 from avatar_runtime.codec.glb import Glb
+from avatar_runtime.driving.arkit import canonical, first_canonical
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_quat

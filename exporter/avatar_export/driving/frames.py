@@ -2,33 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from avatar_export.driving.arkit import ARKIT_NAMES, CHANNELS
 from avatar_runtime.avatar import F64
+from avatar_runtime.driving.arkit import CHANNELS
+from avatar_runtime.driving.frame import DrivingFrame, frame_of
 from avatar_runtime.io.errors import AvatarError
-
-Euler = tuple[float, float, float]
 
 # Weights are in 0..1 and angles in -pi..pi; larger values are errors.
 CHANNEL_LIMIT = 100.0
-
-
-@dataclass(frozen=True)
-class DrivingFrame:
-    """One frame: `weights` by ARKit name and three Euler triples (yaw, pitch, roll) in radians.
-
-    The angles are the recorder's channels, unchanged; `axes` says which eye and axis they mean.
-    """
-
-    time: float  # seconds from the start of the take
-    weights: Mapping[str, float]
-    head: Euler = (0.0, 0.0, 0.0)
-    left_eye: Euler = (0.0, 0.0, 0.0)  # channels leftEye*
-    right_eye: Euler = (0.0, 0.0, 0.0)  # channels rightEye*
 
 
 @dataclass(frozen=True)
@@ -52,13 +36,7 @@ class DrivingTake:
 
     def frame(self, row: int) -> DrivingFrame:
         """Frame `row`; raises IndexError outside the take."""
-        values = [float(v) for v in self.channels[row]]
-        shapes = len(ARKIT_NAMES)
-        head, left, right = (
-            (values[at], values[at + 1], values[at + 2]) for at in range(shapes, len(CHANNELS), 3)
-        )
-        weights = dict(zip(ARKIT_NAMES, values[:shapes], strict=True))
-        return DrivingFrame(float(self.time[row]), weights, head, left, right)
+        return frame_of(float(self.time[row]), self.channels[row])
 
 
 def take(

@@ -15,9 +15,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from avatar_export.driving.arkit import CHANNELS, canonical, rotation_channel
 from avatar_export.driving.frames import CHANNEL_LIMIT, DrivingTake, take
 from avatar_runtime.avatar import F64
+from avatar_runtime.driving.arkit import CHANNELS, canonical, rotation_channel
 from avatar_runtime.io.errors import AvatarError, no_such
 
 TIMECODE_BASES = (24, 25, 30, 48, 50, 60, 120, 240)

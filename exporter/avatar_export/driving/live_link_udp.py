@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avatar_export.driving.arkit import CHANNELS
 from avatar_export.driving.frames import DrivingTake, take
 from avatar_runtime.avatar import F64
+from avatar_runtime.driving.arkit import CHANNELS
 from avatar_runtime.io.errors import AvatarError
 
 VERSION = 6

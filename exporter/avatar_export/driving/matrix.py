@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from avatar_export.driving.arkit import ARKIT_NAMES, canonical
 from avatar_export.formats.json_text import json_fault
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.codec.glb import short
+from avatar_runtime.driving.arkit import ARKIT_NAMES, canonical
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.io.whole_files import read_bytes
 

@@ -11,10 +11,10 @@ import numpy as np
 from avatar_export.clips.gltf_files import unmatched
 from avatar_export.clips.sources import clips_from
 from avatar_export.driving import drive, takes
-from avatar_export.driving.arkit import ARKIT_NAMES, canonical
 from avatar_export.images import arkit_pose
 from avatar_export.playing.meshes import read_meshes
 from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.driving.arkit import ARKIT_NAMES, canonical
 from avatar_runtime.io.errors import no_such
 from avatar_runtime.pose import Pose, clip_pose, joint_rotation
 

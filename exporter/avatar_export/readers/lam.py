@@ -14,7 +14,6 @@ import numpy as np
 
 from avatar_export.clips.gltf_files import CLIPS, SKIN
 from avatar_export.clips.sources import clips_from
-from avatar_export.driving.arkit import canonical
 from avatar_export.formats.file_set import FileSet, holds_together
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
@@ -32,6 +31,7 @@ from avatar_runtime.avatar import (
 )
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import glb, ply
+from avatar_runtime.driving.arkit import canonical
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.ownership import owned
 from avatar_runtime.rules import SKIN_ROTATIONS

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from avatar_export.driving.arkit import canonical, first_canonical
 from avatar_runtime.avatar import I64, U32, Driving, Expression, Rig
+from avatar_runtime.driving.arkit import canonical, first_canonical
 
 # Joint names, letters only, without the skeleton's prefix; the first that exists is used. FLAME's head rotates at the
 # neck.

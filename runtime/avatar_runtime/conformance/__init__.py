@@ -3,9 +3,20 @@
 from __future__ import annotations
 
 from avatar_runtime.conformance.arrays import STAGE_ARRAYS
+from avatar_runtime.conformance.driving import conform_driving, conform_driving_outputs, driving_cases
+from avatar_runtime.conformance.driving_files import decode_driving, encode_driving
 from avatar_runtime.conformance.files import decode, encode
 from avatar_runtime.conformance.make import RUNTIME, Maker, make_reference
-from avatar_runtime.conformance.model import Case, CaseVectors, Expected, Reference, Step, View
+from avatar_runtime.conformance.model import (
+    Case,
+    CaseVectors,
+    DrivingCase,
+    DrivingReference,
+    Expected,
+    Reference,
+    Step,
+    View,
+)
 from avatar_runtime.conformance.run import ImageRow, Report, Row, conform, conform_outputs
 
 __all__ = [
@@ -13,6 +24,8 @@ __all__ = [
     "STAGE_ARRAYS",
     "Case",
     "CaseVectors",
+    "DrivingCase",
+    "DrivingReference",
     "Expected",
     "ImageRow",
     "Maker",
@@ -22,8 +35,13 @@ __all__ = [
     "Step",
     "View",
     "conform",
+    "conform_driving",
+    "conform_driving_outputs",
     "conform_outputs",
     "decode",
+    "decode_driving",
+    "driving_cases",
     "encode",
+    "encode_driving",
     "make_reference",
 ]

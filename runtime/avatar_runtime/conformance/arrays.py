@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.camera import Camera
+from avatar_runtime.driving.arkit import CHANNELS
 from avatar_runtime.rules import RIGGED_ROTATIONS
 
 Tensors = Mapping[str, npt.NDArray[Any]]
@@ -197,6 +198,21 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
     ),
 }
 
+# What comes before the stages: ARKit channels to the inputs of stage `joints`. Its vectors are in files of their own.
+DRIVING = "driving"
+DRIVING_ARRAYS = Stage(
+    (_f32("channels", len(CHANNELS)),),
+    (
+        # A sum over 52 inputs; 1 is the size of a weight, whose terms may cancel.
+        Array("expression_weights", "float32", ("K",), 64, floor=1.0),
+        Array("late_weights", "float32", ("L",), 64, floor=1.0),
+        # The same sum, sine and cosine, three products of rotations, and a product and a solve with the rest frame.
+        Array("joint_delta", "float64", ("J", 4, 4), 64, floor=1.0),
+        Array("world_from_avatar", "float64", (4, 4), 32, floor=1.0),
+    ),
+)
+JUDGED: Mapping[str, Stage] = {DRIVING: DRIVING_ARRAYS, **STAGE_ARRAYS}
+
 
 def stages_of(avatar: Avatar) -> tuple[str, ...]:
     """The stages that `avatar` has, in order."""
@@ -237,8 +253,7 @@ def floor_of(array: Array, camera: Camera) -> float:
     return float(max(camera.width, camera.height)) if isinstance(array.floor, str) else array.floor
 
 
-def tolerances(array: Array, want: npt.NDArray[Any], camera: Camera) -> tuple[float, float]:
-    """(atol, rtol) of an output whose reference is `want`."""
-    floor = floor_of(array, camera)
+def tolerances(array: Array, want: npt.NDArray[Any], floor: float) -> tuple[float, float]:
+    """(atol, rtol) of an output whose reference is `want`; `floor` as `floor_of` gives it."""
     size = 1.0 if array.weight else max(floor, float(np.abs(want.astype(np.float64)).max(initial=0.0)))
     return array.roundings * ROUNDING * size, array.relative * ROUNDING

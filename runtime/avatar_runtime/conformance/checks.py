@@ -105,23 +105,29 @@ def _check_shapes(reference: Reference, vectors: CaseVectors, known: dict[str, i
     for step in vectors.steps:
         known.pop("P", None)
         table, field = STAGE_ARRAYS[step.stage], f"{vectors.case.name}/{step.stage}"
-        _check_arrays(reference.tensors, _named(table.inputs, step.inputs, field), known)
+        check_arrays(reference.tensors, named_arrays(table.inputs, step.inputs, field), known)
         outputs = {array: expected.tensor for array, expected in step.outputs.items()}
-        _check_arrays(reference.tensors, _named(table.outputs, outputs, field), known)
+        check_arrays(reference.tensors, named_arrays(table.outputs, outputs, field), known)
         for expected in step.outputs.values():
             if expected.weight is not None:
                 rows = reference.tensors[expected.tensor].shape[:1]
                 weight = reference.tensors[expected.weight]
                 _expect(weight, "float32", rows, expected.weight)
         for array in table.outputs:
-            _check_tolerance(array, step.outputs[array.name], reference.tensors, vectors, field)
+            floor = floor_of(array, vectors.case.camera)
+            check_tolerance(array, step.outputs[array.name], reference.tensors, floor, field)
         _check_ids(reference, vectors, step)
 
 
-def _check_tolerance(
-    array: Array, expected: Expected, tensors: Mapping[str, Tensor], vectors: CaseVectors, field: str
+def check_tolerance(
+    array: Array,
+    expected: Expected,
+    tensors: Mapping[str, Tensor],
+    floor: float,
+    field: str,
+    file: str = CASES,
 ) -> None:
-    """Tolerances are small compared with the array, or with the terms that cancel; whole numbers are exact.
+    """Tolerances are small compared with the array, or with `floor`, the terms that cancel; whole numbers are exact.
 
     If rows have weights, the median counts: a needle's weight may be large.
     """
@@ -130,30 +136,37 @@ def _check_tolerance(
     if expected.weight is not None:
         weight = tensors[expected.weight][want.any(axis=tuple(range(1, want.ndim)))]
         allowed *= float(np.median(weight)) if len(weight) else 0.0
-    size = max(float(np.abs(want).max(initial=0.0)), floor_of(array, vectors.case.camera))
+    size = max(float(np.abs(want).max(initial=0.0)), floor)
     most = 0.0 if array.dtype.startswith("int") else LOOSEST
     if allowed > most * size or expected.rtol > most:
         message = f"{array.name} may be {allowed:.3g} + {expected.rtol:.3g} |x| off values up to {size:.3g}"
-        raise AvatarError(f"{message}: that would judge nothing", file=CASES, field=field)
+        raise AvatarError(f"{message}: that would judge nothing", file=file, field=field)
     if expected.most_flips > 1 + len(want) // ROWS_A_FLIP:
         message = f"{expected.most_flips} of {len(want)} rows of {array.name} may flip"
-        raise AvatarError(f"{message}: that would judge nothing", file=CASES, field=field)
+        raise AvatarError(f"{message}: that would judge nothing", file=file, field=field)
 
 
-def _named(table: tuple[Array, ...], given: Mapping[str, str], field: str) -> list[tuple[Array, str]]:
+def named_arrays(
+    table: tuple[Array, ...], given: Mapping[str, str], field: str, file: str = CASES
+) -> list[tuple[Array, str]]:
+    """(row of the table, tensor) of each of `given`. Raises AvatarError for a stranger, and for one that is missing."""
     arrays = {array.name: array for array in table}
     for name in given:
         if name not in arrays:
-            raise AvatarError(f"{name[:80]!r} is not one of {', '.join(arrays)}", file=CASES, field=field)
+            raise AvatarError(f"{name[:80]!r} is not one of {', '.join(arrays)}", file=file, field=field)
     for array in table:
         if array.when == "always" and array.name not in given:
-            raise AvatarError(f"lacks {array.name}", file=CASES, field=field)
+            raise AvatarError(f"lacks {array.name}", file=file, field=field)
     return [(arrays[name], tensor) for name, tensor in given.items()]
 
 
-def _check_arrays(
-    tensors: Mapping[str, Tensor], named: Iterable[tuple[Array, str]], known: dict[str, int]
+def check_arrays(
+    tensors: Mapping[str, Tensor],
+    named: Iterable[tuple[Array, str]],
+    known: dict[str, int],
+    file: str = VECTORS,
 ) -> None:
+    """Raise AvatarError for a type or shape that is not the table's; symbols that `known` lacks are learned."""
     for array, name in named:
         a = tensors[name]
         if a.ndim == len(array.shape):
@@ -161,15 +174,15 @@ def _check_arrays(
                 if isinstance(symbol, str):
                     known.setdefault(symbol, length)
         shape = tuple(known.get(s, -1) if isinstance(s, str) else s for s in array.shape)
-        _expect(a, array.dtype, shape, name)
+        _expect(a, array.dtype, shape, name, file)
 
 
-def _expect(a: Tensor, dtype: str, shape: tuple[int, ...], name: str) -> None:
+def _expect(a: Tensor, dtype: str, shape: tuple[int, ...], name: str, file: str = VECTORS) -> None:
     if a.dtype != np.dtype(dtype) or a.shape != shape:
         found = f"{a.dtype.name}{list(a.shape)}"
-        raise AvatarError(f"is {found}, expected {dtype}{list(shape)}", file=VECTORS, field=name)
+        raise AvatarError(f"is {found}, expected {dtype}{list(shape)}", file=file, field=name)
     if not np.isfinite(a).all():
-        raise AvatarError("holds a number that is not finite", file=VECTORS, field=name)
+        raise AvatarError("holds a number that is not finite", file=file, field=name)
 
 
 def _check_ids(reference: Reference, vectors: CaseVectors, step: Step) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,14 +12,14 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.codec import safetensors
 from avatar_runtime.conformance import png
 from avatar_runtime.conformance.checks import CASES, VECTORS, check_reference
-from avatar_runtime.conformance.model import (
-    Case,
-    CaseVectors,
-    Expected,
-    Reference,
-    Step,
-    Tensor,
-    View,
+from avatar_runtime.conformance.model import Case, CaseVectors, Reference, Tensor, View
+from avatar_runtime.conformance.steps import (
+    decode_step,
+    json_text,
+    step_entry,
+    step_tensors,
+    tensor_entry,
+    tensor_finder,
 )
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose
@@ -43,12 +41,12 @@ def encode(reference: Reference) -> dict[str, bytes]:
         "made_by": reference.made_by,
         "avatar": reference.avatar,
         "files": dict(reference.files),
-        "rows": _tensor(ROWS, tensors),
-        "vertices": _tensor(VERTICES, tensors),
+        "rows": tensor_entry(ROWS, tensors),
+        "vertices": tensor_entry(VERTICES, tensors),
         "cases": [_case(vectors, tensors) for vectors in reference.cases],
     }
     files = {
-        CASES: _text(document).encode(),
+        CASES: json_text(document).encode(),
         VECTORS: b"".join(safetensors.encode(tensors)),
     }
     for vectors in reference.cases:
@@ -70,20 +68,11 @@ def decode(read: Open) -> Reference:
         raise AvatarError(errors[0].message, file=CASES, field=errors[0].path)
     held = safetensors.decode(read(VECTORS, VECTORS_LIMIT), VECTORS)
 
-    def tensor(said: Mapping[str, Any]) -> str:
-        name = str(said["tensor"])
-        if name not in held:
-            raise AvatarError("is missing", file=VECTORS, field=name)
-        a, dtype, shape = held[name], said["dtype"], tuple(map(int, said["shape"]))
-        if a.dtype.name != dtype or a.shape != shape:
-            want, found = f"{dtype}{list(shape)}", f"{a.dtype.name}{list(a.shape)}"
-            raise AvatarError(f"is {found}, {CASES} says {want}", file=VECTORS, field=name)
-        return name
-
+    tensor = tensor_finder(held, CASES, VECTORS)
     cases = []
     for said in document["cases"]:
         case = _decode_case(said)
-        steps = tuple(_decode_step(stage, tensor) for stage in said["stages"])
+        steps = tuple(decode_step(stage, tensor) for stage in said["stages"])
         images = {entry["profile"]: _decode_view(entry, case.camera, read) for entry in said["pictures"]}
         cases.append(CaseVectors(case, steps, images, said.get("engine_psnr_db")))
     reference = Reference(
@@ -100,24 +89,8 @@ def decode(read: Open) -> Reference:
     return reference
 
 
-def step_tensors(step: Step) -> list[str]:
-    """The tensors of a step."""
-    of_outputs = [t for e in step.outputs.values() for t in (e.tensor, e.weight) if t is not None]
-    return [*step.inputs.values(), *of_outputs, *([] if step.pixels is None else [step.pixels])]
-
-
-def _text(document: dict[str, Any]) -> str:
-    """JSON that people can read: indented, with a list of numbers on one line."""
-    text = json.dumps(document, indent=1, ensure_ascii=False)
-    return re.sub(r"\[\n[^\[\]{}]*\]", lambda found: " ".join(found[0].split()), text) + "\n"
-
-
 def _image_names(case: str, profile: str) -> tuple[str, str]:
     return f"{case}.{profile}.png", f"{case}.{profile}.alpha.png"
-
-
-def _tensor(name: str, tensors: Mapping[str, Tensor]) -> dict[str, Any]:
-    return {"tensor": name, "dtype": tensors[name].dtype.name, "shape": list(tensors[name].shape)}
 
 
 def _case(vectors: CaseVectors, tensors: Mapping[str, Tensor]) -> dict[str, Any]:
@@ -142,32 +115,12 @@ def _case(vectors: CaseVectors, tensors: Mapping[str, Tensor]) -> dict[str, Any]
             "height": camera.height,
         },
         "background": list(case.background),
-        "stages": [_step(step, tensors) for step in vectors.steps],
+        "stages": [step_entry(step, tensors) for step in vectors.steps],
         "pictures": [
             {"profile": p, "colour": colour, "alpha": alpha} for p, (colour, alpha) in named.items()
         ],
     }
     return said | ({"engine_psnr_db": vectors.engine_psnr_db} if vectors.images else {})
-
-
-def _step(step: Step, tensors: Mapping[str, Tensor]) -> dict[str, Any]:
-    said: dict[str, Any] = {"stage": step.stage}
-    if step.profile is not None:
-        said["profile"] = step.profile
-    said["inputs"] = {array: _tensor(name, tensors) for array, name in step.inputs.items()}
-    said["outputs"] = {array: _output(expected, tensors) for array, expected in step.outputs.items()}
-    if step.pixels is not None:
-        said["pixels"] = _tensor(step.pixels, tensors)
-    return said
-
-
-def _output(expected: Expected, tensors: Mapping[str, Tensor]) -> dict[str, Any]:
-    said = _tensor(expected.tensor, tensors) | {"atol": expected.atol, "rtol": expected.rtol}
-    if expected.weight is not None:
-        said["weight"] = _tensor(expected.weight, tensors)
-    if expected.flips is not None:
-        said |= {"flips": expected.flips, "most_flips": expected.most_flips}
-    return said
 
 
 def _floats(values: Any) -> list[float]:
@@ -200,26 +153,6 @@ def _decode_case(said: Mapping[str, Any]) -> Case:
             (red, green, blue),
             bool(said["pictures"]),
         )
-
-
-def _decode_step(said: Mapping[str, Any], tensor: Any) -> Step:
-    return Step(
-        said["stage"],
-        said.get("profile"),
-        {array: tensor(entry) for array, entry in said["inputs"].items()},
-        {
-            array: Expected(
-                tensor(entry),
-                float(entry["atol"]),
-                float(entry["rtol"]),
-                tensor(entry["weight"]) if "weight" in entry else None,
-                entry.get("flips"),
-                int(entry.get("most_flips", 0)),
-            )
-            for array, entry in said["outputs"].items()
-        },
-        tensor(said["pixels"]) if "pixels" in said else None,
-    )
 
 
 def _decode_view(said: Mapping[str, Any], camera: Camera, read: Open) -> View:

@@ -86,3 +86,24 @@ class Reference:
     tensors: Mapping[str, Tensor]
     cases: tuple[CaseVectors, ...]
     files: Mapping[str, str] = field(default_factory=dict)  # normative file of the bundle -> its sha256 then
+
+
+@dataclass(frozen=True)
+class DrivingCase:
+    """One captured frame, or one pose, and what a player makes of it before stage `morph`."""
+
+    name: str  # a-z, 0-9 and _
+    why: str  # what it catches
+    within_range: bool  # whether weights are limited to their ranges
+    steps: tuple[Step, ...]  # `driving`, stage `joints`, or both
+
+
+@dataclass(frozen=True)
+class DrivingReference:
+    """Cases of `driving` and of stage `joints` for one avatar, whose arrays are in the frame of `handedness`."""
+
+    generator: str
+    avatar: str  # its name
+    handedness: str  # one of handedness.HANDEDNESS
+    tensors: Mapping[str, Tensor]
+    cases: tuple[DrivingCase, ...]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import Backend, default_backend
-from avatar_runtime.conformance.arrays import STAGE_ARRAYS
+from avatar_runtime.conformance.arrays import JUDGED, STAGE_ARRAYS
 from avatar_runtime.conformance.checks import CASES, check_fits, check_rows
 from avatar_runtime.conformance.images import compare, view
 from avatar_runtime.conformance.judge import Verdict, judge
@@ -80,7 +80,7 @@ class Report:
         """The earliest stage that fails in any case; "image" where all stages pass and an image does not."""
         failed = {row.stage for row in self.rows if not row.passed}
         if failed:
-            return next(stage for stage in STAGE_ARRAYS if stage in failed)
+            return next(stage for stage in JUDGED if stage in failed)
         return None if self.passed else "image"
 
 
@@ -121,12 +121,7 @@ def conform_outputs(avatar: Avatar, reference: Reference, tensors: Mapping[str, 
     not an output, and if there are no outputs at all.
     """
     _checked(avatar, reference)
-    known = {e.tensor for c in reference.cases for step in c.steps for e in step.outputs.values()}
-    for name in tensors:
-        if name not in known:
-            raise no_such("output of this reference", name, sorted(known))
-    if not tensors:
-        raise AvatarError("holds no output of any stage")
+    check_given((step for c in reference.cases for step in c.steps), tensors)
     rows: list[Row] = []
     skipped: list[str] = []
     for vectors in reference.cases:
@@ -138,6 +133,16 @@ def conform_outputs(avatar: Avatar, reference: Reference, tensors: Mapping[str, 
             else:
                 skipped.append(_in_words(vectors, step))
     return Report(None, tuple(rows), (), tuple(skipped))
+
+
+def check_given(steps: Iterable[Step], tensors: Mapping[str, Tensor]) -> None:
+    """Raise AvatarError for a name that is no output of `steps`, and if there are no outputs at all."""
+    known = {expected.tensor for step in steps for expected in step.outputs.values()}
+    for name in tensors:
+        if name not in known:
+            raise no_such("output of this reference", name, sorted(known))
+    if not tensors:
+        raise AvatarError("holds no output of any stage")
 
 
 def _checked(avatar: Avatar, reference: Reference) -> Avatar:

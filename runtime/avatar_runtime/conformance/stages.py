@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from avatar_runtime.avatar import Avatar
+from avatar_runtime.avatar import F32, Avatar, Rig
 from avatar_runtime.backends import Arrays, Stages
 from avatar_runtime.camera import Camera
 from avatar_runtime.conformance.model import Tensor
 from avatar_runtime.pose import PoseArrays
+from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.groups import group_transforms
 from avatar_runtime.stages.joints import joints
 
@@ -26,7 +27,7 @@ def run_stage(
 ) -> Mapping[str, Tensor]:
     """The outputs that `STAGE_ARRAYS` names; those of raster for every pixel."""
     if stage == "joints":
-        return _joints(avatar, inputs)
+        return joints_alone(avatar, inputs)
     with np.errstate(over="ignore", invalid="ignore"):
         return backend.stage(stage, inputs, camera, profile or "trainer")
 
@@ -36,7 +37,13 @@ def at_pixels(outputs: Mapping[str, Tensor], pixels: Tensor) -> dict[str, Tensor
     return {name: a.reshape(-1, *a.shape[2:])[pixels] for name, a in outputs.items()}
 
 
-def _joints(avatar: Avatar, x: Arrays) -> dict[str, Any]:
+def posed_anchors(rig: Rig, pose: PoseArrays) -> F32:
+    """The posed anchor vertices [A, 3], repeats kept: an input of stage `joints`."""
+    return posed_mesh(rig, pose, joints(rig, pose))[rig.anchor_vertices]
+
+
+def joints_alone(avatar: Avatar, x: Arrays) -> dict[str, Any]:
+    """The outputs of stage `joints` for its inputs; the avatar has a rig."""
     assert avatar.rig is not None
     none = np.zeros(0, np.float32)
     state = joints(avatar.rig, PoseArrays(x["expression_weights"], none, x["joint_delta"], np.eye(4)))

@@ -18,7 +18,7 @@ from avatar_export.formats.gltf.animation import clip_names
 from avatar_runtime.avatar import Expression
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import resolve
-from tests.exporter.driving.recordings import avatar_of, rig_of
+from tests.avatars import avatar_of, rig_of
 from tests.session.fuzz import examples
 
 QUARTER = [0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]  # 90 degrees about Z, xyzw

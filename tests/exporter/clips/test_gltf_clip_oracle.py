@@ -14,7 +14,7 @@ from avatar_export.clips.gltf_files import gltf_of
 from avatar_export.formats.gltf.animation import clip_names
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.pose import Pose
-from tests.exporter.driving.recordings import avatar_of, rig_of
+from tests.avatars import avatar_of, rig_of
 from tests.shared_data import shared
 
 QUARTER = [0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]  # 90 degrees about Z, xyzw

@@ -23,10 +23,11 @@ from avatar_runtime.avatar import Avatar, Rig
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose, joint_rotation, resolve
-from tests.exporter.driving.recordings import CSV, UDP, avatar_of, recording, rig_of
+from tests.avatars import avatar_of, rig_of
 from tests.exporter.readers import lam_files
 from tests.exporter.readers.lam_files import edited
 from tests.exporter.rigs import rig_files
+from tests.runtime.driving.recordings import CSV, UDP, recording
 from tests.shared_data import shared
 
 

@@ -13,13 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from avatar_export.driving import live_link_udp
-from avatar_export.driving.arkit import CHANNELS
 from avatar_export.driving.frames import DrivingTake, frame_rate
 from avatar_export.driving.live_link_csv import read_live_link_csv
 from avatar_export.driving.live_link_udp import parse_packet, read_live_link_udp
 from avatar_export.driving.takes import read_take
+from avatar_runtime.driving.arkit import CHANNELS
 from avatar_runtime.io.errors import AvatarError
-from tests.exporter.driving.recordings import CSV, UDP, recording
+from tests.runtime.driving.recordings import CSV, UDP, recording
 from tests.session.fuzz import examples
 
 HEADER = "Timecode,BlendShapeCount,JawOpen,EyeBlinkLeft,HeadYaw\n"

@@ -18,8 +18,8 @@ from avatar_export.driving.takes import read_take
 from avatar_export.readers.lam import read_lam
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.player import Player
-from tests.exporter.driving.recordings import CSV, recording
 from tests.measured import Measure
+from tests.runtime.driving.recordings import CSV, recording
 from tests.shared_data import shared
 
 MOVED, STILL = 0.8, 0.1  # of the largest delta of a morph

@@ -18,12 +18,12 @@ from hypothesis import strategies as st
 from avatar_export.clips import fbx_clip
 from avatar_export.clips.poses import clip_poses, rig_avatar
 from avatar_export.clips.sources import clips_from
-from avatar_export.driving.arkit import ARKIT_NAMES, canonical
 from avatar_export.formats.fbx import file as fbx_file
 from avatar_export.formats.fbx.file import open_fbx
 from avatar_export.rigs.fbx_rig import FbxRig, fbx_rig
 from avatar_export.rigs.rig_driving import expressions_named, rig_driving
 from avatar_runtime.avatar import Expression
+from avatar_runtime.driving.arkit import ARKIT_NAMES, canonical
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose

@@ -15,7 +15,6 @@ import numpy as np
 
 from avatar_export.bodies.body_model import BodyModel
 from avatar_export.bodies.inputs import Inputs, find_inputs
-from avatar_export.driving.arkit import canonical
 from avatar_export.formats.point_cloud import first_file
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
@@ -40,6 +39,7 @@ from avatar_runtime.avatar import (
     Rig,
     Rules,
 )
+from avatar_runtime.driving.arkit import canonical
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
 from avatar_runtime.rules import ANCHOR_RULES

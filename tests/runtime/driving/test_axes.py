@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avatar_export.driving import axes
-from avatar_export.driving.frames import DrivingFrame
 from avatar_export.driving.takes import read_take
-from tests.exporter.driving import axes_evidence as evidence
-from tests.exporter.driving.recordings import CSV, UDP, recording
+from avatar_runtime.driving import axes
+from avatar_runtime.driving.frame import DrivingFrame
+from tests.runtime.driving import axes_evidence as evidence
+from tests.runtime.driving.recordings import CSV, UDP, recording
 
 FORWARD = np.array([0.0, 0.0, 1.0])
 UP = np.array([0.0, 1.0, 0.0])

@@ -1,6 +1,6 @@
 """What the two recordings say about Live Link Face's rotation channels; driving/axes.py quotes these numbers.
 
-    python -m tests.exporter.driving.axes_evidence
+    python -m tests.runtime.driving.axes_evidence
 
 Works on raw channels with its own formulas; nothing of axes.py is used.
 """
@@ -11,9 +11,9 @@ import itertools
 
 import numpy as np
 
-from avatar_export.driving.arkit import CHANNELS
 from avatar_export.driving.takes import read_take
-from tests.exporter.driving.recordings import CSV, UDP, recording
+from avatar_runtime.driving.arkit import CHANNELS
+from tests.runtime.driving.recordings import CSV, UDP, recording
 
 HALF_PUPIL_DISTANCE = 0.0315  # metres
 

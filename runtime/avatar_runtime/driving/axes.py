@@ -1,7 +1,7 @@
 """The nine rotation channels of Live Link Face as rotations in mesh axes.
 
 Mesh axes: right-handed, +X the subject's left, +Y up, face +Z. The app documents neither axes nor signs;
-they were found from two recordings (`python -m tests.exporter.driving.axes_evidence` prints the numbers):
+they were found from two recordings (`python -m tests.runtime.driving.axes_evidence` prints the numbers):
 
 - Radians. An eye channel is 0.609 rad (35 degrees) times the difference of its eyeLook weights.
 - Sides. rightEyeYaw = 0.6093 (eyeLookInLeft - eyeLookOutLeft) with offset 0.0000 and residual 0.00024 rad;
@@ -27,8 +27,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from avatar_export.driving.frames import DrivingFrame, Euler
 from avatar_runtime.avatar import F64
+from avatar_runtime.driving.frame import DrivingFrame, Euler
 from avatar_runtime.rotation import matrix_from_rotvec
 
 # Signs of (yaw, pitch, roll) as right-handed rotations about mesh +Y, +X, +Z.

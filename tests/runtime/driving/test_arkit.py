@@ -4,8 +4,8 @@ import csv
 
 import pytest
 
-from avatar_export.driving.arkit import ARKIT_NAMES, CHANNELS, ROTATION_CHANNELS, canonical, rotation_channel
-from tests.exporter.driving.recordings import CSV, recording
+from avatar_runtime.driving.arkit import ARKIT_NAMES, CHANNELS, ROTATION_CHANNELS, canonical, rotation_channel
+from tests.runtime.driving.recordings import CSV, recording
 from tests.shared_data import shared
 
 
