@@ -17,12 +17,15 @@ from avatar_runtime.driving.driver import Driver
 from avatar_runtime.driving.frame import DrivingFrame
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, clip_pose
+from avatar_runtime.stages.activate import Splats
+from avatar_runtime.subset import subset
 
 Pixels = npt.NDArray[np.uint8]
 Box = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
 FOV_Y = np.radians(20.0)
 MARGIN = 1.08
 FARTHEST = 1e12  # metres; positions beyond do not enlarge the view
+FRAMED = 2048  # Gaussians of a pose that set a camera
 SHEET_SIZE = 288
 SHEET_COLUMNS = 5
 # The most recognisable shapes of a face, shown on a contact sheet if the avatar has them.
@@ -58,6 +61,20 @@ def robust_box(mean: npt.NDArray[np.floating[Any]]) -> Box:
     """The box (low, high) of positions [N, 3] without the outermost thousandth, which ignores stray Gaussians."""
     mean = np.clip(np.nan_to_num(mean.astype(np.float64)), -FARTHEST, FARTHEST)
     return np.percentile(mean, 0.1, axis=0), np.percentile(mean, 99.9, axis=0)
+
+
+def seen(avatar: Avatar, *poses: Pose) -> Box:
+    """The box of an evenly spaced selection of Gaussians in all `poses` together, which sets a camera."""
+    count = avatar.gaussians.count
+    rows = np.unique(np.linspace(0, count - 1, min(count, FRAMED)).astype(np.int64))
+    return robust_box(np.concatenate([splats.mean for splats in animated_rows(avatar, rows, *poses)]))
+
+
+def animated_rows(avatar: Avatar, rows: npt.NDArray[np.int64], *poses: Pose) -> list[Splats]:
+    """The Gaussians `rows` in each of `poses`, by backend `reference`."""
+    vertices = np.arange(0) if avatar.rig is None else avatar.rig.anchor_vertices
+    player = Player(subset(avatar, rows, vertices).avatar, "reference")
+    return [player.animate(pose) for pose in poses]
 
 
 def contact_sheet(avatar: Avatar, size: int = SHEET_SIZE) -> Pixels:

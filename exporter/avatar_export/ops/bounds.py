@@ -157,9 +157,9 @@ def _turned(avatar: Avatar, rig: Rig, group: Group, centre: F64, half: F64) -> F
     pivots = rest_transforms(rig)[:, :3, 3]
     wander = np.einsum("k,kjx->jx", np.abs(ranges(avatar)).max(axis=1), np.abs(rig.joint_basis))
     for joint in _moving_joints(avatar, rig):
-        share = _share(avatar, rig, group, below(rig, joint))
+        part = share(avatar, rig, group, below(rig, joint))
         arm = np.linalg.norm(centre - pivots[joint], axis=1) + half + np.linalg.norm(wander[joint])
-        most = np.maximum(most, share * CHORD * arm)
+        most = np.maximum(most, part * CHORD * arm)
     if group.binding == "anchor":
         most += _anchor_slack(avatar, rig, centre)
     most += corrected
@@ -192,8 +192,8 @@ def _moving_joints(avatar: Avatar, rig: Rig) -> list[int]:
     return sorted(used)
 
 
-def _share(avatar: Avatar, rig: Rig, group: Group, mask: F32) -> F64:
-    """[count] or [1]: the fraction of each Gaussian's weight on joints of the [J] mask."""
+def share(avatar: Avatar, rig: Rig, group: Group, mask: F32) -> F64:
+    """[count] or [1]: the fraction of each Gaussian's weight on joints of the [J] mask; not for binding `none`."""
     if group.binding == "skin":
         weights = gather(rows_of(avatar.skin, group.first, group.count), mask[:, None])
         return weights[:, 0].astype(np.float64)

@@ -5,25 +5,23 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from avatar_export.images import FARTHEST, Box, frame_camera, robust_box
+from avatar_export.images import FARTHEST, animated_rows, frame_camera, seen
 from avatar_runtime.avatar import Avatar, RasterSettings
 from avatar_runtime.camera import Camera
 from avatar_runtime.conformance import Case
 from avatar_runtime.conformance.make import ROWS
 from avatar_runtime.conformance.rows import thinned
-from avatar_runtime.player import ABSURD, Player
+from avatar_runtime.player import ABSURD
 from avatar_runtime.pose import Pose, clip_pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.project import project
-from avatar_runtime.subset import subset
 from avatar_schema import constants
 
 SIZE = 256  # pixels, of an image
 CLOSE_SIZE = (
     2 * int(constants()["tile"]) + 1
 )  # its last tiles reach far beyond it, so that splats beside the image are drawn
-FRAMED = 2048  # Gaussians that set the camera
 GOLDEN = (np.sqrt(5) - 1) / 2  # its multiples modulo 1 are all different and evenly spaced
 LARGEST_WEIGHT = 3.0  # ranges of expressions are clamped to +- this
 MOST_TURN = np.radians(9.0)  # of a joint
@@ -82,13 +80,6 @@ def every_input(avatar: Avatar) -> Pose:
     )
 
 
-def seen(avatar: Avatar, pose: Pose) -> Box:
-    """The box of an evenly spaced selection of Gaussians in `pose`, which sets the camera."""
-    count = avatar.gaussians.count
-    rows = np.unique(np.linspace(0, count - 1, min(count, FRAMED)).astype(np.int64))
-    return robust_box(_animated(avatar, rows, pose).mean)
-
-
 @ABSURD
 def close_camera(avatar: Avatar, pose: Pose) -> Camera:
     """A camera among the Gaussians that a reference keeps, to test the thresholds of stage project.
@@ -96,7 +87,7 @@ def close_camera(avatar: Avatar, pose: Pose) -> Camera:
     It looks along the longest axis. Its position and field of view are chosen so that none of these cases is rare:
     behind the camera, before the near plane, drawn, drawn beyond the Jacobian's clamp, on no tile.
     """
-    splats = _animated(avatar, thinned(avatar, ROWS).rows, pose)
+    splats = animated_rows(avatar, thinned(avatar, ROWS).rows, pose)[0]
     mean = np.clip(np.nan_to_num(splats.mean.astype(np.float64)), -FARTHEST, FARTHEST)
     middle = np.median(mean, axis=0)
     along = np.linalg.svd(mean - middle, full_matrices=False)[2][0]
@@ -132,12 +123,6 @@ def _across(splats: Splats, camera: Camera, settings: RasterSettings) -> float:
 def _evenly(*counts: int) -> float:
     """A score that is largest for even counts; a count of 0 is worst."""
     return float(np.sum(np.log1p(counts)))
-
-
-def _animated(avatar: Avatar, rows: npt.NDArray[np.int64], pose: Pose) -> Splats:
-    """A selection of Gaussians in `pose`."""
-    vertices = np.arange(0) if avatar.rig is None else avatar.rig.anchor_vertices
-    return Player(subset(avatar, rows, vertices).avatar, "reference").animate(pose)
 
 
 def _spread(count: int, offset: int = 0) -> npt.NDArray[np.float64]:

@@ -17,10 +17,11 @@ from PIL import Image
 from safetensors.numpy import load as load_tensors
 
 from avatar_export.checks.bundle import validate
+from avatar_export.images import seen
 from avatar_export.readers.table import read
 from avatar_export.writers.bundle import write_bundle
 from avatar_export.writers.reference import REFERENCE_FILES
-from avatar_export.writers.reference_cases import every_input, reference_cases, seen
+from avatar_export.writers.reference_cases import every_input, reference_cases
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.conformance import Case, Reference, conform, decode, make_reference

@@ -1,0 +1,1 @@
+"""One avatar measured against another, and what a player needs to show an avatar before it plays it."""
