@@ -16,8 +16,8 @@ ORDER = {
     ),
     "avatar_export": (
         "options", "provenance", "sparse", "version", "formats", "driving", "bodies", "asm", "ops", "images",
-        "measure", "clips", "rigs", "readers", "writers", "checks", "playing", "conversion", "summary", "commands",
-        "cli", "__main__",
+        "measure", "levels", "clips", "rigs", "readers", "writers", "checks", "playing", "conversion", "summary",
+        "commands", "cli", "__main__",
     ),
     "avatar_trainer": (
         "settings", "tensors", "captures", "enhancer", "parameters", "stages", "kernels", "raster", "losses", "asm",

@@ -1,0 +1,97 @@
+"""A coarser level of an avatar: fewer Gaussians that look like it wherever it is played."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avatar_export.images import robust_box
+from avatar_export.levels.clusters import Features, clusters
+from avatar_export.levels.compositing import contribution
+from avatar_export.levels.fit import fitted
+from avatar_export.levels.merge import merged, merging
+from avatar_export.levels.mixing import unit
+from avatar_export.levels.views import SIZE, expressions_alone, fitting_poses, flattened, views
+from avatar_runtime.avatar import F64, I64, Avatar
+from avatar_runtime.player import Player
+from avatar_runtime.rotation import matrix_from_quat
+from avatar_schema import constants
+
+RANKING_VIEWS = 16
+RANKING_STRIDE = 2  # pixels
+UNSEEN = 0.02  # pixels of contribution over all ranking views, below which a Gaussian is dropped
+FEATURE_POSES = 8
+GRAIN_PIXELS = 0.5  # standard deviation at SIZE pixels below which shapes look alike
+
+STEPS = 72  # of the fit
+LARGE = (
+    0.03  # of the avatar's size: a Gaussian that becomes larger in a pose stays alone, it is seen everywhere
+)
+MOST_ALONE = 50  # one in so many Gaussians at most
+TINY = 1e-12
+
+
+def coarser(avatar: Avatar, keep: float, steps: int = STEPS) -> Avatar:
+    """`avatar` with about `keep` times its Gaussians, 0 < keep <= 1; everything else plays as before.
+
+    Gaussians that contribute nothing are dropped, neighbours alike are merged, and colours, opacities, scales and
+    rotations are fitted to images of `avatar` in `steps` steps. Rig, expressions, driving, clips, rules and the names
+    and order of groups stay; no group becomes empty. The same avatar gives the same bytes on the same machine. Raises
+    ValueError for another `keep`.
+    """
+    if not 0 < keep <= 1:
+        raise ValueError(f"keep is {keep}; must be above 0 and at most 1")
+    count = max(len(avatar.groups), round(keep * avatar.gaussians.count))
+    if count >= avatar.gaussians.count:
+        return avatar
+    mass = measured_contribution(avatar)
+    kept = _kept(avatar, mass, count)
+    weight = np.maximum(mass[kept], UNSEEN)
+    size = float(np.ptp(np.stack(robust_box(avatar.gaussians.mean)), axis=0).max())
+    label = clusters(_features(avatar, kept, weight, size), count, GRAIN_PIXELS * size / SIZE)
+    level = merged(avatar, merging(label, kept, weight, avatar.gaussians.count))
+    return fitted(avatar, level, steps)
+
+
+def measured_contribution(avatar: Avatar) -> F64:
+    """[N] pixels that each Gaussian contributes over the ranking views: transmittance times alpha, summed."""
+    total = np.zeros(avatar.gaussians.count)
+    player = Player(avatar)
+    for view in views(avatar, RANKING_VIEWS):
+        flat = flattened(avatar, player.animate(view.pose), view.camera, RANKING_STRIDE)
+        total[flat.row] += contribution(flat, SIZE // RANKING_STRIDE, SIZE // RANKING_STRIDE)
+    return total * RANKING_STRIDE**2
+
+
+def _kept(avatar: Avatar, mass: F64, count: int) -> I64:
+    """Ids that are seen, the most seen of each group, and as many more as `count` asks for."""
+    seen = mass > UNSEEN
+    for group in avatar.groups:
+        seen[group.first + int(np.argmax(mass[group.first : group.first + group.count]))] = True
+    if np.count_nonzero(seen) < count:
+        seen[np.argsort(-mass, kind="stable")[:count]] = True
+    return np.flatnonzero(seen)
+
+
+def _features(avatar: Avatar, kept: I64, mass: F64, size: float) -> Features:
+    """What `clusters` compares, of the Gaussians `kept` with the contribution `mass` in an avatar of this `size`."""
+    g, player = avatar.gaussians, Player(avatar)
+    axes = matrix_from_quat(unit(g.quat_wxyz[kept]))
+    variance = np.exp(2 * g.log_scale[kept].astype(np.float64))
+    poses = fitting_poses(avatar)
+    posed = [player.animate(pose) for pose in poses[:: max(1, len(poses) // FEATURE_POSES)]]
+    scales = [s.scale[kept] for s in (*posed, *map(player.animate, expressions_alone(avatar)))]
+    before = g.log_scale[kept].mean(axis=1)
+    group = np.repeat(np.arange(len(avatar.groups)), [group.count for group in avatar.groups])[kept]
+    largest = np.max([scale.max(axis=1) for scale in scales], axis=0)
+    alone = np.flatnonzero(largest > LARGE * size)
+    alone = alone[np.argsort(-largest[alone], kind="stable")][: len(kept) // MOST_ALONE]
+    group[alone] = len(avatar.groups) + np.arange(len(alone))
+    return Features(
+        mass,
+        g.mean[kept].astype(np.float64),
+        np.einsum("nij,nj,nkj->nik", axes, variance, axes),
+        np.clip(constants()["sh_c0"][0] * g.sh[kept, 0].astype(np.float64) + 0.5, 0, 1),
+        np.stack([splats.mean[kept] for splats in posed]),
+        np.stack([np.log(np.maximum(scale, TINY)).mean(axis=1) - before for scale in scales]),
+        group,
+    )

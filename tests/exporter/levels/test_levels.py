@@ -1,0 +1,131 @@
+"""Coarser levels: sound, repeatable, alike; merging and embedding keep what they promise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avatar_export.levels import coarser, height_px
+from avatar_export.levels.compositing import Flat, contribution, squared_error
+from avatar_export.levels.embed import embedded
+from avatar_export.levels.height import psnr_db
+from avatar_export.levels.merge import merged, merging
+from avatar_export.levels.mixing import unit
+from avatar_export.levels.views import flattened, judging_views
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.bundle import load
+from avatar_runtime.checks.avatar import check_avatar
+from avatar_runtime.player import Player
+from avatar_runtime.subset import subset
+from tests.avatars import assert_same
+
+TRAINED = Path(__file__).parents[3] / "samples" / "trained"
+
+
+@cache
+def trained(name: str) -> Avatar:
+    return load(TRAINED / name)
+
+
+@cache
+def body_level() -> Avatar:
+    return coarser(trained("body_splatting"), 0.5, steps=4)
+
+
+def test_a_level_is_a_sound_avatar_that_looks_like_its_source() -> None:
+    source, level = trained("body_splatting"), check_avatar(body_level())
+    assert level.gaussians.count == 6000
+    assert level.clips == source.clips and level.rig is source.rig and level.rules == source.rules
+    found = psnr_db(source, level, judging_views(source, 128)[::6])
+    assert np.mean(found) > 29 and min(found) > 26, found
+
+
+def test_a_group_keeps_its_name_and_place_and_is_never_empty() -> None:
+    whole = trained("head_blendshapes")
+    source = _rows(whole, np.arange(0, whole.gaussians.count, 20))
+    level = check_avatar(coarser(source, 0.05, steps=1))
+    assert [group.name for group in level.groups] == [group.name for group in source.groups]
+    assert all(group.count > 0 for group in level.groups)
+    assert level.gaussians.count == 26
+
+
+def test_the_same_avatar_gives_the_same_level() -> None:
+    rows = np.arange(0, 600)
+    small = _rows(trained("body_splatting"), rows)
+    assert_same(coarser(small, 0.5, steps=2), coarser(small, 0.5, steps=2))
+    assert coarser(small, 1.0) is small
+
+
+@pytest.mark.parametrize("keep", [0.0, -1.0, 1.5, float("nan")])
+def test_an_impossible_share_is_refused(keep: float) -> None:
+    with pytest.raises(ValueError, match="keep"):
+        coarser(trained("body_splatting"), keep)
+
+
+@pytest.mark.parametrize("name", ["head_blendshapes", "head_points"])
+def test_merging_each_gaussian_with_itself_changes_no_picture(name: str) -> None:
+    source = trained(name)
+    count = source.gaussians.count
+    same = merged(source, merging(np.arange(count), np.arange(count), np.ones(count), count))
+    assert min(psnr_db(source, same, judging_views(source, 128)[::8])) > 55
+
+
+def test_embedding_again_gives_the_wanted_means_on_the_same_triangles() -> None:
+    source = trained("head_points")
+    g, embedding = source.gaussians, source.embedding
+    assert embedding is not None
+    again = embedded(
+        embedding, source.rules, source.training_per_bundle, g.mean.astype(np.float64), unit(g.quat_wxyz)
+    )
+    assert np.array_equal(again.triangle, embedding.triangle)
+    np.testing.assert_allclose(again.displacement, embedding.displacement, atol=1e-6)
+
+
+def test_contributions_are_what_the_image_covers() -> None:
+    source = trained("body_splatting")
+    view = judging_views(source, 128)[1]
+    player = Player(source)
+    flat = flattened(source, player.animate(view.pose), view.camera)
+    left = player.frame(view.pose, view.camera, (0.0, 0.0, 0.0)).image.transmittance
+    assert contribution(flat, 128, 128).sum() == pytest.approx((1 - left).sum(), rel=1e-3)
+
+
+def test_the_gradient_is_that_of_the_squared_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("avatar_export.levels.compositing.LARGEST_ERROR", 10.0)
+    rng = np.random.default_rng(2)
+    flat = Flat(
+        np.arange(5),
+        rng.uniform(4, 12, (5, 2)).astype(np.float32),
+        np.tile(np.array([0.05, 0.01, 0.04], np.float32), (5, 1)),
+        rng.uniform(0.3, 0.8, 5).astype(np.float32),
+        rng.uniform(0.4, 0.5, (5, 3)).astype(np.float32),
+    )
+    left = np.full((16, 16), 0.45, np.float32)
+    target = np.full((16, 16, 3), 0.3, np.float32)
+    gradient = squared_error(flat, target, left)[1]
+    for name in ("centre", "conic", "opacity", "rgb"):
+        value = getattr(flat, name)
+        step = 1e-3 * np.abs(value) * rng.uniform(0.5, 1, value.shape)
+        ends = [
+            squared_error(replace(flat, **{name: (value + sign * step).astype(np.float32)}), target, left)[0]
+            for sign in (1, -1)
+        ]
+        expected = float(np.sum(getattr(gradient, name) * 2 * step))
+        assert ends[0] - ends[1] == pytest.approx(expected, rel=0.15, abs=2e-4), name
+
+
+def test_a_level_that_is_the_source_may_be_shown_at_any_height(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("avatar_export.levels.height.SIZES", (32, 64))
+    source, level = trained("body_splatting"), body_level()
+    whole = height_px(source, source)
+    assert 40 < whole <= 64
+    assert height_px(source, level, 0.0) == whole
+    assert height_px(source, level, 200.0) <= whole
+
+
+def _rows(avatar: Avatar, rows: np.ndarray) -> Avatar:
+    return subset(avatar, rows, np.arange(len(avatar.rig.vertices) if avatar.rig else 0)).avatar
