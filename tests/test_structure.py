@@ -10,7 +10,7 @@ from tests import structure
 # fmt: off
 ORDER = {
     "avatar_runtime": (
-        "io", "rotation", "rules", "version", "avatar", "camera", "checks", "pose", "topology", "codec",
+        "io", "rotation", "rules", "version", "avatar", "camera", "checks", "pose", "topology", "program", "codec",
         "handedness", "driving", "subset", "bundle", "enhance", "stages", "engine_pose", "posed", "backends", "player",
         "conformance",
     ),

@@ -8,4 +8,6 @@ from __future__ import annotations
 from avatar_shaders.entries import ENTRIES, HLSL_ONLY, LANGUAGES, Entry, path_of
 from avatar_shaders.texts import reflection, source
 
-__all__ = ["ENTRIES", "HLSL_ONLY", "LANGUAGES", "Entry", "path_of", "reflection", "source"]
+VERSION = 1  # of the kernels: entries, constants and codes are only ever added
+
+__all__ = ["ENTRIES", "HLSL_ONLY", "LANGUAGES", "VERSION", "Entry", "path_of", "reflection", "source"]

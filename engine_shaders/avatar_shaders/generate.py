@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from avatar_shaders.contracts import contracts
 from avatar_shaders.entries import ENTRIES, LANGUAGES, path_of
 from avatar_shaders.reflect import interface
 from avatar_shaders.tools import ShaderError, cross, spirv, versions
@@ -37,6 +38,8 @@ def generate_all(hlsl: Path = HLSL) -> dict[str, str]:
     """{path below the package: text} of all that is generated from a folder of HLSL. Raises tools.ShaderError."""
     texts = generate(hlsl, ENTRIES, (*LANGUAGES, "reflect"))
     rows = {e: interface(e, ENTRIES[e], texts["reflect", e], texts["glsl430", e]) for e in ENTRIES}
+    for entry, contract in contracts().items():
+        rows[entry]["access"] = contract
     files = {path_of(entry, language): texts[language, entry] for entry in ENTRIES for language in LANGUAGES}
     return files | {"reflection.json": json.dumps({"tools": versions(), "entries": rows}, indent=1) + "\n"}
 

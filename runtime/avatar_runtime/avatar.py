@@ -8,7 +8,7 @@ avatar enters or leaves the program; stages check nothing again.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -249,6 +249,43 @@ class RasterSettings:
     )  # display-referred rgb, "random" or "per_view"
 
 
+PLAYED = (  # the fields of an Avatar that its program depends on
+    "gaussians",
+    "groups",
+    "rules",
+    "blendshapes",
+    "skin",
+    "rig",
+    "sh_degree",
+    "raster",
+    "training_per_bundle",
+    "embedding",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Packed:
+    """What a pack knows about the avatar that was read from it: its other levels, and a program ready for the GPU.
+
+    The program plays the very arrays in `parts`. An avatar with other arrays is baked anew.
+    """
+
+    program: Any  # an avatar_runtime.program.model.Program
+    level: int  # which of the program's levels this avatar is; 0 is the finest
+    levels: int
+    at: Callable[[int], Avatar]  # the avatar at another level
+    parts: Mapping[str, Any]  # field of Avatar -> the value that the program plays
+
+    @staticmethod
+    def of(avatar: Avatar, program: Any, level: int, levels: int, at: Callable[[int], Avatar]) -> Packed:
+        """What `avatar`, which is `level` of `program`, keeps of its pack."""
+        return Packed(program, level, levels, at, {name: getattr(avatar, name) for name in PLAYED})
+
+    def fits(self, avatar: Avatar) -> bool:
+        """Whether `avatar` still has the parts that the program plays."""
+        return all(getattr(avatar, name) is value for name, value in self.parts.items())
+
+
 @dataclass(frozen=True)
 class Avatar:
     """A trained avatar, whatever system it came from."""
@@ -275,6 +312,7 @@ class Avatar:
     embedding: Embedding | None = None  # where the binding is surface; all groups have it then, or none
     clips: tuple[Clip, ...] = ()
     enhancer: Enhancer | None = None
+    packed: Packed | None = field(default=None, compare=False, repr=False)  # if it was read from a pack
 
     @property
     def expression_names(self) -> tuple[str, ...]:

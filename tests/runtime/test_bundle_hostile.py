@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from avatar_runtime.bundle import load
@@ -158,6 +158,7 @@ def test_manifest_values_of_any_kind(good: Path, scratch: Path) -> None:
 
     @settings(MANY, max_examples=examples(250))
     @given(st.lists(st.tuples(st.sampled_from(paths), JSON), min_size=1, max_size=2))
+    @example([(("name",), "another")])  # a change that is no fault
     def check(changes: list[tuple[tuple[Any, ...], Any]]) -> None:
         changed = json.loads(json.dumps(document))
         for path, value in changes:

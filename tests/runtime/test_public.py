@@ -35,7 +35,7 @@ NAMES = {
     *("joint_rotation", "load", "target_names"),
 }
 CALLABLES = sorted(NAMES - {"BACKENDS", "__version__"})
-EXTRAS = ("numba", "moderngl", "onnx", "onnxruntime", "torch", "PIL", "pygltflib", "pxr", "avatar_shaders")
+EXTRAS = ("numba", "moderngl", "onnx", "onnxruntime", "torch", "PIL", "pygltflib", "pxr")
 
 
 def test_exactly_these_names_are_public() -> None:

@@ -48,7 +48,7 @@ def test_a_fault_in_the_file_itself_names_its_line(altered: Path) -> None:
 
 def test_a_missing_include_and_a_missing_entry_are_named(altered: Path) -> None:
     (altered / "skin.hlsli").unlink()
-    with pytest.raises(ShaderError, match=r"skin\.hlsl:4: .*skin\.hlsli"):
+    with pytest.raises(ShaderError, match=r"skin\.hlsl:5: .*skin\.hlsli"):
         generate(altered, ["skin"])
     text = (altered / "activate.hlsl").read_text("utf-8")
     (altered / "activate.hlsl").write_text(text.replace("void activate(", "void other("), "utf-8")

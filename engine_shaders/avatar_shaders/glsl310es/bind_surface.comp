@@ -31,6 +31,12 @@ struct TriangleShape
     vec3 across;
 };
 
+struct Foot
+{
+    uvec3 vertex;
+    vec3 weight;
+};
+
 layout(binding = 0, std430) readonly buffer EmbedStatic
 {
     uint _data[];
@@ -42,16 +48,24 @@ layout(binding = 8, std140) uniform BindSurfaceConstants
     uint vertices;
     uint triangles;
     uint triangle_ids;
-    uint vertex_ids;
+    uint triangle_ids_width;
     uint barycentric;
+    uint barycentric_width;
+    uint barycentric_scale;
     uint displacement;
+    uint displacement_width;
+    uint displacement_scale;
     uint local_offset;
+    uint local_offset_width;
+    uint local_offset_scale;
     uint local_quat;
-    uint canonical_size;
+    uint local_quat_width;
+    uint local_quat_scale;
     uint position_rule;
     uint rotation_rule;
     uint scale_rule;
     uint sh_direction;
+    uint unused;
     float area_damping;
     float log_training_per_bundle;
     vec4 world_row0;
@@ -75,26 +89,58 @@ layout(binding = 3, std430) buffer Splats
     vec4 _data[];
 } Splats_1;
 
-float embed_value(uint section, uint plane, uint row)
+uint packed_element(uint word, uint bit, uint width)
 {
-    return uintBitsToFloat(EmbedStatic_1._data[(section + (plane * constants.count)) + row]);
+    return (word >> (bit & 31u)) & ((1u << width) - 1u);
 }
 
-uint embed_vertex(uint corner, uint row)
+uint embed_code(uint section, uint index, uint width)
 {
-    return EmbedStatic_1._data[(constants.vertex_ids + (corner * constants.count)) + row];
+    if (width == 32u)
+    {
+        return EmbedStatic_1._data[section + index];
+    }
+    uint bit = index * width;
+    uint param = EmbedStatic_1._data[section + (bit >> uint(5))];
+    uint param_1 = bit;
+    uint param_2 = width;
+    return packed_element(param, param_1, param_2);
 }
 
-vec4 mesh_blend(uint plane, uint row, vec3 weight)
+float embed_linear(uint section, uint index, uint width, uint scale)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint code = embed_code(param, param_1, param_2);
+    if (width == 32u)
+    {
+        return uintBitsToFloat(code);
+    }
+    return uintBitsToFloat(EmbedStatic_1._data[scale]) + (uintBitsToFloat(EmbedStatic_1._data[scale + 1u]) * float(code));
+}
+
+vec3 embed_linear3(uint section, uint index, uint stride, uint width, uint scale)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint param_3 = scale;
+    uint param_4 = section;
+    uint param_5 = index + stride;
+    uint param_6 = width;
+    uint param_7 = scale + 2u;
+    uint param_8 = section;
+    uint param_9 = index + (2u * stride);
+    uint param_10 = width;
+    uint param_11 = scale + 4u;
+    return vec3(embed_linear(param, param_1, param_2, param_3), embed_linear(param_4, param_5, param_6, param_7), embed_linear(param_8, param_9, param_10, param_11));
+}
+
+vec4 mesh_blend(uint plane, Foot foot)
 {
     uint first = plane * constants.vertices;
-    uint param = 0u;
-    uint param_1 = row;
-    uint param_2 = 1u;
-    uint param_3 = row;
-    uint param_4 = 2u;
-    uint param_5 = row;
-    return ((Mesh_1._data[first + embed_vertex(param, param_1)] * weight.x) + (Mesh_1._data[first + embed_vertex(param_2, param_3)] * weight.y)) + (Mesh_1._data[first + embed_vertex(param_4, param_5)] * weight.z);
+    return ((Mesh_1._data[first + foot.vertex.x] * foot.weight.x) + (Mesh_1._data[first + foot.vertex.y] * foot.weight.y)) + (Mesh_1._data[first + foot.vertex.z] * foot.weight.z);
 }
 
 Rows3 polar(inout Rows3 m)
@@ -139,7 +185,7 @@ vec4 quat_from_matrix(Rows3 m)
     return vec4(c, e, f, size.w * size.w) / vec4(2.0 * size.w);
 }
 
-vec4 surface_turn(uint row, uint triangle_id, vec3 weight)
+vec4 surface_turn(uint triangle_id, Foot foot)
 {
     if (constants.rotation_rule == 2u)
     {
@@ -148,27 +194,23 @@ vec4 surface_turn(uint row, uint triangle_id, vec3 weight)
     if (constants.rotation_rule == 3u)
     {
         uint param = 2u;
-        uint param_1 = row;
-        vec3 param_2 = weight;
+        Foot param_1 = foot;
         Rows3 blended;
-        blended.row0 = mesh_blend(param, param_1, param_2).xyz;
-        uint param_3 = 3u;
-        uint param_4 = row;
-        vec3 param_5 = weight;
-        blended.row1 = mesh_blend(param_3, param_4, param_5).xyz;
-        uint param_6 = 4u;
-        uint param_7 = row;
-        vec3 param_8 = weight;
-        blended.row2 = mesh_blend(param_6, param_7, param_8).xyz;
-        Rows3 param_9 = blended;
-        Rows3 _1044 = polar(param_9);
-        Rows3 param_10 = _1044;
-        return quat_from_matrix(param_10);
+        blended.row0 = mesh_blend(param, param_1).xyz;
+        uint param_2 = 3u;
+        Foot param_3 = foot;
+        blended.row1 = mesh_blend(param_2, param_3).xyz;
+        uint param_4 = 4u;
+        Foot param_5 = foot;
+        blended.row2 = mesh_blend(param_4, param_5).xyz;
+        Rows3 param_6 = blended;
+        Rows3 _1127 = polar(param_6);
+        Rows3 param_7 = _1127;
+        return quat_from_matrix(param_7);
     }
-    uint param_11 = 2u;
-    uint param_12 = row;
-    vec3 param_13 = weight;
-    return mesh_blend(param_11, param_12, param_13);
+    uint param_8 = 2u;
+    Foot param_9 = foot;
+    return mesh_blend(param_8, param_9);
 }
 
 vec3 bind_unit(vec3 v)
@@ -210,50 +252,40 @@ vec3 rotate(Rows3 m, vec3 v)
     return vec3(dot(m.row0, v), dot(m.row1, v), dot(m.row2, v));
 }
 
-vec3 surface_position(uint row, vec3 foot, vec3 weight, float size)
+vec3 surface_position(uint row, Foot foot, float size)
 {
+    uint param = 0u;
+    Foot param_1 = foot;
+    vec3 position = mesh_blend(param, param_1).xyz;
     if (constants.position_rule == 1u)
     {
-        uint param = 0u;
-        uint param_1 = row;
-        uint v0 = embed_vertex(param, param_1);
-        uint param_2 = 1u;
-        uint param_3 = row;
-        uint v1 = embed_vertex(param_2, param_3);
-        uint param_4 = 2u;
-        uint param_5 = row;
-        uint v2 = embed_vertex(param_4, param_5);
-        vec3 param_6 = Mesh_1._data[v0].xyz;
-        vec3 param_7 = Mesh_1._data[v1].xyz;
-        vec3 param_8 = Mesh_1._data[v2].xyz;
-        TriangleShape shape = triangle_by_edge(param_6, param_7, param_8);
-        uint param_9 = constants.local_offset;
-        uint param_10 = 0u;
-        uint param_11 = row;
-        uint param_12 = constants.local_offset;
-        uint param_13 = 1u;
-        uint param_14 = row;
-        uint param_15 = constants.local_offset;
-        uint param_16 = 2u;
-        uint param_17 = row;
-        vec3 offset = vec3(embed_value(param_9, param_10, param_11), embed_value(param_12, param_13, param_14), embed_value(param_15, param_16, param_17));
-        Rows3 param_18 = shape.frame;
-        vec3 param_19 = offset;
-        return foot + (rotate(param_18, param_19) * size);
+        vec3 param_2 = Mesh_1._data[foot.vertex.x].xyz;
+        vec3 param_3 = Mesh_1._data[foot.vertex.y].xyz;
+        vec3 param_4 = Mesh_1._data[foot.vertex.z].xyz;
+        TriangleShape shape = triangle_by_edge(param_2, param_3, param_4);
+        uint param_5 = constants.local_offset;
+        uint param_6 = row;
+        uint param_7 = constants.count;
+        uint param_8 = constants.local_offset_width;
+        uint param_9 = constants.local_offset_scale;
+        vec3 offset = embed_linear3(param_5, param_6, param_7, param_8, param_9);
+        Rows3 param_10 = shape.frame;
+        vec3 param_11 = offset;
+        return position + (rotate(param_10, param_11) * size);
     }
-    uint param_20 = 1u;
-    uint param_21 = row;
-    vec3 param_22 = weight;
-    vec3 normal = mesh_blend(param_20, param_21, param_22).xyz;
+    uint param_12 = 1u;
+    Foot param_13 = foot;
+    vec3 normal = mesh_blend(param_12, param_13).xyz;
     if (constants.position_rule == 0u)
     {
-        vec3 param_23 = normal;
-        normal = bind_unit(param_23);
+        vec3 param_14 = normal;
+        normal = bind_unit(param_14);
     }
-    uint param_24 = constants.displacement;
-    uint param_25 = 0u;
-    uint param_26 = row;
-    return foot + (normal * embed_value(param_24, param_25, param_26));
+    uint param_15 = constants.displacement;
+    uint param_16 = row;
+    uint param_17 = constants.displacement_width;
+    uint param_18 = constants.displacement_scale;
+    return position + (normal * embed_linear(param_15, param_16, param_17, param_18));
 }
 
 vec4 bind_unit4(vec4 v)
@@ -390,47 +422,40 @@ void _bind_surface(uvec3 id)
     {
         return;
     }
-    uint t = EmbedStatic_1._data[constants.triangle_ids + row];
-    uint param = constants.barycentric;
-    uint param_1 = 0u;
-    uint param_2 = row;
+    uint param = constants.triangle_ids;
+    uint param_1 = row;
+    uint param_2 = constants.triangle_ids_width;
+    uint t = embed_code(param, param_1, param_2);
+    vec4 rest = Triangles_1._data[(2u * constants.triangles) + t];
+    Foot foot;
+    foot.vertex = uvec3(rest.yzw);
     uint param_3 = constants.barycentric;
-    uint param_4 = 1u;
-    uint param_5 = row;
-    uint param_6 = constants.barycentric;
-    uint param_7 = 2u;
-    uint param_8 = row;
-    vec3 weight = vec3(embed_value(param, param_1, param_2), embed_value(param_3, param_4, param_5), embed_value(param_6, param_7, param_8));
-    uint param_9 = 0u;
-    uint param_10 = row;
-    vec3 param_11 = weight;
-    vec3 foot = mesh_blend(param_9, param_10, param_11).xyz;
-    uint param_12 = row;
-    uint param_13 = t;
-    vec3 param_14 = weight;
-    vec4 turn = surface_turn(param_12, param_13, param_14);
+    uint param_4 = row;
+    uint param_5 = constants.count;
+    uint param_6 = constants.barycentric_width;
+    uint param_7 = constants.barycentric_scale;
+    foot.weight = embed_linear3(param_3, param_4, param_5, param_6, param_7);
+    uint param_8 = t;
+    Foot param_9 = foot;
+    vec4 turn = surface_turn(param_8, param_9);
     float size = Triangles_1._data[t].w;
-    uint param_15 = constants.local_quat;
-    uint param_16 = 0u;
-    uint param_17 = row;
-    uint param_18 = constants.local_quat;
-    uint param_19 = 1u;
-    uint param_20 = row;
-    uint param_21 = constants.local_quat;
-    uint param_22 = 2u;
-    uint param_23 = row;
-    uint param_24 = constants.local_quat;
-    uint param_25 = 3u;
-    uint param_26 = row;
-    vec4 local_quat_wxyz = vec4(embed_value(param_15, param_16, param_17), embed_value(param_18, param_19, param_20), embed_value(param_21, param_22, param_23), embed_value(param_24, param_25, param_26));
-    uint param_27 = row;
-    vec3 param_28 = foot;
-    vec3 param_29 = weight;
-    float param_30 = size;
-    vec3 param_31 = surface_position(param_27, param_28, param_29, param_30);
-    vec4 param_32 = turn;
-    vec4 param_33 = local_quat_wxyz;
-    BoundSplat b = bind_by_turn(param_31, param_32, param_33);
+    uint param_10 = constants.local_quat;
+    uint param_11 = row;
+    uint param_12 = constants.local_quat_width;
+    uint param_13 = constants.local_quat_scale;
+    uint param_14 = constants.local_quat;
+    uint param_15 = constants.count + row;
+    uint param_16 = constants.count;
+    uint param_17 = constants.local_quat_width;
+    uint param_18 = constants.local_quat_scale + 2u;
+    vec4 local_quat_wxyz = vec4(embed_linear(param_10, param_11, param_12, param_13), embed_linear3(param_14, param_15, param_16, param_17, param_18));
+    uint param_19 = row;
+    Foot param_20 = foot;
+    float param_21 = size;
+    vec3 param_22 = surface_position(param_19, param_20, param_21);
+    vec4 param_23 = turn;
+    vec4 param_24 = local_quat_wxyz;
+    BoundSplat b = bind_by_turn(param_22, param_23, param_24);
     if (constants.sh_direction == 1u)
     {
         b.sh_rotation = identity_rows();
@@ -439,19 +464,16 @@ void _bind_surface(uvec3 id)
     world.row0 = constants.world_row0;
     world.row1 = constants.world_row1;
     world.row2 = constants.world_row2;
-    BoundSplat param_34 = b;
-    Rows4 param_35 = world;
-    vec4 param_36 = constants.world_quat_wxyz;
-    BoundSplat _1335 = bind_place(param_34, param_35, param_36);
-    b = _1335;
+    BoundSplat param_25 = b;
+    Rows4 param_26 = world;
+    vec4 param_27 = constants.world_quat_wxyz;
+    BoundSplat _1417 = bind_place(param_25, param_26, param_27);
+    b = _1417;
     vec3 log_scale = vec3(Splats_1._data[(2u * constants.count) + row].w, Splats_1._data[(3u * constants.count) + row].w, Splats_1._data[(4u * constants.count) + row].w);
-    uint param_37 = constants.canonical_size;
-    uint param_38 = 0u;
-    uint param_39 = row;
-    vec3 param_40 = log_scale;
-    float param_41 = size;
-    float param_42 = embed_value(param_37, param_38, param_39);
-    log_scale = surface_scale(param_40, param_41, param_42);
+    vec3 param_28 = log_scale;
+    float param_29 = size;
+    float param_30 = rest.x;
+    log_scale = surface_scale(param_28, param_29, param_30);
     Splats_1._data[row] = vec4(b.mean, Splats_1._data[row].w);
     Splats_1._data[constants.count + row] = b.quat_wxyz;
     Splats_1._data[(2u * constants.count) + row] = vec4(b.sh_rotation.row0, log_scale.x);

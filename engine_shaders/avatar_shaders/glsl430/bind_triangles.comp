@@ -25,8 +25,12 @@ layout(binding = 0, std430) readonly buffer SurfaceStatic
 layout(binding = 8, std140) uniform BindTrianglesConstants
 {
     uint triangles;
-    uint triangle_plane;
-    uint canonical_frame;
+    uint vertices;
+    uint corners;
+    uint corners_width;
+    uint canonical;
+    uint canonical_width;
+    uint canonical_scale;
     uint rotation_rule;
     uint quaternion_sign;
 } constants;
@@ -41,9 +45,70 @@ layout(binding = 2, std430) buffer Triangles
     vec4 _data[];
 } Triangles_1;
 
-vec3 corner(uint plane, uint row)
+uint packed_element(uint word, uint bit, uint width)
 {
-    return Mesh_1._data[SurfaceStatic_1._data[(constants.triangle_plane + (plane * constants.triangles)) + row]].xyz;
+    return (word >> (bit & 31u)) & ((1u << width) - 1u);
+}
+
+uint surface_code(uint section, uint index, uint width)
+{
+    if (width == 32u)
+    {
+        return SurfaceStatic_1._data[section + index];
+    }
+    uint bit = index * width;
+    uint param = SurfaceStatic_1._data[section + (bit >> uint(5))];
+    uint param_1 = bit;
+    uint param_2 = width;
+    return packed_element(param, param_1, param_2);
+}
+
+uint corner(uint plane, uint row)
+{
+    uint param = constants.corners;
+    uint param_1 = (plane * constants.triangles) + row;
+    uint param_2 = constants.corners_width;
+    return surface_code(param, param_1, param_2);
+}
+
+float surface_linear(uint section, uint index, uint width, uint scale)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint code = surface_code(param, param_1, param_2);
+    if (width == 32u)
+    {
+        return uintBitsToFloat(code);
+    }
+    return uintBitsToFloat(SurfaceStatic_1._data[scale]) + (uintBitsToFloat(SurfaceStatic_1._data[scale + 1u]) * float(code));
+}
+
+vec3 surface_linear3(uint section, uint index, uint stride, uint width, uint scale)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint param_3 = scale;
+    uint param_4 = section;
+    uint param_5 = index + stride;
+    uint param_6 = width;
+    uint param_7 = scale + 2u;
+    uint param_8 = section;
+    uint param_9 = index + (2u * stride);
+    uint param_10 = width;
+    uint param_11 = scale + 4u;
+    return vec3(surface_linear(param, param_1, param_2, param_3), surface_linear(param_4, param_5, param_6, param_7), surface_linear(param_8, param_9, param_10, param_11));
+}
+
+vec3 canonical_position(uint vertex)
+{
+    uint param = constants.canonical;
+    uint param_1 = vertex;
+    uint param_2 = constants.vertices;
+    uint param_3 = constants.canonical_width;
+    uint param_4 = constants.canonical_scale;
+    return surface_linear3(param, param_1, param_2, param_3, param_4);
 }
 
 vec3 bind_unit(vec3 v)
@@ -125,38 +190,6 @@ TriangleShape triangle_by_area(vec3 p0, vec3 p1, vec3 p2)
     return t;
 }
 
-float canonical_axis(uint plane, uint row)
-{
-    return uintBitsToFloat(SurfaceStatic_1._data[(constants.canonical_frame + (plane * constants.triangles)) + row]);
-}
-
-Rows3 canonical_rows(uint row)
-{
-    uint param = 0u;
-    uint param_1 = row;
-    uint param_2 = 1u;
-    uint param_3 = row;
-    uint param_4 = 2u;
-    uint param_5 = row;
-    Rows3 m;
-    m.row0 = vec3(canonical_axis(param, param_1), canonical_axis(param_2, param_3), canonical_axis(param_4, param_5));
-    uint param_6 = 3u;
-    uint param_7 = row;
-    uint param_8 = 4u;
-    uint param_9 = row;
-    uint param_10 = 5u;
-    uint param_11 = row;
-    m.row1 = vec3(canonical_axis(param_6, param_7), canonical_axis(param_8, param_9), canonical_axis(param_10, param_11));
-    uint param_12 = 6u;
-    uint param_13 = row;
-    uint param_14 = 7u;
-    uint param_15 = row;
-    uint param_16 = 8u;
-    uint param_17 = row;
-    m.row2 = vec3(canonical_axis(param_12, param_13), canonical_axis(param_14, param_15), canonical_axis(param_16, param_17));
-    return m;
-}
-
 vec3 rotate(Rows3 m, vec3 v)
 {
     return vec3(dot(m.row0, v), dot(m.row1, v), dot(m.row2, v));
@@ -188,9 +221,9 @@ vec4 triangle_turn(Rows3 frame, Rows3 canonical_frame, uint quaternion_sign)
     {
         negative = max(turn.z, turn.w) > max(turn.x, turn.y);
     }
-    vec4 _467 = -turn;
-    bvec4 _470 = bvec4(negative);
-    return vec4(_470.x ? _467.x : turn.x, _470.y ? _467.y : turn.y, _470.z ? _467.z : turn.z, _470.w ? _467.w : turn.w);
+    vec4 _499 = -turn;
+    bvec4 _502 = bvec4(negative);
+    return vec4(_502.x ? _499.x : turn.x, _502.y ? _499.y : turn.y, _502.z ? _499.z : turn.z, _502.w ? _499.w : turn.w);
 }
 
 void _bind_triangles(uvec3 id)
@@ -202,38 +235,56 @@ void _bind_triangles(uvec3 id)
     }
     uint param = 0u;
     uint param_1 = row;
-    vec3 p0 = corner(param, param_1);
+    uint v0 = corner(param, param_1);
     uint param_2 = 1u;
     uint param_3 = row;
-    vec3 p1 = corner(param_2, param_3);
+    uint v1 = corner(param_2, param_3);
     uint param_4 = 2u;
     uint param_5 = row;
-    vec3 p2 = corner(param_4, param_5);
+    uint v2 = corner(param_4, param_5);
+    vec3 p0 = Mesh_1._data[v0].xyz;
+    vec3 p1 = Mesh_1._data[v1].xyz;
+    vec3 p2 = Mesh_1._data[v2].xyz;
+    uint param_6 = v0;
+    vec3 c0 = canonical_position(param_6);
+    uint param_7 = v1;
+    vec3 c1 = canonical_position(param_7);
+    uint param_8 = v2;
+    vec3 c2 = canonical_position(param_8);
     TriangleShape shape;
+    TriangleShape rest;
     vec4 turn;
     if (constants.rotation_rule == 2u)
     {
-        vec3 param_6 = p0;
-        vec3 param_7 = p1;
-        vec3 param_8 = p2;
-        shape = triangle_by_edge(param_6, param_7, param_8);
-        Rows3 param_9 = shape.frame;
-        turn = quat_from_matrix(param_9);
+        vec3 param_9 = p0;
+        vec3 param_10 = p1;
+        vec3 param_11 = p2;
+        shape = triangle_by_edge(param_9, param_10, param_11);
+        vec3 param_12 = c0;
+        vec3 param_13 = c1;
+        vec3 param_14 = c2;
+        rest = triangle_by_edge(param_12, param_13, param_14);
+        Rows3 param_15 = shape.frame;
+        turn = quat_from_matrix(param_15);
     }
     else
     {
-        vec3 param_10 = p0;
-        vec3 param_11 = p1;
-        vec3 param_12 = p2;
-        shape = triangle_by_area(param_10, param_11, param_12);
-        uint param_13 = row;
-        Rows3 param_14 = shape.frame;
-        Rows3 param_15 = canonical_rows(param_13);
-        uint param_16 = constants.quaternion_sign;
-        turn = triangle_turn(param_14, param_15, param_16);
+        vec3 param_16 = p0;
+        vec3 param_17 = p1;
+        vec3 param_18 = p2;
+        shape = triangle_by_area(param_16, param_17, param_18);
+        vec3 param_19 = c0;
+        vec3 param_20 = c1;
+        vec3 param_21 = c2;
+        rest = triangle_by_area(param_19, param_20, param_21);
+        Rows3 param_22 = shape.frame;
+        Rows3 param_23 = rest.frame;
+        uint param_24 = constants.quaternion_sign;
+        turn = triangle_turn(param_22, param_23, param_24);
     }
     Triangles_1._data[row] = vec4(shape.across, shape.size);
     Triangles_1._data[constants.triangles + row] = turn;
+    Triangles_1._data[(2u * constants.triangles) + row] = vec4(rest.size, float(v0), float(v1), float(v2));
 }
 
 void main()

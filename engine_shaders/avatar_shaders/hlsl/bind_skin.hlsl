@@ -1,22 +1,38 @@
 // Stage `bind` for bindings skin, anchor, joint_mix and none: one dispatch a group, one thread a Gaussian.
 // Reads: BindStatic, Pose. Writes: Splats.
 #include "platform.hlsli"
+#include "packed.hlsli"
 #include "bind.hlsli"
 
 StructuredBuffer<uint> BindStatic; // sections at the offsets below
 StructuredBuffer<float> Pose;
 RWStructuredBuffer<float4> Splats; // [5 count]: mean and opacity; quaternion; 3 rows of sh_rotation with scale in w
 
+AVATAR_PACKED(bind, BindStatic)
+
+// X_width: bits of an element. X_step: a float a column and axis; skin_weight_step: one float.
 AVATAR_CONSTANTS(BindSkinConstants)
     uint count; // Gaussians of the chunk
     uint first; // the group's are first .. first + rows
     uint rows;
-    uint corrective_ptr; // count + 1
-    uint corrective_entry; // of 4: feature, delta
-    uint late_ptr; // count + 1
-    uint late_entry; // of 4: late morph, delta
-    uint skin_ptr; // count + 1
-    uint skin_entry; // of 2: joint, weight
+    uint corrective_ptr; // count + 1, width 32
+    uint corrective_column; // a feature an entry
+    uint corrective_column_width;
+    uint corrective_mean; // 3 an entry
+    uint corrective_mean_width;
+    uint corrective_mean_step;
+    uint late_ptr; // count + 1, width 32
+    uint late_column; // a late morph an entry
+    uint late_column_width;
+    uint late_mean; // 3 an entry
+    uint late_mean_width;
+    uint late_mean_step;
+    uint skin_ptr; // count + 1, width 32
+    uint skin_column; // a joint an entry
+    uint skin_column_width;
+    uint skin_weight; // 1 an entry
+    uint skin_weight_width;
+    uint skin_weight_step;
     uint features; // in Pose
     uint late; // in Pose
     uint joints; // in Pose, 12 floats a joint
@@ -36,18 +52,14 @@ AVATAR_CONSTANTS(BindSkinConstants)
     float4 world_quat_wxyz;
 AVATAR_CONSTANTS_END
 
-float3 bind_delta(uint at)
-{
-    return float3(asfloat(BindStatic[at + 1]), asfloat(BindStatic[at + 2]), asfloat(BindStatic[at + 3]));
-}
-
 float3 bind_corrected(float3 mean, uint row)
 {
     uint end = BindStatic[corrective_ptr + row + 1];
     for (uint e = BindStatic[corrective_ptr + row]; e < end; ++e)
     {
-        uint at = corrective_entry + 4 * e;
-        mean += Pose[features + BindStatic[at]] * bind_delta(at);
+        uint column = bind_code(corrective_column, e, corrective_column_width);
+        uint step = corrective_mean_step + 3 * column;
+        mean += Pose[features + column] * bind_signed3(corrective_mean, 3 * e, corrective_mean_width, step);
     }
     return mean;
 }
@@ -58,8 +70,9 @@ float3 bind_late(uint row)
     uint end = BindStatic[late_ptr + row + 1];
     for (uint e = BindStatic[late_ptr + row]; e < end; ++e)
     {
-        uint at = late_entry + 4 * e;
-        sum = late_add(sum, Pose[late + BindStatic[at]], bind_delta(at));
+        uint column = bind_code(late_column, e, late_column_width);
+        float3 delta = bind_signed3(late_mean, 3 * e, late_mean_width, late_mean_step + 3 * column);
+        sum = late_add(sum, Pose[late + column], delta);
     }
     return sum;
 }
@@ -70,12 +83,12 @@ Rows4 bind_skin_matrix(uint row)
     uint end = BindStatic[skin_ptr + row + 1];
     for (uint e = BindStatic[skin_ptr + row]; e < end; ++e)
     {
-        uint at = joints + 12 * BindStatic[skin_entry + 2 * e];
+        uint at = joints + 12 * bind_code(skin_column, e, skin_column_width);
         Rows4 m;
         m.row0 = float4(Pose[at], Pose[at + 1], Pose[at + 2], Pose[at + 3]);
         m.row1 = float4(Pose[at + 4], Pose[at + 5], Pose[at + 6], Pose[at + 7]);
         m.row2 = float4(Pose[at + 8], Pose[at + 9], Pose[at + 10], Pose[at + 11]);
-        blended = skin_add(blended, asfloat(BindStatic[skin_entry + 2 * e + 1]), m);
+        blended = skin_add(blended, bind_weight(skin_weight, e, skin_weight_width, skin_weight_step), m);
     }
     return blended;
 }

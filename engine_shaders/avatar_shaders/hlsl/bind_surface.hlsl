@@ -1,28 +1,40 @@
 // Stage `bind` for binding surface, last step, one thread a Gaussian: it moves with its triangle.
 // Reads: EmbedStatic, Mesh, Triangles. Writes: Splats.
 #include "platform.hlsli"
+#include "packed.hlsli"
 #include "bind.hlsli"
 
 StructuredBuffer<uint> EmbedStatic; // sections at the offsets below
 StructuredBuffer<float4> Mesh; // [3 or 5 vertices]: positions; normals; quaternions wxyz, or 3 rows of skin matrices
-StructuredBuffer<float4> Triangles; // [2 triangles]: edge x edge and size; quaternion wxyz
+StructuredBuffer<float4> Triangles; // [3 triangles]: edge x edge, size; quaternion wxyz; size at rest, vertex ids
 RWStructuredBuffer<float4> Splats; // [5 count]: mean and opacity; quaternion; 3 rows of sh_rotation with scale in w
 
+AVATAR_PACKED(embed, EmbedStatic)
+
+// X_width: bits of an element. X_scale: low and step of each channel.
 AVATAR_CONSTANTS(BindSurfaceConstants)
     uint count;
     uint vertices;
     uint triangles;
     uint triangle_ids; // a triangle a Gaussian
-    uint vertex_ids; // 3 planes
+    uint triangle_ids_width;
     uint barycentric; // 3 planes
-    uint displacement; // a float a Gaussian, position rules normal and interpolated_normal
+    uint barycentric_width;
+    uint barycentric_scale;
+    uint displacement; // 1 plane, position rules normal and interpolated_normal
+    uint displacement_width;
+    uint displacement_scale;
     uint local_offset; // 3 planes, position rule triangle_frame
+    uint local_offset_width;
+    uint local_offset_scale;
     uint local_quat; // 4 planes, wxyz
-    uint canonical_size; // a float a Gaussian: of its triangle in the binding pose
+    uint local_quat_width;
+    uint local_quat_scale;
     uint position_rule; // AVATAR_POSITION_*
     uint rotation_rule; // AVATAR_ROTATION_*
     uint scale_rule; // AVATAR_SCALE_*
     uint sh_direction; // AVATAR_SH_DIRECTION_*
+    uint unused;
     float area_damping; // bundle units squared
     float log_training_per_bundle;
     float4 world_row0; // world from avatar, rigid
@@ -31,26 +43,23 @@ AVATAR_CONSTANTS(BindSurfaceConstants)
     float4 world_quat_wxyz;
 AVATAR_CONSTANTS_END
 
-float embed_value(uint section, uint plane, uint row)
+// The corners of a Gaussian's triangle, and its weights at them.
+struct Foot
 {
-    return asfloat(EmbedStatic[section + plane * count + row]);
-}
+    uint3 vertex;
+    float3 weight;
+};
 
-uint embed_vertex(uint corner, uint row)
-{
-    return EmbedStatic[vertex_ids + corner * count + row];
-}
-
-float4 mesh_blend(uint plane, uint row, float3 weight)
+float4 mesh_blend(uint plane, Foot foot)
 {
     uint first = plane * vertices;
-    return weight.x * Mesh[first + embed_vertex(0, row)]
-        + weight.y * Mesh[first + embed_vertex(1, row)]
-        + weight.z * Mesh[first + embed_vertex(2, row)];
+    return foot.weight.x * Mesh[first + foot.vertex.x]
+        + foot.weight.y * Mesh[first + foot.vertex.y]
+        + foot.weight.z * Mesh[first + foot.vertex.z];
 }
 
 // The turn of the mesh under a Gaussian since the binding pose, of any length.
-float4 surface_turn(uint row, uint triangle_id, float3 weight)
+float4 surface_turn(uint triangle_id, Foot foot)
 {
     if (rotation_rule == AVATAR_ROTATION_TRIANGLE_FRAME)
     {
@@ -59,30 +68,30 @@ float4 surface_turn(uint row, uint triangle_id, float3 weight)
     if (rotation_rule == AVATAR_ROTATION_BARY_VERTEX_LBS)
     {
         Rows3 blended;
-        blended.row0 = mesh_blend(2, row, weight).xyz;
-        blended.row1 = mesh_blend(3, row, weight).xyz;
-        blended.row2 = mesh_blend(4, row, weight).xyz;
+        blended.row0 = mesh_blend(2, foot).xyz;
+        blended.row1 = mesh_blend(3, foot).xyz;
+        blended.row2 = mesh_blend(4, foot).xyz;
         return quat_from_matrix(polar(blended));
     }
-    return mesh_blend(2, row, weight);
+    return mesh_blend(2, foot);
 }
 
-float3 surface_position(uint row, float3 foot, float3 weight, float size)
+float3 surface_position(uint row, Foot foot, float size)
 {
+    float3 position = mesh_blend(0, foot).xyz;
     if (position_rule == AVATAR_POSITION_TRIANGLE_FRAME)
     {
-        uint v0 = embed_vertex(0, row), v1 = embed_vertex(1, row), v2 = embed_vertex(2, row);
-        TriangleShape shape = triangle_by_edge(Mesh[v0].xyz, Mesh[v1].xyz, Mesh[v2].xyz);
-        float3 offset = float3(
-            embed_value(local_offset, 0, row), embed_value(local_offset, 1, row), embed_value(local_offset, 2, row));
-        return foot + size * rotate(shape.frame, offset);
+        TriangleShape shape = triangle_by_edge(
+            Mesh[foot.vertex.x].xyz, Mesh[foot.vertex.y].xyz, Mesh[foot.vertex.z].xyz);
+        float3 offset = embed_linear3(local_offset, row, count, local_offset_width, local_offset_scale);
+        return position + size * rotate(shape.frame, offset);
     }
-    float3 normal = mesh_blend(1, row, weight).xyz;
+    float3 normal = mesh_blend(1, foot).xyz;
     if (position_rule == AVATAR_POSITION_NORMAL)
     {
         normal = bind_unit(normal);
     }
-    return foot + embed_value(displacement, 0, row) * normal;
+    return position + embed_linear(displacement, row, displacement_width, displacement_scale) * normal;
 }
 
 float3 surface_scale(float3 log_scale, float size, float canonical)
@@ -106,16 +115,17 @@ void bind_surface(uint3 id : SV_DispatchThreadID)
     {
         return;
     }
-    uint t = EmbedStatic[triangle_ids + row];
-    float3 weight = float3(
-        embed_value(barycentric, 0, row), embed_value(barycentric, 1, row), embed_value(barycentric, 2, row));
-    float3 foot = mesh_blend(0, row, weight).xyz;
-    float4 turn = surface_turn(row, t, weight);
+    uint t = embed_code(triangle_ids, row, triangle_ids_width);
+    float4 rest = Triangles[2 * triangles + t];
+    Foot foot;
+    foot.vertex = uint3(rest.yzw);
+    foot.weight = embed_linear3(barycentric, row, count, barycentric_width, barycentric_scale);
+    float4 turn = surface_turn(t, foot);
     float size = Triangles[t].w;
     float4 local_quat_wxyz = float4(
-        embed_value(local_quat, 0, row), embed_value(local_quat, 1, row),
-        embed_value(local_quat, 2, row), embed_value(local_quat, 3, row));
-    BoundSplat b = bind_by_turn(surface_position(row, foot, weight, size), turn, local_quat_wxyz);
+        embed_linear(local_quat, row, local_quat_width, local_quat_scale),
+        embed_linear3(local_quat, count + row, count, local_quat_width, local_quat_scale + 2));
+    BoundSplat b = bind_by_turn(surface_position(row, foot, size), turn, local_quat_wxyz);
     if (sh_direction == AVATAR_SH_DIRECTION_WORLD)
     {
         b.sh_rotation = identity_rows();
@@ -126,7 +136,7 @@ void bind_surface(uint3 id : SV_DispatchThreadID)
     world.row2 = world_row2;
     b = bind_place(b, world, world_quat_wxyz);
     float3 log_scale = float3(Splats[2 * count + row].w, Splats[3 * count + row].w, Splats[4 * count + row].w);
-    log_scale = surface_scale(log_scale, size, embed_value(canonical_size, 0, row));
+    log_scale = surface_scale(log_scale, size, rest.x);
     Splats[row] = float4(b.mean, Splats[row].w);
     Splats[count + row] = b.quat_wxyz;
     Splats[2 * count + row] = float4(b.sh_rotation.row0, log_scale.x);

@@ -1,37 +1,35 @@
-// Stage `bind` for binding surface, first step, one thread a triangle: its turn and its size.
+// Stage `bind` for binding surface, first step, one thread a triangle: its turn, its sizes and its corners.
 // Reads: SurfaceStatic, Mesh. Writes: Triangles.
 #include "platform.hlsli"
+#include "packed.hlsli"
 #include "bind.hlsli"
 
 StructuredBuffer<uint> SurfaceStatic; // sections at the offsets below
 StructuredBuffer<float4> Mesh; // [3 or 5 vertices]: positions are read
-RWStructuredBuffer<float4> Triangles; // [2 triangles]: edge x edge and size; quaternion wxyz
+RWStructuredBuffer<float4> Triangles; // [3 triangles]: edge x edge, size; quaternion wxyz; size at rest, vertex ids
+
+AVATAR_PACKED(surface, SurfaceStatic)
 
 AVATAR_CONSTANTS(BindTrianglesConstants)
     uint triangles;
-    uint triangle_plane; // 3 planes of vertex ids
-    uint canonical_frame; // 9 planes, row-major
+    uint vertices;
+    uint corners; // 3 planes of vertex ids, an element a triangle
+    uint corners_width; // bits of an element
+    uint canonical; // 3 planes of positions in the binding pose, an element a vertex
+    uint canonical_width;
+    uint canonical_scale; // low and step of each axis
     uint rotation_rule; // AVATAR_ROTATION_*
     uint quaternion_sign; // AVATAR_QUATERNION_SIGN_*
 AVATAR_CONSTANTS_END
 
-float canonical_axis(uint plane, uint row)
+uint corner(uint plane, uint row)
 {
-    return asfloat(SurfaceStatic[canonical_frame + plane * triangles + row]);
+    return surface_code(corners, plane * triangles + row, corners_width);
 }
 
-Rows3 canonical_rows(uint row)
+float3 canonical_position(uint vertex)
 {
-    Rows3 m;
-    m.row0 = float3(canonical_axis(0, row), canonical_axis(1, row), canonical_axis(2, row));
-    m.row1 = float3(canonical_axis(3, row), canonical_axis(4, row), canonical_axis(5, row));
-    m.row2 = float3(canonical_axis(6, row), canonical_axis(7, row), canonical_axis(8, row));
-    return m;
-}
-
-float3 corner(uint plane, uint row)
-{
-    return Mesh[SurfaceStatic[triangle_plane + plane * triangles + row]].xyz;
+    return surface_linear3(canonical, vertex, vertices, canonical_width, canonical_scale);
 }
 
 [numthreads(AVATAR_THREADS, 1, 1)]
@@ -42,19 +40,24 @@ void bind_triangles(uint3 id : SV_DispatchThreadID)
     {
         return;
     }
-    float3 p0 = corner(0, row), p1 = corner(1, row), p2 = corner(2, row);
-    TriangleShape shape;
+    uint v0 = corner(0, row), v1 = corner(1, row), v2 = corner(2, row);
+    float3 p0 = Mesh[v0].xyz, p1 = Mesh[v1].xyz, p2 = Mesh[v2].xyz;
+    float3 c0 = canonical_position(v0), c1 = canonical_position(v1), c2 = canonical_position(v2);
+    TriangleShape shape, rest;
     float4 turn;
     if (rotation_rule == AVATAR_ROTATION_TRIANGLE_FRAME)
     {
         shape = triangle_by_edge(p0, p1, p2);
+        rest = triangle_by_edge(c0, c1, c2);
         turn = quat_from_matrix(shape.frame);
     }
     else
     {
         shape = triangle_by_area(p0, p1, p2);
-        turn = triangle_turn(shape.frame, canonical_rows(row), quaternion_sign);
+        rest = triangle_by_area(c0, c1, c2);
+        turn = triangle_turn(shape.frame, rest.frame, quaternion_sign);
     }
     Triangles[row] = float4(shape.across, shape.size);
     Triangles[triangles + row] = turn;
+    Triangles[2 * triangles + row] = float4(rest.size, (float)v0, (float)v1, (float)v2);
 }

@@ -1,24 +1,31 @@
 // Stage `bind` for binding surface, second step, one thread a vertex: the normal and the turn of the mesh.
 // Reads: SurfaceStatic, Triangles, Pose. Writes: Mesh.
 #include "platform.hlsli"
+#include "packed.hlsli"
 #include "bind.hlsli"
 
 StructuredBuffer<uint> SurfaceStatic; // sections at the offsets below
-StructuredBuffer<float4> Triangles; // [2 triangles]: edge x edge and size; quaternion wxyz
+StructuredBuffer<float4> Triangles; // [3 triangles]: edge x edge, size; quaternion wxyz; size at rest, vertex ids
 StructuredBuffer<float> Pose; // for rotation rule bary_vertex_lbs
 RWStructuredBuffer<float4> Mesh; // [3 or 5 vertices]: normals and turns are written
+
+AVATAR_PACKED(surface, SurfaceStatic)
 
 AVATAR_CONSTANTS(BindVerticesConstants)
     uint vertices;
     uint triangles;
-    uint canonical_size; // a float a triangle
-    uint vertex_triangle_ptr; // vertices + 1
+    uint vertex_triangle_ptr; // vertices + 1, width 32
     uint vertex_triangle; // triangles around a vertex, increasing
+    uint vertex_triangle_width; // bits of an element
     float normal_floor; // bundle units squared
     float quaternion_floor; // bundle units squared
     uint rotation_rule; // AVATAR_ROTATION_*
-    uint skin_ptr; // vertices + 1
-    uint skin_entry; // of 2: joint, weight
+    uint skin_ptr; // vertices + 1, width 32
+    uint skin_column; // a joint an entry
+    uint skin_column_width;
+    uint skin_weight; // 1 an entry
+    uint skin_weight_width;
+    uint skin_weight_step; // one float
     uint joints; // in Pose, 12 floats a joint: rows of mesh from binding mesh
 AVATAR_CONSTANTS_END
 
@@ -38,8 +45,8 @@ Rows4 vertex_skin_matrix(uint row)
     uint end = SurfaceStatic[skin_ptr + row + 1];
     for (uint e = SurfaceStatic[skin_ptr + row]; e < end; ++e)
     {
-        uint at = skin_entry + 2 * e;
-        blended = skin_add(blended, asfloat(SurfaceStatic[at + 1]), vertex_joint(SurfaceStatic[at]));
+        float weight = surface_weight(skin_weight, e, skin_weight_width, skin_weight_step);
+        blended = skin_add(blended, weight, vertex_joint(surface_code(skin_column, e, skin_column_width)));
     }
     return blended;
 }
@@ -58,10 +65,11 @@ void bind_vertices(uint3 id : SV_DispatchThreadID)
     uint end = SurfaceStatic[vertex_triangle_ptr + row + 1];
     for (uint e = SurfaceStatic[vertex_triangle_ptr + row]; e < end; ++e)
     {
-        uint t = SurfaceStatic[vertex_triangle + e];
+        uint t = surface_code(vertex_triangle, e, vertex_triangle_width);
+        float canonical_size = Triangles[2 * triangles + t].x;
         across += Triangles[t].xyz;
-        turn += asfloat(SurfaceStatic[canonical_size + t]) * Triangles[triangles + t];
-        area += asfloat(SurfaceStatic[canonical_size + t]);
+        turn += canonical_size * Triangles[triangles + t];
+        area += canonical_size;
     }
     Mesh[vertices + row] = float4(vertex_normal(across, normal_floor), 0);
     if (rotation_rule == AVATAR_ROTATION_BARY_VERTEX_LBS)

@@ -39,11 +39,23 @@ struct BindSkinConstants
     uint first;
     uint rows;
     uint corrective_ptr;
-    uint corrective_entry;
+    uint corrective_column;
+    uint corrective_column_width;
+    uint corrective_mean;
+    uint corrective_mean_width;
+    uint corrective_mean_step;
     uint late_ptr;
-    uint late_entry;
+    uint late_column;
+    uint late_column_width;
+    uint late_mean;
+    uint late_mean_width;
+    uint late_mean_step;
     uint skin_ptr;
-    uint skin_entry;
+    uint skin_column;
+    uint skin_column_width;
+    uint skin_weight;
+    uint skin_weight_width;
+    uint skin_weight_step;
     uint features;
     uint late;
     uint joints;
@@ -84,6 +96,40 @@ Rows4 skin_none()
 }
 
 static inline __attribute__((always_inline))
+uint packed_element(thread const uint& word, thread const uint& bit, thread const uint& width)
+{
+    return (word >> (bit & 31u)) & ((1u << width) - 1u);
+}
+
+static inline __attribute__((always_inline))
+uint bind_code(thread const uint& section, thread const uint& index, thread const uint& width, const device BindStatic& BindStatic_1)
+{
+    if (width == 32u)
+    {
+        return BindStatic_1._data[section + index];
+    }
+    uint bit = index * width;
+    uint param = BindStatic_1._data[section + (bit >> uint(5))];
+    uint param_1 = bit;
+    uint param_2 = width;
+    return packed_element(param, param_1, param_2);
+}
+
+static inline __attribute__((always_inline))
+float bind_weight(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& _step, const device BindStatic& BindStatic_1)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint code = bind_code(param, param_1, param_2, BindStatic_1);
+    if (width == 32u)
+    {
+        return as_type<float>(code);
+    }
+    return as_type<float>(BindStatic_1._data[_step]) * float(code);
+}
+
+static inline __attribute__((always_inline))
 Rows4 skin_add(thread Rows4& sum, thread const float& weight, thread const Rows4& joint)
 {
     sum.row0 += (joint.row0 * weight);
@@ -97,19 +143,26 @@ Rows4 bind_skin_matrix(thread const uint& row, const device BindStatic& BindStat
 {
     Rows4 blended = skin_none();
     uint end = BindStatic_1._data[(constants.skin_ptr + row) + 1u];
-    uint _827 = constants.skin_ptr + row;
+    uint _1022 = constants.skin_ptr + row;
     Rows4 m;
-    for (uint e = BindStatic_1._data[_827]; e < end; e++)
+    for (uint e = BindStatic_1._data[_1022]; e < end; e++)
     {
-        uint at = constants.joints + (12u * BindStatic_1._data[constants.skin_entry + (2u * e)]);
+        uint param = constants.skin_column;
+        uint param_1 = e;
+        uint param_2 = constants.skin_column_width;
+        uint at = constants.joints + (12u * bind_code(param, param_1, param_2, BindStatic_1));
         m.row0 = float4(Pose_1._data[at], Pose_1._data[at + 1u], Pose_1._data[at + 2u], Pose_1._data[at + 3u]);
         m.row1 = float4(Pose_1._data[at + 4u], Pose_1._data[at + 5u], Pose_1._data[at + 6u], Pose_1._data[at + 7u]);
         m.row2 = float4(Pose_1._data[at + 8u], Pose_1._data[at + 9u], Pose_1._data[at + 10u], Pose_1._data[at + 11u]);
-        Rows4 param = blended;
-        float param_1 = as_type<float>(BindStatic_1._data[(constants.skin_entry + (2u * e)) + 1u]);
-        Rows4 param_2 = m;
-        Rows4 _928 = skin_add(param, param_1, param_2);
-        blended = _928;
+        uint param_3 = constants.skin_weight;
+        uint param_4 = e;
+        uint param_5 = constants.skin_weight_width;
+        uint param_6 = constants.skin_weight_step;
+        Rows4 param_7 = blended;
+        float param_8 = bind_weight(param_3, param_4, param_5, param_6, BindStatic_1);
+        Rows4 param_9 = m;
+        Rows4 _1133 = skin_add(param_7, param_8, param_9);
+        blended = _1133;
     }
     return blended;
 }
@@ -141,21 +194,66 @@ Rows3 polar(thread Rows3& m)
 }
 
 static inline __attribute__((always_inline))
-float3 bind_delta(thread const uint& at, const device BindStatic& BindStatic_1)
+float packed_step_count(thread const uint& code, thread const uint& width)
 {
-    return float3(as_type<float>(BindStatic_1._data[at + 1u]), as_type<float>(BindStatic_1._data[at + 2u]), as_type<float>(BindStatic_1._data[at + 3u]));
+    return float(code) - float(1u << (width - 1u));
+}
+
+static inline __attribute__((always_inline))
+float bind_signed(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& _step, const device BindStatic& BindStatic_1)
+{
+    if (width == 0u)
+    {
+        return 0.0;
+    }
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint code = bind_code(param, param_1, param_2, BindStatic_1);
+    if (width == 32u)
+    {
+        return as_type<float>(code);
+    }
+    uint param_3 = code;
+    uint param_4 = width;
+    return as_type<float>(BindStatic_1._data[_step]) * packed_step_count(param_3, param_4);
+}
+
+static inline __attribute__((always_inline))
+float3 bind_signed3(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& _step, const device BindStatic& BindStatic_1)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint param_3 = _step;
+    uint param_4 = section;
+    uint param_5 = index + 1u;
+    uint param_6 = width;
+    uint param_7 = _step + 1u;
+    uint param_8 = section;
+    uint param_9 = index + 2u;
+    uint param_10 = width;
+    uint param_11 = _step + 2u;
+    return float3(bind_signed(param, param_1, param_2, param_3, BindStatic_1), bind_signed(param_4, param_5, param_6, param_7, BindStatic_1), bind_signed(param_8, param_9, param_10, param_11, BindStatic_1));
 }
 
 static inline __attribute__((always_inline))
 float3 bind_corrected(thread float3& mean, thread const uint& row, const device BindStatic& BindStatic_1, constant BindSkinConstants& constants, const device Pose& Pose_1)
 {
     uint end = BindStatic_1._data[(constants.corrective_ptr + row) + 1u];
-    uint _713 = constants.corrective_ptr + row;
-    for (uint e = BindStatic_1._data[_713]; e < end; e++)
+    uint _868 = constants.corrective_ptr + row;
+    for (uint e = BindStatic_1._data[_868]; e < end; e++)
     {
-        uint at = constants.corrective_entry + (4u * e);
-        uint param = at;
-        mean += (bind_delta(param, BindStatic_1) * Pose_1._data[constants.features + BindStatic_1._data[at]]);
+        uint param = constants.corrective_column;
+        uint param_1 = e;
+        uint param_2 = constants.corrective_column_width;
+        uint column = bind_code(param, param_1, param_2, BindStatic_1);
+        uint _step = constants.corrective_mean_step + (3u * column);
+        uint param_3 = constants.corrective_mean;
+        uint param_4 = 3u * e;
+        uint param_5 = constants.corrective_mean_width;
+        uint param_6 = _step;
+        mean += (bind_signed3(param_3, param_4, param_5, param_6, BindStatic_1) * Pose_1._data[constants.features + column]);
     }
     return mean;
 }
@@ -171,15 +269,22 @@ float3 bind_late(thread const uint& row, const device BindStatic& BindStatic_1, 
 {
     float3 sum = float3(0.0);
     uint end = BindStatic_1._data[(constants.late_ptr + row) + 1u];
-    uint _772 = constants.late_ptr + row;
-    for (uint e = BindStatic_1._data[_772]; e < end; e++)
+    uint _946 = constants.late_ptr + row;
+    for (uint e = BindStatic_1._data[_946]; e < end; e++)
     {
-        uint at = constants.late_entry + (4u * e);
-        uint param = at;
-        float3 param_1 = sum;
-        float param_2 = Pose_1._data[constants.late + BindStatic_1._data[at]];
-        float3 param_3 = bind_delta(param, BindStatic_1);
-        sum = late_add(param_1, param_2, param_3);
+        uint param = constants.late_column;
+        uint param_1 = e;
+        uint param_2 = constants.late_column_width;
+        uint column = bind_code(param, param_1, param_2, BindStatic_1);
+        uint param_3 = constants.late_mean;
+        uint param_4 = 3u * e;
+        uint param_5 = constants.late_mean_width;
+        uint param_6 = constants.late_mean_step + (3u * column);
+        float3 delta = bind_signed3(param_3, param_4, param_5, param_6, BindStatic_1);
+        float3 param_7 = sum;
+        float param_8 = Pose_1._data[constants.late + column];
+        float3 param_9 = delta;
+        sum = late_add(param_7, param_8, param_9);
     }
     return sum;
 }
@@ -311,8 +416,8 @@ void _bind_skin(thread const uint3& id, const device BindStatic& BindStatic_1, c
         {
             Rows4 param_1 = transform;
             Rows3 param_2 = linear_part(param_1);
-            Rows3 _997 = polar(param_2);
-            rotation = _997;
+            Rows3 _1202 = polar(param_2);
+            rotation = _1202;
         }
     }
     Rows4 world;
@@ -322,11 +427,11 @@ void _bind_skin(thread const uint3& id, const device BindStatic& BindStatic_1, c
     float4 mean = Splats_1._data[row];
     float3 param_3 = mean.xyz;
     uint param_4 = row;
-    float3 _1025 = bind_corrected(param_3, param_4, BindStatic_1, constants, Pose_1);
+    float3 _1230 = bind_corrected(param_3, param_4, BindStatic_1, constants, Pose_1);
     uint param_5 = row;
     Rows4 param_6 = transform;
     Rows3 param_7 = rotation;
-    float3 param_8 = _1025;
+    float3 param_8 = _1230;
     float3 param_9 = bind_late(param_5, BindStatic_1, constants, Pose_1);
     float4 param_10 = Splats_1._data[constants.count + row];
     BoundSplat b = bind_by_matrix(param_6, param_7, param_8, param_9, param_10);
@@ -337,8 +442,8 @@ void _bind_skin(thread const uint3& id, const device BindStatic& BindStatic_1, c
     BoundSplat param_11 = b;
     Rows4 param_12 = world;
     float4 param_13 = constants.world_quat_wxyz;
-    BoundSplat _1059 = bind_place(param_11, param_12, param_13);
-    b = _1059;
+    BoundSplat _1264 = bind_place(param_11, param_12, param_13);
+    b = _1264;
     Splats_1._data[row] = float4(b.mean, mean.w);
     Splats_1._data[constants.count + row] = b.quat_wxyz;
     Splats_1._data[(2u * constants.count) + row] = float4(b.sh_rotation.row0, ((device float*)&Splats_1._data[(2u * constants.count) + row])[3u]);

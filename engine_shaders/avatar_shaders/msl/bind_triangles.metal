@@ -29,8 +29,12 @@ struct SurfaceStatic
 struct BindTrianglesConstants
 {
     uint triangles;
-    uint triangle_plane;
-    uint canonical_frame;
+    uint vertices;
+    uint corners;
+    uint corners_width;
+    uint canonical;
+    uint canonical_width;
+    uint canonical_scale;
     uint rotation_rule;
     uint quaternion_sign;
 };
@@ -46,9 +50,75 @@ struct Triangles
 };
 
 static inline __attribute__((always_inline))
-float3 corner(thread const uint& plane, thread const uint& row, const device SurfaceStatic& SurfaceStatic_1, constant BindTrianglesConstants& constants, const device Mesh& Mesh_1)
+uint packed_element(thread const uint& word, thread const uint& bit, thread const uint& width)
 {
-    return Mesh_1._data[SurfaceStatic_1._data[(constants.triangle_plane + (plane * constants.triangles)) + row]].xyz;
+    return (word >> (bit & 31u)) & ((1u << width) - 1u);
+}
+
+static inline __attribute__((always_inline))
+uint surface_code(thread const uint& section, thread const uint& index, thread const uint& width, const device SurfaceStatic& SurfaceStatic_1)
+{
+    if (width == 32u)
+    {
+        return SurfaceStatic_1._data[section + index];
+    }
+    uint bit = index * width;
+    uint param = SurfaceStatic_1._data[section + (bit >> uint(5))];
+    uint param_1 = bit;
+    uint param_2 = width;
+    return packed_element(param, param_1, param_2);
+}
+
+static inline __attribute__((always_inline))
+uint corner(thread const uint& plane, thread const uint& row, const device SurfaceStatic& SurfaceStatic_1, constant BindTrianglesConstants& constants)
+{
+    uint param = constants.corners;
+    uint param_1 = (plane * constants.triangles) + row;
+    uint param_2 = constants.corners_width;
+    return surface_code(param, param_1, param_2, SurfaceStatic_1);
+}
+
+static inline __attribute__((always_inline))
+float surface_linear(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& scale, const device SurfaceStatic& SurfaceStatic_1)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint code = surface_code(param, param_1, param_2, SurfaceStatic_1);
+    if (width == 32u)
+    {
+        return as_type<float>(code);
+    }
+    return as_type<float>(SurfaceStatic_1._data[scale]) + (as_type<float>(SurfaceStatic_1._data[scale + 1u]) * float(code));
+}
+
+static inline __attribute__((always_inline))
+float3 surface_linear3(thread const uint& section, thread const uint& index, thread const uint& stride, thread const uint& width, thread const uint& scale, const device SurfaceStatic& SurfaceStatic_1)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint param_3 = scale;
+    uint param_4 = section;
+    uint param_5 = index + stride;
+    uint param_6 = width;
+    uint param_7 = scale + 2u;
+    uint param_8 = section;
+    uint param_9 = index + (2u * stride);
+    uint param_10 = width;
+    uint param_11 = scale + 4u;
+    return float3(surface_linear(param, param_1, param_2, param_3, SurfaceStatic_1), surface_linear(param_4, param_5, param_6, param_7, SurfaceStatic_1), surface_linear(param_8, param_9, param_10, param_11, SurfaceStatic_1));
+}
+
+static inline __attribute__((always_inline))
+float3 canonical_position(thread const uint& vertex0, const device SurfaceStatic& SurfaceStatic_1, constant BindTrianglesConstants& constants)
+{
+    uint param = constants.canonical;
+    uint param_1 = vertex0;
+    uint param_2 = constants.vertices;
+    uint param_3 = constants.canonical_width;
+    uint param_4 = constants.canonical_scale;
+    return surface_linear3(param, param_1, param_2, param_3, param_4, SurfaceStatic_1);
 }
 
 static inline __attribute__((always_inline))
@@ -136,40 +206,6 @@ TriangleShape triangle_by_area(thread const float3& p0, thread const float3& p1,
 }
 
 static inline __attribute__((always_inline))
-float canonical_axis(thread const uint& plane, thread const uint& row, const device SurfaceStatic& SurfaceStatic_1, constant BindTrianglesConstants& constants)
-{
-    return as_type<float>(SurfaceStatic_1._data[(constants.canonical_frame + (plane * constants.triangles)) + row]);
-}
-
-static inline __attribute__((always_inline))
-Rows3 canonical_rows(thread const uint& row, const device SurfaceStatic& SurfaceStatic_1, constant BindTrianglesConstants& constants)
-{
-    uint param = 0u;
-    uint param_1 = row;
-    uint param_2 = 1u;
-    uint param_3 = row;
-    uint param_4 = 2u;
-    uint param_5 = row;
-    Rows3 m;
-    m.row0 = float3(canonical_axis(param, param_1, SurfaceStatic_1, constants), canonical_axis(param_2, param_3, SurfaceStatic_1, constants), canonical_axis(param_4, param_5, SurfaceStatic_1, constants));
-    uint param_6 = 3u;
-    uint param_7 = row;
-    uint param_8 = 4u;
-    uint param_9 = row;
-    uint param_10 = 5u;
-    uint param_11 = row;
-    m.row1 = float3(canonical_axis(param_6, param_7, SurfaceStatic_1, constants), canonical_axis(param_8, param_9, SurfaceStatic_1, constants), canonical_axis(param_10, param_11, SurfaceStatic_1, constants));
-    uint param_12 = 6u;
-    uint param_13 = row;
-    uint param_14 = 7u;
-    uint param_15 = row;
-    uint param_16 = 8u;
-    uint param_17 = row;
-    m.row2 = float3(canonical_axis(param_12, param_13, SurfaceStatic_1, constants), canonical_axis(param_14, param_15, SurfaceStatic_1, constants), canonical_axis(param_16, param_17, SurfaceStatic_1, constants));
-    return m;
-}
-
-static inline __attribute__((always_inline))
 float3 rotate(thread const Rows3& m, thread const float3& v)
 {
     return float3(dot(m.row0, v), dot(m.row1, v), dot(m.row2, v));
@@ -216,38 +252,56 @@ void _bind_triangles(thread const uint3& id, const device SurfaceStatic& Surface
     }
     uint param = 0u;
     uint param_1 = row;
-    float3 p0 = corner(param, param_1, SurfaceStatic_1, constants, Mesh_1);
+    uint v0 = corner(param, param_1, SurfaceStatic_1, constants);
     uint param_2 = 1u;
     uint param_3 = row;
-    float3 p1 = corner(param_2, param_3, SurfaceStatic_1, constants, Mesh_1);
+    uint v1 = corner(param_2, param_3, SurfaceStatic_1, constants);
     uint param_4 = 2u;
     uint param_5 = row;
-    float3 p2 = corner(param_4, param_5, SurfaceStatic_1, constants, Mesh_1);
+    uint v2 = corner(param_4, param_5, SurfaceStatic_1, constants);
+    float3 p0 = Mesh_1._data[v0].xyz;
+    float3 p1 = Mesh_1._data[v1].xyz;
+    float3 p2 = Mesh_1._data[v2].xyz;
+    uint param_6 = v0;
+    float3 c0 = canonical_position(param_6, SurfaceStatic_1, constants);
+    uint param_7 = v1;
+    float3 c1 = canonical_position(param_7, SurfaceStatic_1, constants);
+    uint param_8 = v2;
+    float3 c2 = canonical_position(param_8, SurfaceStatic_1, constants);
     TriangleShape shape;
+    TriangleShape rest;
     float4 turn;
     if (constants.rotation_rule == 2u)
     {
-        float3 param_6 = p0;
-        float3 param_7 = p1;
-        float3 param_8 = p2;
-        shape = triangle_by_edge(param_6, param_7, param_8);
-        Rows3 param_9 = shape.frame;
-        turn = quat_from_matrix(param_9);
+        float3 param_9 = p0;
+        float3 param_10 = p1;
+        float3 param_11 = p2;
+        shape = triangle_by_edge(param_9, param_10, param_11);
+        float3 param_12 = c0;
+        float3 param_13 = c1;
+        float3 param_14 = c2;
+        rest = triangle_by_edge(param_12, param_13, param_14);
+        Rows3 param_15 = shape.frame;
+        turn = quat_from_matrix(param_15);
     }
     else
     {
-        float3 param_10 = p0;
-        float3 param_11 = p1;
-        float3 param_12 = p2;
-        shape = triangle_by_area(param_10, param_11, param_12);
-        uint param_13 = row;
-        Rows3 param_14 = shape.frame;
-        Rows3 param_15 = canonical_rows(param_13, SurfaceStatic_1, constants);
-        uint param_16 = constants.quaternion_sign;
-        turn = triangle_turn(param_14, param_15, param_16);
+        float3 param_16 = p0;
+        float3 param_17 = p1;
+        float3 param_18 = p2;
+        shape = triangle_by_area(param_16, param_17, param_18);
+        float3 param_19 = c0;
+        float3 param_20 = c1;
+        float3 param_21 = c2;
+        rest = triangle_by_area(param_19, param_20, param_21);
+        Rows3 param_22 = shape.frame;
+        Rows3 param_23 = rest.frame;
+        uint param_24 = constants.quaternion_sign;
+        turn = triangle_turn(param_22, param_23, param_24);
     }
     Triangles_1._data[row] = float4(shape.across, shape.size);
     Triangles_1._data[constants.triangles + row] = turn;
+    Triangles_1._data[(2u * constants.triangles) + row] = float4(rest.size, float(v0), float(v1), float(v2));
 }
 
 kernel void bind_triangles(const device SurfaceStatic& SurfaceStatic_1 [[buffer(0)]], const device Mesh& Mesh_1 [[buffer(1)]], device Triangles& Triangles_1 [[buffer(2)]], constant BindTrianglesConstants& constants [[buffer(8)]], uint3 gl_GlobalInvocationID [[thread_position_in_grid]])

@@ -14,29 +14,33 @@ struct Rows4
     float4 row2;
 };
 
+struct SurfaceStatic
+{
+    uint _data[1];
+};
+
 struct BindVerticesConstants
 {
     uint vertices;
     uint triangles;
-    uint canonical_size;
     uint vertex_triangle_ptr;
     uint vertex_triangle;
+    uint vertex_triangle_width;
     float normal_floor;
     float quaternion_floor;
     uint rotation_rule;
     uint skin_ptr;
-    uint skin_entry;
+    uint skin_column;
+    uint skin_column_width;
+    uint skin_weight;
+    uint skin_weight_width;
+    uint skin_weight_step;
     uint joints;
 };
 
 struct Pose
 {
     float _data[1];
-};
-
-struct SurfaceStatic
-{
-    uint _data[1];
 };
 
 struct Triangles
@@ -48,6 +52,26 @@ struct Mesh
 {
     float4 _data[1];
 };
+
+static inline __attribute__((always_inline))
+uint packed_element(thread const uint& word, thread const uint& bit, thread const uint& width)
+{
+    return (word >> (bit & 31u)) & ((1u << width) - 1u);
+}
+
+static inline __attribute__((always_inline))
+uint surface_code(thread const uint& section, thread const uint& index, thread const uint& width, const device SurfaceStatic& SurfaceStatic_1)
+{
+    if (width == 32u)
+    {
+        return SurfaceStatic_1._data[section + index];
+    }
+    uint bit = index * width;
+    uint param = SurfaceStatic_1._data[section + (bit >> uint(5))];
+    uint param_1 = bit;
+    uint param_2 = width;
+    return packed_element(param, param_1, param_2);
+}
 
 static inline __attribute__((always_inline))
 float3 vertex_normal(thread const float3& sum_across, thread const float& normal_floor)
@@ -63,6 +87,20 @@ Rows4 skin_none()
     sum.row1 = float4(0.0);
     sum.row2 = float4(0.0);
     return sum;
+}
+
+static inline __attribute__((always_inline))
+float surface_weight(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& _step, const device SurfaceStatic& SurfaceStatic_1)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint code = surface_code(param, param_1, param_2, SurfaceStatic_1);
+    if (width == 32u)
+    {
+        return as_type<float>(code);
+    }
+    return as_type<float>(SurfaceStatic_1._data[_step]) * float(code);
 }
 
 static inline __attribute__((always_inline))
@@ -86,20 +124,27 @@ Rows4 skin_add(thread Rows4& sum, thread const float& weight, thread const Rows4
 }
 
 static inline __attribute__((always_inline))
-Rows4 vertex_skin_matrix(thread const uint& row, constant BindVerticesConstants& constants, const device Pose& Pose_1, const device SurfaceStatic& SurfaceStatic_1)
+Rows4 vertex_skin_matrix(thread const uint& row, const device SurfaceStatic& SurfaceStatic_1, constant BindVerticesConstants& constants, const device Pose& Pose_1)
 {
     Rows4 blended = skin_none();
     uint end = SurfaceStatic_1._data[(constants.skin_ptr + row) + 1u];
-    uint _224 = constants.skin_ptr + row;
-    for (uint e = SurfaceStatic_1._data[_224]; e < end; e++)
+    uint _308 = constants.skin_ptr + row;
+    for (uint e = SurfaceStatic_1._data[_308]; e < end; e++)
     {
-        uint at = constants.skin_entry + (2u * e);
-        uint param = SurfaceStatic_1._data[at];
-        Rows4 param_1 = blended;
-        float param_2 = as_type<float>(SurfaceStatic_1._data[at + 1u]);
-        Rows4 param_3 = vertex_joint(param, constants, Pose_1);
-        Rows4 _257 = skin_add(param_1, param_2, param_3);
-        blended = _257;
+        uint param = constants.skin_weight;
+        uint param_1 = e;
+        uint param_2 = constants.skin_weight_width;
+        uint param_3 = constants.skin_weight_step;
+        float weight = surface_weight(param, param_1, param_2, param_3, SurfaceStatic_1);
+        uint param_4 = constants.skin_column;
+        uint param_5 = e;
+        uint param_6 = constants.skin_column_width;
+        uint param_7 = surface_code(param_4, param_5, param_6, SurfaceStatic_1);
+        Rows4 param_8 = blended;
+        float param_9 = weight;
+        Rows4 param_10 = vertex_joint(param_7, constants, Pose_1);
+        Rows4 _353 = skin_add(param_8, param_9, param_10);
+        blended = _353;
     }
     return blended;
 }
@@ -117,7 +162,7 @@ float4 vertex_quat(thread const float4& sum_turn, thread const float& quaternion
 }
 
 static inline __attribute__((always_inline))
-void _bind_vertices(thread const uint3& id, constant BindVerticesConstants& constants, const device Pose& Pose_1, const device SurfaceStatic& SurfaceStatic_1, const device Triangles& Triangles_1, device Mesh& Mesh_1)
+void _bind_vertices(thread const uint3& id, const device SurfaceStatic& SurfaceStatic_1, constant BindVerticesConstants& constants, const device Pose& Pose_1, const device Triangles& Triangles_1, device Mesh& Mesh_1)
 {
     uint row = id.x;
     if (row >= constants.vertices)
@@ -128,21 +173,25 @@ void _bind_vertices(thread const uint3& id, constant BindVerticesConstants& cons
     float4 turn = float4(0.0);
     float area = 0.0;
     uint end = SurfaceStatic_1._data[(constants.vertex_triangle_ptr + row) + 1u];
-    uint _291 = constants.vertex_triangle_ptr + row;
-    for (uint e = SurfaceStatic_1._data[_291]; e < end; e++)
+    uint _386 = constants.vertex_triangle_ptr + row;
+    for (uint e = SurfaceStatic_1._data[_386]; e < end; e++)
     {
-        uint t = SurfaceStatic_1._data[constants.vertex_triangle + e];
+        uint param = constants.vertex_triangle;
+        uint param_1 = e;
+        uint param_2 = constants.vertex_triangle_width;
+        uint t = surface_code(param, param_1, param_2, SurfaceStatic_1);
+        float canonical_size = ((device float*)&Triangles_1._data[(2u * constants.triangles) + t])[0u];
         across += Triangles_1._data[t].xyz;
-        turn += (Triangles_1._data[constants.triangles + t] * as_type<float>(SurfaceStatic_1._data[constants.canonical_size + t]));
-        area += as_type<float>(SurfaceStatic_1._data[constants.canonical_size + t]);
+        turn += (Triangles_1._data[constants.triangles + t] * canonical_size);
+        area += canonical_size;
     }
-    float3 param = across;
-    float param_1 = constants.normal_floor;
-    Mesh_1._data[constants.vertices + row] = float4(vertex_normal(param, param_1), 0.0);
+    float3 param_3 = across;
+    float param_4 = constants.normal_floor;
+    Mesh_1._data[constants.vertices + row] = float4(vertex_normal(param_3, param_4), 0.0);
     if (constants.rotation_rule == 3u)
     {
-        uint param_2 = row;
-        Rows4 blended = vertex_skin_matrix(param_2, constants, Pose_1, SurfaceStatic_1);
+        uint param_5 = row;
+        Rows4 blended = vertex_skin_matrix(param_5, SurfaceStatic_1, constants, Pose_1);
         Mesh_1._data[(2u * constants.vertices) + row] = blended.row0;
         Mesh_1._data[(3u * constants.vertices) + row] = blended.row1;
         Mesh_1._data[(4u * constants.vertices) + row] = blended.row2;
@@ -151,15 +200,15 @@ void _bind_vertices(thread const uint3& id, constant BindVerticesConstants& cons
     {
         if (constants.rotation_rule == 1u)
         {
-            float4 param_3 = turn;
-            float param_4 = area;
-            Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat_mean(param_3, param_4);
+            float4 param_6 = turn;
+            float param_7 = area;
+            Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat_mean(param_6, param_7);
         }
         else
         {
-            float4 param_5 = turn;
-            float param_6 = constants.quaternion_floor;
-            Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat(param_5, param_6);
+            float4 param_8 = turn;
+            float param_9 = constants.quaternion_floor;
+            Mesh_1._data[(2u * constants.vertices) + row] = vertex_quat(param_8, param_9);
         }
     }
 }
@@ -168,6 +217,6 @@ kernel void bind_vertices(const device SurfaceStatic& SurfaceStatic_1 [[buffer(0
 {
     uint3 id = gl_GlobalInvocationID;
     uint3 param = id;
-    _bind_vertices(param, constants, Pose_1, SurfaceStatic_1, Triangles_1, Mesh_1);
+    _bind_vertices(param, SurfaceStatic_1, constants, Pose_1, Triangles_1, Mesh_1);
 }
 

@@ -28,12 +28,44 @@ struct BlendConstants
 {
     uint count;
     uint sh_terms;
-    uint base_plane;
-    uint geometry_ptr;
-    uint geometry_entry;
-    uint appearance_ptr;
-    uint appearance_entry;
     uint weights;
+    uint base_mean;
+    uint base_mean_width;
+    uint base_mean_scale;
+    uint base_log_scale;
+    uint base_log_scale_width;
+    uint base_log_scale_scale;
+    uint base_quat;
+    uint base_quat_width;
+    uint base_quat_scale;
+    uint base_opacity;
+    uint base_opacity_width;
+    uint base_opacity_table;
+    uint base_sh;
+    uint base_sh_width;
+    uint base_sh_scale;
+    uint geometry_ptr;
+    uint geometry_column;
+    uint geometry_column_width;
+    uint geometry_mean;
+    uint geometry_mean_width;
+    uint geometry_mean_step;
+    uint geometry_quat;
+    uint geometry_quat_width;
+    uint geometry_quat_step;
+    uint appearance_ptr;
+    uint appearance_column;
+    uint appearance_column_width;
+    uint appearance_log_scale;
+    uint appearance_log_scale_width;
+    uint appearance_log_scale_step;
+    uint appearance_opacity;
+    uint appearance_opacity_width;
+    uint appearance_opacity_step;
+    uint appearance_sh;
+    uint appearance_sh_width;
+    uint appearance_sh_step;
+    uint unused;
 };
 
 struct Pose
@@ -52,37 +84,99 @@ struct Splats
 };
 
 static inline __attribute__((always_inline))
-float blend_value(thread const uint& at, const device BlendStatic& BlendStatic_1)
+uint packed_element(thread const uint& word, thread const uint& bit, thread const uint& width)
 {
-    return as_type<float>(BlendStatic_1._data[at]);
+    return (word >> (bit & 31u)) & ((1u << width) - 1u);
 }
 
 static inline __attribute__((always_inline))
-float blend_base(thread const uint& plane, thread const uint& row, const device BlendStatic& BlendStatic_1, constant BlendConstants& constants)
+uint blend_code(thread const uint& section, thread const uint& index, thread const uint& width, const device BlendStatic& BlendStatic_1)
 {
-    uint param = (constants.base_plane + (plane * constants.count)) + row;
-    return blend_value(param, BlendStatic_1);
+    if (width == 32u)
+    {
+        return BlendStatic_1._data[section + index];
+    }
+    uint bit = index * width;
+    uint param = BlendStatic_1._data[section + (bit >> uint(5))];
+    uint param_1 = bit;
+    uint param_2 = width;
+    return packed_element(param, param_1, param_2);
 }
 
 static inline __attribute__((always_inline))
-float3 blend_base3(thread const uint& plane, thread const uint& row, const device BlendStatic& BlendStatic_1, constant BlendConstants& constants)
+float blend_linear(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& scale, const device BlendStatic& BlendStatic_1)
 {
-    uint param = plane;
-    uint param_1 = row;
-    uint param_2 = plane + 1u;
-    uint param_3 = row;
-    uint param_4 = plane + 2u;
-    uint param_5 = row;
-    return float3(blend_base(param, param_1, BlendStatic_1, constants), blend_base(param_2, param_3, BlendStatic_1, constants), blend_base(param_4, param_5, BlendStatic_1, constants));
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint code = blend_code(param, param_1, param_2, BlendStatic_1);
+    if (width == 32u)
+    {
+        return as_type<float>(code);
+    }
+    return as_type<float>(BlendStatic_1._data[scale]) + (as_type<float>(BlendStatic_1._data[scale + 1u]) * float(code));
 }
 
 static inline __attribute__((always_inline))
-float3 blend_value3(thread const uint& at, const device BlendStatic& BlendStatic_1)
+float3 blend_linear3(thread const uint& section, thread const uint& index, thread const uint& stride, thread const uint& width, thread const uint& scale, const device BlendStatic& BlendStatic_1)
 {
-    uint param = at;
-    uint param_1 = at + 1u;
-    uint param_2 = at + 2u;
-    return float3(blend_value(param, BlendStatic_1), blend_value(param_1, BlendStatic_1), blend_value(param_2, BlendStatic_1));
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint param_3 = scale;
+    uint param_4 = section;
+    uint param_5 = index + stride;
+    uint param_6 = width;
+    uint param_7 = scale + 2u;
+    uint param_8 = section;
+    uint param_9 = index + (2u * stride);
+    uint param_10 = width;
+    uint param_11 = scale + 4u;
+    return float3(blend_linear(param, param_1, param_2, param_3, BlendStatic_1), blend_linear(param_4, param_5, param_6, param_7, BlendStatic_1), blend_linear(param_8, param_9, param_10, param_11, BlendStatic_1));
+}
+
+static inline __attribute__((always_inline))
+float packed_step_count(thread const uint& code, thread const uint& width)
+{
+    return float(code) - float(1u << (width - 1u));
+}
+
+static inline __attribute__((always_inline))
+float blend_signed(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& _step, const device BlendStatic& BlendStatic_1)
+{
+    if (width == 0u)
+    {
+        return 0.0;
+    }
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint code = blend_code(param, param_1, param_2, BlendStatic_1);
+    if (width == 32u)
+    {
+        return as_type<float>(code);
+    }
+    uint param_3 = code;
+    uint param_4 = width;
+    return as_type<float>(BlendStatic_1._data[_step]) * packed_step_count(param_3, param_4);
+}
+
+static inline __attribute__((always_inline))
+float3 blend_signed3(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& _step, const device BlendStatic& BlendStatic_1)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint param_3 = _step;
+    uint param_4 = section;
+    uint param_5 = index + 1u;
+    uint param_6 = width;
+    uint param_7 = _step + 1u;
+    uint param_8 = section;
+    uint param_9 = index + 2u;
+    uint param_10 = width;
+    uint param_11 = _step + 2u;
+    return float3(blend_signed(param, param_1, param_2, param_3, BlendStatic_1), blend_signed(param_4, param_5, param_6, param_7, BlendStatic_1), blend_signed(param_8, param_9, param_10, param_11, BlendStatic_1));
 }
 
 static inline __attribute__((always_inline))
@@ -96,35 +190,72 @@ BlendGeometry blend_geometry(thread BlendGeometry& g, thread const float& weight
 static inline __attribute__((always_inline))
 BlendGeometry blended_geometry(thread const uint& row, const device BlendStatic& BlendStatic_1, constant BlendConstants& constants, const device Pose& Pose_1)
 {
-    uint param = 0u;
+    uint param = constants.base_mean;
     uint param_1 = row;
+    uint param_2 = constants.count;
+    uint param_3 = constants.base_mean_width;
+    uint param_4 = constants.base_mean_scale;
     BlendGeometry g;
-    g.mean = blend_base3(param, param_1, BlendStatic_1, constants);
-    uint param_2 = 6u;
-    uint param_3 = row;
-    uint param_4 = 7u;
-    uint param_5 = row;
-    g.quat_wxyz = float4(blend_base(param_2, param_3, BlendStatic_1, constants), blend_base3(param_4, param_5, BlendStatic_1, constants));
+    g.mean = blend_linear3(param, param_1, param_2, param_3, param_4, BlendStatic_1);
+    uint param_5 = constants.base_quat;
+    uint param_6 = row;
+    uint param_7 = constants.base_quat_width;
+    uint param_8 = constants.base_quat_scale;
+    uint param_9 = constants.base_quat;
+    uint param_10 = constants.count + row;
+    uint param_11 = constants.count;
+    uint param_12 = constants.base_quat_width;
+    uint param_13 = constants.base_quat_scale + 2u;
+    g.quat_wxyz = float4(blend_linear(param_5, param_6, param_7, param_8, BlendStatic_1), blend_linear3(param_9, param_10, param_11, param_12, param_13, BlendStatic_1));
     uint end = BlendStatic_1._data[(constants.geometry_ptr + row) + 1u];
-    uint _224 = constants.geometry_ptr + row;
-    for (uint e = BlendStatic_1._data[_224]; e < end; e++)
+    uint _481 = constants.geometry_ptr + row;
+    for (uint e = BlendStatic_1._data[_481]; e < end; e++)
     {
-        uint at = constants.geometry_entry + (8u * e);
-        float weight = Pose_1._data[constants.weights + BlendStatic_1._data[at]];
+        uint param_14 = constants.geometry_column;
+        uint param_15 = e;
+        uint param_16 = constants.geometry_column_width;
+        uint column = blend_code(param_14, param_15, param_16, BlendStatic_1);
+        float weight = Pose_1._data[constants.weights + column];
         if (weight != 0.0)
         {
-            uint param_6 = at + 1u;
-            uint param_7 = at + 4u;
-            uint param_8 = at + 5u;
-            BlendGeometry param_9 = g;
-            float param_10 = weight;
-            float3 param_11 = blend_value3(param_6, BlendStatic_1);
-            float4 param_12 = float4(blend_value(param_7, BlendStatic_1), blend_value3(param_8, BlendStatic_1));
-            BlendGeometry _288 = blend_geometry(param_9, param_10, param_11, param_12);
-            g = _288;
+            uint param_17 = constants.geometry_mean;
+            uint param_18 = 3u * e;
+            uint param_19 = constants.geometry_mean_width;
+            uint param_20 = constants.geometry_mean_step + (3u * column);
+            float3 mean = blend_signed3(param_17, param_18, param_19, param_20, BlendStatic_1);
+            uint _step = constants.geometry_quat_step + (4u * column);
+            uint param_21 = constants.geometry_quat;
+            uint param_22 = 4u * e;
+            uint param_23 = constants.geometry_quat_width;
+            uint param_24 = _step;
+            uint param_25 = constants.geometry_quat;
+            uint param_26 = (4u * e) + 1u;
+            uint param_27 = constants.geometry_quat_width;
+            uint param_28 = _step + 1u;
+            float4 quat_wxyz = float4(blend_signed(param_21, param_22, param_23, param_24, BlendStatic_1), blend_signed3(param_25, param_26, param_27, param_28, BlendStatic_1));
+            BlendGeometry param_29 = g;
+            float param_30 = weight;
+            float3 param_31 = mean;
+            float4 param_32 = quat_wxyz;
+            BlendGeometry _590 = blend_geometry(param_29, param_30, param_31, param_32);
+            g = _590;
         }
     }
     return g;
+}
+
+static inline __attribute__((always_inline))
+float blend_table(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& table, const device BlendStatic& BlendStatic_1)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint code = blend_code(param, param_1, param_2, BlendStatic_1);
+    if (width == 32u)
+    {
+        return as_type<float>(code);
+    }
+    return as_type<float>(BlendStatic_1._data[table + code]);
 }
 
 static inline __attribute__((always_inline))
@@ -138,32 +269,59 @@ BlendAppearance blend_appearance(thread BlendAppearance& a, thread const float& 
 static inline __attribute__((always_inline))
 BlendAppearance blended_appearance(thread const uint& row, const device BlendStatic& BlendStatic_1, constant BlendConstants& constants, const device Pose& Pose_1)
 {
-    uint param = 3u;
+    uint param = constants.base_log_scale;
     uint param_1 = row;
+    uint param_2 = constants.count;
+    uint param_3 = constants.base_log_scale_width;
+    uint param_4 = constants.base_log_scale_scale;
     BlendAppearance a;
-    a.log_scale = blend_base3(param, param_1, BlendStatic_1, constants);
-    uint param_2 = 10u;
-    uint param_3 = row;
-    a.opacity_logit = blend_base(param_2, param_3, BlendStatic_1, constants);
+    a.log_scale = blend_linear3(param, param_1, param_2, param_3, param_4, BlendStatic_1);
+    uint param_5 = constants.base_opacity;
+    uint param_6 = row;
+    uint param_7 = constants.base_opacity_width;
+    uint param_8 = constants.base_opacity_table;
+    a.opacity_logit = blend_table(param_5, param_6, param_7, param_8, BlendStatic_1);
     uint end = BlendStatic_1._data[(constants.appearance_ptr + row) + 1u];
-    uint _320 = constants.appearance_ptr + row;
-    for (uint e = BlendStatic_1._data[_320]; e < end; e++)
+    uint _645 = constants.appearance_ptr + row;
+    for (uint e = BlendStatic_1._data[_645]; e < end; e++)
     {
-        uint at = constants.appearance_entry + ((5u + (3u * constants.sh_terms)) * e);
-        float weight = Pose_1._data[constants.weights + BlendStatic_1._data[at]];
+        uint param_9 = constants.appearance_column;
+        uint param_10 = e;
+        uint param_11 = constants.appearance_column_width;
+        uint column = blend_code(param_9, param_10, param_11, BlendStatic_1);
+        float weight = Pose_1._data[constants.weights + column];
         if (weight != 0.0)
         {
-            uint param_4 = at + 1u;
-            uint param_5 = at + 4u;
-            BlendAppearance param_6 = a;
-            float param_7 = weight;
-            float3 param_8 = blend_value3(param_4, BlendStatic_1);
-            float param_9 = blend_value(param_5, BlendStatic_1);
-            BlendAppearance _369 = blend_appearance(param_6, param_7, param_8, param_9);
-            a = _369;
+            uint param_12 = constants.appearance_log_scale;
+            uint param_13 = 3u * e;
+            uint param_14 = constants.appearance_log_scale_width;
+            uint param_15 = constants.appearance_log_scale_step + (3u * column);
+            float3 log_scale = blend_signed3(param_12, param_13, param_14, param_15, BlendStatic_1);
+            uint param_16 = constants.appearance_opacity;
+            uint param_17 = e;
+            uint param_18 = constants.appearance_opacity_width;
+            uint param_19 = constants.appearance_opacity_step + column;
+            float opacity_logit = blend_signed(param_16, param_17, param_18, param_19, BlendStatic_1);
+            BlendAppearance param_20 = a;
+            float param_21 = weight;
+            float3 param_22 = log_scale;
+            float param_23 = opacity_logit;
+            BlendAppearance _725 = blend_appearance(param_20, param_21, param_22, param_23);
+            a = _725;
         }
     }
     return a;
+}
+
+static inline __attribute__((always_inline))
+float3 blend_base_sh(thread const uint& t, thread const uint& row, const device BlendStatic& BlendStatic_1, constant BlendConstants& constants)
+{
+    uint param = constants.base_sh;
+    uint param_1 = (t * constants.count) + row;
+    uint param_2 = constants.count;
+    uint param_3 = constants.base_sh_width;
+    uint param_4 = constants.base_sh_scale + (2u * t);
+    return blend_linear3(param, param_1, param_2, param_3, param_4, BlendStatic_1);
 }
 
 static inline __attribute__((always_inline))
@@ -188,69 +346,90 @@ static inline __attribute__((always_inline))
 void blend_sh_from(thread const uint& k, thread const uint& row, const device BlendStatic& BlendStatic_1, constant BlendConstants& constants, const device Pose& Pose_1, device Sh& Sh_1)
 {
     uint last = constants.sh_terms - 1u;
-    uint stride = 5u + (3u * constants.sh_terms);
+    uint terms = 3u * constants.sh_terms;
     uint t0 = 3u * k;
     uint t1 = 3u * min((k + 1u), last);
     uint t2 = 3u * min((k + 2u), last);
     uint t3 = 3u * min((k + 3u), last);
-    uint param = 11u + t0;
+    uint param = t0;
     uint param_1 = row;
-    float3 c0 = blend_base3(param, param_1, BlendStatic_1, constants);
-    uint param_2 = 11u + t1;
+    float3 c0 = blend_base_sh(param, param_1, BlendStatic_1, constants);
+    uint param_2 = t1;
     uint param_3 = row;
-    float3 c1 = blend_base3(param_2, param_3, BlendStatic_1, constants);
-    uint param_4 = 11u + t2;
+    float3 c1 = blend_base_sh(param_2, param_3, BlendStatic_1, constants);
+    uint param_4 = t2;
     uint param_5 = row;
-    float3 c2 = blend_base3(param_4, param_5, BlendStatic_1, constants);
-    uint param_6 = 11u + t3;
+    float3 c2 = blend_base_sh(param_4, param_5, BlendStatic_1, constants);
+    uint param_6 = t3;
     uint param_7 = row;
-    float3 c3 = blend_base3(param_6, param_7, BlendStatic_1, constants);
+    float3 c3 = blend_base_sh(param_6, param_7, BlendStatic_1, constants);
     uint end = BlendStatic_1._data[(constants.appearance_ptr + row) + 1u];
-    uint _483 = constants.appearance_ptr + row;
-    for (uint e = BlendStatic_1._data[_483]; e < end; e++)
+    if (constants.appearance_sh_width == 0u)
     {
-        uint at = constants.appearance_entry + (stride * e);
-        float weight = Pose_1._data[constants.weights + BlendStatic_1._data[at]];
+        end = 0u;
+    }
+    uint _839 = constants.appearance_ptr + row;
+    for (uint e = BlendStatic_1._data[_839]; e < end; e++)
+    {
+        uint param_8 = constants.appearance_column;
+        uint param_9 = e;
+        uint param_10 = constants.appearance_column_width;
+        uint column = blend_code(param_8, param_9, param_10, BlendStatic_1);
+        float weight = Pose_1._data[constants.weights + column];
         if (weight != 0.0)
         {
-            uint param_8 = (at + 5u) + t0;
-            float3 param_9 = c0;
-            float param_10 = weight;
-            float3 param_11 = blend_value3(param_8, BlendStatic_1);
-            c0 = blend_sh(param_9, param_10, param_11);
-            uint param_12 = (at + 5u) + t1;
-            float3 param_13 = c1;
-            float param_14 = weight;
-            float3 param_15 = blend_value3(param_12, BlendStatic_1);
-            c1 = blend_sh(param_13, param_14, param_15);
-            uint param_16 = (at + 5u) + t2;
-            float3 param_17 = c2;
-            float param_18 = weight;
-            float3 param_19 = blend_value3(param_16, BlendStatic_1);
-            c2 = blend_sh(param_17, param_18, param_19);
-            uint param_20 = (at + 5u) + t3;
-            float3 param_21 = c3;
-            float param_22 = weight;
-            float3 param_23 = blend_value3(param_20, BlendStatic_1);
-            c3 = blend_sh(param_21, param_22, param_23);
+            uint at = terms * e;
+            uint _step = constants.appearance_sh_step + (terms * column);
+            uint param_11 = constants.appearance_sh;
+            uint param_12 = at + t0;
+            uint param_13 = constants.appearance_sh_width;
+            uint param_14 = _step + t0;
+            float3 param_15 = c0;
+            float param_16 = weight;
+            float3 param_17 = blend_signed3(param_11, param_12, param_13, param_14, BlendStatic_1);
+            c0 = blend_sh(param_15, param_16, param_17);
+            uint param_18 = constants.appearance_sh;
+            uint param_19 = at + t1;
+            uint param_20 = constants.appearance_sh_width;
+            uint param_21 = _step + t1;
+            float3 param_22 = c1;
+            float param_23 = weight;
+            float3 param_24 = blend_signed3(param_18, param_19, param_20, param_21, BlendStatic_1);
+            c1 = blend_sh(param_22, param_23, param_24);
+            uint param_25 = constants.appearance_sh;
+            uint param_26 = at + t2;
+            uint param_27 = constants.appearance_sh_width;
+            uint param_28 = _step + t2;
+            float3 param_29 = c2;
+            float param_30 = weight;
+            float3 param_31 = blend_signed3(param_25, param_26, param_27, param_28, BlendStatic_1);
+            c2 = blend_sh(param_29, param_30, param_31);
+            uint param_32 = constants.appearance_sh;
+            uint param_33 = at + t3;
+            uint param_34 = constants.appearance_sh_width;
+            uint param_35 = _step + t3;
+            float3 param_36 = c3;
+            float param_37 = weight;
+            float3 param_38 = blend_signed3(param_32, param_33, param_34, param_35, BlendStatic_1);
+            c3 = blend_sh(param_36, param_37, param_38);
         }
     }
-    uint param_24 = k;
-    uint param_25 = row;
-    float3 param_26 = c0;
-    blend_store_sh(param_24, param_25, param_26, constants, Sh_1);
-    uint param_27 = k + 1u;
-    uint param_28 = row;
-    float3 param_29 = c1;
-    blend_store_sh(param_27, param_28, param_29, constants, Sh_1);
-    uint param_30 = k + 2u;
-    uint param_31 = row;
-    float3 param_32 = c2;
-    blend_store_sh(param_30, param_31, param_32, constants, Sh_1);
-    uint param_33 = k + 3u;
-    uint param_34 = row;
-    float3 param_35 = c3;
-    blend_store_sh(param_33, param_34, param_35, constants, Sh_1);
+    uint param_39 = k;
+    uint param_40 = row;
+    float3 param_41 = c0;
+    blend_store_sh(param_39, param_40, param_41, constants, Sh_1);
+    uint param_42 = k + 1u;
+    uint param_43 = row;
+    float3 param_44 = c1;
+    blend_store_sh(param_42, param_43, param_44, constants, Sh_1);
+    uint param_45 = k + 2u;
+    uint param_46 = row;
+    float3 param_47 = c2;
+    blend_store_sh(param_45, param_46, param_47, constants, Sh_1);
+    uint param_48 = k + 3u;
+    uint param_49 = row;
+    float3 param_50 = c3;
+    blend_store_sh(param_48, param_49, param_50, constants, Sh_1);
 }
 
 static inline __attribute__((always_inline))

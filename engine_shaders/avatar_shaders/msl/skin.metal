@@ -14,14 +14,27 @@ struct Rows4
     float4 row2;
 };
 
+struct SkinStatic
+{
+    uint _data[1];
+};
+
 struct SkinConstants
 {
     uint first;
     uint count;
     uint late_ptr;
-    uint late_entry;
+    uint late_column;
+    uint late_column_width;
+    uint late_position;
+    uint late_position_width;
+    uint late_position_step;
     uint skin_ptr;
-    uint skin_entry;
+    uint skin_column;
+    uint skin_column_width;
+    uint skin_weight;
+    uint skin_weight_width;
+    uint skin_weight_step;
     uint late;
     uint joints;
 };
@@ -29,11 +42,6 @@ struct SkinConstants
 struct Pose
 {
     float _data[1];
-};
-
-struct SkinStatic
-{
-    uint _data[1];
 };
 
 struct Mesh
@@ -49,6 +57,40 @@ Rows4 skin_none()
     sum.row1 = float4(0.0);
     sum.row2 = float4(0.0);
     return sum;
+}
+
+static inline __attribute__((always_inline))
+uint packed_element(thread const uint& word, thread const uint& bit, thread const uint& width)
+{
+    return (word >> (bit & 31u)) & ((1u << width) - 1u);
+}
+
+static inline __attribute__((always_inline))
+uint skinned_code(thread const uint& section, thread const uint& index, thread const uint& width, const device SkinStatic& SkinStatic_1)
+{
+    if (width == 32u)
+    {
+        return SkinStatic_1._data[section + index];
+    }
+    uint bit = index * width;
+    uint param = SkinStatic_1._data[section + (bit >> uint(5))];
+    uint param_1 = bit;
+    uint param_2 = width;
+    return packed_element(param, param_1, param_2);
+}
+
+static inline __attribute__((always_inline))
+float skinned_weight(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& _step, const device SkinStatic& SkinStatic_1)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint code = skinned_code(param, param_1, param_2, SkinStatic_1);
+    if (width == 32u)
+    {
+        return as_type<float>(code);
+    }
+    return as_type<float>(SkinStatic_1._data[_step]) * float(code);
 }
 
 static inline __attribute__((always_inline))
@@ -78,13 +120,57 @@ float3 transform_point(thread const Rows4& m, thread const float3& p)
 }
 
 static inline __attribute__((always_inline))
+float packed_step_count(thread const uint& code, thread const uint& width)
+{
+    return float(code) - float(1u << (width - 1u));
+}
+
+static inline __attribute__((always_inline))
+float skinned_signed(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& _step, const device SkinStatic& SkinStatic_1)
+{
+    if (width == 0u)
+    {
+        return 0.0;
+    }
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint code = skinned_code(param, param_1, param_2, SkinStatic_1);
+    if (width == 32u)
+    {
+        return as_type<float>(code);
+    }
+    uint param_3 = code;
+    uint param_4 = width;
+    return as_type<float>(SkinStatic_1._data[_step]) * packed_step_count(param_3, param_4);
+}
+
+static inline __attribute__((always_inline))
+float3 skinned_signed3(thread const uint& section, thread const uint& index, thread const uint& width, thread const uint& _step, const device SkinStatic& SkinStatic_1)
+{
+    uint param = section;
+    uint param_1 = index;
+    uint param_2 = width;
+    uint param_3 = _step;
+    uint param_4 = section;
+    uint param_5 = index + 1u;
+    uint param_6 = width;
+    uint param_7 = _step + 1u;
+    uint param_8 = section;
+    uint param_9 = index + 2u;
+    uint param_10 = width;
+    uint param_11 = _step + 2u;
+    return float3(skinned_signed(param, param_1, param_2, param_3, SkinStatic_1), skinned_signed(param_4, param_5, param_6, param_7, SkinStatic_1), skinned_signed(param_8, param_9, param_10, param_11, SkinStatic_1));
+}
+
+static inline __attribute__((always_inline))
 float3 late_add(thread const float3& posed, thread const float& weight, thread const float3& delta)
 {
     return posed + (delta * weight);
 }
 
 static inline __attribute__((always_inline))
-void _skin(thread const uint3& id, constant SkinConstants& constants, const device Pose& Pose_1, const device SkinStatic& SkinStatic_1, device Mesh& Mesh_1)
+void _skin(thread const uint3& id, const device SkinStatic& SkinStatic_1, constant SkinConstants& constants, const device Pose& Pose_1, device Mesh& Mesh_1)
 {
     uint row = id.x;
     if (row >= constants.count)
@@ -93,30 +179,44 @@ void _skin(thread const uint3& id, constant SkinConstants& constants, const devi
     }
     Rows4 blended = skin_none();
     uint end = SkinStatic_1._data[(constants.skin_ptr + row) + 1u];
-    uint _272 = constants.skin_ptr + row;
-    for (uint e = SkinStatic_1._data[_272]; e < end; e++)
+    uint _448 = constants.skin_ptr + row;
+    for (uint e = SkinStatic_1._data[_448]; e < end; e++)
     {
-        uint at = constants.skin_entry + (2u * e);
-        uint param = SkinStatic_1._data[at];
-        Rows4 param_1 = blended;
-        float param_2 = as_type<float>(SkinStatic_1._data[at + 1u]);
-        Rows4 param_3 = skin_joint(param, constants, Pose_1);
-        Rows4 _304 = skin_add(param_1, param_2, param_3);
-        blended = _304;
+        uint param = constants.skin_weight;
+        uint param_1 = e;
+        uint param_2 = constants.skin_weight_width;
+        uint param_3 = constants.skin_weight_step;
+        float weight = skinned_weight(param, param_1, param_2, param_3, SkinStatic_1);
+        uint param_4 = constants.skin_column;
+        uint param_5 = e;
+        uint param_6 = constants.skin_column_width;
+        uint param_7 = skinned_code(param_4, param_5, param_6, SkinStatic_1);
+        Rows4 param_8 = blended;
+        float param_9 = weight;
+        Rows4 param_10 = skin_joint(param_7, constants, Pose_1);
+        Rows4 _493 = skin_add(param_8, param_9, param_10);
+        blended = _493;
     }
-    Rows4 param_4 = blended;
-    float3 param_5 = Mesh_1._data[constants.first + row].xyz;
-    float3 posed = transform_point(param_4, param_5);
+    Rows4 param_11 = blended;
+    float3 param_12 = Mesh_1._data[constants.first + row].xyz;
+    float3 posed = transform_point(param_11, param_12);
     uint late_end = SkinStatic_1._data[(constants.late_ptr + row) + 1u];
-    uint _336 = constants.late_ptr + row;
-    for (uint l = SkinStatic_1._data[_336]; l < late_end; l++)
+    uint _525 = constants.late_ptr + row;
+    for (uint l = SkinStatic_1._data[_525]; l < late_end; l++)
     {
-        uint at_1 = constants.late_entry + (4u * l);
-        float3 delta = float3(as_type<float>(SkinStatic_1._data[at_1 + 1u]), as_type<float>(SkinStatic_1._data[at_1 + 2u]), as_type<float>(SkinStatic_1._data[at_1 + 3u]));
-        float3 param_6 = posed;
-        float param_7 = Pose_1._data[constants.late + SkinStatic_1._data[at_1]];
-        float3 param_8 = delta;
-        posed = late_add(param_6, param_7, param_8);
+        uint param_13 = constants.late_column;
+        uint param_14 = l;
+        uint param_15 = constants.late_column_width;
+        uint column = skinned_code(param_13, param_14, param_15, SkinStatic_1);
+        uint param_16 = constants.late_position;
+        uint param_17 = 3u * l;
+        uint param_18 = constants.late_position_width;
+        uint param_19 = constants.late_position_step + (3u * column);
+        float3 delta = skinned_signed3(param_16, param_17, param_18, param_19, SkinStatic_1);
+        float3 param_20 = posed;
+        float param_21 = Pose_1._data[constants.late + column];
+        float3 param_22 = delta;
+        posed = late_add(param_20, param_21, param_22);
     }
     Mesh_1._data[constants.first + row] = float4(posed, 1.0);
 }
@@ -125,6 +225,6 @@ kernel void skin(const device SkinStatic& SkinStatic_1 [[buffer(0)]], const devi
 {
     uint3 id = gl_GlobalInvocationID;
     uint3 param = id;
-    _skin(param, constants, Pose_1, SkinStatic_1, Mesh_1);
+    _skin(param, SkinStatic_1, constants, Pose_1, Mesh_1);
 }
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import avatar_shaders
-from avatar_runtime.avatar import Avatar
+from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.backends.gl import GlBackend, make_scene
 from avatar_runtime.backends.gl.context import own_context
 from avatar_runtime.backends.gl.gpu import Gpu
@@ -72,7 +72,7 @@ def test_a_small_limit_is_never_exceeded(
         want, splats = image(gl), gl.animate(posed_of(gl), Clock())
     monkeypatch.setattr(moderngl.Context, "buffer", noted)
     with backend(avatar, context=context, buffer_limit=1600) as gl:
-        assert len(gl.deformer.chunks) > 5
+        assert len(gl.interpreter.chunks) > 5
         got, found = image(gl), gl.animate(posed_of(gl), Clock())
         gl.mesh(posed_of(gl), Clock())
     assert 1000 < max(sizes) <= 1600
@@ -82,12 +82,13 @@ def test_a_small_limit_is_never_exceeded(
 
 
 def test_what_no_limit_can_split(context: moderngl.Context) -> None:
-    with pytest.raises(AvatarError, match=r"backend gl: Gaussian 1 takes 1228 bytes .* limit is 1100"):
+    with pytest.raises(AvatarError, match=r"backend gl: Gaussian 1 takes 1212 bytes .* limit is 1100"):
         GlBackend(FULL, context, buffer_limit=1100)
+    rules = Rules("bary_vertex_lbs", position="interpolated_normal")  # five planes of float4
     with pytest.raises(
-        AvatarError, match=r"backend gl: the surface of 20 triangles takes 1368 bytes .* limit is 1300"
+        AvatarError, match=r"backend gl: the mesh of 20 vertices takes 1600 bytes .* limit is 1300"
     ):
-        GlBackend(SURFACE, context, buffer_limit=1300)
+        GlBackend(surface_avatar(3, rules), context, buffer_limit=1300)
     with pytest.raises(ValueError, match="buffer_limit is 10 bytes; 1024 to"):
         GlBackend(FULL, context, buffer_limit=10)
 

@@ -9,8 +9,8 @@ import moderngl
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.backends import Arrays
-from avatar_runtime.backends.gl.deform import Deformer
-from avatar_runtime.backends.gl.gpu import BUFFER_LIMIT, Gpu
+from avatar_runtime.backends.gl.gpu import Gpu
+from avatar_runtime.backends.gl.interpreter import Interpreter
 from avatar_runtime.backends.gl.programs import Programs, Shaders
 from avatar_runtime.backends.gl.scene import Scene
 from avatar_runtime.backends.gl.stage import run_stage
@@ -18,6 +18,8 @@ from avatar_runtime.backends.gl.steps import Steps, clocked
 from avatar_runtime.backends.gl.transfer import take_sh, take_splats
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock, Posed
+from avatar_runtime.program.bake import program_of
+from avatar_runtime.program.chunks import BUFFER_LIMIT
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import Image
 
@@ -66,9 +68,9 @@ class GlBackend:
         try:
             with self.gpu.current():
                 self.programs = Programs(self.gpu, shaders)
-                self.deformer = Deformer(self.gpu, self.programs, avatar)
+                self.interpreter = Interpreter(self.gpu, self.programs, *program_of(avatar, buffer_limit))
                 self.scene = Scene(
-                    self.gpu, self.programs, [self.deformer], target=target, order=order, timed=timed
+                    self.gpu, self.programs, [self.interpreter], target=target, order=order, timed=timed
                 )
         except BaseException:
             self.gpu.release()
@@ -83,9 +85,9 @@ class GlBackend:
         """Stages morph and skin of the rig: [V, 3], mesh space."""
 
         def run(steps: Steps) -> F32:
-            self.deformer.set_pose(posed)
-            self.deformer.pose_mesh(steps)
-            return self.deformer.mesh.download()
+            self.interpreter.set_pose(posed)
+            self.interpreter.mesh.run(steps)
+            return self.interpreter.download_mesh()
 
         with self.gpu.current():
             return clocked(self.context, clock, self._timed, run)
@@ -94,10 +96,10 @@ class GlBackend:
         """Stages up to activate, downloaded."""
 
         def run(steps: Steps) -> Splats:
-            self.deformer.deform(posed, steps)
-            chunks = self.deformer.chunks
+            self.interpreter.deform(posed, steps)
+            chunks = self.interpreter.chunks
             found = take_splats(chunks)
-            sh = take_sh(chunks, self.avatar.gaussians.sh.shape[1])
+            sh = take_sh(chunks, self.interpreter.sh_terms)
             return Splats.of({**found, "sh": sh})
 
         with self.gpu.current():
@@ -116,7 +118,7 @@ class GlBackend:
     def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
         """One stage alone."""
         with self.gpu.current():
-            return run_stage(name, self.deformer, self.scene.drawing, inputs, camera)
+            return run_stage(name, self.interpreter, self.scene.drawing, inputs, camera)
 
     def release(self) -> None:
         """Frees buffers, programs and images, and the context if this backend made it."""
@@ -149,7 +151,7 @@ def make_scene(
         return Scene(
             first.gpu,
             first.programs,
-            [backend.deformer for backend in backends],
+            [backend.interpreter for backend in backends],
             target=target,
             order=order,
             timed=timed,

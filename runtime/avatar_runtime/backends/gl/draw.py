@@ -10,20 +10,21 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F32
-from avatar_runtime.backends.gl.deform import Chunk
-from avatar_runtime.backends.gl.gpu import MOST_ROWS, Gpu
-from avatar_runtime.backends.gl.layout import QUAD
+from avatar_runtime.backends.gl.gpu import Gpu
+from avatar_runtime.backends.gl.interpreter import Chunk
 from avatar_runtime.backends.gl.programs import Dispatch, Programs
 from avatar_runtime.backends.gl.sort import Sort
 from avatar_runtime.backends.gl.state import drawing_into
 from avatar_runtime.backends.gl.target import TARGETS, Target, check_depth
 from avatar_runtime.camera import Camera
+from avatar_runtime.program.chunks import MOST_ROWS
 from avatar_runtime.stages.raster import Image
 
 ORDERS = {
     "back_to_front": (moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA),
     "front_to_back": (moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE),
 }
+QUAD = 48  # bytes of one drawn instance
 FLIP_Y = -1.0  # the first row of GL's target is the top one of the image
 Depth = npt.NDArray[Any] | moderngl.Texture
 

@@ -12,11 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.backends.gl.context import current, language_of, let_go, own_context
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.program.chunks import too_large
 
-BUFFER_LIMIT = 128 << 20  # bytes of one binding that WebGPU and most phones grant
-MOST_GROUPS, GROUP = 65535, 64  # thread groups of one dispatch, threads of one group
-MOST_ROWS = MOST_GROUPS * GROUP
 LEAST_LIMIT = 1024  # bytes; a smaller one has no room even for the constants of a frame
 LARGEST_LIMIT = (1 << 31) - 1  # bytes; sizes in OpenGL's interface are signed
 
@@ -76,11 +73,3 @@ class Gpu:
         if self._own:
             let_go(self.context)
             self._own = False
-
-
-def too_large(what: str, size: int, limit: int) -> AvatarError:
-    """The error for a buffer that cannot be split."""
-    return AvatarError(
-        f"{what} takes {size} bytes in one buffer, the limit is {limit}; raise buffer_limit, or prune the avatar",
-        field="backend gl",
-    )

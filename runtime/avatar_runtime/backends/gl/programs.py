@@ -12,8 +12,9 @@ import moderngl
 import numpy as np
 
 import avatar_shaders
-from avatar_runtime.backends.gl.gpu import GROUP, MOST_GROUPS, Gpu
+from avatar_runtime.backends.gl.gpu import Gpu
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.program.chunks import GROUP, MOST_GROUPS
 
 Values = Mapping[str, Any]
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 
 import moderngl
 import numpy as np
 
 from avatar_runtime.avatar import F32
 from avatar_runtime.backends.gl.composite import Composite
-from avatar_runtime.backends.gl.deform import Deformer
 from avatar_runtime.backends.gl.draw import Depth, Drawing, over
 from avatar_runtime.backends.gl.gpu import Gpu
+from avatar_runtime.backends.gl.interpreter import Interpreter
 from avatar_runtime.backends.gl.programs import Programs
 from avatar_runtime.backends.gl.steps import Steps, clocked
 from avatar_runtime.backends.gl.target import Target
@@ -30,15 +29,15 @@ class Scene:
         self,
         gpu: Gpu,
         programs: Programs,
-        deformers: Sequence[Deformer],
+        avatars: Sequence[Interpreter],
         *,
         target: str,
         order: str,
         timed: bool,
     ) -> None:
         """The context is current. Options as for `GlBackend`; raises as that does."""
-        self._gpu, self._deformers, self._timed = gpu, deformers, timed
-        chunks = [chunk for deformer in deformers for chunk in deformer.chunks]
+        self._gpu, self._avatars, self._timed = gpu, avatars, timed
+        chunks = [chunk for avatar in avatars for chunk in avatar.chunks]
         self.drawing = Drawing(gpu, programs, chunks, target, order)
         self._composite = Composite(gpu, programs)
 
@@ -99,11 +98,11 @@ class Scene:
     def _accumulate(
         self, posed: Sequence[Posed], camera: Camera, depth: Depth | None, steps: Steps
     ) -> Target:
-        if len(posed) != len(self._deformers):
-            raise ValueError(f"{len(posed)} poses for {len(self._deformers)} avatars")
-        for deformer, own in zip(self._deformers, posed, strict=True):
-            deformer.deform(own, steps)
-        for deformer in self._deformers:
-            steps.run("project", partial(deformer.project, camera))
+        if len(posed) != len(self._avatars):
+            raise ValueError(f"{len(posed)} poses for {len(self._avatars)} avatars")
+        for avatar, own in zip(self._avatars, posed, strict=True):
+            avatar.deform(own, steps)
+        for avatar in self._avatars:
+            avatar.project(camera, steps)
         steps.run("sort", self.drawing.sort.run)
         return steps.run("raster", lambda: self.drawing.raster(camera, depth))

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.backends.gl.deform import Chunk
 from avatar_runtime.backends.gl.gpu import Gpu
-from avatar_runtime.backends.gl.layout import PAIR, WORD
+from avatar_runtime.backends.gl.interpreter import Chunk
 from avatar_runtime.backends.gl.programs import Programs
 
+PAIR, WORD = 8, 4  # bytes of (key, id), of a count
 DIGITS, BITS, PASSES = 16, 4, 8
 BLOCK = 1024  # pairs a thread group: AVATAR_SORT_BLOCK of sort.hlsli
 NOT_DRAWN = 0xFFFFFFFF  # the key of splats without radius; sorts last

@@ -9,8 +9,9 @@ import numpy as np
 
 from avatar_runtime.avatar import F32
 from avatar_runtime.backends import Arrays
-from avatar_runtime.backends.gl.deform import Deformer
 from avatar_runtime.backends.gl.draw import Drawing, over
+from avatar_runtime.backends.gl.interpreter import Interpreter
+from avatar_runtime.backends.gl.steps import Steps
 from avatar_runtime.backends.gl.transfer import (
     put_projected,
     put_splats,
@@ -26,44 +27,53 @@ POSE_ARRAYS = ("expression_weights", "pose_feature", "late_weights", "skin_matri
 
 
 def run_stage(
-    name: str, deformer: Deformer, drawing: Drawing, inputs: Arrays, camera: Camera | None
+    name: str, player: Interpreter, drawing: Drawing, inputs: Arrays, camera: Camera | None
 ) -> Outputs:
     """Outputs of stage `name` as `conformance.STAGE_ARRAYS` names them."""
     given = {array: np.asarray(inputs[array], np.float32) for array in POSE_ARRAYS if array in inputs}
-    deformer.set_weights(**given)
-    return RUN[name](deformer, drawing, inputs, camera)
+    player.set_weights(**given)
+    return RUN[name](player, drawing, inputs, camera)
 
 
-def _morph(deformer: Deformer, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
-    deformer.mesh.morph()
-    return {"vertices": deformer.mesh.download()}
+def _steps(player: Interpreter) -> Steps:
+    return Steps(player.gpu.context, None)
 
 
-def _skin(deformer: Deformer, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
-    deformer.mesh.upload(x["vertices"])
-    deformer.mesh.skin()
-    return {"posed_vertices": deformer.mesh.download()}
+def _run(player: Interpreter, stage: str) -> None:
+    passes = player.mesh if stage in ("morph", "skin") else player.deforming
+    passes.run(_steps(player), [stage])
 
 
-def _blend(deformer: Deformer, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
-    deformer.blend()
-    found = take_splats(deformer.chunks)
+def _morph(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
+    _run(player, "morph")
+    return {"vertices": player.download_mesh()}
+
+
+def _skin(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
+    player.upload_mesh(x["vertices"])
+    _run(player, "skin")
+    return {"posed_vertices": player.download_mesh()}
+
+
+def _blend(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
+    _run(player, "blend")
+    found = take_splats(player.chunks)
     return {
         "mean": found["mean"],
         "log_scale": found["scale"],
         "quat_wxyz": found["quat_wxyz"],
         "opacity_logit": found["opacity"],
-        "sh": take_sh(deformer.chunks, deformer.avatar.gaussians.sh.shape[1]),
+        "sh": take_sh(player.chunks, player.sh_terms),
     }
 
 
-def _bind(deformer: Deformer, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
-    put_splats(deformer.chunks, x)
-    deformer.set_transforms(GroupTransforms(x["group_matrix"], x["group_rotation"]), x["world_from_avatar"])
-    if deformer.surface is not None:
-        deformer.mesh.upload(x["posed_vertices"])
-    deformer.bind()
-    found = take_splats(deformer.chunks)
+def _bind(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
+    put_splats(player.chunks, x)
+    player.set_transforms(GroupTransforms(x["group_matrix"], x["group_rotation"]), x["world_from_avatar"])
+    if player.program.reads_mesh:
+        player.upload_mesh(x["posed_vertices"])
+    _run(player, "bind")
+    found = take_splats(player.chunks)
     return {
         "mean": found["mean"],
         "log_scale": found["scale"],
@@ -72,36 +82,36 @@ def _bind(deformer: Deformer, drawing: Drawing, x: Arrays, camera: Camera | None
     }
 
 
-def _activate(deformer: Deformer, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
-    put_splats(deformer.chunks, x)
-    deformer.activate()
-    found = take_splats(deformer.chunks)
+def _activate(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
+    put_splats(player.chunks, x)
+    _run(player, "activate")
+    found = take_splats(player.chunks)
     return {name: found[name] for name in ("scale", "quat_wxyz", "opacity")}
 
 
-def _project(deformer: Deformer, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
+def _project(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
     assert camera is not None
-    put_splats(deformer.chunks, x)
-    deformer.project(camera)
-    return take_projected(deformer.chunks)
+    put_splats(player.chunks, x)
+    player.project(camera, _steps(player))
+    return take_projected(player.chunks)
 
 
-def _sort(deformer: Deformer, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
-    put_projected(deformer.chunks, x)
+def _sort(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
+    put_projected(player.chunks, x)
     drawing.sort.run()
     return {"order": drawing.sort.take()}
 
 
-def _raster(deformer: Deformer, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
+def _raster(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
     assert camera is not None
-    put_projected(deformer.chunks, x)
+    put_projected(player.chunks, x)
     drawing.sort.put(x["order"])
     background: F32 = np.asarray(x["background"], np.float32)
     image = over(drawing.raster(camera, None).read(), background)
     return {"colour": image.colour, "transmittance": image.transmittance}
 
 
-RUN: dict[str, Callable[[Deformer, Drawing, Arrays, Camera | None], Outputs]] = {
+RUN: dict[str, Callable[[Interpreter, Drawing, Arrays, Camera | None], Outputs]] = {
     "morph": _morph,
     "skin": _skin,
     "blend": _blend,

@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F32
-from avatar_runtime.backends.gl.deform import Chunk
-from avatar_runtime.backends.gl.layout import FLOAT4, PROJECTED_PLANES, SPLAT_PLANES, WORD
+from avatar_runtime.backends.gl.interpreter import FLOAT4, Chunk
+from avatar_runtime.program.gaussians import PROJECTED_PLANES, SPLAT_PLANES
+from avatar_runtime.program.model import WORD
 
 Arrays = Mapping[str, npt.NDArray[Any]]
 

@@ -1,0 +1,345 @@
+"""What the checker of programs refuses, it names: the pass, and the constant, section or buffer."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.program.check import check_program
+from avatar_runtime.program.model import Array, Buffer, Constant, Level, Pass, Program, Run, Section
+from tests.runtime.program.coded import programs
+from tests.runtime.program.mutations import (
+    Spot,
+    spots,
+    with_buffer,
+    with_chunk,
+    with_constant,
+    with_elements,
+    with_list,
+    with_pass,
+)
+
+PROGRAMS = programs()
+Change = Callable[[Program], Program]
+
+
+def at(program: Program, entry: str) -> tuple[Spot, Pass]:
+    """The first pass of an entry."""
+    return next((spot, one) for spot, one in spots(program) if one.entry == entry)
+
+
+def set_constant(entry: str, name: str, value: Constant) -> Change:
+    return lambda program: with_constant(program, *at(program, entry), name, value)
+
+
+def set_elements(buffer: str, name: str, index: int, value: float) -> Change:
+    def change(elements: Array) -> Array:
+        elements.view(np.float32 if isinstance(value, float) else elements.dtype)[index] = value
+        return elements
+
+    return lambda program: with_elements(program, buffer, name, change)
+
+
+def set_pass(entry: str, /, **changed: object) -> Change:
+    return lambda program: with_pass(program, at(program, entry)[0], **changed)
+
+
+def without(entry: str) -> Change:
+    def change(program: Program) -> Program:
+        spot, _ = at(program, entry)
+        return with_list(program, spot, lambda passes: passes.pop(spot[2]))
+
+    return change
+
+
+def twisted(program: Program) -> Program:
+    """All passes agree on a number of vertices that the mesh does not have."""
+    for spot, one in spots(program):
+        if "vertices" in one.constants:
+            program = with_constant(program, spot, one, "vertices", 21)
+    return program
+
+
+def renamed(program: Program) -> Program:
+    """The mesh is in a buffer of another name."""
+    for spot, one in spots(program):
+        bound = {name: "M" if buffer == "Mesh" else buffer for name, buffer in one.buffers.items()}
+        program = with_pass(program, spot, buffers=bound)
+    kept = {name: buffer for name, buffer in program.buffers.items() if name != "Mesh"}
+    return replace(program, buffers={**kept, "M": Buffer("M", program.buffers["Mesh"].size)})
+
+
+def shorter(buffer: str, name: str, by: int) -> Change:
+    return lambda program: with_elements(program, buffer, name, lambda e: e[: len(e) - by])
+
+
+def with_sections(change: Callable[[tuple[Section, ...]], tuple[Section, ...]]) -> Change:
+    def changed(program: Program) -> Program:
+        sections = change(program.buffers["SkinStatic.0"].sections)
+        size = 4 * sum(section.words for section in sections)
+        return with_buffer(program, "SkinStatic.0", sections=sections, size=size)
+
+    return changed
+
+
+def with_view(change: Callable[[tuple[Pass, ...]], tuple[Pass, ...]]) -> Change:
+    return lambda p: replace(p, levels=(replace(p.levels[0], view=change(p.levels[0].view)),))
+
+
+def many(program: Program) -> Program:
+    more = {f"more {i}": Buffer(f"more {i}", (1 << 31) - 1) for i in range(3)}
+    return replace(program, buffers={**program.buffers, **more})
+
+
+def later(program: Program, name: str, value: Constant) -> Program:
+    """Another constant in the second pass of blend."""
+    spot, one = [found for found in spots(program) if found[1].entry == "blend"][1]
+    return with_constant(program, spot, one, name, value)
+
+
+REFUSED: list[tuple[str, Change, str, str]] = [  # program, change, field, message
+    ("full", set_pass("blend", entry="sort_keys"), "level 0, deform pass 0 (sort_keys)", "no entry that"),
+    ("full", set_pass("blend", entry=["x"]), "level 0, deform pass 0 (['x'])", "no entry that"),
+    ("full", set_pass("project", constants={}), "level 0, view pass 0 (project), constants", "is missing"),
+    ("full", set_constant("project", "iso", 1), "(project), constants", "'iso' is not known"),
+    ("full", set_pass("project", buffers={}), "(project), buffers", "is missing"),
+    (
+        "full",
+        set_constant("project", "near_z", float("inf")),
+        "(project), near_z",
+        "is inf; a finite float32",
+    ),
+    ("full", set_constant("project", "near_z", 10**400), "(project), near_z", "a finite float32"),
+    ("full", set_constant("project", "eye", (0.0, 1.0)), "(project), eye", "4 finite float32"),
+    ("full", set_constant("project", "eye", "tan_half_fov"), "(project), eye", "has 2 floats; a float4"),
+    ("full", set_constant("project", "eye", "world_row0"), "(project), eye", "is no value of the frame"),
+    ("full", set_constant("project", "count", True), "(project), count", "whole number of 32 bits"),
+    ("full", set_constant("project", "count", 48.0), "(project), count", "whole number of 32 bits"),
+    (
+        "full",
+        set_constant("project", "sh_degree", 4),
+        "(project), sh_degree",
+        "4 is not known; known are 0, 1",
+    ),
+    ("full", set_constant("bind_skin", "rotation_rule", 0), "(bind_skin), rotation_rule", "0 is not known"),
+    (
+        "full",
+        set_constant("bind_skin", "group_matrix_row1", "group_matrix_row1[4]"),
+        "group_matrix_row1",
+        "4 groups",
+    ),
+    (
+        "full",
+        set_constant("bind_skin", "group_matrix_row1", "group_matrix_row1"),
+        "group_matrix_row1",
+        "needs a row",
+    ),
+    ("full", set_constant("bind_skin", "world_row1", "world_row1[0]"), "world_row1", "needs no row"),
+    ("full", set_constant("bind_skin", "first", 25), "(bind_skin), first+rows", "is 49; count is 48"),
+    ("full", set_pass("blend", rows=1 << 31), "(blend), rows", "constant count is 48"),
+    ("full", set_constant("skin", "joints", 0), "(skin), joints", "is 0; joints begins at"),
+    ("full", set_constant("skin", "first", 41), "(skin), Mesh", "takes 976 bytes; 'Mesh' has 960"),
+    ("full", set_constant("blend", "base_sh", 1), "(blend), base_sh", "the section begins at word"),
+    ("full", set_constant("blend", "base_sh_width", 24), "(blend), base_sh_width", "is 24; known are 0, 8"),
+    ("full", set_elements("BlendStatic.0", "base_mean", 7, float("nan")), "(blend), base_mean", "not finite"),
+    (
+        "full coded",
+        set_elements("BlendStatic.0", "base_mean_scale", 1, 1e35),
+        "base_mean_scale",
+        "exceeds 1e+30",
+    ),
+    (
+        "full coded",
+        set_elements("BlendStatic.0", "base_opacity", 9, 5),
+        "(blend), base_opacity",
+        "5; less than 5",
+    ),
+    (
+        "full",
+        set_elements("BlendStatic.0", "geometry_column", 3, 4),
+        "geometry_column",
+        "holds 4; less than 4",
+    ),
+    (
+        "full",
+        set_elements("BindStatic.0", "skin_ptr", 0, 1),
+        "(bind_skin), skin_ptr",
+        "does not begin with 0",
+    ),
+    ("full", set_elements("BindStatic.0", "skin_ptr", 4, 0), "(bind_skin), skin_ptr", "or falls"),
+    (
+        "surface",
+        set_elements("EmbedStatic.0", "triangle_ids", 5, 20),
+        "(bind_surface), triangle_ids",
+        "holds 20",
+    ),
+    ("surface", set_elements("SurfaceStatic", "corners", 5, 20), "(bind_triangles), corners", "less than 20"),
+    (
+        "surface",
+        without("bind_triangles"),
+        "(bind_vertices), Triangles",
+        "no earlier pass writes 'Triangles'",
+    ),
+    (
+        "surface",
+        without("blend"),
+        "level 0, deform pass 0 (bind_triangles), entry",
+        "the order is blend, bind",
+    ),
+    (
+        "surface",
+        set_constant("bind_surface", "rotation_rule", 1),
+        "rotation_rule",
+        "an earlier pass over Triangles",
+    ),
+    ("surface", twisted, "(morph), Mesh", "takes 1008 bytes; 'Mesh' has 960"),
+    ("surface", lambda p: replace(p, reads_mesh=False), "reads_mesh", "is False"),
+    ("surface", lambda p: replace(p, pose={**p.pose, "late": 10**6}), "pose", "takes"),
+    ("surface", lambda p: replace(p, pose_floats=p.pose_floats + 1), "pose", "joints takes 61 floats"),
+    ("surface", lambda p: replace(p, levels=()), "levels", "there is none"),
+    ("two levels", lambda p: replace(p, levels=p.levels[:1] * 2), "levels", "the same prefix"),
+    ("full", lambda p: with_buffer(p, "Sh.0", size=1 << 31), "buffer Sh.0", "2147483647 are the most"),
+    ("full", lambda p: with_buffer(p, "Sh.0", size=1 << 30), "buffer Sh.0", "passes touch 9216"),
+    ("full", lambda p: with_buffer(p, "BlendStatic.0", size=4), "buffer BlendStatic.0", "its sections take"),
+    (
+        "full",
+        lambda p: with_buffer(p, "Pose", sections=p.buffers["SkinStatic.0"].sections),
+        "buffer Pose",
+        "take",
+    ),
+    ("full", set_pass("activate", rows=0, constants={"count": 0}), "(activate), count", "is 0; 1 to 4194240"),
+    (
+        "full coded",
+        shorter("BlendStatic.0", "base_opacity_table", 5),
+        "base_opacity_table",
+        "1 of 32 bits are",
+    ),
+    (
+        "full coded",
+        shorter("BlendStatic.0", "base_sh_scale", 1),
+        "base_sh_scale",
+        "95 elements; 96 of 32 bits",
+    ),
+    ("surface", renamed, "(morph), Mesh", "is bound to 'M'; players write buffer 'Mesh'"),
+    ("full", with_sections(lambda s: s + s), "buffer SkinStatic.0, late_ptr", "is a duplicate"),
+    (
+        "full",
+        with_sections(lambda s: (Section("x", np.zeros(1)), *s)),
+        "buffer SkinStatic.0, x",
+        "is float64 (1,)",
+    ),
+    ("full", with_view(lambda view: ()), "level 0, view", "has no passes"),
+    ("full", with_view(lambda view: view * 2), "level 0, view", "2 passes write Projected.0; one is needed"),
+    ("full", with_view(lambda view: view * 20000), "level 0, view", "has 20000 passes; 16384 are the most"),
+    ("full", many, "buffers", "4294967296 are the most"),
+    (
+        "chunks",
+        lambda p: later(p, "sh_terms", 4),
+        "(blend), sh_terms",
+        "an earlier pass over level 0 (blend) has 16",
+    ),
+    (
+        "two levels",
+        set_pass("activate", buffers={"Splats": "level1/Splats.0"}),
+        "(activate), Splats",
+        "is no buffer of this chunk",
+    ),
+    ("chunks", lambda p: with_chunk(p, 0, 1, Run(3, 4)), "level 0, chunk 1", "begins at row 3, not"),
+]
+
+
+@pytest.mark.parametrize("case", range(len(REFUSED)))
+def test_what_is_refused_is_named(case: int) -> None:
+    name, change, field, message = REFUSED[case]
+    program, groups = PROGRAMS[name]
+    with pytest.raises(AvatarError, match=re.escape(message)) as found:
+        check_program(change(program), groups)
+    assert found.value.field is not None and field in found.value.field and len(str(found.value)) < 250
+
+
+def _instead(elements: Array, _: Array) -> Array:
+    return elements
+
+
+def test_a_row_has_a_limited_number_of_entries() -> None:
+    columns = np.zeros((1 << 16) + 1, np.uint8)
+    program, groups = PROGRAMS["full"]
+    late, ptr = np.zeros(3 * len(columns), np.uint32), np.full(49, len(columns), np.uint32)
+    ptr[0] = 0
+    for name, elements in (("late_column", columns), ("late_mean", late), ("late_ptr", ptr)):
+        program = with_elements(program, "BindStatic.0", name, partial(_instead, elements))
+    with pytest.raises(AvatarError, match="late_ptr: gives a row 65537 entries; 65536 are the most"):
+        check_program(program, groups)
+
+
+def large(count: int, entries: int, kind: type[np.generic]) -> Program:
+    """A program with blend and project alone; its codes are zeros that take no memory."""
+    terms, columns, bits = 16, 51, 8 * np.dtype(kind).itemsize
+    ptr = np.linspace(0, entries, count + 1).astype(np.uint32)
+    column = np.random.default_rng(0).integers(0, columns, entries).astype(np.uint8)
+    sections: list[Section] = []
+    widths: dict[str, Constant] = {}
+
+    def add(name: str, elements: int, floats: int, scale: str) -> None:
+        sections.append(Section(f"{name}_{scale}", np.zeros(floats, np.uint32)))
+        sections.append(Section(name, np.broadcast_to(np.zeros((), kind), elements)))
+        widths[f"{name}_width"] = bits
+
+    for name, channels in (("base_mean", 3), ("base_log_scale", 3), ("base_quat", 4), ("base_sh", 3 * terms)):
+        add(name, channels * count, 2 * channels, "scale")
+    add("base_opacity", count, 256, "table")
+    parts = {
+        "geometry": {"mean": 3, "quat": 4},
+        "appearance": {"log_scale": 3, "opacity": 1, "sh": 3 * terms},
+    }
+    for part, values in parts.items():
+        sections += [Section(f"{part}_ptr", ptr), Section(f"{part}_column", column)]
+        widths[f"{part}_column_width"] = 8
+        for name, channels in values.items():
+            add(f"{part}_{name}", channels * entries, channels * columns, "step")
+    static = Buffer("BlendStatic.0", 4 * sum(s.words for s in sections), tuple(sections))
+    chunk = {
+        "Splats.0": 80 * count,
+        "Sh.0": 12 * terms * count,
+        "Projected.0": 48 * count,
+        "Pose": 4 * columns,
+    }
+    buffers = {name: Buffer(name, size) for name, size in chunk.items()} | {static.name: static}
+    small, pose = PROGRAMS["full"][0], {"weights": 0, "features": columns, "late": columns, "joints": columns}
+    own = {"count": count, "sh_terms": terms, "weights": 0, **widths, **static.offsets()}
+    blend, project = (at(small, entry)[1] for entry in ("blend", "project"))
+    blend = replace(blend, rows=count, constants=own)
+    project = replace(project, rows=count, constants={**project.constants, "count": count})
+    return Program(buffers, (), (Level("", (Run(0, count),), (blend,), (project,)),), pose, columns, False)
+
+
+def test_70_000_gaussians_are_checked_in_no_time() -> None:
+    """600,000 entries a part."""
+    program, took = large(70_000, 600_000, np.uint8), []
+    for _ in range(3):
+        begun = time.process_time()
+        check_program(program, 0)
+        took.append(time.process_time() - begun)
+    assert min(took) < 0.05
+
+
+def test_bits_of_a_section_are_counted_in_32_bits() -> None:
+    """Kernels find an element by its first bit."""
+    with pytest.raises(
+        AvatarError, match="appearance_sh: has 288000000 elements of 16 bits; their bits exceed"
+    ):
+        check_program(large(200, 6_000_000, np.uint16), 0)
+
+
+def test_the_work_of_a_frame_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    program, groups = PROGRAMS["full"]
+    monkeypatch.setattr("avatar_runtime.program.check.MOST_WORK", 1000)
+    with pytest.raises(AvatarError, match=r"level 0: has \d+ rows and entries a frame; 1000 are the most"):
+        check_program(program, groups)
