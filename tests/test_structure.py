@@ -11,13 +11,13 @@ from tests import structure
 ORDER = {
     "avatar_runtime": (
         "io", "rotation", "rules", "version", "avatar", "camera", "checks", "pose", "topology", "program", "codec",
-        "handedness", "driving", "subset", "bundle", "enhance", "stages", "engine_pose", "posed", "backends", "player",
-        "conformance",
+        "handedness", "driving", "subset", "stages", "packs", "bundle", "enhance", "engine_pose", "posed", "backends",
+        "player", "conformance",
     ),
     "avatar_export": (
         "options", "provenance", "sparse", "version", "formats", "driving", "bodies", "asm", "ops", "images",
-        "measure", "levels", "clips", "rigs", "readers", "writers", "checks", "playing", "conversion", "summary",
-        "commands", "cli", "__main__",
+        "measure", "levels", "clips", "rigs", "readers", "writers", "packing", "checks", "playing", "conversion",
+        "summary", "commands", "cli", "__main__",
     ),
     "avatar_trainer": (
         "settings", "tensors", "captures", "enhancer", "parameters", "stages", "kernels", "raster", "losses", "asm",

@@ -54,15 +54,18 @@ def convert(
     Same input, same bytes. Raises AvatarError for files that are missing or unsound, for options that the system does
     not use, and if `out` exists without `force`; ValueError for an unknown handedness or number of influences.
     """
-    source, out, options = Path(source), Path(out), options or ReadOptions()
-    progress("reading")
-    avatar = with_rights(read(source, options, system), licence, author, consent)
-    driving = driving or found_driving(options.dataset)
-    if driving is not None:
-        avatar = check_avatar(with_driving(avatar, driving))
-    for path in clips:
-        progress(f"reading {path.name}")
-        avatar = check_avatar(replace(avatar, clips=(*avatar.clips, *clips_from(avatar, path))))
+    out = Path(out)
+    avatar = read_source(
+        Path(source),
+        options or ReadOptions(),
+        system=system,
+        driving=driving,
+        clips=clips,
+        licence=licence,
+        author=author,
+        consent=consent,
+        progress=progress,
+    )
     write_bundle(
         avatar,
         out,
@@ -75,6 +78,30 @@ def convert(
         progress=lambda file: progress(f"writing {file}"),
     )
     return out
+
+
+def read_source(
+    source: Path,
+    options: ReadOptions,
+    *,
+    system: str | None,
+    driving: Path | None,
+    clips: Sequence[Path],
+    licence: str | None,
+    author: str | None,
+    consent: str | None,
+    progress: Callable[[str], None],
+) -> Avatar:
+    """The avatar at `source` with its driving, further clips and statements; arguments and errors as of `convert`."""
+    progress("reading")
+    avatar = with_rights(read(source, options, system), licence, author, consent)
+    driving = driving or found_driving(options.dataset)
+    if driving is not None:
+        avatar = check_avatar(with_driving(avatar, driving))
+    for path in clips:
+        progress(f"reading {path.name}")
+        avatar = check_avatar(replace(avatar, clips=(*avatar.clips, *clips_from(avatar, path))))
+    return avatar
 
 
 def conversion_notes(avatar: Avatar, manifest: Mapping[str, Any]) -> list[str]:

@@ -14,6 +14,7 @@ from avatar_export.readers.table import find, read_with
 from avatar_runtime.avatar import Avatar, Embedding, Enhancer, SparseRows
 from avatar_runtime.bundle import MANIFEST, handedness, load, opener, read_manifest
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.packs import is_pack, placed, read_pack
 from avatar_runtime.topology import topology_hash
 
 
@@ -23,6 +24,8 @@ def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
     `system` skips detection. Raises AvatarError for a path that does not exist or cannot be read."""
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
+    if system is None and is_pack(path):
+        return _pack(path)
     if system is None and bundle.detect(path):
         avatar = load(path)  # checks the manifest before anything else reads it
         manifest = read_manifest(opener(path))
@@ -38,6 +41,33 @@ def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
     reader = find(path, system)
     avatar = read_with(reader, path, reader.without_rig)
     return {"kind": "source", "note": f"convert it to get {MANIFEST}", **summary(avatar)}
+
+
+def _pack(path: Path) -> dict[str, Any]:
+    pack = read_pack(path)
+    document = pack.document
+    return {
+        "kind": "pack",
+        "version": document["asset"]["version"],
+        "kernels": document["shaders"],
+        "handedness": handedness(document["avatar"]),
+        "bytes": path.stat().st_size,
+        "levels": [_level(level) for level in document["levels"]],
+        "error": {
+            name: document.get("error", {}).get(name)
+            for name in ("psnr_db", "psnr_mask_db", "position_error")
+        },
+        "packing": document.get("packing"),
+        "framing": document.get("framing"),
+        "preview": None if pack.preview is None else f"webp, {len(pack.preview)} bytes",
+        "not in a pack": "files for engines, reference, enhancer; the bundle has them",
+        **summary(placed(pack.avatar)),
+    }
+
+
+def _level(level: dict[str, Any]) -> dict[str, Any]:
+    inside = level.get("error", {}).get("psnr_mask_db", {}).get("mean")
+    return {"gaussians": level["count"], "psnr_mask_db": inside, "height_px": level.get("height_px")}
 
 
 @np.errstate(over="ignore")

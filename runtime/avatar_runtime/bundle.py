@@ -23,8 +23,9 @@ from avatar_runtime.codec.tensors import read_gaussian_tensors, read_rig_tensors
 from avatar_runtime.handedness import mirrored
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
+from avatar_runtime.packs import is_pack, placed, read_pack
 from avatar_runtime.topology import topology_hash
-from avatar_schema.validate import Problem, manifest_problems
+from avatar_schema.validate import Problem, manifest_problems, version_problems
 
 MANIFEST = "avatar.json"
 MANIFEST_LIMIT = 4 << 20  # ours are tens of kilobytes
@@ -33,14 +34,20 @@ Open = Callable[[str, int], Data]  # (name, most bytes) -> contents
 
 
 def load(path: str | Path, *, as_stored: bool = False) -> Avatar:
-    """The avatar in a bundle folder or `.avatar.zip`, in the right-handed frame. Derived files are not opened.
+    """The avatar in a bundle folder, `.avatar.zip` or pack (`NAME.avatar`), in the right-handed frame.
 
     `as_stored` keeps the avatar of a left-handed bundle in its left-handed frame: for reference vectors of readers
-    that do not mirror it.
+    that do not mirror it. Derived files are not opened. The avatar of a pack is that of its finest level.
 
     Raises AvatarError for anything missing, altered, out of range or of a newer version. Bundles are data:
     nothing in them is executed.
     """
+    if is_pack(Path(path)):
+        pack = read_pack(Path(path))
+        if as_stored:
+            return pack.avatar
+        avatar = placed(pack.avatar)
+        return avatar if handedness(pack.document["avatar"]) == "right" else mirrored(avatar)
     read = opener(Path(path))
     document = read_manifest(read)
     errors = [p for p in manifest_problems(document) if not p.warning]
@@ -131,6 +138,8 @@ def checked_bytes(read: Open, entry: dict[str, Any]) -> Data:
 
 def warnings(path: str | Path) -> list[Problem]:
     """Problems of a bundle that `load` ignores, e.g. a newer minor version. Raises AvatarError as `load`."""
+    if is_pack(Path(path)):
+        return [p for p in version_problems(dict(read_pack(Path(path)).document)) if p.warning]
     return [p for p in manifest_problems(read_manifest(opener(Path(path)))) if p.warning]
 
 

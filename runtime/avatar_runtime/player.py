@@ -50,14 +50,21 @@ class Player:
     """Plays one avatar on one backend: `reference`, `cpu` or `gl`. The default is the fastest one that needs no GPU."""
 
     def __init__(
-        self, avatar: Avatar, backend: str | None = None, *, enhance: bool = False, **options: Any
+        self,
+        avatar: Avatar,
+        backend: str | None = None,
+        *,
+        level: int | None = None,
+        enhance: bool = False,
+        **options: Any,
     ) -> None:
-        """`enhance` applies the avatar's enhancer to every image; `options` are those of the backend.
+        """`level` of detail of an avatar from a pack, 0 the finest (None: the avatar as it is); `enhance` applies the
+        avatar's enhancer to every image; `options` are those of the backend.
 
-        Raises AvatarError if a library that the backend or the enhancer needs is not installed, and if `enhance` is
-        set but the avatar has no valid enhancer.
+        Raises AvatarError if a library that the backend or the enhancer needs is not installed, if the avatar has no
+        such level, and if `enhance` is set but the avatar has no valid enhancer.
         """
-        self.avatar = avatar
+        self.avatar = avatar = avatar if level is None else at_level(avatar, level)
         self._enhance = make_enhance(avatar.enhancer) if enhance else None
         self.backend: Backend = make_backend(backend, avatar, **options)
         self._poser = Poser(avatar)
@@ -124,6 +131,18 @@ class Player:
         if self.avatar.rig is None:
             raise AvatarError("this avatar has no rig, so there is no mesh to pose", field="rig")
         return self.backend.mesh(self.posed(pose), Clock())
+
+
+def at_level(avatar: Avatar, level: int) -> Avatar:
+    """`avatar` at a level of detail of its pack, 0 the finest. Raises AvatarError if there is no such level."""
+    if level == 0 and avatar.packed is None:
+        return avatar
+    levels = 1 if avatar.packed is None else avatar.packed.levels
+    if not 0 <= level < levels or avatar.packed is None:
+        raise AvatarError(
+            f"has no level {level}; it has {levels}, counted from 0", owner=avatar.name, field="level"
+        )
+    return avatar if level == avatar.packed.level else avatar.packed.at(level)
 
 
 def _mesh_vertices(avatar: Avatar, vertices: npt.NDArray[Any]) -> F32:

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import I64, Avatar, Blendshapes, Embedding, Gaussians, Group, Rig
+from avatar_runtime.avatar import I64, Avatar, Blendshapes, Embedding, Gaussians, Group, Packed, Rig
+from avatar_runtime.program.bake import bake
+from avatar_runtime.program.coded import coded_of, taken
 from avatar_runtime.topology import vertex_triangles
 
 
@@ -51,7 +53,16 @@ def subset(avatar: Avatar, rows: npt.NDArray[Any], vertices: npt.NDArray[Any]) -
         rig=None if avatar.rig is None else _rig(avatar.rig, vertices, embedding),
         embedding=embedding,
     )
-    return Subset(part, rows, vertices)
+    return Subset(_with_codes(avatar, part, rows, vertices), rows, vertices)
+
+
+def _with_codes(avatar: Avatar, part: Avatar, rows: I64, vertices: I64) -> Avatar:
+    """`part` with a program of the same integers as that of `avatar`, if it has one from a pack."""
+    packed = avatar.packed
+    if packed is None or not packed.fits(avatar):
+        return replace(part, packed=None)
+    coded = taken(coded_of(packed.program, packed.level, avatar), avatar, rows, vertices)
+    return replace(part, packed=Packed.of(part, bake(part, coded), 0, 1, lambda _: part))
 
 
 def _group(group: Group, rows: I64) -> Group:

@@ -8,8 +8,9 @@ CPU time and peak resident memory are those of one fresh process a conversion.
 
     python -m tests.bench --only backends
 
-compares the backends alone, `--only training` measures the differentiable renderer, and `--only posing` what a pose
-costs before anything is drawn; `python -m tests.bench.gl_speed` gives frames per second on a GPU.
+compares the backends alone, `--only training` measures the differentiable renderer, `--only posing` what a pose costs
+before anything is drawn, and `--only packs` packs the head and plays the pack. `python -m tests.bench.packs` packs
+every avatar to its budget; `python -m tests.bench.gl_speed` gives frames per second on a GPU.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from avatar_runtime.pose import clip_pose
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
 from tests.bench.backends import backend_rows, dense_rows, static_rows
+from tests.bench.packs import pack_rows
 from tests.bench.posing import posing_rows
 from tests.bench.training import training_rows
 from tests.psnr import profile_psnr
@@ -225,6 +227,7 @@ PARTS: dict[str, Callable[[Path, int], list[Row]]] = {
     "backends": compared_rows,
     "training": training_rows,
     "posing": lambda folder, gaussians: posing_rows(),
+    "packs": lambda folder, gaussians: pack_rows(head(folder, gaussians)),
 }
 
 if __name__ == "__main__":

@@ -9,6 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from avatar_export.packing.steps import Fineness
+from avatar_export.packing.write import pack
+from tests.avatars import full_avatar
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "reference" / "python.md"
 README = ROOT / "runtime" / "README.md"
@@ -32,6 +36,8 @@ def test_fragments_run(fragment: str, tmp_path: Path) -> None:
     demo.mkdir(parents=True)
     (demo / "avatar").symlink_to(ROOT / "samples" / "trained" / "head_blendshapes")
     (tmp_path / "samples").symlink_to(ROOT / "samples")
+    avatar = full_avatar()
+    (tmp_path / "head.avatar").write_bytes(pack([avatar, avatar], Fineness()).file)
     command = [sys.executable, "-c", fragment.replace("Player(avatar)", 'Player(avatar, "reference")')]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0 and done.stdout, done.stderr

@@ -61,7 +61,7 @@ def validate(path: str | Path) -> list[Problem]:
         if not any(p.path == error.file for p in problems):
             problems.append(_problem(error))
         return problems
-    problems += [p for check in _CHECKS for p in check(avatar, document)]
+    problems += [p for check in VALUE_CHECKS for p in check(avatar, document)]
     problems += derived_problems(avatar, document, read)
     stored = avatar if handedness(document) == "right" else mirrored(avatar)
     return problems + list(reference_problems(stored, document, read))
@@ -233,4 +233,6 @@ def _short(vector: Iterable[float]) -> str:
     return "[" + ", ".join(f"{value:.6g}" for value in vector) + "]"
 
 
-_CHECKS = (_names_problems, _counts, _gaussians, _weights, _rest, _bounds, _enhancer)
+# Each takes an avatar and the manifest that describes it.
+LEVEL_CHECKS = (_gaussians, _weights)  # what a coarser level of a pack can have wrong
+VALUE_CHECKS = (_names_problems, _counts, *LEVEL_CHECKS, _rest, _bounds, _enhancer)

@@ -13,12 +13,14 @@ import numpy.typing as npt
 
 from avatar_export.checks.reference import named_in_full, read_reference
 from avatar_export.images import png
+from avatar_export.packing.reference import conform_pack_driving, read_pack_reference
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import default_backend
 from avatar_runtime.bundle import load, opener, read_manifest
 from avatar_runtime.codec import safetensors
 from avatar_runtime.conformance import Reference, Report, conform, conform_outputs
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.packs import is_pack
 
 MOST_BYTES = 64 << 20  # of a port's outputs; those of a reference are a tenth of it
 
@@ -32,6 +34,12 @@ class Conformance:
     title: str  # the avatar, and the backend or file
     report: Report
     reference: Reference
+    driving: Report | None = None  # of a pack that ARKit names drive
+
+    @property
+    def passed(self) -> bool:
+        """Whether everything passed."""
+        return self.report.passed and (self.driving is None or self.driving.passed)
 
 
 def conform_bundle(
@@ -40,13 +48,15 @@ def conform_bundle(
     outputs: Path | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Conformance:
-    """The reference of `bundle` against a backend (by default the runtime's), or against the file `outputs`.
+    """The reference of a bundle or pack against a backend, by default the runtime's, or against the file `outputs`.
 
     `outputs` is a .safetensors of arrays under the names that reference/cases.json gives its outputs; nothing is played
     then. Raises AvatarError for a bundle that is unsound or has no reference, and for an unusable file.
     """
     progress("loading")
     avatar = load(bundle, as_stored=True)
+    if is_pack(bundle):
+        return _pack(bundle, avatar, backend, outputs, progress)
     read = opener(bundle)
     reference = read_reference(read_manifest(read), read)
     progress("playing" if outputs is None else "comparing")
@@ -56,6 +66,26 @@ def conform_bundle(
             return Conformance(f"{avatar.name}, backend {report.backend}", report, reference)
         report = _given(avatar, reference, outputs)
         return Conformance(f"{avatar.name}, outputs {outputs.name}", report, reference)
+
+
+def _pack(
+    pack: Path,
+    avatar: Avatar,
+    backend: str | None,
+    outputs: Path | None,
+    progress: Callable[[str], None],
+) -> Conformance:
+    """The same by the folder beside a pack; driving is judged too."""
+    reference = read_pack_reference(pack)
+    progress("playing" if outputs is None else "comparing")
+    if outputs is not None:
+        report = _given(avatar, reference, outputs)
+        return Conformance(f"{avatar.name}, outputs {outputs.name}", report, reference)
+    report, driving = (
+        conform(avatar, reference, backend or default_backend()),
+        conform_pack_driving(pack, avatar),
+    )
+    return Conformance(f"{avatar.name}, backend {report.backend}", report, reference, driving)
 
 
 def save_images(folder: Path, images: Mapping[str, Pixels]) -> None:

@@ -18,7 +18,7 @@ from avatar_runtime.pose import Pose
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace the output if it exists.")]
-Bundle = Annotated[Path, typer.Argument(help="A bundle folder or .avatar.zip.")]
+Bundle = Annotated[Path, typer.Argument(help="A bundle folder, .avatar.zip, or pack NAME.avatar.")]
 System = Annotated[
     str | None,
     typer.Option(

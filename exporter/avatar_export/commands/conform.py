@@ -37,7 +37,7 @@ def conform(
     outputs: Annotated[
         Path | None,
         typer.Option(
-            help="FILE.safetensors with the outputs of a port, under the names in reference/cases.json. They are "
+            help="FILE.safetensors with the outputs of a port, under the names in its reference's cases.json. They are "
             "compared in place of a backend."
         ),
     ] = None,
@@ -51,7 +51,7 @@ def conform(
     force: arguments.Force = False,
     as_json: arguments.AsJson = False,
 ) -> None:
-    """Compare a backend with a bundle's reference, stage by stage. The exit code is 1 if a stage fails."""
+    """Compare a backend with the reference of a bundle or pack, stage by stage. The exit code is 1 if a stage fails."""
     arguments.one_of("--backend", backend, BACKENDS)
     arguments.exclude({"--outputs": outputs, "--backend": backend})
     if report is not None:
@@ -75,7 +75,7 @@ def conform(
         print_json(facts(found.report, found.reference))
     else:
         _print(found)
-    raise typer.Exit(0 if found.report.passed else 1)
+    raise typer.Exit(0 if found.passed else 1)
 
 
 def _print(found: Conformance) -> None:
@@ -85,6 +85,10 @@ def _print(found: Conformance) -> None:
     for text in worst_elements(lines):
         output.print(text, soft_wrap=True)
     output.print(f"{verdict(found.report)}; made by {found.reference.made_by}")
+    if found.driving is not None:
+        failed = [row for row in found.driving.rows if not row.passed]
+        said = f"{failed[0].case}: {failed[0].stage} differs" if failed else "passes"
+        output.print(f"driving: {len(found.driving.rows)} arrays, {said}")
     for note in notes(found.report, found.reference):
         messages.print(f"note: {note}")
 

@@ -13,11 +13,11 @@ from avatar_export.commands.console import Steps, facts_table, output, print_jso
 
 
 def inspect(
-    path: Annotated[Path, typer.Argument(help="A bundle or a trained avatar.")],
+    path: Annotated[Path, typer.Argument(help="A bundle, a pack or a trained avatar.")],
     system: arguments.System = None,
     as_json: arguments.AsJson = False,
 ) -> None:
-    """Show what a bundle or a trained avatar contains."""
+    """Show what a bundle, a pack or a trained avatar contains."""
     with Steps() as step:
         step("reading")
         facts = summary.inspect(path, system)

@@ -16,6 +16,7 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import BACKENDS
 from avatar_runtime.bundle import load, warnings
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.player import at_level
 from avatar_runtime.stages.raster import PROFILES
 
 
@@ -83,12 +84,13 @@ def render(
         typer.Option(help=f"Raster profile: {' or '.join(PROFILES)}. Default: the backend's first."),
     ] = None,
     backend: arguments.Backend = None,
+    level: Annotated[int, typer.Option(help="Level of detail of a pack, 0 the finest.", min=0)] = 0,
     enhance: Annotated[
         bool, typer.Option("--enhance", help="Run the avatar's enhancer on each image.")
     ] = False,
     force: arguments.Force = False,
 ) -> None:
-    """Draw a bundle: one pose, a recording, a clip or posed meshes."""
+    """Draw a bundle or a pack: one pose, a recording, a clip or posed meshes."""
     width, height = arguments.size(size)
     arguments.one_of("--profile", profile, PROFILES)
     arguments.one_of("--backend", backend, BACKENDS)
@@ -131,7 +133,7 @@ def render(
     with Steps() as step:
         step("loading")
         expect_bundle(bundle)
-        avatar = load(bundle)
+        avatar = at_level(load(bundle), level)
         sequence = chosen(avatar)
         shown = sequence.part(arguments.frame_slice(frames))
         count = len(shown.poses)

@@ -91,7 +91,7 @@ class Pair:
 
 
 class Yardstick:
-    """Measures avatars against one source, whose images are drawn once and kept (16 bytes a pixel, pose and view)."""
+    """Measures avatars against one source, whose images are drawn once and kept (13 bytes a pixel, pose and view)."""
 
     def __init__(
         self,

@@ -11,18 +11,21 @@ from avatar_export.formats.archive import ZIP_FAULTS
 from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, load
+from avatar_runtime.packs import is_pack
 
 SYSTEM = "bundle"
-FILES = (f"{MANIFEST} and the files that it names; a folder or a stored zip",)
+FILES = (f"{MANIFEST} and the files that it names; a folder or a stored zip", "or a pack, NAME.avatar")
 WITHOUT_RIG = ReadOptions()
 USED_OPTIONS = ("name",)
 
 
 def detect(path: Path) -> bool:
-    """Whether `path` holds a manifest, valid or not; never raises."""
+    """Whether `path` holds a manifest, valid or not, or is a pack; never raises."""
     try:
         if path.is_dir():
             return (path / MANIFEST).exists()
+        if is_pack(path):
+            return True
         with zipfile.ZipFile(path) if path.is_file() else contextlib.nullcontext() as archive:
             return archive is not None and MANIFEST in archive.namelist()
     except ZIP_FAULTS:

@@ -66,11 +66,12 @@ def decode(data: bytes | memoryview, file: str) -> dict[str, Array]:
     size = int.from_bytes(view[:8], "little")
     if size > min(HEADER_LIMIT, len(view) - 8):
         raise AvatarError(f"header claims {size} bytes of a file of {len(view)}", file=file)
-    header = _header(bytes(view[8 : 8 + size]), file)
+    described = header(bytes(view[8 : 8 + size]), file)
+    described.pop("__metadata__", None)
     body = view[8 + size :]
     arrays: dict[str, Array] = {}
     spans = []
-    for name, entry in header.items():
+    for name, entry in described.items():
         arrays[name], span = _tensor(name, entry, body, file)
         spans.append(span)
     at = 0
@@ -83,15 +84,28 @@ def decode(data: bytes | memoryview, file: str) -> dict[str, Array]:
     return arrays
 
 
-def _header(text: bytes, file: str) -> dict[str, Any]:
+def header(text: bytes, file: str) -> dict[str, Any]:
+    """The JSON object before the tensors, metadata included. Raises AvatarError for anything else."""
     try:
-        header = json.loads(text)
+        found = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise AvatarError(f"header is not JSON ({error})", file=file) from None
-    if not isinstance(header, dict):
+    if not isinstance(found, dict):
         raise AvatarError("header is not a JSON object", file=file)
-    header.pop("__metadata__", None)
-    return header
+    return found
+
+
+def is_entry(entry: Any) -> bool:
+    """Whether an entry of the header has a type, a shape and offsets."""
+    if not isinstance(entry, dict):
+        return False
+    offsets = entry.get("data_offsets")
+    return (
+        isinstance(entry.get("dtype"), str)
+        and _sizes(entry.get("shape"), 8)
+        and _sizes(offsets, 2)
+        and len(offsets) == 2
+    )
 
 
 def _tensor(name: str, entry: Any, body: memoryview, file: str) -> tuple[Array, tuple[int, int]]:

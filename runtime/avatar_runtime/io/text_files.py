@@ -1,4 +1,4 @@
-"""Writes a text file completely or not at all."""
+"""Writes a file completely or not at all."""
 
 from __future__ import annotations
 
@@ -15,10 +15,15 @@ def refuse_existing(out: Path, force: bool) -> None:
 
 
 def write_text(out: Path, text: str) -> None:
-    """Writes `text` in UTF-8 to `out`; on failure `out` is unchanged. Raises AvatarError if it cannot be written."""
+    """Writes `text` in UTF-8 to `out`; see `write_bytes`."""
+    write_bytes(out, text.encode("utf-8"))
+
+
+def write_bytes(out: Path, data: bytes) -> None:
+    """Writes `data` to `out`; on failure `out` is unchanged. Raises AvatarError if it cannot be written."""
     partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
     try:
-        partial.write_text(text, "utf-8")
+        partial.write_bytes(data)
         partial.replace(out)
     except OSError as error:
         raise AvatarError(f"cannot be written ({error.strerror or error})", file=out) from None

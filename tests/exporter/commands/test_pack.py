@@ -1,0 +1,191 @@
+"""`avatar-export pack`, and the commands that take packs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from avatar_export.ops.active_sh import with_active_sh
+from avatar_export.writers.bundle import write_bundle
+from avatar_runtime.bundle import load
+from avatar_runtime.packs import read_pack
+from tests.avatars import assert_same, full_avatar, surface_avatar
+from tests.commands import Run
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("packed") / "bundle"
+    write_bundle(
+        replace(full_avatar(3), enhancer=None), out, preview=False, engine_files=False, reference=False
+    )
+    return out
+
+
+@pytest.fixture(scope="module")
+def packed(bundle: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A pack with two levels, its report and its reference."""
+    from avatar_export.packing.make import Choices, make_pack
+
+    out = tmp_path_factory.mktemp("packs") / "head.avatar"
+    make_pack(load(bundle), out, Choices(levels=(1.0, 0.5)), report=out.with_suffix(".html"), reference=True)
+    return out
+
+
+def document(path: Path) -> Any:
+    return read_pack(path).document
+
+
+def test_a_pack_is_small_says_its_error_and_carries_what_players_need(packed: Path, bundle: Path) -> None:
+    said, pack = document(packed), read_pack(packed)
+    assert packed.stat().st_size < 0.3 * (bundle / "gaussians.ply").stat().st_size + 30_000
+    assert said["error"]["psnr_mask_db"]["mean"] > 40 and said["error"]["position_error"]["metres"] < 1e-3
+    assert len(said["error"]["poses"]) == 8 and len(said["error"]["views"]) == 3
+    assert said["levels"][1]["count"] == 24 and said["levels"][1]["height_px"] > 0
+    assert said["framing"]["whole"]["size"][1] > 0 and said["avatar"]["bounds"]["swept"]
+    assert pack.preview is not None and pack.preview[8:12] == b"WEBP"
+    source = load(bundle)
+    assert pack.avatar.name == source.name and pack.avatar.expressions == source.expressions
+    assert dict(pack.avatar.provenance) == dict(source.provenance)
+    assert said["driving"]["inputs"] and len(said["driving"]["matrix"]) == len(said["driving"]["outputs"])
+
+
+def test_the_report_is_one_page(packed: Path) -> None:
+    page = packed.with_suffix(".html").read_text("utf-8")
+    assert "Gaussians and their expressions" in page and "data:image/webp" in page
+    assert "http://" not in page and "https://" not in page
+
+
+def test_commands_take_a_pack(packed: Path, run: Run, tmp_path: Path) -> None:
+    code, out, _ = run("inspect", packed, "--json")
+    facts = json.loads(out)
+    assert (
+        code == 0
+        and facts["kind"] == "pack"
+        and [level["gaussians"] for level in facts["levels"]] == [48, 24]
+    )
+    code, out, _ = run("validate", packed)
+    assert (code, out) == (0, f"{packed}: sound\n")
+    images = []
+    for level in (0, 1):
+        png = tmp_path / f"{level}.png"
+        assert run("render", packed, "-o", png, "--size", 64, "--level", level)[0] == 0
+        images.append(np.asarray(Image.open(png)).astype(int))
+    assert np.abs(images[0] - images[1]).max() > 3
+    code, _, err = run("render", packed, "-o", tmp_path / "2.png", "--level", 2)
+    assert code == 2 and "level: has no level 2; it has 2, counted from 0" in err
+    assert (
+        run(
+            "convert", packed, "-o", tmp_path / "again", "--no-engine-files", "--no-preview", "--no-reference"
+        )[0]
+        == 0
+    )
+    assert load(tmp_path / "again").gaussians.count == 48
+
+
+@pytest.mark.parametrize("backend", ["cpu", "gl"])
+def test_conform_judges_stages_and_driving_of_a_pack(packed: Path, backend: str, run: Run) -> None:
+    code, out, err = run("conform", packed, "--backend", backend)
+    assert code == 0, err
+    assert (
+        f"backend {backend} repeats the reference" in out and "driving: " in out and "arrays, passes" in out
+    )
+
+
+def test_conform_without_a_reference_says_who_writes_it(packed: Path, run: Run, tmp_path: Path) -> None:
+    alone = tmp_path / "alone.avatar"
+    alone.write_bytes(packed.read_bytes())
+    code, _, err = run("conform", alone)
+    assert code == 2 and "alone.reference: is missing" in err and "`pack --reference` writes it" in err
+
+
+def test_a_budget_that_is_met_and_one_that_cannot_be(bundle: Path, run: Run, tmp_path: Path) -> None:
+    met, not_met = tmp_path / "met.avatar", tmp_path / "not.avatar"
+    code, out, err = run("pack", bundle, "-o", met, "--max-bytes", "30kB", "--no-preview")
+    assert code == 0 and met.stat().st_size <= 30_000, (out, err)
+    assert "packs were tried" in err
+    code, out, err = run("pack", bundle, "-o", not_met, "--min-psnr", 119, "--no-preview")
+    assert code == 1 and not_met.exists() and "nothing comes nearer" in err
+    assert run("validate", not_met)[0] == 0
+
+
+def test_exact_keeps_every_float_and_left_mirrors(bundle: Path, run: Run, tmp_path: Path) -> None:
+    exact, left = tmp_path / "exact.avatar", tmp_path / "left.avatar"
+    assert run("pack", bundle, "-o", exact, "--exact", "--no-preview")[0] == 0
+    source = with_active_sh(load(bundle))
+    same = {"packed": None, "extras": {}, "provenance": {}}  # the command adds what it knows of rights
+    assert_same(replace(load(exact), **same), replace(source, **same))
+    assert document(exact)["error"]["psnr_mask_db"]["mean"] == 150
+    assert run("pack", bundle, "-o", left, "--handedness", "left", "--no-preview")[0] == 0
+    stored = load(left, as_stored=True)
+    assert document(left)["avatar"]["frame"]["handedness"] == "left"
+    np.testing.assert_allclose(stored.gaussians.mean * [-1, 1, 1], source.gaussians.mean, atol=2e-5)
+    np.testing.assert_allclose(load(left).gaussians.mean, source.gaussians.mean, atol=2e-5)
+    assert run("validate", left)[1] == f"{left}: sound, left-handed\n"
+
+
+def test_fewer_bands_of_sh(bundle: Path, run: Run, tmp_path: Path) -> None:
+    out = tmp_path / "sh.avatar"
+    assert run("pack", bundle, "-o", out, "--sh-degree", 1, "--no-preview")[0] == 0
+    avatar = load(out)
+    assert avatar.sh_degree == 1 and avatar.gaussians.sh.shape[1] == 4
+    assert document(out)["error"]["psnr_mask_db"]["mean"] < 60
+
+
+def test_convert_writes_a_pack_too(run: Run, tmp_path: Path) -> None:
+    source, out, pack = tmp_path / "source", tmp_path / "out", tmp_path / "x.avatar"
+    write_bundle(surface_avatar(3), source, preview=False, engine_files=False, reference=False)
+    few = ("--no-engine-files", "--no-preview", "--no-reference")
+    assert run("convert", source, "-o", out, "--pack", pack, *few)[0] == 0
+    assert load(pack).gaussians.count == load(out).gaussians.count
+    code, _, err = run("convert", source, "-o", tmp_path / "other", "--pack", pack, *few)
+    assert code == 2 and "x.avatar: exists; name another or pass --force" in err
+    assert not (tmp_path / "other").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--max-bytes", "2 parrots"), "is not a size such as 900kB or 2MB"),
+        (("--max-bytes", "0"), "is not a size"),
+        (("--max-bytes", "1MB", "--min-psnr", "50"), "cannot be used together"),
+        (("--exact", "--min-psnr", "50"), "cannot be used together"),
+        (("--levels", "0.5"), "is not a list such as 1,0.5,0.25"),
+        (("--levels", "1,0.5,0.5"), "is not a list such as 1,0.5,0.25"),
+        (("--levels", "1,no"), "is not a list such as 1,0.5,0.25"),
+        (("--handedness", "up"), "'up' is not one of right, left"),
+    ],
+)
+def test_wrong_options_are_usage_errors(
+    options: tuple[str, ...], message: str, bundle: Path, run: Run, tmp_path: Path
+) -> None:
+    code, _, err = run("pack", bundle, "-o", tmp_path / "x.avatar", *options)
+    assert code == 2 and message in " ".join(err.replace("│", " ").split())
+    assert not (tmp_path / "x.avatar").exists()
+
+
+def test_nothing_is_replaced_without_force(packed: Path, bundle: Path, run: Run) -> None:
+    before = packed.read_bytes()
+    for options in (
+        ("-o", packed),
+        ("-o", packed.parent / "y.avatar", "--report", packed.with_suffix(".html")),
+    ):
+        code, _, err = run("pack", bundle, *options)
+        assert code == 2 and "exists; name another or pass --force" in err
+    assert packed.read_bytes() == before and not (packed.parent / "y.avatar").exists()
+
+
+def test_a_damaged_pack_is_one_line(packed: Path, run: Run, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.avatar"
+    cut.write_bytes(packed.read_bytes()[:3000])
+    for command in (("inspect", cut), ("render", cut, "-o", tmp_path / "x.png")):
+        code, _, err = run(*command)
+        assert code == 2 and err.count("\n") == 1 and "cut.avatar: ends" in err
+    code, out, _ = run("validate", cut)
+    assert code == 1 and "error: cut.avatar: ends" in out
