@@ -144,8 +144,8 @@ def warnings(path: str | Path) -> list[Problem]:
 
 
 def _avatar(document: dict[str, Any], checked: Callable[[str], Data]) -> Avatar:
-    expressions = codec.decode_expressions(document)
-    late = tuple(document["late_morphs"])
+    facts = codec.decode_facts(document)
+    expressions, late = facts["expressions"], facts["late_morph_names"]
     gaussians = _gaussians(checked("gaussians.ply"), document["gaussians"])
     rig = _rig(document, checked, len(expressions), len(late))
     features = 9 * rig.corrective_joints.size if rig else 0
@@ -160,23 +160,12 @@ def _avatar(document: dict[str, Any], checked: Callable[[str], Data]) -> Avatar:
     )
     return check_avatar(
         Avatar(
-            name=document["name"],
+            **facts,
             gaussians=gaussians,
             groups=codec.decode_groups(document),
-            rules=codec.decode_rules(document),
-            expressions=expressions,
-            late_morph_names=late,
             blendshapes=blendshapes,
             skin=skin,
             rig=rig,
-            sh_degree=int(document["gaussians"]["sh_degree"]),  # JSON knows 2.0 as an integer
-            driving=codec.decode_driving(document),
-            raster=codec.decode_raster(document),
-            head_pose_in=document["head_pose_in"],
-            training_per_bundle=document["units"]["training_per_bundle"],
-            delta_threshold=document["blendshapes"]["threshold"],
-            provenance=document["provenance"],
-            extras=codec.unknown_keys(document),
             embedding=_embedding(document, checked),
             clips=_clips(document, checked),
             enhancer=_enhancer(document, checked),

@@ -77,33 +77,22 @@ def decode_pack(data: bytes, name: str) -> Pack:
 def _avatar(held: file_codec.PackFile, level: int) -> Avatar:
     """The avatar at one level; the finest one also gives the others."""
     document, program = held.document["avatar"], held.program
-    expressions, late = codec.decode_expressions(document), tuple(document["late_morphs"])
+    facts = codec.decode_facts(document)
+    expressions, late = facts["expressions"], facts["late_morph_names"]
     rig = _rig(held, document, Columns(len(expressions), 0, len(late), 0))
     features = 0 if rig is None else 9 * len(rig.corrective_joints)
     joints = 0 if rig is None else rig.joint_count
-    rules = codec.decode_rules(document)
     arrays = read_level(
-        program, level, Columns(len(expressions), features, len(late), joints), rules.position
+        program, level, Columns(len(expressions), features, len(late), joints), facts["rules"].position
     )
     groups = codec.decode_groups(held.document["levels"][level])
     avatar = Avatar(
-        name=document["name"],
+        **facts,
         gaussians=arrays.gaussians,
         groups=groups,
-        rules=rules,
-        expressions=expressions,
-        late_morph_names=late,
         blendshapes=arrays.blendshapes,
         skin=arrays.skin,
         rig=rig,
-        sh_degree=int(document["gaussians"]["sh_degree"]),
-        driving=codec.decode_driving(document),
-        raster=codec.decode_raster(document),
-        head_pose_in=document["head_pose_in"],
-        training_per_bundle=document["units"]["training_per_bundle"],
-        delta_threshold=document["blendshapes"]["threshold"],
-        provenance=document["provenance"],
-        extras=codec.unknown_keys(document),
         embedding=arrays.embedding,
         clips=_clips(held, document["clips"]),
     )
@@ -209,6 +198,9 @@ def _clip_array(arrays: Mapping[str, Array], key: str, frames: int, shape: tuple
             raise AvatarError(f"has shape {list(values.shape)}, not {[frames, *shape]}", field=f"array {key}")
         return values
     scale, codes = _array(arrays, f"{key}.scale"), _array(arrays, f"{key}.codes")
+    for name, array, kind in (("scale", scale, np.float32), ("codes", codes, np.uint16)):
+        if array.dtype != kind:
+            raise AvatarError(f"is {array.dtype}, expected {np.dtype(kind)}", field=f"array {key}.{name}")
     moves = np.flatnonzero(scale[:, 1]) if scale.shape == (channels, 2) else np.zeros(0, np.int64)
     if scale.shape != (channels, 2) or codes.shape != (len(moves), frames):
         raise AvatarError(

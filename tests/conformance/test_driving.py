@@ -67,7 +67,10 @@ def test_a_port_in_float32_passes(name: str, monkeypatch: pytest.MonkeyPatch) ->
     rodrigues, rest, values = oracle.rodrigues, oracle._rest, oracle._values
     monkeypatch.setattr(oracle, "rodrigues", lambda v: rodrigues(np.float32(v)).astype(np.float32))
     monkeypatch.setattr(oracle, "_rest", lambda rig, joint: rest(rig, joint).astype(np.float32))
-    rounded = lambda *args: {key: float(np.float32(v)) for key, v in values(*args).items()}  # noqa: E731
+
+    def rounded(*args: Any) -> dict[str, float]:
+        return {key: float(np.float32(v)) for key, v in values(*args).items()}
+
     monkeypatch.setattr(oracle, "_values", rounded)
     avatar, reference = AVATARS[name](), committed(name)
     report = conform_driving_outputs(reference, by_oracle(avatar, reference))

@@ -82,7 +82,7 @@ def _features(avatar: Avatar, kept: I64, mass: F64, size: float) -> Features:
     scales = [s.scale[kept] for s in (*posed, *map(player.animate, expressions_alone(avatar)))]
     before = g.log_scale[kept].mean(axis=1)
     group = np.repeat(np.arange(len(avatar.groups)), [group.count for group in avatar.groups])[kept]
-    largest = np.max([scale.max(axis=1) for scale in scales], axis=0)
+    largest = np.stack([scale.max(axis=1) for scale in scales]).max(axis=0)
     alone = np.flatnonzero(largest > LARGE * size)
     alone = alone[np.argsort(-largest[alone], kind="stable")][: len(kept) // MOST_ALONE]
     group[alone] = len(avatar.groups) + np.arange(len(alone))

@@ -42,6 +42,9 @@ class Choices:
     preview: bool = True
 
 
+DEFAULT = Choices()
+
+
 @dataclass(frozen=True)
 class Made:
     """A pack that was made, with its figures."""
@@ -58,7 +61,7 @@ class Made:
 def make_pack(
     source: Avatar,
     out: Path,
-    choices: Choices = Choices(),
+    choices: Choices = DEFAULT,
     *,
     report: Path | None = None,
     reference: bool = False,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-# Path of the array in an Avatar -> step, in its unit. Found on the trained samples: each attribute then adds a like
-# share of the error at 512 x 512 (`python -m tests.bench.packs` prints the shares).
+# Path of the array in an Avatar -> step, in its unit. Chosen by hand on the trained samples and the sample head, near
+# what `search` finds for them.
 STEPS: Mapping[str, float] = {
     "gaussians.mean": 5e-6,  # metres
     "gaussians.log_scale": 0.015,

@@ -111,6 +111,24 @@ def unknown_keys(manifest: Mapping[str, Any]) -> dict[str, Any]:
     return kept
 
 
+def decode_facts(manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of an Avatar that a manifest, which the schema accepts, states without arrays; `groups` apart."""
+    return {
+        "name": manifest["name"],
+        "rules": decode_rules(manifest),
+        "expressions": decode_expressions(manifest),
+        "late_morph_names": tuple(manifest["late_morphs"]),
+        "sh_degree": int(manifest["gaussians"]["sh_degree"]),  # JSON knows 2.0 as an integer
+        "driving": decode_driving(manifest),
+        "raster": decode_raster(manifest),
+        "head_pose_in": manifest["head_pose_in"],
+        "training_per_bundle": manifest["units"]["training_per_bundle"],
+        "delta_threshold": manifest["blendshapes"]["threshold"],
+        "provenance": manifest["provenance"],
+        "extras": unknown_keys(manifest),
+    }
+
+
 def decode_groups(manifest: Mapping[str, Any]) -> tuple[Group, ...]:
     """Groups of a manifest that the schema accepts, in draw order."""
     return tuple(

@@ -23,9 +23,9 @@ from avatar_runtime.codec.sections import decode as decode_section
 from avatar_runtime.codec.sections import encode as encode_section
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.program.model import Buffer, Level, Pass, Program, Run, Section
+from avatar_runtime.program.passes import SHADERS
 from avatar_schema.validate import manifest_problems, schema_problems, version_problems
 
-SHADERS = 1  # the newest version of kernels that this reader has; avatar_shaders.VERSION
 MAGIC = b"\x1f\x8b"  # gzip
 METADATA = "pack"
 HEADER_LIMIT = 16 << 20  # bytes of JSON

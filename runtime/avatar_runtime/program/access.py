@@ -263,5 +263,6 @@ def is_u32(value: object) -> bool:
 
 def is_float32(value: object) -> bool:
     """Whether a value is a finite number that float32 has room for."""
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return number and -MOST_FLOAT32 <= value <= MOST_FLOAT32  # type: ignore[operator]
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return False
+    return -MOST_FLOAT32 <= value <= MOST_FLOAT32

@@ -9,6 +9,9 @@ from typing import Any
 import avatar_shaders
 from avatar_runtime.program.model import Constant, Pass
 
+PADDING = "unused"  # the constant that fills a row of four
+SHADERS: int = avatar_shaders.VERSION  # the newest kernels that this reader has
+
 
 @cache
 def interfaces() -> Mapping[str, Any]:
@@ -29,6 +32,3 @@ def make_pass(entry: str, rows: int, bound: Mapping[str, str], values: Mapping[s
         {item["name"]: bound[item["name"]] for item in table["storage"]},
         {name: values[name] for name in members if name != PADDING},
     )
-
-
-PADDING = "unused"

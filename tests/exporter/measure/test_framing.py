@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -38,8 +39,8 @@ def skinned() -> Avatar:
 
 
 @pytest.mark.parametrize("make", [skinned, surface_avatar])
-def test_the_whole_avatar_lies_inside(make: object) -> None:
-    avatar = opaque(make())  # type: ignore[operator]
+def test_the_whole_avatar_lies_inside(make: Callable[[], Avatar]) -> None:
+    avatar = opaque(make())
     found = framing(avatar)
     mean = Player(avatar, "reference").animate(Pose()).mean
     low, high = corners(found["whole"])

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -92,7 +94,8 @@ def test_the_largest_distance_of_posed_positions(source: Avatar, yardstick: Yard
 
 
 def test_an_avatar_of_fewer_gaussians_has_no_position_error(source: Avatar, yardstick: Yardstick) -> None:
-    fewer = subset(source, np.arange(0, source.gaussians.count, 2), source.rig.anchor_vertices).avatar  # type: ignore[union-attr]
+    assert source.rig is not None
+    fewer = subset(source, np.arange(0, source.gaussians.count, 2), source.rig.anchor_vertices).avatar
     measured = yardstick.measure(fewer)
     assert measured.position_error is None and measured.psnr < 60
     found = measured.as_json()
@@ -137,11 +140,13 @@ def test_each_image_is_drawn_once(
 ) -> None:
     count = {"frame": 0, "animate": 0}
     for name in count:
-        plain = getattr(ReferenceBackend, name)
+        plain: Callable[..., Splats] = getattr(ReferenceBackend, name)
 
-        def counted(self: ReferenceBackend, *args: object, name: str = name, plain: object = plain) -> Splats:
+        def counted(
+            self: ReferenceBackend, *args: Any, name: str = name, plain: Callable[..., Splats] = plain
+        ) -> Splats:
             count[name] += 1
-            return plain(self, *args)  # type: ignore[operator, no-any-return]
+            return plain(self, *args)
 
         monkeypatch.setattr(ReferenceBackend, name, counted)
     yardstick = Yardstick(source, chosen, cameras, "reference")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -42,8 +44,8 @@ def test_stored_bytes(codec: str, record: int, elements: np.ndarray, stored: str
     st.randoms(use_true_random=False),
 )
 @settings(max_examples=examples(200))
-def test_what_is_stored_comes_back(codec: str, bits: int, record: int, rows: int, random: object) -> None:
-    rng = np.random.default_rng(random.getrandbits(32))  # type: ignore[attr-defined]
+def test_what_is_stored_comes_back(codec: str, bits: int, record: int, rows: int, random: Random) -> None:
+    rng = np.random.default_rng(random.getrandbits(32))
     elements = rng.integers(0, 1 << bits, rows * record, dtype=np.uint64).astype(KINDS[bits])
     data = memoryview(encode(elements, codec, record))
     assert decode(data, codec, bits, len(elements), record, "x").tolist() == elements.tolist()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import moderngl
@@ -19,6 +19,7 @@ from avatar_runtime.backends.gl.steps import Steps
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Posed
 from avatar_runtime.program.model import FRAME_SOURCES, Level, Pass, Program, Run
+from avatar_runtime.program.passes import PADDING
 from avatar_runtime.rotation import quat_from_matrix
 from avatar_runtime.stages.groups import GroupTransforms
 
@@ -65,9 +66,6 @@ class Step:
             self.dispatch.constants.set(given)
 
 
-PADDING = "unused"
-
-
 def _source(value: str) -> tuple[str, int | None]:
     found = _SOURCE.fullmatch(value)
     assert found is not None, value
@@ -111,7 +109,7 @@ class Passes:
         for stage, barrier, step in [*self._steps, ("", False, None)]:
             if stage != current:
                 if batch:
-                    steps.run(current, lambda batch=batch: self._queue(batch))  # type: ignore[misc]
+                    steps.run(current, partial(self._queue, batch))
                 batch, current = [], stage
             if step is not None and (wanted is None or stage in wanted):
                 batch.append((barrier, step))
