@@ -68,6 +68,14 @@ def contribution(flat: Flat, width: int, height: int) -> F64:
     return total
 
 
+def shown(flat: Flat, width: int, height: int) -> F64:
+    """[n] sum over the pixels of (transmittance times alpha)^2: what the square of an error of colour is times."""
+    total = np.zeros(len(flat.row))
+    for pairs in _bands(flat, width, height):
+        total += np.bincount(pairs.splat, (pairs.alpha * pairs.before) ** 2, len(total))
+    return total
+
+
 def squared_error(flat: Flat, target_rgb: F32, target_transmittance: F32) -> tuple[float, FlatGradient]:
     """(sum of squared errors, its gradient) of the image of `flat` over black against [H, W, 3] and [H, W]."""
     height, width = target_transmittance.shape

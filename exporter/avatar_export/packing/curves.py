@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from avatar_export.measure.yardstick import Measured, Yardstick
-from avatar_export.packing.quantise import quantised
+from avatar_export.packing.quantise import Kept, quantised
 from avatar_export.packing.steps import STEPS, WEIGHTS, Fineness
 from avatar_runtime.avatar import F64, Avatar
 from avatar_runtime.codec.pack import PackFile, encode
@@ -37,21 +37,22 @@ class Curve:
 def curves(avatar: Avatar, yardstick: Yardstick) -> dict[str, Curve]:
     """{path of an attribute: its curve}, for those that take bytes and show in images of `avatar`."""
     few = Yardstick(avatar, _spread(yardstick.poses, POSES), yardstick.views[:VIEWS], yardstick.backend)
-    sizes = [_sizes(avatar, 2.0**at) for at in SIZED]
+    kept: Kept = {}
+    sizes = [_sizes(avatar, 2.0**at, kept) for at in SIZED]
     paths = [path for path in sizes[0] if path in STEPS and max(size.get(path, 0) for size in sizes) > 0]
     if avatar.embedding is None:  # no image shows the mesh: it keeps its steps
         paths = [path for path in paths if not path.startswith("rig.")]
     # The mean PSNR depends on the relative error of each image, the worst one on the error of the worst image.
-    square = _square(few.measure(quantised(avatar, Fineness())[0]))
+    square = _square(few.measure(quantised(avatar, Fineness(), kept)[0]))
     weight = 1 / np.sqrt(square * square.mean())
     exact = {path: ALMOST_EXACT for path in paths}
-    floor = _square(few.measure(quantised(avatar, Fineness(1, exact))[0]))
+    floor = _square(few.measure(quantised(avatar, Fineness(1, exact), kept)[0]))
     found = {}
     for path in paths:
         errors = []
         for at in SEEN:
             fine = Fineness(1, {**exact, path: 2.0**at})
-            error = _square(few.measure(quantised(avatar, fine)[0])) - floor
+            error = _square(few.measure(quantised(avatar, fine, kept)[0])) - floor
             errors.append(max(float((error * weight).mean()), 1e-9))
         counted = np.interp(GRID, SIZED, [size.get(path, 0) for size in sizes])
         found[path] = Curve(np.minimum.accumulate(counted), _error(*errors))
@@ -72,11 +73,39 @@ def chosen(curves_: Mapping[str, Curve], price: float) -> dict[str, float]:
 
 def predict(curves_: Mapping[str, Curve], factors: Mapping[str, float]) -> tuple[float, float]:
     """(bytes, share of the error) that the curves promise for `factors`."""
-    at = {path: round((np.log2(factor) - GRID[0]) / FINE) for path, factor in factors.items()}
+    at = {path: _place(factor) for path, factor in factors.items()}
     return (
         float(sum(curves_[path].bytes[i] for path, i in at.items())),
         float(sum(curves_[path].error[i] for path, i in at.items())),
     )
+
+
+def finer_within(
+    curves_: Mapping[str, Curve], factors: Mapping[str, float], finest: Mapping[str, float], room: float
+) -> dict[str, float]:
+    """`factors` made finer, none finer than `finest`, where a byte buys most, for at most `room` more bytes."""
+    found = {path: _place(factor) for path, factor in factors.items()}
+    ends = {path: min(_place(finest[path]), at) for path, at in found.items()}
+    while True:
+        best: tuple[float, float, str, int] | None = None
+        for path, at in found.items():
+            curve = curves_[path]
+            more = np.maximum(curve.bytes[ends[path] : at] - curve.bytes[at], 0.0)
+            value = (curve.error[at] - curve.error[ends[path] : at]) / np.maximum(more, 1.0)
+            value[more > room] = 0
+            if len(value) and value.max() > (0 if best is None else best[0]):
+                index = int(np.argmax(value))
+                best = float(value[index]), float(more[index]), path, ends[path] + index
+        if best is None:
+            break
+        _, more_bytes, path, found[path] = best
+        room -= more_bytes
+    return {path: float(2.0 ** GRID[at]) for path, at in found.items()}
+
+
+def _place(factor: float) -> int:
+    """Where a factor stands in GRID."""
+    return round(float(np.log2(factor) - GRID[0]) / FINE)
 
 
 def _error(at_one: float, at_four: float) -> F64:
@@ -97,9 +126,9 @@ def _spread(items: Sequence[Item], count: int) -> list[Item]:
     return [items[i] for i in sorted({round((k + 1) * len(items) / count) - 1 for k in range(count)} - {-1})]
 
 
-def _sizes(avatar: Avatar, coarseness: float) -> dict[str, int]:
+def _sizes(avatar: Avatar, coarseness: float, kept: Kept) -> dict[str, int]:
     """{path of an attribute: its bytes in a file}, with the entries that a sparse part lists for it."""
-    played, codes = quantised(avatar, Fineness(coarseness))
+    played, codes = quantised(avatar, Fineness(coarseness), kept)
     _, sizes = encode(PackFile({}, bake(played, codes)))
     found: dict[str, int] = {}
     for tensor, size in sizes.items():

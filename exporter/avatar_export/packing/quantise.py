@@ -12,29 +12,38 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avatar_export.packing.rates import rounded
+from avatar_export.packing.seen import seen
 from avatar_export.packing.steps import SH_REST, UNSEEN_MESH, Fineness
 from avatar_runtime.avatar import F32, F64, Avatar, Blendshapes, Embedding, Gaussians, Rig, SparseRows
 from avatar_runtime.program.codes import Codes, decode
 
 Array = npt.NDArray[Any]
 Found = dict[str, Codes]
+Kept = dict[str, tuple[float, Codes]]  # by path: the step, and the codes of all entries
 DEAD_ZONE = 0.6  # in steps: deltas below it become 0. More zeros cost little and are stored in little.
 ONE_BYTE = 4.0  # times the mean squared error: so much more is taken before two bytes are
+COARSEST = 4.0  # times the step of one column: the same. A pose may show this column alone
 OPACITY_ENDS = (1 / 1024, 1 - 1 / 1024)  # a logit needs both
 
 
-def quantised(avatar: Avatar, fine: Fineness) -> tuple[Avatar, Found]:
-    """(the avatar as it will play, its integers by path) of an avatar."""
-    avatar = unit_quats(avatar)
+def quantised(avatar: Avatar, fine: Fineness, kept: Kept | None = None) -> tuple[Avatar, Found]:
+    """(the avatar as it will play, its integers by path) of an avatar.
+
+    `kept` saves time where one avatar is quantised again and again: the deltas whose step is still the same are taken
+    from it, the others are put there.
+    """
+    kept = {} if kept is None else kept
+    source, avatar = avatar, unit_quats(avatar)
     codes: Found = {}
     largest = _largest_weights(avatar)
     gaussians = _gaussians(avatar.gaussians, fine, codes, embedded=avatar.embedding is not None)
     b = avatar.blendshapes
     blendshapes = Blendshapes(
-        _deltas(b.geometry, "blendshapes.geometry", fine, codes, largest),
-        _deltas(b.appearance, "blendshapes.appearance", fine, codes, largest),
-        _deltas(b.correctives, "blendshapes.correctives", fine, codes),
-        _deltas(b.late_morphs, "blendshapes.late_morphs", fine, codes),
+        _deltas(b.geometry, "blendshapes.geometry", fine, codes, kept, largest),
+        _deltas(b.appearance, "blendshapes.appearance", fine, codes, kept, largest, _shown(source)),
+        _deltas(b.correctives, "blendshapes.correctives", fine, codes, kept),
+        _deltas(b.late_morphs, "blendshapes.late_morphs", fine, codes, kept),
     )
     skin = weights(avatar.skin, "skin", fine, codes)
     embedding = None if avatar.embedding is None else _embedding(avatar.embedding, fine, codes)
@@ -42,7 +51,7 @@ def quantised(avatar: Avatar, fine: Fineness) -> tuple[Avatar, Found]:
     if avatar.rig is not None:
         # A fit to anchor vertices averages over them.
         mesh = fine if embedding else replace(fine, coarseness=fine.coarseness * UNSEEN_MESH)
-        rig = _rig(avatar.rig, mesh, codes, largest)
+        rig = _rig(avatar.rig, mesh, codes, kept, largest)
     if embedding is not None and rig is not None:
         embedding = _same_mesh(avatar, embedding, rig, codes)
     done = replace(
@@ -114,20 +123,35 @@ def table(opacity_logit: F32, step: float) -> Codes:
     return Codes("table", code.astype(np.uint8)[:, None], np.log(mean / (1 - mean)).astype(np.float32))
 
 
-def signed(values: Array, column: Array, columns: int, step: Array) -> Codes:
-    """Codes of kind signed for [E, C] deltas; `step` [columns, C]. One byte if the steps stay near what is asked."""
+def signed(
+    values: Array, column: Array, columns: int, step: Array, shown: tuple[F64, F64] | None = None
+) -> Codes:
+    """Codes of kind signed for [E, C] deltas; `step` [columns, C]. One byte if the steps stay near what is asked.
+
+    For deltas of spherical harmonics, of one step a column, `shown` may say how much of their error images show:
+    weights [E] of the entries, and `Seen.directions`.
+    """
     flat = np.abs(values)
     largest = _largest(flat, column, columns)
     coarser = np.maximum(largest / 127 / np.where(step > 0, step, 1), 1)  # times, with one byte
     share = np.bincount(column, minlength=columns)[:, None] / max(len(column), 1)
-    one_byte = float((coarser**2 * share).sum()) <= ONE_BYTE * values.shape[1]
+    one_byte = (
+        float((coarser**2 * share).sum()) <= ONE_BYTE * values.shape[1] and coarser.max(initial=1) <= COARSEST
+    )
     width, half = (8, 127) if one_byte else (16, 32767)
-    step = np.maximum(step, largest / half)
-    count = flat / step[column]
-    count = np.where(count < DEAD_ZONE, 0, np.rint(count)) * np.sign(values)
+    asked, step = step, np.maximum(step, largest / half)
+    count: Array
+    if shown is None:
+        count = flat / step[column]
+        count = np.where(count < DEAD_ZONE, 0, np.rint(count)) * np.sign(values)
+    else:
+        step = np.broadcast_to(step.max(axis=1, keepdims=True), step.shape)
+        units = (values / step[column]).astype(np.float32).reshape(len(values), -1, 3)
+        weight = shown[0] * (step / asked)[column, 0] ** 2
+        count = rounded(units, weight, shown[1], half).reshape(values.shape)
     if not count.any():
         return Codes("signed", None, np.zeros((columns, values.shape[1]), np.float32))
-    codes = (count + (1 << (width - 1))).astype(np.uint8 if width == 8 else np.uint16)
+    codes = (count.astype(np.int32) + (1 << (width - 1))).astype(np.uint8 if width == 8 else np.uint16)
     used = np.where(largest > 0, step, 0)
     return Codes("signed", codes, used.astype(np.float32))
 
@@ -169,21 +193,40 @@ def _gaussians(g: Gaussians, fine: Fineness, codes: Found, embedded: bool) -> Ga
     )
 
 
+def _shown(avatar: Avatar) -> tuple[F64, F64] | None:
+    """How much images show of each delta of spherical harmonics, for `signed`; None if there are none."""
+    rows = avatar.blendshapes.appearance
+    if not rows.values["sh"].any():
+        return None
+    found = seen(avatar)
+    return np.repeat(found.weight, np.diff(rows.row_ptr)), found.directions
+
+
 def _deltas(
-    rows: SparseRows, path: str, fine: Fineness, codes: Found, largest: F64 | None = None
+    rows: SparseRows,
+    path: str,
+    fine: Fineness,
+    codes: Found,
+    kept: Kept,
+    largest: F64 | None = None,
+    shown: tuple[F64, F64] | None = None,
 ) -> SparseRows:
     """Sparse rows whose attributes become codes of kind signed; entries that become 0 are dropped."""
     scale = np.ones(rows.columns) if largest is None else largest
     made: dict[str, Codes] = {}
-    kept = np.zeros(rows.entries, bool)
+    used = np.zeros(rows.entries, bool)
     for name, values in rows.values.items():
-        flat = values.reshape(rows.entries, -1 if rows.entries else _channels(values))
-        step = np.full((rows.columns, flat.shape[1]), fine.step(f"{path}.{name}")) / scale[:, None]
-        made[name] = signed(flat, rows.column, rows.columns, step)
+        at, asked = f"{path}.{name}", fine.step(f"{path}.{name}")
+        if at not in kept or kept[at][0] != asked:
+            flat = values.reshape(rows.entries, -1 if rows.entries else _channels(values))
+            step = np.full((rows.columns, flat.shape[1]), asked) / scale[:, None]
+            shows = shown if name == "sh" else None
+            kept[at] = asked, signed(flat, rows.column, rows.columns, step, shows)
+        made[name] = kept[at][1]
         stored = made[name].codes
         if stored is not None:
-            kept |= (stored != 1 << (made[name].width - 1)).any(axis=1)
-    return _decoded(rows, path, made, kept, codes)
+            used |= (stored != 1 << (made[name].width - 1)).any(axis=1)
+    return _decoded(rows, path, made, used, codes)
 
 
 def _channels(values: Array) -> int:
@@ -232,14 +275,14 @@ def _embedding(e: Embedding, fine: Fineness, codes: Found) -> Embedding:
     return replace(e, **fields)
 
 
-def _rig(rig: Rig, fine: Fineness, codes: Found, largest: F64) -> Rig:
+def _rig(rig: Rig, fine: Fineness, codes: Found, kept: Kept, largest: F64) -> Rig:
     codes["rig.vertices"] = linear(rig.vertices, fine.step("rig.vertices"))
     return replace(
         rig,
         vertices=decode(codes["rig.vertices"], len(rig.vertices), 3),
-        morphs=_deltas(rig.morphs, "rig.morphs", fine, codes, largest),
-        correctives=_deltas(rig.correctives, "rig.correctives", fine, codes),
-        late_morphs=_deltas(rig.late_morphs, "rig.late_morphs", fine, codes),
+        morphs=_deltas(rig.morphs, "rig.morphs", fine, codes, kept, largest),
+        correctives=_deltas(rig.correctives, "rig.correctives", fine, codes, kept),
+        late_morphs=_deltas(rig.late_morphs, "rig.late_morphs", fine, codes, kept),
         skin=weights(rig.skin, "rig.skin", fine, codes),
     )
 

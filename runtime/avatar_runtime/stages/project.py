@@ -156,12 +156,18 @@ def sh_colour(sh: F32, direction: F32, degree: int) -> F32:
 
 def splat_colour(splats: Splats, eye: F32, degree: int) -> F32:
     """Display-referred colour [N, 3] of each splat seen from `eye` [3], clamped below at 0 and not above."""
+    return np.maximum(sh_colour(splats.sh, colour_directions(splats, eye), degree), f32(0))
+
+
+def colour_directions(splats: Splats, eye: F32) -> F32:
+    """Unit vectors [N, 3] from `eye` [3] to each splat, in the frame of its spherical harmonics."""
     direction = splats.mean - eye
     length = np.sqrt(direction[:, 0] ** 2 + direction[:, 1] ** 2 + direction[:, 2] ** 2)
     direction = direction / length[:, None]
-    if splats.sh_rotation is not None and degree > 0:
+    if splats.sh_rotation is not None:
         direction = np.einsum("nji,nj->ni", splats.sh_rotation, direction)
-    return np.maximum(sh_colour(splats.sh, direction, degree), f32(0))
+    result: F32 = direction
+    return result
 
 
 def _affine(m: F32, p: F32) -> F32:

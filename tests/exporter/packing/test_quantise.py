@@ -62,6 +62,15 @@ def test_deltas_without_room_in_a_byte_take_two() -> None:
     assert signed(values, np.zeros(100, np.uint16), 1, np.full((1, 1), 0.01)).width == 16
 
 
+def test_one_column_of_large_deltas_takes_two_bytes_for_all() -> None:
+    column = np.repeat(np.arange(40, dtype=np.uint16), 20)
+    values = RNG.uniform(-1, 1, (800, 3))
+    values[column == 7] *= 6
+    codes = signed(values, column, 40, np.full((40, 3), 1 / 127))
+    assert codes.width == 16, "a pose may show this column alone"
+    assert np.abs(decode(codes, 800, 3, column) - values).max() <= 0.61 / 127
+
+
 def test_rows_of_skin_weights_keep_their_sum() -> None:
     ptr = np.arange(0, 401, 4, dtype=np.uint32)
     values = RNG.dirichlet([1, 1, 1, 1], 100).astype(np.float32).reshape(-1)
@@ -105,3 +114,8 @@ def test_a_mesh_that_no_gaussian_is_bound_to_is_coarser() -> None:
     floors = [span / 65535 for span in spans]
     assert np.allclose(codes.scale[:, 1], np.maximum(UNSEEN_MESH * 2e-6, floors[0]), rtol=1e-4)
     assert np.allclose(bound.scale[:, 1], np.maximum(2e-6, floors[1]), rtol=1e-4)
+
+
+def test_deltas_of_an_avatar_without_columns() -> None:
+    none = signed(np.zeros((0, 3)), np.zeros(0, np.uint16), 0, np.zeros((0, 3)))
+    assert none.codes is None and none.scale.shape == (0, 3)

@@ -12,8 +12,8 @@ import pytest
 
 from avatar_export.measure.poses import poses
 from avatar_export.measure.views import views
-from avatar_export.measure.yardstick import Yardstick
-from avatar_export.packing.curves import Curve, chosen, curves
+from avatar_export.measure.yardstick import Measured, Yardstick
+from avatar_export.packing.curves import GRID, Curve, chosen, curves
 from avatar_export.packing.quantise import quantised
 from avatar_export.packing.search import Found, Target, search
 from avatar_export.packing.steps import WEIGHTS, Fineness
@@ -123,6 +123,48 @@ def test_dearer_errors_buy_finer_steps() -> None:
     assert any(dear[path] < cheap[path] for path in of)
     assert all(cheap[path] <= 1 for path in WEIGHTS if path in of)
     assert all(np.all(np.diff(curve.bytes) <= 0) for curve in of.values())
+
+
+class Fake:
+    """An avatar of two attributes that are worth nothing but bytes and a figure, for the search alone."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, worst: float = 60.0) -> None:
+        # Bytes fall slower and slower, then fast: no price gives what lies between the ends of "gaussians.sh".
+        octaves = GRID - GRID[0]
+        concave = Curve(1000 * (8 - octaves) ** 0.5, 1e-3 * 2.0 ** (0.1 * octaves))
+        even = Curve(10 * 2.0**-GRID, 1e-6 * 2.0 ** (2 * GRID))
+        self.curves = {"gaussians.sh": concave, "gaussians.mean": even}
+        self.worst, self.steps = worst, []
+        monkeypatch.setattr("avatar_export.packing.search.curves", lambda *_: self.curves)
+
+    def pack(self, levels: Sequence[Avatar], fine: Fineness) -> tuple[Avatar, int]:
+        """The bytes that the curves promise."""
+        assert fine.factors is not None
+        self.steps.append(fine.step("gaussians.mean"))
+        at = {path: GRID[np.argmin(np.abs(2.0**GRID - factor))] for path, factor in fine.factors.items()}
+        return levels[0], round(sum(np.interp(at[path], GRID, c.bytes) for path, c in self.curves.items()))
+
+    def measure(self, _: Avatar) -> Measured:
+        """60 dB everywhere, but for one image of the first pack that is measured."""
+        inside = np.full((2, 2), 60.0)
+        inside[1, 0], self.worst = self.worst, 60.0
+        return Measured(("a", "b"), ("c", "d"), inside, inside, None, (8, 8), "none", "none")
+
+
+@pytest.mark.parametrize("share", [0.6, 0.75, 0.9])
+def test_a_budget_is_used_where_no_price_leads(monkeypatch: pytest.MonkeyPatch, share: float) -> None:
+    fake = Fake(monkeypatch)
+    limit = round(share * fake.curves["gaussians.sh"].bytes.max())
+    one = search([full_avatar()], Target(limit), fake, fake.pack)  # type: ignore[arg-type]
+    assert 0.97 * limit <= one.bytes <= limit
+
+
+def test_an_image_far_worse_than_the_others_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    fake = Fake(monkeypatch, worst=40.0)
+    limit = round(0.6 * fake.curves["gaussians.sh"].bytes.max())
+    one = search([full_avatar()], Target(limit), fake, fake.pack)  # type: ignore[arg-type]
+    assert one.measured.worst_inside == 60.0 and one.bytes <= limit
+    assert fake.steps[-1] != fake.steps[-2] and one.fine.step("gaussians.mean") == fake.steps[-1]
 
 
 @pytest.mark.parametrize("given", [{}, {"max_bytes": 1, "min_psnr": 1.0}])
