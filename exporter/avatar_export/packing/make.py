@@ -208,7 +208,7 @@ def _facts(
     if choices.handedness == "left":
         facts["framing"] = left_framing(facts["framing"])
     if finest.driving.mode != "none":
-        linear = linear_map(finest)
+        linear = linear_map(mirrored(finest) if choices.handedness == "left" else finest)
         facts["driving"] = {
             "inputs": list(linear.inputs),
             "outputs": list(linear.outputs),

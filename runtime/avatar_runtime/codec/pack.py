@@ -152,6 +152,7 @@ def decode(data: bytes, file: str) -> PackFile:
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise AvatarError(f"has no JSON document {METADATA!r} in its metadata ({error})", file=file) from None
     _check(document, file)
+    _check_clips(document["avatar"], limit_of(data), file)
     tensors = {
         name: _span(name, entry, body, file) for name, entry in header.items() if name != "__metadata__"
     }
@@ -188,6 +189,22 @@ def _check(document: Any, file: str) -> None:
         raise AvatarError("has another number of levels than $.levels", file=file, field="$.program.levels")
 
 
+def _check_clips(avatar: Mapping[str, Any], limit: int, file: str) -> None:
+    """Channels that stand still are stored once for all frames, so a small file could claim frames without end."""
+    names = (avatar["expressions"], avatar["late_morphs"], avatar["joints"])
+    expressions, late, joints = (len(listed or ()) for listed in names)
+    floats = expressions + late + 16 * (joints + 1)
+    total = 0
+    for index, clip in enumerate(avatar["clips"]):
+        total += 4 * floats * int(clip["frames"])
+        if total > limit:
+            raise AvatarError(
+                f"with it the clips decode to {total} bytes; {limit} are the most",
+                file=file,
+                field=f"$.avatar.clips[{index}]",
+            )
+
+
 def inflate(data: bytes, file: str) -> tuple[dict[str, Any], memoryview]:
     """(header of the safetensors body, its tensors' bytes), never more than the header says and the limits allow."""
     if data[:2] != MAGIC:
@@ -203,7 +220,7 @@ def inflate(data: bytes, file: str) -> tuple[dict[str, Any], memoryview]:
         if name != "__metadata__" and safetensors.is_entry(entry)
     ]
     total = max(ends, default=0)
-    if total > min(BODY_LIMIT, MOST_RATIO * len(data)):
+    if total > limit_of(data):
         raise AvatarError(
             f"claims {total} bytes in a file of {len(data)}; at most {MOST_RATIO} times its size and {BODY_LIMIT} "
             "are inflated",
@@ -212,6 +229,11 @@ def inflate(data: bytes, file: str) -> tuple[dict[str, Any], memoryview]:
     body = stream.take(total)
     stream.end()
     return header, memoryview(body)
+
+
+def limit_of(data: bytes) -> int:
+    """The most bytes that a file may inflate to, and that its clips may decode to."""
+    return min(BODY_LIMIT, MOST_RATIO * len(data))
 
 
 class _Inflating:

@@ -20,6 +20,7 @@ from avatar_runtime.topology import vertex_triangles
 Array = npt.NDArray[Any]
 CODECS = ("raw", "planes", "delta", "pointer", "incidence")
 BITS = {8: np.uint8, 16: np.uint16, 32: np.uint32}
+MOST_VERTICES = 1 << 24  # of codec incidence, as contracts of the kernels have it
 
 
 def encode(elements: Array, codec: str, record: int = 1) -> bytes:
@@ -61,6 +62,8 @@ def decode(data: memoryview, codec: str, bits: int, count: int, record: int, whe
 
 def incidence(corners: Array, vertices: int, where: str) -> tuple[Array, Array]:
     """(vertex_triangle_ptr, vertex_triangle) of corners [3, F], flat. Raises AvatarError for a corner out of range."""
+    if vertices > MOST_VERTICES:
+        raise AvatarError(f"is for {vertices} vertices; {MOST_VERTICES} are the most", field=where)
     if len(corners) % 3 or (corners.size and int(corners.max()) >= vertices):
         raise AvatarError(f"has corners that are none of the {vertices} vertices", field=where)
     return vertex_triangles(corners.reshape(3, -1).T, vertices)

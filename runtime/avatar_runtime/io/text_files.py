@@ -9,7 +9,12 @@ from avatar_runtime.io.errors import AvatarError
 
 
 def refuse_existing(out: Path, force: bool) -> None:
-    """Raises AvatarError if `out` exists and `force` is not set. A folder is never replaced."""
+    """Raises AvatarError if `out` exists and `force` is not set, or if its folder is missing: before the work is done.
+
+    A folder is never replaced.
+    """
+    if not out.absolute().parent.is_dir():
+        raise AvatarError("its folder does not exist; make it, or name another", file=out)
     if out.exists() and not (force and out.is_file()):
         raise AvatarError("exists; name another or pass --force", file=out)
 

@@ -14,6 +14,8 @@ from PIL import Image
 from avatar_export.ops.active_sh import with_active_sh
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.bundle import load
+from avatar_runtime.driving.linear_map import linear_map
+from avatar_runtime.handedness import mirrored
 from avatar_runtime.packs import read_pack
 from tests.avatars import assert_same, full_avatar, surface_avatar
 from tests.commands import Run
@@ -127,6 +129,7 @@ def test_exact_keeps_every_float_and_left_mirrors(bundle: Path, run: Run, tmp_pa
     assert document(left)["avatar"]["frame"]["handedness"] == "left"
     np.testing.assert_allclose(stored.gaussians.mean * [-1, 1, 1], source.gaussians.mean, atol=2e-5)
     np.testing.assert_allclose(load(left).gaussians.mean, source.gaussians.mean, atol=2e-5)
+    assert document(left)["driving"]["matrix"] == linear_map(mirrored(source)).matrix.tolist()
     assert run("validate", left)[1] == f"{left}: sound, left-handed\n"
 
 
@@ -179,6 +182,16 @@ def test_nothing_is_replaced_without_force(packed: Path, bundle: Path, run: Run)
         code, _, err = run("pack", bundle, *options)
         assert code == 2 and "exists; name another or pass --force" in err
     assert packed.read_bytes() == before and not (packed.parent / "y.avatar").exists()
+
+
+def test_a_missing_folder_is_found_before_the_work(bundle: Path, run: Run, tmp_path: Path) -> None:
+    for options in (
+        ("-o", tmp_path / "no" / "x.avatar"),
+        ("-o", "y.avatar", "--report", tmp_path / "no" / "x.html"),
+    ):
+        code, out, err = run("pack", bundle, *options)
+        assert code == 2 and "its folder does not exist; make it, or name another" in err
+        assert "drawing" not in err and not out
 
 
 def test_a_damaged_pack_is_one_line(packed: Path, run: Run, tmp_path: Path) -> None:

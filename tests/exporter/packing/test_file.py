@@ -106,6 +106,19 @@ def set_first(document: dict[str, Any], key: str, value: Any) -> None:
     next(b for b in document["program"]["buffers"] if "sections" in b)["sections"][0][key] = value
 
 
+def set_incidence(document: dict[str, Any], count: int) -> None:
+    """Gives the triangles around each vertex that many vertices; the section itself comes later."""
+    listed = next(
+        b["sections"]
+        for b in document["program"]["buffers"]
+        if any(s["name"] == "vertex_triangle" for s in b.get("sections", []))
+    )
+    ptr = next(s for s in listed if s["name"] == "vertex_triangle_ptr")
+    ptr["count"] = count
+    listed.remove(ptr)
+    listed.append(ptr)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -124,6 +137,8 @@ def set_first(document: dict[str, Any], key: str, value: Any) -> None:
         (lambda h, d: h[min(h)].update(dtype="F32"), "does not fit the file"),
         (lambda h, d: d["avatar"]["rules"].update(rotation="twist"), "'twist' is unknown to this reader"),
         (lambda h, d: d["avatar"].update(joints=[]), "joint"),
+        (lambda h, d: d["avatar"]["clips"][0].update(frames=10**9), "the clips decode to [0-9]+ bytes"),
+        (lambda h, d: set_incidence(d, 1 << 30), "is for 1073741823 vertices"),
     ],
 )
 def test_a_hostile_document_gets_one_line(change: Callable[..., None], message: str) -> None:
