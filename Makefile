@@ -63,9 +63,11 @@ clean:
 	$(BIN)/python -m pip install --quiet --editable .
 	touch $@
 
+# slangtorch is wanted for the slangc inside it alone, not for what it does with torch.
 .venv/tested: .venv/installed .ci/packages
 	sh .ci/packages tests
 	$(BIN)/python -m pip install --quiet --group dev
+	$(BIN)/python -m pip install --quiet --no-deps slangtorch==1.3.22
 	$(BIN)/python -m tests.trainer.compile
 	touch $@
 

@@ -1,7 +1,7 @@
 """`python -m avatar_shaders`: makes everything that is made from hlsl/ and from the tables of avatar_schema.
 
-That is hlsl/constants.hlsli, hlsl/rules.hlsli, glsl430/, glsl310es/, msl/ and reflection.json, and in a checkout the
-copies in the engine folders beside this package.
+That is hlsl/constants.hlsli, hlsl/rules.hlsli, glsl430/, glsl310es/, msl/, wgsl/ and reflection.json, and in a checkout
+the copies in the engine folders beside this package and the modules of the web player.
 """
 
 from __future__ import annotations
@@ -15,8 +15,11 @@ from avatar_shaders.entries import LANGUAGES
 from avatar_shaders.generate import HLSL, PACKAGE, generate_all
 from avatar_shaders.headers import made_headers
 from avatar_shaders.tools import ShaderError
+from avatar_shaders.web import web_files
 
 ENGINES = PACKAGE.parent
+ROOT = ENGINES.parent
+WEB = "players/web/src/made"
 IN_CHECKOUT = (ENGINES / "unity" / "package.json").is_file()  # an installed package has no engine folders
 MADE = "by `python -m avatar_shaders`; do not edit"
 
@@ -38,7 +41,7 @@ def main() -> int:
         else:
             write(HLSL, made_headers())  # all else includes them
             files = made_files()
-            write(ENGINES, files)
+            write(ROOT, files)
             for path in stale(files):
                 path.unlink()
     except ShaderError as error:
@@ -48,26 +51,29 @@ def main() -> int:
 
 
 def made_files() -> dict[str, str]:
-    """{path beside this package: text} of everything that is made. Raises ShaderError."""
+    """{path below the checkout, or below what this package is in: text} of everything made. Raises ShaderError."""
     texts = {f"hlsl/{name}": text for name, text in made_headers().items()} | generate_all()
     files = {f"{PACKAGE.name}/{path}": text for path, text in texts.items()}
-    return files | (engine_files(ENGINES) if IN_CHECKOUT else {})
+    files |= engine_files(ENGINES) if IN_CHECKOUT else {}
+    files = {f"{ENGINES.name}/{path}": text for path, text in files.items()}
+    web = web_files(texts) if IN_CHECKOUT else {}
+    return files | {f"{WEB}/{name}": text for name, text in web.items()}
 
 
 def differing() -> list[str]:
     """Paths of made files that are missing, different or no longer made. Raises ShaderError."""
     files = made_files()
-    wrong = [path for path, text in files.items() if _text(ENGINES / path) != text]
-    return wrong + [str(path.relative_to(ENGINES)) for path in stale(files)]
+    wrong = [path for path, text in files.items() if _text(ROOT / path) != text]
+    return wrong + [str(path.relative_to(ROOT)) for path in stale(files)]
 
 
 def stale(files: dict[str, str]) -> list[Path]:
     """Made files that are no longer made."""
     folders = [PACKAGE / language for language in LANGUAGES]
-    folders += [ENGINES / "unity", ENGINES / "unreal"] if IN_CHECKOUT else []
+    folders += [ENGINES / "unity", ENGINES / "unreal", ROOT / WEB] if IN_CHECKOUT else []
     present = [path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()]
     made = [path for path in present if path.suffix == ".meta" or MADE in path.read_text("utf-8")]
-    return [path for path in made if str(path.relative_to(ENGINES)) not in files]
+    return [path for path in made if str(path.relative_to(ROOT)) not in files]
 
 
 def write(folder: Path, files: dict[str, str]) -> None:

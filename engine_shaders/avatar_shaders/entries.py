@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-LANGUAGES = ("glsl430", "glsl310es", "msl")
+LANGUAGES = ("glsl430", "glsl310es", "msl", "wgsl")
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,7 @@ SUFFIXES = {
     "glsl430": {"compute": "comp", "vertex": "vert", "fragment": "frag"},
     "glsl310es": {"compute": "comp", "vertex": "vert", "fragment": "frag"},
     "msl": {"compute": "metal", "vertex": "metal", "fragment": "metal"},
+    "wgsl": {"compute": "wgsl", "vertex": "wgsl", "fragment": "wgsl"},
 }
 
 

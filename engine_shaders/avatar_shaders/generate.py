@@ -1,4 +1,4 @@
-"""Makes GLSL, MSL and the reflection table from a folder of HLSL."""
+"""Makes GLSL, MSL, WGSL and the reflection table from a folder of HLSL."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from pathlib import Path
 from avatar_shaders.contracts import contracts
 from avatar_shaders.entries import ENTRIES, LANGUAGES, path_of
 from avatar_shaders.reflect import interface
-from avatar_shaders.tools import ShaderError, cross, spirv, versions
+from avatar_shaders.slang import wgsl
+from avatar_shaders.tools import ShaderError, cross, spirv, version, versions
 
 PACKAGE = Path(__file__).parent
 HLSL = PACKAGE / "hlsl"
+# GLSL ES 3.00 joins what a vertex shader hands on by name: `_entryPointOutput_x` there, `q_x` in the pixel shader.
+_VARYING = re.compile(r"\b(?:_entryPointOutput|q)_(?=\w)")
 _COMBINED = re.compile(r"SPIRV_Cross_Combined(\w+?)SPIRV_Cross_DummySampler")
 
 Texts = dict[tuple[str, str], str]
@@ -28,9 +31,11 @@ def generate(
     Language "reflect" gives the interface as JSON of spirv-cross. Raises tools.ShaderError where a file does not
     compile or a tool is missing.
     """
-    chosen = tuple(languages)
+    wanted, chosen = tuple(entries), tuple(languages)
     with ThreadPoolExecutor() as pool:
-        found = pool.map(lambda entry: _texts(hlsl, entry, chosen), entries)
+        # All of them first: what is wrong is then told before slower tools run.
+        modules = list(pool.map(lambda entry: spirv(hlsl, entry), wanted))
+        found = pool.map(lambda entry, module: _texts(hlsl, entry, module, chosen), wanted, modules)
         return {key: text for texts in found for key, text in texts.items()}
 
 
@@ -44,27 +49,43 @@ def generate_all(hlsl: Path = HLSL) -> dict[str, str]:
     return files | {"reflection.json": json.dumps({"tools": versions(), "entries": rows}, indent=1) + "\n"}
 
 
-def _texts(hlsl: Path, entry: str, languages: tuple[str, ...]) -> Texts:
-    row, texts = ENTRIES[entry], {}
-    module = spirv(hlsl, entry)
+def _texts(hlsl: Path, entry: str, module: bytes, languages: tuple[str, ...]) -> Texts:
+    reflected = _crossed(module, "reflect", entry)
+    texts = {}
     for language in languages:
-        try:
-            text = cross(module, language, vertex=row.kind == "vertex")
-        except ShaderError as error:
-            raise ShaderError(f"{row.hlsl}: {error} (entry {entry})", file=row.hlsl) from None
-        texts[language, entry] = text if language == "reflect" else _finished(text, language, entry)
+        if language == "reflect":
+            texts[language, entry] = reflected
+        elif language == "wgsl":
+            row = interface(entry, ENTRIES[entry], reflected, "")
+            texts[language, entry] = _header(language, entry) + wgsl(hlsl, entry, row)
+        else:
+            texts[language, entry] = _finished(_crossed(module, language, entry), language, entry)
     return texts
 
 
-def _finished(text: str, language: str, entry: str) -> str:
-    """The text with a header, and textures under their HLSL names. In GLSL ES #version must be the first line."""
-    tools = ", ".join(f"{tool} {version}" for tool, version in versions().items())
-    header = (
+def _crossed(module: bytes, language: str, entry: str) -> str:
+    row = ENTRIES[entry]
+    try:
+        return cross(module, language, vertex=row.kind == "vertex")
+    except ShaderError as error:
+        raise ShaderError(f"{row.hlsl}: {error} (entry {entry})", file=row.hlsl) from None
+
+
+def _header(language: str, entry: str) -> str:
+    writers = ("slang",) if language == "wgsl" else ("glslang", "spirv-cross")
+    tools = ", ".join(f"{tool} {version(tool)}" for tool in writers)
+    return (
         f"// Generated from hlsl/{ENTRIES[entry].hlsl}, entry {entry}, by `python -m avatar_shaders`; do not edit.\n"
         f"// Tools: {tools}\n"
     )
+
+
+def _finished(text: str, language: str, entry: str) -> str:
+    """The text with a header, and textures under their HLSL names. In GLSL #version must be the first line."""
     text = _COMBINED.sub(r"\1", text)
     if language == "msl":
-        return header + text
-    version, _, rest = text.partition("\n")
-    return f"{version}\n{header}{rest}"
+        return _header(language, entry) + text
+    if language == "glsl300es":
+        text = _VARYING.sub(r"varying_", text)
+    first, _, rest = text.partition("\n")
+    return f"{first}\n{_header(language, entry)}{rest}"

@@ -23,7 +23,7 @@ def made_headers() -> dict[str, str]:
 def constants_hlsli() -> str:
     """Text of constants.hlsli: a macro a number, AVATAR_<NAME> or AVATAR_<NAME>_<index>, with reason and source."""
     lines = [_HEADER.format(what="Render constants", table="constants.json", guard="CONSTANTS")]
-    for name, entry in _table("constants.json").items():
+    for name, entry in table("constants.json").items():
         lines.append(f"// {entry['reason']} [{entry['source']}]")
         value = entry["value"]
         numbers = {f"_{i}": v for i, v in enumerate(value)} if isinstance(value, list) else {"": value}
@@ -34,7 +34,7 @@ def constants_hlsli() -> str:
 def rules_hlsli() -> str:
     """Text of rules.hlsli: a macro a value of a rule, AVATAR_<RULE>_<VALUE>; hosts set constants to these codes."""
     lines = [_HEADER.format(what="Codes of the values of rules", table="rules.json", guard="RULES")]
-    for name, rule in _table("rules.json")["rules"].items():
+    for name, rule in table("rules.json")["rules"].items():
         lines.append(f"// {name}: {rule['about']} [schema/SPEC.md, section {rule['spec']}]")
         codes = {f"AVATAR_{name}_{value['name']}".upper(): value["code"] for value in rule["values"]}
         lines += [f"#define {macro} {code}" for macro, code in codes.items()]
@@ -49,6 +49,7 @@ def literal(value: float | int) -> str:
     return f"({text})" if value < 0 else text
 
 
-def _table(name: str) -> dict[str, Any]:
-    table: dict[str, Any] = json.loads((files("avatar_schema") / "v1" / name).read_text("utf-8"))
-    return table
+def table(name: str) -> dict[str, Any]:
+    """A table of avatar_schema/v1 as plain data."""
+    told: dict[str, Any] = json.loads((files("avatar_schema") / "v1" / name).read_text("utf-8"))
+    return told

@@ -25,7 +25,7 @@ def interface(name: str, row: Entry, reflected: str, glsl: str) -> dict[str, Any
         "hlsl": row.hlsl,
         "kind": row.kind,
         "stage": row.stage,
-        "entry_point": {language: name if language == "msl" else "main" for language in LANGUAGES},
+        "entry_point": {language: "main" if language.startswith("glsl") else name for language in LANGUAGES},
         "storage": [_storage(s, types) for s in _by_binding(told.get("ssbos", []))],
         "uniform_blocks": [_block(u, types) for u in told.get("ubos", [])],
         "textures": [{"name": t["name"], "binding": t["binding"]} for t in told.get("separate_images", [])],

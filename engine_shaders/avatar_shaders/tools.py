@@ -1,4 +1,4 @@
-"""The tools that turn HLSL into other languages: glslang, spirv-val, spirv-cross."""
+"""The tools that turn HLSL into other languages: glslang, spirv-val, spirv-cross, and where Slang and Zig are found."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import tempfile
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 from avatar_shaders.entries import ENTRIES, HLSL_ONLY
@@ -17,6 +18,10 @@ PACKAGES = {  # program: the Debian package that holds it
     "spirv-val": "spirv-tools",
     "spirv-cross": "spirv-cross",
 }
+WHEELS = {  # program: where it lies in which Python package, and how to install that
+    "slangc": ("slangtorch/bin/slangc", "pip install --no-deps slangtorch==1.3.22"),
+    "zig": ("ziglang/zig", "pip install ziglang==0.17.1"),
+}
 _STAGES = {"compute": "comp", "vertex": "vert", "fragment": "frag"}
 # Not optimised (-Od): the generated text keeps functions and names, and every operation rounds as in the HLSL.
 # The optimiser would make fma() of sums of products, which GLSL ES 3.10 does not have.
@@ -25,6 +30,7 @@ _GL = ("--combined-samplers-inherit-bindings", "--no-support-nonzero-baseinstanc
 _CROSS = {  # language: options of spirv-cross
     "glsl430": ("--version", "430", "--no-es", *_GL),
     "glsl310es": ("--version", "310", "--es", *_GL),
+    "glsl300es": ("--version", "300", "--es", *_GL),
     "msl": ("--msl", "--msl-version", "20100", "--msl-decoration-binding"),
     "reflect": ("--reflect",),
 }
@@ -56,10 +62,10 @@ def compile_file(file: Path, entry: str, kind: str, options: tuple[str, ...] = (
     with tempfile.TemporaryDirectory() as temporary:
         module = Path(temporary) / "module.spv"
         command = ["glslangValidator", *_GLSLANG, "-S", _STAGES[kind], "-e", entry, *options]
-        done = _run([*command, "-o", str(module), str(file)])
+        done = run([*command, "-o", str(module), str(file)])
         if done.returncode or not module.is_file():
             raise _refused("glslangValidator", entry, file, done.stdout)
-        checked = _run(["spirv-val", str(module)])
+        checked = run(["spirv-val", str(module)])
         if checked.returncode:
             raise _refused("spirv-val", entry, file, checked.stdout + checked.stderr)
         return with_bindings(module.read_bytes())
@@ -68,31 +74,56 @@ def compile_file(file: Path, entry: str, kind: str, options: tuple[str, ...] = (
 def cross(module: bytes, language: str, *, vertex: bool = False, options: tuple[str, ...] = ()) -> str:
     """A module as text of a language, or for "reflect" its interface as JSON. Raises ShaderError."""
     command = ["spirv-cross", "-", "--remove-unused-variables", *_CROSS[language], *options]
-    done = _run(command + [_CLIP_Z] * (vertex and language in ("glsl430", "glsl310es")), module)
+    done = run(command + [_CLIP_Z] * (vertex and language.startswith("glsl")), module)
     if done.returncode:
         raise ShaderError(f"{done.stderr.decode(errors='replace')} (spirv-cross to {language})")
     return done.stdout.decode()
 
 
-@cache
 def versions() -> dict[str, str]:
-    """Versions of glslang and spirv-cross, the tools that write the generated text. Raises ShaderError."""
-    glslang = _run(["glslangValidator", "--version"]).stdout.decode().splitlines()[0]
-    return {"glslang": glslang.rpartition(" ")[2], "spirv-cross": _spirv_cross_version()}
+    """Versions of the tools that write what is generated. Raises ShaderError."""
+    return {tool: version(tool) for tool in ("glslang", "spirv-cross", "slang", "zig")}
+
+
+@cache
+def version(tool: str) -> str:
+    """The version of a tool of versions(). Raises ShaderError."""
+    if tool == "spirv-cross":
+        return _spirv_cross_version()
+    if tool == "glslang":
+        first = run(["glslangValidator", "--version"]).stdout.decode().splitlines()[0]
+        return first.rpartition(" ")[2]
+    told = run([program("slangc"), "-version"] if tool == "slang" else [program("zig"), "version"])
+    return (told.stdout + told.stderr).decode().strip()
 
 
 def _spirv_cross_version() -> str:
     """spirv-cross tells its revision only; Debian's package does not even tell that."""
-    told = _run(["spirv-cross", "--revision"])
+    told = run(["spirv-cross", "--revision"])
     revision = (told.stdout + told.stderr).decode().strip()
     if "Debian" in revision and shutil.which("dpkg-query"):
         return (
-            _run(["dpkg-query", "-W", "-f", "${Version}", "spirv-cross"]).stdout.decode().strip() or revision
+            run(["dpkg-query", "-W", "-f", "${Version}", "spirv-cross"]).stdout.decode().strip() or revision
         )
     return revision
 
 
-def _run(command: list[str], data: bytes | None = None) -> subprocess.CompletedProcess[bytes]:
+def program(name: str) -> str:
+    """Path of a tool that comes in a Python package: of this environment, else of PATH. Raises ShaderError."""
+    inside, install = WHEELS[name]
+    package, _, rest = inside.partition("/")
+    spec = find_spec(package)
+    for folder in (spec.submodule_search_locations or ()) if spec else ():
+        if (Path(folder) / rest).is_file():
+            return str(Path(folder) / rest)
+    path = shutil.which(name)
+    if path is None:
+        raise ShaderError(f"{name} is not installed; it comes with: {install}")
+    return path
+
+
+def run(command: list[str], data: bytes | None = None) -> subprocess.CompletedProcess[bytes]:
+    """A finished process of a tool, whatever its exit status. Raises ShaderError where the tool is missing."""
     try:
         return subprocess.run(command, input=data, capture_output=True)
     except FileNotFoundError:

@@ -28,7 +28,8 @@ ROOT = Path(__file__).parents[2]
 LICENCES = ("LICENSE", "NOTICE.md")
 SUFFIXES = {  # of files that may be in a package
     *(".py", ".typed", ".json", ".hlsl", ".hlsli"),
-    *(".comp", ".vert", ".frag", ".metal"),
+    *(".comp", ".vert", ".frag", ".metal", ".wgsl", ".hpp"),
+    *(".html", ".css", ".js"),
 }
 ENDS = {"sdist": ".tar.gz", "wheel": "-py3-none-any.whl"}
 

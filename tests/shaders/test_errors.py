@@ -9,8 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from avatar_shaders import ENTRIES, tools
 from avatar_shaders.generate import HLSL, generate, generate_all
-from avatar_shaders.tools import PACKAGES, ShaderError
+from avatar_shaders.reflect import interface
+from avatar_shaders.slang import slang, wgsl
+from avatar_shaders.tools import PACKAGES, WHEELS, ShaderError, cross, program, spirv
 
 
 @pytest.fixture
@@ -84,6 +87,51 @@ def test_a_missing_tool_says_what_to_install(
         ShaderError, match=f"{tool} is not installed; on Debian: apt-get install {PACKAGES[tool]}"
     ):
         generate(HLSL, ["activate"])
+
+
+@pytest.mark.parametrize("tool", WHEELS)
+def test_a_missing_tool_of_a_python_package_says_what_to_install(
+    tool: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tools, "find_spec", lambda name: None)
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(ShaderError, match=rf"^{tool} is not installed; it comes with: pip install .*=="):
+        program(tool)
+
+
+def test_tools_are_found_in_this_environment_before_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = tmp_path / "ziglang"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "zig").touch()
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "ziglang", raising=False)
+    assert program("zig") == str(package / "zig")
+
+
+def test_what_slang_refuses_names_its_line(altered: Path) -> None:
+    path = altered / "activate.hlsl"
+    bad = "    uint row = id.x + Nowhere<uint>(1);"
+    path.write_text(path.read_text("utf-8").replace("    uint row = id.x;", bad), "utf-8")
+    with pytest.raises(ShaderError, match=rf"^activate\.hlsl:{line_of(path, bad)}: .*slangc, entry activate"):
+        slang(altered, "activate", "wgsl")
+
+
+def test_constants_that_wgsl_places_elsewhere_are_refused(altered: Path) -> None:
+    row = interface("activate", ENTRIES["activate"], cross(spirv(altered, "activate"), "reflect"), "")
+    path = altered / "activate.hlsl"
+    for good, bad, said in (
+        ("    uint count;", "    uint other; uint count;", "ActivateConstants.count lies elsewhere"),
+        ("[5 count]", "", "WGSL binds .*; reflection.json has Splats"),
+    ):
+        text = path.read_text("utf-8").replace(good, bad)
+        if not bad:
+            text = text.replace("Splats", "Others")
+        path.write_text(text, "utf-8")
+        with pytest.raises(ShaderError, match=said):
+            wgsl(altered, "activate", row)
 
 
 def test_the_command_says_it_in_one_line(altered: Path, tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from avatar_shaders.__main__ import differing, made_files
 from avatar_shaders.generate import HLSL
 from avatar_shaders.headers import literal
 from avatar_shaders.tools import versions
+from avatar_shaders.web import minified, minified_glsl
 
 GLSL = ("glsl430", "glsl310es")
 
@@ -40,7 +41,8 @@ def test_committed_files_are_what_the_tools_make() -> None:
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_headers_name_source_entry_and_tools(language: str) -> None:
-    tools = ", ".join(f"{tool} {version}" for tool, version in committed_tools().items())
+    writers = ("slang",) if language == "wgsl" else ("glslang", "spirv-cross")
+    tools = ", ".join(f"{tool} {committed_tools()[tool]}" for tool in writers)
     for entry, row in ENTRIES.items():
         head = source(entry, language)[:400]
         assert f"Generated from hlsl/{row.hlsl}, entry {entry}, " in head
@@ -88,6 +90,45 @@ def test_msl_binds_what_the_table_says(entry: str) -> None:
     assert re.search(rf"^(kernel|vertex|fragment) \w+ {row['entry_point']}\(", text, re.MULTILINE)
 
 
+@pytest.mark.parametrize("entry", ENTRIES)
+def test_wgsl_binds_what_the_table_says(entry: str) -> None:
+    text, row = source(entry, "wgsl"), reflection("wgsl")[entry]
+    bound = re.findall(r"^@binding\((\d+)\) @group\(0\) var(?:<([^>]*)>)? (\w+)_0 ", text, re.MULTILINE)
+    kinds = {True: "storage, read", False: "storage, read_write"}
+    wanted = [(s["binding"], kinds[s["readonly"]], s["name"]) for s in row["storage"]]
+    wanted += [(t["binding"], "", t["name"]) for t in row["textures"]]
+    wanted += [(u["binding"], "uniform", u["name"]) for u in row["uniform_blocks"]]
+    assert sorted((int(number), kind, name) for number, kind, name in bound) == sorted(wanted)
+    assert re.search(rf"^@{row['kind']}\n(?:@.*\n)?fn {row['entry_point']}\(", text, re.MULTILINE)
+    inputs = re.findall(r"^    @location\((\d)\) (\w+)_0 : vec4<f32>,", text, re.MULTILINE)
+    if row["kind"] == "vertex":
+        assert [(int(n), name) for n, name in inputs] == [(i["location"], i["name"]) for i in row["inputs"]]
+    if row["kind"] == "compute":
+        assert f"@workgroup_size({', '.join(map(str, row['thread_group']))})" in text
+
+
+def test_minified_text_means_the_same() -> None:
+    """Tokens stay what they are: no sign joins another, no word joins another."""
+    token = re.compile(r"\w+|[^\w\s]")
+    for entry in ENTRIES:
+        text = re.sub(r"//.*", "", source(entry, "wgsl"))
+        assert token.findall(minified(text)) == token.findall(text)
+        assert not re.search(r"\+\+|--|\bvar\(|\n", minified(text))
+    assert minified("a - -b; // c\nreturn  - 1;") == "a - -b;return - 1;"
+    assert minified_glsl("#version 300 es\n// c\n\nvoid  main ( ) { }\n") == "#version 300 es\nvoid main(){}"
+
+
+def test_the_web_player_gets_every_entry() -> None:
+    made = command.ROOT / command.WEB
+    for name in ENTRIES:
+        assert f'  {name}: "' in (made / "wgsl.ts").read_text("utf-8")
+        assert f'  {name}: {{"kind":' in (made / "reflection.ts").read_text("utf-8")
+    assert {path.name for path in made.iterdir()} == {
+        "constants.ts", "glsl.ts", "kernels.ts", "reflection.ts", "wgsl.ts"
+    }  # fmt: skip
+    assert "export const SORT_BLOCK = THREADS * SORT_ITEMS;" in (made / "constants.ts").read_text("utf-8")
+
+
 def test_generated_text_keeps_the_order_of_operations() -> None:
     """An optimiser that contracts a * b + c rounds differently, and GLSL ES 3.10 has no fma()."""
     for language in LANGUAGES:
@@ -120,7 +161,7 @@ def test_shader_codes_are_the_formats() -> None:
 def test_unknown_names_are_refused() -> None:
     for call in (
         lambda: source("nothing", "hlsl"),
-        lambda: source("blend", "wgsl"),
+        lambda: source("blend", "spirv"),
         lambda: reflection("hlsl"),
     ):
         with pytest.raises(ValueError, match="is not one of"):
@@ -128,10 +169,13 @@ def test_unknown_names_are_refused() -> None:
 
 
 def test_left_over_files_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command, "ENGINES", tmp_path)
-    monkeypatch.setattr(command, "PACKAGE", tmp_path / "avatar_shaders")
-    made = [tmp_path / name for name in ("avatar_shaders/msl/old.metal", "unreal/Shaders/old.ush")]
-    for path in (*made, tmp_path / "unity/by_hand.shader"):
+    engines = tmp_path / "engine_shaders"
+    monkeypatch.setattr(command, "ROOT", tmp_path)
+    monkeypatch.setattr(command, "ENGINES", engines)
+    monkeypatch.setattr(command, "PACKAGE", engines / "avatar_shaders")
+    made = [engines / name for name in ("avatar_shaders/msl/old.metal", "unreal/Shaders/old.ush")]
+    made.append(tmp_path / "players/web/src/made/old.ts")
+    for path in (*made, engines / "unity/by_hand.shader"):
         path.parent.mkdir(parents=True)
         path.write_text(f"// {command.MADE}.\n" if path in made else "// mine\n", "utf-8")
     assert command.stale({}) == made

@@ -23,7 +23,7 @@ layout(location = 0) flat out vec4 _entryPointOutput_place;
 layout(location = 1) flat out vec3 _entryPointOutput_conic;
 layout(location = 2) flat out vec3 _entryPointOutput_rgb;
 
-vec2 splat_corner(vec2 corner, vec2 centre, vec3 conic, float opacity, vec2 size)
+vec2 splat_corner(inout vec2 corner, vec2 centre, vec3 conic, float opacity, vec2 size)
 {
     float reach = 2.0 * log(max(opacity * 255.0, 1.0));
     float det = ((conic.x * conic.z) - (conic.y * conic.y)) - (3.0000001061125658452510833740234e-07 * ((conic.x * conic.z) + (conic.y * conic.y)));
@@ -42,8 +42,14 @@ vec2 splat_corner(vec2 corner, vec2 centre, vec3 conic, float opacity, vec2 size
     vec2 _156 = axis / vec2(axis_length);
     bvec2 _158 = bvec2(axis_length > 0.0);
     axis = vec2(_158.x ? _156.x : vec2(1.0, 0.0).x, _158.y ? _156.y : vec2(1.0, 0.0).y);
-    float across = min(sqrt(reach / larger), 1000000.0) + 1.0;
-    float along = min(sqrt((reach * larger) / det), 1000000.0) + 1.0;
+    float across = min(sqrt(reach / larger), 1000000.0) + 0.125;
+    float along = min(sqrt((reach * larger) / det), 1000000.0) + 0.125;
+    if (along < 8.0)
+    {
+        vec2 _191 = vec2(1.73205077648162841796875 * corner.x, -1.0);
+        bvec2 _193 = bvec2(corner.y < 0.0);
+        corner = vec2(_193.x ? _191.x : vec2(0.0, 2.0).x, _193.y ? _191.y : vec2(0.0, 2.0).y);
+    }
     return (centre + (axis * (corner.x * across))) + (vec2(-axis.y, axis.x) * (corner.y * along));
 }
 
@@ -68,7 +74,8 @@ QuadFragment quad_vertex(uint vertex, vec4 place, vec3 conic, vec3 rgb)
         vec3 param_2 = conic;
         float param_3 = place.w;
         vec2 param_4 = constants.image_size;
-        vec2 pixel = splat_corner(param, param_1, param_2, param_3, param_4);
+        vec2 _290 = splat_corner(param, param_1, param_2, param_3, param_4);
+        vec2 pixel = _290;
         vec2 param_5 = pixel;
         float param_6 = place.z;
         vec2 param_7 = constants.image_size;

@@ -42,7 +42,7 @@ struct raster_vertex_in
 };
 
 static inline __attribute__((always_inline))
-float2 splat_corner(thread const float2& corner, thread const float2& centre, thread const float3& conic, thread const float& opacity, thread const float2& size)
+float2 splat_corner(thread float2& corner, thread const float2& centre, thread const float3& conic, thread const float& opacity, thread const float2& size)
 {
     float reach = 2.0 * log(fast::max(opacity * 255.0, 1.0));
     float det = ((conic.x * conic.z) - (conic.y * conic.y)) - (3.0000001061125658452510833740234e-07 * ((conic.x * conic.z) + (conic.y * conic.y)));
@@ -56,8 +56,12 @@ float2 splat_corner(thread const float2& corner, thread const float2& centre, th
     float2 axis = select(float2(conic.y, larger - conic.x), float2(larger - conic.z, conic.y), bool2(half_gap >= 0.0));
     float axis_length = length(axis);
     axis = select(float2(1.0, 0.0), axis / float2(axis_length), bool2(axis_length > 0.0));
-    float across = fast::min(sqrt(reach / larger), 1000000.0) + 1.0;
-    float along = fast::min(sqrt((reach * larger) / det), 1000000.0) + 1.0;
+    float across = fast::min(sqrt(reach / larger), 1000000.0) + 0.125;
+    float along = fast::min(sqrt((reach * larger) / det), 1000000.0) + 0.125;
+    if (along < 8.0)
+    {
+        corner = select(float2(0.0, 2.0), float2(1.73205077648162841796875 * corner.x, -1.0), bool2(corner.y < 0.0));
+    }
     return (centre + (axis * (corner.x * across))) + (float2(-axis.y, axis.x) * (corner.y * along));
 }
 
@@ -84,7 +88,8 @@ QuadFragment quad_vertex(thread const uint& vertex0, thread const float4& place,
         float3 param_2 = conic;
         float param_3 = place.w;
         float2 param_4 = constants.image_size;
-        float2 pixel = splat_corner(param, param_1, param_2, param_3, param_4);
+        float2 _290 = splat_corner(param, param_1, param_2, param_3, param_4);
+        float2 pixel = _290;
         float2 param_5 = pixel;
         float param_6 = place.z;
         float2 param_7 = constants.image_size;

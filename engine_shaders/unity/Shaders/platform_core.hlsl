@@ -15,6 +15,20 @@
 #define AVATAR_CONSTANTS_END };
 #endif
 
-#define AVATAR_THREADS 64
+#define AVATAR_THREADS 64 // threads of a group
+
+// Counters in group memory, which several threads of a group change at a time. WGSL has a type of its own for them: for
+// Slang's compiler to WGSL define AVATAR_ATOMIC_COUNTERS.
+#ifdef AVATAR_ATOMIC_COUNTERS
+#define AVATAR_GROUP_COUNTERS(name, size) groupshared Atomic<uint> name[size]
+#define AVATAR_COUNTER(counter) counter.load()
+#define AVATAR_COUNTER_CLEAR(counter) counter.store(0)
+#define AVATAR_COUNTER_INCREMENT(counter) counter.increment()
+#else
+#define AVATAR_GROUP_COUNTERS(name, size) groupshared uint name[size]
+#define AVATAR_COUNTER(counter) counter
+#define AVATAR_COUNTER_CLEAR(counter) counter = 0
+#define AVATAR_COUNTER_INCREMENT(counter) InterlockedAdd(counter, 1)
+#endif
 
 #endif

@@ -24,7 +24,12 @@ float4 splat_fragment(float3 rgb, float alpha)
     return float4(rgb * alpha, alpha);
 }
 
-// A corner (-1 or 1 each) of the rectangle that holds every pixel with alpha >= 1/255, in pixels.
+static const float QUAD_MARGIN = 0.125; // pixels: GPUs may snap corners to 1/16 of a pixel
+static const float SMALL_SPLAT = 8; // pixels from the centre
+
+// A corner (-1 or 1 each) of the rectangle that holds every pixel with alpha >= 1/255, in pixels. Most splats are small,
+// and there two triangles cost more than what a larger one covers in vain: the two upper corners meet, so that one
+// triangle about the ellipse is left.
 float2 splat_corner(float2 corner, float2 centre, float3 conic, float opacity, float2 size)
 {
     float reach = 2 * log(max(opacity * AVATAR_ALPHA_MIN_DENOMINATOR, 1.0));
@@ -40,8 +45,12 @@ float2 splat_corner(float2 corner, float2 centre, float3 conic, float opacity, f
     float2 axis = half_gap >= 0 ? float2(larger - conic.z, conic.y) : float2(conic.y, larger - conic.x);
     float axis_length = length(axis);
     axis = axis_length > 0 ? axis / axis_length : float2(1, 0);
-    float across = min(sqrt(reach / larger), 1e6) + 1;
-    float along = min(sqrt(reach * larger / det), 1e6) + 1;
+    float across = min(sqrt(reach / larger), 1e6) + QUAD_MARGIN;
+    float along = min(sqrt(reach * larger / det), 1e6) + QUAD_MARGIN;
+    if (along < SMALL_SPLAT)
+    {
+        corner = corner.y < 0 ? float2(1.7320508 * corner.x, -1) : float2(0, 2);
+    }
     return centre + corner.x * across * axis + corner.y * along * float2(-axis.y, axis.x);
 }
 

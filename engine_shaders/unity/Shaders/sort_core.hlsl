@@ -7,10 +7,10 @@
 #ifndef AVATAR_SORT_HLSLI
 #define AVATAR_SORT_HLSLI
 
-#define AVATAR_SORT_DIGITS 16
-#define AVATAR_SORT_ITEMS 16
-#define AVATAR_SORT_BLOCK (AVATAR_THREADS * AVATAR_SORT_ITEMS)
-#define AVATAR_SORT_SCAN_THREADS 128
+#define AVATAR_SORT_DIGITS 16 // values of a digit
+#define AVATAR_SORT_ITEMS 16 // pairs of a thread
+#define AVATAR_SORT_BLOCK (AVATAR_THREADS * AVATAR_SORT_ITEMS) // pairs of a block, which a group sorts
+#define AVATAR_SORT_SCAN_THREADS 128 // threads of the one group of sort_scan
 
 static const uint AVATAR_NOT_DRAWN = 0xFFFFFFFFu;
 

@@ -13,7 +13,7 @@ AVATAR_CONSTANTS(SortCountConstants)
     uint shift; // 0, 4 .. 28
 AVATAR_CONSTANTS_END
 
-groupshared uint occurrences[AVATAR_SORT_DIGITS];
+AVATAR_GROUP_COUNTERS(occurrences, AVATAR_SORT_DIGITS);
 
 [numthreads(AVATAR_THREADS, 1, 1)]
 void sort_count(uint3 group : SV_GroupID, uint3 thread : SV_GroupThreadID)
@@ -21,7 +21,7 @@ void sort_count(uint3 group : SV_GroupID, uint3 thread : SV_GroupThreadID)
     uint lane = thread.x;
     if (lane < AVATAR_SORT_DIGITS)
     {
-        occurrences[lane] = 0;
+        AVATAR_COUNTER_CLEAR(occurrences[lane]);
     }
     GroupMemoryBarrierWithGroupSync();
     for (uint i = 0; i < AVATAR_SORT_ITEMS; ++i)
@@ -29,12 +29,12 @@ void sort_count(uint3 group : SV_GroupID, uint3 thread : SV_GroupThreadID)
         uint at = group.x * AVATAR_SORT_BLOCK + i * AVATAR_THREADS + lane;
         if (at < count)
         {
-            InterlockedAdd(occurrences[sort_digit(Pairs[at].x, shift)], 1);
+            AVATAR_COUNTER_INCREMENT(occurrences[sort_digit(Pairs[at].x, shift)]);
         }
     }
     GroupMemoryBarrierWithGroupSync();
     if (lane < AVATAR_SORT_DIGITS)
     {
-        Counts[lane * groups + group.x] = occurrences[lane];
+        Counts[lane * groups + group.x] = AVATAR_COUNTER(occurrences[lane]);
     }
 }
