@@ -2,6 +2,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= out
 NODE_CLIENTS := tests/interop/node_modules/.package-lock.json
+WEB_PLAYER := players/web/node_modules/.package-lock.json
 
 # Worker processes of pytest, each of about 2 GB. Tests are stolen from the end of another worker's list: files stay
 # together, so that what a module or a session makes is made once a worker.
@@ -16,7 +17,7 @@ CORE := tests/test_floors.py tests/test_released.py tests/schema tests/conforman
 # Compiled modules are kept, since the tests start about 200 processes.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo check test test-more fuzz bench docs dist clean
+.PHONY: demo check test test-more players fuzz bench docs dist clean
 
 demo: .venv/installed
 	$(BIN)/python -m samples.demo $(OUT)/demo
@@ -27,16 +28,20 @@ check: .venv/tested
 	$(BIN)/mypy
 	$(PYTEST) --quiet $(CORE)
 
-test: .venv/tested $(NODE_CLIENTS)
+test: .venv/tested $(NODE_CLIENTS) $(WEB_PLAYER)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(PYTEST)
 
 # The site, every documented command, and the numbers as other processors and Python versions compute them.
-test-more: .venv/tested $(NODE_CLIENTS) docs
+test-more: .venv/tested $(NODE_CLIENTS) $(WEB_PLAYER) docs
 	$(PYTEST) -m more
 	$(BIN)/python -m tests.session.machines
+
+# What the players draw of every sample and every avatar, on every backend that runs here.
+players: .venv/tested $(WEB_PLAYER)
+	$(PYTEST) -m players
 
 # Twenty times as many made-up inputs as the tests ask for, other ones on every run.
 FUZZ ?= 20
@@ -73,6 +78,10 @@ clean:
 
 .venv/documented: .venv/installed
 	$(BIN)/python -m pip install --quiet --group docs
+	touch $@
+
+$(WEB_PLAYER): players/web/package-lock.json | .venv/tested
+	npm ci --prefix players/web --ignore-scripts --loglevel=error
 	touch $@
 
 $(NODE_CLIENTS): tests/interop/package-lock.json | .venv/tested

@@ -1,0 +1,2 @@
+export { conform, type ConformReport, type ConformRow, type ReferenceFiles } from "./conform/conform.js";
+export type { Verdict } from "./conform/judge.js";

@@ -1,0 +1,159 @@
+// Avatars in the WebGL2 context of a host.
+
+import type { Avatar } from "../avatar.js";
+import { Instance } from "../instance.js";
+import { KERNELS } from "../made/kernels.js";
+import { bytesOfBase64 } from "../webgl2/base64.js";
+import { GlDraw } from "../webgl2/draw.js";
+import { LocalPort } from "../webgl2/local_port.js";
+import { QuadSource } from "../webgl2/quad_source.js";
+import { startWorker } from "../webgl2/start_worker.js";
+import { GlDepth } from "./gl_depth.js";
+import { GlState } from "./gl_state.js";
+import type { AvatarHost } from "./host.js";
+import type { EngineView } from "./view.js";
+
+const BLOCKS = 2; // uniform blocks that GlDraw binds
+const UPWARDS = -1; // row 0 of the target is at the bottom of OpenGL's clip space
+
+/**
+ * Draws avatars into what the host has bound, against its depth, and leaves the context as it was. Splats are blended
+ * in a float image of their own, that is put over the host's target once. Where the depth of the target cannot be
+ * copied, splats are drawn into the target itself with its depth test: then 8 bit targets round at every splat, and
+ * targets of linear light blend colours that are not.
+ */
+export class GlScene implements AvatarHost {
+  readonly lost: Promise<string>;
+  private lose: (reason: string) => void = () => undefined;
+  private isLost = false;
+  private readonly source: QuadSource;
+  private readonly drawing: GlDraw;
+  private readonly depth: GlDepth;
+  private readonly state: GlState;
+
+  /**
+   * `synchronous`: each picture waits for the kernels. Otherwise a worker computes them, and a picture shows the newest
+   * finished result; `onUpdate` is called when there is a newer one. Throws AvatarError where the context cannot draw into floats.
+   */
+  constructor(private readonly gl: WebGL2RenderingContext, synchronous: boolean, onUpdate: () => void) {
+    this.state = new GlState(gl, BLOCKS);
+    this.state.save();
+    try {
+      this.drawing = new GlDraw(gl);
+    } finally {
+      this.state.restore();
+    }
+    this.depth = new GlDepth(gl);
+    this.source = new QuadSource(synchronous ? new LocalPort() : startWorker(), bytesOfBase64(KERNELS));
+    this.lost = new Promise((resolve) => (this.lose = resolve));
+    void this.source.lost.then(this.lose);
+    gl.canvas.addEventListener("webglcontextlost", this.onLost);
+    this.source.most = this.drawing.most;
+    this.source.onQuads = () => {
+      this.upload();
+      if (!synchronous) onUpdate();
+    };
+  }
+
+  /** Throws AvatarError if there is no such level. */
+  add(avatar: Avatar, level: number): Instance {
+    const instance = new Instance(avatar, this.source, level);
+    this.source.add(instance);
+    return instance;
+  }
+
+  /** Resolves when the quads of the last picture are here. */
+  finished(): Promise<void> {
+    return this.source.finished();
+  }
+
+  /** Draws into the bound framebuffer. */
+  drawInto(view: EngineView): void {
+    const { state } = this;
+    if (this.isLost) return;
+    this.source.frameIfChanged(view.camera);
+    if (this.source.count === 0) return;
+    state.save();
+    state.prepare();
+    this.drawQuads(view);
+    state.restore();
+  }
+
+  dispose(): void {
+    this.gl.canvas.removeEventListener("webglcontextlost", this.onLost);
+    this.source.dispose();
+    this.drawing.dispose();
+    this.depth.dispose();
+  }
+
+  /** A context that the host restores has nothing of ours. */
+  private readonly onLost = (): void => {
+    this.isLost = true;
+    this.lose("the WebGL context was lost; create another AvatarScene when it is back");
+  };
+
+  private upload(): void {
+    if (this.isLost) return;
+    this.state.save();
+    this.drawing.upload(this.source.quads, this.source.count);
+    this.state.restore();
+  }
+
+  /** The quads may be of a target of another size, until newer ones come. */
+  private drawQuads(view: EngineView): void {
+    const { gl, drawing, state } = this;
+    const { width, height } = view.camera;
+    drawing.begin(width, height);
+    const depth = this.depth.copy(state.target, drawing.image, width, height);
+    if (depth === "failed") {
+      this.drawDirectly(view);
+      return;
+    }
+    gl.bindFramebuffer(gl.FRAMEBUFFER, drawing.image);
+    if (depth === "copied") this.testDepth(view);
+    this.drawAll();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, state.target);
+    gl.viewport(0, 0, width, height);
+    gl.disable(gl.DEPTH_TEST);
+    this.limit(view);
+    drawing.compose(null, view.linear, false);
+  }
+
+  private drawDirectly(view: EngineView): void {
+    const { gl } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.state.target);
+    this.testDepth(view);
+    this.limit(view);
+    this.drawAll();
+  }
+
+  private drawAll(): void {
+    const { count, width, height } = this.source;
+    this.gl.viewport(0, 0, width, height);
+    this.drawing.drawQuads(count, width, height, UPWARDS);
+  }
+
+  private testDepth(view: EngineView): void {
+    const { gl } = this;
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthFunc(view.reversed ? gl.GEQUAL : gl.LEQUAL);
+  }
+
+  /** Draws only where the host does: in its viewport and its scissor. */
+  private limit(view: EngineView): void {
+    const { gl, state } = this;
+    if (!view.partial && !state.scissored) return;
+    const { viewport } = view;
+    const x = viewport[0] as number, y = viewport[1] as number, w = viewport[2] as number, h = viewport[3] as number;
+    const box = state.scissor;
+    gl.enable(gl.SCISSOR_TEST);
+    if (!state.scissored) {
+      gl.scissor(x, y, w, h);
+      return;
+    }
+    const left = Math.max(x, box[0] as number), bottom = Math.max(y, box[1] as number);
+    const right = Math.min(x + w, (box[0] as number) + (box[2] as number));
+    const top = Math.min(y + h, (box[1] as number) + (box[3] as number));
+    gl.scissor(left, bottom, Math.max(right - left, 0), Math.max(top - bottom, 0));
+  }
+}

@@ -1,0 +1,75 @@
+// Avatars on the WebGPU device of a host.
+
+import type { Avatar } from "../avatar.js";
+import { Instance } from "../instance.js";
+import type { SceneDepth, Target } from "../webgpu/draw.js";
+import { WebGpuRenderer } from "../webgpu/renderer.js";
+import type { AvatarHost } from "./host.js";
+import type { EngineView } from "./view.js";
+
+const LATER = undefined as unknown as GPUTextureView; // of each picture
+
+/** What a host has drawn into: its attachments, with what their pipelines must know. */
+export interface Attachments {
+  color: GPURenderPassColorAttachment | null;
+  format: GPUTextureFormat;
+  samples: number;
+  depth: GPURenderPassDepthStencilAttachment | null | undefined;
+  depthFormat: GPUTextureFormat | null | undefined;
+}
+
+/**
+ * Draws avatars over what a host has drawn, against its depth. The host's pass must be ended and submitted, and its
+ * depth and all its samples stored.
+ */
+export class GpuScene implements AvatarHost {
+  /** To be set for each picture. */
+  protected readonly over: Attachments = { color: null, format: "rgba8unorm", samples: 1, depth: null, depthFormat: null };
+  private readonly avatars: WebGpuRenderer;
+  private readonly depth: SceneDepth = { view: LATER, format: "depth24plus", samples: 1, reversed: false };
+  private readonly target: Target = {
+    view: LATER, resolve: null, samples: 1, format: "rgba8unorm", depth: null, background: null, keep: true, linear: false, part: null,
+  };
+
+  constructor(device: GPUDevice) {
+    this.avatars = new WebGpuRenderer(device, null);
+  }
+
+  get lost(): Promise<string> {
+    return this.avatars.lost;
+  }
+
+  add(avatar: Avatar, level: number): Instance {
+    const instance = new Instance(avatar, this.avatars, level);
+    this.avatars.add(instance);
+    return instance;
+  }
+
+  finished(): Promise<void> {
+    return this.avatars.finished();
+  }
+
+  /** Submits one picture over what `over` names. */
+  protected drawOver(view: EngineView): void {
+    const { target, depth, over } = this;
+    const color = over.color as GPURenderPassColorAttachment;
+    target.view = color.view as GPUTextureView;
+    target.resolve = (color.resolveTarget as GPUTextureView | undefined) ?? null;
+    target.samples = depth.samples = over.samples;
+    target.format = over.format;
+    target.linear = view.linear;
+    target.part = view.partial ? view.viewport : null;
+    target.depth = null;
+    if (over.depth && over.depthFormat) {
+      depth.view = over.depth.view as GPUTextureView;
+      depth.format = over.depthFormat;
+      depth.reversed = view.reversed;
+      target.depth = depth;
+    }
+    this.avatars.frameInto(view.camera, target);
+  }
+
+  dispose(): void {
+    this.avatars.dispose();
+  }
+}

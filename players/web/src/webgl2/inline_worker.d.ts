@@ -1,0 +1,5 @@
+declare module "inline-worker:*" {
+  /** The worker as one script. */
+  const text: string;
+  export default text;
+}

@@ -1,0 +1,142 @@
+// What an avatar holds on the GPU: static buffers, shared by its instances, and buffers of each instance.
+
+import type { Avatar } from "../avatar.js";
+import type { Instance } from "../instance.js";
+import type { Buffer, Level, Pass } from "../pack/model.js";
+import { copied } from "../uniforms.js";
+import { checkBufferSize } from "./device.js";
+import { PassList, groupsOf, type Bound } from "./passes.js";
+import type { Pipelines } from "./pipelines.js";
+
+const STORAGE = 0x80, COPY_DST = 0x8, COPY_SRC = 0x4; // GPUBufferUsage
+const LEAST_BYTES = 16; // of a binding: kernels declare arrays of float4
+
+/** Static buffers of one avatar, uploaded when a pass first binds them. */
+export class StaticBuffers {
+  users = 0;
+  private readonly buffers = new Map<string, GPUBuffer>();
+
+  constructor(
+    private readonly device: GPUDevice,
+    readonly avatar: Avatar,
+  ) {}
+
+  get(described: Buffer): GPUBuffer {
+    let buffer = this.buffers.get(described.name);
+    if (buffer === undefined) {
+      buffer = makeBuffer(this.device, this.avatar, described);
+      const bytes = new Uint8Array(buffer.getMappedRange());
+      let at = 0;
+      for (const { elements } of described.sections) {
+        bytes.set(new Uint8Array(elements.buffer, elements.byteOffset, elements.byteLength), at);
+        at += Math.ceil(elements.byteLength / 4) * 4;
+      }
+      buffer.unmap();
+      this.buffers.set(described.name, buffer);
+    }
+    return buffer;
+  }
+
+  dispose(): void {
+    for (const buffer of this.buffers.values()) buffer.destroy();
+  }
+}
+
+/** An instance at one level: its own buffers and its passes. */
+export class Resident {
+  readonly level: Level;
+  readonly mesh: PassList; // stages morph and skin
+  readonly deform: PassList;
+  readonly view: PassList;
+  readonly projected: readonly GPUBuffer[]; // by chunk
+  private readonly own = new Map<string, GPUBuffer>();
+  private readonly lastPose: Float32Array<ArrayBuffer>; // what buffer Pose holds
+  private posed = true; // the pose has changed since `encode`: mesh and deform are to be run
+  private deformed = true; // constants of deform have
+  private viewed = true; // constants of view have
+
+  /** Throws AvatarError where a buffer exceeds a limit of the GPU. */
+  constructor(
+    private readonly pipelines: Pipelines,
+    private readonly shared: StaticBuffers,
+    readonly instance: Instance,
+  ) {
+    const { program } = instance.avatar;
+    const level = instance.program;
+    this.level = level;
+    this.lastPose = new Float32Array(program.poseFloats); // zeros, as a new buffer
+    const { layout } = instance.values;
+    try {
+      this.mesh = new PassList(pipelines, this.bound(program.mesh), layout);
+      this.deform = new PassList(pipelines, this.bound(level.deform), layout);
+      this.view = new PassList(pipelines, this.bound(level.view), layout);
+      this.projected = level.chunks.map((_, i) => this.buffer(`${level.prefix}Projected.${i}`));
+    } catch (error) {
+      this.dispose();
+      throw error;
+    }
+  }
+
+  get lists(): readonly PassList[] {
+    return [this.mesh, this.deform, this.view];
+  }
+
+  /** Uploads what has changed of the pose and of the values of the frame. */
+  write(): void {
+    const { poseFloats, values } = this.instance;
+    const pose = this.own.get("Pose");
+    if (pose !== undefined && copied(poseFloats, 0, this.lastPose, 0, poseFloats.length)) {
+      this.pipelines.device.queue.writeBuffer(pose, 0, this.lastPose);
+      this.posed = true;
+    }
+    this.deformed = this.deform.set(values) || this.deformed;
+    this.viewed = this.view.set(values) || this.viewed;
+  }
+
+  /** Encodes the passes whose inputs have changed since the last call; returns whether there were any. */
+  encode(pass: GPUComputePassEncoder): boolean {
+    const deform = this.posed || this.deformed;
+    const view = deform || this.viewed;
+    if (this.posed && this.instance.avatar.program.readsMesh) this.mesh.encode(pass);
+    if (deform) this.deform.encode(pass);
+    if (view) this.view.encode(pass);
+    this.posed = this.deformed = this.viewed = false;
+    return view;
+  }
+
+  /** A buffer of the program by its name: for conformance. */
+  buffer(name: string): GPUBuffer {
+    const described = this.instance.avatar.program.buffers.get(name) as Buffer;
+    if (described.sections.length > 0) return this.shared.get(described);
+    let buffer = this.own.get(name);
+    if (buffer === undefined) {
+      buffer = makeBuffer(this.pipelines.device, this.instance.avatar, described);
+      buffer.unmap();
+      this.own.set(name, buffer);
+    }
+    return buffer;
+  }
+
+  dispose(): void {
+    for (const passes of this.lists) passes?.dispose();
+    for (const buffer of this.own.values()) buffer.destroy();
+    this.own.clear();
+  }
+
+  private bound(passes: readonly Pass[]): Bound[] {
+    return passes.map((one) => ({
+      entry: one.entry,
+      constants: one.constants,
+      groups: groupsOf(one.rows),
+      buffers: Object.fromEntries(Object.entries(one.buffers).map(([name, of]) => [name, this.buffer(of)])),
+    }));
+  }
+}
+
+/** A mapped buffer. */
+function makeBuffer(device: GPUDevice, avatar: Avatar, described: Buffer): GPUBuffer {
+  checkBufferSize(device, described.bytes, `buffer ${described.name}`, avatar.name);
+  const size = Math.max(Math.ceil(described.bytes / 16) * 16, LEAST_BYTES);
+  const usage = STORAGE | COPY_DST | COPY_SRC;
+  return device.createBuffer({ label: described.name, size, usage, mappedAtCreation: true });
+}

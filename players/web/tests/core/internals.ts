@@ -1,0 +1,8 @@
+// What the tests of the core look at: the public face, and parts that no user needs.
+export * from "../../src/index.js";
+export { INTERFACES } from "../../src/made/reflection.js";
+export { checkProgram } from "../../src/pack/check.js";
+export { contentOf } from "../../src/pack/content.js";
+export { SHADERS } from "../../src/pack/versions.js";
+export { quatFromMatrix, setRotation } from "../../src/pose/affine.js";
+export { Anchors } from "../../src/pose/anchors.js";

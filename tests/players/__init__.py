@@ -1,0 +1,1 @@
+"""Players outside Python, judged by vectors from Python."""

@@ -1,0 +1,33 @@
+"""The web player without a GPU: packs, checks, poses, cameras, recordings, judged in Node by what Python computes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.players.core_cases import write_cases
+from tests.players.program_cases import write_programs
+from tests.players.web import WEB, run_node_test
+
+TESTS = ("cameras", "hostile", "packs", "poses", "programs", "recordings")
+
+
+@pytest.fixture(scope="module")
+def cases(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of cases that the tests in Node read."""
+    folder = tmp_path_factory.mktemp("web_core")
+    write_cases(folder)
+    write_programs(folder / "programs.json")
+    return folder
+
+
+def test_all_tests_of_the_core_are_listed() -> None:
+    assert {path.name for path in (WEB / "tests" / "core").glob("*.test.mjs")} == {
+        f"{name}.test.mjs" for name in TESTS
+    }
+
+
+@pytest.mark.parametrize("name", TESTS)
+def test_node_finds_what_python_computes(name: str, cases: Path) -> None:
+    run_node_test(f"core/{name}.test.mjs", AVATAR_CASES=str(cases))

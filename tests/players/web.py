@@ -1,0 +1,133 @@
+"""Asks the web player in headless Chromium: packs go in, images and verdicts come out."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.camera import Camera
+from avatar_runtime.pose import Pose, resolve
+
+WEB = Path(__file__).parents[2] / "players" / "web"
+PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
+BACKENDS = ("webgpu", "webgl2")
+LIMIT_S = 600
+
+
+@dataclass
+class Job:
+    """What the page plays. `files` are served, by their address."""
+
+    backends: Sequence[str] = BACKENDS
+    files: dict[str, str] = field(default_factory=dict)
+    shots: list[dict[str, Any]] = field(default_factory=list)
+    references: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Images by (backend, shot): premultiplied colour and alpha [H, W, 4]; reports by (backend, reference)."""
+
+    images: Mapping[tuple[str, str], F32]
+    reports: Mapping[tuple[str, str], Mapping[str, Any]]
+
+
+def node() -> str:
+    """Node.js, with the packages that the web player is built with. See `need`."""
+    found = shutil.which("node")
+    need({"Node.js 18 or newer": found, "players/web/node_modules (npm ci)": (WEB / "node_modules").exists()})
+    return str(found)
+
+
+def need_chromium() -> None:
+    """A browser for the tests in Node. See `need`."""
+    found = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, PROGRAMS)), None)
+    need({"Chromium": found})
+
+
+def need(tools: Mapping[str, object]) -> None:
+    """In CI a missing tool fails the test; elsewhere it skips it, with the tool's name."""
+    missing = " and ".join(name for name, there in tools.items() if not there)
+    if missing and os.environ.get("CI"):
+        pytest.fail(f"{missing}: missing; `make test` installs it", pytrace=False)
+    if missing:
+        pytest.skip(f"{missing}: missing")
+
+
+def run_node_test(file: str, **environment: str) -> str:
+    """What `node --test FILE` of players/web/tests prints. Fails the test with what failed there."""
+    done = subprocess.run(
+        [node(), "--test", "--test-reporter", "tap", f"tests/{file}"],
+        cwd=WEB,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+        check=False,
+    )
+    failed = done.stdout[max(done.stdout.find("\nnot ok"), 0) :]
+    assert done.returncode == 0, failed[:3000] + done.stderr[-2000:]
+    assert "\n# pass 0\n" not in done.stdout, "no test ran"
+    return done.stdout
+
+
+def ask(job: Job, folder: Path) -> Answer:
+    """Runs a job; `folder` takes its files. Fails the test with what the page or the browser says."""
+    need_chromium()
+    told = folder / "job.json"
+    told.write_text(json.dumps(vars(job)))
+    out = folder / "out"
+    out.mkdir()
+    command = [node(), str(WEB / "tests" / "run.mjs"), str(told), str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    answer = json.loads((out / "report.json").read_text()) if (out / "report.json").exists() else {}
+    assert done.returncode == 0, f"{answer.get('errors')} {done.stderr[-2000:]}"
+    images = {}
+    for shot in job.shots:
+        size = shot["camera"]["height"], shot["camera"]["width"], 4
+        for backend in job.backends:
+            raw = np.fromfile(out / backend / f"{shot['name']}.f32", np.float32)
+            images[backend, shot["name"]] = raw.reshape(size)
+    reports = {(b, name): report for b, by in answer["conform"].items() for name, report in by.items()}
+    return Answer(images, reports)
+
+
+def shot(
+    name: str, avatars: Sequence[tuple[str, Avatar, Pose]], seen: Camera, level: int = 0
+) -> dict[str, Any]:
+    """A shot of avatars, each with the address of its pack and its pose."""
+    return {"name": name, "avatars": [_posed(*one, level) for one in avatars], "camera": camera_json(seen)}
+
+
+def camera_json(seen: Camera) -> dict[str, Any]:
+    """A camera as the page takes it."""
+    return {
+        "cameraFromWorld": seen.camera_from_world.ravel().tolist(),
+        "clipFromWorld": seen.clip_from_world.ravel().tolist(),
+        "centre": seen.centre.tolist(),
+        "tanHalfFovX": seen.tan_half_fov_x,
+        "tanHalfFovY": seen.tan_half_fov_y,
+        "width": seen.width,
+        "height": seen.height,
+    }
+
+
+def _posed(address: str, avatar: Avatar, pose: Pose, level: int) -> dict[str, Any]:
+    arrays = resolve(pose, avatar)
+    posed = {
+        "expressionWeights": arrays.expression_weights.tolist(),
+        "lateWeights": arrays.late_weights.tolist(),
+        "jointDelta": arrays.joint_delta.ravel().tolist(),
+        "worldFromAvatar": arrays.world_from_avatar.ravel().tolist(),
+    }
+    return {"file": address, "pose": posed, "level": level}
