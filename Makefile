@@ -17,10 +17,14 @@ CORE := tests/test_floors.py tests/test_released.py tests/schema tests/conforman
 # Compiled modules are kept, since the tests start about 200 processes.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo check test test-more players fuzz bench docs dist clean
+.PHONY: demo view check test test-more players fuzz bench docs dist clean
 
 demo: .venv/installed
 	$(BIN)/python -m samples.demo $(OUT)/demo
+
+# The sample in a browser.
+view: .venv/installed
+	$(BIN)/python -m avatar_export view samples/trained/head_blendshapes
 
 check: .venv/tested
 	$(BIN)/ruff check --quiet .

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -101,6 +102,8 @@ def main(out: Path) -> None:
     print("\nLook at:")
     for image in IMAGES:
         print(f"  {(out / image).resolve()}")
+    print("\nMove it in a browser:")
+    print(f"  avatar-export view {shlex.quote(os.path.relpath(out / 'avatar'))}")
 
 
 def run(commands: list[Command]) -> int:

@@ -25,8 +25,8 @@ FLOORS: dict[str, tuple[str, set[str]]] = {
         "onnxruntime",
     }),
     "avatar_export": ("exporter", {
-        "avatar_runtime", "avatar_schema", "avatar_shaders", "numpy", "PIL", "pxr", "pygltflib", "rich", "typer",
-        "ufbx", "yaml",
+        "avatar_runtime", "avatar_schema", "avatar_shaders", "numpy", "PIL", "pxr", "pygltflib", "pythonosc",
+        "rich", "typer", "ufbx", "websockets", "yaml",
     }),
     "avatar_trainer": ("trainer", {
         "avatar_export", "avatar_runtime", "avatar_schema", "gsplat", "llvmlite", "lpips", "numba", "numpy", "onnx",
@@ -44,6 +44,8 @@ HEAVY: dict[str, tuple[str, ...]] = {  # library: the folders that may import it
     "onnx": ("runtime/avatar_runtime/enhance", "trainer/avatar_trainer"),
     "onnxruntime": ("runtime/avatar_runtime/enhance",),
     "pxr": ("exporter/avatar_export/writers/usd",),
+    "pythonosc": ("exporter/avatar_export/live",),
+    "websockets": ("exporter/avatar_export/live", "exporter/avatar_export/serving"),
 }
 SAMPLES_THAT_TRAIN = ("asm", "by_hand", "capture", "trained.py")  # rooms and files of samples/
 

@@ -12,12 +12,25 @@ from avatar_export.commands.convert import convert
 from avatar_export.commands.inspect import inspect
 from avatar_export.commands.pack import pack
 from avatar_export.commands.pose import pose
+from avatar_export.commands.publish import publish
 from avatar_export.commands.render import render
 from avatar_export.commands.systems import systems
 from avatar_export.commands.validate import validate
+from avatar_export.commands.view import view
 from avatar_export.readers.table import READERS
 
-COMMANDS: tuple[Callable[..., None], ...] = (convert, pack, inspect, validate, conform, render, pose, systems)
+COMMANDS: tuple[Callable[..., None], ...] = (
+    convert,
+    pack,
+    view,
+    publish,
+    inspect,
+    validate,
+    conform,
+    render,
+    pose,
+    systems,
+)
 HELP = f"Convert trained avatars ({', '.join(r.system for r in READERS)}) to portable bundles, and play them."
 
 

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import re
-import shutil
 import zipfile
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -18,6 +14,7 @@ import numpy as np
 from avatar_export.ops.bounds import bounds
 from avatar_export.version import GENERATOR
 from avatar_export.writers.reference import reference_facts
+from avatar_export.writers.staging import move, partial_of, remove, remove_leftovers
 from avatar_export.writers.table import INFLUENCES, WRITERS, Export, Piece, engine_facts
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, opener, read_manifest
@@ -66,21 +63,21 @@ def write_bundle(
     parts = {"avatar", "enhancer", *(part for part, asked in wanted.items() if asked)}
     out = out.resolve()  # follows links; "." gets a name
     may_replace(out, force)
-    partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
+    partial = partial_of(out)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        _remove_leftovers(out)
+        remove_leftovers(out)
         if out.suffix.lower() == ".zip":
             with zipfile.ZipFile(partial, "x", zipfile.ZIP_STORED) as archive:
                 document = _write(export, _zip_sink(archive), parts, progress)
         else:
             partial.mkdir()
             document = _write(export, _folder_sink(partial), parts, progress)
-        _move(partial, out)
+        move(partial, out)
     except OSError as error:
         raise AvatarError(f"cannot be written ({error.strerror or error})", file=out) from None
     finally:
-        _remove(partial)
+        remove(partial)
     return document
 
 
@@ -175,52 +172,6 @@ def _is_bundle(path: Path) -> bool:
         return read_manifest(opener(path)).get("format") == FORMAT
     except AvatarError:
         return False
-
-
-def _move(partial: Path, out: Path) -> None:
-    if not out.is_dir():
-        partial.replace(out)
-        return
-    old = out.with_name(f".{out.name}.{os.getpid()}.old")
-    out.rename(old)
-    try:
-        partial.rename(out)
-    except OSError:
-        old.rename(out)
-        raise
-    shutil.rmtree(old)
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path)
-    elif path.exists():
-        path.unlink()
-
-
-def _remove_leftovers(out: Path) -> None:
-    """Remove the partial files that killed processes left beside `out`."""
-    name = re.compile(rf"\.{re.escape(out.name)}\.([0-9]{{1,9}})\.partial")
-    for path in list(out.parent.iterdir()):
-        found = name.fullmatch(path.name)
-        if found and not _lives(int(found[1])):
-            with suppress(OSError):  # another user's
-                _remove(path)
-
-
-def _lives(process: int) -> bool:
-    """Whether another process of this number may be alive; Windows has no safe way to find out."""
-    if os.name != "posix":
-        return True
-    if process in (0, os.getpid()):
-        return False
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:  # another user's
-        return True
-    return True
 
 
 def _plain(value: object) -> Any:

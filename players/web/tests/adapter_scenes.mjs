@@ -25,7 +25,7 @@ export async function play(browser, entry, stage, files, ...values) {
   const server = await serve({ ...files, "/index.html": Buffer.from(page), "/page.js": await scripts.get(key) });
   try {
     const { page: tab, errors } = await open(browser, `${server.address}/index.html`);
-    await tab.waitForFunction(() => window.play !== undefined, { timeout: 20_000 }).catch((error) => {
+    await tab.waitForFunction(() => window.play !== undefined, { timeout: 60_000 }).catch((error) => {
       throw new Error([error.message, ...errors].join("\n"));
     });
     const result = await tab.evaluate((all) => window.play(...all), values);

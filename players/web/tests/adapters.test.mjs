@@ -93,7 +93,7 @@ const filled = (colour) => Uint8Array.from({ length: 4 * SIZE * SIZE }, (_, i) =
 for (const engine of ENGINES) {
   const { stage, ...options } = engine;
   const name = [stage, ...Object.entries(options).map(([key, value]) => (value === true ? key : value))].join(" ");
-  test(name, { timeout: 60_000 }, async () => {
+  test(name, { timeout: 240_000 }, async () => {
     const { pictures: seen, errors } = await playScene(browser, stage, { ...OPTIONS, ...options }, FILES, STEPS);
     assert.deepEqual(errors, []);
     const wanted = expected[options.linear === true];
@@ -113,7 +113,7 @@ for (const engine of ENGINES) {
   });
 }
 
-test("a left-handed scene shows the avatar as a right-handed one does", { timeout: 60_000 }, async () => {
+test("a left-handed scene shows the avatar as a right-handed one does", { timeout: 240_000 }, async () => {
   const options = { ...OPTIONS, api: "webgl2", leftHanded: true };
   const { pictures, errors } = await playScene(browser, "babylon_webgl", options, FILES, STEPS.slice(0, 3));
   assert.deepEqual(errors, []);
@@ -134,7 +134,7 @@ async function drawn(...cases) {
 
 const black = filled([0, 0, 0]);
 
-test("a WebGL2 context is left as it was, and what hides avatars hides them", { timeout: 60_000 }, async () => {
+test("a WebGL2 context is left as it was, and what hides avatars hides them", { timeout: 240_000 }, async () => {
   const same = [{ reversed: true }, { clipControl: true }, { reversed: true, clipControl: true }];
   const cases = [{}, { noDepth: true }, { colours: 2 }, { noCopy: true }, ...same];
   const [[plain], [free], [first, second], [direct], ...others] = await drawn(...cases);
@@ -150,7 +150,7 @@ test("a WebGL2 context is left as it was, and what hides avatars hides them", { 
   others.forEach(([image], i) => assert.equal(difference(image, plain), 0, JSON.stringify(same[i])));
 });
 
-test("a viewport holds the picture of its own camera", { timeout: 60_000 }, async () => {
+test("a viewport holds the picture of its own camera", { timeout: 240_000 }, async () => {
   const [x, y, width, height] = [40, 0, 64, 128];
   const [[whole], [part]] = await drawn({ noDepth: true }, { noDepth: true, part: [x, y, width, height] });
   const inside = (column) => column >= x && column < x + width;

@@ -42,7 +42,7 @@ async function started(backend) {
 }
 
 for (const backend of LONG ? ["webgl2", "webgpu"] : ["webgl2"]) {
-  test(`${backend}: frames keep nothing, loads leave nothing`, { timeout: 60_000 }, async (t) => {
+  test(`${backend}: frames keep nothing, loads leave nothing`, { timeout: 240_000 }, async (t) => {
     const { page, errors, frames, clients, live } = await started(backend);
     const before = await live();
     const objects = await frames();

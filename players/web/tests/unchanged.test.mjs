@@ -10,7 +10,7 @@ before(async () => (harness = await openHarness("memory", ["joints"])));
 after(() => harness?.close());
 
 for (const backend of ["webgl2", "webgpu"]) {
-  test(`${backend}: after a change of the camera, of the pose, and of nothing`, { timeout: 60_000 }, async () => {
+  test(`${backend}: after a change of the camera, of the pose, and of nothing`, { timeout: 240_000 }, async () => {
     const { page, errors } = await harness.again();
     await page.evaluate((b) => window.start(b, "joints.avatar"), backend);
     const image = (ofPose, ofCamera) => page.evaluate((p, c, size) => window.image([[p, c]], size), ofPose, ofCamera, SIZE);

@@ -1,0 +1,83 @@
+"""`avatar-export publish`: avatars as a folder for any web server, or as one HTML file."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated
+
+import typer
+
+from avatar_export.commands import arguments
+from avatar_export.commands.console import Steps, messages, output
+from avatar_export.commands.view import Sources
+from avatar_export.serving import publish as publishing
+from avatar_export.serving.sources import sources_of
+from avatar_runtime.io.text_files import refuse_existing, write_text
+
+URL = re.compile(r"https?://[^\s/?#\"'<>\\]+(?:/[^\s?#\"'<>\\]*)?", re.IGNORECASE)
+LARGE = 25_000_000  # bytes of one HTML file, above which mail and chat often refuse it
+
+
+def publish(
+    sources: Sources,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder to write; with --single, the file NAME.html.")
+    ],
+    url: Annotated[
+        str | None,
+        typer.Option(help="Address where the folder will lie, https://... Pages then have link previews."),
+    ] = None,
+    title: Annotated[str | None, typer.Option(help="Title of the page. Default: the avatar's name.")] = None,
+    single: Annotated[
+        bool, typer.Option("--single", help="Write one HTML file, which opens by double-click.")
+    ] = False,
+    force: arguments.Force = False,
+) -> None:
+    """Write avatars as web pages: a folder for any web server or file host, or one HTML file.
+
+    Several avatars make a gallery. The pages load nothing from elsewhere and need no program on the server.
+    """
+    address = None if url is None else _absolute(url)
+    if single and url is not None:
+        raise typer.BadParameter("--single has no address; leave out --url", param_hint="--url")
+    if single and len(sources) > 1:
+        raise typer.BadParameter("one file holds one avatar", param_hint="--single")
+    if single:
+        refuse_existing(out, force)
+    else:
+        publishing.refuse_other(out, force)
+    with TemporaryDirectory(prefix="avatar-export-") as work, Steps() as step:
+        taken = publishing.RESERVED
+        avatars = [source.load(step) for source in sources_of(sources, Path(work), taken)]
+        step("writing")
+        if single:
+            page = publishing.single(avatars[0], title)
+            write_text(out, page)
+            size = len(page.encode())
+        else:
+            files = publishing.site(avatars, address, title)
+            publishing.write_site(out, files, force)
+            size = sum(map(len, files.values()))
+    for avatar in avatars:
+        if avatar.license is None:
+            messages.print(f"note: {avatar.name}: no licence is stated; `convert --licence` states one")
+    if single:
+        output.print(f"{out}: {size / 1e6:.2f} MB; open it by double-click")
+        if size > LARGE:
+            messages.print(
+                "note: mail and chats may refuse so large a file; `pack --max-bytes` makes it smaller"
+            )
+        return
+    count = f"{len(avatars)} avatars, " if len(avatars) > 1 else ""
+    output.print(f"{out}: {count}{size / 1e6:.2f} MB; copy the folder to a web server or file host")
+
+
+def _absolute(url: str) -> str:
+    """An absolute address of a folder, with a slash at its end. Raises a usage error for anything else."""
+    if not URL.fullmatch(url):
+        raise typer.BadParameter(
+            f"{url!r} is not an address such as https://example.org/head/", param_hint="--url"
+        )
+    return url if url.endswith("/") else f"{url}/"

@@ -1,0 +1,1 @@
+"""Shows packs in a browser: a server for one's own machine, and folders that any web server serves."""

@@ -1,0 +1,75 @@
+"""One avatar that is shown: where its file lies, and its newest sound pack."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from avatar_export.conversion import read_source
+from avatar_export.options import ReadOptions
+from avatar_export.packing.make import make_pack
+from avatar_export.serving.session import Shown, identity, shown
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.whole_files import read_bytes
+from avatar_runtime.packs import FILE_LIMIT, is_pack
+
+MOST_FILES = 2000  # of a folder that are watched
+Progress = Callable[[str], None]
+Stamp = tuple[tuple[str, int, int], ...]  # (path, time of the last change in ns, bytes) of each file
+
+
+@dataclass(frozen=True)
+class Source:
+    """An avatar on the disk: a pack, or what is packed into `work` first."""
+
+    id: str
+    path: Path
+    work: Path  # file to write a pack to
+
+    def load(self, progress: Progress = lambda _: None) -> Shown:
+        """Its pack, packed with the default choices where it is none. Raises AvatarError for an unsound source."""
+        if self.is_whole():
+            return shown(self.id, read_bytes(self.path, FILE_LIMIT), str(self.path))
+        progress(f"packing {self.path}")
+        avatar = read_source(
+            self.path,
+            ReadOptions(),
+            system=None,
+            driving=None,
+            clips=(),
+            licence=None,
+            author=None,
+            consent=None,
+            progress=lambda _: None,
+        )
+        make_pack(avatar, self.work, force=True)
+        return self.packed()
+
+    def is_whole(self) -> bool:
+        """Whether it is a pack already. Raises AvatarError if nothing is there."""
+        if not self.path.exists():
+            raise AvatarError("no such file or folder", file=self.path)
+        return is_pack(self.path)
+
+    def packed(self) -> Shown:
+        """What was packed into `work`."""
+        return shown(self.id, read_bytes(self.work, FILE_LIMIT), str(self.path))
+
+    def stamp(self) -> Stamp:
+        """What changes when its files change; () where there are none."""
+        try:
+            files = [self.path] if self.path.is_file() else sorted(self.path.rglob("*"))[:MOST_FILES]
+            stats = [(str(file), file.stat()) for file in files]
+        except OSError:  # it is being replaced
+            return ()
+        return tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in stats)
+
+
+def sources_of(paths: Sequence[Path], work: Path, taken: Sequence[str] = ()) -> list[Source]:
+    """One source each, with ids of their own and not among those `taken`; packs are written below the folder `work`."""
+    found: list[Source] = []
+    for path in paths:
+        own = identity(path.resolve().name.split(".")[0], {*taken, *(source.id for source in found)})
+        found.append(Source(own, path, work / f"{own}.avatar"))
+    return found

@@ -1,0 +1,225 @@
+"""The server as its neighbours meet it: raw requests over real sockets."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from avatar_export.serving import server
+from avatar_export.serving.page import FOLDER, page_files
+from avatar_runtime.io.errors import AvatarError
+from tests.exporter.serving.packs import PICTURE, TOKEN, Running, of, packed, running
+
+KEY = "Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\nSec-WebSocket-Version: 13"
+UPGRADE = f"Upgrade: websocket\r\nConnection: Upgrade\r\n{KEY}"
+
+
+@pytest.fixture(scope="module")
+def here() -> Iterator[Running]:
+    with running([of("head"), replace(of("body", "Body"), preview=None)]) as one:
+        yield one
+
+
+def test_the_page_and_its_files(here: Running) -> None:
+    for name, data in page_files().items():
+        status, headers, body = here.get(here.start + name)
+        assert (status, body) == (200, data)
+        assert int(headers["content-length"]) == len(data)
+    status, headers, body = here.get(here.start)
+    assert (status, body) == (200, (FOLDER / "index.html").read_bytes())
+    assert headers["content-type"] == "text/html; charset=utf-8"
+    assert here.get(here.start + "?avatar=body")[0] == 200
+    assert here.get(f"/{TOKEN}")[1]["location"] == here.start
+    assert here.get(here.start + "viewer.js")[1]["content-type"] == "text/javascript; charset=utf-8"
+
+
+def test_the_session_names_each_pack_and_preview(here: Running) -> None:
+    said = here.session()
+    assert (said["live"], said["events"]) == (False, True)
+    head, body = said["avatars"]
+    assert [head[key] for key in ("name", "file", "preview", "bytes")] == [
+        *("Head", "packs/head.avatar", "previews/head.webp", len(packed()))
+    ]
+    status, headers, data = here.get(here.start + head["file"])
+    assert (status, data, headers["content-type"]) == (200, packed(), "application/octet-stream")
+    status, headers, data = here.get(here.start + head["preview"])
+    assert (status, data, headers["content-type"]) == (200, PICTURE, "image/webp")
+    assert body["preview"] is None and here.get(here.start + "previews/body.webp")[0] == 404
+
+
+def test_head_has_no_body(here: Running) -> None:
+    status, headers, body = here.get(here.start + "packs/head.avatar", "HEAD")
+    assert (status, body, int(headers["content-length"])) == (200, b"", len(packed()))
+
+
+def test_every_answer_forbids_use_by_others(here: Running) -> None:
+    for path in ("", "packs/head.avatar", "nothing", "session.json"):
+        headers = here.get(here.start + path)[1]
+        policy = dict(part.strip().split(" ", 1) for part in headers["content-security-policy"].split(";"))
+        assert policy["default-src"] == policy["frame-ancestors"] == "'none'"
+        assert policy["script-src"] == "'self' 'wasm-unsafe-eval' blob:"
+        assert policy["worker-src"] == "'self' blob:"
+        assert headers["cross-origin-resource-policy"] == "same-origin"
+        assert headers["x-content-type-options"] == "nosniff"
+        assert headers["cache-control"] == "no-store"
+        assert headers["referrer-policy"] == "no-referrer"
+        assert "access-control-allow-origin" not in headers
+    assert f"ws://127.0.0.1:{here.port}" in here.get(here.start)[1]["content-security-policy"]
+
+
+OUTSIDE = (
+    *("/", "/index.html", "/session.json", "/packs/head.avatar", "/favicon.ico", f"/{TOKEN[:-1]}/", f"/{TOKEN}x/"),
+    *(f"/{TOKEN.upper()}/", f"//{TOKEN}/", f"/x/../{TOKEN}/", f"/{TOKEN}/./", f"/{TOKEN}//", f"/%61{TOKEN[1:]}/"),
+    *(
+        f"/{TOKEN}/{path}"
+        for path in (
+            *("..", "../", "../index.html", "packs/../index.html", "packs/%2e%2e/index.html", "%2e%2e/run.py"),
+            *("../serving/run.py", "..%2fserving%2frun.py", "..\\serving\\run.py", "....//run.py", "packs"),
+            *("packs/", "previews/", "viewer_page/", "packs/head", "packs/head.avatar/", "packs//head.avatar"),
+            *("/etc/passwd", "//etc/passwd", "file:///etc/passwd", "C:/Windows/win.ini", "packs/head.avatar%00.js"),
+            *("packs/link.avatar", "packs/secret.avatar", "index.html%20", "INDEX.HTML", "viewer.js/..;/index.html"),
+        )
+    ),
+    "http://127.0.0.1/etc/passwd", "*", "?",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("path", OUTSIDE)
+def test_nothing_else_is_served(here: Running, path: str) -> None:
+    status, _, body = here.get(path)
+    assert (status, body) == (404, b"Nothing is here.\n")
+
+
+def test_files_beside_a_pack_are_not_served(tmp_path: Path) -> None:
+    """Neither by name nor through a link; the server has a table and no folder."""
+    (tmp_path / "secret.txt").write_text("secret")
+    (tmp_path / "link.avatar").symlink_to(tmp_path / "secret.txt")
+    (tmp_path / "head.avatar").write_bytes(packed())
+    with running([of("head")]) as one:
+        for name in ("secret.txt", "packs/secret.txt", "packs/link.avatar", f"packs/{tmp_path}/secret.txt"):
+            assert one.get(one.start + name)[0] == 404
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS", "TRACE", "PATCH", "CONNECT", "get"])
+def test_other_methods(here: Running, method: str) -> None:
+    status, headers, _ = here.get(here.start, method)
+    assert (status, headers["allow"]) == (405, "GET, HEAD")
+
+
+@pytest.mark.parametrize(
+    "host",
+    [None, "", "evil.example", "evil.example:PORT", "127.0.0.1", "127.0.0.1:1", "127.0.0.1.evil.example:PORT",
+     "localhost.evil.example:PORT", "192.168.1.5:PORT", "0.0.0.0:PORT", "127.0.0.1:PORT@evil.example",
+     "evil.example#127.0.0.1:PORT", "[::1]:PORT"],
+)  # fmt: skip
+def test_other_names_of_this_machine_are_refused(here: Running, host: str | None) -> None:
+    """A page of another site may point its own name here (DNS rebinding)."""
+    named = None if host is None else host.replace("PORT", str(here.port))
+    assert here.get(here.start, headers={"Host": named})[0] == 403
+    twice = f"GET {here.start} HTTP/1.1\r\nHost: 127.0.0.1:{here.port}\r\nHost: evil.example\r\n\r\n"
+    assert here.raw(twice.encode()).startswith(b"HTTP/1.1 403 ")
+
+
+def test_localhost_is_this_machine_and_others_only_in_the_network(here: Running) -> None:
+    assert here.get(here.start, headers={"Host": f"localhost:{here.port}"})[0] == 200
+    with running([of("head")], lan=True) as one:
+        for host, status in (
+            ("192.168.1.5", 200),
+            ("10.0.0.7", 200),
+            ("evil.example", 403),
+            ("8.8.8.8", 403),
+        ):
+            assert one.get(one.start, headers={"Host": f"{host}:{one.port}"})[0] == status
+
+
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", "https://127.0.0.1:PORT", "http://localhost:PORT"]
+)
+def test_other_origins_are_refused(here: Running, origin: str) -> None:
+    origin = origin.replace("PORT", str(here.port))
+    for path in ("", "session.json", "packs/head.avatar"):
+        assert here.get(here.start + path, headers={"Origin": origin})[0] == 403
+    with pytest.raises(InvalidStatus) as refused, connect(here.events, origin=origin):  # type: ignore[arg-type]
+        pass
+    assert refused.value.response.status_code == 403
+
+
+def test_a_websocket_needs_token_host_and_origin(here: Running) -> None:
+    with connect(here.events, origin=f"http://127.0.0.1:{here.port}") as one:  # type: ignore[arg-type]
+        assert one.ping().wait(2)
+    for path in ("/events", f"/{TOKEN}x/events", f"/{TOKEN}/live", f"/{TOKEN}/session"):
+        with pytest.raises(InvalidStatus) as refused, connect(f"ws://127.0.0.1:{here.port}{path}"):
+            pass
+        assert refused.value.response.status_code == 404
+    request = f"GET {here.start}events HTTP/1.1\r\nHost: evil.example:{here.port}\r\n{UPGRADE}\r\n\r\n"
+    assert here.raw(request.encode()).startswith(b"HTTP/1.1 403 ")
+    assert here.get(here.start + "events")[0] == 426  # no WebSocket was asked for
+
+
+@pytest.mark.parametrize(
+    "garbage",
+    [b"\0" * 500 + b"\r\n", b"\x16\x03\x01\x02\x00\x01\x00\n", b"GET\r\n\r\n", b"GET / HTTP/9\r\n\r\n", b"x" * 100_000,
+     b"GET /" + b"a" * 20_000 + b" HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\n" + b"A: b\r\n" * 2_000 + b"\r\n",
+     b"GET / HTTP/1.1\r\nHost: \xff\xfe\r\n\r\n", "GET /ä HTTP/1.1\r\n\r\n".encode()],
+)  # fmt: skip
+def test_garbage_ends_its_own_connection_only(here: Running, garbage: bytes) -> None:
+    answer = here.raw(garbage)
+    assert answer == b"" or answer[:12] in (
+        b"HTTP/1.1 414",
+        b"HTTP/1.1 431",
+        b"HTTP/1.1 403",
+        b"HTTP/1.1 400",
+    )
+    assert here.get(here.start)[0] == 200
+
+
+def test_who_asks_nothing_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "REQUEST_TIME", 0.2)
+    monkeypatch.setattr(server, "MOST_CONNECTIONS", 20)
+    with running([of("head")]) as one:
+        start = time.monotonic()
+        assert one.raw(b"GET /") == b""
+        assert time.monotonic() - start < 3
+        idle = [socket.create_connection(("127.0.0.1", one.port)) for _ in range(60)]
+        time.sleep(0.5)
+        assert one.get(one.start)[0] == 200
+        for connection in idle:
+            connection.close()
+
+
+def test_a_slow_reader_gets_a_large_file_whole() -> None:
+    large = replace(of("head"), pack=bytes(range(256)) * 40_000)
+    with running([large]) as one, socket.create_connection(("127.0.0.1", one.port)) as slow:
+        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 14)
+        slow.sendall(
+            f"GET {one.start}packs/head.avatar HTTP/1.1\r\nHost: 127.0.0.1:{one.port}\r\n\r\n".encode()
+        )
+        time.sleep(0.3)
+        assert one.get(one.start)[0] == 200, "others are served meanwhile"
+        data = b""
+        while part := slow.recv(1 << 20):
+            data += part
+    assert data.partition(b"\r\n\r\n")[2] == large.pack
+
+
+def test_a_port_in_use_is_one_line(here: Running) -> None:
+    with pytest.raises(AvatarError, match=f"--port: port {here.port} cannot be used"):
+        server.listening_socket(here.port, False)
+
+
+def test_the_server_ends_although_pages_are_open() -> None:
+    with ExitStack() as stack:
+        with running([of("head")]) as one:
+            page = stack.enter_context(connect(one.events))
+            start = time.monotonic()
+        assert time.monotonic() - start < 4
+        with pytest.raises(ConnectionClosed):
+            page.recv(timeout=1)

@@ -1,0 +1,121 @@
+"""The built viewer page in headless Chromium: as it is served, as one file, and with packets that arrive."""
+
+from __future__ import annotations
+
+import json
+import re
+import socket
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from avatar_export.ops.active_sh import with_active_sh
+from avatar_export.packing.steps import Fineness
+from avatar_export.packing.write import pack
+from tests.bench.pack_avatars import AVATARS
+from tests.commands import Run
+from tests.exporter.commands.test_view import view
+from tests.exporter.live.senders import live_link_packets
+from tests.measured import Measure
+from tests.players.web import LIMIT_S, WEB, need_chromium, node, run_node_test
+
+PAGE = Path(__file__).parents[2] / "exporter" / "avatar_export" / "viewer_page"
+PACKETS = 20
+BACKEND = "?backend=webgl2&play=0"  # a software GPU loses its WebGPU device when a page presents
+COVERED = 0.1  # of the page: a head that fills it covers more
+
+
+@pytest.fixture(scope="module")
+def head(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("head")
+    source = with_active_sh(AVATARS["head_blendshapes"].load(folder))
+    (folder / "head.avatar").write_bytes(pack([source], Fineness()).file)
+    return folder / "head.avatar"
+
+
+@contextmanager
+def visit(address: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """A browser at an address; its lines say what it sees."""
+    need_chromium()
+    command = [node(), str(WEB / "tests" / "visit.mjs"), address, *arguments]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+            assert process.wait(LIMIT_S) == 0
+        finally:
+            process.kill()
+
+
+def line(process: subprocess.Popen[str]) -> dict[str, object]:
+    assert process.stdout is not None
+    said: dict[str, object] = json.loads(process.stdout.readline())
+    return said
+
+
+def test_the_page_is_what_the_sources_make(tmp_path: Path) -> None:
+    """`node build.mjs page` writes it; the wheel holds it, so that users need no Node."""
+    command = [node(), "build.mjs", "page", "--out", str(tmp_path)]
+    subprocess.run(command, cwd=WEB, check=True, timeout=LIMIT_S)
+    made = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert made == {path.name: path.read_bytes() for path in PAGE.iterdir() if path.suffix != ".py"}
+
+
+def test_types_are_sound() -> None:
+    compiler = str(WEB / "node_modules" / "typescript" / "bin" / "tsc")
+    for project in (".", "viewer"):
+        command = [node(), compiler, "--noEmit", "-p", project]
+        done = subprocess.run(command, cwd=WEB, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout
+
+
+def browser_tests() -> list[str]:
+    """The tests in Node that need a browser."""
+    return sorted(path.name for path in (WEB / "tests").glob("*.test.mjs"))
+
+
+@pytest.mark.parametrize("name", browser_tests())
+def test_a_browser_finds_it_sound(name: str) -> None:
+    """The page as a person uses it, shaders as Chromium compiles them, engines, memory."""
+    need_chromium()
+    run_node_test(name)
+
+
+@pytest.mark.players
+@pytest.mark.parametrize(
+    ("name", "more"), [("memory.test.mjs", {"LONG": "1"}), ("adapters.test.mjs", {"ADAPTERS": "all"})]
+)
+def test_a_browser_finds_more_of_it_sound(name: str, more: dict[str, str]) -> None:
+    """WebGPU, which is slow in software; every configuration of every engine."""
+    need_chromium()
+    run_node_test(name, **more)
+
+
+def test_packets_of_the_recording_move_the_avatar(head: Path, measured: Measure) -> None:
+    """Live Link Face packets by UDP -> `view --live` -> the page's picture."""
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+        view(head, "--live", "--live-port", 0, "--osc-port", 0) as one,
+    ):
+        assert one.process.stderr is not None
+        port = int(one.process.stderr.readline().rpartition(" ")[2])
+        with visit(one.address + BACKEND, "live") as page:
+            first = line(page)
+            assert float(str(first["covered"])) > COVERED, first
+            for packet in live_link_packets()[:PACKETS]:
+                sender.sendto(packet, ("127.0.0.1", port))
+            assert "changed" in line(page)
+        code, _, err = one.end()
+    median = re.search(r"packet to picture (\d+) ms \(median\)", err)
+    assert code == 0 and median, err
+    measured("web webgl2, live, packet to picture, median ms", float(median[1]))
+
+
+def test_one_file_opens_by_double_click(head: Path, run: Run, tmp_path: Path) -> None:
+    single = tmp_path / "head.html"
+    assert run("publish", head, "-o", single, "--single")[0] == 0
+    with visit(single.as_uri() + BACKEND) as page:
+        first = line(page)
+    assert float(str(first["covered"])) > COVERED, first
