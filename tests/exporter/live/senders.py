@@ -34,11 +34,11 @@ def osc(address: str, *values: str | float) -> bytes:
 
 def vmc_bundle(weights: Mapping[str, float], bones: Mapping[str, tuple[float, ...]]) -> bytes:
     """A frame of VMC as one bundle; bones are quaternions x, y, z, w of Unity."""
-    bundle = OscBundleBuilder(IMMEDIATELY)  # type: ignore[arg-type]
-    messages = [("/VMC/Ext/OK", (1,))]
-    messages += [("/VMC/Ext/Bone/Pos", (name, 0.0, 0.0, 0.0, *turn)) for name, turn in bones.items()]  # type: ignore[misc]
-    messages += [("/VMC/Ext/Blend/Val", item) for item in weights.items()]  # type: ignore[misc]
-    messages += [("/VMC/Ext/Blend/Apply", ())]  # type: ignore[list-item]
+    bundle = OscBundleBuilder(IMMEDIATELY)
+    messages: list[tuple[str, tuple[str | float, ...]]] = [("/VMC/Ext/OK", (1,))]
+    messages += [("/VMC/Ext/Bone/Pos", (name, 0.0, 0.0, 0.0, *turn)) for name, turn in bones.items()]
+    messages += [("/VMC/Ext/Blend/Val", item) for item in weights.items()]
+    messages += [("/VMC/Ext/Blend/Apply", ())]
     for address, values in messages:
         builder = OscMessageBuilder(address)
         for value in values:

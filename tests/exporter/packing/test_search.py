@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from typing import cast
 
 import numpy as np
 import pytest
@@ -155,14 +156,14 @@ class Fake:
 def test_a_budget_is_used_where_no_price_leads(monkeypatch: pytest.MonkeyPatch, share: float) -> None:
     fake = Fake(monkeypatch)
     limit = round(share * fake.curves["gaussians.sh"].bytes.max())
-    one = search([full_avatar()], Target(limit), fake, fake.pack)  # type: ignore[arg-type]
+    one = search([full_avatar()], Target(limit), cast(Yardstick, fake), fake.pack)
     assert 0.97 * limit <= one.bytes <= limit
 
 
 def test_an_image_far_worse_than_the_others_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
     fake = Fake(monkeypatch, worst=40.0)
     limit = round(0.6 * fake.curves["gaussians.sh"].bytes.max())
-    one = search([full_avatar()], Target(limit), fake, fake.pack)  # type: ignore[arg-type]
+    one = search([full_avatar()], Target(limit), cast(Yardstick, fake), fake.pack)
     assert one.measured.worst_inside == 60.0 and one.bytes <= limit
     assert fake.steps[-1] != fake.steps[-2] and one.fine.step("gaussians.mean") == fake.steps[-1]
 

@@ -10,7 +10,7 @@ from functools import partial
 
 import pytest
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import connect
+from websockets.sync.client import ClientConnection, connect
 
 from avatar_export.serving import hub, server
 from tests.exporter.serving.packs import Running, of, running
@@ -49,12 +49,12 @@ def flood(here: Running, seconds: float) -> int:
     return number
 
 
-def received(page: object, seen: list[int], answer: bool) -> None:
-    for text in page:  # type: ignore[attr-defined]
+def received(page: ClientConnection, seen: list[int], answer: bool) -> None:
+    for text in page:
         said = json.loads(text)
         seen.append(said["time"])
         if answer:
-            page.send(json.dumps({"type": "shown", "time": said["time"]}))  # type: ignore[attr-defined]
+            page.send(json.dumps({"type": "shown", "time": said["time"]}))
 
 
 @pytest.mark.parametrize(

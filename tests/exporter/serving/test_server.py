@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
+from websockets.typing import Origin
 
 from avatar_export.serving import server
 from avatar_export.serving.page import FOLDER, page_files
@@ -147,13 +148,13 @@ def test_other_origins_are_refused(here: Running, origin: str) -> None:
     origin = origin.replace("PORT", str(here.port))
     for path in ("", "session.json", "packs/head.avatar"):
         assert here.get(here.start + path, headers={"Origin": origin})[0] == 403
-    with pytest.raises(InvalidStatus) as refused, connect(here.events, origin=origin):  # type: ignore[arg-type]
+    with pytest.raises(InvalidStatus) as refused, connect(here.events, origin=Origin(origin)):
         pass
     assert refused.value.response.status_code == 403
 
 
 def test_a_websocket_needs_token_host_and_origin(here: Running) -> None:
-    with connect(here.events, origin=f"http://127.0.0.1:{here.port}") as one:  # type: ignore[arg-type]
+    with connect(here.events, origin=Origin(f"http://127.0.0.1:{here.port}")) as one:
         assert one.ping().wait(2)
     for path in ("/events", f"/{TOKEN}x/events", f"/{TOKEN}/live", f"/{TOKEN}/session"):
         with pytest.raises(InvalidStatus) as refused, connect(f"ws://127.0.0.1:{here.port}{path}"):

@@ -8,6 +8,7 @@ import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from avatar_export.serving.session import Shown
@@ -32,6 +33,9 @@ class Log:
         while not ready():
             assert time.monotonic() < end, (self.lines, [a.name for a in self.changed])
             await asyncio.sleep(0.01)
+
+    def last_is(self, name: str) -> bool:
+        return [avatar.name for avatar in self.changed][-1:] == [name]
 
 
 def watched(path: Path, act: Callable[[Log], Awaitable[None]]) -> Log:
@@ -63,7 +67,7 @@ def test_a_pack_that_is_replaced_is_loaded_again(tmp_path: Path) -> None:
             new = tmp_path / "new"
             new.write_bytes(packed(name))
             os.replace(new, path)
-            await log.until(lambda name=name: [a.name for a in log.changed][-1:] == [name])  # type: ignore[misc]
+            await log.until(partial(log.last_is, name))
         await asyncio.sleep(5 * PERIOD)
 
     log = watched(path, act)
@@ -110,11 +114,12 @@ def test_a_broken_file_is_one_line_and_the_last_good_one_stays(tmp_path: Path) -
 
 
 def test_a_bundle_that_changes_is_packed_again(tmp_path: Path) -> None:
-    path, few = tmp_path / "bundle", {"preview": False, "engine_files": False, "reference": False}
-    write_bundle(surface_avatar(3), path, **few)  # type: ignore[arg-type]
+    path = tmp_path / "bundle"
+    write = partial(write_bundle, out=path, preview=False, engine_files=False, reference=False)
+    write(surface_avatar(3))
 
     async def act(log: Log) -> None:
-        write_bundle(replace(surface_avatar(3), name="Again"), path, force=True, **few)  # type: ignore[arg-type]
+        write(replace(surface_avatar(3), name="Again"), force=True)
         await log.until(lambda: log.changed, 60)
 
     log = watched(path, act)

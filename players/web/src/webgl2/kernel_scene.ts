@@ -2,6 +2,7 @@
 
 import type { Avatar } from "../avatar.js";
 import { FrameLayout } from "../frame.js";
+import { contentOf } from "../pack/content.js";
 import type { Buffer, Level, Pass, Run } from "../pack/model.js";
 import { Heap } from "./memory.js";
 import { KernelPasses, type Kernels, type Placed } from "./kernel_passes.js";
@@ -43,13 +44,7 @@ export function kernelProgram(avatar: Avatar, level: Level, mesh: boolean): Kern
 
 function described(buffer: Buffer): KernelProgram["buffers"][number] {
   if (buffer.sections.length === 0) return { name: buffer.name, bytes: buffer.bytes, words: null };
-  const bytes = new Uint8Array(buffer.bytes);
-  let at = 0;
-  for (const { elements } of buffer.sections) {
-    bytes.set(new Uint8Array(elements.buffer, elements.byteOffset, elements.byteLength), at);
-    at += WORD * Math.ceil(elements.byteLength / WORD);
-  }
-  return { name: buffer.name, bytes: buffer.bytes, words: new Uint32Array(bytes.buffer) };
+  return { name: buffer.name, bytes: buffer.bytes, words: contentOf(buffer) };
 }
 
 /** One avatar in the kernels' memory. */

@@ -2,6 +2,7 @@
 
 import type { Avatar } from "../avatar.js";
 import type { Instance } from "../instance.js";
+import { contentOf } from "../pack/content.js";
 import type { Buffer, Level, Pass } from "../pack/model.js";
 import { copied } from "../uniforms.js";
 import { checkBufferSize } from "./device.js";
@@ -25,12 +26,7 @@ export class StaticBuffers {
     let buffer = this.buffers.get(described.name);
     if (buffer === undefined) {
       buffer = makeBuffer(this.device, this.avatar, described);
-      const bytes = new Uint8Array(buffer.getMappedRange());
-      let at = 0;
-      for (const { elements } of described.sections) {
-        bytes.set(new Uint8Array(elements.buffer, elements.byteOffset, elements.byteLength), at);
-        at += Math.ceil(elements.byteLength / 4) * 4;
-      }
+      new Uint32Array(buffer.getMappedRange()).set(contentOf(described));
       buffer.unmap();
       this.buffers.set(described.name, buffer);
     }
