@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avatar_runtime.bundle import load
+from avatar_runtime.bundle import MANIFEST, load
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
@@ -32,6 +32,19 @@ def holds_a_reference(bundle: Path) -> bool:
         return "reference/cases.json" in archive.namelist()
 
 
+def errors(run: Run, bundle: Path) -> list[str]:
+    """What `validate` finds wrong."""
+    told = json.loads(run("validate", bundle, "--json")[1])
+    return [f"{problem['path']}: {problem['message']}" for problem in told if not problem["warning"]]
+
+
+def is_older(problem: str) -> bool:
+    """Whether `convert` mends it: what is computed of the other files is now computed in another way."""
+    return problem.startswith(f"{MANIFEST}: $.engine.") or problem.endswith(
+        "run `convert` again to write it anew"
+    )
+
+
 REFERENCES = [bundle for bundle in BUNDLES if holds_a_reference(bundle)]
 
 
@@ -52,7 +65,7 @@ def test_bundles_of_released_versions_play_as_they_did(bundle: Path, run: Run, m
         manifest = json.loads(archive.read("avatar.json"))
     assert manifest["asset"]["generator"] == f"avatar-export {bundle.parent.name}"
     assert manifest["name"] == bundle.name.partition(".")[0]
-    assert run("validate", bundle)[0] == 0
+    assert not [problem for problem in errors(run, bundle) if not is_older(problem)]
     avatar = load(bundle)
     with np.load(vectors_of(bundle)) as file:
         kept = {name: file[name] for name in file.files}

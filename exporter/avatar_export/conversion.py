@@ -21,6 +21,9 @@ from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.handedness import HANDEDNESS
 
 VISIBLE_MM = 0.1  # errors of rig.glb below this are not mentioned
+WRONG_MM = 2.0  # an error of too few joints above this is another face: it is the first note
+RIG_DIFFERS = "rig.glb differs from the runtime's mesh"
+FOUR_JOINTS = ("three.js", "both glTF importers of Unity")  # that ignore JOINTS_1: docs/engines
 
 
 def convert(
@@ -105,8 +108,14 @@ def read_source(
 
 
 def conversion_notes(avatar: Avatar, manifest: Mapping[str, Any]) -> list[str]:
-    """What a user should know of a bundle that was just written; doubts, which begin with DOUBT, come first."""
-    notes = [*_avatar_notes(avatar), *_engine_notes(manifest["engine"] or {})]
+    """What a user should know of a bundle that was just written.
+
+    Doubts, which begin with DOUBT, come first, then a rig.glb that shows another face.
+    """
+    engine = manifest["engine"] or {}
+    notes = [*_avatar_notes(avatar), *_engine_notes(engine)]
+    if engine.get("truncation_mm", 0) > WRONG_MM:
+        notes.sort(key=lambda text: not text.startswith(RIG_DIFFERS))
     return sorted(notes, key=lambda text: not text.startswith(DOUBT))
 
 
@@ -139,12 +148,20 @@ def unstored_notes(source: str | Path, options: ReadOptions, system: str | None 
 def _engine_notes(engine: Mapping[str, Any]) -> list[str]:
     """How far the files for engines visibly differ from the runtime, and why."""
     reasons = {
-        "truncation_mm": f"{engine.get('influences')} joints a vertex are too few (--influences 8 gives more)",
+        "truncation_mm": f"{engine.get('influences')} joints a vertex are too few" + _more(engine),
         "late_morph_mm": "engines move the eyelids before the skeleton",
         "shear_mm": "nodes of glTF cannot shear",
     }
     return [
-        f"rig.glb differs from the runtime's mesh by up to {engine[name]:.2g} mm, since {reason}"
+        f"{RIG_DIFFERS} by up to {engine[name]:.2g} mm, since {reason}"
         for name, reason in reasons.items()
         if engine.get(name, 0) > VISIBLE_MM
     ]
+
+
+def _more(engine: Mapping[str, Any]) -> str:
+    """What helps against too few joints, and where it does not."""
+    if engine.get("influences") == INFLUENCES[-1]:
+        return "; rig.usdc keeps all"
+    ignored = " and ".join(FOUR_JOINTS)
+    return f"; --influences {INFLUENCES[-1]} gives more, but {ignored} ignore the second four; rig.usdc keeps all"

@@ -36,6 +36,7 @@ class Value:
     families: tuple[str, ...] = ()  # where it may stand; () is anywhere
     needs: tuple[str, ...] = ()  # of an avatar: rig, rotation_joint, displacement, local_offset
     same_formula_as: str | None = None  # the value whose code it has
+    shown_by: str | None = None  # a conformance avatar whose reference differs under each other value
     mirror_of: str | None = None  # the value whose name it takes in a mirrored frame, and in no other
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from avatar_export.checks.conform_coverage import Gap, gaps
 from avatar_export.checks.reference import named_in_full, read_reference
 from avatar_export.images import png
 from avatar_export.packing.reference import conform_pack_driving, read_pack_reference
@@ -34,6 +35,7 @@ class Conformance:
     title: str  # the avatar, and the backend or file
     report: Report
     reference: Reference
+    gaps: tuple[Gap, ...]  # what the reference does not test
     driving: Report | None = None  # of a pack that ARKit names drive
 
     @property
@@ -63,9 +65,9 @@ def conform_bundle(
     with named_in_full():
         if outputs is None:
             report = conform(avatar, reference, backend or default_backend())
-            return Conformance(f"{avatar.name}, backend {report.backend}", report, reference)
+            return _judged(avatar, reference, report, f"backend {report.backend}")
         report = _given(avatar, reference, outputs)
-        return Conformance(f"{avatar.name}, outputs {outputs.name}", report, reference)
+        return _judged(avatar, reference, report, f"outputs {outputs.name}")
 
 
 def _pack(
@@ -80,12 +82,18 @@ def _pack(
     progress("playing" if outputs is None else "comparing")
     if outputs is not None:
         report = _given(avatar, reference, outputs)
-        return Conformance(f"{avatar.name}, outputs {outputs.name}", report, reference)
+        return _judged(avatar, reference, report, f"outputs {outputs.name}")
     report, driving = (
         conform(avatar, reference, backend or default_backend()),
         conform_pack_driving(pack, avatar),
     )
-    return Conformance(f"{avatar.name}, backend {report.backend}", report, reference, driving)
+    return _judged(avatar, reference, report, f"backend {report.backend}", driving)
+
+
+def _judged(
+    avatar: Avatar, reference: Reference, report: Report, who: str, driving: Report | None = None
+) -> Conformance:
+    return Conformance(f"{avatar.name}, {who}", report, reference, gaps(avatar, reference), driving)
 
 
 def save_images(folder: Path, images: Mapping[str, Pixels]) -> None:

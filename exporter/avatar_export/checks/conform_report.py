@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avatar_export.checks.conform_coverage import Gap, gap_lines
 from avatar_export.images import png
 from avatar_runtime.conformance import Expected, ImageRow, Reference, Report, Row
 
@@ -60,7 +61,15 @@ def stage_lines(report: Report, reference: Reference) -> list[Line]:
     return [line for _, line in worst.values()]
 
 
-def facts(report: Report, reference: Reference) -> dict[str, Any]:
+def judged_lines(report: Report) -> list[str]:
+    """`bind: mean, log_scale, quat_wxyz, sh_rotation`: the arrays of each stage that were judged."""
+    arrays: dict[str, dict[str, None]] = {}
+    for row in report.rows:
+        arrays.setdefault(_stage(row), {})[row.array] = None
+    return [f"{stage}: {', '.join(names)}" for stage, names in arrays.items()]
+
+
+def facts(report: Report, reference: Reference, gaps: Iterable[Gap]) -> dict[str, Any]:
     """The whole result as JSON data; a number that is not finite becomes null."""
     return {
         "backend": report.backend,
@@ -70,6 +79,9 @@ def facts(report: Report, reference: Reference) -> dict[str, Any]:
         "stages": [_row_facts(row, _expected(reference, row)) for row in report.rows],
         "pictures": [_image_facts(image) for image in report.images],
         "engine_psnr_db": {c.case.name: c.engine_psnr_db for c in reference.cases if c.images},
+        "not_tested": [
+            {"kind": g.kind, "value": g.value, "same_as": list(g.same_as), "bundle": g.bundle} for g in gaps
+        ],
         "notes": notes(report, reference),
     }
 
@@ -123,8 +135,11 @@ def failed_images(report: Report) -> dict[str, Pixels]:
     }
 
 
-def html_report(title: str, report: Report, reference: Reference) -> str:
-    """The HTML page: verdict, worst line of each stage, images, all arrays. Same results, same bytes."""
+def html_report(title: str, report: Report, reference: Reference, gaps: Iterable[Gap]) -> str:
+    """The HTML page: verdict, worst line of each stage, what was not tested, images, all arrays.
+
+    Same results, same bytes.
+    """
     cases = {case.case.name: case.case.why for case in reference.cases}
     parts = [
         f"<h1>{html.escape(title)}</h1>",
@@ -132,6 +147,8 @@ def html_report(title: str, report: Report, reference: Reference) -> str:
         f"<p>Reference made by {html.escape(reference.made_by)} ({html.escape(reference.generator)}).</p>",
         _table(stage_lines(report, reference)),
         _list(notes(report, reference)),
+        "<h2>Not tested by this avatar</h2>",
+        _list(gap_lines(gaps)),
         "<h2>Images</h2>",
         *(_figure(image, cases.get(image.case, "")) for image in report.images),
         "<h2>Every array</h2>",
@@ -170,7 +187,7 @@ def _line(row: Row, reference: Reference) -> Line:
     found = row.verdict
     flips = f"{found.flips} of {found.most_flips}" if found.flips or found.most_flips else ""
     return Line(
-        row.stage if row.profile is None else f"{row.stage} {row.profile}",
+        _stage(row),
         row.case,
         row.array,
         found.note or f"{found.error:.2g}",
@@ -180,6 +197,10 @@ def _line(row: Row, reference: Reference) -> Line:
         row.passed,
         "" if row.passed else _worst(row),
     )
+
+
+def _stage(row: Row) -> str:
+    return row.stage if row.profile is None else f"{row.stage} {row.profile}"
 
 
 def _percent(used: float) -> str:

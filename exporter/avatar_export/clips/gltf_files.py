@@ -1,4 +1,4 @@
-"""The glTF animations of a file: a .glb itself, or animation.glb in a zip or folder that LAM wrote."""
+"""The animations of a .glb, or of a zip or folder that LAM wrote: animation.glb, and bsData.json with expressions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from avatar_runtime.codec import glb
 from avatar_runtime.codec.glb import Glb
 from avatar_runtime.io.whole_files import read_bytes
 
-SKIN, CLIPS = "skin.glb", "animation.glb"  # of a LAM zip; the second is optional
+SKIN = "skin.glb"  # of a LAM zip
+CLIPS, EXPRESSIONS = "animation.glb", "bsData.json"  # optional
 FPS = 30.0  # frames per second of a clip whose keys are not evenly spaced
 RATES = (5.0, 240.0)  # range of key rates that become the rate of a clip
 
@@ -34,6 +35,14 @@ def gltf_of(path: Path) -> Glb | None:
         return None
     files = FileSet(path, (SKIN,))
     return glb.decode(files.read(CLIPS), CLIPS) if files.has(CLIPS) else None
+
+
+def expressions_of(path: Path) -> bytes | None:
+    """The bsData.json in the zip or folder `path` that LAM wrote; None without one, and for other files."""
+    if _is_glb(path) or not holds_gltf(path):
+        return None
+    files = FileSet(path, (SKIN,))
+    return files.read(EXPRESSIONS) if files.has(EXPRESSIONS) else None
 
 
 def unmatched(avatar: Avatar, path: Path, name: str) -> list[str]:

@@ -15,6 +15,7 @@ from avatar_export.bodies.pose_files import body_clip, is_pose_file, read_poses
 from avatar_export.clips import fbx_clip, gltf_files
 from avatar_export.clips.poses import clip_from_poses
 from avatar_export.driving import drive, takes
+from avatar_export.driving.frames import DrivingTake
 from avatar_export.formats.fbx.file import open_fbx
 from avatar_export.formats.gltf.animation import clip_names
 from avatar_runtime.avatar import Avatar, Clip
@@ -26,7 +27,7 @@ NOTHING = "has no animation that moves a joint or an expression of this avatar; 
 def clips_from(avatar: Avatar, path: Path, *, optional: bool = False) -> tuple[Clip, ...]:
     """The clips in the file `path`, for `avatar`; their names differ from one another and from its own.
 
-    - Live Link Face recordings (CSV or packets) go through the avatar's driving.
+    - Live Link Face recordings (CSV or packets) and bsData.json, alone or in a LAM zip, go through the driving.
     - Animations of a .glb, an .fbx or a LAM zip are matched by the names of joints and morph targets; those that move
       nothing of this avatar are left out. glTF clips keep the rate of their keys, if it is even.
     - Tracked poses of the avatar's body model (`bodies.pose_files`).
@@ -64,8 +65,11 @@ class _Source(NamedTuple):
 
 
 def _recorded(avatar: Avatar, path: Path) -> list[Clip]:
-    take = takes.read_take(path)
-    return [clip_from_poses(avatar, path.stem, take.fps, drive.poses(avatar, take))]
+    return [_driven(avatar, takes.read_take(path), path.stem)]
+
+
+def _driven(avatar: Avatar, take: DrivingTake, name: str) -> Clip:
+    return clip_from_poses(avatar, name, take.fps, drive.poses(avatar, take))
 
 
 def _tracked(avatar: Avatar, path: Path) -> list[Clip]:
@@ -99,11 +103,18 @@ def _on_joints(avatar: Avatar, clip: Clip, rows: Sequence[int | None]) -> Clip:
 
 
 def _gltf(avatar: Avatar, path: Path) -> list[Clip]:
-    document = gltf_files.gltf_of(path)
-    if document is None:
-        return []
-    moving = [name for name in clip_names(document) if gltf_files.moves(avatar, document, name)]
-    return [gltf_files.clip_named(avatar, document, name) for name in moving]
+    """The animations; then, if ARKit names drive the avatar, the expressions of a LAM zip."""
+    document, expressions = gltf_files.gltf_of(path), gltf_files.expressions_of(path)
+    names = () if document is None else clip_names(document)
+    found = [
+        gltf_files.clip_named(avatar, document, name)
+        for name in names
+        if document is not None and gltf_files.moves(avatar, document, name)
+    ]
+    if expressions is not None and avatar.driving.mode != "none":
+        take = takes.take_of(expressions, gltf_files.EXPRESSIONS)
+        found.append(_driven(avatar, take, Path(gltf_files.EXPRESSIONS).stem))
+    return found
 
 
 def _fbx(avatar: Avatar, path: Path) -> list[Clip]:
@@ -120,6 +131,7 @@ SOURCES: tuple[_Source, ...] = (
     _Source(gltf_files.holds_gltf, _gltf),
     _Source(lambda path: path.suffix.lower() == ".fbx", _fbx),
     _Source(is_face, _asm),
+    _Source(takes.is_json_take, _recorded),
     _Source(is_pose_file, _tracked),
     _Source(lambda path: True, _recorded),
 )

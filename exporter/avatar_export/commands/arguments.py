@@ -14,6 +14,7 @@ from avatar_export.playing.sequences import pose_of
 from avatar_export.readers.table import READERS
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import BACKENDS
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
@@ -56,13 +57,13 @@ NUMBER = re.compile("[0-9]{1,6}")
 LARGEST = 1e6  # larger weights and degrees are refused as typing errors
 
 
-def pairs(values: list[str] | None, option: str | None = None) -> list[tuple[str, str]]:
-    """NAME=VALUE options as (name, value); a usage error names the `option`."""
+def pairs(values: list[str] | None, option: str) -> list[tuple[str, str]]:
+    """NAME=VALUE options as (name, value). Raises AvatarError, which names the `option`."""
     pairs = []
     for value in values or []:
         name, equals, text = value.rpartition("=")
         if not equals or not name:
-            raise typer.BadParameter(f"{value!r} is not NAME=VALUE", param_hint=option)
+            raise AvatarError(f"{value[:80]!a} is not NAME=VALUE", field=option)
         pairs.append((name, text))
     return pairs
 

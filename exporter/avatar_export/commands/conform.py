@@ -10,12 +10,14 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from avatar_export.checks.conform import Conformance, conform_bundle, save_images
+from avatar_export.checks.conform_coverage import gap_lines
 from avatar_export.checks.conform_report import (
     COLUMNS,
     Line,
     facts,
     failed_images,
     html_report,
+    judged_lines,
     notes,
     stage_lines,
     verdict,
@@ -62,7 +64,7 @@ def conform(
         expect_bundle(bundle)
         found = conform_bundle(bundle, backend, outputs, step)
     if report is not None:
-        write_text(report, html_report(found.title, found.report, found.reference))
+        write_text(report, html_report(found.title, found.report, found.reference, found.gaps))
         messages.print(f"{report}: tables and images")
     if images is not None:
         failed = failed_images(found.report)
@@ -72,7 +74,7 @@ def conform(
             f"{images}: {len(failed)} images of failing cases" if failed else "no case fails: no images"
         )
     if as_json:
-        print_json(facts(found.report, found.reference))
+        print_json(facts(found.report, found.reference, found.gaps))
     else:
         _print(found)
     raise typer.Exit(0 if found.passed else 1)
@@ -89,8 +91,11 @@ def _print(found: Conformance) -> None:
         failed = [row for row in found.driving.rows if not row.passed]
         said = f"{failed[0].case}: {failed[0].stage} differs" if failed else "passes"
         output.print(f"driving: {len(found.driving.rows)} arrays, {said}")
+    output.print(f"judged: {'; '.join(judged_lines(found.report))}")
     for note in notes(found.report, found.reference):
         messages.print(f"note: {note}")
+    for note in gap_lines(found.gaps) if found.passed else ():
+        messages.print(f"note: {note}", soft_wrap=True)
 
 
 def _table(lines: list[Line]) -> Table:

@@ -38,7 +38,7 @@ def pose(
     if clip is None:
         posed = arguments.pose(avatar, expression, arkit, joint, eyelid)
     else:
-        poses = own_clip(avatar, clip, 1).poses
+        poses = own_clip(avatar, clip).poses
         if frame >= len(poses):
             raise AvatarError(f"is {frame}, but the clip has {len(poses)} frames", field="--frame")
         posed = poses[frame]

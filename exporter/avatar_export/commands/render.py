@@ -30,7 +30,8 @@ def render(
     joint: arguments.Turns = None,
     eyelid: arguments.Eyelids = None,
     drive: Annotated[
-        Path | None, typer.Option(help="Live Link Face recording to play: CSV or UDP packets.")
+        Path | None,
+        typer.Option(help="Recording to play: Live Link Face CSV or UDP packets, or bsData.json of LAM."),
     ] = None,
     clip: Annotated[
         str | None,
@@ -55,8 +56,12 @@ def render(
             help="Units of --meshes per metre. Default: the avatar's training units.", min=1e-6, max=1e6
         ),
     ] = None,
-    every: Annotated[int, typer.Option(help="Take every N-th frame of the sequence.", min=1)] = 1,
-    frames: Annotated[str | None, typer.Option(help="Take the frames FIRST:END of the sequence.")] = None,
+    every: Annotated[
+        int, typer.Option(help="Take every N-th frame of the sequence, or of --frames.", min=1)
+    ] = 1,
+    frames: Annotated[
+        str | None, typer.Option(help="Take the frames FIRST:END of the sequence, as it is stored.")
+    ] = None,
     fps: Annotated[
         float,
         typer.Option(
@@ -122,11 +127,11 @@ def render(
     def chosen(avatar: Avatar) -> sequences.PoseSequence:
         pose = arguments.pose(avatar, expression, arkit, joint, eyelid)
         if drive is not None:
-            return sequences.recorded(avatar, drive, every)
+            return sequences.recorded(avatar, drive)
         if clip is not None:
-            return sequences.clip(avatar, clip, clip_name, every)
+            return sequences.clip(avatar, clip, clip_name)
         if meshes:
-            return sequences.meshes(avatar, meshes, mesh_units, fps, every)
+            return sequences.meshes(avatar, meshes, mesh_units, fps)
         turns = orbit != 0 and out.suffix != ".png"
         return sequences.turntable(pose, fps) if turns else sequences.PoseSequence([pose], fps)
 
@@ -135,14 +140,14 @@ def render(
         expect_bundle(bundle)
         avatar = at_level(load(bundle), level)
         sequence = chosen(avatar)
-        shown = sequence.part(arguments.frame_slice(frames))
+        shown = sequence.part(arguments.frame_slice(frames)).part(slice(None, None, every))
         count = len(shown.poses)
         if not count:
             raise AvatarError(
                 f"{frames} holds no frame; the sequence has {len(sequence.poses)}", field="--frames"
             )
         images = playing.frames(avatar, shown, view)
-        playing.save(out, images, count, sequence.fps, force, lambda i: step(f"frame {i} of {count}"))
+        playing.save(out, images, count, shown.fps, force, lambda i: step(f"frame {i} of {count}"))
     for note in (*warnings(bundle), *sequence.notes):
         messages.print(f"note: {note}")
     output.print(f"{out}: {count} image{'s' * (count > 1)} of {width}x{height}")

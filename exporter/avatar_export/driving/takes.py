@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from avatar_export.driving.expression_json import is_expression_json, read_expression_json
 from avatar_export.driving.frames import DrivingTake
 from avatar_export.driving.live_link_csv import is_live_link_csv, read_live_link_csv
 from avatar_export.driving.live_link_udp import is_live_link_udp, read_live_link_udp
@@ -27,14 +28,27 @@ class TakeReader(NamedTuple):
 TAKE_READERS: tuple[TakeReader, ...] = (
     TakeReader("live_link_udp", "recorded Live Link Face packets", is_live_link_udp, read_live_link_udp),
     TakeReader("live_link_csv", "Live Link Face CSV", is_live_link_csv, read_live_link_csv),
+    TakeReader("expression_json", "bsData.json of LAM", is_expression_json, read_expression_json),
 )
 
 
 def read_take(path: Path | str) -> DrivingTake:
     """The take in the file `path`, its format recognised by content. Raises AvatarError for anything else."""
-    data = read_bytes(Path(path), MAX_FILE_BYTES)
+    return take_of(read_bytes(Path(path), MAX_FILE_BYTES), Path(path).name)
+
+
+def take_of(data: bytes, name: str) -> DrivingTake:
+    """The take in the bytes of the file `name`. Raises AvatarError as `read_take`."""
     for reader in TAKE_READERS:
         if reader.matches(data):
-            return reader.read(data, Path(path).name)
+            return reader.read(data, name)
     known = " nor ".join(reader.what for reader in TAKE_READERS)
-    raise AvatarError(f"is neither {known}", file=Path(path).name)
+    raise AvatarError(f"is neither {known}", file=name)
+
+
+def is_json_take(path: Path) -> bool:
+    """Whether `path` is a .json with ARKit weights over time; never raises."""
+    try:
+        return path.suffix.lower() == ".json" and is_expression_json(read_bytes(path, MAX_FILE_BYTES))
+    except AvatarError:
+        return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import stat
 import struct
@@ -28,6 +29,21 @@ ZIP_FAULTS = (zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error, struct.error
               RuntimeError, NotImplementedError, ValueError, KeyError, IndexError, OverflowError,
               MemoryError)  # fmt: skip
 
+FIRST, LAST = b"PK\x03\x04", b"PK\x05\x06"  # signatures of a zip's first file and of the record at its end
+LONGEST_END = 22 + 65_535  # bytes of that record with its comment
+TRUNCATED = "is a truncated zip: it ends before its directory, so copy or download it again"
+
+
+def is_truncated(path: Path) -> bool:
+    """Whether `path` is a file that begins as a zip and lacks the end of one; never raises."""
+    try:
+        with open_file(path) as file:
+            begins = file.read(len(FIRST)) == FIRST
+            file.seek(max(0, file.seek(0, os.SEEK_END) - LONGEST_END))
+            return begins and LAST not in file.read(LONGEST_END)
+    except OSError:
+        return False
+
 
 class Archive:
     """An opened zip whose names and sizes have been checked; use it in a `with`.
@@ -47,7 +63,7 @@ class Archive:
             self._zip = zipfile.ZipFile(self._file)
         except ZIP_FAULTS as error:
             self._file.close()
-            raise self._damaged(error) from error
+            raise self._wrong(TRUNCATED) if is_truncated(path) else self._damaged(error) from error
         try:
             self._entries = self._checked(self._zip.infolist())
         except AvatarError:

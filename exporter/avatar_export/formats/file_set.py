@@ -26,7 +26,7 @@ def holds_together(path: Path, needed: Sequence[str]) -> bool:
 
 
 class FileSet:
-    """The files beside `needed` in a zip or directory; `name` is that of their folder, else of the zip.
+    """The files beside `needed` in a zip or directory; `name` is that of the zip or directory.
 
     Raises AvatarError for a path that does not exist or a damaged zip, and unless exactly one folder holds `needed`.
     """
@@ -46,17 +46,18 @@ class FileSet:
             raise AvatarError(f"has {number} with {' and '.join(needed)}, expected one", file=path)
         self._names = names
         self._folder = found[0]
-        self.name = self._folder.name or path.resolve().stem
+        self.name = path.resolve().stem if path.is_file() else path.resolve().name
 
     def has(self, name: str) -> bool:
         """Whether a file of that name lies in the folder."""
         return str(self._folder / name) in self._names
 
-    def files(self) -> dict[str, Path]:
-        """Name -> path for the provenance: the zip itself, or the needed files of a directory."""
+    def files(self, *optional: str) -> dict[str, Path]:
+        """Name -> path for the provenance: the zip itself, or of a directory the needed files and `optional` ones."""
         if self._path.is_file():
             return {self._path.name: self._path}
-        return {name: self._path / self._folder / name for name in self._needed}
+        used = (*self._needed, *filter(self.has, optional))
+        return {name: self._path / self._folder / name for name in used}
 
     def read(self, name: str) -> bytes:
         """The bytes of a file. Raises AvatarError for one that is missing, damaged or above MAX_FILE_BYTES."""

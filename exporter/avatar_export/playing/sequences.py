@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from avatar_export.clips.gltf_files import unmatched
+from avatar_export.clips.poses import clip_poses
 from avatar_export.clips.sources import clips_from
 from avatar_export.driving import drive, takes
 from avatar_export.images import arkit_pose
@@ -16,7 +17,7 @@ from avatar_export.playing.meshes import read_meshes
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.driving.arkit import ARKIT_NAMES, canonical
 from avatar_runtime.io.errors import no_such
-from avatar_runtime.pose import Pose, clip_pose, joint_rotation
+from avatar_runtime.pose import Pose, joint_rotation
 
 TURNTABLE_SECONDS = 2.0
 
@@ -31,9 +32,9 @@ class PoseSequence:
     posed_vertices: Sequence[F32] | None = None  # [V, 3] metres, a mesh for each pose; replaces the rig's
 
     def part(self, rows: slice) -> PoseSequence:
-        """The frames `rows` of the sequence."""
+        """The frames `rows` of the sequence; a step of n divides its rate by n."""
         meshes = None if self.posed_vertices is None else self.posed_vertices[rows]
-        return replace(self, poses=self.poses[rows], posed_vertices=meshes)
+        return replace(self, poses=self.poses[rows], fps=self.fps / (rows.step or 1), posed_vertices=meshes)
 
 
 def pose_of(
@@ -66,8 +67,8 @@ def pose_of(
     )
 
 
-def recorded(avatar: Avatar, path: Path, every: int) -> PoseSequence:
-    """The poses of a Live Link Face recording (CSV or packets), each `every`-th frame.
+def recorded(avatar: Avatar, path: Path) -> PoseSequence:
+    """The poses of a recording of ARKit channels (see `takes`).
 
     Raises AvatarError for a damaged recording, and for an avatar that ARKit cannot drive.
     """
@@ -78,50 +79,46 @@ def recorded(avatar: Avatar, path: Path, every: int) -> PoseSequence:
         notes.append(
             f"{len(missing)} of the {len(ARKIT_NAMES)} ARKit names move nothing of this avatar: {', '.join(missing)}"
         )
-    return PoseSequence(drive.poses(avatar, take)[::every], take.fps / every, tuple(notes))
+    return PoseSequence(drive.poses(avatar, take), take.fps, tuple(notes))
 
 
-def own_clip(avatar: Avatar, name: str, every: int) -> PoseSequence:
-    """A clip of the avatar by its name, each `every`-th frame. Raises AvatarError for a name it lacks."""
+def own_clip(avatar: Avatar, name: str) -> PoseSequence:
+    """A clip of the avatar by its name. Raises AvatarError for a name it lacks."""
     found = {clip.name: clip for clip in avatar.clips}
     if name not in found:
         raise no_such("clip of this avatar", name, tuple(found))
-    poses = [clip_pose(avatar, found[name], frame) for frame in range(0, found[name].frames, every)]
-    return PoseSequence(poses, found[name].fps / every)
+    return PoseSequence(clip_poses(avatar, found[name]), found[name].fps)
 
 
-def clip(avatar: Avatar, named: str, name: str | None, every: int) -> PoseSequence:
-    """Each `every`-th frame of the avatar's clip `named`; else of the clip `name` in the file `named`, or its first.
+def clip(avatar: Avatar, named: str, name: str | None) -> PoseSequence:
+    """The avatar's clip `named`; else of the clip `name` in the file `named`, or its first.
 
     Raises AvatarError if there is no such clip.
     """
     if any(clip.name == named for clip in avatar.clips) or not Path(named).exists():
-        return own_clip(avatar, named, every)
-    return _clip_of_file(avatar, Path(named), name, every)
+        return own_clip(avatar, named)
+    return _clip_of_file(avatar, Path(named), name)
 
 
-def _clip_of_file(avatar: Avatar, path: Path, name: str | None, every: int) -> PoseSequence:
+def _clip_of_file(avatar: Avatar, path: Path, name: str | None) -> PoseSequence:
     bare = replace(avatar, clips=())  # so that clips of the same name are not renamed
     found = {clip.name: clip for clip in clips_from(bare, path)}
     if name is not None and name not in found:
         raise no_such("clip of this file", name, tuple(found), file=path.name)
     chosen = found[name] if name is not None else next(iter(found.values()))
-    poses = [clip_pose(avatar, chosen, frame) for frame in range(0, chosen.frames, every)]
     notes = [f"clip {chosen.name!r} of {', '.join(found)}"]
     strangers = unmatched(avatar, path, chosen.name)
     if strangers:
         notes.append(
             f"{len(strangers)} nodes of the clip have no joint in this avatar: {', '.join(strangers[:5])}"
         )
-    return PoseSequence(poses, chosen.fps / every, tuple(notes))
+    return PoseSequence(clip_poses(avatar, chosen), chosen.fps, tuple(notes))
 
 
-def meshes(
-    avatar: Avatar, paths: Sequence[Path], units: float | None, fps: float, every: int
-) -> PoseSequence:
-    """Posed meshes from files (see `read_meshes`), each `every`-th; `fps` is that of the files."""
-    vertices = read_meshes(avatar, paths, units)[::every]
-    return PoseSequence([Pose()] * len(vertices), fps / every, posed_vertices=vertices)
+def meshes(avatar: Avatar, paths: Sequence[Path], units: float | None, fps: float) -> PoseSequence:
+    """Posed meshes from files (see `read_meshes`); `fps` is that of the files."""
+    vertices = read_meshes(avatar, paths, units)
+    return PoseSequence([Pose()] * len(vertices), fps, posed_vertices=vertices)
 
 
 def turntable(pose: Pose, fps: float) -> PoseSequence:

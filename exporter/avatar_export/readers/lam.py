@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from avatar_export.clips.gltf_files import CLIPS, SKIN
+from avatar_export.clips.gltf_files import CLIPS, EXPRESSIONS, SKIN
 from avatar_export.clips.sources import clips_from
 from avatar_export.formats.file_set import FileSet, holds_together
 from avatar_export.options import ReadOptions
@@ -42,7 +42,7 @@ OFFSETS = "offset.ply"
 FILES = (
     f"NAME.zip, or the folder it unpacks to, with {OFFSETS} (the Gaussians, offsets from the vertices)",
     f"{SKIN} (mesh, ARKit morph targets, joints and skin weights)",
-    f"{CLIPS} (optional: animation clips)",
+    f"{CLIPS} (optional: animation clips), {EXPRESSIONS} (optional: expressions over time)",
 )
 NEEDED = (OFFSETS, SKIN)
 USED_OPTIONS = ("rotation", "exact", "name")  # exact changes nothing: every delta that is not zero is kept
@@ -56,7 +56,10 @@ def detect(path: Path) -> bool:
 
 
 def read(path: Path, options: ReadOptions) -> Avatar:
-    """The avatar with the clips of animation.glb. Raises AvatarError as `read_lam`, and for an option not used here."""
+    """The avatar with the clips of animation.glb and bsData.json.
+
+    Raises AvatarError as `read_lam`, and for an option not used here.
+    """
     options.refuse_others(USED_OPTIONS, SYSTEM, "the zip contains all inputs")
     avatar = read_lam(path, rotation=options.rotation or "none")
     with owned(SYSTEM):
@@ -65,7 +68,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
 
 
 def read_lam(path: Path, *, rotation: str = "none") -> Avatar:
-    """The avatar in a LAM zip or folder, without its clips; y up, face +Z, metres.
+    """The avatar in a LAM zip or folder, without its clips; it has the name of that. y up, face +Z, metres.
 
     `rotation` says how joints turn a Gaussian: `none` as trained (animate_gs_model moves positions only),
     `head_bone` as its web page draws it, `polar3` as skinning would.
@@ -78,7 +81,7 @@ def read_lam(path: Path, *, rotation: str = "none") -> Avatar:
         splats = _gaussians(source.read(OFFSETS))
         found = read_rig(glb.decode(source.read(SKIN), SKIN))
         avatar = _avatar(source.name, splats, found, rotation)
-        files = source_files(source.files())
+        files = source_files(source.files(CLIPS, EXPRESSIONS))
         return check_avatar(replace(avatar, provenance={**avatar.provenance, "source_files": files}))
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from avatar_export.formats.archive import TRUNCATED, is_truncated
 from avatar_export.options import ReadOptions
 from avatar_export.readers import asm, bundle, gaussian_avatars, lam
 from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blendshapes
@@ -73,7 +74,9 @@ def read_with(reader: Reader, path: Path, options: ReadOptions) -> Avatar:
 def find(path: Path, system: str | None = None) -> Reader:
     """The reader of `system`, else the first that recognises `path`.
 
-    Raises AvatarError if there is none; it names the subfolders of `path` that a reader recognises."""
+    Raises AvatarError if there is none; it names the subfolders of `path` that a reader recognises, or says that a
+    zip is truncated.
+    """
     known = ", ".join(reader.system for reader in READERS)
     if system is not None:
         for reader in READERS:
@@ -83,6 +86,8 @@ def find(path: Path, system: str | None = None) -> Reader:
     for reader in READERS:
         if reader.detect(path):
             return reader
+    if is_truncated(path):
+        raise AvatarError(TRUNCATED, file=path)
     inside = _recognised_inside(path)
     if inside:
         raise AvatarError(
@@ -110,6 +115,8 @@ def expect_bundle(path: Path) -> None:
         raise AvatarError("no such file or folder", file=path)
     if bundle.detect(path):
         return
+    if is_truncated(path):
+        raise AvatarError(TRUNCATED, file=path)
     for reader in READERS:
         if reader.detect(path):
             raise AvatarError(

@@ -12,13 +12,12 @@ from itertools import pairwise
 import numpy as np
 
 from avatar_export.writers.fewer_joints import few
-from avatar_runtime.avatar import F32, F64, I64, U16, U32, Avatar, Rig, SparseRows
-from avatar_runtime.engine_pose import rests_bound, target_names
+from avatar_export.writers.rig_poses import fitted_poses
+from avatar_runtime.avatar import F32, F64, I64, U16, U32, Avatar, SparseRows
+from avatar_runtime.engine_pose import target_names
 from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.stages.joints import chain
 
-FITTED_POSES = 20  # frames of the clips to which the few joints of a vertex are fitted
-FURTHEST = 1e4  # metres; larger poses are not of a face, and their squares exceed the precision of the fit
+FEWEST = 4  # joints a vertex that every engine shows
 
 
 @dataclass(frozen=True)
@@ -50,14 +49,13 @@ class EngineMesh:
     triangles: U32  # [f, 3] rows of `vertices`
     targets: tuple[Target, ...]  # [M] in the order of engine_pose.target_names
     skin: SparseRows  # [v] all influences
-    fitted_poses: (
-        F64 | None
-    )  # [P, J, 4, 4] skin matrices, if the rig does not rest in its binding pose (and has a plausible size)
+    fitted_poses: F64 | None  # [P, J, 4, 4] skin matrices, if a vertex has more than FEWEST joints
 
     def influences(self, most: int) -> Influences:
-        """The `most` strongest influences of each vertex, their weights scaled to add up to 1.
+        """`most` joints of each vertex; weights add up to 1.
 
-        With `fitted_poses`, vertices with more joints get those that fit these poses best (`fewer_joints`).
+        Vertices with more joints get those that fit the poses best (`fewer_joints`); without `fitted_poses` the
+        strongest, scaled.
         A vertex without a positive weight gets joint 0. Raises ValueError unless `most` is 4 or 8.
         """
         found = self._strongest(most)
@@ -118,22 +116,13 @@ def engine_mesh(avatar: Avatar) -> EngineMesh:
         triangles,
         tuple(Target(name, *column) for name, column in zip(target_names(avatar), columns, strict=True)),
         rig.skin.take(vertex_id),
-        None if rests_bound(rig) else _poses(avatar, rig),
+        fitted_poses(avatar, rig) if _most_joints(rig.skin) > FEWEST else None,
     )
 
 
-@np.errstate(over="ignore", invalid="ignore")
-def _poses(avatar: Avatar, rig: Rig) -> F64 | None:
-    """[P, J, 4, 4] skin matrices at rest and in evenly spaced frames of the clips; None if one is beyond FURTHEST."""
-    still = np.zeros(len(avatar.expressions), np.float32), np.tile(np.eye(4), (1, rig.joint_count, 1, 1))
-    found = [chain(rig, still[0][None], still[1])[0]]
-    for clip in avatar.clips:
-        share = max(1, FITTED_POSES // len(avatar.clips))
-        at = np.unique(((np.arange(share) + 0.5) * clip.frames / share).astype(np.int64))
-        delta = clip.joint_delta[at].astype(np.float64)
-        found.append(chain(rig, clip.expression_weights[at], delta)[0])
-    matrices = np.concatenate(found)
-    return matrices if np.abs(matrices).max(initial=0) <= FURTHEST else None
+def _most_joints(skin: SparseRows) -> int:
+    """The joints of the vertex that has the most."""
+    return int(np.diff(skin.row_ptr.astype(np.int64)).max(initial=0))
 
 
 def _padded(skin: SparseRows) -> tuple[I64, F64]:
@@ -142,7 +131,7 @@ def _padded(skin: SparseRows) -> tuple[I64, F64]:
     weight = np.maximum(skin.values["weight"].astype(np.float64), 0)
     order = np.lexsort((skin.column, -weight, row))
     rank = np.arange(len(row)) - skin.row_ptr[row]
-    shape = skin.rows, int(np.diff(skin.row_ptr.astype(np.int64)).max())
+    shape = skin.rows, _most_joints(skin)
     joints, weights = np.zeros(shape, np.int64), np.zeros(shape)
     joints[row, rank], weights[row, rank] = skin.column[order], weight[order]
     return joints, weights / weights.sum(axis=1, keepdims=True)

@@ -33,11 +33,8 @@ def few(vertices: F32, joints: I64, weights: F64, matrices: F64, most: int) -> t
 
 def _few(vertices: F64, joints: I64, weights: F64, matrices: F64, most: int) -> tuple[I64, F64]:
     tried, first = joints[:, :CANDIDATES], weights[:, :CANDIDATES]
-    gram = np.tile(KEEP**2 * np.eye(tried.shape[1]), (len(vertices), 1, 1))
-    for matrix in matrices:
-        placed = np.einsum("vkab,vb->vka", matrix[joints, :3, :3], vertices) + matrix[joints, :3, 3]
-        off = placed[:, : tried.shape[1]] - np.einsum("vk,vka->va", weights, placed)[:, None]
-        gram += off @ np.swapaxes(off, 1, 2)
+    off = _moved(vertices, tried, matrices) - _moved_by_all(vertices, joints, weights, matrices)
+    gram = off.swapaxes(1, 2) @ off + KEEP**2 * np.eye(tried.shape[1])
     wanted, solved = KEEP**2 * first, _simplex(first)
     rows = np.arange(len(vertices))[:, None]
     for count in range(tried.shape[1], most, -1):
@@ -49,6 +46,27 @@ def _few(vertices: F64, joints: I64, weights: F64, matrices: F64, most: int) -> 
     solved = _solved(gram, wanted, solved, LAST_ROUNDS)
     order = np.argsort(-solved, axis=1, kind="stable")
     return tried[rows, order], solved[rows, order]
+
+
+def _moved(vertices: F64, joints: I64, matrices: F64) -> F64:
+    """[v, 3 P, k] where each joint [v, k] alone puts each vertex in each pose."""
+    count = joints.shape[1]
+    found = np.empty((len(vertices), 3 * len(matrices), count))
+    for pose, matrix in enumerate(matrices):
+        placed = matrix[joints, :3, :3] @ vertices[:, None, :, None]
+        found[:, 3 * pose : 3 * pose + 3] = (placed[..., 0] + matrix[joints, :3, 3]).swapaxes(1, 2)
+    return found
+
+
+def _moved_by_all(vertices: F64, joints: I64, weights: F64, matrices: F64) -> F64:
+    """[v, 3 P, 1] where all joints together put each vertex in each pose."""
+    poses, count = matrices.shape[:2]
+    dense = np.zeros((len(vertices), count))
+    np.add.at(dense, (np.arange(len(vertices))[:, None], joints), weights)
+    blended = dense @ matrices[:, :, :3].transpose(1, 0, 2, 3).reshape(count, -1)
+    points = np.append(vertices, np.ones((len(vertices), 1)), axis=1)
+    result: F64 = blended.reshape(len(vertices), 3 * poses, 4) @ points[..., None]
+    return result
 
 
 def _solved(gram: F64, wanted: F64, start: F64, rounds: int) -> F64:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.writers.engine_mesh import EngineMesh, Influences, engine_mesh
+from avatar_export.writers.rig_poses import residual_poses
 from avatar_runtime.avatar import F32, F64, Avatar, Rig
 from avatar_runtime.engine_pose import (
     EnginePose,
@@ -20,17 +20,13 @@ from avatar_runtime.engine_pose import (
     rests_bound,
 )
 from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.pose import Pose, clip_pose, joint_rotation, resolve
+from avatar_runtime.pose import Pose, resolve
 from avatar_runtime.rotation import homogeneous
 from avatar_runtime.stages.joints import chain, pose_features
 from avatar_runtime.stages.morph import morph
 from avatar_runtime.stages.skin import skin
 from avatar_runtime.stages.sparse import combine, gather
 
-POSES = 12  # random poses
-MOST_ANGLE = np.radians(40)
-MOST_WEIGHT = 3.0  # ranges of expressions are clamped to +- this
-CLIP_FRAMES, ALL_CLIP_FRAMES = 8, 64  # of one clip, of all of them
 MICROMETRE = 3  # decimals of a millimetre; smaller values are rounding of float32
 
 
@@ -64,41 +60,6 @@ def engine_residual(avatar: Avatar, influences: int = 4) -> dict[str, float | in
                 raise AvatarError(message, field="rig")
             worst[name] = max(worst[name], 1e3 * largest)
     return {**{name: round(value, MICROMETRE) for name, value in worst.items()}, "poses": len(poses)}
-
-
-def residual_poses(avatar: Avatar) -> Iterator[Pose]:
-    """The poses: random ones, always the same, then evenly spaced frames of the clips.
-
-    Random poses have all weights in their range and all joints rotated by up to 40 degrees.
-
-    The joints of a rig that does not rest in its binding pose push and stretch a face; random rotations of them mean
-    nothing. For such a rig the rest pose replaces the random poses.
-    """
-    if avatar.rig is not None and not rests_bound(avatar.rig):
-        yield Pose()
-    else:
-        yield from _random_poses(avatar)
-    for clip in avatar.clips:
-        most = min(CLIP_FRAMES, max(1, ALL_CLIP_FRAMES // len(avatar.clips)))
-        for k in np.unique(np.linspace(0, clip.frames - 1, most).astype(np.int64)):
-            yield replace(clip_pose(avatar, clip, int(k)), world_from_avatar=np.eye(4))
-
-
-def _random_poses(avatar: Avatar) -> Iterator[Pose]:
-    joints = avatar.rig.joint_names if avatar.rig else ()
-    rng = np.random.default_rng(0)
-    ranges = np.clip([sorted(e.range) for e in avatar.expressions], -MOST_WEIGHT, MOST_WEIGHT).reshape(-1, 2)
-    for _ in range(POSES):
-        weights = rng.uniform(ranges[:, 0], ranges[:, 1])
-        axes = rng.standard_normal((len(joints), 3))
-        axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-        turns = axes * rng.uniform(0, MOST_ANGLE, (len(joints), 1))
-        late = rng.uniform(0, 1, len(avatar.late_morph_names))
-        yield Pose(
-            dict(zip(avatar.expression_names, weights.tolist(), strict=True)),
-            {name: joint_rotation(turn) for name, turn in zip(joints, turns, strict=True)},
-            dict(zip(avatar.late_morph_names, late.tolist(), strict=True)),
-        )
 
 
 def _rows(rig: Rig, mesh: EngineMesh) -> Rig:

@@ -299,7 +299,7 @@ def test_what_is_no_body_model_is_refused(tmp_path: Path) -> None:
         (b"\x80\x02", "truncated"),
         (pickle.dumps([1]), "does not hold a dict"),
         (pickle.dumps({"v_template": 3}), "v_template: is not an array"),
-        (b"PK\x03\x04" + bytes(99), "damaged zip"),
+        (b"PK\x03\x04" + bytes(99), "truncated zip"),
     ):
         with pytest.raises(AvatarError, match=message):
             read_body_model(as_bytes(tmp_path / "m.pkl", data))

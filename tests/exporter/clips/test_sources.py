@@ -144,7 +144,7 @@ def test_clips_that_move_nothing_here_are_left_out(tmp_path: Path) -> None:
     with pytest.raises(AvatarError, match="camera"):
         gltf_files.clip_named(avatar, gltf_files.gltf_of(path), "flight")
     with pytest.raises(AvatarError, match=r"'not' is not a clip of this file; did you mean nod\?"):
-        sequences.clip(avatar, str(path), "not", 1)
+        sequences.clip(avatar, str(path), "not")
     stranger = avatar_of(("a",))
     assert clips_from(stranger, path, optional=True) == ()
     with pytest.raises(AvatarError, match=r"made\.glb: has no animation that moves a joint or an expression"):

@@ -43,6 +43,8 @@ def test_a_bundle_repeats_its_own_reference(run: Run, good: Path, tmp_path: Path
         assert set(lines.values()) == {"verdict", "holds"}
         assert "backend reference repeats the reference; made by runtime" in text
         assert "case rest: " in error
+        assert "bind: mean, log_scale, quat_wxyz, sh_rotation; activate: scale, quat_wxyz, opacity;" in text
+        assert "not tested, position: normal (surface_area), " in error and "clone of the repository" in error
     assert not (tmp_path / "images").exists(), "images are for failures"
 
 
@@ -63,6 +65,8 @@ def test_json(run: Run, good: Path) -> None:
         ("clip", "trainer"),
     }
     assert set(facts["engine_psnr_db"]) == {"rest", "posed", "clip"}
+    missing = {"kind": "rotation", "value": "none", "same_as": [], "bundle": "skin_unturned"}
+    assert missing in facts["not_tested"]
 
 
 def shift(name: str) -> Callable[[dict[str, Any]], None]:

@@ -176,6 +176,7 @@ def files(**replaced: bytes | None) -> dict[str, bytes]:
         "skin": "skin.glb",
         "animation": "animation.glb",
         "vertex_order": "vertex_order.json",
+        "expressions": "bsData.json",
     }
     whole: dict[str, bytes | None] = {"vertex_order": b"[3, 1, 2]"}
     whole |= replaced

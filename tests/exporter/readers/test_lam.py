@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 from avatar_export.formats import file_set
 from avatar_export.options import ReadOptions
 from avatar_export.readers import lam
+from avatar_export.readers.table import expect_bundle, find
 from avatar_runtime.codec import glb
 from avatar_runtime.io.errors import AvatarError
 from tests.exporter.readers import lam_files
@@ -28,7 +30,7 @@ def test_the_avatar_to_the_last_field(made: Path) -> None:
     document = glb.decode(skin_glb())
     vertices = glb.accessor(document, 0)
     rows = np.frombuffer(offset_ply().partition(b"end_header\n")[2], "<f4").reshape(COUNT, -1)
-    assert avatar.name == "someone"
+    assert avatar.name == "made"
     assert np.array_equal(avatar.gaussians.mean, vertices + rows[:, :3])
     assert np.array_equal(
         avatar.gaussians.sh[:, 0], ((rows[:, 6:9].astype("f8") - 0.5) / 0.28209479177387814).astype("f4")
@@ -60,7 +62,37 @@ def test_zip_and_folder_are_one_avatar(folder: str, made: Path, tmp_path: Path) 
         archive.extractall(tmp_path / "unpacked")
     for path in (tmp_path / "unpacked", tmp_path / "unpacked" / "someone"):
         assert lam.detect(path)
-        assert lam.read_lam(path).name == "someone"
+        assert lam.read_lam(path).name == path.name
+    assert (whole.name, lam.read_lam(other).name) == ("made", "other")
+
+
+def test_expressions_in_the_zip_are_a_clip(tmp_path: Path) -> None:
+    """As LAM_Audio2Expression adds them: the other clips of the zip stay first."""
+    names = ["tongueOut", lam_files.MORPHS[1], lam_files.MORPHS[0]]
+    frames = [{"weights": [1, k / 4, 0.5], "time": k / 25, "rotation": []} for k in range(4)]
+    told = {"names": names, "metadata": {"fps": 25, "frame_count": 4}, "frames": frames}
+    contents = lam_files.files(expressions=json.dumps(told).encode())
+    path = lam_files.write_zip(tmp_path / "talk.zip", contents, "arkitWithBSData/")
+    avatar = lam.read(path, ReadOptions())
+    (clip,) = avatar.clips
+    assert (avatar.name, clip.name, clip.fps, clip.frames) == ("talk", "bsData", 25, 4)
+    np.testing.assert_allclose(clip.expression_weights[:, :2], [[0.5, k / 4] for k in range(4)])
+    assert not clip.expression_weights[:, 2:].any()
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path)
+    unpacked = lam.read(tmp_path / "arkitWithBSData", ReadOptions())
+    assert np.array_equal(unpacked.clips[0].expression_weights, clip.expression_weights)
+    assert "bsData.json" in {entry["path"] for entry in unpacked.provenance["source_files"]}
+
+
+def test_a_truncated_zip_is_called_truncated(made: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.zip"
+    data = made.read_bytes()
+    for length in (len(data) // 2, len(data) - 30):
+        cut.write_bytes(data[:length])
+        for attempt in (lambda: lam.read_lam(cut), lambda: find(cut), lambda: expect_bundle(cut)):
+            with pytest.raises(AvatarError, match="is a truncated zip"):
+                attempt()
 
 
 @pytest.mark.parametrize("rotation", ["none", "polar3", "head_bone"])

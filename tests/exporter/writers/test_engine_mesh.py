@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avatar_export.writers.glb_builder import GlbBuilder
-from avatar_export.writers.residual import residual_poses
+from avatar_export.writers.rig_poses import residual_poses
 from avatar_runtime.avatar import SparseRows
 from avatar_runtime.engine_pose import engine_pose
 from tests.avatars import VERTICES, full_avatar

@@ -7,8 +7,13 @@ import numpy.typing as npt
 
 from avatar_export.writers.engine_mesh import engine_mesh
 from avatar_export.writers.fewer_joints import few
+from avatar_export.writers.rig_poses import residual_poses
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.engine_pose import engine_pose
 from tests.asm_faces import asm_avatar
-from tests.avatars import full_avatar
+from tests.avatars import VERTICES, full_avatar
+from tests.oracles.gltf_pose import File
+from tests.rigs import runtime_mesh, sparse, state_of, strongest, with_rig, without_late, written
 
 Array = npt.NDArray[np.float64]
 
@@ -54,6 +59,25 @@ def test_what_no_pose_tells_stays_nearest_to_the_weights() -> None:
     np.testing.assert_allclose(share, weights[:, :4] + 0.1 / 4, atol=1e-6)
 
 
-def test_rigs_that_rest_bound_keep_the_strongest() -> None:
+def test_only_rigs_with_more_joints_are_fitted() -> None:
     assert engine_mesh(asm_avatar()).fitted_poses is not None
-    assert engine_mesh(full_avatar()).fitted_poses is None
+    assert engine_mesh(crowded()).fitted_poses is not None
+    assert engine_mesh(strongest(crowded(), 4)).fitted_poses is None
+
+
+def test_the_four_of_a_rig_are_nearer_than_the_strongest_in_poses_they_were_not_fitted_to() -> None:
+    avatar = crowded()
+    fitted, cut = File(written(avatar)), File(written(strongest(avatar, 4)))
+    assert max(fitted.attribute("WEIGHTS_0").sum(axis=1)) <= 1 + 1e-6
+    apart = {"fitted": 0.0, "cut": 0.0}
+    for pose in map(without_late, residual_poses(avatar)):
+        state = state_of(avatar, engine_pose(avatar, pose))
+        for name, file in (("fitted", fitted), ("cut", cut)):
+            apart[name] += float(np.square(file.posed(state) - runtime_mesh(avatar, file, pose)).sum())
+    assert 0 < apart["fitted"] < 0.7 * apart["cut"]
+
+
+def crowded() -> Avatar:
+    """A rig that rests bound, five joints a vertex, none of them weak."""
+    weights = np.random.default_rng(3).dirichlet(np.full(5, 8.0), VERTICES)
+    return with_rig(full_avatar(), skin=sparse(weights, "weight"))

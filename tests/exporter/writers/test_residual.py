@@ -12,7 +12,8 @@ import pytest
 
 from avatar_export.asm.files import save
 from avatar_export.readers.table import read
-from avatar_export.writers.residual import engine_residual, residual_poses
+from avatar_export.writers.residual import engine_residual
+from avatar_export.writers.rig_poses import residual_poses
 from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.engine_pose import bind_nodes, engine_pose, engine_rest, local_transforms
 from avatar_runtime.io.errors import AvatarError

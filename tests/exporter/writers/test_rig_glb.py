@@ -16,8 +16,9 @@ import pytest
 
 from avatar_export.writers import glb_builder
 from avatar_export.writers.engine_mesh import vertex_id_uv
-from avatar_export.writers.residual import engine_residual, residual_poses
+from avatar_export.writers.residual import engine_residual
 from avatar_export.writers.rig_glb import rig_glb
+from avatar_export.writers.rig_poses import residual_poses
 from avatar_export.writers.splats_glb import splats_glb
 from avatar_runtime.avatar import Clip, SparseRows
 from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_pose, target_names

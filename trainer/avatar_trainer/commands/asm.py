@@ -83,7 +83,7 @@ def scan(
     force: Force = False,
 ) -> None:
     """Fit a bone-driven face to a scan, and its poses to scans of expressions."""
-    settings = with_values(RegisterSettings(similarity=units == 0), arguments.pairs(set_))
+    settings = with_values(RegisterSettings(similarity=units == 0), arguments.pairs(set_, "--set"))
     _expect_places(out, export, force)
     with Steps() as step, memory_advice():
         step("reading")
@@ -115,7 +115,7 @@ def views(
     force: Force = False,
 ) -> None:
     """Fit a bone-driven face to images of a still head from many sides; their cameras' poses are found, too."""
-    settings = with_values(ViewSettings(), arguments.pairs(set_))
+    settings = with_values(ViewSettings(), arguments.pairs(set_, "--set"))
     _expect_places(out, None, force)
     with Steps() as step, memory_advice():
         step("reading")

@@ -82,7 +82,9 @@ def train_command(name: str) -> Callable[..., None]:
             "seed": seed, "rasteriser": rasteriser, "size": size, "threads": threads,
             "checkpoint_every": checkpoint_every, "preview_every": OFTEN if preview else None,
         }  # fmt: skip
-        own, settings = _settings(module, arguments.pairs(set_), arguments.pairs(rule), of_system, of_run)
+        own, settings = _settings(
+            module, arguments.pairs(set_, "--set"), arguments.pairs(rule, "--rule"), of_system, of_run
+        )
         expect_run_folder(out)
         # The same command again: the existing bundle is then that of this run.
         finished = resume and checkpoint.path_of(out / run.CHECKPOINTS, settings.iterations).is_file()
