@@ -10,7 +10,7 @@ from tests import structure
 # fmt: off
 ORDER = {
     "avatar_runtime": (
-        "io", "rotation", "rules", "version", "avatar", "camera", "checks", "pose", "topology", "program", "codec",
+        "io", "rotation", "rules", "version", "avatar", "checks", "camera", "pose", "topology", "program", "codec",
         "handedness", "driving", "subset", "stages", "packs", "bundle", "enhance", "engine_pose", "posed", "backends",
         "player", "conformance",
     ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from avatar_export.readers.table import find, read
 from avatar_export.writers.bundle import write_bundle
 from avatar_export.writers.table import INFLUENCES
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.checks import arguments
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.handedness import HANDEDNESS
 
@@ -55,15 +57,24 @@ def convert(
     - `progress` is called with what is done next.
 
     Same input, same bytes. Raises AvatarError for files that are missing or unsound, for options that the system does
-    not use, and if `out` exists without `force`; ValueError for an unknown handedness or number of influences.
+    not use, and if `out` exists without `force`; TypeError and ValueError for arguments of other types, an unknown
+    handedness or number of influences.
     """
-    out = Path(out)
+    out = arguments.path("out", out)
+    if isinstance(clips, str | PathLike):
+        raise arguments.wrong_type("clips", clips, "a list of paths")
+    for name, statement in (("licence", licence), ("author", author), ("consent", consent)):
+        if statement is not None:
+            arguments.instance(name, statement, str, "a text")
+    arguments.text("handedness", handedness, HANDEDNESS)
+    if arguments.whole("influences", influences) not in INFLUENCES:
+        raise ValueError(f"influences is {influences}; {' or '.join(map(str, INFLUENCES))} is needed")
     avatar = read_source(
-        Path(source),
-        options or ReadOptions(),
+        arguments.path("source", source),
+        ReadOptions() if options is None else options,
         system=system,
-        driving=driving,
-        clips=clips,
+        driving=None if driving is None else arguments.path("driving", driving),
+        clips=[arguments.path(f"clips[{index}]", clip) for index, clip in enumerate(clips)],
         licence=licence,
         author=author,
         consent=consent,

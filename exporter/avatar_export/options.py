@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
+from avatar_runtime.checks import arguments
 from avatar_runtime.io.errors import AvatarError
+
+CONVERT: Mapping[str, Callable[[str, Any], Any]] = {  # by annotation, without "| None"
+    "Path": arguments.path,
+    "float": arguments.finite,
+    "int": arguments.whole,
+    "bool": lambda name, value: arguments.instance(name, value, bool, "True or False"),
+    "str": lambda name, value: arguments.instance(name, value, str, "a text"),
+}
 
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """Inputs that a checkpoint does not hold. A reader refuses a field that its system does not use."""
+    """Inputs that a checkpoint does not hold. A reader refuses a field that its system does not use.
+
+    Paths may be texts. Raises TypeError and ValueError for a field of another type.
+    """
 
     body_model: Path | None = None  # FLAME or SMPL file, .npz or .pkl
     body_scale: float = 1.0  # training units per unit of the body model
@@ -31,6 +44,15 @@ class ReadOptions:
     sh_direction: str | None = None  # rules.SH_DIRECTIONS; None: as the config says
     sh_degree: int | None = None  # active degree; None: as the config or the file says
     quaternion_sign: str | None = None  # rules.QUATERNION_SIGNS; None: that of pytorch3d 0.7.6 and newer
+
+    def __post_init__(self) -> None:
+        """Brings every field to its type."""
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None or "None" not in str(field.type):
+                object.__setattr__(
+                    self, field.name, CONVERT[str(field.type).split(" ")[0]](field.name, value)
+                )
 
     def refuse_beside_no_rig(self, unused: Collection[str], owner: str) -> None:
         """Raise AvatarError, for the reader `owner`, if `no_rig` is set and one of the options `unused` is given:

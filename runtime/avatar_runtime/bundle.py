@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from avatar_runtime.avatar import Avatar, Clip, Embedding, Enhancer, Gaussians, Rig
+from avatar_runtime.checks import arguments
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.codec import ply, safetensors
@@ -40,15 +41,16 @@ def load(path: str | Path, *, as_stored: bool = False) -> Avatar:
     that do not mirror it. Derived files are not opened. The avatar of a pack is that of its finest level.
 
     Raises AvatarError for anything missing, altered, out of range or of a newer version. Bundles are data:
-    nothing in them is executed.
+    nothing in them is executed. Raises TypeError for a `path` that is none.
     """
-    if is_pack(Path(path)):
-        pack = read_pack(Path(path))
+    path = arguments.path("path", path)
+    if is_pack(path):
+        pack = read_pack(path)
         if as_stored:
             return pack.avatar
         avatar = placed(pack.avatar)
         return avatar if handedness(pack.document["avatar"]) == "right" else mirrored(avatar)
-    read = opener(Path(path))
+    read = opener(path)
     document = read_manifest(read)
     errors = [p for p in manifest_problems(document) if not p.warning]
     if errors:
@@ -73,7 +75,7 @@ def handedness(document: Mapping[str, Any]) -> str:
 def opener(path: Path) -> Open:
     """A function that reads a named file of a bundle folder or stored zip, up to a size."""
     if path.is_dir():
-        return lambda name, limit: _read_file(path / name, limit, name)
+        return lambda name, limit: _read_file(path, name, limit)
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
     if not path.is_file() or not zipfile.is_zipfile(path):
@@ -223,10 +225,15 @@ def _gaussians(data: Data, said: dict[str, Any]) -> Gaussians:
     return gaussians
 
 
-def _read_file(path: Path, limit: int, name: str) -> Data:
+def _read_file(bundle: Path, name: str, limit: int) -> Data:
+    path = bundle / name
     try:
-        if not stat.S_ISREG(path.lstat().st_mode):  # a link is refused: it could lead out of the bundle
+        # A link is refused, also one to a folder: it could lead out of the bundle.
+        if not stat.S_ISREG(path.lstat().st_mode):
             raise AvatarError("is not a regular file", file=name)
+        for folder in Path(name).parents[:-1]:
+            if (bundle / folder).is_symlink():
+                raise AvatarError(f"lies in {folder}, which is a link; copy the folder itself", file=name)
         with open_file(path) as file:
             size = path.stat().st_size
             if size > limit:

@@ -8,17 +8,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F32
+from avatar_runtime.avatar import F32, F64
+from avatar_runtime.checks import arguments
 
 CLIP_NEAR, CLIP_FAR = (
     0.01,
     100.0,
 )  # of the projection matrix only; RasterSettings.near decides what is drawn
+WIDEST = 1 << 15  # pixels; an image of such sides has 2^30, which indices of 32 bits count
+ROTATION_TOLERANCE = 1e-3  # of any entry of R R^T - I
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Row-major matrices for column vectors, float32 as the rasteriser takes them."""
+    """Row-major matrices for column vectors, float32 as the rasteriser takes them.
+
+    Raises TypeError or ValueError for arrays of another shape and for sizes that are not 1 to WIDEST pixels.
+    """
 
     camera_from_world: F32  # [4, 4]
     clip_from_world: F32  # [4, 4] projection @ camera_from_world
@@ -27,6 +33,21 @@ class Camera:
     tan_half_fov_y: float  # height / (2 fy)
     width: int
     height: int
+
+    def __post_init__(self) -> None:
+        """Brings every field to its type."""
+        for name, shape in (("camera_from_world", (4, 4)), ("clip_from_world", (4, 4)), ("centre", (3,))):
+            value = getattr(self, name)
+            if not (isinstance(value, np.ndarray) and value.dtype == np.float32 and value.shape == shape):
+                with np.errstate(over="ignore"):  # beyond float32 becomes infinite, and nothing is drawn
+                    self._set(name, arguments.array(name, value, shape).astype(np.float32))
+        for name in ("tan_half_fov_x", "tan_half_fov_y"):
+            self._set(name, arguments.real(name, getattr(self, name)))
+        for name in ("width", "height"):
+            self._set(name, arguments.whole(name, getattr(self, name), 1, WIDEST))
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
 
     def mirrored(self) -> Camera:
         """The camera that sees the same image of the mirrored world, whose x is negated (`handedness.mirrored`).
@@ -52,12 +73,16 @@ class Camera:
         """x_camera = rotation @ x_world + translation, x_pixel = K x_camera / z - 0.5.
 
         The principal point moves the centres; the Jacobian's clamp stays about the optical axis, as trained.
+        Raises TypeError or ValueError for an argument of another type or shape, for a rotation that is none, and for
+        intrinsics that are not [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] with positive focal lengths.
         """
-        if width < 1 or height < 1:
-            raise ValueError(f"an image of {width}x{height} pixels is empty; both sizes must be at least 1")
+        width, height = (
+            arguments.whole(name, size, 1, WIDEST) for name, size in (("width", width), ("height", height))
+        )
         view = np.eye(4)
-        view[:3, :3], view[:3, 3] = rotation, translation
-        k = np.asarray(intrinsics, np.float64)
+        view[:3, :3] = _rotation(rotation)
+        view[:3, 3] = arguments.finite_array("translation", translation, (3,))
+        k = _intrinsics(intrinsics)
         fx, fy, skew, cx, cy = k[0, 0], k[1, 1], k[0, 1], k[0, 2], k[1, 2]
         depth = CLIP_FAR / (CLIP_FAR - CLIP_NEAR)
         projection = np.array(
@@ -68,15 +93,16 @@ class Camera:
                 [0, 0, 1, 0],
             ]
         )
-        return Camera(
-            view.astype(np.float32),
-            (projection @ view).astype(np.float32),
-            (-view[:3, :3].T @ view[:3, 3]).astype(np.float32),
-            float(np.float32(width / (2 * fx))),
-            float(np.float32(height / (2 * fy))),
-            width,
-            height,
-        )
+        with np.errstate(over="ignore"):  # beyond float32 becomes infinite, and nothing is drawn
+            return Camera(
+                view.astype(np.float32),
+                (projection @ view).astype(np.float32),
+                (-view[:3, :3].T @ view[:3, 3]).astype(np.float32),
+                float(np.float32(width / (2 * fx))),
+                float(np.float32(height / (2 * fy))),
+                width,
+                height,
+            )
 
     @staticmethod
     def orbit(
@@ -88,13 +114,49 @@ class Camera:
         width: int,
         height: int,
     ) -> Camera:
-        """A camera that looks at `target`; at yaw 0 it is in front of a face that looks along +Z."""
+        """A camera that looks at `target`; at yaw 0 it is in front of a face that looks along +Z.
+
+        Raises TypeError or ValueError for an argument of another type or shape, a number that is not finite, and an
+        `fov_y` that is not between 0 and pi.
+        """
+        target = arguments.finite_array("target", target, (3,))
+        for name, value in (("distance", distance), ("yaw", yaw), ("pitch", pitch), ("fov_y", fov_y)):
+            arguments.finite(name, value)
+        if not 0 < fov_y < np.pi:
+            raise ValueError(f"fov_y is {fov_y} radians; more than 0 and less than pi is needed")
+        width, height = (
+            arguments.whole(name, size, 1, WIDEST) for name, size in (("width", width), ("height", height))
+        )
         away = np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
         right = np.array([np.cos(yaw), 0.0, -np.sin(yaw)])
         forward = -away
         down = np.cross(forward, right)
         rotation = np.stack([right, down, forward])
-        eye = np.asarray(target, np.float64) + distance * away
+        eye = target + distance * away
         focal = height / (2 * np.tan(fov_y / 2))
         k = np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
         return Camera.from_opencv(rotation, -rotation @ eye, k, width, height)
+
+
+def _rotation(value: Any) -> F64:
+    """`value` as a rotation [3, 3]; raises as `Camera.from_opencv`."""
+    found = arguments.finite_array("rotation", value, (3, 3))
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = float(np.abs(found @ found.T - np.eye(3)).max())
+    if not off <= ROTATION_TOLERANCE:
+        raise ValueError(f"rotation is none: an entry of R R^T - I is {off:.3g}")
+    if np.linalg.det(found) < 0:
+        raise ValueError("rotation is none: its determinant is -1, it mirrors")
+    return found
+
+
+def _intrinsics(value: Any) -> F64:
+    """`value` as a camera matrix K [3, 3]; raises as `Camera.from_opencv`."""
+    found = arguments.finite_array("intrinsics", value, (3, 3))
+    if found[1, 0] != 0 or found[2].tolist() != [0, 0, 1]:
+        raise ValueError("intrinsics are not [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]")
+    if not (found[0, 0] > 0 and found[1, 1] > 0):
+        raise ValueError(
+            f"intrinsics: the focal lengths are {found[0, 0]:g} and {found[1, 1]:g} pixels; positive ones are needed"
+        )
+    return found

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from avatar_runtime.avatar import F32, F64, I64, Avatar, Clip, Rig
+from avatar_runtime.checks import arguments
 from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.pose import LARGEST, Pose, resolve
+from avatar_runtime.pose import LARGEST, Pose, check_clip_of, resolve
 from avatar_runtime.rotation import homogeneous, matrix_from_quat, quat_from_matrix
 from avatar_runtime.stages.joints import chain, levels, pose_features, rest_transforms
 
@@ -48,7 +49,7 @@ def target_names(avatar: Avatar) -> tuple[str, ...]:
     rotation minus the identity, in the order of the pose features; then the late morphs. A name that an earlier
     target has gets "_2" at its end, or the next number that is free.
     """
-    rig = avatar.rig
+    rig = arguments.instance("avatar", avatar, Avatar).rig
     joints = [rig.joint_names[j] for j in rig.corrective_joints] if rig else []
     features = [f"corrective_{joint}_{entry // 3}{entry % 3}" for joint in joints for entry in range(9)]
     return unique_names([*avatar.expression_names, *features, *avatar.late_morph_names])
@@ -120,7 +121,7 @@ def engine_pose(avatar: Avatar, pose: Pose) -> EnginePose:
     parent as the engine holds it, a linear part M is split into the nearest rotation R and the scale diag(R^T M).
     The rest of M is shear. A parent of scale 0 has no inverse; its pseudo-inverse keeps the part that can be shown.
     """
-    arrays = resolve(pose, avatar)
+    arrays = resolve(pose, arguments.instance("avatar", avatar, Avatar))
     return _engine_pose(
         avatar,
         arrays.expression_weights,
@@ -133,8 +134,9 @@ def engine_pose(avatar: Avatar, pose: Pose) -> EnginePose:
 def engine_clip(avatar: Avatar, clip: Clip) -> EnginePose:
     """engine_pose of every frame of `clip`: arrays with a first axis [T], quaternions without jumps of sign.
 
-    Raises AvatarError as engine_pose does.
+    Raises AvatarError as engine_pose does, TypeError and ValueError as clip_pose.
     """
+    check_clip_of(avatar, clip)
     found = _engine_pose(
         avatar,
         clip.expression_weights,

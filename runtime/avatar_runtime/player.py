@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.backends import Backend, make_backend
 from avatar_runtime.camera import Camera
+from avatar_runtime.checks import arguments
 from avatar_runtime.enhance import make_enhance
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose, resolve
@@ -47,7 +49,12 @@ class Frame:
 
 
 class Player:
-    """Plays one avatar on one backend: `reference`, `cpu` or `gl`. The default is the fastest one that needs no GPU."""
+    """Plays one avatar on one backend: `reference`, `cpu` or `gl`. The default is the fastest one that needs no GPU.
+
+    `close`, or the end of a `with` block, frees what the backend holds; a player that nothing refers to any more is
+    freed, too. Backend `gl` plays in the thread that made it. A process that is forked from one that played on `cpu` or
+    `gl` cannot play on them: start processes with `spawn` or `forkserver`.
+    """
 
     def __init__(
         self,
@@ -62,17 +69,25 @@ class Player:
         avatar's enhancer to every image; `options` are those of the backend.
 
         Raises AvatarError if a library that the backend or the enhancer needs is not installed, if the avatar has no
-        such level, and if `enhance` is set but the avatar has no valid enhancer.
+        such level, and if `enhance` is set but the avatar has no valid enhancer; TypeError and ValueError for
+        arguments of other types, an unknown backend, and options that it does not have.
         """
+        if isinstance(avatar, str | PathLike):
+            raise arguments.wrong_type("avatar", avatar, "an Avatar, which load(path) gives,")
+        arguments.instance("avatar", avatar, Avatar, "an Avatar")
+        self._closed = False
         self.avatar = avatar = avatar if level is None else at_level(avatar, level)
         self._enhance = make_enhance(avatar.enhancer) if enhance else None
         self.backend: Backend = make_backend(backend, avatar, **options)
         self._poser = Poser(avatar)
 
+    @ABSURD
     def posed(
         self, pose: Pose, *, posed_vertices: npt.NDArray[Any] | None = None, clock: Clock | None = None
     ) -> Posed:
         """Stage `joints`: the input of a backend. Raises as `animate`."""
+        if self._closed:
+            raise ValueError("this player is closed")
         vertices = None if posed_vertices is None else _mesh_vertices(self.avatar, posed_vertices)
         arrays = resolve(pose, self.avatar)
         return (clock or Clock()).timed("joints", lambda: self._poser.posed(arrays, vertices))
@@ -85,14 +100,16 @@ class Player:
         *,
         posed_vertices: npt.NDArray[Any] | None = None,
     ) -> Splats:
-        """Posed, activated Gaussians in world space. Raises AvatarError for a name the avatar lacks.
+        """Posed, activated Gaussians in world space. Raises AvatarError for a name the avatar lacks, TypeError and
+        ValueError for values of other types and shapes, and for a player that is closed.
 
         `posed_vertices` [V, 3] (mesh space, bundle units; only for binding `surface`) replace the mesh that the rig
         makes of the pose; without a rig and without them the mesh is the canonical one. Under rotation rule
         bary_vertex_lbs the joints of `pose` still rotate the Gaussians: give the pose that the mesh belongs to.
         Raises ValueError for posed_vertices of another shape, or if nothing is bound to a surface.
         """
-        clock = Clock({} if milliseconds is None else milliseconds)
+        kept = arguments.instance("milliseconds", {} if milliseconds is None else milliseconds, dict)
+        clock = Clock(kept)
         return self.backend.animate(self.posed(pose, posed_vertices=posed_vertices, clock=clock), clock)
 
     @ABSURD
@@ -108,18 +125,20 @@ class Player:
         """An image of `pose` seen by `camera`; `background` defaults to the trainer's, or black.
 
         `profile` defaults to the first of the backend's. `posed_vertices` as in `animate`. The
-        enhancer changes only `colour`, which is over this background. Raises ValueError for a profile
-        that the backend does not draw.
+        enhancer changes only `colour`, which is over this background. Raises as `animate`, and ValueError for a
+        profile that the backend does not draw, an image larger than it can draw, and a background that is not finite.
         """
-        profile = self.backend.profiles[0] if profile is None else profile
-        if profile not in self.backend.profiles:
-            raise ValueError(f"{profile!r} is not one of {', '.join(self.backend.profiles)}")
+        arguments.instance("camera", camera, Camera)
+        profile = arguments.text(
+            "profile", self.backend.profiles[0] if profile is None else profile, self.backend.profiles
+        )
         clock = Clock()
         posed = self.posed(pose, posed_vertices=posed_vertices, clock=clock)
         settings = self.avatar.raster
         if background is None:
             background = (0.0, 0.0, 0.0) if isinstance(settings.background, str) else settings.background
-        image = self.backend.frame(posed, camera, np.array(background, np.float32), profile, clock)
+        behind = arguments.finite_array("background", background, (3,)).astype(np.float32)
+        image = self.backend.frame(posed, camera, behind, profile, clock)
         if self._enhance is not None:
             run, raw = self._enhance, image.colour
             image = replace(image, colour=clock.timed("enhance", lambda: run(raw)))
@@ -132,9 +151,24 @@ class Player:
             raise AvatarError("this avatar has no rig, so there is no mesh to pose", field="rig")
         return self.backend.mesh(self.posed(pose), Clock())
 
+    def close(self) -> None:
+        """Frees what the backend holds; nothing can be played afterwards. Closing again does nothing."""
+        if not self._closed:
+            self._closed = True
+            self.backend.release()
+
+    def __enter__(self) -> Player:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
 
 def at_level(avatar: Avatar, level: int) -> Avatar:
-    """`avatar` at a level of detail of its pack, 0 the finest. Raises AvatarError if there is no such level."""
+    """`avatar` at a level of detail of its pack, 0 the finest. Raises AvatarError if there is no such level, TypeError
+    for a level that is not a whole number.
+    """
+    level = arguments.whole("level", level)
     if level == 0 and avatar.packed is None:
         return avatar
     levels = 1 if avatar.packed is None else avatar.packed.levels
@@ -148,10 +182,9 @@ def at_level(avatar: Avatar, level: int) -> Avatar:
 def _mesh_vertices(avatar: Avatar, vertices: npt.NDArray[Any]) -> F32:
     if avatar.embedding is None:
         raise ValueError("posed_vertices need Gaussians that are bound to a surface; this avatar has none")
-    want = avatar.embedding.canonical_vertices.shape
-    if np.shape(vertices) != want:
-        raise ValueError(f"posed_vertices are {np.shape(vertices)}, the embedding's mesh has {want}")
-    return np.asarray(vertices, np.float32)
+    return arguments.array("posed_vertices", vertices, avatar.embedding.canonical_vertices.shape).astype(
+        np.float32
+    )
 
 
 def _bytes(values: F32) -> npt.NDArray[np.uint8]:

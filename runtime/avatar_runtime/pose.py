@@ -10,10 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, F64, Avatar, Clip
+from avatar_runtime.checks import arguments
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 
 IDENTITY = np.eye(4)
+AFFINE = [0.0, 0.0, 0.0, 1.0]  # last row of a matrix
 LARGEST = float(np.finfo(np.float32).max)
 
 
@@ -43,13 +45,25 @@ class PoseArrays:
 
 
 def joint_rotation(rotvec: Iterable[float]) -> F64:
-    """The delta [4, 4] of a joint that rotates by a rotation vector [3] (radians), in the joint's rest frame."""
-    result: F64 = homogeneous(matrix_from_rotvec(np.array(list(rotvec), np.float64)))
+    """The delta [4, 4] of a joint that rotates by a rotation vector [3] (radians), in the joint's rest frame.
+
+    Raises TypeError or ValueError unless `rotvec` is three finite numbers.
+    """
+    if not isinstance(rotvec, Iterable) or isinstance(rotvec, str | bytes):
+        raise arguments.wrong_type("rotvec", rotvec, "three numbers")
+    given = rotvec if isinstance(rotvec, np.ndarray) else list(rotvec)
+    result: F64 = homogeneous(matrix_from_rotvec(arguments.finite_array("rotvec", given, (3,))))
     return result
 
 
 def clip_pose(avatar: Avatar, clip: Clip, frame: int) -> Pose:
-    """Frame `frame` (0 to T - 1) of `clip`, a clip of `avatar`. Raises IndexError beyond its ends."""
+    """Frame `frame` (0 to T - 1) of `clip`, a clip of `avatar`.
+
+    Raises TypeError for arguments of other types, ValueError for a frame beyond the clip's ends and for another
+    avatar's clip.
+    """
+    check_clip_of(avatar, clip)
+    frame = arguments.whole("frame", frame, 0, clip.frames - 1)
     joints = avatar.rig.joint_names if avatar.rig else ()
     return Pose(
         dict(zip(avatar.expression_names, clip.expression_weights[frame].tolist(), strict=True)),
@@ -59,8 +73,34 @@ def clip_pose(avatar: Avatar, clip: Clip, frame: int) -> Pose:
     )
 
 
+def check_clip_of(avatar: Avatar, clip: Clip) -> None:
+    """Raise TypeError for arguments of other types, ValueError for a clip with other inputs than the avatar has."""
+    arguments.instance("avatar", avatar, Avatar)
+    arguments.instance("clip", clip, Clip)
+    found = (clip.expression_weights.shape[1], clip.late_weights.shape[1], clip.joint_delta.shape[1])
+    own = (
+        len(avatar.expressions),
+        len(avatar.late_morph_names),
+        avatar.rig.joint_count if avatar.rig else 0,
+    )
+    if found != own:
+        raise ValueError(
+            f"clip {clip.name!r} has {found[0]} expressions, {found[1]} late morphs and {found[2]} joints, the avatar "
+            f"{own[0]}, {own[1]} and {own[2]}: it is another avatar's clip"
+        )
+
+
 def resolve(pose: Pose, avatar: Avatar) -> PoseArrays:
-    """`pose` as arrays for `avatar`. Raises AvatarError, with near matches, for a name that the avatar lacks."""
+    """`pose` as arrays for `avatar`.
+
+    Raises AvatarError, with near matches, for a name that the avatar lacks, and for numbers that cannot pose it: one
+    that is not finite, a matrix that is not affine. Raises TypeError or ValueError for values of other types or shapes.
+    """
+    arguments.instance("pose", pose, Pose)
+    for part in ("expressions", "joints", "eyelids"):
+        held = arguments.mapping(f"pose.{part}", getattr(pose, part))
+        for given in held:
+            arguments.instance(f"a name in pose.{part}", given, str, "a text")
     own = {name: name for name in avatar.expression_names}
     aliases = {alias: e.name for e in avatar.expressions for alias in e.aliases} | own
     named: dict[str, float] = {}
@@ -86,9 +126,10 @@ def resolve(pose: Pose, avatar: Avatar) -> PoseArrays:
 def _weights(what: str, given: Mapping[str, float], names: tuple[str, ...]) -> F32:
     index = {name: i for i, name in enumerate(names)}
     weights = np.zeros(len(names), np.float32)
-    for name, weight in given.items():
+    for name, number in given.items():
         if name not in index:
             raise no_such(f"{what} of this avatar", name, names)
+        weight = arguments.real(f"{what} {name}", number)
         if not abs(weight) <= LARGEST:
             raise AvatarError(f"weight {weight} is not a finite float32", field=f"{what} {name}")
         weights[index[name]] = weight
@@ -96,7 +137,13 @@ def _weights(what: str, given: Mapping[str, float], names: tuple[str, ...]) -> F
 
 
 def _matrix(matrix: npt.NDArray[Any], what: str) -> F64:
-    m = np.asarray(matrix, np.float64)
-    if m.shape != (4, 4) or not np.isfinite(m).all():
+    m = arguments.array(what, matrix, (4, 4))
+    if not np.isfinite(m).all():
         raise AvatarError("expected a finite 4x4 matrix", field=what)
+    if m[3].tolist() != AFFINE:
+        raise AvatarError(
+            f"its last row is {m[3].tolist()}, not {AFFINE}: it multiplies column vectors, so a translation stands in "
+            "the last column",
+            field=what,
+        )
     return m

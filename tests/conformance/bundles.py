@@ -25,7 +25,7 @@ def write_bundles(out: Path, names: Iterable[str] = tuple(AVATARS)) -> None:
         normative = {entry["path"]: entry["sha256"] for entry in document["files"] if not entry["derived"]}
         reference = replace(committed(name), files=normative)
         (folder / "reference").mkdir()
-        for path, data in reference_files(reference).items():
+        for path, data in reference_files(reference, avatar).items():
             (folder / path).write_bytes(data)
             document["files"].append({"path": path, "bytes": 0, "sha256": "0" * 64, "derived": True})
         document["reference"] = reference_facts(reference)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -41,6 +45,42 @@ def test_a_user_reads_converts_and_validates(sample_splatting_head: Path, tmp_pa
     assert again.rig is not None
     with pytest.raises(AvatarError, match="exists; pass --force to replace it"):
         convert(source, out)
+
+
+NONE: Any = None
+HEAD: Any = "head"
+MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
+    (lambda: convert(NONE, HEAD), TypeError, "source is None; a path is needed"),
+    (lambda: convert(HEAD, NONE), TypeError, "out is None; a path is needed"),
+    (lambda: convert(HEAD, HEAD, options={"no_rig": True}), TypeError, "options is a dict; a ReadOptions"),  # type: ignore[arg-type]
+    (lambda: convert(HEAD, HEAD, clips=HEAD), TypeError, "clips is the text 'head'; a list of paths is needed"),
+    (lambda: convert(HEAD, HEAD, clips=[NONE]), TypeError, "clips[0] is None; a path is needed"),
+    (lambda: convert(HEAD, HEAD, driving=3), TypeError, "driving is an int; a path is needed"),  # type: ignore[arg-type]
+    (lambda: convert(HEAD, HEAD, author=3), TypeError, "author is an int; a text is needed"),  # type: ignore[arg-type]
+    (lambda: convert(HEAD, HEAD, influences=5), ValueError, "influences is 5; 4 or 8 is needed"),
+    (lambda: read(NONE), TypeError, "path is None; a path is needed"),
+    (lambda: read(HEAD, HEAD), TypeError, "options is the text 'head'; a ReadOptions is needed"),
+    (lambda: read(HEAD, system=3), TypeError, "system is an int; a text is needed"),  # type: ignore[arg-type]
+    (lambda: validate(3), TypeError, "path is an int; a path is needed"),  # type: ignore[arg-type]
+    (lambda: ReadOptions(body_model=3), TypeError, "body_model is an int; a path is needed"),  # type: ignore[arg-type]
+    (lambda: ReadOptions(no_rig="yes"), TypeError, "no_rig is the text 'yes'; True or False is needed"),  # type: ignore[arg-type]
+    (lambda: ReadOptions(units="1"), TypeError, "units is the text '1'; a number is needed"),  # type: ignore[arg-type]
+    (lambda: ReadOptions(body_scale=math.nan), ValueError, "body_scale is nan; a finite number is needed"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "message"), MISTAKES, ids=[message[:40] for _, _, message in MISTAKES]
+)
+def test_a_mistake_names_the_argument(
+    call: Callable[[], object], kind: type[Exception], message: str
+) -> None:
+    with pytest.raises(kind, match="^" + re.escape(message)):
+        call()
+
+
+def test_paths_may_be_texts() -> None:
+    assert ReadOptions(body_model="body.npz") == ReadOptions(body_model=Path("body.npz"))  # type: ignore[arg-type]
 
 
 def test_the_table_says_what_can_be_read(sample_splatting_head: Path) -> None:

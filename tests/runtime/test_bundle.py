@@ -13,12 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avatar_export.checks.bundle import validate
+from avatar_export.writers.bundle import write_bundle
 from avatar_runtime import rules as rule_values
-from avatar_runtime.bundle import load, warnings
+from avatar_runtime.bundle import load, opener, warnings
 from avatar_runtime.codec import safetensors
 from avatar_runtime.io.errors import AvatarError
 from avatar_schema import LATEST, schema
 from tests import bundles
+from tests.avatars import full_avatar
 from tests.bundles import Document
 
 
@@ -211,6 +214,21 @@ def test_links_are_refused(bundle: Path, tmp_path: Path, name: str) -> None:
     shutil.move(bundle / name, tmp_path / name)
     (bundle / name).symlink_to(tmp_path / name)
     assert refusal(bundle) == f"{name}: is not a regular file"
+
+
+def test_a_folder_that_is_a_link_is_refused(tmp_path: Path) -> None:
+    """It could lead out of the bundle, as a linked file could."""
+    bundle = tmp_path / "bundle"
+    write_bundle(full_avatar(), bundle, preview=False, engine_files=False)
+    (bundle / "reference").rename(tmp_path / "elsewhere")
+    (bundle / "reference").symlink_to(tmp_path / "elsewhere")
+    load(bundle)  # opens no derived file
+    read = opener(bundle)
+    with pytest.raises(
+        AvatarError, match=r"^reference/cases\.json: lies in reference, which is a link; copy"
+    ):
+        read("reference/cases.json", 1 << 30)
+    assert any("which is a link" in problem.message for problem in validate(bundle) if not problem.warning)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")

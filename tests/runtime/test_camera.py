@@ -98,10 +98,14 @@ def test_opencv_pixels_are_k_times_the_point() -> None:
     np.testing.assert_allclose(camera.centre, -rotation.T @ translation, atol=1e-6)
 
 
-@pytest.mark.parametrize(("width", "height"), [(0, 60), (80, 0), (-1, 5)])
-def test_an_image_needs_pixels(width: int, height: int) -> None:
-    with pytest.raises(ValueError, match="is empty; both sizes"):
-        Camera.from_opencv(np.eye(3), np.zeros(3), np.eye(3), width, height)
+@pytest.mark.parametrize(("width", "height"), [(0, 60), (80, 0), (-1, 5), (10**9, 1), (1, 32769)])
+def test_an_image_needs_pixels_and_not_too_many(width: int, height: int) -> None:
+    for make in (
+        lambda: Camera.from_opencv(np.eye(3), np.zeros(3), np.eye(3), width, height),
+        lambda: Camera.orbit(np.zeros(3), 1.0, 0.0, 0.0, 0.5, width, height),
+    ):
+        with pytest.raises(ValueError, match=r"^(width|height) is -?[0-9]+; 1 to 32768 is needed$"):
+            make()
 
 
 def test_orbit_stands_where_yaw_and_pitch_say() -> None:

@@ -89,13 +89,21 @@ def test_bad_weight(avatar: Avatar, part: str, weight: float) -> None:
 
 
 NAN = np.full((4, 4), np.nan)
+MOVED = np.eye(4)
+MOVED[0, 3] = 0.5
 
 
-@pytest.mark.parametrize("matrix", [np.eye(3), NAN, np.zeros(16)])
-def test_bad_matrix(avatar: Avatar, matrix: Array) -> None:
-    with pytest.raises(AvatarError, match="joint jaw: expected a finite 4x4 matrix"):
+@pytest.mark.parametrize(
+    ("matrix", "message"),
+    [
+        (NAN, "expected a finite 4x4 matrix"),
+        (MOVED.T, r"last row is \[0\.5, 0\.0, 0\.0, 1\.0\], not .*last column"),
+    ],
+)
+def test_bad_matrix(avatar: Avatar, matrix: Array, message: str) -> None:
+    with pytest.raises(AvatarError, match=f"joint jaw: .*{message}"):
         resolve(Pose(joints={"jaw": matrix}), avatar)
-    with pytest.raises(AvatarError, match="world_from_avatar: expected a finite 4x4 matrix"):
+    with pytest.raises(AvatarError, match=f"world_from_avatar: .*{message}"):
         resolve(Pose(world_from_avatar=matrix), avatar)
 
 

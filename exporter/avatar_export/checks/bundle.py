@@ -17,6 +17,7 @@ from avatar_export.checks.reference import reference_problems
 from avatar_export.ops.bounds import bounds
 from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.bundle import MANIFEST, Open, checked_bytes, handedness, load, opener, read_manifest
+from avatar_runtime.checks import arguments
 from avatar_runtime.codec.manifest import ENHANCER_FILE
 from avatar_runtime.driving.arkit import canonical
 from avatar_runtime.enhance import make_enhance, missing_libraries
@@ -41,9 +42,9 @@ def validate(path: str | Path) -> list[Problem]:
     """Every problem of the bundle at `path`, a folder or zip; [] for a sound bundle. Warnings do not stop readers.
 
     `Problem.path` is "FILE: FIELD" as in an AvatarError. If the manifest is invalid, nothing else is checked. Raises
-    AvatarError if `path` does not exist.
+    AvatarError if `path` does not exist, TypeError for one that is none.
     """
-    path = Path(path)
+    path = arguments.path("path", path)
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
     try:

@@ -1,8 +1,12 @@
-"""Output of the command lines: progress on a terminal, tables, JSON."""
+"""Output of the command lines: progress on a terminal, tables, JSON.
+
+Names come from files of others, so everything is cleaned before it reaches a terminal: see `clean`.
+"""
 
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -11,8 +15,24 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-messages = Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
-output = Console(highlight=False, markup=False, soft_wrap=not sys.stdout.isatty())
+
+def clean(text: str) -> str:
+    """`text` on one line, with a ? for each character that a terminal obeys or hides instead of showing it: control
+    characters (C0, C1), line ends, marks of writing direction, surrogates.
+    """
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
+class CleanConsole(Console):
+    """A console that prints every text cleaned; tables are made of cleaned texts."""
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """As rich's, one line for each text."""
+        super().print(*(clean(one) if isinstance(one, str) else one for one in objects), **options)
+
+
+messages = CleanConsole(stderr=True, highlight=False, markup=False, soft_wrap=True)
+output = CleanConsole(highlight=False, markup=False, soft_wrap=not sys.stdout.isatty())
 
 
 class Steps:
@@ -20,12 +40,16 @@ class Steps:
 
     def __enter__(self) -> Callable[[str], None]:
         self._bar = Progress(
-            SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=messages, transient=True,
+            SpinnerColumn(),
+            TextColumn("{task.description}", markup=False),
+            TimeElapsedColumn(),
+            console=messages,
+            transient=True,
             disable=not sys.stderr.isatty(),
-        )  # fmt: skip
+        )
         self._bar.start()
         task = self._bar.add_task("")
-        return lambda text: self._bar.update(task, description=text)
+        return lambda text: self._bar.update(task, description=clean(text))
 
     def __exit__(self, *_: object) -> None:
         self._bar.stop()
@@ -36,13 +60,18 @@ def facts_table(facts: dict[str, Any]) -> Table:
     table = Table(show_header=False, box=None, pad_edge=False)
     for key, value in facts.items():
         for label, text in _rows(key, value):
-            table.add_row(label, text)
+            table.add_row(clean(label), clean(text))
     return table
 
 
 def print_json(value: Any) -> None:
-    """One JSON document on standard output."""
-    print(json.dumps(value, indent=1, ensure_ascii=False))
+    """One JSON document on standard output; what `clean` replaces stands there as an escape of JSON."""
+    text = json.dumps(value, indent=1, ensure_ascii=False)
+    print(re.sub(r"[^\n -~]", lambda found: _escaped(found[0]), text))
+
+
+def _escaped(character: str) -> str:
+    return character if character.isprintable() else json.dumps(character)[1:-1]
 
 
 def _rows(key: str, value: Any) -> list[tuple[str, str]]:
@@ -58,4 +87,4 @@ def _text(value: Any) -> str:
     if isinstance(value, list | tuple):
         shown = ", ".join(map(_text, value[:12]))
         return f"{len(value)}: {shown}{', ...' if len(value) > 12 else ''}" if len(value) > 3 else shown
-    return "none" if value is None else "".join(c if c.isprintable() else "?" for c in str(value))
+    return "none" if value is None else str(value)

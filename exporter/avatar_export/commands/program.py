@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from avatar_export.commands.console import clean
 from avatar_export.version import GENERATOR
 from avatar_runtime.io.errors import AvatarError
 
@@ -38,6 +39,6 @@ def run(app: typer.Typer, program: str) -> None:
         OSError,
         UnicodeError,
     ) as error:  # the last two: names that this system cannot represent
-        text = " ".join(str(error).split()).encode("utf-8", "backslashreplace").decode()
+        text = clean(" ".join(str(error).split()).encode("utf-8", "backslashreplace").decode())
         print(f"{program}: {text}", file=sys.stderr)
         sys.exit(2)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from avatar_export.commands import arguments
-from avatar_export.commands.console import messages
+from avatar_export.commands.console import clean, messages
 from avatar_export.live.ports import LIVE_LINK_PORT, OSC_PORT, Ports
 from avatar_export.serving.sources import sources_of
 from avatar_runtime.io.text_files import refuse_existing
@@ -70,4 +70,4 @@ def view(
 
 
 def _print_now(line: str) -> None:
-    print(line, flush=True)
+    print(clean(line), flush=True)

@@ -46,8 +46,8 @@ def _bounds(avatar: Avatar) -> dict[str, Any]:
     low, high = _swept(avatar)
     for mean, extent in _clip_frames(avatar):
         low, high = np.fmin(low, mean - extent), np.fmax(high, mean + extent)  # NaN is not drawn
-    if avatar.embedding is not None:  # the rig's rest may differ from the canonical mesh
-        low, high = np.minimum(low, g.mean - reach), np.maximum(high, g.mean + reach)
+    # The rig's rest may differ from the canonical mesh, and the sums above round.
+    low, high = np.fmin(low, g.mean - reach), np.fmax(high, g.mean + reach)
     return {"rest": rest, "swept": box(low, high)}
 
 

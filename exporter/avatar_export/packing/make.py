@@ -23,7 +23,8 @@ from avatar_runtime.backends import default_backend
 from avatar_runtime.driving.linear_map import linear_map
 from avatar_runtime.handedness import mirrored
 from avatar_runtime.io.text_files import refuse_existing, write_bytes, write_text
-from avatar_runtime.packs import placed
+from avatar_runtime.packs import decode_pack, placed
+from avatar_runtime.player import ABSURD
 
 SIZE = 512  # pixels of the images that are compared
 FIGURES = 900  # bytes that the measured figures of a level take in the file, at most
@@ -58,6 +59,7 @@ class Made:
     document: Mapping[str, Any] = field(default_factory=dict)
 
 
+@ABSURD
 def make_pack(
     source: Avatar,
     out: Path,
@@ -97,6 +99,7 @@ def make_pack(
     measured = tuple(yardstick.measure(level) for level in played)
     facts = _facts(source, played, measured, choices, found)
     packing = write(prepared, facts, packer.preview, choices.handedness)
+    decode_pack(packing.file, str(out))  # numbers that no reader takes are refused before they are written
     parts = by_part(packing)
     page = None
     if report is not None:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from avatar_export.packing.write import Prepared, write
 from avatar_export.version import GENERATOR
-from avatar_export.writers.reference import make_for
+from avatar_export.writers.reference import make_for, readable
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.conformance import (
     RUNTIME,
@@ -25,7 +25,6 @@ from avatar_runtime.conformance import (
     decode,
     decode_driving,
     driving_cases,
-    encode,
     encode_driving,
 )
 from avatar_runtime.handedness import mirrored
@@ -54,7 +53,7 @@ def reference_of(avatar: Avatar, handedness: str, file: bytes) -> Files:
     mini = write(Prepared((part,), part.packed.program, False), handedness=handedness)
     driving = driving_cases(avatar, handedness, GENERATOR)
     more = encode_driving(driving) if driving.cases else {}
-    return {**encode(reference), **more, MINI: mini.file}
+    return {**readable(reference, avatar), **more, MINI: mini.file}
 
 
 def read_pack_reference(pack: Path) -> Reference:

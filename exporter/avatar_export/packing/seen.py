@@ -52,6 +52,7 @@ def _measured(avatar: Avatar) -> Seen:
         here[flat.row] = shown(flat, size, size)
         weight += here
         basis = sh_colour(one_each, colour_directions(splats, view.camera.centre), avatar.sh_degree) - 0.5
+        basis[~np.isfinite(basis).all(axis=1)] = 0  # of Gaussians that this pose moves beyond float32
         directions += np.einsum("n,nj,nk->jk", here * entries, basis, basis, optimize=True)
     weight /= max(float(weight.mean()), 1e-30)
     directions /= max(float(directions.trace()) / terms, 1e-30)

@@ -13,6 +13,7 @@ from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blends
 from avatar_export.readers.psavatar import reader as psavatar
 from avatar_export.readers.splatting_avatar import reader as splatting_avatar
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.checks import arguments
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.io.errors import AvatarError
 
@@ -58,12 +59,15 @@ def read(path: str | Path, options: ReadOptions | None = None, system: str | Non
 
     `options` are inputs that the checkpoint does not hold. The system is detected by content, or is `system`, one of
     the names in READERS. Raises AvatarError for a path or system that does not exist, for files that no reader
-    recognises, and for unsound data.
+    recognises, and for unsound data; TypeError for arguments of other types.
     """
-    path = Path(path)
+    path = arguments.path("path", path)
+    options = ReadOptions() if options is None else arguments.instance("options", options, ReadOptions)
+    if system is not None:
+        arguments.instance("system", system, str, "a text")
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
-    return read_with(find(path, system), path, options or ReadOptions())
+    return read_with(find(path, system), path, options)
 
 
 def read_with(reader: Reader, path: Path, options: ReadOptions) -> Avatar:

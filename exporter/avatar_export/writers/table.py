@@ -65,7 +65,7 @@ class Export:
     @cached_property
     def reference_files(self) -> dict[str, bytes]:
         """The files of reference/ by path."""
-        return reference_files(self.reference)
+        return reference_files(self.reference, self.stored)
 
     @cached_property
     def usdc(self) -> bytes:

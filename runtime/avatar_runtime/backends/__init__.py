@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.camera import Camera
+from avatar_runtime.checks import arguments
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.stages.activate import Splats
@@ -42,7 +43,11 @@ class Backend(Stages, Protocol):
         ...
 
     def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
-        """All stages: the image over `background` [3]."""
+        """All stages: the image over `background` [3]. Raises ValueError for one larger than it can draw."""
+        ...
+
+    def release(self) -> None:
+        """Frees what it holds outside Python's memory; nothing can be played afterwards."""
         ...
 
 
@@ -72,9 +77,7 @@ def make_backend(name: str | None, avatar: Avatar, **options: Any) -> Backend:
 
     Raises ValueError for an unknown name, AvatarError where its library is not installed.
     """
-    name = default_backend() if name is None else name
-    if name not in BACKENDS:
-        raise ValueError(f"{name!r} is not one of {', '.join(BACKENDS)}")
+    name = arguments.text("backend", default_backend() if name is None else name, BACKENDS)
     row = BACKENDS[name]
     if row.library and importlib.util.find_spec(row.library) is None:
         raise AvatarError(

@@ -63,6 +63,9 @@ class ReferenceBackend:
         order = clock.timed("sort", lambda: sort(projected))
         return clock.timed("raster", lambda: raster(projected, order, camera, background, profile))
 
+    def release(self) -> None:
+        """Nothing: arrays go with the backend."""
+
     def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
         """One stage alone."""
         return RUN[name](self, inputs, camera, profile)

@@ -7,6 +7,7 @@ import numpy as np
 from avatar_runtime.avatar import Avatar, Gaussians, Rig, Rules
 from avatar_runtime.checks.arrays import check_f32, check_names, check_sparse, expect
 from avatar_runtime.checks.enhancer import check_enhancer
+from avatar_runtime.checks.fields import check_types
 from avatar_runtime.checks.surface import check_clip, check_embedding
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.rules import (
@@ -23,11 +24,15 @@ from avatar_runtime.rules import (
     names,
 )
 
+TINY = 1e-300  # smallest determinant of a transform in float64 that has an inverse
 UNITS = (1e-6, 1e6)  # training units in a metre
 
 
 def check_avatar(avatar: Avatar) -> Avatar:
-    """`avatar` itself. Raises AvatarError that names the field whose shape, type, range or value is wrong."""
+    """`avatar` itself. Raises AvatarError that names the field whose shape, range or value is wrong, TypeError or
+    ValueError for a field of another type than the model's.
+    """
+    check_types(avatar)
     _check_gaussians(avatar.gaussians)
     if not 0 <= avatar.sh_degree <= avatar.gaussians.sh_degree:
         raise AvatarError(
@@ -127,11 +132,26 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
             raise AvatarError(
                 "is not an affine matrix with an inverse", field=f"rig.{name}[{int(np.argmin(sound))}]"
             )
+    _check_rest(rig)
     check_f32("rig.joint_basis", rig.joint_basis, (expressions, j, 3))
     c = rig.corrective_joints
     expect(c.dtype == np.int32 and c.ndim == 1, "rig.corrective_joints", "i32[C]", c)
     if c.size and (int(c.max()) >= j or int(c.min()) < 0):
         raise AvatarError(f"must lie in 0..{j - 1}", field="rig.corrective_joints")
+
+
+def _check_rest(rig: Rig) -> None:
+    """Raise AvatarError for a joint whose rest transform, through all its parents, has no inverse in float64."""
+    rest = rig.rest_local.astype(np.float64)
+    with np.errstate(over="ignore", invalid="ignore", under="ignore"):
+        for joint, parent in enumerate(rig.parents):
+            if parent >= 0:
+                rest[joint] = rest[parent] @ rest[joint]
+        volume = np.abs(np.linalg.det(rest))
+    sound = np.isfinite(rest).all(axis=(1, 2)) & (volume > TINY)
+    if not sound.all():
+        name = rig.joint_names[int(np.argmin(sound))]
+        raise AvatarError(f"joint {name} and its parents together have no inverse", field="rig.rest_local")
 
 
 def check_rule_values(rules: Rules) -> None:

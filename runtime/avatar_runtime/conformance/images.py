@@ -37,7 +37,8 @@ def view(image: Image) -> View:
 def psnr_db(a: Image, b: Image) -> float | None:
     """Peak signal (1) to noise of the colours where either draws something; None where they are equal."""
     mask = (a.transmittance < 1) | (b.transmittance < 1)
-    return _psnr(a.colour[mask].astype(np.float64) - b.colour[mask])
+    with np.errstate(invalid="ignore"):  # of colours that are infinite
+        return _psnr(a.colour[mask].astype(np.float64) - b.colour[mask])
 
 
 def compare(image: Image, want: View) -> tuple[float, float | None]:

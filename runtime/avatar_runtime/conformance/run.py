@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -96,8 +95,8 @@ def conform(avatar: Avatar, reference: Reference, backend: str | None = None, **
     images: list[ImageRow] = []
     skipped: list[str] = []
     with (
-        _released(Player(avatar, backend, **options)) as player,
-        _released(Player(part, backend, **options)) as alone,
+        Player(avatar, backend, **options) as player,
+        Player(part, backend, **options) as alone,
     ):
         for vectors in reference.cases:
             for step in vectors.steps:
@@ -162,17 +161,6 @@ def _checked(avatar: Avatar, reference: Reference) -> Avatar:
 def _in_words(vectors: CaseVectors, step: Step) -> str:
     profile = "" if step.profile is None else f" in profile {step.profile}"
     return f"{vectors.case.name}: stage {step.stage}{profile}"
-
-
-@contextmanager
-def _released(player: Player) -> Iterator[Player]:
-    """A player whose backend is released at the end, if it has a `release`."""
-    try:
-        yield player
-    finally:
-        release = getattr(player.backend, "release", None)
-        if release is not None:
-            release()
 
 
 def _stage_rows(

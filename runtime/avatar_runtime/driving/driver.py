@@ -15,7 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from avatar_runtime.avatar import F64, Avatar
+from avatar_runtime.checks import arguments
 from avatar_runtime.driving import axes
+from avatar_runtime.driving.arkit import ARKIT_NAMES
 from avatar_runtime.driving.frame import DrivingFrame
 from avatar_runtime.driving.linear_map import linear_map
 from avatar_runtime.handedness import HANDEDNESS, mirrored_matrices
@@ -49,13 +51,14 @@ class Driver:
         `handedness` "left" is for an avatar whose arrays are in the left-handed frame of SPEC.md section 15.
 
         Raises AvatarError if ARKit cannot drive this avatar, and for a joint that cannot rotate; ValueError for
-        another handedness.
+        another handedness; TypeError for arguments of other types.
         """
-        if handedness not in HANDEDNESS:
-            raise ValueError(f"{handedness!r} is not one of {', '.join(HANDEDNESS)}")
+        arguments.instance("avatar", avatar, Avatar)
+        arguments.text("handedness", handedness, HANDEDNESS)
         driving = avatar.driving
         self._linear = linear_map(avatar)
         self._slots = _slots(self._linear.outputs)
+        self._names = {*ARKIT_NAMES, *self._linear.inputs}
         self._mirror = handedness == "left"
         self._rest = _rest_frames(avatar)
         self._head_joint = driving.head_joint
@@ -69,8 +72,13 @@ class Driver:
             self._late_range = dict.fromkeys(avatar.late_morph_names, LATE_RANGE)
 
     def pose(self, frame: DrivingFrame) -> Pose:
-        """The pose of one frame. Weights that the frame does not name are 0."""
+        """The pose of one frame. Weights that the frame does not name are 0.
+
+        Raises TypeError or ValueError for a value of another type or shape, a number that is not finite, and a
+        weight of a name that is neither ARKit's nor an input of this avatar.
+        """
         linear, slots = self._linear, self._slots
+        frame = self._checked(frame)
         values = linear.matrix @ np.array([frame.weights.get(name, 0.0) for name in linear.inputs])
         turns = {joint: _matrix_turn(values, rows) for joint, rows in slots.joints.items()}
         self._turn_eyes(turns, frame)
@@ -89,6 +97,20 @@ class Driver:
             _weights(values, slots.eyelids, self._late_range),
             whole,
         )
+
+    def _checked(self, frame: DrivingFrame) -> DrivingFrame:
+        """`frame` itself; raises as `pose`."""
+        arguments.instance("frame", frame, DrivingFrame)
+        weights = arguments.mapping("frame.weights", frame.weights)
+        for name, weight in weights.items():
+            if name not in self._names:
+                raise ValueError(
+                    f"frame.weights: {name!r} is neither an ARKit name nor an input of this avatar"
+                )
+            arguments.finite(f"frame.weights {name}", weight)
+        for part in ("head", "left_eye", "right_eye"):
+            arguments.finite_array(f"frame.{part}", getattr(frame, part), (3,))
+        return frame
 
     def _turn_eyes(self, turns: dict[str, F64], frame: DrivingFrame) -> None:
         """Adds the rotations of the eye joints to `turns`; measured ones replace those of the matrix."""

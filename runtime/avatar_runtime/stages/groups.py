@@ -56,10 +56,12 @@ def anchor_transform(vertices: F32, anchor_vertices: U32, posed: F32, rule: str)
     """Rigid fit (Kabsch) of the anchor vertices, neutral to posed, [4, 4].
 
     `vertices` [V, 3] neutral, `anchor_vertices` [A] indices into it, `posed` [A, 3] in their order.
-    Rule `repeats` weights a vertex by how often it is listed (GaussianBlendshapes 2952da7,
-    mouth_gs_model.py); `unique` takes it once (its C++ viewer, FaceViewer 61965e9).
+    Rule `repeats` weights a vertex by how often it is listed (GaussianBlendshapes 2952da7, mouth_gs_model.py);
+    `unique` takes it once (its C++ viewer, FaceViewer 61965e9). NaN if a posed vertex is not finite.
     """
     a, b = vertices[anchor_vertices].astype(np.float64), posed.astype(np.float64)
+    if not np.isfinite(b).all():  # vertices beyond float32: nothing of the group is drawn
+        return np.full((4, 4), np.nan, np.float32)
     if rule == "unique":
         _, first = np.unique(anchor_vertices, return_index=True)
         a, b = a[first], b[first]

@@ -25,6 +25,7 @@ from avatar_export.writers.reference_cases import every_input, reference_cases
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.conformance import Case, Reference, conform, decode, make_reference
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages import project as stage_project
@@ -276,13 +277,38 @@ def test_the_same_images_from_a_left_handed_bundle(bundle: Path, tmp_path: Path)
     assert np.array_equal(a["posed/bind/mean"] * [-1, 1, 1], b["posed/bind/mean"])
 
 
-def test_absurd_numbers_are_no_end(tmp_path: Path) -> None:
-    """Finite and legal, but beyond what float32 can project: nothing of it is drawn, and vectors stay finite."""
+def filled(field: str, value: float) -> Avatar:
+    """The avatar with one Gaussian whose `field` is `value`."""
     avatar = full_avatar()
-    mean = avatar.gaussians.mean.copy()
-    mean[3] = 3e38
-    bundle = written(replace(avatar, gaussians=replace(avatar.gaussians, mean=mean)), tmp_path / "out")
-    assert document(bundle)["cases"]
+    array = getattr(avatar.gaussians, field).copy()
+    array[3] = value
+    return replace(avatar, gaussians=replace(avatar.gaussians, **{field: array}))
+
+
+@pytest.mark.parametrize(("field", "value"), [("mean", 1e15), ("mean", 3e38), ("sh", 1e38), ("sh", 3.4e38)])
+def test_a_reference_that_nobody_could_read_is_not_written(field: str, value: float, tmp_path: Path) -> None:
+    """Such numbers are finite and legal, but no tolerance of the format holds for what comes of them."""
+    want = rf"^reference: cannot be made \(.*\): the avatar's largest number is .*, in gaussians\.{field} at row 3; "
+    with pytest.raises(AvatarError, match=want):
+        written(filled(field, value), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_large_numbers_that_can_be_compared_are_written(tmp_path: Path) -> None:
+    assert validate_errors(written(filled("mean", 1e4), tmp_path / "out")) == []
+
+
+def validate_errors(bundle: Path) -> list[str]:
+    return [str(problem) for problem in validate(bundle) if not problem.warning]
+
+
+def test_a_clip_that_flattens_a_joint_has_no_reference(tmp_path: Path) -> None:
+    avatar = full_avatar()
+    flat = avatar.clips[0].joint_delta.copy()
+    flat[:, 1, :3, :3] = 0
+    avatar = replace(avatar, clips=(replace(avatar.clips[0], joint_delta=flat),))
+    with pytest.raises(AvatarError, match=r"^reference: cannot be made \(.*clip/bind/.*not finite\); mend"):
+        written(avatar, tmp_path / "out")
 
 
 def test_cases_are_the_same_every_time() -> None:

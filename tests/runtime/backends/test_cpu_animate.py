@@ -354,7 +354,9 @@ def test_the_released_codes_own_results(model: GoldenModel, index: int) -> None:
 def test_absurd_poses_raise_and_warn_nothing() -> None:
     avatar = full_avatar(0)
     huge = Pose({name: 3e38 for name in avatar.expression_names}, {}, {"left": -3e38})
-    broken = Pose(joints={"jaw": np.diag([0.0, 0, 0, 1])}, world_from_avatar=np.full((4, 4), 1e300))
+    broken = Pose(
+        joints={"jaw": np.diag([0.0, 0, 0, 1])}, world_from_avatar=np.diag([1e300, 1e300, 1e300, 1])
+    )
     flat = Pose({}, {"root": np.diag([1e30, 1e-30, -1, 1])})
     for pose in (huge, broken, flat):
         Player(avatar, "cpu").animate(pose)

@@ -80,6 +80,9 @@ class CpuBackend:
                 clock,
             )
 
+    def release(self) -> None:
+        """Nothing: arrays go with the backend, threads belong to the process."""
+
     def stage(self, name: str, inputs: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
         """One stage single_stage. Raises KeyError for an unknown stage, ValueError for arrays of the wrong shape."""
         if name in RUN:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
@@ -10,9 +11,17 @@ from contextlib import contextmanager, nullcontext
 import numba
 from numba.core import config
 
+from avatar_runtime.io.errors import AvatarError
+
 MOST = 8  # by default: with more, memory is the limit
 
+FORKED = (
+    "this process was forked from one whose kernels had run, and GNU OpenMP would end it; start processes with "
+    "multiprocessing's 'spawn' or 'forkserver', or set NUMBA_THREADING_LAYER=workqueue"
+)
+
 _TURN = threading.Lock()
+_forked = False  # whether this process inherited threads that it does not have
 
 
 def thread_count(threads: int | None) -> int:
@@ -38,9 +47,27 @@ def _most() -> int:
     return int(config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
+def _note_fork() -> None:
+    global _forked
+    try:
+        layer = numba.threading_layer()  # type: ignore[attr-defined]
+    except ValueError:
+        return  # no kernel has run
+    _forked = layer == "omp"
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_note_fork)
+
+
 @contextmanager
 def using(threads: int) -> Iterator[None]:
-    """Parallel kernels called inside run on `threads` threads; afterwards the caller's own number holds again."""
+    """Parallel kernels called inside run on `threads` threads; afterwards the caller's own number holds again.
+
+    Raises AvatarError in a process that was forked after kernels had run.
+    """
+    if _forked:
+        raise AvatarError(FORKED, field="backend cpu")
     before = numba.get_num_threads()
     # Numba's own pool, taken where neither TBB nor OpenMP is found, ends the process if two threads enter it at once.
     with _TURN if numba.threading_layer() == "workqueue" else nullcontext():  # type: ignore[attr-defined]

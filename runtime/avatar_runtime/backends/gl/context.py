@@ -7,6 +7,7 @@ EGL calls.
 from __future__ import annotations
 
 import ctypes as C
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,6 +21,10 @@ DESKTOP, ES = 430, 310  # the lowest versions with compute shaders
 NO_GL = (
     "no OpenGL context can be made here ({why}): run on a machine with a GPU driver, or install Mesa's software one "
     "(Debian: apt-get install libegl1 libgl1 libgles2 libegl-mesa0 libgl1-mesa-dri)"
+)
+FORKED = (
+    "this process was forked from one that played on it, and no driver survives that; start processes with "
+    "multiprocessing's 'spawn' or 'forkserver'"
 )
 
 # Khronos EGL registry
@@ -39,12 +44,15 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "eglGetCurrentSurface": (C.c_void_p, (C.c_int,)),
 }
 
+_process: int | None = None  # the one that uses contexts
+
 
 def own_context(es: bool) -> moderngl.Context:
     """A context of our own: OpenGL ES 3.1, or desktop OpenGL 4.3; it becomes current only if no other context was.
 
-    Raises AvatarError, which says what to install, if no context can be made.
+    Raises AvatarError, which says what to install, if no context can be made, and in a forked process as `current`.
     """
+    _check_process()
     try:
         with kept_current():
             settings: dict[str, Any] = {"require": DESKTOP, "standalone": True}
@@ -55,6 +63,18 @@ def own_context(es: bool) -> moderngl.Context:
             return moderngl.create_context(**settings)
     except Exception as error:  # glcontext raises bare Exception, ctypes OSError, moderngl ValueError
         raise AvatarError(NO_GL.format(why=error), field="backend gl") from error
+
+
+def forked() -> bool:
+    """Whether this process was forked from one that had used a context."""
+    return _process not in (None, os.getpid())
+
+
+def _check_process() -> None:
+    global _process
+    if forked():
+        raise AvatarError(FORKED, field="backend gl")
+    _process = os.getpid()
 
 
 def language_of(context: moderngl.Context) -> str:
@@ -74,8 +94,10 @@ def language_of(context: moderngl.Context) -> str:
 def current(context: moderngl.Context) -> Iterator[None]:
     """`context` is current inside; afterwards the one that was current before is current again.
 
-    moderngl's own `with` leaves no context current, which a caller of ours does not expect.
+    moderngl's own `with` leaves no context current, which a caller of ours does not expect. Raises AvatarError in a
+    process that was forked after a context had been used.
     """
+    _check_process()
     with kept_current():
         context.__enter__()  # type: ignore[no-untyped-call]
         yield

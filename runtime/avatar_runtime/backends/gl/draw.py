@@ -15,7 +15,7 @@ from avatar_runtime.backends.gl.interpreter import Chunk
 from avatar_runtime.backends.gl.programs import Dispatch, Programs
 from avatar_runtime.backends.gl.sort import Sort
 from avatar_runtime.backends.gl.state import drawing_into
-from avatar_runtime.backends.gl.target import TARGETS, Target, check_depth
+from avatar_runtime.backends.gl.target import TARGETS, Target, check_depth, check_size
 from avatar_runtime.camera import Camera
 from avatar_runtime.program.chunks import MOST_ROWS
 from avatar_runtime.stages.raster import Image
@@ -94,8 +94,10 @@ class Drawing:
 
     def _sized(self, size: tuple[int, int]) -> Target:
         if self._target is None or self._target.size != size:
+            check_size(self._gpu.context, size)
             if self._target is not None:
                 self._target.release()
+                self._target = None
             self._target = Target(self._gpu, size, self._kind)
         return self._target
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import weakref
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -76,7 +77,9 @@ class Passes:
     """A list of passes, compiled when it first runs; a barrier lies before a pass that needs an earlier result."""
 
     def __init__(self, interpreter: Interpreter, passes: Sequence[Pass]) -> None:
-        self._interpreter, self._passes = interpreter, passes
+        # No circle of references, so that what nobody uses any more is freed at once.
+        self._interpreter: Interpreter = weakref.proxy(interpreter)
+        self._passes = passes
         self._frame: dict[str, Array] = {}
 
     @cached_property

@@ -37,20 +37,31 @@ class Target:
     """An image of one size; its first row is the top one."""
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], kind: str) -> None:
-        """`size` is (width, height). Raises AvatarError if the context cannot draw into that kind."""
+        """`size` is (width, height), which `check_size` accepts. Raises AvatarError if the context cannot draw into
+        that kind, or has no memory left for it; then nothing is held.
+        """
         self._gpu, self.size, self._dtype = gpu, size, TARGETS[kind]
-        context = gpu.context
-        self.texture = gpu.hold(context.texture(size, 4, dtype=self._dtype))
+        self._made: list[Any] = []
+        self._depth_program: moderngl.Program | None = None
+        try:
+            self._make(gpu.context)
+        except moderngl.Error as error:
+            self.release()
+            said = f"this context cannot draw {size[0]}x{size[1]} pixels into {kind}: {error}"
+            raise AvatarError(said, field="backend gl") from error
+
+    def _make(self, context: moderngl.Context) -> None:
+        self.texture = self._hold(context.texture(self.size, 4, dtype=self._dtype))
         # On OpenGL ES floats need not be filterable, and a filtered texture of such a format reads as black.
         self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._depth = gpu.hold(context.depth_renderbuffer(size))
-        try:
-            self.framebuffer = gpu.hold(context.framebuffer([self.texture], self._depth))
-        except moderngl.Error as error:
-            raise AvatarError(f"this context cannot draw into {kind}: {error}", field="backend gl") from error
+        self._depth = self._hold(context.depth_renderbuffer(self.size))
+        self.framebuffer = self._hold(context.framebuffer([self.texture], self._depth))
         self.framebuffer.depth_mask = False  # splats do not hide each other
-        self._depth_alone = gpu.hold(context.framebuffer([], self._depth))
-        self._depth_program: moderngl.Program | None = None
+        self._depth_alone = self._hold(context.framebuffer([], self._depth))
+
+    def _hold(self, made: Any) -> Any:
+        self._made.append(self._gpu.hold(made))
+        return made
 
     def clear(self, depth: npt.NDArray[Any] | moderngl.Texture | None) -> None:
         """Clears it; splats behind `depth` [H, W] are hidden. None: nothing hides them."""
@@ -69,9 +80,8 @@ class Target:
 
     def release(self) -> None:
         """Frees the target before its context is released."""
-        self._gpu.drop(self._depth_alone, self.framebuffer, self.texture, self._depth)
-        if self._depth_program is not None:
-            self._gpu.drop(self._vertices, self._depth_program)
+        while self._made:
+            self._gpu.drop(self._made.pop())
 
     def _draw_depth(self, depth: npt.NDArray[Any] | moderngl.Texture) -> None:
         """An array's first row is the image's top one, a texture's the bottom one, as GL draws."""
@@ -97,11 +107,20 @@ class Target:
     def _filler(self) -> moderngl.Program:
         if self._depth_program is None:
             header = _HEADERS[self._gpu.language]
-            self._depth_program = self._gpu.hold(
-                self._gpu.context.program(header + _CORNERS, header + _DEPTHS)
-            )
-            self._vertices = self._gpu.hold(self._gpu.context.vertex_array(self._depth_program, []))
+            self._depth_program = self._hold(self._gpu.context.program(header + _CORNERS, header + _DEPTHS))
+            self._vertices = self._hold(self._gpu.context.vertex_array(self._depth_program, []))
         return self._depth_program
+
+
+def check_size(context: moderngl.Context, size: tuple[int, int]) -> None:
+    """Raises ValueError for an image (width, height) that is larger than `context` draws."""
+    info = context.info
+    side = min(info["GL_MAX_TEXTURE_SIZE"], info["GL_MAX_RENDERBUFFER_SIZE"])
+    most = [min(side, viewport) for viewport in info["GL_MAX_VIEWPORT_DIMS"]]
+    if size[0] > most[0] or size[1] > most[1]:
+        raise ValueError(
+            f"an image of {size[0]}x{size[1]} pixels is larger than this context draws: {most[0]}x{most[1]}"
+        )
 
 
 def check_depth(depth: npt.NDArray[Any] | moderngl.Texture | None, size: tuple[int, int]) -> None:
