@@ -47,9 +47,16 @@ test-more: .venv/tested $(NODE_CLIENTS) $(WEB_PLAYER) docs
 players: .venv/tested $(WEB_PLAYER)
 	$(PYTEST) -m players
 
-# Twenty times as many made-up inputs as the tests ask for, other ones on every run.
+# A million hostile files and a million hostile packs, always the same ones; more, guided by what they reach, where
+# atheris is installed; commands that are killed or lack disk, streams or memory; and twenty times as many made-up
+# inputs as the tests ask for, other ones on every run.
+INPUTS ?= 1000000
+FAULTS ?= 100
 FUZZ ?= 20
 fuzz: .venv/tested
+	$(BIN)/python -m tests.fuzz --inputs $(INPUTS) --workers $(WORKERS)
+	$(BIN)/python -m tests.fuzz.guided
+	$(BIN)/python -m tests.fuzz.faults --each $(FAULTS)
 	AVATAR_FUZZ=$(FUZZ) $(PYTEST) -m hypothesis
 
 # The site, into out/site.

@@ -175,7 +175,10 @@ def examples() -> dict[str, list[dict[str, str]]]:
 def index(commands: list[str]) -> str:
     """The list of all commands."""
     lines = ["# Commands\n\n<!-- Made by `python docs/tools/generate.py` from the commands' help. -->\n"]
-    lines.append("Every command takes `--help`. Bad data ends with one line and exit code 2.\n")
+    lines.append(
+        "Every command takes `--help`. Bad data ends with one line and exit code 2; "
+        "[SECURITY.md](../../../SECURITY.md) lists all exit codes.\n"
+    )
     for program in MODULES:
         rows = [
             [

@@ -1,5 +1,13 @@
-"""`python -m avatar_export`."""
+"""`avatar-export`, and `python -m avatar_export`."""
 
-from avatar_export.cli import main
+from avatar_export.commands.memory import EXPORT
+from avatar_export.commands.process import start
 
-main()
+
+def main() -> None:
+    """Entry point."""
+    start("avatar-export", "avatar_export.cli", EXPORT)
+
+
+if __name__ == "__main__":
+    main()

@@ -6,7 +6,9 @@ import importlib.util
 import os
 import sys
 
-INTERRUPTED = 130  # exit code, as the shell has it
+from avatar_export.commands.memory import TRAIN
+from avatar_export.commands.process import start
+
 NEEDED = ("torch", "numba", "tensorboard")
 
 
@@ -21,11 +23,7 @@ def main() -> None:
     # torch and Numba each have a pool of threads that spins while it waits by default. The pools take the cores from
     # each other, and an iteration takes several times as long. Read once, when the first of them is loaded.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-    try:
-        from avatar_trainer import cli  # imports torch, which takes seconds
-    except KeyboardInterrupt:
-        sys.exit(INTERRUPTED)
-    cli.main()
+    start("avatar-train", "avatar_trainer.cli", TRAIN)
 
 
 if __name__ == "__main__":

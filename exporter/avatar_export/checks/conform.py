@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +19,7 @@ from avatar_runtime.bundle import load, opener, read_manifest
 from avatar_runtime.codec import safetensors
 from avatar_runtime.conformance import Reference, Report, conform, conform_outputs
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.staging import staged
 from avatar_runtime.packs import is_pack
 
 MOST_BYTES = 64 << 20  # of a port's outputs; those of a reference are a tenth of it
@@ -98,17 +97,10 @@ def _judged(
 
 def save_images(folder: Path, images: Mapping[str, Pixels]) -> None:
     """Write images [H, W, 3] by file name to a new folder, all or nothing. Raises AvatarError if that fails."""
-    partial = folder.with_name(f".{folder.name}.{os.getpid()}.partial")
-    try:
-        partial.mkdir(parents=True)
+    with staged(folder, force=False) as partial:
+        partial.mkdir()
         for name, pixels in images.items():
             (partial / name).write_bytes(png(pixels))
-        partial.rename(folder)
-    except OSError as error:
-        raise AvatarError(f"cannot be written ({error.strerror or error})", file=folder) from None
-    finally:
-        if partial.is_dir():
-            shutil.rmtree(partial)
 
 
 def _given(avatar: Avatar, reference: Reference, file: Path) -> Report:

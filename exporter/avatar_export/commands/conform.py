@@ -64,7 +64,7 @@ def conform(
         expect_bundle(bundle)
         found = conform_bundle(bundle, backend, outputs, step)
     if report is not None:
-        write_text(report, html_report(found.title, found.report, found.reference, found.gaps))
+        write_text(report, html_report(found.title, found.report, found.reference, found.gaps), force=force)
         messages.print(f"{report}: tables and images")
     if images is not None:
         failed = failed_images(found.report)

@@ -44,5 +44,5 @@ def pose(
         posed = poses[frame]
     text = json.dumps(pose_document(avatar, posed), indent=1, ensure_ascii=False) + "\n"
     refuse_existing(out, force)
-    write_text(out, text)
+    write_text(out, text, force=force)
     output.print(f"{out}: a transform for each node, a weight for each morph target of rig.glb and rig.usdc")

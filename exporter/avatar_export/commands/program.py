@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import io
 import sys
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
 from avatar_export.commands.console import clean
+from avatar_export.commands.process import LITTLE_MEMORY, ending_by_signals
 from avatar_export.version import GENERATOR
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError, MemoryShortage
 
 
 def _version(show: bool) -> None:
@@ -28,17 +29,27 @@ def root(
 
 
 def run(app: typer.Typer, program: str) -> None:
-    """Run `app`: bad data becomes one line and exit code 2; any other exception is a bug and shows its traceback."""
+    """Run `app`: bad data becomes one line and exit code 2, too little memory one line and 3 (see `process`).
+
+    Any other exception is a bug and shows its traceback.
+    """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    try:
-        app()
-    except (
-        AvatarError,
-        OSError,
-        UnicodeError,
-    ) as error:  # the last two: names that this system cannot represent
-        text = clean(" ".join(str(error).split()).encode("utf-8", "backslashreplace").decode())
-        print(f"{program}: {text}", file=sys.stderr)
-        sys.exit(2)
+    with ending_by_signals():
+        try:
+            try:
+                app()
+            finally:
+                sys.stdout.flush()
+        except (MemoryError, MemoryShortage) as error:
+            _fail(program, str(error) or "memory ran out", LITTLE_MEMORY)
+        except (AvatarError, OSError, UnicodeError) as error:
+            _fail(program, str(error), 2)  # the last two: names that this system cannot represent
+
+
+def _fail(program: str, text: str, code: int) -> NoReturn:
+    """Prints one line and ends the program."""
+    shown = clean(" ".join(text.split()).encode("utf-8", "backslashreplace").decode())
+    print(f"{program}: {shown}", file=sys.stderr)
+    sys.exit(code)

@@ -54,7 +54,7 @@ def publish(
         step("writing")
         if single:
             page = publishing.single(avatars[0], title)
-            write_text(out, page)
+            write_text(out, page, force=force)
             size = len(page.encode())
         else:
             files = publishing.site(avatars, address, title)

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TextIO
 
 from avatar_export.live.inbox import LiveFrame
-from avatar_export.writers.staging import partial_of
 from avatar_runtime.driving.arkit import CHANNELS
+from avatar_runtime.io.staging import partial_of
 
 RATE = 60  # frames of the timecode a second
 FIRST = 59 / RATE  # seconds of the first row

@@ -111,11 +111,11 @@ def make_pack(
     if reference:
         progress("computing the reference")
         files = reference_of(packing.avatar, choices.handedness, packing.file)
-    write_bytes(out, packing.file)
+    write_bytes(out, packing.file, force=force)
     if files:
-        write_folder(reference_folder(out), files)
+        write_folder(reference_folder(out), files, force=force)
     if report is not None and page is not None:
-        write_text(report, page)
+        write_text(report, page, force=force)
     counts = tuple(level.gaussians.count for level in played)
     return Made(
         packing.file,

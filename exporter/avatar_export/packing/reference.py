@@ -8,8 +8,6 @@ use, as the same integers.
 from __future__ import annotations
 
 import hashlib
-import os
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -29,6 +27,7 @@ from avatar_runtime.conformance import (
 )
 from avatar_runtime.handedness import mirrored
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.staging import staged
 from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.packs import FILE_LIMIT, placed
 from avatar_runtime.subset import subset
@@ -83,17 +82,9 @@ def refuse_folder(folder: Path, force: bool) -> None:
         raise AvatarError("exists; move it away, or pass --force if it is a reference", file=folder)
 
 
-def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Writes all `files` or none; an older folder is replaced. Raises AvatarError if they cannot be written."""
-    partial = folder.with_name(f".{folder.name}.{os.getpid()}.partial")
-    try:
-        partial.mkdir(parents=True)
+def write_folder(folder: Path, files: Mapping[str, bytes], *, force: bool) -> None:
+    """Writes all `files` or none; `force` replaces an older folder. Raises AvatarError as `staged`."""
+    with staged(folder, force=force) as partial:
+        partial.mkdir()
         for name, data in files.items():
             (partial / name).write_bytes(data)
-        if folder.exists():
-            shutil.rmtree(folder)
-        partial.rename(folder)
-    except OSError as error:
-        raise AvatarError(f"cannot be written ({error.strerror or error})", file=folder) from None
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +13,7 @@ from avatar_export.images import Box, animated_webp, frame_camera, png, robust_b
 from avatar_export.playing.sequences import PoseSequence
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.staging import followed, staged
 from avatar_runtime.player import Frame, Player
 
 Pixels = npt.NDArray[np.uint8]
@@ -93,19 +92,17 @@ def save(
         raise AvatarError(f"{out.suffix} files cannot be written; name a .png, a .webp or a folder", file=out)
     if out.suffix.lower() == ".png" and count != 1:
         raise AvatarError(f"{count} images do not fit in one .png; name a folder or a .webp", file=out)
-    if out.exists() and (not force or out.is_dir()):
+    if followed(out).exists() and (not force or out.is_dir()):
         raise AvatarError(
             "exists; choose another name or pass --force (folders are never replaced)", file=out
         )
-    partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
 
     def counted() -> Iterator[Pixels]:
         for index, image in enumerate(images):
             progress(index + 1)
             yield image
 
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
+    with staged(out, force=force and not out.is_dir()) as partial:
         if out.suffix.lower() == ".webp":
             partial.write_bytes(animated_webp(counted(), fps))
         elif out.suffix.lower() == ".png":
@@ -114,11 +111,3 @@ def save(
             partial.mkdir()
             for index, image in enumerate(counted()):
                 (partial / f"frame_{index:05d}.png").write_bytes(png(image))
-        partial.replace(out)
-    except OSError as error:
-        raise AvatarError(f"cannot be written ({error.strerror or error})", file=out) from None
-    finally:
-        if partial.is_dir():
-            shutil.rmtree(partial)
-        else:
-            partial.unlink(missing_ok=True)

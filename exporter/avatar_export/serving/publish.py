@@ -14,8 +14,8 @@ from avatar_export.serving import cards, page
 from avatar_export.serving.gallery import gallery
 from avatar_export.serving.session import Shown, compact, session
 from avatar_export.version import GENERATOR
-from avatar_export.writers.staging import move, partial_of, remove, remove_leftovers
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.staging import followed, heal, staged
 
 MARK = "avatar-export-site.json"  # by which a published folder is known as ours
 RESERVED = ("packs", "previews", "viewer")  # folders; no avatar has such an id
@@ -97,18 +97,12 @@ def refuse_other(out: Path, force: bool) -> None:
 
 def write_site(out: Path, files: Mapping[str, bytes], force: bool) -> None:
     """Writes a published folder completely or not at all. Raises AvatarError as `refuse_other`, and for a full disk."""
-    out = out.resolve()
+    out = followed(out)
+    heal(out)
     refuse_other(out, force)
-    partial = partial_of(out)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        remove_leftovers(out)
+    with staged(out, force=force) as partial:
         for name, data in files.items():
             path = partial / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)
-        move(partial, out)
-    except OSError as error:
-        raise AvatarError(f"cannot be written ({error.strerror or error})", file=out) from None
-    finally:
-        remove(partial)
+        refuse_other(out, force)

@@ -14,7 +14,6 @@ import numpy as np
 from avatar_export.ops.bounds import bounds
 from avatar_export.version import GENERATOR
 from avatar_export.writers.reference import reference_facts
-from avatar_export.writers.staging import move, partial_of, remove, remove_leftovers
 from avatar_export.writers.table import INFLUENCES, WRITERS, Export, Piece, engine_facts
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, opener, read_manifest
@@ -23,6 +22,7 @@ from avatar_runtime.codec import manifest as codec
 from avatar_runtime.conformance import RUNTIME, Maker
 from avatar_runtime.handedness import HANDEDNESS, mirrored_boxes
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.staging import followed, heal, staged
 from avatar_schema.validate import manifest_problems
 
 FORMAT = "avatar-export"  # what avatar.json calls itself
@@ -51,9 +51,9 @@ def write_bundle(
     - `handedness`: "left" writes the normative files in a left-handed frame; files for engines follow their standards.
     - `progress` is called with the name of the next file.
 
-    Same avatar and options, same bytes. After a crash `out` is unchanged. Raises AvatarError if the avatar is
-    unsound, or if `out` exists (`force` replaces an older bundle, nothing else); ValueError for an unknown
-    handedness.
+    Same avatar and options, same bytes. After a crash or a kill `out` is what it was. Raises AvatarError if the avatar
+    is unsound, or if `out` exists (`force` replaces an older bundle, nothing else), also at the end; ValueError for an
+    unknown handedness.
     """
     if handedness not in HANDEDNESS:
         raise ValueError(f"{handedness!r} is not one of {', '.join(HANDEDNESS)}")
@@ -61,23 +61,17 @@ def write_bundle(
     export = Export(avatar, influences, handedness, maker)
     wanted = {"engine": engine_files, "reference": reference, "preview": preview}
     parts = {"avatar", "enhancer", *(part for part, asked in wanted.items() if asked)}
-    out = out.resolve()  # follows links; "." gets a name
+    out = followed(out)  # "." gets a name
+    heal(out)
     may_replace(out, force)
-    partial = partial_of(out)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        remove_leftovers(out)
+    with staged(out, force=force) as partial:
         if out.suffix.lower() == ".zip":
             with zipfile.ZipFile(partial, "x", zipfile.ZIP_STORED) as archive:
                 document = _write(export, _zip_sink(archive), parts, progress)
         else:
             partial.mkdir()
             document = _write(export, _folder_sink(partial), parts, progress)
-        move(partial, out)
-    except OSError as error:
-        raise AvatarError(f"cannot be written ({error.strerror or error})", file=out) from None
-    finally:
-        remove(partial)
+        may_replace(out, force)  # what another process wrote meanwhile is no less dear
     return document
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+LONGEST = 1200  # letters of a message
+
 
 class AvatarError(Exception):
     """Bad data: whose it is, which file and field, what is wrong, what to do. One line.
@@ -14,12 +16,21 @@ class AvatarError(Exception):
     """
 
     def __init__(self, message: str, *, file: object = None, field: object = None, owner: object = None):
-        self.message = " ".join(message.split())
+        self.message = _shown(" ".join(message.split()))
         self.file = None if file is None else str(file)
         self.field = None if field is None else str(field)
         self.owner = None if owner is None else str(owner)
         where = [part for part in (self.owner, self.file, self.field) if part]
         super().__init__(" ".join(": ".join([*where, self.message]).split()))
+
+
+def _shown(text: str) -> str:
+    """The beginning and the end of a text that is too long for a line: a file can hold names of any length."""
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 2 :]}"
+
+
+class MemoryShortage(AvatarError):
+    """Too little memory for what was asked; the command line exits with code 3."""
 
 
 def no_such(what: str, name: str, known: Iterable[str], **where: object) -> AvatarError:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.staging import followed, staged
 
 
 def refuse_existing(out: Path, force: bool) -> None:
@@ -13,24 +13,18 @@ def refuse_existing(out: Path, force: bool) -> None:
 
     A folder is never replaced.
     """
-    if not out.absolute().parent.is_dir():
+    if not followed(out.absolute().parent).is_dir():
         raise AvatarError("its folder does not exist; make it, or name another", file=out)
-    if out.exists() and not (force and out.is_file()):
+    if followed(out).exists() and not (force and out.is_file()):
         raise AvatarError("exists; name another or pass --force", file=out)
 
 
-def write_text(out: Path, text: str) -> None:
+def write_text(out: Path, text: str, *, force: bool) -> None:
     """Writes `text` in UTF-8 to `out`; see `write_bytes`."""
-    write_bytes(out, text.encode("utf-8"))
+    write_bytes(out, text.encode("utf-8"), force=force)
 
 
-def write_bytes(out: Path, data: bytes) -> None:
-    """Writes `data` to `out`; on failure `out` is unchanged. Raises AvatarError if it cannot be written."""
-    partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
-    try:
+def write_bytes(out: Path, data: bytes, *, force: bool) -> None:
+    """Writes `data` to `out`, which `force` replaces; on failure `out` is unchanged. Raises AvatarError as `staged`."""
+    with staged(out, force=force) as partial:
         partial.write_bytes(data)
-        partial.replace(out)
-    except OSError as error:
-        raise AvatarError(f"cannot be written ({error.strerror or error})", file=out) from None
-    finally:
-        partial.unlink(missing_ok=True)

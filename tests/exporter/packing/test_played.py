@@ -124,7 +124,7 @@ def test_a_packs_reference_is_repeated_by_every_backend(name: str, tmp_path: Pat
     made = pack([AVATARS[name]], COARSE)
     path = tmp_path / "x.avatar"
     path.write_bytes(made.file)
-    write_folder(tmp_path / "x.reference", reference_of(made.avatar, "right", made.file))
+    write_folder(tmp_path / "x.reference", reference_of(made.avatar, "right", made.file), force=False)
     avatar, reference = decode_pack(made.file, "x").avatar, read_pack_reference(path)
     for backend in ("reference", "cpu", "gl"):
         report = conform(avatar, reference, backend)
@@ -142,7 +142,7 @@ def test_a_reference_of_another_pack_is_refused(tmp_path: Path) -> None:
     path.write_bytes(made.file)
     with pytest.raises(AvatarError, match="`pack --reference` writes it"):
         read_pack_reference(path)
-    write_folder(tmp_path / "x.reference", reference_of(made.avatar, "right", made.file))
+    write_folder(tmp_path / "x.reference", reference_of(made.avatar, "right", made.file), force=False)
     path.write_bytes(pack([AVATARS["joints"]], None).file)
     with pytest.raises(AvatarError, match=r"was made for another x\.avatar"):
         read_pack_reference(path)

@@ -209,26 +209,6 @@ def test_a_crash_at_the_manifest_leaves_nothing(
     assert os.listdir(tmp_path) == []
 
 
-def test_a_rename_that_fails_puts_the_old_bundle_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    out = tmp_path / "out"
-    write_bundle(full_avatar(seed=9), out, preview=False, reference=False)
-    before = bundles.contents(out)
-    rename = Path.rename
-
-    def fails(self: Path, target: Path) -> Path:
-        if self.suffix == ".partial":
-            raise OSError(13, "Permission denied")
-        return rename(self, target)
-
-    monkeypatch.setattr(Path, "rename", fails)
-    with pytest.raises(AvatarError, match="cannot be written"):
-        write_bundle(full_avatar(), out, force=True, preview=False, reference=False)
-    assert os.listdir(tmp_path) == ["out"]
-    assert bundles.contents(out) == before
-
-
 def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path) -> None:
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
@@ -239,7 +219,6 @@ def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path) -> No
     kept = {
         f".{NAMES[0]}.{os.getppid()}.partial",  # is being written
         f".other.{dead.pid}.partial",
-        f".{NAMES[0]}.{dead.pid}.old",
         f".{NAMES[0]}.x.partial",
     }
     for name in kept:
@@ -247,6 +226,57 @@ def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path) -> No
     for name in NAMES:
         write_bundle(full_avatar(), tmp_path / name, preview=False, reference=False, engine_files=False)
     assert set(os.listdir(tmp_path)) == {*NAMES, *kept}
+
+
+def test_a_bundle_that_a_killed_process_had_moved_away_is_put_back(tmp_path: Path) -> None:
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    out = bundles.write(tmp_path / "out", full_avatar(seed=9))
+    before = bundles.contents(out)
+    out.rename(tmp_path / f".out.{dead.pid}.old")
+    with pytest.raises(AvatarError, match="exists; pass --force"):
+        write_bundle(full_avatar(), out, preview=False, reference=False, engine_files=False)
+    assert os.listdir(tmp_path) == ["out"] and bundles.contents(out) == before
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("force", [False, True])
+def test_of_two_processes_that_write_one_new_bundle_one_is_told(
+    tmp_path: Path, name: str, force: bool
+) -> None:
+    plain = {"preview": False, "reference": False, "engine_files": False}
+    out, first = tmp_path / name, tmp_path / "first" / name
+
+    def other(file: str) -> None:
+        if file == "avatar.json":
+            write_bundle(full_avatar(seed=9), first, **plain)
+            first.rename(out)
+
+    if force:
+        write_bundle(full_avatar(), out, force=True, progress=other, **plain)
+        assert_same(load(out), full_avatar())
+    else:
+        with pytest.raises(AvatarError, match="exists; pass --force"):
+            write_bundle(full_avatar(), out, progress=other, **plain)
+        assert_same(load(out), full_avatar(seed=9))
+
+
+def test_what_appears_meanwhile_and_is_no_bundle_is_not_replaced(tmp_path: Path) -> None:
+    def other(file: str) -> None:
+        if file == "avatar.json":
+            (tmp_path / "out").write_bytes(b"dear")
+
+    with pytest.raises(AvatarError, match="is not a bundle"):
+        write_bundle(
+            full_avatar(), tmp_path / "out", force=True, progress=other, preview=False, reference=False
+        )
+    assert (tmp_path / "out").read_bytes() == b"dear"
+
+
+def test_a_link_that_leads_to_itself_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(AvatarError, match="loop: is a link that leads to itself"):
+        write_bundle(full_avatar(), tmp_path / "loop", preview=False, reference=False)
 
 
 def refused(avatar: Avatar, out: Path, **options: Any) -> str:

@@ -143,7 +143,7 @@ def write(
     }
     head = json.dumps(document, indent=1)[:-2]
     lines = ",\n  ".join(json.dumps(frame) for frame in listed)
-    write_text(folder / FILE, f'{head},\n "frames": [\n  {lines}\n ]\n}}\n')
+    write_text(folder / FILE, f'{head},\n "frames": [\n  {lines}\n ]\n}}\n', force=True)
     return folder / FILE
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from avatar_export.writers.bundle import may_replace
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.staging import followed
 from avatar_trainer.loop import run
 
 FOLDERS = (run.CHECKPOINTS, run.UPSTREAM, run.LOGS, run.PREVIEW)  # of a run
@@ -23,8 +24,8 @@ def expect_run_folder(out: Path) -> None:
 def expect_bundle_place(bundle: Path, out: Path | None, *, force: bool) -> None:
     """Raise AvatarError if no bundle can be written to `bundle`, or if it contains or is inside the run in
     `out`."""
-    here = bundle.resolve()
-    there = here if out is None else out.resolve()
+    here = followed(bundle)
+    there = here if out is None else followed(out)
     if out is not None and (here == there or here in there.parents or there in here.parents):
         raise AvatarError(
             f"a bundle and the run in {out} cannot lie in each other; name another", file=bundle
@@ -35,7 +36,7 @@ def expect_bundle_place(bundle: Path, out: Path | None, *, force: bool) -> None:
 
 def expect_room(folder: Path) -> None:
     """Raise AvatarError if `folder` cannot be made or written to."""
-    path = folder.resolve()
+    path = followed(folder)
     while not path.exists() and path != path.parent:
         path = path.parent
     if not path.is_dir():

@@ -23,6 +23,7 @@ import torch
 from avatar_runtime.codec import safetensors
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
+from avatar_runtime.io.staging import sync_folder
 
 MAGIC = b"AVTRAIN1"
 NAME = re.compile(r"iteration_(\d{6,9})\.ckpt")
@@ -72,7 +73,7 @@ def write(folder: Path, iteration: int, state: dict[str, Any]) -> Path:
     except BaseException:
         partial.unlink(missing_ok=True)
         raise
-    _sync_folder(folder)
+    sync_folder(folder)
     for old in paths(folder)[:-KEPT]:
         old.unlink(missing_ok=True)
     return path
@@ -185,14 +186,3 @@ def _unpacked(value: Any, arrays: dict[str, npt.NDArray[Any]]) -> Any:
     if DICT in value:
         return {key: _unpacked(inner, arrays) for key, inner in value[DICT].items()}
     return [_unpacked(inner, arrays) for inner in value[LIST]]
-
-
-def _sync_folder(folder: Path) -> None:
-    """Writes the folder's entries to the disk too; Windows has no such call and needs none."""
-    if not hasattr(os, "O_DIRECTORY"):
-        return
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

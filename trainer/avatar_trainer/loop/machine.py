@@ -11,7 +11,7 @@ import numba
 import torch
 
 from avatar_runtime.backends.cpu.threads import thread_count
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError, MemoryShortage
 
 OUT_OF_MEMORY = ("can't allocate memory", "not enough memory", "out of memory")  # torch's, in a RuntimeError
 
@@ -44,12 +44,12 @@ def reproducible(seed: int, threads: int) -> Iterator[None]:
 
 @contextmanager
 def memory_advice() -> Iterator[None]:
-    """Turns running out of memory into an AvatarError that says what to lower."""
+    """Turns running out of memory into a MemoryShortage that says what to lower."""
     try:
         yield
     except (MemoryError, RuntimeError) as error:
         if isinstance(error, MemoryError) or any(text in str(error) for text in OUT_OF_MEMORY):
-            raise AvatarError(
+            raise MemoryShortage(
                 "memory ran out; lower --gaussians (and --set density.max_gaussians), --size or --sh-degree, or "
                 "--set cache_megabytes"
             ) from None

@@ -1,0 +1,157 @@
+"""The process of a command line, from its first moment: standard streams, signals, memory. Nothing large is imported.
+
+Exit codes of both programs: 0 done; 1 done, and something was found or a budget was missed; 2 bad data or a usage
+error; 3 too little memory; 128 + n ended by signal n, as the shell has it (129 SIGHUP, 130 Ctrl+C, 143 SIGTERM), 141
+where whatever read standard output was gone.
+"""
+
+from __future__ import annotations
+
+import errno
+import importlib
+import io
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from types import FrameType
+from typing import Any, NoReturn
+
+from avatar_export.commands.memory import Need, need_of, shortage
+
+LITTLE_MEMORY = 3  # exit code
+BY_SIGNAL = 128  # exit code of a process that a signal ended: this plus the signal's number
+PIPE = 13  # number of SIGPIPE, which Windows does not have
+AGAIN = 0.05  # seconds after which an interrupt that something swallowed is sent again
+ENDING = ("SIGTERM", "SIGHUP")
+
+
+def start(program: str, module: str, needs: Mapping[str, Need]) -> None:
+    """Entry point: the function `main` of `module`, once the streams are sound and there is enough memory."""
+    open_streams()
+    lacking = shortage(need_of(needs, sys.argv[1:]))
+    if lacking:
+        print(f"{program}: {lacking}", file=sys.stderr)
+        sys.exit(LITTLE_MEMORY)
+    # While modules are loaded, Ctrl+C ends the process at once: nothing is begun, and libraries swallow exceptions.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    importlib.import_module(module).main()
+
+
+def open_streams() -> None:
+    """Makes the standard streams sound.
+
+    A closed one becomes the null device, so that no file of ours gets its number. Text that standard error does not
+    take is dropped; for standard output see `_Output`.
+    """
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is this one
+            os.set_inheritable(descriptor, True)
+    if sys.stdin is None:
+        sys.stdin = io.TextIOWrapper(io.BufferedReader(io.FileIO(0, closefd=False)), encoding="utf-8")
+    sys.stdout = _rewrapped(sys.stdout, 1, _Output)
+    sys.stderr = _rewrapped(sys.stderr, 2, _Messages)
+
+
+def _rewrapped(stream: Any, descriptor: int, kind: type[io.TextIOWrapper]) -> Any:
+    if stream is None:
+        return kind(
+            io.BufferedWriter(io.FileIO(descriptor, "w", closefd=False)), "utf-8", line_buffering=True
+        )
+    if type(stream) is not io.TextIOWrapper:
+        return stream  # somebody else's
+    return kind(stream.buffer, stream.encoding, "backslashreplace", line_buffering=stream.line_buffering)
+
+
+class _Messages(io.TextIOWrapper):
+    """Standard error: the work goes on where nobody can read of it."""
+
+    def write(self, text: str) -> int:
+        with suppress(OSError):
+            super().write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        with suppress(OSError):
+            super().flush()
+
+
+class _Output(io.TextIOWrapper):
+    """Standard output: SystemExit where whatever read it is gone, AvatarError where it cannot be written."""
+
+    def write(self, text: str) -> int:
+        try:
+            return super().write(text)
+        except OSError as error:
+            self._lost(error)
+
+    def flush(self) -> None:
+        try:
+            super().flush()
+        except OSError as error:
+            self._lost(error)
+
+    def _lost(self, error: OSError) -> NoReturn:
+        from avatar_runtime.io.errors import AvatarError  # loads NumPy
+
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, self.fileno())  # takes what is still in buffers
+        os.close(null)
+        if error.errno == errno.EPIPE:
+            raise SystemExit(BY_SIGNAL + PIPE) from None
+        raise AvatarError(f"cannot be written ({error.strerror or error})", file="standard output") from None
+
+
+@contextmanager
+def ending_by_signals() -> Iterator[None]:
+    """Signals that end the process raise an exception in the block, so that nothing is left half-written.
+
+    Ctrl+C: KeyboardInterrupt; SIGTERM and SIGHUP: SystemExit. One that a destructor or a library's callback swallows
+    is sent again. What the parent process has ignored stays ignored. Changes nothing outside of the main thread.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handlers: dict[int, Any] = {signal.SIGINT: signal.default_int_handler}
+    handlers |= {getattr(signal, name): _end for name in ENDING if hasattr(signal, name)}
+    before = {number: signal.getsignal(number) for number in handlers}
+    hook = sys.unraisablehook
+
+    def again(lost: sys.UnraisableHookArgs) -> None:
+        if isinstance(lost.exc_value, KeyboardInterrupt | SystemExit):
+            code = lost.exc_value.code if isinstance(lost.exc_value, SystemExit) else None
+            number = code - BY_SIGNAL if isinstance(code, int) else int(signal.SIGINT)
+            threading.Timer(AGAIN, _send, [number]).start()
+        else:
+            hook(lost)
+
+    try:
+        for number, handler in handlers.items():
+            if before[number] not in (signal.SIG_IGN, None):  # None: set by C code
+                signal.signal(number, handler)
+        sys.unraisablehook = again
+        yield
+    finally:
+        sys.unraisablehook = hook
+        for number, handler in before.items():
+            if handler is not None:
+                signal.signal(number, handler)
+
+
+def _end(number: int, _: FrameType | None) -> NoReturn:
+    raise SystemExit(BY_SIGNAL + number)
+
+
+def _send(number: int) -> None:
+    """Sends a signal to the main thread, which may be waiting; Windows can only send it to a thread that runs."""
+    main = threading.main_thread().ident
+    if hasattr(signal, "pthread_kill") and main is not None:
+        signal.pthread_kill(main, number)
+    else:
+        signal.raise_signal(number)
