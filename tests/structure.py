@@ -7,7 +7,7 @@ anywhere in a file counts, also inside a function.
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -25,6 +25,7 @@ SOURCES = {  # import package: the folder that holds it
 PUBLIC = tuple(SOURCES)[:5]  # packages whose public names need a docstring
 MOST_MODULES = 20  # handwritten Python modules in one folder
 MOST_LINES = 400  # of one handwritten Python file
+BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")  # where a node of a tree holds statements
 PASSED_OVER = {"node_modules", "__pycache__"}
 
 Graph = Mapping[str, set[str]]
@@ -56,10 +57,18 @@ def modules() -> Mapping[str, Module]:
     return found
 
 
-def imported(module: Module, known: Iterable[str]) -> set[str]:
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """All statements in `node`, at any depth; expressions, which are most of a tree, are not entered."""
+    for block in BLOCKS:
+        for inner in getattr(node, block, ()):
+            yield inner
+            yield from statements(inner)
+
+
+def imported(module: Module, known: Set[str]) -> set[str]:
     """The names among `known` that a module imports: whole modules, or what stands in them."""
-    known, names = set(known), set()
-    for node in ast.walk(module.tree):
+    names: set[str] = set()
+    for node in statements(module.tree):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
@@ -73,8 +82,8 @@ def imported(module: Module, known: Iterable[str]) -> set[str]:
 @cache
 def imports() -> Graph:
     """module -> modules that it imports. A package's face that only passes names on counts as the package."""
-    known = modules()
-    return {name: imported(module, known) for name, module in known.items()}
+    known = set(modules())
+    return {name: imported(module, known) for name, module in modules().items()}
 
 
 def file_circles() -> list[list[str]]:

@@ -28,6 +28,9 @@ def test_all_tests_of_the_core_are_listed() -> None:
     }
 
 
-@pytest.mark.parametrize("name", TESTS)
+MADE_UP = {"hostile": pytest.mark.hypothesis}  # which `make fuzz` repeats with more
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=MADE_UP.get(name, ())) for name in TESTS])
 def test_node_finds_what_python_computes(name: str, cases: Path) -> None:
     run_node_test(f"core/{name}.test.mjs", AVATAR_CASES=str(cases))

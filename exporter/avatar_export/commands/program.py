@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
+from functools import cache
 from typing import Annotated, NoReturn
 
 import typer
@@ -12,6 +13,9 @@ from avatar_export.commands.console import clean
 from avatar_export.commands.process import LITTLE_MEMORY, ending_by_signals
 from avatar_export.version import GENERATOR
 from avatar_runtime.io.errors import AvatarError, MemoryShortage
+
+# Building the parser takes longer than many a command: a process that runs several, as the tests do, builds it once.
+_parser = cache(typer.main.get_command)
 
 
 def _version(show: bool) -> None:
@@ -39,7 +43,7 @@ def run(app: typer.Typer, program: str) -> None:
     with ending_by_signals():
         try:
             try:
-                app()
+                _parser(app)()
             finally:
                 sys.stdout.flush()
         except (MemoryError, MemoryShortage) as error:

@@ -2,11 +2,13 @@
 
 `trainer` is the CUDA rasteriser that the avatars were trained with: the tiles of the 3-sigma radius, and a
 pixel stops before its transmittance falls below 1e-4. `engine` is what a GPU can do that draws one quad
-a splat: every pixel with alpha >= 1/255, no stop. Both run tile by tile here, in float32, front to back.
+a splat: every pixel with alpha >= 1/255, no stop. Both run tile by tile here, in float32, front to back;
+tiles of few splats side by side.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,8 +25,11 @@ CHUNK = {"trainer": 64, "engine": 256}
 # Pixels along the edge of a tile. `engine` gives the same result for any size; smaller tiles hold fewer useless pairs.
 TILES = {"trainer": TILE, "engine": TILE // 2}
 
+PAIRS = 16384  # of a splat and a pixel that several tiles hold at once: about what one tile's chunk holds
+
 f32 = np.float32
 Index = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -48,20 +53,17 @@ def raster(
     rects = projected.tiles if profile == "trainer" else engine_tiles(projected, camera, tile)
     ids, ranges = tile_lists(rects, order, camera, tile)
     height, width = camera.height, camera.width
-    columns = -(-width // tile)
     colour = np.zeros((height, width, 3), np.float32)
     transmittance = np.ones((height, width), np.float32)
     last = np.zeros((height, width), np.int32)
     evaluations = 0
-    for index, (begin, end) in enumerate(ranges):
-        if begin == end:
-            continue
-        y0, x0 = tile * (index // columns), tile * (index % columns)
-        window = (slice(y0, min(y0 + tile, height)), slice(x0, min(x0 + tile, width)))
-        shape = transmittance[window].shape
-        composited = _composite_tile(projected, ids[begin:end], x0, y0, shape, profile)
-        colour[window], transmittance[window], last[window] = composited[:3]
-        evaluations += composited[3]
+    for tiles, shape in _alike(ranges, camera, tile, CHUNK[profile]):
+        y0, x0 = tile * np.stack(np.divmod(tiles, -(-width // tile)))[:, :, None]
+        y, x = y0 + np.arange(shape[0]), x0 + np.arange(shape[1])
+        pixels = (y[:, :, None], x[:, None, :])  # [T, rows, columns]
+        composited = _composite_tiles(projected, *_lists(ids, ranges[tiles]), x, y, profile)
+        colour[pixels], transmittance[pixels], last[pixels], pairs = composited
+        evaluations += pairs
     image = colour + transmittance[..., None] * background.astype(np.float32)
     return Image(image, transmittance, last, evaluations)
 
@@ -95,57 +97,95 @@ def tile_lists(rects: I32, order: Index, camera: Camera, tile: int) -> tuple[Ind
     return order[owner[by_tile]], np.stack([edges[:-1], edges[1:]], axis=1)
 
 
-def _composite_tile(
-    projected: Projected, ids: Index, x0: int, y0: int, shape: tuple[int, ...], profile: str
+def _alike(ranges: Index, camera: Camera, tile: int, chunk: int) -> Iterator[tuple[Index, tuple[int, int]]]:
+    """(tiles, their rows and columns of pixels): tiles of one shape to composite at once, those of no splat left out.
+
+    Lists that are longer than a chunk come alone; the others with those of about their length.
+    """
+    count = ranges[:, 1] - ranges[:, 0]
+    row, column = np.divmod(np.arange(len(count)), -(-camera.width // tile))
+    rows = np.minimum(tile, camera.height - tile * row)
+    columns = np.minimum(tile, camera.width - tile * column)
+    for shape in {*zip(rows.tolist(), columns.tolist(), strict=True)}:
+        same = np.flatnonzero((rows == shape[0]) & (columns == shape[1]) & (count > 0))
+        same = same[np.argsort(-count[same], kind="stable")]
+        at = 0
+        while at < len(same):
+            longest = count[same[at]]
+            many = 1 if longest > chunk else max(1, PAIRS // (longest * shape[0] * shape[1]))
+            yield same[at : at + many], shape
+            at += many
+
+
+def _lists(ids: Index, ranges: Index) -> tuple[Index, Mask]:
+    """(splats of several tiles, front to back, [T, C], which of them are listed): shorter lists repeat their last."""
+    begin, end = ranges[:, :1], ranges[:, 1:]
+    at = begin + np.arange((end - begin).max())
+    return ids[np.minimum(at, end - 1)], at < end
+
+
+def _composite_tiles(
+    projected: Projected, lists: Index, listed: Mask, x: Index, y: Index, profile: str
 ) -> tuple[F32, F32, I32, int]:
-    """(colour, transmittance, last, evaluations) of one tile of `shape` (rows, columns) at (x0, y0)."""
-    ys, xs = np.mgrid[y0 : y0 + shape[0], x0 : x0 + shape[1]].reshape(2, -1).astype(np.float32)
-    colour = np.zeros((len(xs), 3), np.float32)
-    left = np.ones(len(xs), np.float32)
-    last = np.zeros(len(xs), np.int32)
-    live = np.arange(len(xs))
+    """(colour, transmittance, last, evaluations) of tiles of columns `x` [T, W] and rows `y` [T, H]: [T, H, W, ...].
+
+    Several tiles have lists of one chunk at most: which pixels go on to the next one differs from tile to tile.
+    """
+    shape = (len(lists), y.shape[1], x.shape[1])
+    count = shape[1] * shape[2]
+    colour = np.zeros((3, len(lists), count), np.float32)
+    left = np.ones((len(lists), count), np.float32)
+    last = np.zeros((len(lists), count), np.int32)
+    live = np.arange(count)
     evaluations, stop, size = 0, profile == "trainer", CHUNK[profile]
-    for at in range(0, len(ids), size):
-        chunk = ids[at : at + size]
-        alpha = _alpha(projected, chunk, xs[live], ys[live])
-        evaluations += alpha.size
-        after = np.multiply.accumulate(np.concatenate([left[None, live], 1 - alpha]), axis=0)
-        before, after = after[:-1], after[1:]
+    for at in range(0, lists.shape[1], size):
+        chunk, counts = lists[:, at : at + size], listed[:, at : at + size]
+        alpha = _alpha(projected, chunk, counts, x, y, live)
+        evaluations += int(counts.sum()) * len(live)
+        after = np.multiply.accumulate(np.concatenate([left[:, None, live], 1 - alpha], axis=1), axis=1)
+        before, after = after[:, :-1], after[:, 1:]
         if stop:
             open_ = after >= f32(constants()["transmittance_min"])
             alpha *= open_
-        weighted = projected.rgb[chunk].T[:, :, None] * alpha * before  # [3, C, P]
-        weighted[:, 0] += colour[live].T
-        colour[live] = np.add.reduce(weighted, axis=1).T  # along a middle axis NumPy adds in order
+        rgb = np.where(counts[..., None], projected.rgb[chunk], f32(0))
+        weighted = rgb.transpose(2, 0, 1)[..., None] * alpha  # [3, T, C, P]
+        weighted *= before
+        weighted[:, :, 0] += colour[..., live]
+        colour[..., live] = np.add.reduce(weighted, axis=2)  # along a middle axis NumPy adds in order
         added = alpha > 0
-        reached = np.where(added.any(axis=0), at + len(chunk) - np.argmax(added[::-1], axis=0), last[live])
-        last[live] = reached
+        reached = at + chunk.shape[1] - np.argmax(added[:, ::-1], axis=1)
+        last[:, live] = np.where(added.any(axis=1), reached, last[:, live])
         if stop:
-            kept = np.where(open_, after, np.inf).min(axis=0, initial=np.inf)
-            left[live] = np.minimum(left[live], kept)
-            live = live[open_[-1]]
+            kept = np.where(open_, after, np.inf).min(axis=1, initial=np.inf)
+            left[:, live] = np.minimum(left[:, live], kept)
+            live = live[open_[:, -1].any(axis=0)]
             if not len(live):
                 break
         else:
-            left[live] = after[-1]
-    return colour.reshape(*shape, 3), left.reshape(shape), last.reshape(shape), evaluations
+            left[:, live] = after[:, -1]
+    return colour.transpose(1, 2, 0).reshape(*shape, 3), left.reshape(shape), last.reshape(shape), evaluations
 
 
-def _alpha(projected: Projected, ids: Index, xs: F32, ys: F32) -> F32:
-    """[C, P] min(0.99, o e^p), 0 where the exponent is positive or alpha is below 1/255."""
-    dx = projected.centre[ids, 0, None] - xs
-    dy = projected.centre[ids, 1, None] - ys
+def _alpha(projected: Projected, ids: Index, counts: Mask, x: Index, y: Index, live: Index) -> F32:
+    """[T, C, P] min(0.99, o e^p) of pixels `live`; 0 where p is positive, alpha below 1/255, or a splat not listed."""
+    dx = projected.centre[ids, 0, None] - x[:, None].astype(np.float32)  # [T, C, W]
+    dy = projected.centre[ids, 1, None] - y[:, None].astype(np.float32)
     a, b, c = (projected.conic[ids, k, None] for k in range(3))
-    power = f32(-0.5) * (a * dx * dx + c * dy * dy) - b * dx * dy
+    power = (a * dx * dx)[:, :, None] + (c * dy * dy)[..., None]  # [T, C, H, W]
+    power *= f32(-0.5)
+    power -= (b * dx)[:, :, None] * dy[..., None]
+    power = power.reshape(*ids.shape, -1)
+    if len(live) < power.shape[2]:
+        power = power[..., live]
     alpha_min = f32(1) / f32(constants()["alpha_min_denominator"])
-    opacity = projected.opacity[ids]
+    opacity = np.where(counts, projected.opacity[ids], f32(0))
     alpha = np.zeros(power.shape, np.float32)
     with np.errstate(divide="ignore", over="ignore"):
         faintest = np.log(alpha_min / opacity) - f32(1e-3)  # surely below 1/255; most pairs are
-    pair = np.flatnonzero((power <= 0) & (power >= faintest[:, None]))
+    pair = np.flatnonzero((power <= 0) & (power >= faintest[..., None]))
     # Rounded from float64: NumPy's float32 exp is up to 2 ulp off, which would show in the golden images.
     exp = np.exp(power.ravel()[pair], dtype=np.float64).astype(np.float32)
-    value = np.minimum(f32(constants()["alpha_max"]), opacity[pair // power.shape[1]] * exp)
+    value = np.minimum(f32(constants()["alpha_max"]), opacity.ravel()[pair // power.shape[2]] * exp)
     value[value < alpha_min] = 0
     alpha.ravel()[pair] = value
     return alpha

@@ -7,7 +7,9 @@ import { gunzipSync, gzipSync } from "node:zlib";
 import { bytes, core, PACKS, random } from "./harness.mjs";
 
 const GOLDEN = ["joints", "joints_exact", "joints_wide", "surface", "surface_without_rig"];
-const MUTATIONS = 2000;
+const FUZZ = Number(process.env.AVATAR_FUZZ ?? 0); // see tests/session/fuzz.py
+const MUTATIONS = Math.round(2000 * (FUZZ || 0.3));
+const SEED = FUZZ ? Date.now() % 2 ** 31 : 15;
 
 /** A pack in parts: the header's JSON, the document, the bytes of the tensors. */
 function taken(file) {
@@ -235,7 +237,7 @@ const MUTATORS = [
 ];
 
 test(`${MUTATIONS} changed packs load, or are refused in one line`, async () => {
-  const pick = random(15);
+  const pick = random(SEED);
   const files = GOLDEN.map((name) => bytes(name, "pack.avatar"));
   const counts = { loaded: 0, refused: 0 };
   let most = 0;
@@ -246,7 +248,7 @@ test(`${MUTATIONS} changed packs load, or are refused in one line`, async () => 
       new core.Poser(avatar).update(new core.Pose(avatar));
       counts.loaded += 1;
     } catch (error) {
-      assert.equal(error.name, "AvatarError", `mutation ${index}: ${error.stack}`);
+      assert.equal(error.name, "AvatarError", `seed ${SEED}, mutation ${index}: ${error.stack}`);
       assert.ok(!error.message.includes("\n") && error.message.length < 500, error.message);
       counts.refused += 1;
     }
@@ -255,7 +257,7 @@ test(`${MUTATIONS} changed packs load, or are refused in one line`, async () => 
   for (let index = 0; index < MUTATIONS; index += 4) {
     await Promise.all([one(index), one(index + 1), one(index + 2), one(index + 3)]);
   }
-  assert.ok(counts.loaded > 20 && counts.refused > MUTATIONS / 2, JSON.stringify(counts));
+  assert.ok(counts.loaded > MUTATIONS / 100 && counts.refused > MUTATIONS / 2, JSON.stringify(counts));
   assert.ok(most < 256 << 20, `${most} bytes`);
 });
 
