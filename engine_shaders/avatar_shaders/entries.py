@@ -36,8 +36,11 @@ ENTRIES: dict[str, Entry] = {
     "composite_vertex": Entry("composite.hlsl", "vertex", "raster"),
     "composite_pixel": Entry("composite.hlsl", "fragment", "raster"),
 }
-HLSL_ONLY: dict[str, Entry] = {  # for engines; GLES 3.1 need not have storage buffers in vertex shaders
+HLSL_ONLY: dict[str, Entry] = {  # of which LANGUAGES have no text
+    # For engines; GLES 3.1 need not have storage buffers in vertex shaders.
     "raster_vertex_fetch": Entry("raster.hlsl", "vertex", "raster"),
+    # For the web player, which has it as GLSL ES 3.00.
+    "raster_vertex_batch": Entry("raster.hlsl", "vertex", "raster"),
 }
 SUFFIXES = {
     "glsl430": {"compute": "comp", "vertex": "vert", "fragment": "frag"},

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from avatar_shaders.contracts import contracts
-from avatar_shaders.entries import ENTRIES, LANGUAGES, path_of
+from avatar_shaders.entries import ENTRIES, HLSL_ONLY, LANGUAGES, path_of
 from avatar_shaders.reflect import interface
 from avatar_shaders.slang import wgsl
 from avatar_shaders.tools import ShaderError, cross, spirv, version, versions
@@ -64,7 +64,7 @@ def _texts(hlsl: Path, entry: str, module: bytes, languages: tuple[str, ...]) ->
 
 
 def _crossed(module: bytes, language: str, entry: str) -> str:
-    row = ENTRIES[entry]
+    row = (ENTRIES | HLSL_ONLY)[entry]
     try:
         return cross(module, language, vertex=row.kind == "vertex")
     except ShaderError as error:
@@ -74,8 +74,9 @@ def _crossed(module: bytes, language: str, entry: str) -> str:
 def _header(language: str, entry: str) -> str:
     writers = ("slang",) if language == "wgsl" else ("glslang", "spirv-cross")
     tools = ", ".join(f"{tool} {version(tool)}" for tool in writers)
+    file = (ENTRIES | HLSL_ONLY)[entry].hlsl
     return (
-        f"// Generated from hlsl/{ENTRIES[entry].hlsl}, entry {entry}, by `python -m avatar_shaders`; do not edit.\n"
+        f"// Generated from hlsl/{file}, entry {entry}, by `python -m avatar_shaders`; do not edit.\n"
         f"// Tools: {tools}\n"
     )
 

@@ -20,6 +20,7 @@ _SPACE = re.compile(r"\s*([^\w\s])\s*|\s+")
 _IDENTIFIER = re.compile(r"\b[A-Za-z]\w*_\d+\b")
 _LETTERS = [letter for letter in ascii_letters if letter not in "fiu"]  # f32, i32 and u32 are types
 _MACRO = re.compile(r"^#define AVATAR_(\w+) (\d+|\([\w *]+\)) // (.+)$", re.MULTILINE)
+_DRAWN = ("raster_vertex_batch", "raster_pixel", "composite_vertex", "composite_pixel")
 _SPACED = "+-"  # "a - -b" is not "a--b"
 
 _REFLECTION = """\
@@ -108,15 +109,14 @@ _KERNELS = """\
 def web_files(made: dict[str, str]) -> dict[str, str]:
     """{file name: text} of every module. `made` is what generate_all() makes. Raises ShaderError."""
     rows: dict[str, dict[str, Any]] = json.loads(made["reflection.json"])["entries"]
-    drawn = [name for name, row in ENTRIES.items() if row.kind != "compute"]
     wgsl = renamed({name: minified(made[f"wgsl/{name}.wgsl"]) for name in ENTRIES})
-    glsl = generate(HLSL, drawn, ["glsl300es"])
+    glsl = generate(HLSL, _DRAWN, ["glsl300es"])
     modules = {
         "wgsl.ts": _texts("WGSL", "Every entry as WGSL, by name; its function has the same name.", wgsl),
         "glsl.ts": _texts(
             "GLSL",
-            "The entries that draw as GLSL ES 3.00, by name.",
-            {name: minified_glsl(glsl["glsl300es", name]) for name in drawn},
+            "What draws in WebGL2 as GLSL ES 3.00, by the entry's name.",
+            {name: minified_glsl(glsl["glsl300es", name]) for name in _DRAWN},
         ),
         "reflection.ts": _REFLECTION + _interfaces(rows),
         "constants.ts": _constants(),
@@ -187,7 +187,7 @@ def _constants() -> str:
         for name, entry in table("constants.json").items()
         if not isinstance(entry["value"], list)
     ]
-    for file in ("platform.hlsli", "sort.hlsli"):
+    for file in ("platform.hlsli", "sort.hlsli", "raster.hlsli"):
         for name, value, about in _MACRO.findall((HLSL / file).read_text("utf-8")):
             number = value.strip("()").replace("AVATAR_", "")
             lines.append(f"/** {about} */\nexport const {name} = {number};\n")

@@ -7,52 +7,51 @@ precision highp int;
 struct QuadFragment
 {
     highp vec4 position;
-    highp vec4 place;
-    highp vec3 conic;
+    highp vec2 centre;
+    highp vec4 form;
     highp vec3 rgb;
 };
 
-layout(location = 0) flat in highp vec4 q_place;
-layout(location = 1) flat in highp vec3 q_conic;
+layout(location = 0) flat in highp vec2 q_centre;
+layout(location = 1) flat in highp vec4 q_form;
 layout(location = 2) flat in highp vec3 q_rgb;
 layout(location = 0) out highp vec4 _entryPointOutput;
 
-highp float splat_alpha(highp vec2 offset, highp vec3 conic, highp float opacity)
+highp float splat_level(highp vec2 offset, highp vec4 form)
 {
-    highp float power = ((-0.5) * (((conic.x * offset.x) * offset.x) + ((conic.z * offset.y) * offset.y))) - ((conic.y * offset.x) * offset.y);
-    highp float alpha = min(0.9900000095367431640625, opacity * exp(power));
-    return ((power > 0.0) || (alpha < 0.0039215688593685626983642578125)) ? 0.0 : alpha;
+    highp float power = (offset.x * ((form.x * offset.x) + (form.y * offset.y))) + ((form.z * offset.y) * offset.y);
+    return (power > 0.0) ? (-1.0) : (power + form.w);
 }
 
-highp vec4 splat_fragment(highp vec3 rgb, highp float alpha)
+highp vec4 splat_fragment(highp vec3 rgb, highp float level)
 {
+    highp float alpha = min(0.9900000095367431640625, exp2(level) * 0.0039215688593685626983642578125);
     return vec4(rgb * alpha, alpha);
 }
 
 highp vec4 _raster_pixel(QuadFragment q)
 {
-    highp vec2 param = q.place.xy - (q.position.xy - vec2(0.5));
-    highp vec3 param_1 = q.conic;
-    highp float param_2 = q.place.w;
-    highp float alpha = splat_alpha(param, param_1, param_2);
-    if (alpha <= 0.0)
+    highp vec2 param = q.centre - q.position.xy;
+    highp vec4 param_1 = q.form;
+    highp float level = splat_level(param, param_1);
+    if (level < 0.0)
     {
         discard;
     }
-    highp vec3 param_3 = q.rgb;
-    highp float param_4 = alpha;
-    return splat_fragment(param_3, param_4);
+    highp vec3 param_2 = q.rgb;
+    highp float param_3 = level;
+    return splat_fragment(param_2, param_3);
 }
 
 void main()
 {
     QuadFragment q;
     q.position = gl_FragCoord;
-    q.place = q_place;
-    q.conic = q_conic;
+    q.centre = q_centre;
+    q.form = q_form;
     q.rgb = q_rgb;
     QuadFragment param = q;
-    highp vec4 _150 = _raster_pixel(param);
-    _entryPointOutput = _150;
+    highp vec4 _138 = _raster_pixel(param);
+    _entryPointOutput = _138;
 }
 

@@ -5,8 +5,8 @@
 struct QuadFragment
 {
     vec4 position;
-    vec4 place;
-    vec3 conic;
+    vec2 centre;
+    vec4 form;
     vec3 rgb;
 };
 
@@ -19,13 +19,19 @@ layout(binding = 8, std140) uniform RasterConstants
 layout(location = 0) in vec4 quad0;
 layout(location = 1) in vec4 quad1;
 layout(location = 2) in vec4 quad2;
-layout(location = 0) flat out vec4 _entryPointOutput_place;
-layout(location = 1) flat out vec3 _entryPointOutput_conic;
+layout(location = 0) flat out vec2 _entryPointOutput_centre;
+layout(location = 1) flat out vec4 _entryPointOutput_form;
 layout(location = 2) flat out vec3 _entryPointOutput_rgb;
 
-vec2 splat_corner(inout vec2 corner, vec2 centre, vec3 conic, float opacity, vec2 size)
+vec4 splat_form(vec3 conic, float opacity)
 {
-    float reach = 2.0 * log(max(opacity * 255.0, 1.0));
+    float most = log2(opacity * 255.0);
+    return vec4((-0.721347510814666748046875) * conic.x, (-1.44269502162933349609375) * conic.y, (-0.721347510814666748046875) * conic.z, most);
+}
+
+vec2 splat_corner(inout vec2 corner, vec2 centre, vec3 conic, float most, vec2 size)
+{
+    float reach = 1.38629436492919921875 * max(most, 0.0);
     float det = ((conic.x * conic.z) - (conic.y * conic.y)) - (3.0000001061125658452510833740234e-07 * ((conic.x * conic.z) + (conic.y * conic.y)));
     if (!(det > 0.0))
     {
@@ -55,25 +61,27 @@ vec4 clip_from_pixels(vec2 pixel, float clip_depth, vec2 size, float flip_y)
 QuadFragment quad_vertex(uint vertex, vec4 place, vec3 conic, vec3 rgb)
 {
     QuadFragment q;
-    q.place = place;
-    q.conic = conic;
+    q.centre = place.xy + vec2(0.5);
+    vec3 param = conic;
+    float param_1 = place.w;
+    q.form = splat_form(param, param_1);
     q.rgb = rgb;
     q.position = vec4(2.0, 2.0, 0.0, 1.0);
-    if ((place.w * 255.0) >= 1.0)
+    if (q.form.w >= 0.0)
     {
         vec2 corner = vec2(float(((vertex & 1u) != 0u) ? 1 : (-1)), float(((vertex & 2u) != 0u) ? 1 : (-1)));
-        vec2 param = corner;
-        vec2 param_1 = place.xy;
-        vec3 param_2 = conic;
-        float param_3 = place.w;
-        vec2 param_4 = constants.image_size;
-        vec2 _290 = splat_corner(param, param_1, param_2, param_3, param_4);
-        vec2 pixel = _290;
-        vec2 param_5 = pixel;
-        float param_6 = place.z;
-        vec2 param_7 = constants.image_size;
-        float param_8 = constants.flip_y;
-        q.position = clip_from_pixels(param_5, param_6, param_7, param_8);
+        vec2 param_2 = corner;
+        vec2 param_3 = place.xy;
+        vec3 param_4 = conic;
+        float param_5 = q.form.w;
+        vec2 param_6 = constants.image_size;
+        vec2 _320 = splat_corner(param_2, param_3, param_4, param_5, param_6);
+        vec2 pixel = _320;
+        vec2 param_7 = pixel;
+        float param_8 = place.z;
+        vec2 param_9 = constants.image_size;
+        float param_10 = constants.flip_y;
+        q.position = clip_from_pixels(param_7, param_8, param_9, param_10);
     }
     return q;
 }
@@ -99,8 +107,8 @@ void main()
     uint param_3 = vertex;
     QuadFragment flattenTemp = _raster_vertex(param, param_1, param_2, param_3);
     gl_Position = flattenTemp.position;
-    _entryPointOutput_place = flattenTemp.place;
-    _entryPointOutput_conic = flattenTemp.conic;
+    _entryPointOutput_centre = flattenTemp.centre;
+    _entryPointOutput_form = flattenTemp.form;
     _entryPointOutput_rgb = flattenTemp.rgb;
     gl_Position.z = 2.0 * gl_Position.z - gl_Position.w;
 }

@@ -5,52 +5,51 @@
 struct QuadFragment
 {
     vec4 position;
-    vec4 place;
-    vec3 conic;
+    vec2 centre;
+    vec4 form;
     vec3 rgb;
 };
 
-layout(location = 0) flat in vec4 q_place;
-layout(location = 1) flat in vec3 q_conic;
+layout(location = 0) flat in vec2 q_centre;
+layout(location = 1) flat in vec4 q_form;
 layout(location = 2) flat in vec3 q_rgb;
 layout(location = 0) out vec4 _entryPointOutput;
 
-float splat_alpha(vec2 offset, vec3 conic, float opacity)
+float splat_level(vec2 offset, vec4 form)
 {
-    float power = ((-0.5) * (((conic.x * offset.x) * offset.x) + ((conic.z * offset.y) * offset.y))) - ((conic.y * offset.x) * offset.y);
-    float alpha = min(0.9900000095367431640625, opacity * exp(power));
-    return ((power > 0.0) || (alpha < 0.0039215688593685626983642578125)) ? 0.0 : alpha;
+    float power = (offset.x * ((form.x * offset.x) + (form.y * offset.y))) + ((form.z * offset.y) * offset.y);
+    return (power > 0.0) ? (-1.0) : (power + form.w);
 }
 
-vec4 splat_fragment(vec3 rgb, float alpha)
+vec4 splat_fragment(vec3 rgb, float level)
 {
+    float alpha = min(0.9900000095367431640625, exp2(level) * 0.0039215688593685626983642578125);
     return vec4(rgb * alpha, alpha);
 }
 
 vec4 _raster_pixel(QuadFragment q)
 {
-    vec2 param = q.place.xy - (q.position.xy - vec2(0.5));
-    vec3 param_1 = q.conic;
-    float param_2 = q.place.w;
-    float alpha = splat_alpha(param, param_1, param_2);
-    if (alpha <= 0.0)
+    vec2 param = q.centre - q.position.xy;
+    vec4 param_1 = q.form;
+    float level = splat_level(param, param_1);
+    if (level < 0.0)
     {
         discard;
     }
-    vec3 param_3 = q.rgb;
-    float param_4 = alpha;
-    return splat_fragment(param_3, param_4);
+    vec3 param_2 = q.rgb;
+    float param_3 = level;
+    return splat_fragment(param_2, param_3);
 }
 
 void main()
 {
     QuadFragment q;
     q.position = gl_FragCoord;
-    q.place = q_place;
-    q.conic = q_conic;
+    q.centre = q_centre;
+    q.form = q_form;
     q.rgb = q_rgb;
     QuadFragment param = q;
-    vec4 _150 = _raster_pixel(param);
-    _entryPointOutput = _150;
+    vec4 _138 = _raster_pixel(param);
+    _entryPointOutput = _138;
 }
 

@@ -10,8 +10,8 @@ using namespace metal;
 struct QuadFragment
 {
     float4 position;
-    float4 place;
-    float3 conic;
+    float2 centre;
+    float4 form;
     float3 rgb;
 };
 
@@ -33,39 +33,38 @@ struct raster_pixel_out
 
 struct raster_pixel_in
 {
-    float4 q_place [[user(locn0), flat]];
-    float3 q_conic [[user(locn1), flat]];
+    float2 q_centre [[user(locn0), flat]];
+    float4 q_form [[user(locn1), flat]];
     float3 q_rgb [[user(locn2), flat]];
 };
 
 static inline __attribute__((always_inline))
-float splat_alpha(thread const float2& offset, thread const float3& conic, thread const float& opacity)
+float splat_level(thread const float2& offset, thread const float4& form)
 {
-    float power = ((-0.5) * (((conic.x * offset.x) * offset.x) + ((conic.z * offset.y) * offset.y))) - ((conic.y * offset.x) * offset.y);
-    float alpha = fast::min(0.9900000095367431640625, opacity * exp(power));
-    return ((power > 0.0) || (alpha < 0.0039215688593685626983642578125)) ? 0.0 : alpha;
+    float power = (offset.x * ((form.x * offset.x) + (form.y * offset.y))) + ((form.z * offset.y) * offset.y);
+    return (power > 0.0) ? (-1.0) : (power + form.w);
 }
 
 static inline __attribute__((always_inline))
-float4 splat_fragment(thread const float3& rgb, thread const float& alpha)
+float4 splat_fragment(thread const float3& rgb, thread const float& level0)
 {
+    float alpha = fast::min(0.9900000095367431640625, exp2(level0) * 0.0039215688593685626983642578125);
     return float4(rgb * alpha, alpha);
 }
 
 static inline __attribute__((always_inline))
 float4 _raster_pixel(thread const QuadFragment& q)
 {
-    float2 param = q.place.xy - (q.position.xy - float2(0.5));
-    float3 param_1 = q.conic;
-    float param_2 = q.place.w;
-    float alpha = splat_alpha(param, param_1, param_2);
-    if (alpha <= 0.0)
+    float2 param = q.centre - q.position.xy;
+    float4 param_1 = q.form;
+    float level0 = splat_level(param, param_1);
+    if (level0 < 0.0)
     {
         discard_fragment();
     }
-    float3 param_3 = q.rgb;
-    float param_4 = alpha;
-    return splat_fragment(param_3, param_4);
+    float3 param_2 = q.rgb;
+    float param_3 = level0;
+    return splat_fragment(param_2, param_3);
 }
 
 fragment raster_pixel_out raster_pixel(raster_pixel_in in [[stage_in]], float4 gl_FragCoord [[position]])
@@ -73,12 +72,12 @@ fragment raster_pixel_out raster_pixel(raster_pixel_in in [[stage_in]], float4 g
     raster_pixel_out out = {};
     QuadFragment q;
     q.position = gl_FragCoord;
-    q.place = in.q_place;
-    q.conic = in.q_conic;
+    q.centre = in.q_centre;
+    q.form = in.q_form;
     q.rgb = in.q_rgb;
     QuadFragment param = q;
-    float4 _150 = _raster_pixel(param);
-    out._entryPointOutput = _150;
+    float4 _138 = _raster_pixel(param);
+    out._entryPointOutput = _138;
     return out;
 }
 

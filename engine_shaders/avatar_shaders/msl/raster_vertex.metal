@@ -10,8 +10,8 @@ using namespace metal;
 struct QuadFragment
 {
     float4 position;
-    float4 place;
-    float3 conic;
+    float2 centre;
+    float4 form;
     float3 rgb;
 };
 
@@ -28,8 +28,8 @@ struct Quads
 
 struct raster_vertex_out
 {
-    float4 _entryPointOutput_place [[user(locn0)]];
-    float3 _entryPointOutput_conic [[user(locn1)]];
+    float2 _entryPointOutput_centre [[user(locn0)]];
+    float4 _entryPointOutput_form [[user(locn1)]];
     float3 _entryPointOutput_rgb [[user(locn2)]];
     float4 gl_Position [[position]];
 };
@@ -42,9 +42,16 @@ struct raster_vertex_in
 };
 
 static inline __attribute__((always_inline))
-float2 splat_corner(thread float2& corner, thread const float2& centre, thread const float3& conic, thread const float& opacity, thread const float2& size)
+float4 splat_form(thread const float3& conic, thread const float& opacity)
 {
-    float reach = 2.0 * log(fast::max(opacity * 255.0, 1.0));
+    float most = log2(opacity * 255.0);
+    return float4((-0.721347510814666748046875) * conic.x, (-1.44269502162933349609375) * conic.y, (-0.721347510814666748046875) * conic.z, most);
+}
+
+static inline __attribute__((always_inline))
+float2 splat_corner(thread float2& corner, thread const float2& centre, thread const float3& conic, thread const float& most, thread const float2& size)
+{
+    float reach = 1.38629436492919921875 * fast::max(most, 0.0);
     float det = ((conic.x * conic.z) - (conic.y * conic.y)) - (3.0000001061125658452510833740234e-07 * ((conic.x * conic.z) + (conic.y * conic.y)));
     if (!(det > 0.0))
     {
@@ -76,25 +83,27 @@ static inline __attribute__((always_inline))
 QuadFragment quad_vertex(thread const uint& vertex0, thread const float4& place, thread const float3& conic, thread const float3& rgb, constant RasterConstants& constants)
 {
     QuadFragment q;
-    q.place = place;
-    q.conic = conic;
+    q.centre = place.xy + float2(0.5);
+    float3 param = conic;
+    float param_1 = place.w;
+    q.form = splat_form(param, param_1);
     q.rgb = rgb;
     q.position = float4(2.0, 2.0, 0.0, 1.0);
-    if ((place.w * 255.0) >= 1.0)
+    if (q.form.w >= 0.0)
     {
         float2 corner = float2(float(((vertex0 & 1u) != 0u) ? 1 : (-1)), float(((vertex0 & 2u) != 0u) ? 1 : (-1)));
-        float2 param = corner;
-        float2 param_1 = place.xy;
-        float3 param_2 = conic;
-        float param_3 = place.w;
-        float2 param_4 = constants.image_size;
-        float2 _290 = splat_corner(param, param_1, param_2, param_3, param_4);
-        float2 pixel = _290;
-        float2 param_5 = pixel;
-        float param_6 = place.z;
-        float2 param_7 = constants.image_size;
-        float param_8 = constants.flip_y;
-        q.position = clip_from_pixels(param_5, param_6, param_7, param_8);
+        float2 param_2 = corner;
+        float2 param_3 = place.xy;
+        float3 param_4 = conic;
+        float param_5 = q.form.w;
+        float2 param_6 = constants.image_size;
+        float2 _320 = splat_corner(param_2, param_3, param_4, param_5, param_6);
+        float2 pixel = _320;
+        float2 param_7 = pixel;
+        float param_8 = place.z;
+        float2 param_9 = constants.image_size;
+        float param_10 = constants.flip_y;
+        q.position = clip_from_pixels(param_7, param_8, param_9, param_10);
     }
     return q;
 }
@@ -122,8 +131,8 @@ vertex raster_vertex_out raster_vertex(raster_vertex_in in [[stage_in]], constan
     uint param_3 = vertex0;
     QuadFragment flattenTemp = _raster_vertex(param, param_1, param_2, param_3, constants);
     out.gl_Position = flattenTemp.position;
-    out._entryPointOutput_place = flattenTemp.place;
-    out._entryPointOutput_conic = flattenTemp.conic;
+    out._entryPointOutput_centre = flattenTemp.centre;
+    out._entryPointOutput_form = flattenTemp.form;
     out._entryPointOutput_rgb = flattenTemp.rgb;
     return out;
 }

@@ -7,13 +7,18 @@ struct SLANG_ParameterGroup_RasterConstants_std140_0
 };
 
 @binding(8) @group(0) var<uniform> RasterConstants_0 : SLANG_ParameterGroup_RasterConstants_std140_0;
-fn splat_corner_0( corner_0 : vec2<f32>,  centre_0 : vec2<f32>,  conic_0 : vec3<f32>,  opacity_0 : f32,  size_0 : vec2<f32>) -> vec2<f32>
+fn splat_form_0( conic_0 : vec3<f32>,  opacity_0 : f32) -> vec4<f32>
 {
-    var reach_0 : f32 = 2.0f * log(max(opacity_0 * 255.0f, 1.0f));
-    var _S1 : f32 = conic_0.x;
-    var _S2 : f32 = conic_0.z;
+    return vec4<f32>(-0.72134751081466675f * conic_0.x, -1.4426950216293335f * conic_0.y, -0.72134751081466675f * conic_0.z, log2(opacity_0 * 255.0f));
+}
+
+fn splat_corner_0( corner_0 : vec2<f32>,  centre_0 : vec2<f32>,  conic_1 : vec3<f32>,  most_0 : f32,  size_0 : vec2<f32>) -> vec2<f32>
+{
+    var reach_0 : f32 = 1.38629436492919922f * max(most_0, 0.0f);
+    var _S1 : f32 = conic_1.x;
+    var _S2 : f32 = conic_1.z;
     var _S3 : f32 = _S1 * _S2;
-    var _S4 : f32 = conic_0.y;
+    var _S4 : f32 = conic_1.y;
     var _S5 : f32 = _S4 * _S4;
     var det_0 : f32 = _S3 - _S5 - 3.00000010611256585e-07f * (_S3 + _S5);
     if(!(det_0 > 0.0f))
@@ -72,40 +77,41 @@ fn clip_from_pixels_0( pixel_0 : vec2<f32>,  clip_depth_0 : f32,  size_1 : vec2<
 struct QuadFragment_0
 {
     @builtin(position) position_0 : vec4<f32>,
-    @interpolate(flat) @location(0) place_0 : vec4<f32>,
-    @interpolate(flat) @location(1) conic_1 : vec3<f32>,
+    @interpolate(flat) @location(0) centre_1 : vec2<f32>,
+    @interpolate(flat) @location(1) form_0 : vec4<f32>,
     @interpolate(flat) @location(2) rgb_0 : vec3<f32>,
 };
 
-fn quad_vertex_0( vertex_0 : u32,  place_1 : vec4<f32>,  conic_2 : vec3<f32>,  rgb_1 : vec3<f32>) -> QuadFragment_0
+fn quad_vertex_0( vertex_0 : u32,  place_0 : vec4<f32>,  conic_2 : vec3<f32>,  rgb_1 : vec3<f32>) -> QuadFragment_0
 {
     var q_0 : QuadFragment_0;
-    q_0.place_0 = place_1;
-    q_0.conic_1 = conic_2;
+    var _S9 : vec2<f32> = place_0.xy;
+    q_0.centre_1 = _S9 + vec2<f32>(0.5f);
+    var _S10 : vec4<f32> = splat_form_0(conic_2, place_0.w);
+    q_0.form_0 = _S10;
     q_0.rgb_0 = rgb_1;
     q_0.position_0 = vec4<f32>(2.0f, 2.0f, 0.0f, 1.0f);
-    var _S9 : f32 = place_1.w;
-    if((_S9 * 255.0f) >= 1.0f)
+    if((_S10.w) >= 0.0f)
     {
-        var _S10 : i32;
+        var _S11 : i32;
         if(((vertex_0 & (u32(1)))) != u32(0))
         {
-            _S10 = i32(1);
+            _S11 = i32(1);
         }
         else
         {
-            _S10 = i32(-1);
+            _S11 = i32(-1);
         }
-        var _S11 : f32 = f32(_S10);
+        var _S12 : f32 = f32(_S11);
         if(((vertex_0 & (u32(2)))) != u32(0))
         {
-            _S10 = i32(1);
+            _S11 = i32(1);
         }
         else
         {
-            _S10 = i32(-1);
+            _S11 = i32(-1);
         }
-        q_0.position_0 = clip_from_pixels_0(splat_corner_0(vec2<f32>(_S11, f32(_S10)), place_1.xy, conic_2, _S9, RasterConstants_0.image_size_0), place_1.z, RasterConstants_0.image_size_0, RasterConstants_0.flip_y_0);
+        q_0.position_0 = clip_from_pixels_0(splat_corner_0(vec2<f32>(_S12, f32(_S11)), _S9, conic_2, q_0.form_0.w, RasterConstants_0.image_size_0), place_0.z, RasterConstants_0.image_size_0, RasterConstants_0.flip_y_0);
     }
     return q_0;
 }
@@ -118,8 +124,8 @@ struct vertexInput_0
 };
 
 @vertex
-fn raster_vertex( _S12 : vertexInput_0, @builtin(vertex_index) vertex_1 : u32) -> QuadFragment_0
+fn raster_vertex( _S13 : vertexInput_0, @builtin(vertex_index) vertex_1 : u32) -> QuadFragment_0
 {
-    return quad_vertex_0(vertex_1, _S12.quad0_0, _S12.quad1_0.xyz, _S12.quad2_0.xyz);
+    return quad_vertex_0(vertex_1, _S13.quad0_0, _S13.quad1_0.xyz, _S13.quad2_0.xyz);
 }
 

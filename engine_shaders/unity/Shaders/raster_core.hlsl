@@ -9,18 +9,31 @@
 
 #include "constants_core.hlsl"
 
-// Alpha of a splat at `offset` = centre - pixel; 0 where it is below 1/255 or the conic is indefinite.
-float splat_alpha(float2 offset, float3 conic, float opacity)
+#define AVATAR_QUAD_BATCH 128 // splats an instance of raster_vertex_batch
+#define AVATAR_QUAD_ROW 512 // splats a row of the texture that raster_vertex_batch reads: three texels each
+
+static const float LOG2_E = 1.44269504;
+static const float LN_2 = 0.693147181;
+
+// What all pixels of a splat share: log2(255 alpha) at `offset` d is d.x (x d.x + y d.y) + z d.y d.y + w.
+float4 splat_form(float3 conic, float opacity)
 {
-    float power = -0.5 * (conic.x * offset.x * offset.x + conic.z * offset.y * offset.y)
-        - conic.y * offset.x * offset.y;
-    float alpha = min(AVATAR_ALPHA_MAX, opacity * exp(power));
-    return power > 0 || alpha < 1.0 / AVATAR_ALPHA_MIN_DENOMINATOR ? 0.0 : alpha;
+    float most = log2(opacity * AVATAR_ALPHA_MIN_DENOMINATOR);
+    return float4(-0.5 * LOG2_E * conic.x, -LOG2_E * conic.y, -0.5 * LOG2_E * conic.z, most);
+}
+
+// log2(255 alpha) at `offset` = centre - pixel. Below 0 where alpha is below 1/255 or the conic is indefinite: nothing
+// is drawn there.
+float splat_level(float2 offset, float4 form)
+{
+    float power = offset.x * (form.x * offset.x + form.y * offset.y) + form.z * offset.y * offset.y;
+    return power > 0 ? -1.0 : power + form.w;
 }
 
 // Premultiplied colour and alpha of a fragment.
-float4 splat_fragment(float3 rgb, float alpha)
+float4 splat_fragment(float3 rgb, float level)
 {
+    float alpha = min(AVATAR_ALPHA_MAX, exp2(level) * (1.0 / AVATAR_ALPHA_MIN_DENOMINATOR));
     return float4(rgb * alpha, alpha);
 }
 
@@ -29,10 +42,10 @@ static const float SMALL_SPLAT = 8; // pixels from the centre
 
 // A corner (-1 or 1 each) of the rectangle that holds every pixel with alpha >= 1/255, in pixels. Most splats are small,
 // and there two triangles cost more than what a larger one covers in vain: the two upper corners meet, so that one
-// triangle about the ellipse is left.
-float2 splat_corner(float2 corner, float2 centre, float3 conic, float opacity, float2 size)
+// triangle about the ellipse is left. `most` is the splat's largest level.
+float2 splat_corner(float2 corner, float2 centre, float3 conic, float most, float2 size)
 {
-    float reach = 2 * log(max(opacity * AVATAR_ALPHA_MIN_DENOMINATOR, 1.0));
+    float reach = 2 * LN_2 * max(most, 0.0);
     // The determinant minus its largest rounding error: a quad that is too large costs little, one that is too small
     // cuts the splat.
     float det = conic.x * conic.z - conic.y * conic.y - 3e-7 * (conic.x * conic.z + conic.y * conic.y);

@@ -21,6 +21,7 @@ export class Uniforms {
   readonly floats: Float32Array;
   readonly words: Uint32Array;
   private readonly copies: Int32Array; // triples: to, from, floats
+  private readonly lasting: readonly number[]; // words: sh_terms where no expression changes SH
 
   constructor(dispatches: readonly Dispatched[], alignment: number, layout: FrameLayout | null) {
     const offsets: number[] = [];
@@ -41,6 +42,9 @@ export class Uniforms {
     this.sizes = sizes;
     this.bytes = at;
     this.copies = Int32Array.from(copies);
+    this.lasting = dispatches.flatMap(({ entry, constants }, i) => {
+      return entry === "blend" && constants["appearance_sh_width"] === 0 ? this.word(i, entry, "sh_terms") : [];
+    });
   }
 
   /** The word of a constant of dispatch `index`. */
@@ -56,6 +60,20 @@ export class Uniforms {
     let changed = false;
     for (let i = 0; i < copies.length; i += 3) {
       changed = copied(from, copies[i + 1] as number, floats, copies[i] as number, copies[i + 2] as number) || changed;
+    }
+    return changed;
+  }
+
+  /**
+   * Call it when the dispatches have run once: SH that no expression changes stay in their buffer, and blend, of whose
+   * work they are most, is told that there are none. Returns whether a value has changed.
+   */
+  keepLasting(): boolean {
+    let changed = false;
+    for (let i = 0; i < this.lasting.length; i++) {
+      const word = this.lasting[i] as number;
+      changed = changed || this.words[word] !== 0;
+      this.words[word] = 0;
     }
     return changed;
   }

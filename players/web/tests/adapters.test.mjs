@@ -113,6 +113,18 @@ for (const engine of ENGINES) {
   });
 }
 
+for (const stage of ["three_webgl", "babylon_webgl", "playcanvas_webgl"]) {
+  test(`${stage}: a context that was lost, and a camera without perspective`, { timeout: 240_000 }, async () => {
+    const steps = [...STEPS.slice(0, 3), ["lose"], ["picture", "restored"], ["orthographic", "refused"], ["picture", "again"]];
+    const { pictures, errors } = await playScene(browser, stage, { ...OPTIONS, api: "webgl2" }, FILES, steps);
+    assert.deepEqual(errors.filter((error) => !/context|CONTEXT_LOST/i.test(error)), []);
+    assert.equal(pictures.refused.toString(), "AvatarError: the camera: has no perspective; an orthographic camera cannot show an avatar");
+    for (const name of ["plain", "restored", "again"]) {
+      assert.ok(difference(pictures[name], expected.false.plain) <= 1, `${name}: ${difference(pictures[name], expected.false.plain)}`);
+    }
+  });
+}
+
 test("a left-handed scene shows the avatar as a right-handed one does", { timeout: 240_000 }, async () => {
   const options = { ...OPTIONS, api: "webgl2", leftHanded: true };
   const { pictures, errors } = await playScene(browser, "babylon_webgl", options, FILES, STEPS.slice(0, 3));

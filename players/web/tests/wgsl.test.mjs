@@ -94,14 +94,18 @@ test("WebGPU says what is wrong with a module", async () => {
   assert.ok(faults.includes("error"));
 });
 
-test("WebGL2 links what draws, with the attributes and blocks that INTERFACES names", async () => {
+test("WebGL2 links what draws, with the textures and blocks that INTERFACES names", async () => {
   const faults = await page.evaluate(() => {
     const { GLSL, INTERFACES } = window.made;
     const gl = new OffscreenCanvas(1, 1).getContext("webgl2");
     const faults = [];
-    for (const draw of ["raster", "composite"]) {
+    const draws = [
+      { vertex: "raster_vertex_batch", pixel: "raster_pixel", uniforms: INTERFACES.raster_vertex.uniforms, textures: ["QuadTexels"] },
+      { vertex: "composite_vertex", pixel: "composite_pixel", ...INTERFACES.composite_pixel, textures: ["Accumulated"] },
+    ];
+    for (const { vertex, pixel, uniforms, textures } of draws) {
       const program = gl.createProgram();
-      for (const [name, kind] of [[`${draw}_vertex`, gl.VERTEX_SHADER], [`${draw}_pixel`, gl.FRAGMENT_SHADER]]) {
+      for (const [name, kind] of [[vertex, gl.VERTEX_SHADER], [pixel, gl.FRAGMENT_SHADER]]) {
         const shader = gl.createShader(kind);
         gl.shaderSource(shader, GLSL[name]);
         gl.compileShader(shader);
@@ -110,21 +114,18 @@ test("WebGL2 links what draws, with the attributes and blocks that INTERFACES na
       }
       gl.linkProgram(program);
       faults.push(gl.getProgramInfoLog(program));
-      for (const name of [`${draw}_vertex`, `${draw}_pixel`]) {
-        const { uniforms, inputs, textures } = INTERFACES[name];
-        for (const { name, location } of inputs) {
-          if (gl.getAttribLocation(program, name) !== location) faults.push(`attribute ${name}`);
-        }
-        for (const { name } of textures) if (!gl.getUniformLocation(program, name)) faults.push(`texture ${name}`);
-        if (!uniforms) continue;
-        const index = gl.getUniformBlockIndex(program, uniforms.name);
-        if (index === gl.INVALID_INDEX) faults.push(`no block ${uniforms.name}`);
-        const members = uniforms.members.map(({ name }) => `${uniforms.name}.${name}`);
-        const offsets = gl.getActiveUniforms(program, gl.getUniformIndices(program, members), gl.UNIFORM_OFFSET);
-        uniforms.members.forEach(({ name, offset }, i) => {
-          if (offsets[i] !== offset) faults.push(`${name} at ${offsets[i]}`);
-        });
+      for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_ATTRIBUTES); i++) {
+        const { name } = gl.getActiveAttrib(program, i);
+        if (!name.startsWith("gl_")) faults.push(`attribute ${name}`);
       }
+      for (const name of textures) if (!gl.getUniformLocation(program, name)) faults.push(`texture ${name}`);
+      const index = gl.getUniformBlockIndex(program, uniforms.name);
+      if (index === gl.INVALID_INDEX) faults.push(`no block ${uniforms.name}`);
+      const members = uniforms.members.map(({ name }) => `${uniforms.name}.${name}`);
+      const offsets = gl.getActiveUniforms(program, gl.getUniformIndices(program, members), gl.UNIFORM_OFFSET);
+      uniforms.members.forEach(({ name, offset }, i) => {
+        if (offsets[i] !== offset) faults.push(`${name} at ${offsets[i]}`);
+      });
     }
     return faults.filter((fault) => fault?.replace(/\0/g, "").trim());
   });

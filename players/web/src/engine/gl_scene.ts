@@ -20,16 +20,15 @@ const UPWARDS = -1; // row 0 of the target is at the bottom of OpenGL's clip spa
  * Draws avatars into what the host has bound, against its depth, and leaves the context as it was. Splats are blended
  * in a float image of their own, that is put over the host's target once. Where the depth of the target cannot be
  * copied, splats are drawn into the target itself with its depth test: then 8 bit targets round at every splat, and
- * targets of linear light blend colours that are not.
+ * targets of linear light blend colours that are not. Where the host restores a lost context, avatars are drawn again.
  */
 export class GlScene implements AvatarHost {
   readonly lost: Promise<string>;
-  private lose: (reason: string) => void = () => undefined;
-  private isLost = false;
   private readonly source: QuadSource;
-  private readonly drawing: GlDraw;
-  private readonly depth: GlDepth;
-  private readonly state: GlState;
+  private drawing: GlDraw | null = null; // null: the context is lost
+  private depth: GlDepth;
+  private state: GlState;
+  private uploaded = false; // the context has the newest quads
 
   /**
    * `synchronous`: each picture waits for the kernels. Otherwise a worker computes them, and a picture shows the newest
@@ -37,22 +36,21 @@ export class GlScene implements AvatarHost {
    */
   constructor(private readonly gl: WebGL2RenderingContext, synchronous: boolean, onUpdate: () => void) {
     this.state = new GlState(gl, BLOCKS);
-    this.state.save();
-    try {
-      this.drawing = new GlDraw(gl);
-    } finally {
-      this.state.restore();
-    }
     this.depth = new GlDepth(gl);
+    this.drawing = this.made();
     this.source = new QuadSource(synchronous ? new LocalPort() : startWorker(), bytesOfBase64(KERNELS));
-    this.lost = new Promise((resolve) => (this.lose = resolve));
-    void this.source.lost.then(this.lose);
-    gl.canvas.addEventListener("webglcontextlost", this.onLost);
+    this.lost = this.source.lost;
     this.source.most = this.drawing.most;
     this.source.onQuads = () => {
       this.upload();
       if (!synchronous) onUpdate();
     };
+    this.onRestored = () => {
+      this.restore();
+      onUpdate();
+    };
+    gl.canvas.addEventListener("webglcontextlost", this.onLost);
+    gl.canvas.addEventListener("webglcontextrestored", this.onRestored);
   }
 
   /** Throws AvatarError if there is no such level. */
@@ -69,49 +67,70 @@ export class GlScene implements AvatarHost {
 
   /** Draws into the bound framebuffer. */
   drawInto(view: EngineView): void {
-    const { state } = this;
-    if (this.isLost) return;
+    const { drawing, state } = this;
+    if (drawing === null) return;
     this.source.frameIfChanged(view.camera);
-    if (this.source.count === 0) return;
+    if (!this.uploaded || this.source.count === 0) return;
     state.save();
     state.prepare();
-    this.drawQuads(view);
+    this.drawQuads(drawing, view);
     state.restore();
   }
 
   dispose(): void {
     this.gl.canvas.removeEventListener("webglcontextlost", this.onLost);
+    this.gl.canvas.removeEventListener("webglcontextrestored", this.onRestored);
     this.source.dispose();
-    this.drawing.dispose();
+    this.drawing?.dispose();
     this.depth.dispose();
   }
 
-  /** A context that the host restores has nothing of ours. */
+  /** The kernels and what they hold are not of the context. */
   private readonly onLost = (): void => {
-    this.isLost = true;
-    this.lose("the WebGL context was lost; create another AvatarScene when it is back");
+    this.drawing = null;
+    this.uploaded = false;
   };
 
+  private readonly onRestored: () => void;
+
+  /** A context that the host restores has nothing of ours. The next picture asks for its quads. */
+  private restore(): void {
+    this.state = new GlState(this.gl, BLOCKS);
+    this.depth = new GlDepth(this.gl);
+    this.drawing = this.made();
+    this.source.forget();
+  }
+
+  private made(): GlDraw {
+    this.state.save();
+    try {
+      return new GlDraw(this.gl);
+    } finally {
+      this.state.restore();
+    }
+  }
+
   private upload(): void {
-    if (this.isLost) return;
+    if (this.drawing === null) return;
     this.state.save();
     this.drawing.upload(this.source.quads, this.source.count);
     this.state.restore();
+    this.uploaded = true;
   }
 
   /** The quads may be of a target of another size, until newer ones come. */
-  private drawQuads(view: EngineView): void {
-    const { gl, drawing, state } = this;
+  private drawQuads(drawing: GlDraw, view: EngineView): void {
+    const { gl, state } = this;
     const { width, height } = view.camera;
     drawing.begin(width, height);
     const depth = this.depth.copy(state.target, drawing.image, width, height);
     if (depth === "failed") {
-      this.drawDirectly(view);
+      this.drawDirectly(drawing, view);
       return;
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, drawing.image);
     if (depth === "copied") this.testDepth(view);
-    this.drawAll();
+    this.drawAll(drawing);
     gl.bindFramebuffer(gl.FRAMEBUFFER, state.target);
     gl.viewport(0, 0, width, height);
     gl.disable(gl.DEPTH_TEST);
@@ -119,18 +138,18 @@ export class GlScene implements AvatarHost {
     drawing.compose(null, view.linear, false);
   }
 
-  private drawDirectly(view: EngineView): void {
+  private drawDirectly(drawing: GlDraw, view: EngineView): void {
     const { gl } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.state.target);
     this.testDepth(view);
     this.limit(view);
-    this.drawAll();
+    this.drawAll(drawing);
   }
 
-  private drawAll(): void {
+  private drawAll(drawing: GlDraw): void {
     const { count, width, height } = this.source;
     this.gl.viewport(0, 0, width, height);
-    this.drawing.drawQuads(count, width, height, UPWARDS);
+    drawing.drawQuads(count, width, height, UPWARDS);
   }
 
   private testDepth(view: EngineView): void {

@@ -135,6 +135,8 @@ export class GlState {
   private saveBindings(): void {
     const { gl } = this;
     this.program = gl.getParameter(gl.CURRENT_PROGRAM);
+    // A program that the host has deleted in use cannot be used again.
+    if (this.program !== null && gl.getProgramParameter(this.program, gl.DELETE_STATUS)) this.program = null;
     this.array = gl.getParameter(gl.VERTEX_ARRAY_BINDING);
     this.arrayBuffer = gl.getParameter(gl.ARRAY_BUFFER_BINDING);
     this.uniformBuffer = gl.getParameter(gl.UNIFORM_BUFFER_BINDING);

@@ -37,3 +37,7 @@ export const SORT_ITEMS = 16;
 export const SORT_BLOCK = THREADS * SORT_ITEMS;
 /** threads of the one group of sort_scan */
 export const SORT_SCAN_THREADS = 128;
+/** splats an instance of raster_vertex_batch */
+export const QUAD_BATCH = 128;
+/** splats a row of the texture that raster_vertex_batch reads: three texels each */
+export const QUAD_ROW = 512;

@@ -5,7 +5,7 @@ import { GLSL } from "../made/glsl.js";
 import { INTERFACES } from "../made/reflection.js";
 import type { Background } from "../renderer.js";
 import { Uniforms } from "../uniforms.js";
-import { QuadTexture, fetchingText } from "./quads.js";
+import { QuadTexture } from "./quads.js";
 
 const FLIP_Y = -1; // the first row of the image's texture is the top one
 
@@ -65,8 +65,8 @@ export class GlDraw {
     this.format = full && gl.getExtension("EXT_float_blend") !== null ? gl.RGBA32F : gl.RGBA16F;
     this.raster = new Block(gl, "raster_vertex", 0, { image_size: [1, 1], flip_y: FLIP_Y });
     this.composite = new Block(gl, "composite_pixel", 1, { background: [0, 0, 0, 0], linear_target: 0, flip_rows: 1 });
-    this.splats = linked(gl, "raster_vertex", "raster_pixel", 0, fetchingText);
-    this.compositor = linked(gl, "composite_vertex", "composite_pixel", 1);
+    this.splats = linked(gl, "raster_vertex_batch", "raster_pixel", "raster_vertex", 0);
+    this.compositor = linked(gl, "composite_vertex", "composite_pixel", "composite_pixel", 1);
     this.quads = new QuadTexture(gl);
     this.empty = gl.createVertexArray() as WebGLVertexArrayObject;
   }
@@ -189,13 +189,12 @@ export class GlDraw {
   }
 }
 
-/** A program of two entries; `changed` gives the vertex shader that is compiled. */
-function linked(gl: WebGL2RenderingContext, vertex: string, fragment: string, unit: number, changed = (text: string): string => text): WebGLProgram {
+/** A program of two entries. Its uniform block is that of entry `constants`, and takes block `unit`. */
+function linked(gl: WebGL2RenderingContext, vertex: string, fragment: string, constants: string, unit: number): WebGLProgram {
   const program = gl.createProgram() as WebGLProgram;
   for (const [kind, entry] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]] as const) {
     const shader = gl.createShader(kind) as WebGLShader;
-    const text = GLSL[entry] as string;
-    gl.shaderSource(shader, kind === gl.VERTEX_SHADER ? changed(text) : text);
+    gl.shaderSource(shader, GLSL[entry] as string);
     gl.compileShader(shader);
     gl.attachShader(program, shader);
     gl.deleteShader(shader);
@@ -204,10 +203,7 @@ function linked(gl: WebGL2RenderingContext, vertex: string, fragment: string, un
   if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
     throw new AvatarError(`shader ${fragment}: ${gl.getProgramInfoLog(program)}`, { field: "WebGL2" });
   }
-  for (const entry of [vertex, fragment]) {
-    const block = INTERFACES[entry]?.uniforms;
-    const index = block ? gl.getUniformBlockIndex(program, block.name) : gl.INVALID_INDEX;
-    if (index !== gl.INVALID_INDEX) gl.uniformBlockBinding(program, index, unit);
-  }
+  const index = gl.getUniformBlockIndex(program, INTERFACES[constants]?.uniforms?.name ?? "");
+  if (index !== gl.INVALID_INDEX) gl.uniformBlockBinding(program, index, unit);
   return program;
 }

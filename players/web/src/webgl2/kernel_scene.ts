@@ -55,6 +55,7 @@ export class KernelAvatar {
   readonly view: KernelPasses;
   readonly values: { readonly floats: Float32Array };
   private readonly at = new Map<string, number>();
+  private ran = false; // all passes have run
   private posed = true; // the pose has changed since `run`: mesh and deform are to be run
   private deformed = true; // constants of deform have
   private viewed = true; // constants of view have
@@ -94,6 +95,7 @@ export class KernelAvatar {
     const floats = this.heap.f32;
     if (pose !== undefined) this.posed = copied(inputs, first, floats, pose / WORD, poseFloats) || this.posed;
     copied(inputs, first + poseFloats, this.values.floats, 0, this.values.floats.length);
+    if (this.ran && this.deform.uniforms.keepLasting()) this.deform.write();
     this.deformed = took(this.deform, this.values) || this.deformed;
     this.viewed = took(this.view, this.values) || this.viewed;
   }
@@ -106,6 +108,7 @@ export class KernelAvatar {
     if (deform) this.deform.run();
     if (view) this.view.run();
     this.posed = this.deformed = this.viewed = false;
+    this.ran = true;
     return view;
   }
 

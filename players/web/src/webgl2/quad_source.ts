@@ -95,6 +95,11 @@ export class QuadSource implements InstanceHost {
     if (!known || !this.asks(camera)) this.ask();
   }
 
+  /** The next `frameIfChanged` asks in any case. */
+  forget(): void {
+    this.asked = new Float32Array(0);
+  }
+
   /** Resolves when the frame that was asked for last, or a newer one, is here. */
   finished(): Promise<void> {
     const frame = this.requested;

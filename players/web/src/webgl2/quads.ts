@@ -1,14 +1,13 @@
-// Quads in a texture, drawn in batches. Software and some GPUs are slow at instances of four vertices, so that an
-// instance here is a batch of splats, and the vertex shader fetches the three texels of its splat.
+// Quads in a texture, drawn in batches by raster_vertex_batch: software and some GPUs are slow at instances of four
+// vertices.
 
-const BATCH = 128; // splats an instance
-const TEXELS = 3; // of a splat: the inputs of raster_vertex
-const ROW = 512; // splats a row of the texture: no texture of WebGL2 may be narrower than 2048 texels
-const FLOATS = 12; // of a splat
-const WIDTH = TEXELS * ROW;
+import { QUAD_BATCH as BATCH, QUAD_ROW as ROW } from "../made/constants.js";
+
+const TEXELS = 3; // of a splat
+const FLOATS = 4 * TEXELS;
+const WIDTH = TEXELS * ROW; // every WebGL2 has textures of 2048 texels
 const CORNERS = [0, 1, 2, 2, 1, 3]; // two triangles of a strip of four vertices
 const UNIT = 0; // texture unit
-const INPUT = /layout\(location=\d\)in vec4 (quad\d);/g;
 
 /** Floats of an array for `upload` that holds up to `splats` splats: whole rows of the texture. */
 export function floatsOfQuads(splats: number): number {
@@ -18,18 +17,6 @@ export function floatsOfQuads(splats: number): number {
 /** Clears what `upload` and `draw` read behind the first `count` splats. */
 export function endQuads(quads: Float32Array, count: number): void {
   quads.fill(0, FLOATS * count, FLOATS * BATCH * Math.ceil(count / BATCH));
-}
-
-/** The text of raster_vertex with texels of `Quads` in place of its instance attributes. */
-export function fetchingText(text: string): string {
-  const names: string[] = [];
-  const body = text.replace(INPUT, (_, name: string) => (names.push(name), ""));
-  const first = `${TEXELS}*(gl_InstanceID*${BATCH}+(gl_VertexID>>2))`;
-  const defined = names.map(
-    (name, i) => `#define ${name} texelFetch(Quads,ivec2((${first})%${WIDTH}+${i},(${first})/${WIDTH}),0)\n`,
-  );
-  const [version, ...rest] = body.split("\n");
-  return `${version}\n${defined.join("")}uniform highp sampler2D Quads;\n${rest.join("\n")}`;
 }
 
 /** The texture of quads of one context, and the vertices of a batch. */
@@ -75,7 +62,7 @@ export class QuadTexture {
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, WIDTH, rows, gl.RGBA, gl.FLOAT, quads);
   }
 
-  /** Draws `count` splats with the current program, whose sampler `Quads` is 0. */
+  /** Draws `count` splats with the current program, whose sampler `QuadTexels` is 0. */
   draw(count: number): void {
     if (count === 0) return;
     const { gl } = this;

@@ -52,6 +52,11 @@ export class PassList {
     return changed;
   }
 
+  /** Uniforms.keepLasting, when what was encoded is submitted. */
+  keepLasting(): void {
+    if (this.uniforms.keepLasting()) this.write();
+  }
+
   /** Encodes dispatches first .. end; all of them by default. */
   encode(pass: GPUComputePassEncoder, first = 0, end = this.kernels.length): void {
     for (let i = first; i < end; i++) {

@@ -47,6 +47,7 @@ export class Resident {
   readonly projected: readonly GPUBuffer[]; // by chunk
   private readonly own = new Map<string, GPUBuffer>();
   private readonly lastPose: Float32Array<ArrayBuffer>; // what buffer Pose holds
+  private ran = false; // all passes have been encoded
   private posed = true; // the pose has changed since `encode`: mesh and deform are to be run
   private deformed = true; // constants of deform have
   private viewed = true; // constants of view have
@@ -85,6 +86,7 @@ export class Resident {
       this.pipelines.device.queue.writeBuffer(pose, 0, this.lastPose);
       this.posed = true;
     }
+    if (this.ran) this.deform.keepLasting();
     this.deformed = this.deform.set(values) || this.deformed;
     this.viewed = this.view.set(values) || this.viewed;
   }
@@ -97,6 +99,7 @@ export class Resident {
     if (deform) this.deform.encode(pass);
     if (view) this.view.encode(pass);
     this.posed = this.deformed = this.viewed = false;
+    this.ran = true;
     return view;
   }
 

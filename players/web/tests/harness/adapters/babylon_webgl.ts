@@ -8,7 +8,7 @@ import { CreatePlane } from "@babylonjs/core/Meshes/Builders/planeBuilder.js";
 import { Scene } from "@babylonjs/core/scene.js";
 import type { AbstractEngine } from "@babylonjs/core/Engines/abstractEngine.js";
 import { AvatarScene } from "../../../src/babylon.js";
-import { BACKGROUND, FOV_Y, SIZE, WALL, flipped, glErrors, readCanvas, type Stage, type StageOptions } from "./stage.js";
+import { BACKGROUND, FOV_Y, SIZE, WALL, flipped, glErrors, loseContext, readCanvas, type Stage, type StageOptions } from "./stage.js";
 
 const colour = ([r, g, b]: readonly number[]): Color3 => new Color3(r! / 255, g! / 255, b! / 255);
 
@@ -68,6 +68,7 @@ export async function sceneOf(engine: AbstractEngine, options: StageOptions, rea
       draw();
       return read(target);
     },
+    orthographic: (on) => void (camera.mode = on ? FreeCamera.ORTHOGRAPHIC_CAMERA : FreeCamera.PERSPECTIVE_CAMERA),
     disposeAvatars: () => avatars.dispose(),
     errors,
   };
@@ -80,5 +81,6 @@ export async function makeStage(options: StageOptions): Promise<Stage> {
   const gl = canvas.getContext("webgl2") as WebGL2RenderingContext;
   const read = async (target: RenderTargetTexture | null): Promise<Uint8Array> =>
     target === null ? readCanvas(gl) : flipped(new Uint8Array((await target.readPixels())!.buffer));
-  return sceneOf(engine, options, read, async () => glErrors(gl));
+  const stage = await sceneOf(engine, options, read, async () => glErrors(gl));
+  return { ...stage, lose: () => loseContext(gl) };
 }

@@ -1,6 +1,6 @@
 import * as pc from "playcanvas";
 import { AvatarScene } from "../../../src/playcanvas.js";
-import { BACKGROUND, FOV_Y, SIZE, WALL, flipped, glErrors, readCanvas, type Stage, type StageOptions } from "./stage.js";
+import { BACKGROUND, FOV_Y, SIZE, WALL, flipped, glErrors, loseContext, readCanvas, type Stage, type StageOptions } from "./stage.js";
 
 const colour = ([r, g, b]: readonly number[]): pc.Color => new pc.Color(r! / 255, g! / 255, b! / 255);
 
@@ -58,6 +58,7 @@ export async function sceneOf(device: pc.GraphicsDevice, options: StageOptions, 
       app.render();
       return read(target);
     },
+    orthographic: (on) => void (camera.camera!.projection = on ? pc.PROJECTION_ORTHOGRAPHIC : pc.PROJECTION_PERSPECTIVE),
     disposeAvatars: () => avatars.dispose(),
     errors,
   };
@@ -73,5 +74,6 @@ export async function makeStage(options: StageOptions): Promise<Stage> {
     if (target === null) return readCanvas(gl);
     return flipped((await target.colorBuffer!.read(0, 0, SIZE, SIZE, { immediate: true })) as Uint8Array);
   };
-  return sceneOf(device, options, read, async () => glErrors(gl));
+  const stage = await sceneOf(device, options, read, async () => glErrors(gl));
+  return { ...stage, lose: () => loseContext(gl) };
 }

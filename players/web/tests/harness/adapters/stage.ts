@@ -23,6 +23,10 @@ export interface Stage {
   wall(z: number | null): void;
   /** Draws until the worker has nothing newer; RGBA bytes as displayed, first row on top. */
   picture(): Promise<Uint8Array>;
+  /** Of stages with WebGL: loses the context, and gives it back. */
+  lose?(): Promise<void>;
+  /** The scene is seen by an orthographic camera, or again by the other. */
+  orthographic?(on: boolean): void;
   /** Frees the avatars and what drew them; the scene goes on. */
   disposeAvatars(): void;
   /** Errors of the graphics interface since the last call. */
@@ -63,6 +67,17 @@ export function readCanvas(gl: WebGL2RenderingContext): Uint8Array {
   gl.readPixels(0, 0, SIZE, SIZE, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   gl.bindFramebuffer(gl.READ_FRAMEBUFFER, bound);
   return flipped(pixels);
+}
+
+/** Loses a context, and gives it back; resolves when the engine has both heard. */
+export async function loseContext(gl: WebGL2RenderingContext): Promise<void> {
+  const extension = gl.getExtension("WEBGL_lose_context") as WEBGL_lose_context;
+  for (const [event, run] of [["webglcontextlost", () => extension.loseContext()], ["webglcontextrestored", () => extension.restoreContext()]] as const) {
+    const told = new Promise((resolve) => gl.canvas.addEventListener(event, resolve, { once: true }));
+    run();
+    await told;
+    await new Promise((resolve) => setTimeout(resolve)); // a context may be restored in a later task alone
+  }
 }
 
 /** Errors of a WebGL context. */

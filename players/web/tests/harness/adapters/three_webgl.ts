@@ -1,6 +1,6 @@
 import * as THREE from "three";
 import { AvatarScene } from "../../../src/three.js";
-import { BACKGROUND, FOV_Y, SIZE, WALL, flipped, glErrors, readCanvas, type Stage, type StageOptions } from "./stage.js";
+import { BACKGROUND, FOV_Y, SIZE, WALL, flipped, glErrors, loseContext, readCanvas, type Stage, type StageOptions } from "./stage.js";
 
 const colour = ([r, g, b]: readonly number[]): THREE.Color => new THREE.Color().setRGB(r! / 255, g! / 255, b! / 255, THREE.SRGBColorSpace);
 
@@ -12,6 +12,7 @@ export async function makeStage(options: StageOptions): Promise<Stage> {
   scene.background = colour(BACKGROUND);
   const camera = new THREE.PerspectiveCamera((FOV_Y * 180) / Math.PI, 1, options.distance / 50, options.distance * 5);
   camera.position.z = options.distance;
+  let seenBy: THREE.Camera = camera;
   const plane = new THREE.Mesh(new THREE.PlaneGeometry(8, 8), new THREE.MeshBasicMaterial({ color: colour(WALL) }));
   scene.add(plane);
   const avatars = await AvatarScene.create(renderer, { synchronous: options.synchronous });
@@ -47,12 +48,14 @@ export async function makeStage(options: StageOptions): Promise<Stage> {
       do {
         newer = false;
         renderer.setRenderTarget(target);
-        renderer.render(scene, camera);
+        renderer.render(scene, seenBy);
         await avatars.finished();
       } while (newer);
-      renderer.render(scene, camera);
+      renderer.render(scene, seenBy);
       return read();
     },
+    lose: () => loseContext(gl),
+    orthographic: (on) => void (seenBy = on ? new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1) : camera),
     disposeAvatars: () => avatars.dispose(),
     errors: async () => glErrors(gl),
   };
