@@ -16,7 +16,7 @@ ORDER = {
     ),
     "avatar_export": (
         "options", "provenance", "sparse", "version", "formats", "driving", "bodies", "asm", "ops", "images",
-        "measure", "levels", "clips", "rigs", "readers", "writers", "packing", "checks", "playing", "conversion",
+        "measure", "levels", "clips", "fit", "rigs", "readers", "writers", "packing", "checks", "playing", "conversion",
         "summary", "live", "serving", "commands", "cli", "__main__",
     ),
     "avatar_trainer": (

@@ -15,6 +15,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 ACCURACY = ROOT / "tests" / "results" / "accuracy.csv"
 BENCH = ROOT / "tests" / "bench" / "results" / "AMD-EPYC-2-cores.csv"
+MISFITS = ROOT / "tests" / "results" / "misfits.csv"
 LOWEST_IS_WORST = "dB"
 Row = dict[str, str]
 
@@ -77,8 +78,28 @@ def performance(name: str) -> str:
     return table(asked["head"], [[cell(text) for text in line] for line in asked["rows"]])
 
 
+def misfits(_: Path) -> str:
+    """What `convert` says of inputs that do not belong together, before these checks and now."""
+    with MISFITS.open(newline="", encoding="utf-8") as file:
+        found = list(csv.DictReader(file))
+    lines = [
+        [escaped(row[key] or ("nothing" if key == "before" else "")) for key in ("misfit", "before", "now")]
+        for row in found
+    ]
+    counts = (sum(bool(row[key]) for row in found) for key in ("now", "before"))
+    now, before = counts
+    said = f"Of {len(found)} misfits {now} are found now; {before} were warned of before."
+    return f"{said}\n\n{table(['input', 'said before', 'said now'], lines)}"
+
+
+def escaped(text: str) -> str:
+    """Text of a cell; names with underscores stay as they are."""
+    return text if text.startswith("`") else re.sub(r"([|_*])", r"\\\1", text)
+
+
 SECTIONS: dict[str, Callable[[Path], str]] = {
     "every-figure": every_figure,
+    "misfits": misfits,
     **{f"accuracy-{group}": lambda _, group=group: accuracy(group) for group in rows().get("accuracy", {})},
     **{
         f"performance-{name}": lambda _, name=name: performance(name)

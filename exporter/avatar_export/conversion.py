@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
@@ -22,6 +23,7 @@ from avatar_runtime.checks import arguments
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.handedness import HANDEDNESS
 
+MOST_LISTED = 3  # files of one folder
 VISIBLE_MM = 0.1  # errors of rig.glb below this are not mentioned
 WRONG_MM = 2.0  # an error of too few joints above this is another face: it is the first note
 RIG_DIFFERS = "rig.glb differs from the runtime's mesh"
@@ -154,6 +156,28 @@ def _avatar_notes(avatar: Avatar) -> list[str]:
 def unstored_notes(source: str | Path, options: ReadOptions, system: str | None = None) -> list[str]:
     """What the reader of `source` assumes and the bundle does not record. Raises AvatarError for an unknown source."""
     return find(Path(source), system).assumptions(Path(source), options)
+
+
+def chosen_notes(
+    avatar: Avatar, source: str | Path, options: ReadOptions, system: str | None = None
+) -> list[str]:
+    """What was chosen to make `avatar`: iteration and form, groups, files. Raises AvatarError for an unknown source."""
+    groups = ", ".join(f"{group.name} {group.count:,}" for group in avatar.groups)
+    files = [entry["path"] for entry in avatar.provenance.get("source_files", ())]
+    folders = Counter(path.rpartition("/")[0] for path in files)
+    listed = dict.fromkeys(_short(path, folders) for path in files)
+    several = len(avatar.groups) > 1
+    return [
+        *find(Path(source), system).chosen(Path(source), options),
+        *([f"Gaussians by group: {groups}"] if several else []),
+        *([f"files read: {', '.join(listed)}"] if files else []),
+    ]
+
+
+def _short(path: str, folders: Mapping[str, int]) -> str:
+    """The name of a file; of a folder with many of them, the folder and their number."""
+    folder = path.rpartition("/")[0]
+    return f"{folder}/ ({folders[folder]} files)" if folder and folders[folder] > MOST_LISTED else path
 
 
 def _engine_notes(engine: Mapping[str, Any]) -> list[str]:

@@ -44,6 +44,7 @@ class ReadOptions:
     sh_direction: str | None = None  # rules.SH_DIRECTIONS; None: as the config says
     sh_degree: int | None = None  # active degree; None: as the config or the file says
     quaternion_sign: str | None = None  # rules.QUATERNION_SIGNS; None: that of pytorch3d 0.7.6 and newer
+    accept_misfit: bool = False  # read inputs that lie far apart, with a warning
 
     def __post_init__(self) -> None:
         """Brings every field to its type."""

@@ -104,6 +104,22 @@ def _wrong_kind(path: Path, name: str) -> str | None:
     return None
 
 
+def found_file(root: Path, name: str) -> Path | None:
+    """The file in the folder `root` that would be taken for the input `name`; None if there is none."""
+    return _first(root, PATTERNS[name])
+
+
+def passed_over(root: Path, name: str, taken: Path) -> list[Path]:
+    """Other files in the folder `root` that fit the input `name`, sorted; `taken` is the one that is used."""
+    return sorted(
+        path
+        for pattern in PATTERNS[name]
+        for depth in range(DEPTH + 1)
+        for path in root.glob("*/" * depth + pattern)
+        if path.is_file() and path != taken
+    )
+
+
 def found_driving(dataset: Path | None) -> Path | None:
     """driving.json in a dataset folder; None if there is none."""
     return None if dataset is None else _first(dataset, ("driving.json",))

@@ -41,6 +41,7 @@ def convert(
     sh_degree: inputs.ShDegree = None,
     quaternion_sign: inputs.QuaternionSign = None,
     no_rig: inputs.NoRig = False,
+    accept_misfit: inputs.AcceptMisfit = False,
     rotation: inputs.Rotation = None,
     driving: inputs.Driving = None,
     clip: inputs.Clip = None,
@@ -105,7 +106,8 @@ def convert(
         return
     output.print(f"{out}: {_contents(avatar)}, {size / 1e6:.1f} MB{', left-handed' * (handedness == 'left')}")
     notes = conversion.conversion_notes(avatar, manifest)
-    for note in [*notes, *conversion.unstored_notes(source, options, system)]:
+    chosen = conversion.chosen_notes(avatar, source, options, system)
+    for note in [*notes, *conversion.unstored_notes(source, options, system), *chosen]:
         doubt = note.startswith(DOUBT)
         messages.print(f"warning: {note.removeprefix(DOUBT)}" if doubt else f"note: {note}")
 

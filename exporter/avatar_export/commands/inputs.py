@@ -106,6 +106,15 @@ Author = Annotated[str | None, typer.Option(help="Author of the avatar, for the 
 Consent = Annotated[str | None, typer.Option(help="Consent of the person shown, for the manifest.")]
 
 
+AcceptMisfit = Annotated[
+    bool,
+    typer.Option(
+        "--accept-misfit",
+        help="Convert inputs that lie far apart (above a quarter of their size), with a warning in place of an error.",
+    ),
+]
+
+
 def read_options(given: Mapping[str, Any]) -> ReadOptions:
     """The options of a reader from a command's arguments, by name. Raises a usage error for a wrong value."""
     arguments.one_of("--sh-direction", given["sh_direction"], SH_DIRECTIONS)

@@ -77,6 +77,7 @@ def pack(
     sh_direction: inputs.ShDirection = None,
     quaternion_sign: inputs.QuaternionSign = None,
     no_rig: inputs.NoRig = False,
+    accept_misfit: inputs.AcceptMisfit = False,
     rotation: inputs.Rotation = None,
     driving: inputs.Driving = None,
     clip: inputs.Clip = None,

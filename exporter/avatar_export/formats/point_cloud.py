@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from avatar_runtime.codec import ply
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
 from avatar_runtime.io.whole_files import read_bytes
 
@@ -34,12 +35,37 @@ class PointCloud:
         return first_file(folder / name for folder in self.folders)
 
 
-def locate(path: Path) -> PointCloud | None:
-    """The Gaussians of a run folder (its newest iteration), of an iteration's folder, or of a .ply; never raises."""
+def locate(path: Path, complete: Callable[[PointCloud], bool] = lambda _: True) -> PointCloud | None:
+    """The Gaussians of a run folder (its newest iteration), of an iteration's folder, or of a .ply; never raises.
+
+    Those that are not `complete` are passed over."""
     if os.path.isfile(path):
-        return _point_cloud(path) if path.suffix.lower() == ".ply" else None
-    found = first_file(folder / NAME for folder in (path, *_iterations(path / "point_cloud")))
-    return None if found is None else _point_cloud(found)
+        folders = [path] if path.suffix.lower() == ".ply" else []
+    else:
+        folders = [folder / NAME for folder in (path, *_iterations(path / "point_cloud"))]
+    found = (_point_cloud(file) for file in folders if os.path.isfile(file))
+    return next((cloud for cloud in found if complete(cloud)), None)
+
+
+def chosen_iteration(path: Path, cloud: PointCloud) -> list[str]:
+    """A line on the iteration that was taken of a run, and those passed over; none for one .ply."""
+    here = cloud.file.absolute().parent
+    others = [folder.name for folder in _iterations(here.parent) if folder.name != here.name]
+    if len(cloud.folders) == 1:
+        return []
+    over = f"; passed over: {', '.join(others)}" if others and path.absolute() != here else ""
+    return [f"{here.name} is read{over}"]
+
+
+def refuse_incomplete(path: Path, cloud: PointCloud, needed: str) -> None:
+    """Raise AvatarError if the run `path` has a newer iteration than that of `cloud`, which is not complete then."""
+    newest = next(iter(_iterations(path / "point_cloud")), cloud.file.parent)
+    if len(cloud.folders) > 1 and newest.name != cloud.file.parent.name and cloud.file.parent != path:
+        raise AvatarError(
+            f"{newest.name} is incomplete: it needs {needed}; the newest complete one is {cloud.file.parent.name}: "
+            f"pass {cloud.file.parent}, or wait until the training has written all",
+            file=path,
+        )
 
 
 def first_file(paths: Iterable[Path]) -> Path | None:

@@ -66,7 +66,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             provenance={
                 "system": SYSTEM,
                 "source_files": source_files(files),
-                "notes": [*made.notes, *surface.mesh_notes(mesh, 1.0)],
+                "notes": list(made.notes),
             },
         )
 

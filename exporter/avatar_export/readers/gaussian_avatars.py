@@ -17,7 +17,15 @@ from avatar_export.formats.archive import Archive
 from avatar_export.formats.mesh_files import MAX_ARRAY_BYTES, read_mesh
 from avatar_export.formats.npy import parse_npy
 from avatar_export.formats.obj import TriangleMesh
-from avatar_export.formats.point_cloud import NAME, PointCloud, has_property, locate, read_ply
+from avatar_export.formats.point_cloud import (
+    NAME,
+    PointCloud,
+    chosen_iteration,
+    has_property,
+    locate,
+    read_ply,
+    refuse_incomplete,
+)
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
 from avatar_export.readers import surface
@@ -46,7 +54,7 @@ WITHOUT_RIG = ReadOptions(no_rig=True)
 USED_OPTIONS = (
     *("body_model", "shape", "dataset", "rig", "poses", "no_rig"),
     *("mesh", "units", "sh_degree"),
-    *("exact", "name"),  # exact: there are no deltas to drop
+    *("exact", "name", "accept_misfit"),  # exact: there are no deltas to drop
 )
 RULES = Rules(
     position="triangle_frame", rotation="triangle_frame", scale="triangle_linear", sh_direction="world"
@@ -63,6 +71,12 @@ def detect(path: Path) -> bool:
     return cloud is not None and has_property(cloud, BINDING)
 
 
+def chosen(path: Path, options: ReadOptions) -> list[str]:
+    """The iteration that `read` takes."""
+    cloud = locate(path)
+    return [] if cloud is None else chosen_iteration(path, cloud)
+
+
 def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar, in metres. Raises AvatarError if no mesh is given, and for unsound data."""
     with owned(SYSTEM):
@@ -71,6 +85,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         cloud = locate(path)
         if cloud is None:
             raise AvatarError(f"has no {NAME}", file=path)
+        refuse_incomplete(path, cloud, NAME)
         rows = read_ply(cloud)
         splats = ply.gaussians(rows, cloud.file)
         poses = cloud.find(POSES)
@@ -82,7 +97,9 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             _binding(rows, cloud), metres, cloud.file, BINDING, f" of {mesh_file.name}; {TOPOLOGY}"
         )
         _check_static_offset(poses, len(metres.vertices), mesh_file)
-        rig = no_rig() if options.no_rig else embedded_rig(metres.vertices, metres.triangles, options, SYSTEM)
+        rig = no_rig() if options.no_rig else embedded_rig(
+            metres.vertices, metres.triangles, options, SYSTEM, units
+        )  # fmt: skip
         surface.check_areas(metres, triangle, mesh_file)
         embedding = _embedding(metres, triangle, splats)
         avatar = surface.surface_avatar(
@@ -95,6 +112,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             background=_background(cloud),
             units=units,
         )
+        notes = [_note(options, units), *surface.fit_notes(avatar, options, mesh_file, SYSTEM), *rig.notes]
         own = {NAME: cloud.file, f"mesh/{mesh_file.name}": mesh_file, **({POSES: poses} if poses else {})}
         files = {name: file for name, file in own.items() if file not in rig.files.values()} | dict(rig.files)
         return replace(
@@ -103,7 +121,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
                 "system": SYSTEM,
                 "source_commit": "ShenhanQian/GaussianAvatars 30cc4bd",
                 "source_files": source_files(files),
-                "notes": [_note(options, units), *surface.mesh_notes(metres.vertices, units), *rig.notes],
+                "notes": notes,
             },
         )
 

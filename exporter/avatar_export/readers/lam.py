@@ -14,6 +14,9 @@ import numpy as np
 
 from avatar_export.clips.gltf_files import CLIPS, EXPRESSIONS, SKIN
 from avatar_export.clips.sources import clips_from
+from avatar_export.fit.embedded import own_mesh_fit
+from avatar_export.fit.judge import Sides
+from avatar_export.fit.surface import Mesh
 from avatar_export.formats.file_set import FileSet, holds_together
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
@@ -45,7 +48,12 @@ FILES = (
     f"{CLIPS} (optional: animation clips), {EXPRESSIONS} (optional: expressions over time)",
 )
 NEEDED = (OFFSETS, SKIN)
-USED_OPTIONS = ("rotation", "exact", "name")  # exact changes nothing: every delta that is not zero is kept
+USED_OPTIONS = (
+    "rotation",
+    "exact",
+    "name",
+    "accept_misfit",
+)  # exact changes nothing: every delta that is not zero is kept
 WITHOUT_RIG = ReadOptions()  # the zip contains its rig
 HEAD_JOINT = "head"
 
@@ -64,7 +72,16 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     avatar = read_lam(path, rotation=options.rotation or "none")
     with owned(SYSTEM):
         clips = clips_from(avatar, path, optional=True)
-    return replace(avatar, name=options.name or avatar.name, clips=clips)
+        notes = [*avatar.provenance["notes"], *_fit_notes(avatar, options)]
+    provenance = {**avatar.provenance, "notes": notes}
+    return replace(avatar, name=options.name or avatar.name, clips=clips, provenance=provenance)
+
+
+def _fit_notes(avatar: Avatar, options: ReadOptions) -> list[str]:
+    """Doubts about offsets that lead far from the mesh. Raises AvatarError for very far ones."""
+    assert avatar.rig is not None
+    sides = Sides("the Gaussians", SKIN, SYSTEM, Path(OFFSETS), accept=options.accept_misfit)
+    return own_mesh_fit(avatar, Mesh.of(avatar.rig.vertices, avatar.rig.triangles), sides)
 
 
 def read_lam(path: Path, *, rotation: str = "none") -> Avatar:

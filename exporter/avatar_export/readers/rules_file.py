@@ -1,7 +1,8 @@
 """rules.json: the rules that a checkpoint was trained with, where the paper and the released code differ.
 
-{"system": "splatting_avatar", "rules": {"scale": "linear_area"}}, beside the files of the released layout. The trainer
-of this project writes it; so may users who changed the released code. Other rules are those of the released code.
+{"system": "splatting_avatar", "training_units_per_metre": 4, "rules": {"scale": "linear_area"}}, beside the files of
+the released layout. The trainer of this project writes it; so may users who changed the released code. Other rules are
+those of the released code; an unstated unit is that of the release, or assumed.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from avatar_runtime.io.whole_files import read_bytes
 
 RULES_FILE = "rules.json"
 MAX_BYTES = 1 << 16
+UNITS = "training_units_per_metre"
+LEAST_UNITS, MOST_UNITS = 1e-6, 1e6
 
 Values = Mapping[str, tuple[str, ...]]  # the known values of each rule
 
@@ -28,6 +31,7 @@ class TrainedRules:
     file: Path | None
     played: Mapping[str, str]  # value of each rule that changes how the avatar is played
     recorded: Mapping[str, str]  # value of each rule whose effect is already in the stored numbers
+    units: float | None = None  # training units per metre; None: not stated
 
     def notes(self) -> list[str]:
         """A note that lists the recorded rules, if there are any."""
@@ -43,7 +47,7 @@ def read_rules(path: Path | None, system: str, played: Values, recorded: Values)
     """
     if path is None:
         return TrainedRules(None, {}, {})
-    stored = _stored(path, system)
+    stored, units = _stored(path, system)
     known = {**played, **recorded}
     for name, value in stored.items():
         if name not in known:
@@ -60,11 +64,17 @@ def read_rules(path: Path | None, system: str, played: Values, recorded: Values)
         path,
         {name: value for name, value in stored.items() if name in played},
         {name: value for name, value in stored.items() if name in recorded},
+        units,
     )
 
 
-def _stored(path: Path, system: str) -> dict[str, str]:
-    """The object `rules` of the file; its values are not checked."""
+def stated_units(path: Path | None, system: str) -> float | None:
+    """Training units per metre, as a rules.json states them; None without. Raises AvatarError as `read_rules`."""
+    return None if path is None else _stored(path, system)[1]
+
+
+def _stored(path: Path, system: str) -> tuple[dict[str, str], float | None]:
+    """(the object `rules` of the file, whose values are not checked; the unit)."""
     try:
         document = json.loads(read_bytes(path, MAX_BYTES))
     except (ValueError, RecursionError) as error:
@@ -80,4 +90,11 @@ def _stored(path: Path, system: str) -> dict[str, str]:
             field="system",
             owner=system,
         )
-    return dict(document["rules"])
+    units = document.get(UNITS)
+    if units is None:
+        return dict(document["rules"]), None
+    if type(units) not in (int, float) or not LEAST_UNITS <= units <= MOST_UNITS:
+        raise AvatarError(
+            f"is not a number from {LEAST_UNITS:g} to {MOST_UNITS:g}", file=path, field=UNITS, owner=system
+        )
+    return dict(document["rules"]), float(units)

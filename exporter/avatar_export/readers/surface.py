@@ -9,8 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avatar_export.fit.embedded import own_mesh_fit
+from avatar_export.fit.judge import Sides
+from avatar_export.fit.skeleton import not_human
+from avatar_export.fit.surface import Mesh
 from avatar_export.formats.obj import TriangleMesh
+from avatar_export.options import ReadOptions
 from avatar_export.provenance import DOUBT
+from avatar_export.readers.rules_file import LEAST_UNITS, MOST_UNITS
 from avatar_export.rigs.embedded_rig import EmbeddedRig
 from avatar_runtime.avatar import (
     F32,
@@ -33,8 +39,6 @@ from avatar_schema import constants
 SUM_TOLERANCE = 1e-4
 LEAST_WEIGHT = np.float32(-1e-3)  # SplattingAvatar's walk over triangles can end this far outside
 LEAST_SINE = 1e-7  # of the angle at a corner; smaller angles define no plane in float32
-HEIGHTS = (0.15, 2.5)  # metres, from a baby's head to a tall man with an arm raised
-LEAST_UNITS, MOST_UNITS = 1e-6, 1e6
 
 Floats = npt.NDArray[np.floating[Any]]
 
@@ -116,14 +120,21 @@ def check_areas(mesh: TriangleMesh, triangle: U32, file: Path) -> None:
         )
 
 
-def mesh_notes(vertices: F32, units: float) -> list[str]:
-    """A doubt about the unit, if the mesh in metres has neither the size of a head nor of a body."""
-    height = float(np.ptp(vertices[:, 1].astype(np.float64)))
-    if HEIGHTS[0] <= height <= HEIGHTS[1]:
-        return []
-    return [
-        f"{DOUBT}the mesh is {height:.3g} m high at {units:g} training units a metre; --units sets another number"
-    ]
+def fit_notes(avatar: Avatar, options: ReadOptions, mesh_file: Path | None, owner: str) -> list[str]:
+    """Doubts about Gaussians far from the mesh that carries them, and about the size of a human mesh.
+
+    The size of a generic rig says nothing. Raises AvatarError for Gaussians very far, unless `accept_misfit`."""
+    assert avatar.embedding is not None
+    goal = "the mesh" if mesh_file is None else mesh_file.name
+    sides = Sides("the Gaussians", goal, owner, mesh_file, accept=options.accept_misfit)
+    embedding = avatar.embedding
+    on = Mesh.of(embedding.canonical_vertices, embedding.triangles)
+    doubts = own_mesh_fit(avatar, on, sides)
+    if options.rig is None and options.body_model is None:
+        unit = f"at {avatar.training_per_bundle:g} training units a metre; --units sets another number"
+        size = not_human(on.vertices, None, unit)
+        doubts += [f"{DOUBT}{fault}" for fault in size]
+    return doubts
 
 
 def surface_avatar(

@@ -33,6 +33,9 @@ class Reader:
     used_options: tuple[str, ...]  # fields of ReadOptions; any other is refused
     without_rig: ReadOptions  # options with which it reads the checkpoint alone
     assumptions: Callable[[Path, ReadOptions], list[str]]  # that the avatar's provenance does not record
+    chosen: Callable[
+        [Path, ReadOptions], list[str]
+    ]  # of several candidates: what is taken, what is passed over
 
 
 def _none(_path: Path, _options: ReadOptions) -> list[str]:
@@ -49,6 +52,7 @@ READERS = tuple(
         module.USED_OPTIONS,
         module.WITHOUT_RIG,
         getattr(module, "assumptions", _none),
+        getattr(module, "chosen", _none),
     )
     for module in (bundle, gaussian_blendshapes, splatting_avatar, gaussian_avatars, psavatar, lam, asm)
 )

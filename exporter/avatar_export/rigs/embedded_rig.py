@@ -19,6 +19,10 @@ from avatar_export.bodies.pose_files import BodyPoses, body_clip, read_poses
 from avatar_export.bodies.subject_files import read_shape
 from avatar_export.clips.poses import clip_poses, first_frame, rig_avatar
 from avatar_export.clips.sources import clips_from
+from avatar_export.fit.embedded import Posed, rig_fit
+from avatar_export.fit.judge import Sides
+from avatar_export.fit.skeleton import joint_faults, not_human
+from avatar_export.fit.surface import Mesh
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import DOUBT
 from avatar_export.rigs.rig_driving import expressions_named, rig_driving
@@ -32,7 +36,7 @@ from avatar_runtime.pose import Pose
 
 RIG_INPUTS = ("rig", "body_model", "shape", "poses")  # that `embedded_rig` uses, besides `dataset`
 POSE_FILES = ("flame_params.json", "poses.npz", "flame_param.npz")
-CLOSE = 1e-3  # metres; rounding to six decimals, to float32 and other body model code gives far less
+SAME_SHAPE = 1e-3  # of an identity coefficient, in standard deviations
 NO_RIG = (
     "no rig: give one by --rig FILE.glb|.fbx or --body-model; without it there is no rig.glb, rig.usdc holds splats "
     "alone, and the avatar plays on posed vertices, Player.frame(posed_vertices=...) or render --meshes"
@@ -50,6 +54,7 @@ class EmbeddedRig:
     notes: tuple[str, ...] = ()
     files: Mapping[str, Path] = field(default_factory=dict)  # "ROLE/FILE" -> path, for the provenance
     head_pose_in: str = "mesh"
+    fits: bool = False  # whether one of its poses is the given mesh, so that its unit is right
 
 
 def no_rig() -> EmbeddedRig:
@@ -57,13 +62,16 @@ def no_rig() -> EmbeddedRig:
     return EmbeddedRig(None, notes=(NO_RIG,))
 
 
-def embedded_rig(vertices: F32, triangles: U32, options: ReadOptions, owner: str) -> EmbeddedRig:
+def embedded_rig(
+    vertices: F32, triangles: U32, options: ReadOptions, owner: str, units: float | None = None
+) -> EmbeddedRig:
     """The rig that `options` give for the mesh `vertices` [V, 3] in metres, `triangles` [F, 3].
 
     `rig`: a .glb or .fbx of the mesh; its morph targets are the expressions, its animations the clips.
     `body_model`: FLAME or SMPL with the identity of `shape`, else of `poses`; `poses` become a clip. Body model,
-    shape and poses may be found in `dataset`. Without these options there is no rig. Raises AvatarError for both, for
-    damaged files, and for a rig of another mesh.
+    shape and poses may be found in `dataset`. Without these options there is no rig. `units`: the value of --units by
+    which the mesh came to metres. Raises AvatarError for both, for damaged files, for a rig of another mesh, and,
+    unless `accept_misfit`, for one that lies far from the mesh.
     """
     if options.rig is not None and options.body_model is not None:
         raise AvatarError("--rig and --body-model both give a rig; pass only one of them", owner=owner)
@@ -71,13 +79,13 @@ def embedded_rig(vertices: F32, triangles: U32, options: ReadOptions, owner: str
         if options.shape is not None:
             raise AvatarError("--shape needs --body-model; a --rig has its own shape", owner=owner)
         _check_given(options, owner)
-        return _from_file(options.rig, vertices, triangles, options, owner)
+        return _from_file(options.rig, vertices, triangles, options, owner, units)
     asked = options
     if options.dataset is not None:
         options = _searched(options, options.dataset, owner)
     if options.body_model is not None:
         _check_given(options, owner)
-        return _from_body_model(options.body_model, vertices, triangles, options, owner)
+        return _from_body_model(options.body_model, vertices, triangles, options, owner, units)
     if given := [name for name in ("shape", "poses") if getattr(asked, name) is not None]:
         raise AvatarError(f"--{given[0]} needs a rig: pass --body-model or --rig too", owner=owner)
     return no_rig()
@@ -99,7 +107,9 @@ def _check_given(options: ReadOptions, owner: str) -> None:
         check_given(options, name, owner)
 
 
-def _from_file(path: Path, vertices: F32, triangles: U32, options: ReadOptions, owner: str) -> EmbeddedRig:
+def _from_file(
+    path: Path, vertices: F32, triangles: U32, options: ReadOptions, owner: str, units: float | None
+) -> EmbeddedRig:
     found = read_rig_file(path)
     mapped = _mapped(found.rig, found.vertex_ids, vertices, triangles, path, owner)
     rig = renumbered(found.rig, mapped.rows, triangles)
@@ -110,16 +120,25 @@ def _from_file(path: Path, vertices: F32, triangles: U32, options: ReadOptions, 
     if options.poses is not None:
         tracked = clips_from(replace(avatar, clips=clips), options.poses)
         clips, files = (*tracked, *clips), {**files, f"poses/{options.poses.name}": options.poses}
-    notes = (
-        *found.notes,
-        *_map_notes(mapped, path),
-        *_fit_notes(replace(avatar, clips=clips), vertices, triangles),
+    near, fits = _fit_notes(
+        replace(avatar, clips=clips),
+        options.poses is not None,
+        vertices,
+        triangles,
+        _sides(path, options, owner),
+        units,
     )
-    return EmbeddedRig(rig, expressions, clips, rig_driving(rig, expressions), notes, files)
+    notes = (*found.notes, *_map_notes(mapped, path), *near)
+    driving = rig_driving(rig, expressions)
+    return EmbeddedRig(rig, expressions, clips, driving, notes, files, fits=fits)
+
+
+def _sides(path: Path, options: ReadOptions, owner: str) -> Sides:
+    return Sides("the mesh", path.name, owner, path, "--units", accept=options.accept_misfit)
 
 
 def _from_body_model(
-    path: Path, vertices: F32, triangles: U32, options: ReadOptions, owner: str
+    path: Path, vertices: F32, triangles: U32, options: ReadOptions, owner: str, units: float | None
 ) -> EmbeddedRig:
     body = read_body_model(path)
     poses = None if options.poses is None else read_poses(options.poses)
@@ -138,19 +157,44 @@ def _from_body_model(
     if poses is not None and options.poses is not None:
         clips = (body_clip(rig, poses, options.poses.stem),)
         notes.append(f"{options.poses.name} does not say its rate; {poses.fps:g} frames a second are taken")
-    else:
-        notes.append("no tracked poses (--poses): the rig is not shown to fit the mesh")
     avatar = replace(rig_avatar(rig, expressions), clips=clips)
-    notes += [*_map_notes(mapped, path), *_fit_notes(avatar, vertices, triangles)]
-    return EmbeddedRig(rig, expressions, clips, rig_driving(rig, expressions), tuple(notes), files)
+    notes += _map_notes(mapped, path)
+    sides = _sides(path, options, owner)
+    near, fits = _fit_notes(avatar, poses is not None, vertices, triangles, sides, units)
+    notes += near
+    notes += [
+        f"{DOUBT}{fault}"
+        for fault in not_human(
+            rig.vertices.astype(np.float64), rig.joint_count, f"if {path.name} is in metres"
+        )
+        + joint_faults(rig, Mesh.of(rig.vertices, rig.triangles))
+    ]
+    driving = rig_driving(rig, expressions)
+    return EmbeddedRig(rig, expressions, clips, driving, tuple(notes), files, fits=fits)
 
 
 def _identity(options: ReadOptions, poses: BodyPoses | None) -> tuple[F64 | None, list[str]]:
     if options.shape is not None:
-        return (None if str(options.shape) == ZERO else read_shape(options.shape)), []
+        given = None if str(options.shape) == ZERO else read_shape(options.shape)
+        return given, _other_shape(given, poses, options)
     if poses is not None and len(poses.shape):
         return poses.shape, []
     return None, ["no identity (--shape, --poses): the body model's mean shape is taken"]
+
+
+def _other_shape(given: F64 | None, poses: BodyPoses | None, options: ReadOptions) -> list[str]:
+    """A doubt, if the tracked poses have another identity than the one given."""
+    if poses is None or not len(poses.shape) or options.poses is None:
+        return []
+    own = np.zeros(0) if given is None else given
+    count = max(len(own), len(poses.shape))
+    one, other = (np.pad(shape, (0, count - len(shape))) for shape in (own, poses.shape))
+    if np.allclose(one, other, atol=SAME_SHAPE):
+        return []
+    return [
+        f"{DOUBT}the identity of {options.poses.name} is another than that of --shape "
+        f"{'zero' if given is None else Path(str(options.shape)).name}, which is taken"
+    ]
 
 
 def rest_vertices(rig: Rig) -> F32:
@@ -202,22 +246,18 @@ def _map_notes(mapped: VertexMap, path: Path) -> list[str]:
     return notes
 
 
-def _fit_notes(avatar: Avatar, vertices: F32, triangles: U32) -> list[str]:
-    """Notes on the distance between rig and mesh, at rest or in the first frame of a clip, whichever is nearer."""
+def _fit_notes(
+    avatar: Avatar, tracked: bool, vertices: F32, triangles: U32, sides: Sides, units: float | None
+) -> tuple[list[str], bool]:
+    """(notes, whether they fit) on the distance between rig and mesh, at rest and in the first frame of a clip."""
     poses = {"at rest": Pose()}
     for clip in avatar.clips[:1]:
         poses[f"in frame 0 of {clip.name!r}"] = clip_poses(avatar, first_frame(clip))[0]
     player, used = Player(avatar, "reference"), np.unique(triangles)
-    off = {
-        when: np.linalg.norm((player.mesh(pose) - vertices)[used].astype(np.float64), axis=1)
+    posed = [
+        Posed(when, player.mesh(pose)[used].astype(np.float64), tracked and pose is not poses["at rest"])
         for when, pose in poses.items()
-    }
-    when = min(off, key=lambda key: float(off[key].max()))
-    far, rms = 1e3 * off[when].max(), 1e3 * np.sqrt(np.mean(off[when] ** 2))
-    notes = [f"the rig {when} is the mesh to within {far:.3f} mm (rms {rms:.3f} mm)"]
-    if far > 1e3 * CLOSE:
-        notes.append(
-            f"{DOUBT}the mesh is in none of the poses that came with the rig, so these do not show that the rig "
-            "fits; look whether the unit (--units), the identity (--shape) and the rig are right"
-        )
-    return notes
+    ]
+    human = not not_human(posed[0].vertices, None, "")
+    sides = replace(sides, own_unit=units is not None and human, value=units or 1.0)
+    return rig_fit(vertices[used].astype(np.float64), posed, sides)

@@ -71,7 +71,7 @@ def test_a_rig_file(tmp_path: Path, ids: str | None) -> None:
 def test_a_mesh_in_no_pose_of_the_rig_is_said(tmp_path: Path) -> None:
     vertices = (1.5 * rig_files.posed(0.4, 0)).astype("f4")
     found = embedded_rig(vertices, rig_files.sheet().astype("u4"), ReadOptions(rig=_glb(tmp_path)), "me")
-    assert found.notes[-1].startswith("doubtful: the mesh is in none of the poses that came with the rig")
+    assert found.notes[-1].startswith("doubtful: the mesh lies ") and "of its size" in found.notes[-1]
 
 
 def test_another_mesh_is_refused_by_name(tmp_path: Path) -> None:
@@ -166,9 +166,9 @@ def test_a_body_model_alone(tmp_path: Path) -> None:
     )
     assert found.clips == () and found.notes == (
         "no identity (--shape, --poses): the body model's mean shape is taken",
-        "no tracked poses (--poses): the rig is not shown to fit the mesh",
         "vertices of body.npz found by the same numbering",
         "the rig at rest is the mesh to within 0.000 mm (rms 0.000 mm)",
+        "doubtful: the mesh is 1.28 m high if body.npz is in metres",
     )
 
 

@@ -6,6 +6,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from avatar_runtime.io.errors import AvatarError
+
 SYSTEM = "gaussian_blendshapes"
 EYELIDS = ("left", "right")
 JOINTS = ("root", "neck", "jaw", "leftEye", "rightEye")
@@ -26,6 +28,7 @@ FACE_TUPLE = {
 }
 FACE_TUPLE_LENGTH, MOUTH_TUPLE_LENGTH = 19, 12
 ACC_KEYS = ("init_rot", "init_sh", "init_xyz", "pose_blendshape", "eye_blendshape", "expr_mask_tensor", "W")
+MOST_NAMED = 3  # files in a message
 MOUTHS = (("mouth0", "upper_teeth", "anchor"), ("mouth1", "lower_teeth", "joint_mix"))
 
 # Shapes by field; P rows, C coefficients, K expressions.
@@ -91,14 +94,58 @@ def locate(path: Path) -> Model | None:
     here = _iteration(path, "")
     if here is not None and (path / "xyz_t.npy").is_file():
         return Model(path.parent, here, "dump", path)
+    return next(iter(models(path)), None)
+
+
+def models(folder: Path) -> list[Model]:
+    """Every iteration in a model folder, the newest first, and of each the dump before the raw form."""
     candidates = []
-    for entry in sorted(path.iterdir()):
+    for entry in sorted(folder.iterdir()):
         dump, raw = _iteration(entry, ""), _iteration(entry, ".pth")
         if dump is not None and (entry / "xyz_t.npy").is_file():
-            candidates.append((int(dump), 1, Model(path, dump, "dump", entry)))
+            candidates.append((int(dump), 1, Model(folder, dump, "dump", entry)))
         if raw is not None and entry.is_file():
-            candidates.append((int(raw), 0, Model(path, raw, "raw", entry)))
-    return max(candidates, key=lambda c: c[:2])[2] if candidates else None
+            candidates.append((int(raw), 0, Model(folder, raw, "raw", entry)))
+    return [c[2] for c in sorted(candidates, key=lambda c: c[:2], reverse=True)]
+
+
+def refuse_incomplete(model: Model, accept: bool) -> None:
+    """Raise AvatarError if `model` lacks files that another iteration has; the newest complete one is named.
+
+    `accept` teeth that are missing: training may have removed their last Gaussian."""
+    lacking, others = missing(model), models(model.folder)
+    complete = next((m for m in others if m.iteration != model.iteration and not missing(m)), None)
+    mouths = any(stem in name for name in lacking for stem, _, _ in MOUTHS)
+    if not lacking or (complete is None and not mouths) or (mouths and accept):
+        return  # the reader names the file
+    offered = "no iteration is complete" if complete is None else (
+        f"the newest complete iteration is {complete.iteration}: pass {complete.face}"
+    )  # fmt: skip
+    named = " and no ".join(lacking[:MOST_NAMED])
+    if len(lacking) > MOST_NAMED:
+        named += f" ({len(lacking)} files are missing)"
+    there = sorted(path.name for path in model.folder.glob("mouth[01]_chkpnt*")) if mouths else []
+    if there:
+        named += f", only {' and '.join(there[:MOST_NAMED])}"
+        offered += "; --accept-misfit converts it without these teeth"
+    raise AvatarError(
+        f"iteration {model.iteration} is incomplete: there is no {named}; {offered}",
+        file=model.folder,
+        owner=SYSTEM,
+    )
+
+
+def missing(model: Model) -> list[str]:
+    """Names of files that this iteration lacks; teeth only where another iteration has them."""
+    paths = [model.folder / f"acc{model.iteration}.npy"] if model.form == "raw" else []
+    paths += [model.face / f"{name}.npy" for name in DUMP_SHAPES] if model.form == "dump" else []
+    lacking = [path.relative_to(model.folder).as_posix() for path in paths if not path.exists()]
+    there = {path.name.split("_")[0] for path, _, _ in mouth_paths(model)}
+    return lacking + [
+        f"{stem}_chkpnt{model.iteration}"
+        for stem, _, _ in MOUTHS
+        if stem not in there and any(model.folder.glob(f"{stem}_chkpnt*"))
+    ]
 
 
 def model_files(model: Model) -> dict[str, Path]:

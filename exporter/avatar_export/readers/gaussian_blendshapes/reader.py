@@ -8,13 +8,14 @@ sparse result is kept in memory.
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from avatar_export.bodies.body_model import BodyModel
-from avatar_export.bodies.inputs import Inputs, find_inputs
+from avatar_export.bodies.inputs import Inputs, find_inputs, found_file, passed_over
 from avatar_export.formats.point_cloud import first_file
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
@@ -22,14 +23,17 @@ from avatar_export.readers.gaussian_blendshapes import rig
 from avatar_export.readers.gaussian_blendshapes.layout import (
     EYELIDS,
     JOINTS,
+    MOST_NAMED,
     SYSTEM,
     Model,
     locate,
     model_files,
+    models,
+    refuse_incomplete,
 )
 from avatar_export.readers.gaussian_blendshapes.parts import Parts
 from avatar_export.readers.gaussian_blendshapes.sources import FaceSource, MouthSource, open_face, open_mouths
-from avatar_export.readers.rules_file import RULES_FILE, TrainedRules, read_rules
+from avatar_export.readers.rules_file import RULES_FILE, TrainedRules, read_rules, stated_units
 from avatar_runtime.avatar import (
     Avatar,
     Driving,
@@ -55,7 +59,7 @@ FILES = (
 WITHOUT_RIG = ReadOptions(no_rig=True)
 USED_OPTIONS = (
     *("body_model", "body_scale", "shape", "eyelids", "anchor_faces", "dataset"),
-    *("no_rig", "exact", "name"),
+    *("no_rig", "exact", "name", "accept_misfit"),
 )
 LOWER_TEETH = {  # rule of rules.json -> factors of joints; the remainder to 1 goes to the identity
     "mix": {"root": 0.0130787707, "neck": 0.0426467828, "jaw": 0.944269622},  # FLAME/lbs.py:240
@@ -63,6 +67,7 @@ LOWER_TEETH = {  # rule of rules.json -> factors of joints; the remainder to 1 g
 }
 PLAYED_RULES = {"anchor": ANCHOR_RULES, "lower_teeth": tuple(LOWER_TEETH)}
 CONFIG = "cfg_args"
+FORMS = {"dump": "the dump", "raw": "the raw checkpoint"}
 RECORDED_RULES = {
     "mask": ("fixed", "per_blendshape"),
     "init_position": ("affine", "rotation"),
@@ -90,7 +95,10 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         raise AvatarError("has no fix_chkpnt*/ folder and no fix_chkpnt*.pth", file=path, owner=SYSTEM)
     options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such input or choice")
     options.refuse_beside_no_rig(("body_model", "shape", "eyelids", "anchor_faces"), SYSTEM)
+    refuse_incomplete(model, options.accept_misfit)
     trained = read_rules(first_file([model.folder / RULES_FILE]), SYSTEM, PLAYED_RULES, RECORDED_RULES)
+    if options.body_scale == 1 and trained.units is not None:
+        options = replace(options, body_scale=trained.units)
     face, mouths = open_face(model), open_mouths(model)
     inputs = find_inputs(model.folder, options, SYSTEM)
     body = rig.body_model(inputs, options, bool(mouths))
@@ -101,7 +109,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         parts.read_mouth(mouth)
     baked = None if body is None else rig.baked_rig(body, inputs, len(names))
     gaussians, blendshapes, skin = parts.finish(baked is not None)
-    return Avatar(
+    avatar = Avatar(
         name=options.name or model.folder.resolve().name,
         gaussians=gaussians,
         groups=_groups(len(kept), mouths, baked is not None, trained.played.get("lower_teeth", "mix")),
@@ -123,13 +131,40 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         delta_threshold=parts.threshold,
         provenance=_provenance(model, face, kept, inputs, body, trained),
     )
+    if body is None:
+        return avatar
+    fits = rig.fit_notes(avatar, body, inputs, options, model.folder)
+    stored = avatar.provenance
+    return replace(avatar, provenance={**stored, "notes": [*stored["notes"], *fits]})
+
+
+def chosen(path: Path, options: ReadOptions) -> list[str]:
+    """The iteration and form that `read` takes, the identity that it finds, and what it passes over."""
+    model = locate(path)
+    if model is None:
+        return []
+    over = [other.face.name for other in models(model.folder) if other.face != model.face]
+    listed = f"; passed over: {', '.join(over)}" if over and path == model.folder else ""
+    notes = [f"iteration {model.iteration} is read, {FORMS[model.form]} {model.face.name}{listed}"]
+    if options.shape is None and options.dataset is not None and not options.no_rig:
+        shape = found_file(options.dataset, "shape")
+        others = [] if shape is None else passed_over(options.dataset, "shape", shape)
+        if shape is not None and others:
+            notes.append(
+                f"identity of {shape.name}; passed over: {', '.join(p.name for p in others[:MOST_NAMED])}"
+                + f" and {len(others) - MOST_NAMED} more" * (len(others) > MOST_NAMED)
+            )
+    return notes
 
 
 def assumptions(path: Path, options: ReadOptions) -> list[str]:
     """Notes on a unit and a background that nothing states. They are printed only: the provenance has no such notes."""
     model = locate(path)
     notes = []
-    if options.body_scale == 1:
+    stated = None if model is None else stated_units(first_file([model.folder / RULES_FILE]), SYSTEM)
+    if stated is not None:
+        notes.append(f"{stated:g} training units a metre ({RULES_FILE})")
+    elif options.body_scale == 1:
         notes.append("1 training unit a metre (assumed; --body-scale sets another number)")
     if model is not None and first_file([model.folder / CONFIG]) is None:
         notes.append(f"black background (assumed; there is no {CONFIG} in the model folder)")

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from avatar_export.bodies.body_model import BodyModel, read_body_model
 from avatar_export.bodies.body_rig import bake_rig
-from avatar_export.bodies.inputs import ZERO, Inputs
+from avatar_export.bodies.inputs import ZERO, Inputs, found_file
 from avatar_export.bodies.subject_files import read_eyelids, read_faces, read_shape
+from avatar_export.fit.judge import Sides
+from avatar_export.fit.skeleton import not_human
+from avatar_export.fit.skinned import Subject, skinned_fit
 from avatar_export.options import ReadOptions
 from avatar_export.readers.gaussian_blendshapes.layout import EYELIDS, JOINTS, SYSTEM
-from avatar_runtime.avatar import F32, Rig
+from avatar_runtime.avatar import F32, F64, Avatar, Rig
 from avatar_runtime.io.errors import AvatarError
 
 
@@ -54,6 +59,36 @@ def baked_rig(body: BodyModel, inputs: Inputs, expressions: int) -> Rig:
             owner=SYSTEM,
         )
     return rig
+
+
+def fit_notes(
+    avatar: Avatar, body: BodyModel, inputs: Inputs, options: ReadOptions, folder: Path
+) -> list[str]:
+    """Notes on whether the Gaussians fit the body model with this identity. Raises AvatarError for a large misfit."""
+    assert inputs.body_model is not None and avatar.rig is not None
+    given = None if inputs.shape is None or str(inputs.shape) == ZERO else inputs.shape
+    shape = None if given is None else read_shape(given)
+    human = not not_human(avatar.rig.vertices.astype(np.float64), len(JOINTS), "")
+    sides = Sides(
+        "the Gaussians", inputs.body_model.name, SYSTEM, inputs.body_model, "--body-scale", options.body_scale,
+        own_unit=human, accept=options.accept_misfit,
+    )  # fmt: skip
+    said = "--shape zero" if given is None else f"--shape {given.name}"
+    return skinned_fit(
+        avatar, Subject(body, shape, said, _other_identities(inputs, shape, folder, options)), sides
+    )
+
+
+def _other_identities(
+    inputs: Inputs, shape: F64 | None, folder: Path, options: ReadOptions
+) -> dict[str, F64]:
+    """Identities that might be meant: the mean shape, the negated one, and others in the folders that are searched."""
+    found = {} if shape is None else {"--shape zero": np.zeros(1), "its negative": -shape}
+    for root in (options.dataset, folder):
+        path = None if root is None else found_file(root, "shape")
+        if path is not None and path != inputs.shape:
+            found[f"--shape {path.name}"] = read_shape(path)
+    return found
 
 
 def _mesh_eyelids(body: BodyModel, inputs: Inputs) -> dict[str, F32]:

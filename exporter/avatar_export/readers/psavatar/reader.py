@@ -12,7 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from avatar_export.formats.point_cloud import NAME, PointCloud, locate, read_ply
+from avatar_export.formats.point_cloud import (
+    NAME,
+    PointCloud,
+    chosen_iteration,
+    locate,
+    read_ply,
+    refuse_incomplete,
+)
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
 from avatar_export.readers import surface
@@ -36,7 +43,7 @@ FILES = (
 WITHOUT_RIG = ReadOptions(no_rig=True)
 USED_OPTIONS = (
     *("body_model", "shape", "dataset", "rig", "poses", "no_rig"),
-    *("sh_degree", "exact", "name"),
+    *("sh_degree", "exact", "name", "accept_misfit"),
 )
 RULES = Rules(
     position="interpolated_normal",
@@ -66,8 +73,17 @@ class Coefficient:
 
 def detect(path: Path) -> bool:
     """Whether `path` is a run, an iteration's folder or a .ply with such an .npz beside it; never raises."""
-    cloud = locate(path)
-    return cloud is not None and find_points(cloud) is not None
+    return locate(path, _complete) is not None
+
+
+def _complete(cloud: PointCloud) -> bool:
+    return find_points(cloud) is not None
+
+
+def chosen(path: Path, options: ReadOptions) -> list[str]:
+    """The iteration that `read` takes."""
+    cloud = locate(path, _complete)
+    return [] if cloud is None else chosen_iteration(path, cloud)
 
 
 def read(path: Path, options: ReadOptions) -> Avatar:
@@ -75,10 +91,11 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     with owned(SYSTEM):
         options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such input or choice")
         options.refuse_beside_no_rig(RIG_INPUTS, SYSTEM)
-        cloud = locate(path)
+        cloud = locate(path, _complete)
         found = None if cloud is None else find_points(cloud)
         if cloud is None or found is None:
             raise AvatarError(f"has no {NAME} with {FILE} beside it", file=path)
+        refuse_incomplete(path, cloud, f"{NAME} and {FILE}")
         splats = ply.gaussians(read_ply(cloud), cloud.file)
         points = read_points(found, splats.count)
         trained = read_rules(cloud.find(RULES_FILE), SYSTEM, PLAYED_RULES, RECORDED_RULES)
@@ -94,6 +111,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             background="random",
             units=points.training_per_metre,
         )
+        fits = surface.fit_notes(avatar, options, found, SYSTEM)
         files = {NAME: cloud.file, found.name: found, **rig.files}
         files |= {} if trained.file is None else {RULES_FILE: trained.file}
         if enhancer is not None:
@@ -105,7 +123,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
                 "system": SYSTEM,
                 "source_commit": "arXiv 2401.12900 as avatar-train has it",
                 "source_files": source_files(files),
-                "notes": [*trained.notes(), *points.notes, *notes, *rig.notes],
+                "notes": [*trained.notes(), *points.notes, *notes, *fits, *rig.notes],
             },
         )
 

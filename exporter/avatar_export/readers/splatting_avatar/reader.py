@@ -13,8 +13,16 @@ from typing import Any
 
 import numpy as np
 
+from avatar_export.fit.judge import length
 from avatar_export.formats.mesh_files import read_mesh
-from avatar_export.formats.point_cloud import NAME, PointCloud, locate, read_ply
+from avatar_export.formats.point_cloud import (
+    NAME,
+    PointCloud,
+    chosen_iteration,
+    locate,
+    read_ply,
+    refuse_incomplete,
+)
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import DOUBT, UNSAID, source_files
 from avatar_export.readers import surface
@@ -48,7 +56,7 @@ WITHOUT_RIG = ReadOptions(no_rig=True)
 USED_OPTIONS = (
     *("body_model", "shape", "dataset", "rig", "poses", "no_rig"),
     *("mesh", "units", "mesh_scaling", "sh_direction", "sh_degree", "quaternion_sign"),
-    *("exact", "name"),  # exact: there are no deltas to drop
+    *("exact", "name", "accept_misfit"),  # exact: there are no deltas to drop
 )
 
 
@@ -89,8 +97,17 @@ class Settings:
 
 def detect(path: Path) -> bool:
     """Whether `path` is a run, an iteration's folder or a .ply with an embedding beside it; never raises."""
-    cloud = locate(path)
-    return cloud is not None and find_embedding(cloud) is not None
+    return locate(path, _complete) is not None
+
+
+def _complete(cloud: PointCloud) -> bool:
+    return find_embedding(cloud) is not None
+
+
+def chosen(path: Path, options: ReadOptions) -> list[str]:
+    """The iteration that `read` takes."""
+    cloud = locate(path, _complete)
+    return [] if cloud is None else chosen_iteration(path, cloud)
 
 
 def read(path: Path, options: ReadOptions) -> Avatar:
@@ -98,10 +115,11 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     with owned(SYSTEM):
         options.refuse_others(USED_OPTIONS, SYSTEM, "this system has no such input or choice")
         options.refuse_beside_no_rig(RIG_INPUTS, SYSTEM)
-        cloud = locate(path)
+        cloud = locate(path, _complete)
         found = None if cloud is None else find_embedding(cloud)
         if cloud is None or found is None:
             raise AvatarError(f"has no {NAME} with {' or '.join(FORMS)} beside it", file=path)
+        refuse_incomplete(path, cloud, f"{NAME} and {' or '.join(FORMS)}")
         splats = ply.gaussians(read_ply(cloud), cloud.file)
         stored = read_embedding(found, splats.count)
         config = read_config(cloud)
@@ -109,7 +127,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         settings = _settings(config, trained, options, splats, cloud)
         embedding, mesh_file, notes = _embedding(stored, splats, options, settings.units)
         rig = no_rig() if options.no_rig else embedded_rig(
-            embedding.canonical_vertices, embedding.triangles, options, SYSTEM
+            embedding.canonical_vertices, embedding.triangles, options, SYSTEM, settings.units
         )  # fmt: skip
         avatar = surface.surface_avatar(
             name=options.name or cloud.name,
@@ -121,7 +139,13 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             background="random",  # as trained (gauss_base.py render_to_camera)
             units=settings.units,
         )
-        notes = [settings.note, *trained.notes(), *notes, *_position_notes(avatar, splats), *rig.notes]
+        if rig.fits:  # the unit is shown to be right
+            settings = replace(
+                settings, note=settings.note.replace(f"metre ({UNSAID})", "metre (assumed; the rig fits so)")
+            )
+        notes = [settings.note, *trained.notes(), *notes]
+        notes += surface.fit_notes(avatar, options, mesh_file, SYSTEM)
+        notes += [*_position_notes(avatar, splats), *rig.notes]
         files = {NAME: cloud.file, found.name: found, mesh_file.name: mesh_file, **rig.files}
         files |= {} if config.file is None else {CONFIG: config.file}
         files |= {} if trained.file is None else {RULES_FILE: trained.file}
@@ -163,7 +187,11 @@ def _settings(
         value = config.get(section, key, type(fallback[0]))
         return fallback if value is None else (value, f"{CONFIG} {field}")
 
-    units, units_by = (preset.units, assumed) if options.units is None else (options.units, "--units")
+    units, units_by = preset.units, assumed
+    if trained.units is not None:
+        units, units_by = trained.units, RULES_FILE
+    if options.units is not None:
+        units, units_by = options.units, "--units"
     usual = preset.mesh_scaling, assumed
     scale, scale_by = choose(
         options.mesh_scaling, "--mesh-scaling", played.get("scale"), "model.with_mesh_scaling", usual
@@ -225,7 +253,7 @@ def _embedding(
         notes.append(
             f"_xyz of {shifted} Gaussians has first numbers that are not 0; the release uses the third alone"
         )
-    return embedding, mesh_file, [*notes, *surface.mesh_notes(vertices, units)]
+    return embedding, mesh_file, notes
 
 
 def _position_notes(avatar: Avatar, splats: Gaussians) -> list[str]:
@@ -237,6 +265,6 @@ def _position_notes(avatar: Avatar, splats: Gaussians) -> list[str]:
     if not apart > APART * size:
         return []
     return [
-        f"{DOUBT}x y z of {NAME} lie {1000 * apart:.3g} mm (median) from the embedding: another frame's, or not "
+        f"{DOUBT}x y z of {NAME} lie {length(apart)} (median) from the embedding: another frame's, or not "
         "its mesh"
     ]

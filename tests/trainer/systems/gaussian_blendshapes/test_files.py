@@ -142,7 +142,7 @@ def test_rules_that_a_reader_knows_are_written(tmp_path: Path) -> None:
     system = subject(tmp_path, {"anchor": "unique", "mask": "per_blendshape"})
     avatar = exported(system, tmp_path / "model")
     written = json.loads((tmp_path / "model" / "rules.json").read_text())
-    assert written["system"] == "gaussian_blendshapes"
+    assert (written["system"], written["training_units_per_metre"]) == ("gaussian_blendshapes", 1.0)
     assert written["rules"]["anchor"] == "unique" == avatar.rules.anchor
     assert written["rules"]["mask"] == "per_blendshape"
 

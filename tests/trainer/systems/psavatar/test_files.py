@@ -128,7 +128,11 @@ def test_the_files_are_the_same_bytes_each_time(system: PSAvatar, saved: Path, t
     for name in names:
         assert (saved / name).read_bytes() == (tmp_path / name).read_bytes()
     document = json.loads((saved / "rules.json").read_text())
-    assert document == {"system": "psavatar", "rules": dict(system.settings.rules)}
+    assert document == {
+        "system": "psavatar",
+        "training_units_per_metre": system.training_per_bundle,
+        "rules": dict(system.settings.rules),
+    }
 
 
 def test_an_enhancer_comes_along(capture: Capture, tmp_path: Path) -> None:

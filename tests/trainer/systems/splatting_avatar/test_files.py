@@ -150,7 +150,7 @@ def test_the_files_are_those_of_the_released_code(capture: Capture, tmp_path: Pa
         "sh_degree": 0, "num_init_samples": 150, "xyz_as_uvd": True, "with_mesh_scaling": True
     }  # fmt: skip
     rules = json.loads((tmp_path / "rules.json").read_text())
-    assert rules["system"] == "splatting_avatar"
+    assert (rules["system"], rules["training_units_per_metre"]) == ("splatting_avatar", 4.0)
     assert rules["rules"] == {"embedding": "walking", "sh_direction": "inverse_rotation", **PAPER}
     lines = (folder / "embedding.obj").read_text().splitlines()
     assert sum(line.startswith("f ") for line in lines) == len(scene.sheet())

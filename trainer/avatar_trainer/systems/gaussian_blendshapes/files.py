@@ -22,6 +22,7 @@ import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 
+from avatar_export.readers.rules_file import UNITS
 from avatar_trainer.systems.gaussian_blendshapes.npy import write_npy_dict
 from avatar_trainer.systems.gaussian_blendshapes.rows import Entries, Rows
 from avatar_trainer.tensors import Gaussians
@@ -64,13 +65,15 @@ class Model:
     rates: Mapping[str, float]  # parameter group -> learning rate
     config: Mapping[str, Any]  # cfg_args
     rules: Mapping[str, str]
+    training_per_metre: float = 1.0
 
 
 def save_model(model: Model, system: str, folder: Path, iteration: int) -> None:
     """Write `model` into `folder`; every file appears whole, fix_chkpnt*.pth (which readers look for) last."""
     folder.mkdir(parents=True, exist_ok=True)
     with _written(folder / "rules.json") as path:
-        path.write_text(json.dumps({"system": system, "rules": dict(model.rules)}, indent=1) + "\n", "utf-8")
+        document = {"system": system, UNITS: model.training_per_metre, "rules": dict(model.rules)}
+        path.write_text(json.dumps(document, indent=1) + "\n", "utf-8")
     with _written(folder / "cfg_args") as path:
         path.write_text(repr(argparse.Namespace(**model.config)), "utf-8")
     for index, rows in enumerate(model.parts[1:]):

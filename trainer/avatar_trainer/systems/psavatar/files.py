@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from avatar_export.readers.enhancer_file import save_enhancer
+from avatar_export.readers.rules_file import UNITS
 from avatar_runtime.avatar import F32, I64, Enhancer, Gaussians, Rig
 from avatar_runtime.codec import ply
 
@@ -50,7 +51,11 @@ def save(checkpoint: Checkpoint, folder: Path, iteration: int) -> None:
     """Write the files; those of an iteration appear together or not at all. OSError if they cannot be written."""
     clouds = folder / "point_cloud"
     clouds.mkdir(parents=True, exist_ok=True)
-    document = {"system": checkpoint.system, "rules": dict(checkpoint.rules)}
+    document = {
+        "system": checkpoint.system,
+        UNITS: checkpoint.training_per_metre,
+        "rules": dict(checkpoint.rules),
+    }
     partial = folder / ".rules.json.partial"
     partial.write_text(json.dumps(document, indent=2) + "\n")
     os.replace(partial, folder / "rules.json")

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from avatar_export.readers.rules_file import UNITS
 from avatar_runtime.avatar import F32, F64, I64, Gaussians
 from avatar_runtime.codec import ply
 
@@ -39,7 +40,8 @@ class Checkpoint:
     log_scale: F32  # [N, 3]
     opacity_logit: F32  # [N]
     sh: F32  # [N, K, 3]
-    frameset_type: str  # of the data set, which implies the units
+    units: float  # training units in a metre
+    frameset_type: str  # of the data set, which implies the units in the release
     mesh_scaling: bool
     inverse_sh_direction: bool
     rules: Mapping[str, str]
@@ -57,7 +59,7 @@ def save(checkpoint: Checkpoint, folder: Path, iteration: int) -> None:
     clouds = folder / "point_cloud"
     clouds.mkdir(parents=True, exist_ok=True)
     _write(folder / "config.yaml", yaml.safe_dump(_config(checkpoint), sort_keys=False))
-    document = {"system": checkpoint.system, "rules": dict(checkpoint.rules)}
+    document = {"system": checkpoint.system, UNITS: checkpoint.units, "rules": dict(checkpoint.rules)}
     _write(folder / "rules.json", json.dumps(document, indent=2) + "\n")
     final, partial = clouds / f"iteration_{iteration}", clouds / f".iteration_{iteration}.partial"
     shutil.rmtree(partial, ignore_errors=True)

@@ -242,6 +242,7 @@ class SplattingAvatar:
                 log_scale=table["log_scale"].numpy(),
                 opacity_logit=table["opacity_logit"].numpy(),
                 sh=torch.cat([table["sh_dc"], table["sh_rest"]], dim=1).numpy(),
+                units=self.subject.units,
                 frameset_type=self.subject.frameset_type,
                 mesh_scaling=self.rules.scale != "none",
                 inverse_sh_direction=self.rules.sh_direction == "inverse_rotation",
