@@ -16,6 +16,7 @@ ROOT = HERE.parents[1]
 ACCURACY = ROOT / "tests" / "results" / "accuracy.csv"
 BENCH = ROOT / "tests" / "bench" / "results" / "AMD-EPYC-2-cores.csv"
 MISFITS = ROOT / "tests" / "results" / "misfits.csv"
+CAPTURES = ROOT / "tests" / "results" / "wrong_captures.csv"
 LOWEST_IS_WORST = "dB"
 Row = dict[str, str]
 
@@ -92,6 +93,29 @@ def misfits(_: Path) -> str:
     return f"{said}\n\n{table(['input', 'said before', 'said now'], lines)}"
 
 
+def wrong_captures(_: Path) -> str:
+    """What `avatar-train check` says of captures with a mistake, before these checks and now, and of right ones."""
+    with CAPTURES.open(newline="", encoding="utf-8") as file:
+        found = list(csv.DictReader(file))
+    wrong, right = ([row for row in found if row["wrong"] == kind] for kind in ("yes", "no"))
+    named = sum(row["found"] == row["subjects"] for row in wrong)
+    quiet = [row["capture"] for row in right if not row["now"]]
+    lines = [
+        [
+            escaped(row["capture"]),
+            escaped(row["before"] or "nothing"),
+            f"{row['found']} of {row['subjects']}",
+            escaped(row["now"]),
+        ]
+        for row in wrong
+    ]
+    alarms = [f"- {row['capture']}: {escaped(row['now'])}" for row in right if row["now"]]
+    said = f"Of {len(wrong)} mistakes {named} are named on every subject."
+    silent = f"Of {len(right)} right captures {len(quiet)} give no alarm: {'; '.join(quiet)}."
+    head = ["mistake", "said before", "named on", "said now"]
+    return "\n\n".join([said, table(head, lines), silent, *alarms])
+
+
 def escaped(text: str) -> str:
     """Text of a cell; names with underscores stay as they are."""
     return text if text.startswith("`") else re.sub(r"([|_*])", r"\\\1", text)
@@ -100,6 +124,7 @@ def escaped(text: str) -> str:
 SECTIONS: dict[str, Callable[[Path], str]] = {
     "every-figure": every_figure,
     "misfits": misfits,
+    "wrong-captures": wrong_captures,
     **{f"accuracy-{group}": lambda _, group=group: accuracy(group) for group in rows().get("accuracy", {})},
     **{
         f"performance-{name}": lambda _, name=name: performance(name)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from avatar_export.bodies.body_model import BodyModel
+from avatar_export.bodies.subject_files import read_static_offset
 from avatar_export.sparse import sparse_rows
 from avatar_runtime.avatar import F32, F64, Rig, SparseRows
 from avatar_runtime.io.errors import AvatarError
@@ -49,6 +52,17 @@ def bake_rig(
         corrective_joints=np.arange(1, len(body.parents), dtype=np.int32),
         anchor_vertices=_anchors(body, anchor_faces),
     )
+
+
+def with_static_offset(body: BodyModel, identity: Path | None) -> BodyModel:
+    """`body` with the static offset of an identity file in its template; `body` itself without file or offset.
+
+    Joints follow the template, as in VHAP and GaussianAvatars. Raises AvatarError as `read_static_offset` does.
+    """
+    offset = None
+    if identity is not None and identity.is_file():
+        offset = read_static_offset(identity, body.vertex_count)
+    return body if offset is None else replace(body, v_template=body.v_template + offset)
 
 
 def shaped_template(body: BodyModel, shape: Array | None) -> F64:

@@ -16,6 +16,7 @@ PATTERNS: dict[str, tuple[str, ...]] = {
         "generic_model.pkl",
         "flame*model*.pkl",
         "FLAME20*.pkl",
+        "flame20*.pkl",
         "FLAME_NEUTRAL*.pkl",
         "FLAME_*MALE*.pkl",
         "SMPL_*.pkl",

@@ -22,6 +22,8 @@ MAX_TEXT_BYTES = 256 << 20
 EYELID_FILES = {"left": "l_eyelid.npy", "right": "r_eyelid.npy"}
 SHAPE_FILE = "a .frame, .npy, .npz or JSON file with the identity coefficients of a subject"
 FACES_FILE = "a text file with face indices, such as back_of_head.txt"
+OFFSET_FILE = "static_offset.npy"
+TEETH = 120  # vertices that VHAP and GaussianAvatars append to FLAME's
 SHAPE_KEYS = ("shape", "shape_params", "betas")
 
 
@@ -38,6 +40,32 @@ def read_shape(path: Path) -> F64:
     if not np.isfinite(values).all():
         raise _wrong(f"[{int(np.argmax(~np.isfinite(values)))}] is not a finite number", path)
     return values
+
+
+def read_static_offset(path: Path, vertices: int) -> F32 | None:
+    """[V, 3] metres, `static_offset` of an .npz beside its coefficients (VHAP, GaussianAvatars); None if it has none.
+
+    It is added to the template. Rows beyond `vertices` are the teeth that these tools append to FLAME; they are left
+    out. Raises AvatarError for fewer rows and for a value that is not finite.
+    """
+    with open_file(path) as stream:
+        if stream.read(2) != b"PK":
+            return None
+    with Archive(path) as archive:
+        if OFFSET_FILE not in archive.names:
+            return None
+        source = parse_npy(archive.read(OFFSET_FILE), path, OFFSET_FILE)
+    values = np.asarray(_numbers(source, path), np.float32).reshape(-1)
+    offset = values.reshape(-1, 3) if values.size % 3 == 0 else values[:0, None]
+    if len(offset) not in (vertices, vertices + TEETH):
+        raise AvatarError(
+            f"is {list(source.shape)}, but the body model has {vertices} vertices",
+            file=path,
+            field="static_offset",
+        )
+    if not np.isfinite(offset).all():
+        raise AvatarError("holds a value that is not finite", file=path, field="static_offset")
+    return offset[:vertices]
 
 
 def read_eyelids(folder: Path, vertices: int) -> dict[str, F32]:

@@ -92,13 +92,13 @@ def size(text: str) -> tuple[int, int]:
     return size
 
 
-def frame_slice(text: str | None) -> slice:
-    """The frames FIRST:END; both numbers are optional, None means all frames."""
+def frame_slice(text: str | None, option: str = "--frames") -> slice:
+    """The frames FIRST:END of an `option`; both numbers are optional, None means all frames."""
     if text is None:
         return slice(None)
     first, colon, end = text.partition(":")
     if not colon or not all(part == "" or NUMBER.fullmatch(part) for part in (first, end)):
-        raise typer.BadParameter(f"{text!r} is not FIRST:END", param_hint="--frames")
+        raise typer.BadParameter(f"{text!r} is not FIRST:END", param_hint=option)
     return slice(int(first or 0), int(end) if end else None)
 
 

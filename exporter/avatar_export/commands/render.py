@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,7 @@ from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, messages, output
 from avatar_export.playing import frames as playing
 from avatar_export.playing import sequences
+from avatar_export.playing.tracked import seen_by, tracked
 from avatar_export.readers.table import expect_bundle
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import BACKENDS
@@ -68,7 +70,19 @@ def render(
             help="Frames per second of --meshes and --orbit. Clips have their own.", min=0.1, max=240
         ),
     ] = 30.0,
-    size: Annotated[str, typer.Option(help="Size in pixels, N or WxH.")] = "512",
+    camera: Annotated[
+        Path | None,
+        typer.Option(
+            help="Tracked cameras: a capture's folder, or its capture.json, transforms.json, flame_params.json or "
+            ".frame file. One for each pose, or one for all; a single pose is seen by each."
+        ),
+    ] = None,
+    camera_frames: Annotated[
+        str | None, typer.Option(help="Take the cameras FIRST:END of --camera, counted from 0.")
+    ] = None,
+    size: Annotated[
+        str | None, typer.Option(help="Size in pixels, N or WxH. Default: 512; with --camera, as tracked.")
+    ] = None,
     yaw: Annotated[
         float, typer.Option(help="Camera yaw in degrees. Positive: from the subject's left.")
     ] = 0.0,
@@ -96,7 +110,7 @@ def render(
     force: arguments.Force = False,
 ) -> None:
     """Draw a bundle or a pack: one pose, a recording, a clip or posed meshes."""
-    width, height = arguments.size(size)
+    width, height = arguments.size(size or "512")
     arguments.one_of("--profile", profile, PROFILES)
     arguments.one_of("--backend", backend, BACKENDS)
     arguments.finite({"--yaw": yaw, "--pitch": pitch, "--zoom": zoom, "--orbit": orbit, "--fps": fps})
@@ -105,6 +119,10 @@ def render(
         raise typer.BadParameter("needs --clip FILE", param_hint="--clip-name")
     moving = {"--drive": drive, "--clip": clip, "--meshes": meshes}
     arguments.exclude({**moving, "a pose (-e, -a, -j, --eyelid)": posed})
+    placed = (yaw, pitch, zoom, orbit) != (0, 0, 1, 0)
+    arguments.exclude({"--camera": camera, "--yaw, --pitch, --zoom, --orbit": placed})
+    if camera is None and camera_frames is not None:
+        raise typer.BadParameter("needs --camera", param_hint="--camera-frames")
     if not any(moving.values()) and orbit == 0 and frames is not None:
         raise typer.BadParameter(
             "goes with --drive, --clip, --meshes or --orbit; without them there is one image",
@@ -140,7 +158,14 @@ def render(
         expect_bundle(bundle)
         avatar = at_level(load(bundle), level)
         sequence = chosen(avatar)
-        shown = sequence.part(arguments.frame_slice(frames)).part(slice(None, None, every))
+        shown = sequence.part(arguments.frame_slice(frames))
+        if camera is not None:
+            asked = None if size is None else (width, height)
+            cameras = tracked(camera, asked, arguments.frame_slice(camera_frames, "--camera-frames"))
+            shown = seen_by(shown, cameras, camera)
+            width, height = cameras[0].width, cameras[0].height
+            view = replace(view, width=width, height=height, cameras=cameras[::every])
+        shown = shown.part(slice(None, None, every))
         count = len(shown.poses)
         if not count:
             raise AvatarError(

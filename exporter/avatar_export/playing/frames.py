@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from avatar_export.images import Box, animated_webp, frame_camera, png, robust_box
 from avatar_export.playing.sequences import PoseSequence
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.camera import Camera
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.staging import followed, staged
 from avatar_runtime.player import Frame, Player
@@ -36,10 +37,14 @@ class View:
     profile: str | None = None  # None: the backend's first
     backend: str | None = None  # None: the runtime's default
     enhance: bool = False  # run the avatar's enhancer on each image
+    cameras: Sequence[
+        Camera
+    ] = ()  # tracked ones, one for each pose or one for all; they replace the position above
 
 
 def frames(avatar: Avatar, sequence: PoseSequence, view: View) -> Iterator[Pixels]:
-    """The image of each pose, [H, W, 3] or transparent [H, W, 4]; one camera position shows them all.
+    """The image of each pose, [H, W, 3] or transparent [H, W, 4]; one camera position shows them all, or the tracked
+    cameras of the view.
 
     Raises AvatarError for a profile that the backend does not draw, for a backend or enhancer whose library is not
     installed, and if an enhancer is asked for that the avatar lacks or that is not sound.
@@ -51,16 +56,23 @@ def frames(avatar: Avatar, sequence: PoseSequence, view: View) -> Iterator[Pixel
             f"is not supported by backend {view.backend}; choose {' or '.join(drawn)}",
             field=f"profile {view.profile}",
         )
-    box = framed(player, sequence)
+    box = None if view.cameras else framed(player, sequence)
     for index, pose in enumerate(sequence.poses):
-        turn = view.orbit * index / max(count, 1)
-        camera = frame_camera(
-            box, view.width, view.height, np.radians(view.yaw + turn), np.radians(view.pitch), view.zoom
+        camera = (
+            view.cameras[index % len(view.cameras)] if box is None else _orbiting(box, view, index / count)
         )
         background = (0.0, 0.0, 0.0) if view.transparent else view.background
         mesh = None if sequence.posed_vertices is None else sequence.posed_vertices[index]
         frame: Frame = player.frame(pose, camera, background, view.profile, posed_vertices=mesh)
         yield frame.rgba8() if view.transparent else frame.rgb8()
+
+
+def _orbiting(box: Box, view: View, share: float) -> Camera:
+    """The camera of a view after a `share` of the sequence."""
+    turn = view.orbit * share
+    return frame_camera(
+        box, view.width, view.height, np.radians(view.yaw + turn), np.radians(view.pitch), view.zoom
+    )
 
 
 def framed(player: Player, sequence: PoseSequence) -> Box:

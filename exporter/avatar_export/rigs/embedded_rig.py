@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from avatar_export.bodies.body_model import BodyModel, read_body_model
-from avatar_export.bodies.body_rig import bake_rig
+from avatar_export.bodies.body_rig import bake_rig, with_static_offset
 from avatar_export.bodies.inputs import ZERO, check_given, find_inputs
 from avatar_export.bodies.pose_files import BodyPoses, body_clip, read_poses
 from avatar_export.bodies.subject_files import read_shape
@@ -145,6 +145,8 @@ def _from_body_model(
     shape, notes = _identity(options, poses)
     if poses is not None and poses.static_offset is not None:
         body = _with_offset(body, poses.static_offset, options.poses)
+    elif options.shape is not None:
+        body = with_static_offset(body, options.shape)
     baked = bake_rig(body, shape)
     mapped = _mapped(baked, None, vertices, triangles, path, owner)
     rig = renumbered(baked, mapped.rows, triangles)

@@ -79,7 +79,9 @@ def clips(capture: Capture, avatar: Avatar) -> tuple[Clip, ...]:
     """The tracked poses of each split in order of time; arrays in the order of the avatar's names."""
     found = []
     for split, name in SPLITS.items():
-        poses = [frame.pose for frame in capture.frames if frame.split == split]
+        all_poses = [frame.pose for frame in capture.frames if frame.split == split]
+        # Several cameras see one pose, frame after frame: the clip has it once.
+        poses = [pose for t, pose in enumerate(all_poses) if t == 0 or pose is not all_poses[t - 1]]
         if poses:
             found.append(
                 Clip(

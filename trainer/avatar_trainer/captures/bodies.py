@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from avatar_export.bodies.body_model import JOINT_NAMES, read_body_model
-from avatar_export.bodies.body_rig import bake_rig
+from avatar_export.bodies.body_rig import bake_rig, with_static_offset
 from avatar_export.bodies.inputs import Inputs, find_inputs
 from avatar_export.bodies.subject_files import read_eyelids, read_faces, read_shape
 from avatar_export.options import ReadOptions
@@ -50,7 +50,7 @@ def body_of_model(inputs: Inputs) -> Body:
     """The body model with the identity of `inputs.shape`; None: the mean shape. Raises AvatarError for broken files."""
     if inputs.body_model is None:
         raise ValueError("no body model is given")
-    body = read_body_model(inputs.body_model)
+    body = with_static_offset(read_body_model(inputs.body_model), inputs.shape)
     zero = inputs.shape is None or str(inputs.shape) == "zero"
     shape = None if zero or inputs.shape is None else read_shape(inputs.shape)
     lids = None if inputs.eyelids is None else read_eyelids(inputs.eyelids, body.vertex_count)

@@ -15,11 +15,16 @@ VERSION = "1.0"  # of capture.json and views.json
 
 
 def read_document(
-    file: Path, limit: int, schema: str, constant: Callable[[str], object] | None = None
+    file: Path,
+    limit: int,
+    schema: str,
+    constant: Callable[[str], object] | None = None,
+    first: Callable[[dict[str, Any]], object] | None = None,
 ) -> dict[str, Any]:
     """The JSON object in `file`, at most `limit` bytes; `constant` is called for NaN and Infinity.
 
-    Raises AvatarError for anything that is not JSON, for a newer version, and for what `schema` refuses.
+    `first` sees an object of a known version before the schema does. Raises AvatarError for anything that is not
+    JSON, for a newer version, and for what `schema` refuses.
     """
     try:
         document = json.loads(read_bytes(file, limit), parse_constant=constant)
@@ -30,6 +35,8 @@ def read_document(
         raise AvatarError(
             f"is {document['version']}; {VERSION} is known: update avatar-export", file=file, field="version"
         )
+    if first is not None and isinstance(document, dict):
+        first(document)
     for problem in schema_problems(document, schema):
         raise AvatarError(problem.message, file=file, field=problem.path.removeprefix("$."))
     return dict(document)

@@ -64,6 +64,19 @@ def matte(path: Path, image: Path) -> F32:
         return _unit(channel)
 
 
+def person(image: Path, mask: Path, over: float | None) -> tuple[F32, F32]:
+    """(straight colour [H, W, 3], matte [H, W]) of an image whose person stands before the grey `over`; None: of a
+    straight image. Raises AvatarError as `matte`, and for a mask of another size."""
+    found, alpha = colour(image), matte(mask, image)
+    if found.shape[:2] != alpha.shape:
+        raise AvatarError("is of another size than its image", file=mask)
+    if over is None:
+        return found, alpha
+    share = alpha[:, :, None]
+    straight = (found - np.float32(over) * (1 - share)) / np.maximum(share, np.float32(1 / 255))
+    return np.clip(straight, 0, 1, dtype=np.float32), alpha
+
+
 def check_colour(path: Path, mode: str) -> None:
     """Raise AvatarError unless an image of Pillow's `mode` is 8-bit RGB."""
     if mode not in COLOUR_MODES:

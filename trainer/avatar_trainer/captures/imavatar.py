@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from avatar_export.bodies.pose_files import body_clip, read_poses
+from avatar_export.bodies.tracked_cameras import from_world_mat, numbers, pinhole
 from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import F64, Clip
 from avatar_runtime.io.errors import AvatarError
@@ -25,14 +26,12 @@ from avatar_trainer.captures import image_files
 from avatar_trainer.captures.bodies import body_of_model, check_flame, found_inputs
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.captures.paths import inside
-from avatar_trainer.captures.rows import MAX_VALUE, Row, check_rows
+from avatar_trainer.captures.rows import Row, check_rows
 
 FILE = "flame_params.json"
-UNITS = 4.0  # of the file in a metre
 MAX_JSON_BYTES = 512 << 20
 IMAGES, MASKS = ("image", "images"), ("mask", "masks")
 ENDINGS = (".png", ".jpg", ".jpeg")
-OPENCV = np.array([[1.0], [-1.0], [-1.0]])  # signs of the rows of world_mat
 
 
 def read(folder: Path, given: ReadOptions) -> Capture:
@@ -45,7 +44,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
     body = body_of_model(inputs)
     check_flame(body)
     clip = body_clip(body.rig, poses, str(file))
-    fractions = _numbers(document.get("intrinsics"), (4,), file, "intrinsics")
+    fractions = numbers(document.get("intrinsics"), (4,), file, "intrinsics")
     images = [_image(folder, frame, t) for t, frame in enumerate(document["frames"])]
     first = image_files.header(images[0])
     matte, how = _mattes(images[0], first)
@@ -71,7 +70,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
 def _row(
     file: Path, frame: Mapping[str, Any], t: int, image: Path, matte: str | None, k: F64, clip: Clip
 ) -> Row:
-    world = _numbers(frame.get("world_mat"), (3, 4), file, f"frames[{t}].world_mat") * OPENCV
+    view = from_world_mat(numbers(frame.get("world_mat"), (3, 4), file, f"frames[{t}].world_mat"))
     mask = image if matte is None else image.parent.with_name(matte) / f"{image.stem}.png"
     pose = PoseArrays(
         clip.expression_weights[t],
@@ -79,12 +78,11 @@ def _row(
         clip.joint_delta[t].astype(np.float64),
         clip.world_from_avatar[t].astype(np.float64),
     )
-    return Row(file, f"frames[{t}]", image, mask, k, world[:, :3], world[:, 3] / UNITS, pose, None)
+    return Row(file, f"frames[{t}]", image, mask, k, view[:3, :3], view[:3, 3], pose, None)
 
 
 def _intrinsics(fractions: F64, first: image_files.Header) -> F64:
-    fx, fy, cx, cy = np.abs(fractions) * (first.width, first.height, first.width, first.height)
-    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+    return pinhole(*np.abs(fractions) * (first.width, first.height, first.width, first.height))
 
 
 def _image(folder: Path, frame: Mapping[str, Any], t: int) -> Path:
@@ -113,16 +111,3 @@ def _mattes(image: Path, header: image_files.Header) -> tuple[str | None, str]:
     raise AvatarError(
         f"has no alpha, and there is no folder {' or '.join(MASKS)} beside {home.name}/", file=image
     )
-
-
-def _numbers(value: object, shape: tuple[int, ...], file: Path, field: str) -> F64:
-    """Numbers from JSON, of `shape` and finite."""
-    try:
-        found = np.array(value, np.float64)
-    except (TypeError, ValueError, OverflowError):
-        found = np.zeros(0)
-    if found.shape != shape or not (np.abs(found) <= MAX_VALUE).all():
-        raise AvatarError(
-            f"does not hold usable numbers [{', '.join(map(str, shape))}]", file=file, field=field
-        )
-    return found

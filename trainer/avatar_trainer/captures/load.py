@@ -11,7 +11,7 @@ from pathlib import Path
 from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import F32
 from avatar_runtime.io.errors import AvatarError
-from avatar_trainer.captures import image_files, imavatar, metrical_tracker, own
+from avatar_trainer.captures import image_files, imavatar, metrical_tracker, own, vhap
 from avatar_trainer.captures.model import Capture, Frame
 
 # (the file that identifies a layout, its reader); the first match is used
@@ -19,6 +19,7 @@ LAYOUTS: tuple[tuple[str, Callable[[Path, ReadOptions], Capture]], ...] = (
     (own.FILE, own.read),
     (metrical_tracker.PATTERN, metrical_tracker.read),
     (imavatar.FILE, imavatar.read),
+    (vhap.FILE, vhap.read),
 )
 
 
@@ -49,12 +50,14 @@ def pixels(frame: Frame) -> tuple[F32, F32]:
 
     Raises AvatarError for a damaged image and for one that is no longer of the camera's size.
     """
-    image, mask = image_files.colour(frame.image), image_files.matte(frame.mask, frame.image)
-    size = (frame.camera.height, frame.camera.width)
-    for path, shape in ((frame.image, image.shape[:2]), (frame.mask, mask.shape)):
-        if shape != size:
-            raise AvatarError(f"is now {shape[1]}x{shape[0]} pixels, was {size[1]}x{size[0]}", file=path)
-    return image, mask
+    size = (frame.camera.width, frame.camera.height)
+    for path in (frame.image, frame.mask):
+        found = image_files.header(path)
+        if (found.width, found.height) != size:
+            raise AvatarError(
+                f"is now {found.width}x{found.height} pixels, was {size[0]}x{size[1]}", file=path
+            )
+    return image_files.person(frame.image, frame.mask, frame.over)
 
 
 def check_pixels(capture: Capture) -> None:

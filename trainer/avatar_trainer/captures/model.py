@@ -17,12 +17,15 @@ RIGHTS = ("source", "licence", "author", "consent")
 class Frame:
     """One image and what was tracked in it."""
 
-    name: str  # of the image's file, without its ending
+    name: str  # of the image's file, without its ending; unlike all others
     image: Path  # 8-bit RGB (an alpha channel is not read)
     mask: Path  # 8-bit grey, 255 where the person is; if equal to `image`, its alpha channel
     camera: Camera
     pose: PoseArrays  # in the order of the capture's names
     split: str  # "train" | "test"
+    over: float | None = (
+        None  # the grey that is already behind the image's person, 0..1; None: straight colour
+    )
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,7 @@ class Capture:
     layout: str  # which layout was found, in words
     rights: Mapping[str, str] = field(default_factory=dict)  # the RIGHTS that the capture states
     notes: tuple[str, ...] = ()  # assumptions that were made
+    columns: tuple[int, ...] = ()  # the expressions that the files give, in their order; none: all
 
     @property
     def train(self) -> tuple[Frame, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from avatar_runtime.io.text_files import write_text
 from avatar_runtime.pose import PoseArrays, joint_rotation
 from avatar_trainer.captures.bodies import Body, body_of_model, body_of_rig
 from avatar_trainer.captures.documents import VERSION, read_document
+from avatar_trainer.captures.keys import check_frame_list, unknown_keys
 from avatar_trainer.captures.model import RIGHTS, Capture
 from avatar_trainer.captures.paths import inside
 from avatar_trainer.captures.rows import Row, check_rows, rotation_fault
@@ -53,7 +55,8 @@ def read(folder: Path, given: ReadOptions) -> Capture:
     Raises AvatarError naming file and field for everything that CAPTURE.md lists.
     """
     file = folder / FILE
-    document = read_document(file, MAX_JSON_BYTES, "capture")
+    document = read_document(file, MAX_JSON_BYTES, "capture", first=partial(check_frame_list, file))
+    strangers = unknown_keys(document, file)
     body = _body(folder, document["body"], given)
     columns = [_index(name, body.expression_names, "expression", file) for name in document["expressions"]]
     lids = [_index(name, body.late_morph_names, "eyelid", file) for name in document.get("eyelids", ())]
@@ -89,6 +92,8 @@ def read(folder: Path, given: ReadOptions) -> Capture:
         export_inputs=body.export_inputs,
         layout=f"{FILE} {document['version']}",
         rights={key: document[key] for key in RIGHTS if document.get(key)},
+        columns=tuple(columns),
+        notes=(f"keys that this version does not know are not read: {strangers}",) if strangers else (),
     )
 
 

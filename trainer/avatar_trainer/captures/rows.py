@@ -40,6 +40,13 @@ class Row:
     translation: npt.NDArray[Any]  # [3] metres
     pose: PoseArrays
     split: str | None  # None: not stated
+    prefix: str = ""  # of the frame's name, where images of several folders have the same names
+    over: float | None = None  # as in `Frame`
+
+    @property
+    def name(self) -> str:
+        """Of the frame: its image's name without the ending, after the prefix."""
+        return self.prefix + self.image.stem
 
     def wrong(self, message: str, part: str = "") -> AvatarError:
         """An error about `part` of this row."""
@@ -63,12 +70,13 @@ def check_rows(
     width, height = check_images(rows, size)
     return tuple(
         Frame(
-            row.image.stem,
+            row.name,
             row.image,
             row.mask,
             Camera.from_opencv(row.rotation, row.translation, row.intrinsics, width, height),
             row.pose,
             split,
+            row.over,
         )
         for row, split in zip(rows, splits(rows), strict=True)
     )
@@ -85,11 +93,15 @@ def splits(rows: Sequence[Row]) -> list[str]:
     else:
         found = [str(split) for split in said]
     if found.count("train") < TRAIN_FRAMES:
-        file = rows[0].file if rows else None
-        raise AvatarError(
-            f"leaves {found.count('train')} frames to train on; {TRAIN_FRAMES} are the fewest", file=file
-        )
+        raise too_few(found.count("train"), rows[0].file if rows else None)
     return found
+
+
+def too_few(count: int, file: Path | None) -> AvatarError:
+    """The error for a capture with `count` frames to train on."""
+    return AvatarError(
+        f"leaves {count} to train on; training needs at least {TRAIN_FRAMES} frames", file=file
+    )
 
 
 def check_images(rows: Sequence[Row], size: tuple[int, int] | None) -> tuple[int, int]:
@@ -162,9 +174,9 @@ def _first_bad(values: npt.NDArray[Any]) -> list[int]:
 def _check_names(rows: Iterable[Row]) -> None:
     first: dict[str, Row] = {}
     for row in rows:
-        earlier = first.setdefault(row.image.stem, row)
+        earlier = first.setdefault(row.name, row)
         if earlier is not row:
             at = earlier.field or earlier.file.name
             raise row.wrong(
-                f"is called {row.image.stem!a} as {at} is; every frame needs a name of its own", "image"
+                f"is called {row.name!a} as {at} is; every frame needs a name of its own", "image"
             )

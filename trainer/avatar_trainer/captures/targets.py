@@ -13,8 +13,7 @@ from PIL import Image
 from torch import Tensor
 
 from avatar_runtime.camera import Camera
-from avatar_runtime.io.errors import AvatarError
-from avatar_trainer.captures.image_files import colour, matte
+from avatar_trainer.captures.image_files import person
 from avatar_trainer.captures.model import Capture, Frame
 
 U8 = npt.NDArray[np.uint8]
@@ -92,7 +91,7 @@ class Targets:
 
 def _decoded(frame: Frame) -> U8:
     """[H, W, 4] bytes: image and mask."""
-    image, mask = _fitted(colour(frame.image), matte(frame.mask, frame.image), frame)
+    image, mask = _fitted(*person(frame.image, frame.mask, frame.over), frame)
     return np.rint(np.dstack([image, mask]) * 255).astype(np.uint8)
 
 
@@ -108,9 +107,7 @@ def _resized(camera: Camera, width: int, height: int) -> Camera:
 
 def _fitted(image: F32, mask: F32, frame: Frame) -> tuple[F32, F32]:
     """Image and mask at the camera's size, averaged over areas; the image weighted by the mask, so that the
-    background does not bleed in. Raises AvatarError for two sizes."""
-    if image.shape[:2] != mask.shape:
-        raise AvatarError("is of another size than its image", file=frame.mask)
+    background does not bleed in."""
     size = frame.camera.width, frame.camera.height
     if mask.shape == size[::-1]:
         return image, mask

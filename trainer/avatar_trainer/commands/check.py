@@ -7,16 +7,36 @@ from typing import Annotated
 
 import typer
 
-from avatar_export.commands.console import Steps, output
+from avatar_export.commands.console import Steps, messages, output
+from avatar_trainer.captures.checks import overlays
+from avatar_trainer.captures.checks.verdict import judge
 from avatar_trainer.captures.describe import describe
 from avatar_trainer.captures.load import check_pixels, load
 
 
-def check(capture: Annotated[Path, typer.Argument(help="Folder of the captured frames.")]) -> None:
-    """Read a whole capture, images too, and say what is in it."""
+def check(
+    capture: Annotated[Path, typer.Argument(help="Folder of the captured frames.")],
+    pictures: Annotated[
+        Path | None,
+        typer.Option(help="Folder to write: images with mesh and mask drawn over them.", metavar="OUT"),
+    ] = None,
+) -> None:
+    """Read a whole capture, say what is in it, and find what does not fit: cameras, units, poses, masks."""
     with Steps() as step:
+        if pictures is not None:
+            overlays.expect_place(pictures)
         step("reading")
         scene = load(capture)
         step("decoding images")
         check_pixels(scene)
+        if pictures is not None:
+            step("drawing overlays")
+            count = overlays.write(scene, pictures)
+        step("comparing mesh and images")
+        verdict = judge(scene)
     output.print(describe(scene))
+    if pictures is not None:
+        output.print(f"{pictures}: {count} overlays")
+    for text in verdict.odd:
+        messages.print(f"warning: {text}")
+    verdict.refuse(scene)

@@ -12,6 +12,7 @@ import typer
 from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, output
 from avatar_runtime.io.errors import AvatarError, no_such
+from avatar_trainer.captures.checks.verdict import judge
 from avatar_trainer.captures.load import check_pixels, load
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.captures.targets import resized
@@ -73,6 +74,9 @@ def train_command(name: str) -> Callable[..., None]:
             Path | None, typer.Option(help="Bundle to write at the end.", metavar="BUNDLE")
         ] = None,
         force: Annotated[bool, typer.Option("--force", help="Replace BUNDLE if it exists.")] = False,
+        accept_misfit: Annotated[
+            bool, typer.Option("--accept-misfit", help="Train on a capture that `check` refuses.")
+        ] = False,
     ) -> None:
         arguments.one_of("--rasteriser", rasteriser, RASTERISERS)
         expect_rasteriser(rasteriser)
@@ -92,7 +96,7 @@ def train_command(name: str) -> Callable[..., None]:
         if export is not None:
             _expect_exportable(module.RULES, own.rules)
             expect_bundle_place(export, out, force=force or there)
-        scene = _read(capture, out, settings, resume)
+        scene = _read(capture, out, settings, resume, accept_misfit)
         with memory_advice():
             with Steps() as step:
                 step("preparing")
@@ -152,14 +156,17 @@ def _expect_exportable(rules: Mapping[str, Rule], chosen: Mapping[str, str]) -> 
             )
 
 
-def _read(folder: Path, out: Path, settings: TrainSettings, resume: bool) -> Capture:
-    """The capture; every file is checked before a new run begins."""
+def _read(folder: Path, out: Path, settings: TrainSettings, resume: bool, accept_misfit: bool) -> Capture:
+    """The capture; everything is checked before a new run begins, as `check` does."""
     with Steps() as step:
         step("reading")
         scene = load(folder)
         if not (resume and checkpoint.paths(out / run.CHECKPOINTS)):
             step("decoding images")
             check_pixels(scene)
+            if not accept_misfit:
+                step("comparing mesh and images")
+                judge(scene).refuse(scene)
     return resized(scene, settings.size)
 
 

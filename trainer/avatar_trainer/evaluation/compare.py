@@ -16,9 +16,9 @@ from rich.table import Table
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose
 from avatar_runtime.stages.raster import Image
 from avatar_trainer.captures.model import Capture, Frame
+from avatar_trainer.evaluation.bundle import pose_of
 from avatar_trainer.systems.drawing import Drawing, draw
 from avatar_trainer.systems.protocol import System
 from avatar_trainer.tensors import Rendered
@@ -90,19 +90,6 @@ def table(rows: Iterable[Row]) -> Table:
             numbers = ("-", "-", "-")
         shown.add_row(row.backend, row.profile, str(row.frames), *numbers, f"{row.psnr_db:.1f}")
     return shown
-
-
-def pose_of(capture: Capture, avatar: Avatar, frame: Frame) -> Pose:
-    """A tracked pose by names; only names that `avatar` has."""
-    pose, joints = frame.pose, capture.rig.joint_names
-    expressions = dict(zip(capture.expression_names, pose.expression_weights.tolist(), strict=True))
-    eyelids = dict(zip(capture.late_morph_names, pose.late_weights.tolist(), strict=True))
-    return Pose(
-        {name: weight for name, weight in expressions.items() if name in avatar.expression_names},
-        dict(zip(joints, pose.joint_delta, strict=True)) if avatar.rig is not None else {},
-        {name: weight for name, weight in eyelids.items() if name in avatar.late_morph_names},
-        pose.world_from_avatar,
-    )
 
 
 def _image(rendered: Rendered) -> Image:

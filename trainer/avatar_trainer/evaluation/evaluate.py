@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from statistics import fmean
 from typing import Any
 
@@ -15,6 +15,7 @@ from torch import Tensor
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import Target, Targets, evenly
+from avatar_trainer.evaluation.lpips import Lpips
 from avatar_trainer.losses import psnr_db, ssim
 from avatar_trainer.systems.drawing import DRAWING, Drawing, draw
 from avatar_trainer.systems.protocol import System
@@ -27,11 +28,22 @@ HOW = (
     "frame's PSNR (peak 1) and SSIM (Gaussian window 11, sigma 1.5, mean of the channels). whole: all pixels; "
     "inside: PSNR of the pixels whose mask is above 0.5, SSIM of the mask's bounding box, black outside the mask. "
     "test: every frame, none trained on; train: "
-    f"at most {TRAIN_FRAMES}, evenly spaced; over: how many frames each mean is over, which are those where it has a "
-    "finite value: a rendering equal to its image has no finite PSNR, an empty mask no inside"
+    f"at most {TRAIN_FRAMES}, evenly spaced; "
+    "lpips: of the whole images, where weights were given; over: how many frames each mean is over, which are those "
+    "where it has a finite value: a rendering equal to its image has no finite PSNR, an empty mask no inside"
 )
 MEASURES = ("psnr_db", "ssim", "psnr_inside_db", "ssim_inside")
 ENHANCED = "psnr_enhanced_db"  # of the whole image by the system's enhancer, where one has been trained
+LPIPS = "lpips"  # of the whole image, where weights are given
+OPTIONAL = (LPIPS, ENHANCED)
+TITLES = {
+    "psnr_db": "PSNR dB",
+    "ssim": "SSIM",
+    "psnr_inside_db": "PSNR dB inside",
+    "ssim_inside": "SSIM inside",
+    LPIPS: "LPIPS",
+    ENHANCED: "PSNR dB enhanced",
+}
 
 
 @dataclass(frozen=True)
@@ -44,35 +56,55 @@ class Score:
     ssim: float
     psnr_inside_db: float | None
     ssim_inside: float | None
+    lpips: float | None = None  # None: no weights
     psnr_enhanced_db: float | None = None  # None: no enhancer, or infinite
 
 
-def evaluate(system: System, capture: Capture, by: Drawing = DRAWING) -> dict[str, Any]:
+def evaluate(
+    system: System, capture: Capture, by: Drawing = DRAWING, lpips: Lpips | None = None
+) -> dict[str, Any]:
     """Means of each split, every frame's score and how they were computed, as JSON data.
 
     AvatarError for a rendering that is not finite.
     """
+    scores = measured(capture, lambda frame, target: measure(system, frame, target, by, lpips))
+    return summary(system.name, len(system.splats(capture.frames[0].pose).mean), capture, scores)
+
+
+def measured(capture: Capture, of: Callable[[Frame, Target], Score]) -> list[Score]:
+    """The score `of` every frame held out, and of TRAIN_FRAMES others."""
     with Targets(0) as targets:
-        scores = [
-            measure(system, f, targets(f), by) for f in [*capture.test, *evenly(capture.train, TRAIN_FRAMES)]
-        ]
+        return [of(f, targets(f)) for f in [*capture.test, *evenly(capture.train, TRAIN_FRAMES)]]
+
+
+def summary(system: str, gaussians: int, capture: Capture, scores: list[Score]) -> dict[str, Any]:
+    """The scores of frames of `capture` as JSON data, with the means of each split."""
     splits = {split: [s for s in scores if s.split == split] for split in ("test", "train")}
-    measures = MEASURES + (ENHANCED,) * any(score.psnr_enhanced_db is not None for score in scores)
+    there = (name for name in OPTIONAL if any(getattr(score, name) is not None for score in scores))
+    measures = (*MEASURES, *there)
     return {
-        "system": system.name,
+        "system": system,
         "capture": capture.name,
         "width": capture.width,
         "height": capture.height,
-        "gaussians": len(system.splats(capture.frames[0].pose).mean),
+        "gaussians": gaussians,
         "how": HOW,
         "splits": {split: _means(of, measures) for split, of in splits.items() if of},
         "frames": [_shared(score, measures) for score in scores],
     }
 
 
-def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING) -> Score:
+def measure(
+    system: System, frame: Frame, target: Target, by: Drawing = DRAWING, lpips: Lpips | None = None
+) -> Score:
     """A frame's rendering against its image, over black. AvatarError for a rendering that is not finite."""
     colour = _drawn(system, frame, by)
+    found = score(colour, frame, target, lpips)
+    return replace(found, psnr_enhanced_db=_enhanced_psnr_db(system, colour, target.over(torch.zeros(3))))
+
+
+def score(colour: Tensor, frame: Frame, target: Target, lpips: Lpips | None = None) -> Score:
+    """A rendering [H, W, 3] of a frame, over black, against its image."""
     drawn = colour.clamp(0, 1)
     wanted = target.over(torch.zeros(3))
     inside = target.mask > INSIDE
@@ -83,7 +115,7 @@ def measure(system: System, frame: Frame, target: Target, by: Drawing = DRAWING)
         _similar(drawn, wanted),
         _finite(psnr_db(drawn[inside], wanted[inside])) if inside.any() else None,
         _ssim_inside(drawn, wanted, inside),
-        _enhanced_psnr_db(system, colour, wanted),
+        None if lpips is None else lpips(drawn, wanted),
     )
 
 
@@ -101,13 +133,10 @@ def quick_psnr_db(system: System, capture: Capture, targets: Targets, by: Drawin
 def table(result: dict[str, Any]) -> Table:
     """The means of each split, with the number of frames if that is not all of them."""
     shown = Table(box=None, pad_edge=False)
+    measures = (*MEASURES, *(n for n in OPTIONAL if any(n in m for m in result["splits"].values())))
     shown.add_column("split")
-    for title in ("frames", "PSNR dB", "SSIM", "PSNR dB inside", "SSIM inside"):
+    for title in ("frames", *(TITLES[name] for name in measures)):
         shown.add_column(title, justify="right")
-    measures: tuple[str, ...] = MEASURES
-    if any(ENHANCED in means for means in result["splits"].values()):
-        shown.add_column("PSNR dB enhanced", justify="right")
-        measures = (*MEASURES, ENHANCED)
     for split, means in result["splits"].items():
         shown.add_row(split, str(means["frames"]), *(_shown(means, measure) for measure in measures))
     return shown
@@ -155,7 +184,7 @@ def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
 
 def _shared(score: Score, measures: Sequence[str]) -> dict[str, Any]:
     """A frame's score, without measures that no frame has."""
-    return {name: value for name, value in vars(score).items() if name != ENHANCED or ENHANCED in measures}
+    return {name: value for name, value in vars(score).items() if name not in OPTIONAL or name in measures}
 
 
 def _means(scores: list[Score], measures: Sequence[str]) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def fingerprint(capture: Capture) -> str:
     """SHA-256 over all tracked values, the rig, and names and sizes of the images; not over their pixels."""
     digest = hashlib.sha256()
     for field in dataclasses.fields(capture):
-        if field.name not in ("folder", "export_inputs"):
+        if field.name not in ("folder", "export_inputs", "columns"):
             _hash(getattr(capture, field.name), digest)
     return digest.hexdigest()
 
@@ -172,7 +172,8 @@ def _hash(value: Any, digest: hashlib._Hash) -> None:
         digest.update(f"{value.name} {value.stat().st_size}".encode())
     elif dataclasses.is_dataclass(value):
         for field in dataclasses.fields(value):
-            _hash(getattr(value, field.name), digest)
+            if (inner := getattr(value, field.name)) is not None:  # so that older runs go on
+                _hash(inner, digest)
     elif isinstance(value, list | tuple):
         digest.update(f"{len(value)}".encode())
         for inner in value:

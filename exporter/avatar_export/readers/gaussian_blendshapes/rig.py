@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from avatar_export.bodies.body_model import BodyModel, read_body_model
-from avatar_export.bodies.body_rig import bake_rig
+from avatar_export.bodies.body_rig import bake_rig, with_static_offset
 from avatar_export.bodies.inputs import ZERO, Inputs, found_file
 from avatar_export.bodies.subject_files import read_eyelids, read_faces, read_shape
 from avatar_export.fit.judge import Sides
@@ -52,7 +52,7 @@ def baked_rig(body: BodyModel, inputs: Inputs, expressions: int) -> Rig:
     """The rig of the subject. Raises AvatarError unless it has as many `expressions` as the checkpoint."""
     shape = None if inputs.shape is None or str(inputs.shape) == ZERO else read_shape(inputs.shape)
     faces = None if inputs.anchor_faces is None else read_faces(inputs.anchor_faces, len(body.triangles))
-    rig = bake_rig(body, shape, _mesh_eyelids(body, inputs), faces)
+    rig = bake_rig(with_static_offset(body, inputs.shape), shape, _mesh_eyelids(body, inputs), faces)
     if rig.joint_basis.shape[0] != expressions:
         raise AvatarError(
             f"the checkpoint has {expressions} expressions, but the body model has {rig.joint_basis.shape[0]}",
