@@ -44,7 +44,10 @@ class Recipe:
 
 HEAD = ("--subject", "head", "--size", "256", "--frames", "360", "--yaw", "110")
 BODY = ("--subject", "body", "--size", "256", "--frames", "200")
-GLASSES = ("--subject", "head", "--glasses", "--size", "256", "--frames", "300", "--yaw", "110")
+GLASSES = (
+    *("--subject", "head", "--glasses", "--size", "256", "--frames", "300", "--yaw", "110"),
+    *("--jitter", "102"),
+)
 RECIPES = {
     "head_blendshapes": Recipe(
         HEAD,

@@ -47,6 +47,13 @@ def main() -> None:
         metavar="DEGREES",
         help="how far the camera swings about the head; beyond 40 once, in the training part",
     )
+    parser.add_argument(
+        "--jitter",
+        type=int,
+        default=0,
+        metavar="N",
+        help="training frames of the head before the take, each with a random expression and camera",
+    )
     for name in EXTRAS:
         parser.add_argument(
             f"--{name}", dest="worn", action="append_const", const=name, help="put on the head; made by code"
@@ -57,7 +64,10 @@ def main() -> None:
     held_out = tuple(name for name in given.hold_out.split(",") if name)
     worn = tuple(given.worn or ())
     if given.subject == "head":
-        print(write_head(given.out, given.size, given.frames, noise, held_out, np.radians(given.yaw), worn))
+        yaw = np.radians(given.yaw)
+        print(write_head(given.out, given.size, given.frames, noise, held_out, yaw, worn, given.jitter))
+    elif given.jitter:
+        parser.error("--jitter is of the head")
     elif worn:
         parser.error(f"the body wears no {' and no '.join(worn)}")
     else:

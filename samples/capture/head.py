@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -31,6 +31,13 @@ Array = npt.NDArray[Any]
 
 FPS = 30.0
 EXERCISE_SHARE = 0.2  # of the frames, the first ones
+# Frames of `--jitter`: expressions and a camera that nobody performed, so that the training frames cover the range.
+JITTER_SEED, JITTERED, FULL = (
+    11,
+    (0.2, 0.8),
+    (0.7, 1.0),
+)  # share of a recorded frame that is kept; weight of one more
+GOLDEN = (5**0.5 - 1) / 2  # of the path between the cameras of two such frames
 TOGETHER = 1.5  # sum of the weights of the expressions that are exercised in one frame, at most
 # The camera: how far it swings (radians), how often over the capture, where it begins.
 YAW, PITCH, ROLL = (np.radians(40.0), 5.0, 0.3), (0.26, 7.0, 1.1), (0.06, 3.0, 2.0)
@@ -145,6 +152,24 @@ def blinking_head() -> Head:
     return replace(head, expressions=expressions)
 
 
+def jittered(names: tuple[str, ...], count: int, held_out: tuple[str, ...]) -> Array:
+    """Weights [count, names] at random: a part of a recorded frame, and one expression after the other nearly at full.
+
+    The recorded frames are those of training. mouthClose needs an open jaw: alone it lifts the lips over the nose.
+    """
+    if not count:
+        return np.zeros((0, len(names)))
+    rng = np.random.default_rng(JITTER_SEED)
+    known = recorded(names, 5 * count)[: 4 * count]
+    result = known[rng.permutation(len(known))[:count]] * rng.uniform(*JITTERED, (count, 1))
+    one = np.arange(count) % len(names)
+    result[np.arange(count), one] = rng.uniform(*FULL, count)
+    close, jaw = names.index("mouthClose"), names.index("jawOpen")
+    result[:, jaw] = np.maximum(result[:, jaw], result[:, close])
+    result[:, [names.index(name) for name in held_out]] = 0
+    return result
+
+
 def weights(names: tuple[str, ...], frames: int, held_out: tuple[str, ...]) -> Array:
     """ARKit weights [frames, names]: exercises, then the recording.
 
@@ -189,17 +214,31 @@ def recorded(names: tuple[str, ...], frames: int) -> Array:
     return result
 
 
-def perform(body: BodyModel, frames: int, held_out: tuple[str, ...]) -> Take:
-    """The parameters of every frame; ValueError for a held-out name that is not an expression."""
+def perform(body: BodyModel, frames: int, held_out: tuple[str, ...], jitter: int = 0) -> Take:
+    """The parameters of `jitter` frames at random, then of every frame of the take.
+
+    ValueError for a held-out name that is not an expression.
+    """
     names = tuple(sorted(body.expression_names))
     for name in held_out:
         if name not in names:
             raise ValueError(f"{name} is not an expression of the head; there are {', '.join(names)}")
     shape = np.zeros(body.shapedirs_identity.shape[2])
-    return performed(body, shape, names, weights(names, frames, held_out))
+    return performed(
+        body,
+        shape,
+        names,
+        np.concatenate([jittered(names, jitter, held_out), weights(names, frames, held_out)]),
+    )
 
 
-def camera_at(frame: int, frames: int, size: int, yaw: float = YAW[0]) -> tuple[Array, Array, Array]:
+def cameras(frames: int, size: int, yaw: float, jitter: int) -> list[tuple[Array, Array, Array]]:
+    """(K, R, t) of `jitter` frames anywhere on the camera's path, then of every frame of the take."""
+    places = [(0.5 + k * GOLDEN) % 1 * frames for k in range(jitter)]
+    return [camera_at(place, frames, size, yaw) for place in (*places, *range(frames))]
+
+
+def camera_at(frame: float, frames: int, size: int, yaw: float = YAW[0]) -> tuple[Array, Array, Array]:
     """(K, R, t) of the camera, OpenCV: on a smooth path about the head, looking at it.
 
     It swings by `yaw` radians to either side; beyond YAW only in one beat of the training part.
@@ -238,20 +277,22 @@ def write_head(
     held_out: tuple[str, ...] = (),
     yaw: float = YAW[0],
     worn: tuple[str, ...] = (),
+    jitter: int = 0,
 ) -> Path:
     """Write the head's capture into the folder `out`: capture.json, images/, masks/, body/, driving.json.
 
-    Expressions `held_out` are seen in test frames only; `yaw`: see `camera_at`. With things `worn` (names of EXTRAS)
-    also regions/: the share of each pixel that shows them. Returns the path of capture.json. Raises ValueError for
-    an unknown expression and for fewer than two frames.
+    Expressions `held_out` are seen in test frames only; `yaw`: see `camera_at`; `jitter` frames for training, of random
+    expressions and cameras, come first. With things `worn` (names of EXTRAS) also regions/: the share of each pixel
+    that shows them. Returns the path of capture.json. Raises ValueError for an unknown expression and for fewer than
+    two frames.
     """
     head = blinking_head()
     model = Model(head, build_body_model(head), tuple(EXTRAS[name](head) for name in worn))
-    take = perform(model.body, frames, held_out)
+    take, seen = perform(model.body, frames, held_out, jitter), cameras(frames, size, yaw, jitter)
     body = tracking_body(head, model.body)
     save_body(body, np.zeros(0), out / "body")
     if worn:
-        write_regions(out / "regions", model, take, size, yaw)
+        write_regions(out / "regions", model, take, size, seen)
     names = tuple(sorted(body.expression_names))
     (out / "driving.json").write_text(json.dumps(driving(body, names), indent=1) + "\n")
     return write(
@@ -266,7 +307,7 @@ def write_head(
             "eyelids": "body",
             "anchor_faces": "body/back_of_head.txt",
         },
-        frames=shots(model, take, size, noise, yaw),
+        frames=shots(model, take, size, noise, seen, ["train"] * jitter + splits(frames)),
         source=SOURCE,
         licence=LICENCE,
         author=AUTHOR,
@@ -274,11 +315,13 @@ def write_head(
     )
 
 
-def write_regions(folder: Path, model: Model, take: Take, size: int, yaw: float) -> None:
+def write_regions(
+    folder: Path, model: Model, take: Take, size: int, seen: Sequence[tuple[Array, Array, Array]]
+) -> None:
     """One image of grey a frame, named as the frame: what is worn, 255 where a pixel sees nothing else."""
     folder.mkdir(parents=True, exist_ok=True)
-    for k in range(take.frames):
-        camera = Camera.from_opencv(*_in_order(camera_at(k, take.frames, size, yaw)), size, size)
+    for k, view in enumerate(seen):
+        camera = Camera.from_opencv(*_in_order(view), size, size)
         share = model.region(take, k, camera, -(-rays_per_pixel(size) // 2))
         Image.fromarray(np.round(np.clip(share, 0, 1) * 255).astype(np.uint8)).save(folder / f"{k:05d}.png")
 
@@ -289,10 +332,16 @@ def _in_order(camera: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
     return rotation, translation, intrinsics
 
 
-def shots(model: Model, take: Take, size: int, noise: Noise, yaw: float) -> Iterator[tuple[str, Shot]]:
-    """(name, shot) of every frame of the take."""
-    for k, split in enumerate(splits(take.frames)):
-        intrinsics, rotation, translation = camera_at(k, take.frames, size, yaw)
+def shots(
+    model: Model,
+    take: Take,
+    size: int,
+    noise: Noise,
+    seen: Sequence[tuple[Array, Array, Array]],
+    split_of: Sequence[str],
+) -> Iterator[tuple[str, Shot]]:
+    """(name, shot) of every frame of the take, with its camera (K, R, t) and its split."""
+    for k, ((intrinsics, rotation, translation), split) in enumerate(zip(seen, split_of, strict=True)):
         camera = Camera.from_opencv(rotation, translation, intrinsics, size, size)
         image = model.image(take, k, camera, rays_per_pixel(size))
         joints = dict(zip(JOINTS, noise.tracked(take.pose[k]), strict=True))

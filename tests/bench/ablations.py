@@ -67,7 +67,10 @@ class Ablation:
     region: str = "whole"  # a key of REGIONS
 
 
-BLENDSHAPES = (("gaussians", "4000"), ("mouth_gaussians", "400"), ("sh_degree", "0"), ("iterations", "1000"))
+BLENDSHAPES = (
+    *(("gaussians", "4000"), ("mouth_gaussians", "400"), ("sh_degree", "0"), ("iterations", "1000")),
+    *(("supported", "0"), ("decay", "0")),  # the paper has neither
+)
 SPLATTING = (("gaussians", "4000"), ("iterations", "1000"))
 ABLATIONS = {
     "consistency": Ablation(

@@ -170,6 +170,24 @@ def test_every_expression_is_seen_in_training() -> None:
         assert train.min() >= 0 and train.max() <= 1
 
 
+def test_jitter_shows_each_expression_nearly_at_full_from_many_sides(body: BodyModel) -> None:
+    names = tuple(sorted(body.expression_names))
+    count = 2 * len(names)
+    shown = capture_head.jittered(names, count, ("cheekPuff",))
+    assert np.array_equal(shown, capture_head.jittered(names, count, ("cheekPuff",)))
+    assert shown.min() >= 0 and shown.max() <= 1
+    greatest = dict(zip(names, shown.max(axis=0), strict=True))
+    assert greatest.pop("cheekPuff") == 0 and min(greatest.values()) >= 0.7
+    close, jaw = names.index("mouthClose"), names.index("jawOpen")
+    assert (shown[:, jaw] >= shown[:, close]).all()
+    seen = capture_head.cameras(120, 64, np.radians(110), count)
+    assert len(seen) == count + 120
+    sides = [np.degrees(np.arctan2(*(-r.T @ t)[[0, 2]])) for _, r, t in seen[:count]]
+    assert min(sides) < -30 and max(sides) > 30
+    take = capture_head.perform(body, 120, (), count)
+    assert np.array_equal(take.expression[count:], capture_head.perform(body, 120, ()).expression)
+
+
 def test_held_out_expressions_are_seen_in_testing_only(body: BodyModel) -> None:
     held = ("mouthPucker", "jawOpen")
     take, whole = (capture_head.perform(body, 120, names) for names in (held, ()))

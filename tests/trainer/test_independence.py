@@ -104,7 +104,15 @@ PARITY = {
         "kernels/test_mesh_points.py::test_it_is_embed_with_gradients_for_the_mesh",
         "kernels/test_mesh_points.py::test_turns_are_those_of_the_stage",
     ),
+    "kernels/neighbours.py": (
+        "all distances",
+        "systems/psavatar/test_steady.py::test_the_nearest_others_are_those_of_all_distances",
+    ),
     "kernels/skin.py": ("stages.bind.bind_skin and stages.activate", "kernels/test_parity.py::test_skin"),
+    "kernels/smooth.py": (
+        "means by hand",
+        "systems/psavatar/test_steady.py::test_bases_go_towards_the_mean_of_their_neighbours",
+    ),
     "kernels/ssim.py": ("losses.ssim_definition", "kernels/test_parity.py::test_ssim"),
     "kernels/surface.py": ("stages.surface.pose_mesh and embed", "kernels/test_parity.py::test_surface"),
     **dict.fromkeys(

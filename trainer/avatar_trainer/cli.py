@@ -12,6 +12,7 @@ from avatar_trainer.commands.evaluate import evaluate
 from avatar_trainer.commands.export import export
 from avatar_trainer.commands.rules import rules
 from avatar_trainer.commands.settings import settings
+from avatar_trainer.commands.stability import stability
 from avatar_trainer.commands.train import train_command
 from avatar_trainer.systems.table import SYSTEMS
 
@@ -25,7 +26,7 @@ app = typer.Typer(
 for _name in SYSTEMS:
     app.command(_name)(train_command(_name))
 app.add_typer(asm, name="asm")
-for _command in (check, evaluate, export, compare, rules, settings):
+for _command in (check, evaluate, export, compare, stability, rules, settings):
     app.command()(_command)
 app.callback(help=app.info.help)(program.root)
 

@@ -15,7 +15,7 @@ from avatar_export.version import GENERATOR
 from avatar_runtime.io.errors import AvatarError, MemoryShortage
 
 # Building the parser takes longer than many a command: a process that runs several, as the tests do, builds it once.
-_parser = cache(typer.main.get_command)
+parser_of = cache(typer.main.get_command)
 
 
 def _version(show: bool) -> None:
@@ -43,7 +43,7 @@ def run(app: typer.Typer, program: str) -> None:
     with ending_by_signals():
         try:
             try:
-                _parser(app)()
+                parser_of(app)()
             finally:
                 sys.stdout.flush()
         except (MemoryError, MemoryShortage) as error:

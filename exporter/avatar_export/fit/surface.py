@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from avatar_export.fit.closest import Nearest, nearest_on_mesh
 from avatar_export.fit.known import Change, Search, explanation
@@ -67,7 +68,7 @@ def opaque_rows(avatar: Avatar, group: Group, most: int = SAMPLES) -> I64:
     Of a group with few such ones: of its more opaque half."""
     opacity = avatar.gaussians.opacity_logit[group.first : group.first + group.count]
     mean = avatar.gaussians.mean[group.first : group.first + group.count]
-    finite = np.isfinite(mean.sum(axis=1, dtype=np.float64))
+    finite: npt.NDArray[np.bool_] = np.all(np.isfinite(mean), axis=1)
     rows = np.flatnonzero((opacity >= 0) & finite)
     if len(rows) < min(FEWEST, group.count):
         rows = np.argsort(-opacity, kind="stable")[: (group.count + 1) // 2]

@@ -142,8 +142,9 @@ def _mesh(options: ReadOptions, units: float) -> tuple[TriangleMesh, Path]:
         return TriangleMesh(rest_vertices(rig), rig.triangles), options.rig
     if options.body_model is not None:
         body = read_body_model(options.body_model)
+        unmeasured = replace(options, accept_misfit=True)  # the mean shape is not the subject's mesh
         shaped = (
-            None if options.no_rig else embedded_rig(body.v_template, body.triangles, options, SYSTEM).rig
+            None if options.no_rig else embedded_rig(body.v_template, body.triangles, unmeasured, SYSTEM).rig
         )
         vertices = body.v_template if shaped is None else shaped.vertices  # with the subject's identity
         return TriangleMesh(vertices, body.triangles), options.body_model

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from avatar_export.commands.program import parser_of
 from avatar_trainer import cli
 from avatar_trainer.commands.train import train_command
 from avatar_trainer.systems.table import SYSTEMS
@@ -22,8 +23,10 @@ def toy_is_a_system() -> Iterator[None]:
     SYSTEMS["toy"] = toy.__name__
     commands = list(cli.app.registered_commands)
     cli.app.command("toy")(train_command("toy"))
+    parser_of.cache_clear()
     yield
     cli.app.registered_commands = commands
+    parser_of.cache_clear()
     del SYSTEMS["toy"]
 
 

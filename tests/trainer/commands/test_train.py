@@ -234,7 +234,7 @@ def test_memory_that_ran_out_is_one_line(
 ) -> None:
     monkeypatch.setattr(toy, "create", lambda *_: (_ for _ in ()).throw(MemoryError()))
     code, _, err = avatar_train("toy", folder, "-o", tmp_path / "out", *SHORT)
-    assert code == 2 and "lower --gaussians" in err and err.count("\n") == 1
+    assert code == 3 and "lower --gaussians" in err and err.count("\n") == 1
 
 
 def test_check_says_what_is_there(folder: Path, avatar_train: Train) -> None:

@@ -120,6 +120,18 @@ def test_when_a_plan_is_due() -> None:
     assert [i for i in range(18, 24) if settings.judges_size(i)] == [21, 22, 23]
 
 
+@pytest.mark.parametrize("iterations", [1, 7, 60, 600, 6000, 30_000])
+def test_nothing_changes_in_the_last_fifth_of_a_run(iterations: int) -> None:
+    often = DensitySettings(densify_from=0, densify_until=10**6, densify_every=1, opacity_reset_every=1)
+    within = often.within(iterations)
+    for due in (within.due, within.opacity_reset_due):
+        changed = [i for i in range(1, iterations + 1) if due(i)]
+        assert not changed or max(changed) <= 0.8 * iterations
+    assert iterations < 7 or within.due(int(0.8 * iterations))
+    early = DensitySettings(densify_until=10)
+    assert early.within(100) == early  # what ends sooner stays
+
+
 def test_a_state_goes_on_and_is_a_copy() -> None:
     density, log_scale, opacity = observed([case for case, *_ in CASES])
     other = Density(2)

@@ -233,7 +233,10 @@ def _deltas(joints: Mapping[str, Sequence[float]], body: Body, file: Path, at: s
         where = {"file": file, "field": f"{at}.joints"}
         if joint not in names:
             raise no_such("joint of the body", joint, names, **where)
-        matrix = joint_rotation(values) if len(values) == 3 else np.array(values, np.float64).reshape(4, 4)
+        numbers = np.array(values, np.float64)
+        if not np.isfinite(numbers).all():
+            raise AvatarError(f"{joint} is {list(values)}: not usable numbers", **where)
+        matrix = joint_rotation(numbers) if len(numbers) == 3 else numbers.reshape(4, 4)
         if (matrix[3] != (0, 0, 0, 1)).any():
             raise AvatarError(f"{joint} has a last row that is not 0 0 0 1: row-major?", **where)
         deltas[names.index(joint)] = matrix

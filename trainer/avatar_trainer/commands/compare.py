@@ -14,6 +14,7 @@ from avatar_export.readers.table import expect_bundle
 from avatar_runtime.bundle import load
 from avatar_trainer.commands.arguments import Captured, Run
 from avatar_trainer.evaluation import compare as comparison
+from avatar_trainer.loop.progress import note
 from avatar_trainer.loop.resume import load_run
 
 
@@ -31,7 +32,10 @@ def compare(
         expect_bundle(bundle)
         avatar = load(bundle)
         step("drawing")
-        rows = comparison.compare(system, avatar, every)
+        backends, missing = comparison.playable(avatar)
+        rows = comparison.compare(system, avatar, every, backends)
+    for line in missing:
+        note(line)
     if as_json:
         print_json([{**dataclasses.asdict(row), "holds": row.holds} for row in rows])
     else:

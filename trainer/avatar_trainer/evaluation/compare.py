@@ -55,6 +55,24 @@ class Row:
         return self.flipped <= 2 + MOST_FLIPPED * self.pixels and self.furthest <= FURTHEST
 
 
+def playable(avatar: Avatar) -> tuple[list[tuple[str, str]], list[str]]:
+    """(those of BACKENDS that run here, a line for each engine backend that does not).
+
+    `gl` is an extra of its own and needs a driver. Raises AvatarError for a backend that training needs, too.
+    """
+    found, missing = [], []
+    for backend, profile in BACKENDS:
+        try:
+            Player(avatar, backend)
+        except AvatarError as error:
+            if profile == TRAINED:
+                raise
+            missing.append(f"{backend} is not compared: {error}")
+        else:
+            found.append((backend, profile))
+    return found, missing
+
+
 def compare(
     system: System, avatar: Avatar, every: int = 1, backends: Iterable[tuple[str, str]] = BACKENDS
 ) -> list[Row]:

@@ -44,8 +44,8 @@ class TrainProgress:
         self._bar.stop()
 
     def update(self, iteration: int, psnr_db: float, gaussians: int) -> None:
-        """After an iteration."""
-        state = f"{psnr_db:.2f} dB, {gaussians} Gaussians"
+        """After an iteration; psnr_db of the images that it was trained on last."""
+        state = f"{psnr_db:.2f} dB on training images, {gaussians} Gaussians"
         self._bar.update(self._task, completed=iteration, state=state)
         now = time.monotonic()
         if self._began is None:

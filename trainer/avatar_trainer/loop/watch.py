@@ -25,11 +25,15 @@ class Watch:
     def __init__(self, trainer: Trainer, targets: Targets, logs: Logs, out: Path) -> None:
         self.trainer, self.targets, self.logs, self.out = trainer, targets, logs, out
         self.recent: deque[float] = deque(maxlen=WINDOW)
+        self.gaussians = 0
         self.began, self.at = time.perf_counter(), 0
 
     def step(self, iteration: int, step: Step) -> float:
-        """After an iteration; the mean PSNR of the last images, dB."""
+        """After an iteration; the mean PSNR of the last images, dB, all drawn with this number of Gaussians."""
         settings = self.trainer.settings
+        if step.gaussians != self.gaussians:  # images from before a densification show another avatar
+            self.gaussians = step.gaussians
+            self.recent.clear()
         self.recent.append(step.psnr_db)
         self.at += 1
         mean = sum(self.recent) / len(self.recent)

@@ -6,7 +6,7 @@ A system asks for a plan, rearranges its rows by it, and then treats the new row
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import torch
@@ -17,6 +17,8 @@ from avatar_trainer.settings import ABOVE_ZERO, MOST, expect_ranges
 
 SPLIT_COPIES = 2
 SPLIT_SHRINK = 0.8 * SPLIT_COPIES  # the scale of a split Gaussian's copies is divided by this
+# Of a run, at its end: nothing is added, removed or reset there, since new Gaussians need some hundred steps to settle.
+SETTLING = 0.2
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,11 @@ class DensitySettings:
                 "max_world_scale": (ABOVE_ZERO, math.inf),
             },
         )
+
+    def within(self, iterations: int) -> DensitySettings:
+        """These settings for a run of `iterations`: its last fifth is left to settle."""
+        last = math.floor((1 - SETTLING) * iterations)
+        return replace(self, densify_until=min(self.densify_until, last + 1))
 
     def observing(self, iteration: int) -> bool:
         """Whether a plan will read the statistics of this iteration."""

@@ -132,7 +132,7 @@ def test_an_expression_turns_the_sh_with_the_triangle(tmp_path: Path) -> None:
 def test_consistency_says_what_the_mask_scales(tmp_path: Path) -> None:
     scaled: dict[str, set[str]] = {}
     for rule in ("all", "position", "none"):
-        system = subject(tmp_path / rule, {"consistency": rule})
+        system = subject(tmp_path / rule, {"consistency": rule}, supported=0.0)
         own = system.rows.mask
         assert len(own) == (180 if rule != "all" else int((own > 0.01).sum()))
         values, mask = system.learned()
@@ -152,6 +152,30 @@ def test_fixed_differences_leave_the_init_terms(tmp_path: Path) -> None:
     assert not [name for name in system.table if name.startswith("delta")]
     base, now = system.base(), system.blended(torch.tensor([1.0, 0.0, 0.0]))
     assert (now.mean != base.mean).any() and torch.equal(now.sh, base.sh)
+
+
+def test_masks_are_smaller_where_training_shows_little_of_an_expression(tmp_path: Path) -> None:
+    plain, scaled = (subject(tmp_path / str(enough), supported=enough) for enough in (0.0, 0.9))
+    weights = np.stack([frame.pose.expression_weights for frame in plain.capture.train])
+    share = np.minimum(1, np.sqrt((weights.astype(float) ** 2).mean(0)) / 0.9)
+    column = plain.rows.learned.column
+    assert share.min() < 0.9 and torch.equal(column, scaled.rows.learned.column)
+    wanted = plain.rows.mask.numpy() * share[column.numpy()]
+    assert scaled.rows.mask.numpy() == pytest.approx(wanted, rel=1e-6, abs=1e-9)
+
+
+def test_differences_decay_every_tenth_iteration(tmp_path: Path) -> None:
+    system = subject(tmp_path, decay=0.01)
+    before = {name: system.table[name].detach().clone() for name in system.table}
+    generator = torch.Generator()
+    for iteration in (1, 7, 9):  # none of them has a plan
+        system.after_step(iteration, generator)
+    assert all(torch.equal(system.table[name], before[name]) for name in before)
+    system.density_settings = DensitySettings(densify_until=0)
+    system.after_step(10, generator)
+    for name, values in before.items():
+        factor = 0.9 if name.startswith("delta_") else 1.0
+        assert torch.equal(system.table[name].detach(), values * factor), name
 
 
 def planned(system: GaussianBlendshapes, clone: list[int], split: list[int], prune: list[int]) -> Plan:

@@ -21,6 +21,7 @@ BACKGROUNDS = {"black": 0.0, "white": 1.0}
 COLOURS = ("frames", "grey")
 MOST_START = 250_000  # Gaussians: spacing them takes 20 s; a run may grow beyond
 MOST_EXPRESSIONS = 10_000
+SETTLED_EVERY = 10  # iterations: how often learned differences decay
 LEAST_MOUTH = 1e-3  # metres: radius and half height of a mouth
 
 RULES: dict[str, Rule] = {
@@ -141,6 +142,10 @@ class Settings:
     expressions: int = 50  # that get Gaussian blendshapes: the body model's first
     sh_degree: int = 1
     delta_sh_degree: int = 0  # of the learned differences
+    # Root mean square of an expression's weights over the training frames: where it is smaller, the mask of what is
+    # learned of that expression is smaller in proportion; 0: the paper.
+    supported: float = 0.25
+    decay: float = 1e-3  # of the learned differences, share an iteration; 0: the paper
     least_mask: float = 0.01  # nothing is learned where the mask of Eq. 2 is at most this; 0: the paper
     sh_every: int = 500  # iterations until the next degree is used
     # Metres: of what 3DGS calls the scene; scales rates and density control. A choice of ours.
@@ -173,6 +178,8 @@ class Settings:
                 "expressions": (0, MOST_EXPRESSIONS),
                 "sh_every": (1, MOST),
                 "least_mask": (0, 1),
+                "supported": (0, 1),
+                "decay": (0, 1 / SETTLED_EVERY),
                 "extent": (ABOVE_ZERO, math.inf),
             },
         )
@@ -200,6 +207,8 @@ PAPER = Settings(
     sh_degree=3,
     delta_sh_degree=3,
     sh_every=1000,
+    supported=0.0,
+    decay=0.0,
     least_mask=0.0,
     colours="grey",
     unseen=1.0,

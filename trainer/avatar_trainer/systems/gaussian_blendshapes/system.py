@@ -40,7 +40,13 @@ from avatar_trainer.systems.gaussian_blendshapes.initial import Start, dense, st
 from avatar_trainer.systems.gaussian_blendshapes.motion import Motion, placed
 from avatar_trainer.systems.gaussian_blendshapes.mouth import Cylinder
 from avatar_trainer.systems.gaussian_blendshapes.rows import FACE, Rows
-from avatar_trainer.systems.gaussian_blendshapes.settings import BACKGROUNDS, PAPER, RULES, Settings
+from avatar_trainer.systems.gaussian_blendshapes.settings import (
+    BACKGROUNDS,
+    PAPER,
+    RULES,
+    SETTLED_EVERY,
+    Settings,
+)
 from avatar_trainer.systems.gaussian_blendshapes.sh import turn_matrices
 from avatar_trainer.systems.gaussian_blendshapes.table import DELTA, DELTAS, GAUSSIAN, RATE_OF, make_table
 from avatar_trainer.tensors import Gaussians, Rendered, Splats
@@ -84,10 +90,25 @@ def create(capture: Capture, settings: Settings, seed: int) -> GaussianBlendshap
         density=density,
         cylinder=Cylinder((x, y, z), radius, half) if radius else None,
     )
+    first = supported(first, capture, settings.supported)
     system = GaussianBlendshapes(capture, settings, first)
     if settings.colours == "frames":
         system.paint(frame_colours(capture, system.splats))
     return system
+
+
+def supported(first: Start, capture: Capture, enough: float) -> Start:
+    """`first` with masks scaled by what the training frames show of each expression.
+
+    The factor is min(1, root mean square of the expression's weights / enough); 0: none.
+    """
+    if not enough or not capture.train:
+        return first
+    weights = np.stack([frame.pose.expression_weights for frame in capture.train])
+    share = np.minimum(1, np.sqrt(np.mean(np.square(weights, dtype=np.float64), axis=0)) / enough)
+    rows = first.rows
+    mask = rows.mask * torch.from_numpy(share.astype(np.float32))[rows.learned.column]
+    return replace(first, rows=replace(rows, mask=mask))
 
 
 class GaussianBlendshapes:
@@ -101,6 +122,7 @@ class GaussianBlendshapes:
         self.sh_degree = 0
         self.expressions = min(settings.expressions, len(capture.expression_names))
         self.density = Density(first.rows.count)
+        self.density_settings = settings.density.within(settings.iterations)
         self.table = make_table(settings, first)
         self._motion = Motion(capture, settings.rules)
         self._volume = None if first.cylinder is None else _volume(first.cylinder)
@@ -171,7 +193,7 @@ class GaussianBlendshapes:
 
     def observe(self, rendered: Rendered, screen_gradient: Tensor) -> None:
         """Statistics for density control."""
-        if self.settings.density.observing(self._iteration):
+        if self.density_settings.observing(self._iteration):
             self.density.observe(rendered.radius, screen_gradient)
 
     def before_step(self, iteration: int) -> None:
@@ -184,12 +206,14 @@ class GaussianBlendshapes:
 
     def after_step(self, iteration: int, generator: Generator) -> None:
         """Density control, opacity resets, and one SH degree more every so often."""
-        s = self.settings
-        if s.density.due(iteration):
+        s, density = self.settings, self.density_settings
+        if density.due(iteration):
             self._densify(iteration, generator)
-        if s.opacity_resets and s.density.opacity_reset_due(iteration):
+        if s.opacity_resets and density.opacity_reset_due(iteration):
             limit = math.log(RESET_OPACITY / (1 - RESET_OPACITY))
             self.table.set("opacity_logit", self.table["opacity_logit"].detach().clamp(max=limit))
+        if s.decay and self._learns and iteration % SETTLED_EVERY == 0:
+            self._settle()
         if iteration % s.sh_every == 0:
             self.sh_degree = min(self.sh_degree + 1, s.sh_degree)
 
@@ -281,6 +305,12 @@ class GaussianBlendshapes:
         )
         self._lay_out(grow(plan, self.rows, t, generator))
         self.density.reset(self.rows.count)
+
+    @torch.no_grad()
+    def _settle(self) -> None:
+        """Differences decay: those stay that many frames ask for. Adam moves rare ones as far as frequent ones."""
+        for name in DELTAS:
+            self.table[f"delta_{name}"].mul_(1 - SETTLED_EVERY * self.settings.decay)
 
     def _lay_out(self, rows: Rows) -> None:
         """Take over `rows`, and compute the arrays that depend on them."""

@@ -11,8 +11,10 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F32, F64, I64, Rig
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.systems.common.first_points import sampled
+from avatar_trainer.systems.psavatar.steady import Motion, steadiest, vertex_normals
 
 Mask = npt.NDArray[np.bool_]
+CANDIDATES = 10  # for each point off the mesh, of which the steadiest are taken
 MOST_OF_A_VERTEX = 0.5  # skin weight
 
 
@@ -24,24 +26,48 @@ class Sampled:
     barycentric: F32  # [N, 3]
     displacement: F32  # [N] metres along the interpolated normal
     off_mesh: Mask  # [N]
+    limit: F32  # [N] metres off the mesh that it may stand
 
 
 def sample_points(
-    rig: Rig, region: str, count: int, off_mesh: float, r_max: float, rng: np.random.Generator
+    rig: Rig,
+    region: str,
+    count: int,
+    off_mesh: float,
+    r_max: float,
+    rng: np.random.Generator,
+    motion: Motion | None = None,
+    swing: float = 0.0,
 ) -> Sampled:
     """`count` points, the share `off_mesh` of them off the mesh by U[0, r_max] metres.
 
-    region: one of REGIONS. Raises AvatarError for a region that the body model does not define, or without area.
+    With a `motion`, points off the mesh are the steadiest of CANDIDATES times as many (`steady.steadiest`), and all
+    have a limit by it and `swing`, metres. region: one of REGIONS. Raises AvatarError for a region that the body model
+    does not define, or without area.
     """
-    inside = REGIONS[region](rig)
+    inside = np.flatnonzero(REGIONS[region](rig))
+    away = round(off_mesh * count)
+    drawn = count if motion is None else count + (CANDIDATES - 1) * away
     try:
-        rows, barycentric = sampled(rig.triangles[inside], rig.vertices, count, "area", rng)
+        rows, barycentric = sampled(rig.triangles[inside], rig.vertices, drawn, "area", rng)
     except ValueError as error:
         raise AvatarError(f"{error} in region {region!r}", field="region") from None
-    off = np.arange(count) >= count - round(off_mesh * count)
-    distance = np.where(off, rng.uniform(0, r_max, count), 0.0)
-    triangle = np.flatnonzero(inside)[rows]
-    return Sampled(triangle, barycentric.astype(np.float32), distance.astype(np.float32), off)
+    off = np.arange(drawn) >= count - away
+    distance = np.where(off, rng.uniform(0, r_max, drawn), 0.0)
+    triangle = inside[rows]
+    if motion is not None and drawn > count:
+        normal = vertex_normals(rig.vertices.astype(np.float64), rig.triangles)
+        corners = rig.triangles[triangle[off]]
+        carried = rig.vertices[corners] + distance[off, None, None] * normal[corners]
+        place = np.einsum("nc,ncx->nx", barycentric[off], carried)
+        steady = steadiest(place, motion.swing(triangle[off], distance[off]), 1 / CANDIDATES)
+        first = np.argsort(~steady, kind="stable")[:away]  # the steady ones; if they are too few, some more
+        kept = np.concatenate([np.arange(count - away), count - away + first])
+        triangle, barycentric, distance, off = triangle[kept], barycentric[kept], distance[kept], off[kept]
+    limit = np.full(count, np.inf) if motion is None else motion.limit(triangle, distance, swing)
+    return Sampled(
+        triangle, barycentric.astype(np.float32), distance.astype(np.float32), off, limit.astype(np.float32)
+    )
 
 
 def _everywhere(rig: Rig) -> Mask:

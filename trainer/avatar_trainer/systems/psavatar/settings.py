@@ -21,6 +21,8 @@ from avatar_trainer.systems.psavatar.initial import REGIONS
 # vertex normals and r_max are in such units.
 UNITS = 4.0
 PAPER_OFFSET = 0.30  # r_max, training units
+SETTLED_EVERY = 10  # iterations: how often bases are smoothed and decay
+MOST_SHARE = 1 / SETTLED_EVERY
 MOST_RATE, MOST_WEIGHT = 1e3, 1e6  # largest learning rates and weights of losses; larger ones are mistakes
 
 RULES: Mapping[str, Rule] = {
@@ -85,6 +87,13 @@ class Settings:
     vgg: float = 0.0  # lambda_1 of Eq. 15; the paper: 0.1
     vgg_weights: str = ""  # .safetensors with features.0 and features.2 (weight, bias) of VGG
     scale: float = 0.1  # lambda_2 of Eq. 15
+    # Against motion that no image shows (`steady.py`); 0: the paper, which has none of it.
+    # swing: metres that the captured motion may move a point off the mesh, or half as far again as at the start.
+    # smoothing, decay: of the learned bases, shares an iteration: of the way to their neighbours' mean, of the way to
+    # 0; both fall as the bases' learning rate does.
+    swing: float = 3e-3
+    smoothing: float = 0.005
+    decay: float = 1e-4
     enhancer: bool = False  # whether a U-Net that improves images is trained too (section 3.3)
     enhancing: float = 0.2  # share of the iterations, the last, in which it is
     sh_degree_every: int = 1000  # iterations between active degrees, once the shape is acquired
@@ -101,7 +110,8 @@ class Settings:
                 "removals": (0, MOST),
                 "acquiring": (0, 0.9),
                 **dict.fromkeys(("off_mesh", "least_visibility", "enhancing"), (0, 1)),
-                "r_max": (0, 1),
+                **dict.fromkeys(("smoothing", "decay"), (0, MOST_SHARE)),
+                **dict.fromkeys(("r_max", "swing"), (0, 1)),
                 **dict.fromkeys(("dssim", "vgg", "scale"), (0, MOST_WEIGHT)),
             },
         )
@@ -120,6 +130,13 @@ class Settings:
     def enhances(self, iteration: int) -> bool:
         """Whether the enhancer is trained in this iteration."""
         return self.enhancer and iteration > self.iterations - round(self.enhancing * self.iterations)
+
+    def settles(self, iteration: int) -> float:
+        """For how many iterations bases are smoothed and decay after this one, fewer as their learning rate falls."""
+        if iteration % SETTLED_EVERY or not (self.smoothing or self.decay):
+            return 0.0
+        rate: float = self.learning_rates.falls_to ** min(iteration / self.iterations, 1.0)
+        return SETTLED_EVERY * rate
 
     def removal_due(self, iteration: int) -> bool:
         """Whether hardly seen points are removed after this iteration."""

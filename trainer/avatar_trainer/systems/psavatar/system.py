@@ -25,6 +25,7 @@ from avatar_trainer.captures.targets import read
 from avatar_trainer.enhancer.network import WEIGHTS, enhanced, initial_weights
 from avatar_trainer.kernels.mesh import kernel_mesh
 from avatar_trainer.kernels.mesh_points import Placed, mesh_points_cpu, placed, turns_cpu
+from avatar_trainer.kernels.smooth import edges_of
 from avatar_trainer.parameters import stored
 from avatar_trainer.parameters.table import Table
 from avatar_trainer.stages.activate import SHORTEST
@@ -39,6 +40,7 @@ from avatar_trainer.systems.psavatar.initial import mean_spacing, sample_points
 from avatar_trainer.systems.psavatar.losses import image_terms, read_vgg
 from avatar_trainer.systems.psavatar.mesh import Bodies, posed, used_coefficients
 from avatar_trainer.systems.psavatar.settings import RULES, UNITS, Settings, played_rules
+from avatar_trainer.systems.psavatar.steady import motion, settle
 from avatar_trainer.tensors import Points, Rendered, Splats
 
 __all__ = ["RULES", "PSAvatar", "Settings", "create"]
@@ -87,6 +89,8 @@ class PSAvatar:
         rig = capture.rig
         self.mesh = kernel_mesh(surface_mesh(rig.vertices, rig.triangles, UNITS))
         self.bodies = Bodies(rig)
+        self.edges = edges_of(rig.triangles, len(rig.vertices))
+        self.motion = motion(rig, [frame.pose for frame in capture.train]) if settings.swing else None
         self.used = used_coefficients(rig, [frame.pose for frame in capture.train])
         self.rules = played_rules()
         self.table = Table()
@@ -98,20 +102,16 @@ class PSAvatar:
     def initialise(self) -> None:
         """The points as they begin (Eqs. 7 and 8)."""
         settings, rig = self.settings, self.capture.rig
-        found = sample_points(
-            rig,
-            settings.region,
-            settings.gaussians,
-            settings.off_mesh,
-            settings.r_max,
-            np.random.default_rng(self.seed),
-        )
+        n, rng = settings.gaussians, np.random.default_rng(self.seed)
+        how = settings.region, n, settings.off_mesh, settings.r_max
+        found = sample_points(rig, *how, rng, self.motion, settings.swing)
         self._place(
             torch.from_numpy(found.triangle),
             torch.from_numpy(found.barycentric),
             torch.from_numpy(found.off_mesh),
+            torch.from_numpy(found.limit),
         )
-        rates, n = settings.learning_rates, settings.gaussians
+        rates = settings.learning_rates
         bases = torch.zeros(len(self.used), len(rig.vertices), 3)
         self.table.add("bases", bases, rates.bases, "bases")
         if settings.enhancer:
@@ -197,6 +197,7 @@ class PSAvatar:
     def after_step(self, iteration: int, generator: Generator) -> None:
         """Removal of points that are hardly seen; the change to Gaussians; SH degree."""
         settings = self.settings
+        self._hold_together(iteration)
         enough = min(len(self.capture.train), OBSERVED)
         if self.acquiring and settings.removal_due(iteration) and self.observed >= enough:
             self.remove(self.visibility < settings.least_visibility)
@@ -216,7 +217,7 @@ class PSAvatar:
                 "no point is left: no image shows one; lower least_visibility or set removals=0"
             )
         self.table.take(ROWS, kept, torch.zeros(len(kept), dtype=torch.bool))
-        self._place(self.triangle[kept], self.barycentric[kept], self.off_mesh[kept])
+        self._place(self.triangle[kept], self.barycentric[kept], self.off_mesh[kept], self.limit[kept])
 
     @property
     def draws_points(self) -> bool:
@@ -234,6 +235,7 @@ class PSAvatar:
             "enhancing": self.enhancing,
             "visibility": self.visibility,
             "observed": self.observed,
+            "limit": self.limit,
             "sh_degree": self.sh_degree,
         }
 
@@ -253,7 +255,8 @@ class PSAvatar:
         triangle = stored.indices(state["triangle"], "triangle", n, len(self.capture.rig.triangles))
         barycentric = stored.tensor(state["barycentric"], "barycentric", (n, 3))
         off_mesh = stored.tensor(state["off_mesh"], "off_mesh", (n,), torch.bool)
-        self._place(triangle.clone(), barycentric.clone(), off_mesh.clone())
+        limit = stored.tensor(state["limit"], "limit", (n,))
+        self._place(triangle.clone(), barycentric.clone(), off_mesh.clone(), limit.clone())
         self.visibility = stored.tensor(state["visibility"], "visibility", (n,)).clone()
         self.observed = stored.whole(state["observed"], "observed")
         self.sh_degree = stored.whole(state["sh_degree"], "sh_degree", self.settings.sh_degree)
@@ -302,11 +305,20 @@ class PSAvatar:
             iteration,
         )
 
-    def _place(self, triangle: Tensor, barycentric: Tensor, off_mesh: Tensor) -> None:
-        """Points in these triangles [N], at these weights [N, 3]; their visibility is unknown."""
+    def _place(self, triangle: Tensor, barycentric: Tensor, off_mesh: Tensor, limit: Tensor) -> None:
+        """Points in these triangles [N], at these weights [N, 3], within limits [N]; their visibility is unknown."""
         self.triangle, self.barycentric, self.off_mesh = triangle, barycentric, off_mesh
         self.placed: Placed = placed(self.mesh, triangle, barycentric)
         self.visibility, self.observed = torch.zeros(len(triangle)), 0
+        self.limit = limit  # metres off the mesh
+
+    @torch.no_grad()
+    def _hold_together(self, iteration: int) -> None:
+        """Points stay within their limits; the bases settle."""
+        settings, displacement = self.settings, self.table["displacement"]
+        torch.clamp(displacement, -self.limit, self.limit, out=displacement)
+        if share := settings.settles(iteration):
+            settle(self.table["bases"], self.edges, share * settings.smoothing, share * settings.decay)
 
     def _appearance(self, log_radius: Tensor, opacity_logit: Tensor, dc: Tensor) -> None:
         """Puts the tensors of points, or of Gaussians in their place, into the table."""

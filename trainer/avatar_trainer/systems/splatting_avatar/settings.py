@@ -134,12 +134,13 @@ def scheduled(settings: Settings) -> DensitySettings:
     """
     share = settings.iterations / PAPER_ITERATIONS
     density = settings.density
-    return replace(
+    scaled = replace(
         density,
         densify_from=round(density.densify_from * share),
         densify_until=round(density.densify_until * share),
         opacity_reset_every=max(round(density.opacity_reset_every * share), LEAST_RESET_EVERY),
     )
+    return scaled.within(settings.iterations)
 
 
 def subject_of(settings: Settings, vertices: F32) -> Subject:

@@ -1,0 +1,114 @@
+"""What keeps PSAvatar together in motion that no image shows. The paper has none of it; its settings can be 0.
+
+- Points stand off the mesh where the captured motion holds them steady. Along the normal of a closing lid or a turning
+  lip, a point 50 mm off swings by as much; learned bases hide that in the trained frames alone. Of the triangles whose
+  normals lead to a place, the steadiest get the points.
+- The learned bases P' and E' follow what the captures support. Adam moves a vertex that no image explains as far as one
+  that many do, each in a direction of its own, and the vertex normals then scatter whatever stands off the mesh. Bases
+  are therefore smoothed over the mesh and decay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor
+
+from avatar_runtime.avatar import F32, F64, I64, U32, Rig
+from avatar_runtime.pose import PoseArrays
+from avatar_runtime.posed import posed_mesh
+from avatar_runtime.stages.joints import joints
+from avatar_trainer.kernels.neighbours import nearest_others
+from avatar_trainer.kernels.smooth import Edges, smoothed
+
+NEIGHBOURS = 40  # candidates among which a point is one of the steadiest: those within about 10 mm
+NEAR = 5e-3  # metres off the mesh, that every point may stand
+LOOKED_AT = 96  # poses at most
+USUAL = 95.0  # percent of them
+SPARE = 1.5  # times the swing of a point at the start
+LEAST_TURN = 1e-6
+
+
+class Motion(NamedTuple):
+    """How far the captured poses move and turn each triangle [F] against the joint that carries it.
+
+    That joint holds a vertex most; if it is a leaf, its parent counts: what stands before an eye or the jaw belongs to
+    the head. USUAL percent of the poses stay below both numbers, at the corner that moves most.
+    """
+
+    moved: F64  # metres
+    turned: F64  # length of the change of the unit normal
+
+    def swing(self, triangle: I64, distance: npt.NDArray[np.floating]) -> F64:
+        """[N] metres that points so far off these triangles are moved."""
+        result: F64 = self.moved[triangle] + np.abs(distance) * self.turned[triangle]
+        return result
+
+    def limit(self, triangle: I64, distance: npt.NDArray[np.floating], swing: float) -> F32:
+        """[N] metres off its triangle, up to which a point that starts at `distance` moves no further than `swing`, or
+        SPARE times as far as it does at the start. At least NEAR."""
+        allowed = np.maximum(swing, SPARE * self.swing(triangle, distance))
+        result = (allowed - self.moved[triangle]) / np.maximum(self.turned[triangle], LEAST_TURN)
+        return np.maximum(result, NEAR).astype(np.float32)
+
+
+def motion(rig: Rig, poses: Sequence[PoseArrays]) -> Motion:
+    """The `Motion` of a mesh in these poses, or in LOOKED_AT of them."""
+    holder, rest = _holders(rig), rig.vertices.astype(np.float64)
+    still = vertex_normals(rest, rig.triangles)
+    moved, turned = [], []
+    for k in np.unique(np.linspace(0, len(poses) - 1, LOOKED_AT).round().astype(int)):
+        pose = poses[k]
+        state = joints(rig, pose)
+        back = np.linalg.inv(state.skin_matrix.astype(np.float64))[holder]
+        vertices = posed_mesh(rig, pose, state).astype(np.float64)
+        vertices = np.einsum("vij,vj->vi", back[:, :3, :3], vertices) + back[:, :3, 3]
+        moved.append(np.linalg.norm(vertices - rest, axis=1))
+        turned.append(np.linalg.norm(vertex_normals(vertices, rig.triangles) - still, axis=1))
+    return Motion(
+        *(np.percentile(part, USUAL, axis=0)[rig.triangles].max(axis=1) for part in (moved, turned))
+    )
+
+
+def steadiest(place: F64, swing: F64, share: float) -> npt.NDArray[np.bool_]:
+    """[N] the steadiest `share` of the points [N, 3] everywhere: those with at most so many steadier neighbours."""
+    steadier = swing[nearest_others(place, NEIGHBOURS)] < swing[:, None]
+    result: npt.NDArray[np.bool_] = steadier.sum(axis=1) < share * NEIGHBOURS
+    return result
+
+
+def _holders(rig: Rig) -> I64:
+    """[V] the joint that holds each vertex most, or its parent if it is a leaf."""
+    ptr = rig.skin.row_ptr.astype(np.int64)
+    row = np.repeat(np.arange(rig.skin.rows), np.diff(ptr))
+    weight = np.zeros((rig.skin.rows, rig.joint_count))
+    weight[row, rig.skin.column] = rig.skin.values["weight"]
+    parents = np.asarray(rig.parents, np.int64)
+    leaf = ~np.isin(np.arange(len(parents)), parents) & (parents >= 0)
+    own = np.where(leaf, parents, np.arange(len(parents)))
+    result: I64 = own[weight.argmax(axis=1)]
+    return result
+
+
+def vertex_normals(vertices: F64, triangles: U32) -> F64:
+    """[V, 3] unit normals; 0 for a vertex without a triangle."""
+    corner = vertices[triangles]
+    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    total = np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(total, triangles[:, k], across)
+    result: F64 = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
+    return result
+
+
+@torch.no_grad()
+def settle(bases: Tensor, edges: Edges, smoothing: float, decay: float) -> None:
+    """Move each vector of `bases` [U, V, 3], in place, by the share `smoothing` to the mean of its neighbours, and
+    then by the share `decay` to 0."""
+    smooth = torch.empty_like(bases)
+    smoothed(bases.detach().numpy(), edges, smoothing, smooth.numpy())
+    bases.copy_(smooth.mul_(1 - decay))
