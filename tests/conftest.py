@@ -9,7 +9,13 @@ import pytest
 from tests.golden import ON, UNPACK, BlendshapesGolden
 from tests.session import fuzz
 
-pytest_plugins = ["tests.commands", "tests.measured", "tests.samples_made", "tests.session.cost"]
+pytest_plugins = [
+    "tests.commands",
+    "tests.measured",
+    "tests.samples_made",
+    "tests.session.collector",
+    "tests.session.cost",
+]
 
 
 def pytest_configure() -> None:

@@ -33,12 +33,15 @@ Graph = Mapping[str, set[str]]
 
 @dataclass(frozen=True)
 class Module:
-    """One Python file."""
+    """One Python file. Its tree is not kept: all of them are two million objects."""
 
     name: str  # dotted
     path: Path
-    tree: ast.Module
     lines: int
+    imports: tuple[
+        tuple[str, frozenset[str]], ...
+    ]  # (module, names from it), both dotted; no names: it as a whole
+    undocumented: tuple[str, ...]  # public names without docstring
 
 
 @cache
@@ -53,7 +56,9 @@ def modules() -> Mapping[str, Module]:
             parts = path.relative_to(base).with_suffix("").parts
             name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
             text = path.read_text("utf-8")
-            found[name] = Module(name, path, ast.parse(text), len(text.splitlines()))
+            tree = ast.parse(text)
+            lines = len(text.splitlines())
+            found[name] = Module(name, path, lines, tuple(_imports(tree)), tuple(_undocumented(name, tree)))
     return found
 
 
@@ -65,17 +70,21 @@ def statements(node: ast.AST) -> Iterator[ast.AST]:
             yield from statements(inner)
 
 
+def _imports(tree: ast.Module) -> Iterator[tuple[str, frozenset[str]]]:
+    for node in statements(tree):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, frozenset()) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module, frozenset(f"{node.module}.{alias.name}" for alias in node.names)
+
+
 def imported(module: Module, known: Set[str]) -> set[str]:
     """The names among `known` that a module imports: whole modules, or what stands in them."""
     names: set[str] = set()
-    for node in statements(module.tree):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            inner = {f"{node.module}.{alias.name}" for alias in node.names}
-            names |= inner & known or {node.module}
-            if not inner <= known:
-                names.add(node.module)
+    for whole, inner in module.imports:
+        names |= inner & known or {whole}
+        if not inner <= known:
+            names.add(whole)
     return (names & known) - {module.name}
 
 
@@ -158,31 +167,27 @@ def long_files() -> dict[str, int]:
 
 def without_docstring() -> list[str]:
     """Public modules, classes, functions and methods of the packages that have no docstring."""
-    return [
-        name
-        for module in modules().values()
-        if module.name.split(".")[0] in PUBLIC
-        for name in _undocumented(module)
-    ]
+    owned = (m for m in modules().values() if m.name.split(".")[0] in PUBLIC)
+    return [name for module in owned for name in module.undocumented]
 
 
-def _undocumented(module: Module) -> Iterator[str]:
-    if module.lines and not ast.get_docstring(module.tree):
-        yield module.name
-    for node in module.tree.body:
+def _undocumented(module: str, tree: ast.Module) -> Iterator[str]:
+    if tree.body and not ast.get_docstring(tree):
+        yield module
+    for node in tree.body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_"):
             if not ast.get_docstring(node):
-                yield f"{module.name}.{node.name}"
+                yield f"{module}.{node.name}"
             if isinstance(node, ast.ClassDef):
                 yield from _methods(module, node)
 
 
-def _methods(module: Module, owner: ast.ClassDef) -> Iterator[str]:
+def _methods(module: str, owner: ast.ClassDef) -> Iterator[str]:
     for node in owner.body:
         if not isinstance(node, ast.FunctionDef) or node.name.startswith("_") or _overload(node):
             continue
         if not ast.get_docstring(node):
-            yield f"{module.name}.{owner.name}.{node.name}"
+            yield f"{module}.{owner.name}.{node.name}"
 
 
 def _overload(node: ast.FunctionDef) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import ast
 import subprocess
 import sys
 from functools import cache
 from pathlib import Path
 
 import pytest
+
+from tests import structure
 
 ROOT = Path(__file__).parents[1]
 # package: (folder, what it may import besides the standard library)
@@ -51,15 +52,14 @@ SAMPLES_THAT_TRAIN = ("asm", "by_hand", "capture", "trained.py")  # rooms and fi
 
 
 @cache
+def by_path() -> dict[Path, structure.Module]:
+    """Every module, by its file."""
+    return {module.path: module for module in structure.modules().values()}
+
+
 def imports(file: Path) -> frozenset[str]:
     """Top-level names of every import in a file, wherever it stands."""
-    found: set[str] = set()
-    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name.partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-            found.add(node.module.partition(".")[0])
-    return frozenset(found)
+    return frozenset(name.partition(".")[0] for name, _ in by_path()[file].imports)
 
 
 @pytest.mark.parametrize("package", FLOORS)

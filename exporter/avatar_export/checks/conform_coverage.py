@@ -218,10 +218,13 @@ def _composited(reference: Reference, step: Step) -> set[str]:
     conic = x["conic"][order].astype(np.float64)[:, None]
     power = -0.5 * (conic[..., 0] * off[..., 0] ** 2 + conic[..., 2] * off[..., 1] ** 2)
     power -= conic[..., 1] * off[..., 0] * off[..., 1]
-    alpha = np.where(
-        power > 0, 0.0, x["opacity"][order].astype(np.float64)[:, None] * np.exp(np.minimum(power, 0))
-    )
     faintest = 1 / c["alpha_min_denominator"]
+    near = np.flatnonzero(
+        (power <= 0) & (power > np.log(faintest / 2) - 1)
+    )  # others are fainter than half of it
+    alpha = np.zeros(power.shape)
+    opacity = x["opacity"][order].astype(np.float64)
+    alpha.reshape(-1)[near] = opacity[near // len(pixels)] * np.exp(power.reshape(-1)[near])
     shown = np.where(alpha < faintest, 0.0, np.minimum(alpha, c["alpha_max"]))
     has = {
         "alpha above 0.99": alpha > c["alpha_max"],

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from avatar_export.fit.closest import Nearest, nearest_on_mesh
+from avatar_export.fit.closest import Nearest, Triangles
 from avatar_export.fit.known import Change, Search, explanation
 from avatar_runtime.avatar import F32, F64, I64, U32, Avatar, Group
 
@@ -15,6 +16,7 @@ SAMPLES = 1000  # Gaussians of a group that are measured
 FEWEST = 16  # of a group that is judged; a median of fewer says little
 SEARCHED = 150  # points of a search
 ROUGH_VERTICES = 1500  # of the mesh, for a rough search
+FARTHEST = 1e18  # metres in a rough search: float32 holds its square
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,11 @@ class Mesh:
 
     def nearest(self, points: F64) -> Nearest:
         """The nearest points to `points` [N, 3]."""
-        return nearest_on_mesh(points, self.vertices, self.triangles)
+        return self._searched.nearest(points)
+
+    @cached_property
+    def _searched(self) -> Triangles:
+        return Triangles.of(self.vertices, self.triangles)
 
     def places(self, points: F64) -> F64:
         """[N, 3] the nearest points themselves."""
@@ -111,7 +117,8 @@ def explained(points: F64, mesh: Mesh, limit: float, pairs: bool) -> tuple[Chang
     columns = np.vstack([(coarse - middle).T, np.square(coarse - middle).sum(axis=1)]).astype(np.float32)
 
     def rough(given: F64) -> F64:
-        p = np.hstack([-2 * (given - middle), np.ones((len(given), 1))]).astype(np.float32)
+        off = np.clip(given - middle, -FARTHEST, FARTHEST)
+        p = np.hstack([-2 * off, np.ones((len(off), 1))]).astype(np.float32)
         places: F64 = coarse[np.argmin(p @ columns, axis=1)]
         return places
 

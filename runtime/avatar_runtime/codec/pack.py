@@ -7,6 +7,7 @@ taken; `program.check` then checks what kernels would touch.
 from __future__ import annotations
 
 import json
+import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,7 +18,6 @@ import numpy.typing as npt
 
 from avatar_runtime.codec import safetensors
 from avatar_runtime.codec.gzip_pieces import GzipWriter
-from avatar_runtime.codec.program_shape import is_plain, without_lists
 from avatar_runtime.codec.sections import BITS, incidence
 from avatar_runtime.codec.sections import decode as decode_section
 from avatar_runtime.codec.sections import encode as encode_section
@@ -174,8 +174,7 @@ def manifest_of(document: Mapping[str, Any]) -> dict[str, Any]:
 
 def _check(document: Any, file: str) -> None:
     errors = [p for p in version_problems(document) if not p.warning] if isinstance(document, dict) else []
-    plain = isinstance(document, dict) and is_plain(document.get("program"))
-    errors = errors or schema_problems(without_lists(document) if plain else document, "pack")
+    errors = errors or schema_problems(document, "pack")
     errors = errors or [p for p in manifest_problems(manifest_of(document)) if not p.warning]
     if errors:
         raise AvatarError(errors[0].message, file=file, field=errors[0].path)
@@ -300,24 +299,24 @@ class _Reader:
         found: dict[str, Section] = {}
         for said in listed:
             name, codec, record = said["name"], said["codec"], int(said.get("record", 1))
-            where = f"buffer {buffer}, section {name}"
+            where, count, bits = f"buffer {buffer}, section {name}", int(said["count"]), int(said["bits"])
             if name in found:
                 raise AvatarError("is named twice", field=where)
-            self._take(said["count"] * said["bits"] // 8, where)
+            self._take(count * bits // 8, where)
             if codec == "incidence":
-                elements = self._incidence(name, listed, found, where).astype(BITS[said["bits"]])
+                elements = self._incidence(name, listed, found, where).astype(BITS[bits])
             else:
                 data = self._tensor(said.get("tensor"), where)
-                elements = decode_section(data, codec, said["bits"], said["count"], record, where)
-            if len(elements) != said["count"]:
-                raise AvatarError(f"has {len(elements)} elements, not {said['count']}", field=where)
+                elements = decode_section(data, codec, bits, count, record, where)
+            if len(elements) != count:
+                raise AvatarError(f"has {len(elements)} elements, not {count}", field=where)
             found[name] = Section(name, elements, codec, record)
         return tuple(found.values())
 
     def _incidence(
         self, name: str, listed: list[Mapping[str, Any]], found: Mapping[str, Section], where: str
     ) -> Array:
-        counts = {said["name"]: said["count"] for said in listed}
+        counts = {said["name"]: int(said["count"]) for said in listed}
         if "corners" not in found or "vertex_triangle_ptr" not in counts:
             raise AvatarError("codec incidence needs section corners before it", field=where)
         made = incidence(found["corners"].elements, counts["vertex_triangle_ptr"] - 1, where)
@@ -325,14 +324,13 @@ class _Reader:
 
     def array(self, name: str, said: Mapping[str, Any]) -> Array:
         where, kind = f"array {name}", np.dtype(TYPES[said["type"]])
-        count = 1
-        for length in said["shape"]:
-            count *= length
+        shape = [int(length) for length in said["shape"]]  # JSON may write 3 as 3.0
+        count = math.prod(shape)
         self._take(count * kind.itemsize, where)
         flat = decode_section(
             self._tensor(said["tensor"], where), said["codec"], 8 * kind.itemsize, count, 1, where
         )
-        return flat.view(kind).reshape(said["shape"])
+        return flat.view(kind).reshape(shape)
 
     def _tensor(self, name: Any, where: str) -> memoryview:
         if name not in self._tensors:

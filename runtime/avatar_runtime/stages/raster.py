@@ -29,7 +29,6 @@ PAIRS = 16384  # of a splat and a pixel that several tiles hold at once: about w
 
 f32 = np.float32
 Index = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -56,12 +55,12 @@ def raster(
     colour = np.zeros((height, width, 3), np.float32)
     transmittance = np.ones((height, width), np.float32)
     last = np.zeros((height, width), np.int32)
-    evaluations = 0
+    evaluations, table = 0, _Table.of(projected)
     for tiles, shape in _alike(ranges, camera, tile, CHUNK[profile]):
         y0, x0 = tile * np.stack(np.divmod(tiles, -(-width // tile)))[:, :, None]
         y, x = y0 + np.arange(shape[0]), x0 + np.arange(shape[1])
         pixels = (y[:, :, None], x[:, None, :])  # [T, rows, columns]
-        composited = _composite_tiles(projected, *_lists(ids, ranges[tiles]), x, y, profile)
+        composited = _composite_tiles(table, _lists(ids, ranges[tiles], table.nobody), x, y, profile)
         colour[pixels], transmittance[pixels], last[pixels], pairs = composited
         evaluations += pairs
     image = colour + transmittance[..., None] * background.astype(np.float32)
@@ -117,15 +116,46 @@ def _alike(ranges: Index, camera: Camera, tile: int, chunk: int) -> Iterator[tup
             at += many
 
 
-def _lists(ids: Index, ranges: Index) -> tuple[Index, Mask]:
-    """(splats of several tiles, front to back, [T, C], which of them are listed): shorter lists repeat their last."""
+def _lists(ids: Index, ranges: Index, nobody: int) -> Index:
+    """The splats of several tiles, front to back, [T, C]; shorter lists end with `nobody`."""
     begin, end = ranges[:, :1], ranges[:, 1:]
     at = begin + np.arange((end - begin).max())
-    return ids[np.minimum(at, end - 1)], at < end
+    return np.where(at < end, ids[np.minimum(at, end - 1)], nobody)
+
+
+@dataclass(frozen=True)
+class _Table:
+    """What the pixels of a splat share, and a last row that draws nothing."""
+
+    centre: F32  # [N + 1, 2]
+    conic: F32  # [N + 1, 3]
+    opacity: F32  # [N + 1]
+    rgb: F32  # [N + 1, 3]
+    faintest: F32  # [N + 1] alpha is surely below 1/255 where the exponent is below this; most pairs are
+
+    @staticmethod
+    def of(projected: Projected) -> _Table:
+        """The table of all projected splats."""
+        centre, conic, opacity, rgb = (
+            np.concatenate([part, np.zeros_like(part, shape=(1, *part.shape[1:]))])
+            for part in (projected.centre, projected.conic, projected.opacity, projected.rgb)
+        )
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            faintest = np.log(_alpha_min() / opacity) - f32(1e-3)
+        return _Table(centre, conic, opacity, rgb, faintest)
+
+    @property
+    def nobody(self) -> int:
+        """The row that draws nothing."""
+        return len(self.opacity) - 1
+
+
+def _alpha_min() -> np.float32:
+    return f32(1) / f32(constants()["alpha_min_denominator"])
 
 
 def _composite_tiles(
-    projected: Projected, lists: Index, listed: Mask, x: Index, y: Index, profile: str
+    table: _Table, lists: Index, x: Index, y: Index, profile: str
 ) -> tuple[F32, F32, I32, int]:
     """(colour, transmittance, last, evaluations) of tiles of columns `x` [T, W] and rows `y` [T, H]: [T, H, W, ...].
 
@@ -139,21 +169,24 @@ def _composite_tiles(
     live = np.arange(count)
     evaluations, stop, size = 0, profile == "trainer", CHUNK[profile]
     for at in range(0, lists.shape[1], size):
-        chunk, counts = lists[:, at : at + size], listed[:, at : at + size]
-        alpha = _alpha(projected, chunk, counts, x, y, live)
-        evaluations += int(counts.sum()) * len(live)
+        chunk = lists[:, at : at + size]
+        alpha = _alpha(table, chunk, x, y, live)
+        evaluations += int(np.count_nonzero(chunk != table.nobody)) * len(live)
+        seen = np.flatnonzero(alpha.any(axis=(0, 2)))  # about half of them: tiles are those of a circle
+        if not len(seen):
+            continue
+        alpha, chunk = alpha[:, seen], chunk[:, seen]
         after = np.multiply.accumulate(np.concatenate([left[:, None, live], 1 - alpha], axis=1), axis=1)
         before, after = after[:, :-1], after[:, 1:]
         if stop:
             open_ = after >= f32(constants()["transmittance_min"])
             alpha *= open_
-        rgb = np.where(counts[..., None], projected.rgb[chunk], f32(0))
-        weighted = rgb.transpose(2, 0, 1)[..., None] * alpha  # [3, T, C, P]
+        weighted = table.rgb[chunk].transpose(2, 0, 1)[..., None] * alpha  # [3, T, C, P]
         weighted *= before
         weighted[:, :, 0] += colour[..., live]
         colour[..., live] = np.add.reduce(weighted, axis=2)  # along a middle axis NumPy adds in order
         added = alpha > 0
-        reached = at + chunk.shape[1] - np.argmax(added[:, ::-1], axis=1)
+        reached = at + 1 + seen[len(seen) - 1 - np.argmax(added[:, ::-1], axis=1)]
         last[:, live] = np.where(added.any(axis=1), reached, last[:, live])
         if stop:
             kept = np.where(open_, after, np.inf).min(axis=1, initial=np.inf)
@@ -166,26 +199,20 @@ def _composite_tiles(
     return colour.transpose(1, 2, 0).reshape(*shape, 3), left.reshape(shape), last.reshape(shape), evaluations
 
 
-def _alpha(projected: Projected, ids: Index, counts: Mask, x: Index, y: Index, live: Index) -> F32:
-    """[T, C, P] min(0.99, o e^p) of pixels `live`; 0 where p is positive, alpha below 1/255, or a splat not listed."""
-    dx = projected.centre[ids, 0, None] - x[:, None].astype(np.float32)  # [T, C, W]
-    dy = projected.centre[ids, 1, None] - y[:, None].astype(np.float32)
-    a, b, c = (projected.conic[ids, k, None] for k in range(3))
-    power = (a * dx * dx)[:, :, None] + (c * dy * dy)[..., None]  # [T, C, H, W]
-    power *= f32(-0.5)
-    power -= (b * dx)[:, :, None] * dy[..., None]
-    power = power.reshape(*ids.shape, -1)
-    if len(live) < power.shape[2]:
-        power = power[..., live]
-    alpha_min = f32(1) / f32(constants()["alpha_min_denominator"])
-    opacity = np.where(counts, projected.opacity[ids], f32(0))
+def _alpha(table: _Table, ids: Index, x: Index, y: Index, live: Index) -> F32:
+    """[T, C, P] min(0.99, o e^p) of pixels `live`; 0 where p is positive or alpha below 1/255."""
+    centre, conic = table.centre[ids], table.conic[ids]
+    a, b, c = (conic[..., k, None] for k in range(3))
+    wide = x.shape[1]
+    dx = centre[..., 0, None] - x[:, None, live % wide].astype(np.float32)  # [T, C, P]
+    dy = centre[..., 1, None] - y[:, None, live // wide].astype(np.float32)
+    power = f32(-0.5) * (a * dx * dx + c * dy * dy) - b * dx * dy
     alpha = np.zeros(power.shape, np.float32)
-    with np.errstate(divide="ignore", over="ignore"):
-        faintest = np.log(alpha_min / opacity) - f32(1e-3)  # surely below 1/255; most pairs are
-    pair = np.flatnonzero((power <= 0) & (power >= faintest[..., None]))
+    pair = np.flatnonzero((power <= 0) & (power >= table.faintest[ids, None]))
     # Rounded from float64: NumPy's float32 exp is up to 2 ulp off, which would show in the golden images.
     exp = np.exp(power.ravel()[pair], dtype=np.float64).astype(np.float32)
-    value = np.minimum(f32(constants()["alpha_max"]), opacity.ravel()[pair // power.shape[2]] * exp)
-    value[value < alpha_min] = 0
+    opacity = table.opacity[ids.ravel()[pair // power.shape[2]]]
+    value = np.minimum(f32(constants()["alpha_max"]), opacity * exp)
+    value[value < _alpha_min()] = 0
     alpha.ravel()[pair] = value
     return alpha

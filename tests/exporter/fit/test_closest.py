@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from avatar_export.fit.closest import nearest_on_mesh
+from avatar_export.fit.closest import Triangles
 
 SCALES = (1e-3, 1.0, 1e3)
 
@@ -24,7 +24,7 @@ def _mesh(seed: int) -> tuple[np.ndarray, np.ndarray]:
 def test_distances_and_places(scale: float, away: float) -> None:
     vertices, faces = _mesh(3)
     points = np.random.default_rng(4).normal(0, 1, (300, 3)) + away
-    found = nearest_on_mesh(scale * points, scale * vertices, faces)
+    found = Triangles.of(scale * vertices, faces).nearest(scale * points)
     plain = trimesh.Trimesh(vertices, faces[:-1], process=False)
     _, want, _ = trimesh.proximity.closest_point_naive(plain, points)
     tolerance = 64 * np.finfo(np.float64).eps * scale * (2 + away)
@@ -38,11 +38,11 @@ def test_distances_and_places(scale: float, away: float) -> None:
 
 def test_no_points() -> None:
     vertices, faces = _mesh(1)
-    assert nearest_on_mesh(np.zeros((0, 3)), vertices, faces).distance.shape == (0,)
+    assert Triangles.of(vertices, faces).nearest(np.zeros((0, 3))).distance.shape == (0,)
 
 
 def test_numbers_of_any_size() -> None:
     vertices, faces = _mesh(2)
     with np.errstate(all="raise"):
-        assert np.isfinite(nearest_on_mesh(np.full((1, 3), 3e38), vertices, faces).distance).all()
-        assert np.isfinite(nearest_on_mesh(np.zeros((1, 3)), 3e38 * vertices, faces).distance).all()
+        assert np.isfinite(Triangles.of(vertices, faces).nearest(np.full((1, 3), 3e38)).distance).all()
+        assert np.isfinite(Triangles.of(3e38 * vertices, faces).nearest(np.zeros((1, 3))).distance).all()

@@ -49,6 +49,7 @@ def torn_by_loops(avatar: Avatar, shown: list[Pose]) -> float:
     player = Player(avatar, "reference")
     neutral = player.animate(Pose()).mean.astype(np.float64)
     trained = [player.animate(pose).mean.astype(np.float64) for pose in own_clip(avatar, "training").poses]
+    played = [player.animate(pose) for pose in shown]
     torn = whole = 0.0
     for group in avatar.groups:
         rows = range(group.first, group.first + group.count)
@@ -60,8 +61,7 @@ def torn_by_loops(avatar: Avatar, shown: list[Pose]) -> float:
                 return max(float(np.linalg.norm(mean[o] - mean[row])) / (d + 0.001) for d, o in near)
 
             limit = 1.25 * max(stretch(mean) for mean in trained)
-            for pose in shown:
-                splats = player.animate(pose)
+            for splats in played:
                 whole += float(splats.opacity[row])
                 torn += float(splats.opacity[row]) * (stretch(splats.mean.astype(np.float64)) > limit)
     return torn / whole
