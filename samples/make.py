@@ -45,27 +45,35 @@ def smooth_posedirs(head: Head, rng: np.random.Generator) -> Array:
     return posedirs
 
 
-def subject(full: bool) -> tuple[Head, BodyModel, Array]:
-    """The head, its body model and its identity; `full`: coarse, with pose correctives and a seeded identity."""
+def subject(full: bool, cell: float = CONFORMANCE_CELL) -> tuple[Head, BodyModel, Array]:
+    """The head, its body model and its identity; `full`: coarse, with pose correctives and a seeded identity.
+
+    cell: metres between the vertices of a coarse mesh.
+    """
     head, rng = load_head(), np.random.default_rng(SEED)
     if full:
-        head = simplify(head, CONFORMANCE_CELL)
+        head = simplify(head, cell)
     posedirs = smooth_posedirs(head, rng) if full else None
     shape = rng.normal(0, 0.7, len(head.identity)) if full else np.zeros(len(head.identity))
     return head, build_body_model(head, moving_joints=full, posedirs=posedirs), shape
 
 
 def make_gaussian_blendshapes(
-    out: Path, gaussians: int | None = None, *, form: str = "dump", full: bool = False
+    out: Path,
+    gaussians: int | None = None,
+    *,
+    form: str = "dump",
+    full: bool = False,
+    cell: float = CONFORMANCE_CELL,
 ) -> Path:
     """Write model/, body/, dataset/ and driving.json into out/gaussian_blendshapes; returns that folder.
 
     `full`: the conformance avatar, a coarse head with seeded random values in every field, an identity shape,
-    and NaN rows in the raw form; its body also as FLAME's pickle.
+    and NaN rows in the raw form; its body also as FLAME's pickle. cell: metres between the vertices of its mesh.
     """
     if form not in FORMS:
         raise ValueError(f"form is one of {FORMS}, not {form!r}")
-    head, body, shape = subject(full)
+    head, body, shape = subject(full, cell)
     count = gaussians or (CONFORMANCE_GAUSSIANS if full else DEMO_GAUSSIANS)
     model = build_model(head, body, count, shape=shape, noise_seed=SEED if full else None)
     base = out / "gaussian_blendshapes"

@@ -20,8 +20,8 @@ ORDER = {
         "summary", "live", "serving", "commands", "cli", "__main__",
     ),
     "avatar_trainer": (
-        "settings", "tensors", "captures", "enhancer", "parameters", "stages", "kernels", "raster", "losses", "asm",
-        "systems", "bundles", "evaluation", "loop", "commands", "cli", "__main__",
+        "settings", "tensors", "normals", "captures", "enhancer", "parameters", "stages", "kernels", "raster", "losses",
+        "asm", "systems", "bundles", "evaluation", "loop", "commands", "cli", "__main__",
     ),
 }
 # fmt: on

@@ -18,16 +18,22 @@ CONVERT: Mapping[str, Callable[[str, Any], Any]] = {  # by annotation, without "
     "str": lambda name, value: arguments.instance(name, value, str, "a text"),
 }
 
+LEAST_UNITS, MOST_UNITS = 1e-6, 1e6  # training units per metre
+IN_UNITS = ("body_scale",)  # readers check `units`
+
 
 @dataclass(frozen=True)
 class ReadOptions:
     """Inputs that a checkpoint does not hold. A reader refuses a field that its system does not use.
 
-    Paths may be texts. Raises TypeError and ValueError for a field of another type.
+    Paths may be texts. Raises TypeError and ValueError for a field of another type, and ValueError for
+    units that are not LEAST_UNITS to MOST_UNITS.
     """
 
     body_model: Path | None = None  # FLAME or SMPL file, .npz or .pkl
-    body_scale: float = 1.0  # training units per unit of the body model
+    body_scale: float | None = (
+        None  # training units per unit of the body model; None: as the checkpoint says, else 1
+    )
     shape: Path | None = None  # identity coefficients: .frame, .npy, .npz or .json
     eyelids: Path | None = None  # folder with l_eyelid.npy and r_eyelid.npy
     anchor_faces: Path | None = None  # text file of face indices that carry the upper teeth
@@ -51,9 +57,12 @@ class ReadOptions:
         for field in fields(self):
             value = getattr(self, field.name)
             if value is not None or "None" not in str(field.type):
-                object.__setattr__(
-                    self, field.name, CONVERT[str(field.type).split(" ")[0]](field.name, value)
-                )
+                value = CONVERT[str(field.type).split(" ")[0]](field.name, value)
+                if field.name in IN_UNITS and not LEAST_UNITS <= value <= MOST_UNITS:
+                    raise ValueError(
+                        f"{field.name} is {value:g}; {LEAST_UNITS:g} to {MOST_UNITS:g} is needed"
+                    )
+                object.__setattr__(self, field.name, value)
 
     def refuse_beside_no_rig(self, unused: Collection[str], owner: str) -> None:
         """Raise AvatarError, for the reader `owner`, if `no_rig` is set and one of the options `unused` is given:

@@ -98,6 +98,9 @@ def summary(avatar: Avatar) -> dict[str, Any]:
             "joints": list(rig.joint_names),
             "corrective_joints": len(rig.corrective_joints),
             "anchor_vertices": len(rig.anchor_vertices),
+            "mesh_deltas": {
+                name: _filled(getattr(rig, name)) for name in ("morphs", "correctives", "late_morphs")
+            },
         },
         "embedding": None if avatar.embedding is None else _embedding(avatar.embedding),
         "clips": {clip.name: f"{clip.frames} frames at {clip.fps:g} a second" for clip in avatar.clips},

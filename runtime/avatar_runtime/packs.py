@@ -129,8 +129,7 @@ def _rig(held: file_codec.PackFile, document: Mapping[str, Any], columns: Column
     mesh = read_mesh(held.program, replace(columns, features=features, joints=len(document["joints"])))
     triangles = held.arrays.get("rig.triangles")
     if triangles is None:
-        corners = next(s for s in held.program.buffers["SurfaceStatic"].sections if s.name == "corners")
-        triangles = corners.elements.reshape(3, -1)
+        triangles = _corners(held.program)
     of_mesh: dict[str, Any] = {field.name: getattr(mesh, field.name) for field in fields(mesh)}
     return Rig(
         joint_names=tuple(document["joints"]),
@@ -138,6 +137,15 @@ def _rig(held: file_codec.PackFile, document: Mapping[str, Any], columns: Column
         **of_mesh,
         **arrays,
     )
+
+
+def _corners(program: Program) -> Array:
+    """[3, F] triangles that kernels read, where the file does not store them once more."""
+    surface = program.buffers.get("SurfaceStatic")
+    for section in () if surface is None else surface.sections:
+        if section.name == "corners" and len(section.elements) % 3 == 0:
+            return section.elements.reshape(3, -1)
+    raise AvatarError("is missing, and no kernel reads triangles", field="array rig.triangles")
 
 
 def _array(arrays: Mapping[str, Array], name: str) -> Array:

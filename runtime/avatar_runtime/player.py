@@ -22,7 +22,7 @@ from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import Image
 
 # Values that overflow become infinite and are not drawn, so NumPy need not warn.
-ABSURD = np.errstate(over="ignore", invalid="ignore")
+ABSURD = np.errstate(over="ignore", invalid="ignore", divide="ignore")
 
 
 @dataclass(frozen=True)

@@ -165,7 +165,7 @@ def build_model(
     """A checkpoint of `gaussians` splats in the face set and a tenth of that in each set of teeth.
 
     `shape` [M]: identity coefficients of the subject. With `noise_seed` every field gets random values and
-    the rows of NAN_ROWS are added.
+    the rows of NAN_ROWS are added; of few Gaussians, those of them that there are.
     """
     vertices = head.vertices
     if shape is not None:
@@ -185,7 +185,7 @@ def build_model(
         for fields in (face, *mouth):
             add_noise(fields, rng)
         for row, name in NAN_ROWS.items():
-            face[name][row].flat[-1] = np.nan
+            face[name][row : row + 1].reshape(-1)[-1:] = np.nan
     columns = body.expression_names[:GAUSSIAN_SHAPES]
     jaw_motion = {columns.index(n): head.expression(n) for n in JAW_SHAPES if n in columns}
     return Model(body, vertices, held.vertices, samples, face, jaw_motion, (mouth[0], mouth[1]), noise_seed)

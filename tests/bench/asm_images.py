@@ -9,8 +9,8 @@ from PIL import Image
 
 from avatar_runtime.avatar import F32, F64, I64
 from avatar_runtime.camera import Camera
-from avatar_trainer.asm.align import vertex_normals
 from avatar_trainer.captures.mesh_raster import Surface, draw
+from avatar_trainer.normals import vertex_normals
 
 AWAY, LENS = 0.9, 4.2  # metres from the face; focal length in heights of an image
 GREY = np.full((1, 1, 3), 0.8, np.float32)

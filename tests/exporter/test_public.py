@@ -52,19 +52,20 @@ HEAD: Any = "head"
 MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
     (lambda: convert(NONE, HEAD), TypeError, "source is None; a path is needed"),
     (lambda: convert(HEAD, NONE), TypeError, "out is None; a path is needed"),
-    (lambda: convert(HEAD, HEAD, options={"no_rig": True}), TypeError, "options is a dict; a ReadOptions"),  # type: ignore[arg-type]
+    (lambda: convert(HEAD, HEAD, options={"no_rig": True}), TypeError, "options is a dict; a ReadOptions"),
+    (lambda: ReadOptions(body_scale=0), ValueError, "body_scale is 0; 1e-06 to 1e+06"),
     (lambda: convert(HEAD, HEAD, clips=HEAD), TypeError, "clips is the text 'head'; a list of paths is needed"),
     (lambda: convert(HEAD, HEAD, clips=[NONE]), TypeError, "clips[0] is None; a path is needed"),
-    (lambda: convert(HEAD, HEAD, driving=3), TypeError, "driving is an int; a path is needed"),  # type: ignore[arg-type]
-    (lambda: convert(HEAD, HEAD, author=3), TypeError, "author is an int; a text is needed"),  # type: ignore[arg-type]
+    (lambda: convert(HEAD, HEAD, driving=3), TypeError, "driving is an int; a path is needed"),
+    (lambda: convert(HEAD, HEAD, author=3), TypeError, "author is an int; a text is needed"),
     (lambda: convert(HEAD, HEAD, influences=5), ValueError, "influences is 5; 4 or 8 is needed"),
     (lambda: read(NONE), TypeError, "path is None; a path is needed"),
     (lambda: read(HEAD, HEAD), TypeError, "options is the text 'head'; a ReadOptions is needed"),
-    (lambda: read(HEAD, system=3), TypeError, "system is an int; a text is needed"),  # type: ignore[arg-type]
-    (lambda: validate(3), TypeError, "path is an int; a path is needed"),  # type: ignore[arg-type]
-    (lambda: ReadOptions(body_model=3), TypeError, "body_model is an int; a path is needed"),  # type: ignore[arg-type]
-    (lambda: ReadOptions(no_rig="yes"), TypeError, "no_rig is the text 'yes'; True or False is needed"),  # type: ignore[arg-type]
-    (lambda: ReadOptions(units="1"), TypeError, "units is the text '1'; a number is needed"),  # type: ignore[arg-type]
+    (lambda: read(HEAD, system=3), TypeError, "system is an int; a text is needed"),
+    (lambda: validate(3), TypeError, "path is an int; a path is needed"),
+    (lambda: ReadOptions(body_model=3), TypeError, "body_model is an int; a path is needed"),
+    (lambda: ReadOptions(no_rig="yes"), TypeError, "no_rig is the text 'yes'; True or False is needed"),
+    (lambda: ReadOptions(units="1"), TypeError, "units is the text '1'; a number is needed"),
     (lambda: ReadOptions(body_scale=math.nan), ValueError, "body_scale is nan; a finite number is needed"),
 )  # fmt: skip
 
@@ -80,7 +81,7 @@ def test_a_mistake_names_the_argument(
 
 
 def test_paths_may_be_texts() -> None:
-    assert ReadOptions(body_model="body.npz") == ReadOptions(body_model=Path("body.npz"))  # type: ignore[arg-type]
+    assert ReadOptions(body_model="body.npz") == ReadOptions(body_model=Path("body.npz"))
 
 
 def test_the_table_says_what_can_be_read(sample_splatting_head: Path) -> None:

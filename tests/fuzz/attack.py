@@ -9,7 +9,7 @@ import shutil
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,8 +20,9 @@ from avatar_runtime.io.errors import AvatarError
 from tests.fuzz.mutate import mutated
 from tests.fuzz.targets import TARGETS, Target, attacked, sound
 
+ROOT = Path(__file__).parents[2]
 CORPUS = Path(__file__).parent / "corpus"  # a finding: TARGET/INPUT-HASH/ with the files that are not sound
-SECONDS = 10.0  # for one input; what takes longer hangs
+SECONDS = 10.0  # of CPU for one input; what takes longer hangs
 MEMORY = 512 << 20  # bytes by which one input may raise the most that the process ever held
 LONGEST = 3000  # letters of an AvatarError
 SOUND, REFUSED, CRASH, HANG, GREEDY = "sound", "refused", "crash", "hang", "memory"
@@ -69,10 +70,10 @@ class Arena:
         self.target.finish(folder, rng)
         return folder
 
-    def restore(self, name: str) -> None:
-        """The copy is sound again."""
-        for path, data in self.inputs[name].items():
-            (self.scratch / name / path).write_bytes(data)
+    def restore(self, name: str, changed: Iterable[Path]) -> None:
+        """The copy, of which `changed` files were laid, is sound again."""
+        for path in {*changed, *map(Path, self.target.finished)}:
+            (self.scratch / name / path).write_bytes(self.inputs[name][path])
 
     def differing(self, name: str) -> dict[Path, bytes]:
         """The files of the copy that differ from the sound input."""
@@ -104,7 +105,7 @@ def attack_with(arena: Arena, rng: Random, corpus: Path | None) -> Outcome:
     outcome = judged(arena.target, folder)
     if outcome.text and corpus is not None:
         keep(corpus / arena.name, name, arena.differing(name), outcome)
-    arena.restore(name)
+    arena.restore(name, changed)
     return outcome
 
 
@@ -118,7 +119,7 @@ def judged(target: Target, folder: Path) -> Outcome:
     except AvatarError as error:
         line = str(error)
         fair = line.isprintable() and len(line) <= LONGEST
-        outcome = Outcome(REFUSED) if fair else Outcome(CRASH, f"not one printable line: {line!r}")
+        outcome = Outcome(REFUSED) if fair else Outcome(CRASH, f"not one short printable line: {line!r}")
     except Hang:
         outcome = Outcome(HANG, traceback.format_exc(limit=-5))
     except Exception:  # any other one is a bug, whatever it is
@@ -130,18 +131,18 @@ def judged(target: Target, folder: Path) -> Outcome:
 
 @contextmanager
 def limited(seconds: float) -> Iterator[None]:
-    """Raises Hang in the block after some time."""
+    """Raises Hang in the block after some CPU seconds, on a busy machine too. What sleeps is killed by `run`."""
 
     def stop(*_: object) -> None:
         raise Hang
 
-    handler: Callable[..., object] | int | None = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    handler: Callable[..., object] | int | None = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, handler)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, handler)
 
 
 def most_memory() -> int:
@@ -159,4 +160,5 @@ def keep(folder: Path, name: str, files: dict[Path, bytes], outcome: Outcome) ->
         (place / path).parent.mkdir(parents=True, exist_ok=True)
         (place / path).write_bytes(data)
     place.mkdir(parents=True, exist_ok=True)
-    (place / "finding.text").write_text(f"{outcome.kind}\n{outcome.text}\n")
+    text = outcome.text.replace(f"{ROOT}{os.sep}", "")
+    (place / "finding.text").write_text(f"{outcome.kind}\n{text}\n")

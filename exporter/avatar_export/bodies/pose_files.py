@@ -187,7 +187,8 @@ class _Npz:
                 file=self.path,
                 field=name,
             )
-        values = source.read().reshape(sizes).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a signalling NaN, refused below
+            values = source.read().reshape(sizes).astype(np.float64)
         bad = ~(np.abs(values) <= MAX_VALUE)
         if bad.any():
             at = [int(i[0]) for i in np.nonzero(bad)]

@@ -24,10 +24,10 @@ from avatar_export.checks.conform_report import (
     worst_elements,
 )
 from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, clean, messages, output, print_json
+from avatar_export.commands.console import Steps, messages, output, print_json
 from avatar_export.readers.table import expect_bundle
 from avatar_runtime.backends import BACKENDS
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.errors import AvatarError, printable
 from avatar_runtime.io.text_files import refuse_existing, write_text
 
 FILE_WIDTH = 120  # characters per line where the output is not a terminal
@@ -101,5 +101,5 @@ def _print(found: Conformance) -> None:
 def _table(lines: list[Line]) -> Table:
     table = Table(*(Column(name, no_wrap=True) for name in COLUMNS), box=None, pad_edge=False)
     for line in lines:
-        table.add_row(*map(clean, line.cells), style=None if line.passed else "bold red")
+        table.add_row(*map(printable, line.cells), style=None if line.passed else "bold red")
     return table

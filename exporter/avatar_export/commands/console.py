@@ -15,12 +15,7 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-
-def clean(text: str) -> str:
-    """`text` on one line, with a ? for each character that a terminal obeys or hides instead of showing it: control
-    characters (C0, C1), line ends, marks of writing direction, surrogates.
-    """
-    return "".join(c if c.isprintable() else "?" for c in text)
+from avatar_runtime.io.errors import printable
 
 
 class CleanConsole(Console):
@@ -28,7 +23,7 @@ class CleanConsole(Console):
 
     def print(self, *objects: Any, **options: Any) -> None:
         """As rich's, one line for each text."""
-        super().print(*(clean(one) if isinstance(one, str) else one for one in objects), **options)
+        super().print(*(printable(one) if isinstance(one, str) else one for one in objects), **options)
 
 
 messages = CleanConsole(stderr=True, highlight=False, markup=False, soft_wrap=True)
@@ -49,7 +44,7 @@ class Steps:
         )
         self._bar.start()
         task = self._bar.add_task("")
-        return lambda text: self._bar.update(task, description=clean(text))
+        return lambda text: self._bar.update(task, description=printable(text))
 
     def __exit__(self, *_: object) -> None:
         self._bar.stop()
@@ -60,7 +55,7 @@ def facts_table(facts: dict[str, Any]) -> Table:
     table = Table(show_header=False, box=None, pad_edge=False)
     for key, value in facts.items():
         for label, text in _rows(key, value):
-            table.add_row(clean(label), clean(text))
+            table.add_row(printable(label), printable(text))
     return table
 
 

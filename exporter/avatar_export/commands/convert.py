@@ -27,7 +27,7 @@ def convert(
     out: Annotated[Path, typer.Option("--out", "-o", help="Bundle folder to write, or FILE.avatar.zip.")],
     system: arguments.System = None,
     body_model: inputs.BodyModel = None,
-    body_scale: inputs.BodyScale = 1.0,
+    body_scale: inputs.BodyScale = None,
     shape: inputs.Shape = None,
     eyelids: inputs.Eyelids = None,
     anchor_faces: inputs.AnchorFaces = None,

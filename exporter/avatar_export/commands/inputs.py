@@ -15,10 +15,10 @@ from avatar_runtime.rules import ROTATION_RULES, SH_DIRECTIONS, TRAINED_SIGNS
 
 BodyModel = Annotated[Path | None, typer.Option(help="FLAME or SMPL file, .npz or .pkl.")]
 BodyScale = Annotated[
-    float,
+    float | None,
     typer.Option(
         help="Gaussian Blendshapes only: how much the body model was enlarged for training, in training units per "
-        "unit of its file (a metre). 1 if it was not.",
+        "unit of its file (a metre). Left out: what rules.json says, else 1.",
         min=1e-6,
         max=1e6,
     ),

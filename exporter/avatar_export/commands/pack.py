@@ -64,7 +64,7 @@ def pack(
     ] = False,
     system: arguments.System = None,
     body_model: inputs.BodyModel = None,
-    body_scale: inputs.BodyScale = 1.0,
+    body_scale: inputs.BodyScale = None,
     shape: inputs.Shape = None,
     eyelids: inputs.Eyelids = None,
     anchor_faces: inputs.AnchorFaces = None,

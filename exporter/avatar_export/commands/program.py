@@ -9,10 +9,9 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from avatar_export.commands.console import clean
 from avatar_export.commands.process import LITTLE_MEMORY, ending_by_signals
 from avatar_export.version import GENERATOR
-from avatar_runtime.io.errors import AvatarError, MemoryShortage
+from avatar_runtime.io.errors import AvatarError, MemoryShortage, printable
 
 # Building the parser takes longer than many a command: a process that runs several, as the tests do, builds it once.
 parser_of = cache(typer.main.get_command)
@@ -54,6 +53,6 @@ def run(app: typer.Typer, program: str) -> None:
 
 def _fail(program: str, text: str, code: int) -> NoReturn:
     """Prints one line and ends the program."""
-    shown = clean(" ".join(text.split()).encode("utf-8", "backslashreplace").decode())
+    shown = printable(" ".join(text.split()).encode("utf-8", "backslashreplace").decode())
     print(f"{program}: {shown}", file=sys.stderr)
     sys.exit(code)

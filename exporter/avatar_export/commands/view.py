@@ -9,9 +9,10 @@ from typing import Annotated
 import typer
 
 from avatar_export.commands import arguments
-from avatar_export.commands.console import clean, messages
+from avatar_export.commands.console import messages
 from avatar_export.live.ports import LIVE_LINK_PORT, OSC_PORT, Ports
 from avatar_export.serving.sources import sources_of
+from avatar_runtime.io.errors import printable
 from avatar_runtime.io.text_files import refuse_existing
 
 Sources = Annotated[
@@ -70,4 +71,4 @@ def view(
 
 
 def _print_now(line: str) -> None:
-    print(clean(line), flush=True)
+    print(printable(line), flush=True)

@@ -47,12 +47,13 @@ def locate(path: Path, complete: Callable[[PointCloud], bool] = lambda _: True) 
     return next((cloud for cloud in found if complete(cloud)), None)
 
 
-def chosen_iteration(path: Path, cloud: PointCloud) -> list[str]:
-    """A line on the iteration that was taken of a run, and those passed over; none for one .ply."""
+def chosen_iteration(path: Path, complete: Callable[[PointCloud], bool] = lambda _: True) -> list[str]:
+    """A line on the iteration that `locate` takes of a run, and those passed over; none for one .ply."""
+    cloud = locate(path, complete)
+    if cloud is None or len(cloud.folders) == 1:
+        return []
     here = cloud.file.absolute().parent
     others = [folder.name for folder in _iterations(here.parent) if folder.name != here.name]
-    if len(cloud.folders) == 1:
-        return []
     over = f"; passed over: {', '.join(others)}" if others and path.absolute() != here else ""
     return [f"{here.name} is read{over}"]
 

@@ -10,12 +10,15 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Sequence
 
+import numpy as np
 from pythonosc.osc_packet import OscPacket
 
 from avatar_export.live.inbox import Inbox
 from avatar_runtime.driving.arkit import ARKIT_NAMES, CHANNELS, canonical
 from avatar_runtime.driving.axes import HEAD_SIGNS
+from avatar_runtime.rotation import quat_multiply
 
 VALUE, APPLY, BONE = "/VMC/Ext/Blend/Val", "/VMC/Ext/Blend/Apply", "/VMC/Ext/Bone/Pos"
 HEAD = CHANNELS.index("headYaw")
@@ -87,28 +90,16 @@ class VmcReader:
             if self._foreign % PATIENCE == 1:
                 self._inbox.refuse(sender, "no blendshape has an ARKit name; let the sender send all 52")
             return
-        turn = STILL
+        turn = np.array(STILL)
         for name in TURNED:
-            turn = product(turn, self._turns[name])
+            turn = quat_multiply(turn, np.array(self._turns[name]))
         channels = [*self._weights, *([0.0] * (len(CHANNELS) - HEAD))]
-        channels[HEAD : HEAD + 3] = head_channels(turn)
+        channels[HEAD : HEAD + 3] = head_channels(turn.tolist())
         self._inbox.frame(sender, channels)
 
 
-def product(a: Quaternion, b: Quaternion) -> Quaternion:
-    """The rotation b, then a."""
-    aw, ax, ay, az = a
-    bw, bx, by, bz = b
-    return (
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-    )
-
-
-def head_channels(turn: Quaternion) -> tuple[float, float, float]:
-    """headYaw, headPitch and headRoll, radians, of a rotation in mesh axes: Ry Rx Rz of their signed values."""
+def head_channels(turn: Sequence[float]) -> tuple[float, float, float]:
+    """headYaw, headPitch and headRoll, radians, of a rotation wxyz in mesh axes: Ry Rx Rz of their signed values."""
     w, x, y, z = turn
     yaw = math.atan2(2 * (x * z + w * y), 1 - 2 * (x * x + y * y))
     pitch = math.asin(min(1.0, max(-1.0, 2 * (w * x - y * z))))

@@ -73,8 +73,7 @@ def detect(path: Path) -> bool:
 
 def chosen(path: Path, options: ReadOptions) -> list[str]:
     """The iteration that `read` takes."""
-    cloud = locate(path)
-    return [] if cloud is None else chosen_iteration(path, cloud)
+    return chosen_iteration(path)
 
 
 def read(path: Path, options: ReadOptions) -> Avatar:

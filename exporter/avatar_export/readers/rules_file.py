@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from avatar_export.formats.json_text import json_fault
+from avatar_export.options import LEAST_UNITS, MOST_UNITS
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.io.whole_files import read_bytes
 
 RULES_FILE = "rules.json"
 MAX_BYTES = 1 << 16
 UNITS = "training_units_per_metre"
-LEAST_UNITS, MOST_UNITS = 1e-6, 1e6
 
 Values = Mapping[str, tuple[str, ...]]  # the known values of each rule
 

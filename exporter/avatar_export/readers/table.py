@@ -82,8 +82,8 @@ def read_with(reader: Reader, path: Path, options: ReadOptions) -> Avatar:
 def find(path: Path, system: str | None = None) -> Reader:
     """The reader of `system`, else the first that recognises `path`.
 
-    Raises AvatarError if there is none; it names the subfolders of `path` that a reader recognises, or says that a
-    zip is truncated.
+    Raises AvatarError as `detected`, and if there is none; it names the subfolders of `path` that a reader recognises,
+    or says that a zip is truncated.
     """
     known = ", ".join(reader.system for reader in READERS)
     if system is not None:
@@ -91,9 +91,9 @@ def find(path: Path, system: str | None = None) -> Reader:
             if reader.system == system:
                 return reader
         raise AvatarError(f"unknown system {system!r}; there are {known}", field="--system")
-    for reader in READERS:
-        if reader.detect(path):
-            return reader
+    found = detected(path)
+    if found is not None:
+        return found
     if is_truncated(path):
         raise AvatarError(TRUNCATED, file=path)
     inside = _recognised_inside(path)
@@ -107,14 +107,35 @@ def find(path: Path, system: str | None = None) -> Reader:
     )
 
 
+def detected(path: Path) -> Reader | None:
+    """The first reader that recognises `path`. Raises AvatarError for what may not be read."""
+    try:
+        return next((reader for reader in READERS if reader.detect(path)), None)
+    except OSError as error:
+        raise AvatarError(
+            f"cannot be read ({error.strerror or error})", file=error.filename or path
+        ) from None
+
+
 def _recognised_inside(folder: Path) -> list[str]:
-    """`FOLDER/NAME (SYSTEM)` for the first entries of a folder that a reader recognises; none for a file."""
+    """`FOLDER/NAME (SYSTEM)` for the first entries of a folder that a reader recognises; none for a file.
+
+    Raises AvatarError if none is recognised and one may not be read.
+    """
     try:
         entries = sorted(folder.iterdir())[:MOST_LOOKED_AT] if folder.is_dir() else []
     except OSError:
         entries = []
-    found = ((entry, next((r.system for r in READERS if r.detect(entry)), None)) for entry in entries)
-    return [f"{entry} ({system})" for entry, system in found if system is not None][:MOST_NAMED]
+    found, unread = [], None
+    for entry in entries:
+        try:
+            reader = detected(entry)
+            found += [] if reader is None else [f"{entry} ({reader.system})"]
+        except AvatarError as error:
+            unread = unread or error
+    if unread is not None and not found:
+        raise unread
+    return found[:MOST_NAMED]
 
 
 def expect_bundle(path: Path) -> None:
@@ -125,9 +146,9 @@ def expect_bundle(path: Path) -> None:
         return
     if is_truncated(path):
         raise AvatarError(TRUNCATED, file=path)
-    for reader in READERS:
-        if reader.detect(path):
-            raise AvatarError(
-                f"is a trained {reader.system} avatar, not a bundle; run `avatar-export convert` on it first",
-                file=path,
-            )
+    reader = detected(path)
+    if reader is not None:
+        raise AvatarError(
+            f"is a trained {reader.system} avatar, not a bundle; run `avatar-export convert` on it first",
+            file=path,
+        )

@@ -58,7 +58,8 @@ def judge(step: Step, got: Mapping[str, Tensor], tensors: Mapping[str, Tensor]) 
             found = "nothing" if array not in got else f"shape {list(np.shape(got[array]))}"
             verdicts[array] = Verdict(np.inf, np.inf, 0, 0, f"gave {found}, expected {list(want.shape)}")
             continue
-        have, want = np.asarray(got[array], np.float64), want.astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a signalling NaN
+            have, want = np.asarray(got[array], np.float64), want.astype(np.float64)
         weight = None if expected.weight is None else tensors[expected.weight].astype(np.float64)
         allowed = np.broadcast_to(_allowed(expected, want, weight), want.shape)
         difference, flipped = RULES[expected.flips](have, want, allowed, brightest)

@@ -16,12 +16,18 @@ class AvatarError(Exception):
     """
 
     def __init__(self, message: str, *, file: object = None, field: object = None, owner: object = None):
-        self.message = _shown(" ".join(message.split()))
+        self.message = printable(_shown(" ".join(message.split())))
         self.file = None if file is None else str(file)
         self.field = None if field is None else str(field)
         self.owner = None if owner is None else str(owner)
         where = [part for part in (self.owner, self.file, self.field) if part]
-        super().__init__(" ".join(": ".join([*where, self.message]).split()))
+        super().__init__(printable(" ".join(": ".join([*where, self.message]).split())))
+
+
+def printable(text: str) -> str:
+    """`text` with a ? for each character that a terminal obeys or hides instead of showing it: control characters (C0,
+    C1), line ends, marks of writing direction, surrogates. Files of strangers hold any name."""
+    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def _shown(text: str) -> str:

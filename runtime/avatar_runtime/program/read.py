@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from avatar_runtime.avatar import F32, U32, Blendshapes, Embedding, Gaussians, SparseRows
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.program.fields import (
     APPEARANCE,
     BASE,
@@ -20,7 +22,7 @@ from avatar_runtime.program.fields import (
     VERTEX_CORRECTIVE,
     VERTEX_LATE,
 )
-from avatar_runtime.program.model import Program
+from avatar_runtime.program.model import Pass, Program
 from avatar_runtime.program.sections import Source, dense_values, sparse_rows
 from avatar_runtime.rules import NORMAL_POSITIONS
 
@@ -60,7 +62,7 @@ class _Chunks:
     """The same kind of static buffer in every chunk of a level, or of the mesh."""
 
     def __init__(self, program: Program, names: list[str], rows: list[int]) -> None:
-        self.sources = [Source(program.buffers[name], program.constants_of(name)) for name in names]
+        self.sources = [_source(program, name) for name in names]
         self.rows = rows
 
     def dense(self, fields: dict[str, tuple[str, str]] | Any, section: str, channels: int) -> F32:
@@ -71,10 +73,25 @@ class _Chunks:
         return sparse_rows(self.sources, name, wanted, columns)
 
 
+def _source(program: Program, name: str) -> Source:
+    """A buffer that the avatar is read from. Raises AvatarError if the program has none of that name."""
+    if name not in program.buffers:
+        raise AvatarError("is missing", field=f"buffer {name}")
+    return Source(program.buffers[name], program.constants_of(name))
+
+
+def _count(passes: Iterable[Pass], entry: str, name: str) -> int:
+    """The count `name` as the first pass of an entry says it. Raises AvatarError if no pass does."""
+    for one in passes:
+        if one.entry == entry:
+            return one.count(name)
+    raise AvatarError(f"have no pass {entry}, which says {name}", field="levels")
+
+
 def read_level(program: Program, level: int, columns: Columns, position_rule: str) -> LevelArrays:
     """The Gaussians of one level. The program has passed `check_program`."""
     own = program.levels[level]
-    rows, terms = [run.count for run in own.chunks], own.deform[0].count("sh_terms")
+    rows, terms = [run.count for run in own.chunks], _count(own.deform, "blend", "sh_terms")
     n = own.rows
 
     def chunks(kind: str) -> _Chunks:
@@ -108,8 +125,8 @@ def read_level(program: Program, level: int, columns: Columns, position_rule: st
 
 
 def _embedding(program: Program, embed: _Chunks, position_rule: str) -> Embedding:
-    mesh = Source(program.buffers["SurfaceStatic"], program.constants_of("SurfaceStatic"))
-    vertices = next(one.count("vertices") for one in program.passes() if one.entry == "bind_vertices")
+    mesh = _source(program, "SurfaceStatic")
+    vertices = _count(program.passes(), "bind_vertices", "vertices")
     triangles: U32 = mesh.section("corners").astype(np.uint32).reshape(3, -1).T.copy()
     ids = [np.zeros(0, np.uint32), *(source.section("triangle_ids") for source in embed.sources)]
     along = position_rule in NORMAL_POSITIONS

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from avatar_runtime.avatar import F32, SparseRows
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.program.codes import Codes, decode
 from avatar_runtime.program.model import WORD, Array, Buffer, Constant, Run, Section
 
@@ -98,20 +99,32 @@ class Source:
     constants: Mapping[str, Constant]
 
     def section(self, name: str) -> Array:
-        """The elements of a section."""
-        return next(s.elements for s in self.buffer.sections if s.name == name)
+        """The elements of a section. Raises AvatarError if there is none of that name."""
+        for section in self.buffer.sections:
+            if section.name == name:
+                return section.elements
+        raise AvatarError("is missing", field=f"buffer {self.buffer.name}, {name}")
 
     def floats(self, name: str) -> F32:
         """The elements of a section of float32."""
         return self.section(name).view(np.float32)
 
     def codes(self, name: str, kind: str, rows: int, channels: int, columns: int) -> Codes | None:
-        """The codes of an array [rows, channels] stored by row; None if it is stored as float32."""
-        width = self.constants[f"{name}_width"]
+        """The codes of an array [rows, channels] stored by row; None if it is stored as float32.
+
+        Raises AvatarError for a scale that is not of that many channels and columns, and where no pass says the width.
+        """
+        width = self.constants.get(f"{name}_width")
+        if width is None:
+            raise AvatarError("no pass reads it", field=f"buffer {self.buffer.name}, {name}")
         if width == 32:
             return None
         scale = self.floats(f"{name}_{SCALE_NAMES[kind]}")
         shape = {"linear": (channels, 2), "signed": (columns, channels)}.get(kind, (len(scale),))
+        needed = int(np.prod(shape))
+        if len(scale) != needed:
+            place = f"buffer {self.buffer.name}, {name}_{SCALE_NAMES[kind]}"
+            raise AvatarError(f"has {len(scale)} numbers; {needed} are needed", field=place)
         stored = self.section(name).reshape(rows, channels) if width else None
         return Codes(kind, stored, scale.reshape(shape))
 

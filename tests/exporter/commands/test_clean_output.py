@@ -86,7 +86,7 @@ def test_what_is_wrong_with_such_a_bundle_is_one_line_each(run: Run, hostile: Pa
     forged = replace(
         avatar,
         expressions=(face, again, *avatar.expressions[2:]),
-        driving=replace(avatar.driving, outputs=("expression/exp_003",), matrix=avatar.driving.matrix[:1]),  # type: ignore[index]
+        driving=replace(avatar.driving, outputs=("expression/exp_003",), matrix=avatar.driving.matrix[:1]),
     )
     bundle = bundles.write(tmp_path / "forged", forged)
     code, out, _ = run("validate", bundle)

@@ -118,6 +118,9 @@ def test_inspect(run: Run, bundle: Path, sample_blendshapes: Path, sample_lam: P
     assert code == 0
     assert facts["kind"] == "bundle"
     assert facts["driving"]["unreached"] == ["tongueOut"]
+    rig = load(bundle).rig
+    assert rig is not None and rig.correctives.entries > 0
+    assert facts["rig"]["mesh_deltas"]["correctives"].startswith(f"{rig.correctives.entries} of ")
     code, text, _ = run("inspect", bundle)
     assert code == 0
     assert "rules.rotation" in text

@@ -13,6 +13,7 @@ from PIL import Image
 
 from avatar_export.playing.meshes import read_meshes
 from avatar_export.playing.sequences import PoseSequence, clip
+from avatar_export.readers.table import expect_bundle, find
 from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.bundle import load
 from avatar_runtime.io.errors import AvatarError
@@ -20,6 +21,7 @@ from avatar_runtime.player import Player
 from avatar_runtime.pose import clip_pose
 from tests.avatars import surface_avatar
 from tests.commands import Run
+from tests.session.rights import as_anybody
 
 PLAIN = ("--no-preview", "--no-engine-files", "--no-reference")
 
@@ -152,6 +154,13 @@ def test_the_folder_above_an_avatar_names_it(run: Run, sample_splatting_head: Pa
     found = sample_splatting_head / "run"
     assert (code, error.count("\n")) == (2, 1)
     assert f"is not itself an avatar, but holds {found} (splatting_avatar); pass that path" in error
+
+
+def test_a_folder_that_may_not_be_read(tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir(mode=0)
+    for open_it in (find, expect_bundle):
+        with pytest.raises(AvatarError, match=r"run: cannot be read \(Permission denied\)$"):
+            as_anybody(lambda call=open_it: call(tmp_path / "run"))
 
 
 def test_settings_that_nothing_says_are_a_warning(

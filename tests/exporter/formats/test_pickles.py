@@ -8,7 +8,6 @@ import datetime
 import pickle
 import struct
 import sys
-import time
 from collections import OrderedDict
 from pathlib import Path
 from typing import Any
@@ -251,20 +250,16 @@ def test_a_small_pickle_does_not_unfold_into_a_large_tree() -> None:
     shared_part: object = [np.zeros(3)]
     for _ in range(40):
         shared_part = [shared_part, shared_part]
-    start = time.perf_counter()
     parse_pickle(pickle.dumps(shared_part), "f")
-    assert time.perf_counter() - start < 1
 
 
 @pytest.mark.parametrize("call", [b"ccollections\nOrderedDict\nh\x00\x85R0", b"N0h\x00h\x000"])
 def test_steps_are_limited(call: bytes) -> None:
-    """A long list that is passed again and again must not cost its length each time."""
+    """A long list that is passed again and again must not cost its length each time: this would never end."""
     pairs = pickle.dumps([("a", 1)] * 20_000, 2)[:-1]
     data = pairs.replace(b"q\x00", b"q\x00", 1) + call * 400_000 + b"."
-    start = time.perf_counter()
     with pytest.raises(AvatarError, match="steps"):
         parse_pickle(data, "f")
-    assert time.perf_counter() - start < 5
 
 
 def test_names_that_cannot_be_printed_do_not_break_the_line() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from pathlib import Path
@@ -306,9 +307,17 @@ def test_assumptions_that_the_bundle_does_not_record(
 
     unit = "1 training unit a metre (assumed; --body-scale sets another number)"
     colour = "black background (assumed; there is no cfg_args in the model folder)"
-    assert assumed() == [unit, colour] and assumed(body_scale=4.0) == [colour]
+    assert assumed() == [unit, colour] and assumed(body_scale=4.0) == assumed(body_scale=1.0) == [colour]
     (tmp_path / "model" / "cfg_args").write_text("Namespace(white_bkgd=True)")
     assert assumed() == [unit] and assumed(body_scale=4.0) == []
+    rules = {"system": "gaussian_blendshapes", "training_units_per_metre": 4.0, "rules": {}}
+    (tmp_path / "model" / "rules.json").write_text(json.dumps(rules))
+    assert assumed() == ["4 training units a metre (rules.json)"] and assumed(body_scale=4.0) == []
+    assert assumed(body_scale=1.0) == ["1 training units a metre (--body-scale; rules.json says 4)"]
+    for scale, used in ((None, 4.0), (1.0, 1.0)):
+        assert (
+            read(tmp_path / "model", ReadOptions(no_rig=True, body_scale=scale)).training_per_bundle == used
+        )
 
 
 def test_teeth_of_another_degree_are_refused(blendshapes_golden: BlendshapesGolden, tmp_path: Path) -> None:

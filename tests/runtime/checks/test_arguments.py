@@ -81,8 +81,8 @@ MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
     (lambda: joint(COMPLEX), TypeError, "joint jaw is an array complex128[4, 4]; an array [4, 4] of real"),
     (lambda: joint([[1], [2, 3]]), TypeError, "joint jaw is a list; an array [4, 4] is needed"),
     (lambda: PLAYER.animate(Pose(world_from_avatar=COMPLEX)), TypeError, "world_from_avatar is an array com"),
-    (lambda: PLAYER.animate(Pose([1, 2])), TypeError, "pose.expressions is a list; a mapping by name"),  # type: ignore[arg-type]
-    (lambda: PLAYER.animate(Pose({3: 1.0})), TypeError, "a name in pose.expressions is an int; a text"),  # type: ignore[dict-item]
+    (lambda: PLAYER.animate(Pose([1, 2])), TypeError, "pose.expressions is a list; a mapping by name"),
+    (lambda: PLAYER.animate(Pose({3: 1.0})), TypeError, "a name in pose.expressions is an int; a text"),
     (lambda: frame(None, CAMERA), TypeError, "pose is None; a Pose is needed"),
     (lambda: frame({"jawOpen": 1}, CAMERA), TypeError, "pose is a dict; a Pose is needed"),
     (lambda: frame(Pose(), None), TypeError, "camera is None; a Camera is needed"),
@@ -92,13 +92,13 @@ MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
     (lambda: frame(Pose(), CAMERA, "black"), TypeError, "background is the text 'black'; an array [3]"),
     (lambda: frame(Pose(), CAMERA, None, "fast"), ValueError, "profile: 'fast' is not one of trainer, engine"),
     (lambda: frame(Pose(), CAMERA, None, 3), TypeError, "profile is an int; a text is needed"),
-    (lambda: PLAYER.animate(Pose(), 3), TypeError, "milliseconds is an int; a dict is needed"),  # type: ignore[arg-type]
+    (lambda: PLAYER.animate(Pose(), 3), TypeError, "milliseconds is an int; a dict is needed"),
     (lambda: ON_MESH.animate(Pose(), posed_vertices=COMPLEX), TypeError, "posed_vertices is an array complex"),
-    (lambda: Player("head.avatar"), TypeError, "avatar is the text 'head.avatar'; an Avatar, which load(path)"),  # type: ignore[arg-type]
+    (lambda: Player("head.avatar"), TypeError, "avatar is the text 'head.avatar'; an Avatar, which load(path)"),
     (lambda: Player(NONE), TypeError, "avatar is None; an Avatar is needed"),
     (lambda: Player(AVATAR, "gpu"), ValueError, "backend: 'gpu' is not one of reference, cpu, gl"),
-    (lambda: Player(AVATAR, 3), TypeError, "backend is an int; a text is needed"),  # type: ignore[arg-type]
-    (lambda: Player(AVATAR, level=0.5), TypeError, "level is a float; a whole number is needed"),  # type: ignore[arg-type]
+    (lambda: Player(AVATAR, 3), TypeError, "backend is an int; a text is needed"),
+    (lambda: Player(AVATAR, level=0.5), TypeError, "level is a float; a whole number is needed"),
     (lambda: opencv(intrinsics=np.eye(2)), ValueError, "intrinsics has shape [2, 2]; [3, 3] is needed"),
     (lambda: opencv(intrinsics=K.T), ValueError, "intrinsics are not [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]"),
     (lambda: opencv(intrinsics=np.diag([-9.0, 9, 1])), ValueError, "intrinsics: the focal lengths are -9 and 9"),
@@ -112,10 +112,10 @@ MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
     (lambda: orbit(yaw=np.nan), ValueError, "yaw is nan; a finite number is needed"),
     (lambda: orbit(fov_y=20), ValueError, "fov_y is 20 radians; more than 0 and less than pi is needed"),
     (lambda: replace(CAMERA, centre=np.zeros(2)), ValueError, "centre has shape [2]; [3] is needed"),
-    (lambda: replace(CAMERA, height=None), TypeError, "height is None; a whole number is needed"),  # type: ignore[arg-type]
+    (lambda: replace(CAMERA, height=None), TypeError, "height is None; a whole number is needed"),
     (lambda: clip_pose(AVATAR, CLIP, CLIP.frames), ValueError, f"frame is {CLIP.frames}; 0 to {CLIP.frames - 1}"),
     (lambda: clip_pose(AVATAR, CLIP, -1), ValueError, "frame is -1; 0 to"),
-    (lambda: clip_pose(AVATAR, CLIP, 0.5), TypeError, "frame is a float; a whole number is needed"),  # type: ignore[arg-type]
+    (lambda: clip_pose(AVATAR, CLIP, 0.5), TypeError, "frame is a float; a whole number is needed"),
     (lambda: clip_pose(AVATAR, NONE, 0), TypeError, "clip is None; a Clip is needed"),
     (
         lambda: engine_clip(AVATAR, replace(CLIP, joint_delta=CLIP.joint_delta[:, 1:])),
@@ -125,13 +125,13 @@ MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
     (lambda: engine_pose(AVATAR, NONE), TypeError, "pose is None; a Pose is needed"),
     (lambda: engine_pose(NONE, Pose()), TypeError, "avatar is None; an Avatar is needed"),
     (lambda: target_names(NONE), TypeError, "avatar is None; an Avatar is needed"),
-    (lambda: joint_rotation("xyz"), TypeError, "rotvec is the text 'xyz'; three numbers is needed"),  # type: ignore[arg-type]
+    (lambda: joint_rotation("xyz"), TypeError, "rotvec is the text 'xyz'; three numbers is needed"),
     (lambda: joint_rotation([1.0, 2.0]), ValueError, "rotvec has shape [2]; [3] is needed"),
     (lambda: joint_rotation([1.0, 2.0, np.nan]), ValueError, "rotvec holds a number that is not finite"),
     (lambda: load(NONE), TypeError, "path is None; a path is needed"),
     (lambda: Driver(NONE), TypeError, "avatar is None; an Avatar is needed"),
-    (lambda: Driver(AVATAR, handedness=3), TypeError, "handedness is an int; a text is needed"),  # type: ignore[arg-type]
-    (lambda: DRIVER.pose({"jawOpen": 1.0}), TypeError, "frame is a dict; a DrivingFrame is needed"),  # type: ignore[arg-type]
+    (lambda: Driver(AVATAR, handedness=3), TypeError, "handedness is an int; a text is needed"),
+    (lambda: DRIVER.pose({"jawOpen": 1.0}), TypeError, "frame is a dict; a DrivingFrame is needed"),
     (lambda: driven(weights=[0.5]), TypeError, "frame.weights is a list; a mapping by name is needed"),
     (lambda: driven(weights={"jawOpen": "wide"}), TypeError, "frame.weights jawOpen is the text 'wide'"),
     (lambda: driven(weights={"jawOpen": np.nan}), ValueError, "frame.weights jawOpen is nan; a finite number"),
@@ -161,7 +161,7 @@ def test_numbers_of_other_libraries_are_taken() -> None:
         assert np.array_equal(
             PLAYER.animate(Pose({"jawOpen": value})).mean, PLAYER.animate(Pose({"jawOpen": 0.5})).mean
         )
-    image = PLAYER.frame(Pose(joints={"jaw": np.eye(4).tolist()}), CAMERA, np.array([0, 0, 0])).image  # type: ignore[dict-item,arg-type]
+    image = PLAYER.frame(Pose(joints={"jaw": np.eye(4).tolist()}), CAMERA, np.array([0, 0, 0])).image
     assert np.array_equal(image.colour, PLAYER.frame(Pose(), CAMERA, (0, 0, 0)).image.colour)
     assert opencv(width=np.int64(8), intrinsics=K.astype(int).tolist()).width == 8
 

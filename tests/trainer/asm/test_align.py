@@ -19,10 +19,10 @@ from avatar_trainer.asm.align import (
     placed_by_pairs,
     refined,
     scan_to_mesh,
-    vertex_normals,
 )
 from avatar_trainer.asm.kernels.closest import triangle_tree
 from avatar_trainer.asm.register.fit import template_keypoints
+from avatar_trainer.normals import vertex_normals
 from tests.measured import Measure
 from tests.trainer.asm.toy import grid, scan, surface
 

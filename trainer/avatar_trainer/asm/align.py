@@ -123,17 +123,6 @@ def in_face(points: F64, keypoints: Keypoints, widened: float = 1.0) -> I64:
     return np.flatnonzero(np.sum((points - centre) ** 2, axis=1) <= (widened * radius) ** 2)
 
 
-def vertex_normals(vertices: F64, triangles: I64) -> F64:
-    """Unit normals [V, 3], triangles weighted by area; 0 for a vertex without triangle."""
-    corner = vertices[triangles]
-    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    found = np.zeros_like(vertices)
-    for k in range(3):
-        np.add.at(found, triangles[:, k], across)
-    unit: F64 = found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-300)
-    return unit
-
-
 def refined(points: F64, vertices: F64, tree: TriangleTree) -> tuple[Placement, F64]:
     """(the rigid motion that brings `points` nearest to the mesh, their distances [N] then).
 

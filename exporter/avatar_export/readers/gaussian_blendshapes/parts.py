@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from avatar_export.options import ReadOptions
 from avatar_export.readers.gaussian_blendshapes.layout import EYELIDS, JOINTS, SYSTEM
 from avatar_export.readers.gaussian_blendshapes.sources import FaceSource, MouthSource
 from avatar_export.sparse import SparseRowsBuilder
@@ -24,11 +23,11 @@ class Parts:
     """Collects the face and the teeth into one set of arrays, in metres, dropping deltas below `threshold`."""
 
     def __init__(
-        self, face: FaceSource, mouths: list[MouthSource], columns: int, options: ReadOptions
+        self, face: FaceSource, mouths: list[MouthSource], columns: int, scale: float, exact: bool
     ) -> None:
-        self.unit = np.float32(1 / options.body_scale)
+        self.unit = np.float32(1 / scale)
         self.coefficients = face.coefficients
-        self.threshold = dict.fromkeys(THRESHOLD, 0.0) if options.exact else dict(THRESHOLD)
+        self.threshold = dict.fromkeys(THRESHOLD, 0.0) if exact else dict(THRESHOLD)
         rows = face.count + sum(m.count for m in mouths)
         t = self.threshold
         self.static: list[dict[str, F32]] = []

@@ -18,7 +18,7 @@ from avatar_export.bodies.body_model import BodyModel
 from avatar_export.bodies.inputs import Inputs, find_inputs, found_file, passed_over
 from avatar_export.formats.point_cloud import first_file
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import source_files
+from avatar_export.provenance import BODY_RESTRICTION, source_files
 from avatar_export.readers.gaussian_blendshapes import rig
 from avatar_export.readers.gaussian_blendshapes.layout import (
     EYELIDS,
@@ -97,13 +97,12 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     options.refuse_beside_no_rig(("body_model", "shape", "eyelids", "anchor_faces"), SYSTEM)
     refuse_incomplete(model, options.accept_misfit)
     trained = read_rules(first_file([model.folder / RULES_FILE]), SYSTEM, PLAYED_RULES, RECORDED_RULES)
-    if options.body_scale == 1 and trained.units is not None:
-        options = replace(options, body_scale=trained.units)
+    scale = options.body_scale or trained.units or 1.0
     face, mouths = open_face(model), open_mouths(model)
     inputs = find_inputs(model.folder, options, SYSTEM)
     body = rig.body_model(inputs, options, bool(mouths))
     names = _expression_names(body, face.expressions)
-    parts = Parts(face, mouths, len(names), options)
+    parts = Parts(face, mouths, len(names), scale, options.exact)
     kept = parts.read_face(face)
     for mouth in mouths:
         parts.read_mouth(mouth)
@@ -125,9 +124,9 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         rig=baked,
         sh_degree=face.sh_degree,
         driving=_driving(names, baked),
-        raster=RasterSettings(near=0.2 / options.body_scale, background=_background(model.folder)),
+        raster=RasterSettings(near=0.2 / scale, background=_background(model.folder)),
         head_pose_in="camera",
-        training_per_bundle=options.body_scale,
+        training_per_bundle=scale,
         delta_threshold=parts.threshold,
         provenance=_provenance(model, face, kept, inputs, body, trained),
     )
@@ -162,9 +161,14 @@ def assumptions(path: Path, options: ReadOptions) -> list[str]:
     model = locate(path)
     notes = []
     stated = None if model is None else stated_units(first_file([model.folder / RULES_FILE]), SYSTEM)
-    if stated is not None:
+    if options.body_scale is not None:
+        if stated not in (None, options.body_scale):
+            notes.append(
+                f"{options.body_scale:g} training units a metre (--body-scale; {RULES_FILE} says {stated:g})"
+            )
+    elif stated is not None:
         notes.append(f"{stated:g} training units a metre ({RULES_FILE})")
-    elif options.body_scale == 1:
+    else:
         notes.append("1 training unit a metre (assumed; --body-scale sets another number)")
     if model is not None and first_file([model.folder / CONFIG]) is None:
         notes.append(f"black background (assumed; there is no {CONFIG} in the model folder)")
@@ -245,7 +249,5 @@ def _provenance(
         "face_rows_dropped": [int(row) for row in dropped],
         "source_files": source_files(files),
         "notes": _notes(inputs, body, trained),
-        "body_model_restriction": None
-        if body is None
-        else "the rig derives from the body model given; its licence goes with this bundle",
+        "body_model_restriction": None if body is None else BODY_RESTRICTION,
     }

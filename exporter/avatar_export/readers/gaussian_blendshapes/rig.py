@@ -70,7 +70,7 @@ def fit_notes(
     shape = None if given is None else read_shape(given)
     human = not not_human(avatar.rig.vertices.astype(np.float64), len(JOINTS), "")
     sides = Sides(
-        "the Gaussians", inputs.body_model.name, SYSTEM, inputs.body_model, "--body-scale", options.body_scale,
+        "the Gaussians", inputs.body_model.name, SYSTEM, inputs.body_model, "--body-scale", avatar.training_per_bundle,
         own_unit=human, accept=options.accept_misfit,
     )  # fmt: skip
     said = "--shape zero" if given is None else f"--shape {given.name}"

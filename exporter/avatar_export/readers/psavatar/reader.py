@@ -82,8 +82,7 @@ def _complete(cloud: PointCloud) -> bool:
 
 def chosen(path: Path, options: ReadOptions) -> list[str]:
     """The iteration that `read` takes."""
-    cloud = locate(path, _complete)
-    return [] if cloud is None else chosen_iteration(path, cloud)
+    return chosen_iteration(path, _complete)
 
 
 def read(path: Path, options: ReadOptions) -> Avatar:

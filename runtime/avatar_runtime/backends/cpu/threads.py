@@ -47,10 +47,15 @@ def _most() -> int:
     return int(config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
+def _layer() -> str:
+    """Which library runs Numba's threads. Raises ValueError before the first kernel has run."""
+    return str(numba.threading_layer())  # type: ignore[attr-defined]  # numba marks its types, and leaves this one out
+
+
 def _note_fork() -> None:
     global _forked
     try:
-        layer = numba.threading_layer()  # type: ignore[attr-defined]
+        layer = _layer()
     except ValueError:
         return  # no kernel has run
     _forked = layer == "omp"
@@ -70,7 +75,7 @@ def using(threads: int) -> Iterator[None]:
         raise AvatarError(FORKED, field="backend cpu")
     before = numba.get_num_threads()
     # Numba's own pool, taken where neither TBB nor OpenMP is found, ends the process if two threads enter it at once.
-    with _TURN if numba.threading_layer() == "workqueue" else nullcontext():  # type: ignore[attr-defined]
+    with _TURN if _layer() == "workqueue" else nullcontext():
         numba.set_num_threads(threads)
         try:
             yield

@@ -16,12 +16,12 @@ from avatar_trainer.asm.align import (
     in_face,
     keypoint_rows,
     placed_by_pairs,
-    vertex_normals,
 )
 from avatar_trainer.asm.kernels.closest import TriangleTree, point_to_surface
 from avatar_trainer.asm.model import rotation_matrices
 from avatar_trainer.asm.register.settings import RegisterSettings
 from avatar_trainer.asm.strain import Edges
+from avatar_trainer.normals import vertex_normals
 
 
 class Target:

@@ -12,6 +12,7 @@ import torch
 from avatar_runtime.avatar import F32, F64, I64
 from avatar_trainer.asm.kernels.zbuffer import covering, depth_buffers, in_front
 from avatar_trainer.asm.views.energy import Pairs, Texels
+from avatar_trainer.normals import vertex_normals
 
 SLACK = 0.004  # metres that a point may lie behind the depth buffer and still be seen
 CONTOUR = float(
@@ -52,21 +53,6 @@ def sight(
     pixels = x[..., :2] / np.maximum(x[..., 2:], 1e-3) * focal + principal
     buffers = depth_buffers(x, triangles, intrinsics, size)
     return Sight(x, np.sum(normal * way, axis=-1), pixels, buffers, focal, principal)
-
-
-def vertex_normals(vertices: F64, triangles: I64) -> F64:
-    """Area-weighted unit normals [V, 3]."""
-    corner = vertices[triangles]
-    area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    normal = np.stack(
-        [
-            sum(np.bincount(triangles[:, k], area[:, axis], len(vertices)) for k in range(3))
-            for axis in range(3)
-        ],
-        axis=1,
-    )
-    unit: F64 = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    return unit
 
 
 def seen_texels(found: Sight, texels: Texels) -> Bools:

@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, F64, I64, Rig
 from avatar_runtime.io.errors import AvatarError
+from avatar_trainer.normals import vertex_normals
 from avatar_trainer.systems.common.first_points import sampled
-from avatar_trainer.systems.psavatar.steady import Motion, steadiest, vertex_normals
+from avatar_trainer.systems.psavatar.steady import Motion, steadiest
 
 Mask = npt.NDArray[np.bool_]
 CANDIDATES = 10  # for each point off the mesh, of which the steadiest are taken

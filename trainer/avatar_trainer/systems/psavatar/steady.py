@@ -18,12 +18,13 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, F64, I64, U32, Rig
+from avatar_runtime.avatar import F32, F64, I64, Rig
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints
 from avatar_trainer.kernels.neighbours import nearest_others
 from avatar_trainer.kernels.smooth import Edges, smoothed
+from avatar_trainer.normals import vertex_normals
 
 NEIGHBOURS = 40  # candidates among which a point is one of the steadiest: those within about 10 mm
 NEAR = 5e-3  # metres off the mesh, that every point may stand
@@ -91,17 +92,6 @@ def _holders(rig: Rig) -> I64:
     leaf = ~np.isin(np.arange(len(parents)), parents) & (parents >= 0)
     own = np.where(leaf, parents, np.arange(len(parents)))
     result: I64 = own[weight.argmax(axis=1)]
-    return result
-
-
-def vertex_normals(vertices: F64, triangles: U32) -> F64:
-    """[V, 3] unit normals; 0 for a vertex without a triangle."""
-    corner = vertices[triangles]
-    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    total = np.zeros_like(vertices)
-    for k in range(3):
-        np.add.at(total, triangles[:, k], across)
-    result: F64 = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
     return result
 
 
