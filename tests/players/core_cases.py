@@ -14,13 +14,12 @@ import numpy as np
 
 from avatar_export.driving.live_link_csv import read_live_link_csv
 from avatar_export.packing.steps import Fineness
-from avatar_export.packing.write import prepare, write
+from avatar_export.packing.write import driving_facts, prepare, write
 from avatar_runtime.avatar import Avatar, Driving, Expression, Rules
 from avatar_runtime.backends.gl.interpreter import Interpreter
 from avatar_runtime.camera import Camera
 from avatar_runtime.codec import safetensors
 from avatar_runtime.conformance import driving_cases, encode_driving
-from avatar_runtime.driving.linear_map import linear_map
 from avatar_runtime.handedness import mirrored
 from avatar_runtime.packs import Pack, decode_pack
 from avatar_runtime.pose import PoseArrays, clip_pose, resolve
@@ -32,6 +31,7 @@ from avatar_shaders import VERSION
 from tests.avatars import full_avatar
 
 GOLDEN = Path(__file__).parents[1] / "data" / "packs" / "1.0"
+FOUND = sorted((Path(__file__).parents[1] / "fuzz" / "corpus" / "pack").glob("*/x.avatar"))
 RECORDING = Path(__file__).parents[2] / "samples" / "drive" / "live_link_face_rom_300.csv"
 POSES = 12  # random ones of each pack
 Array = np.ndarray[Any, Any]
@@ -68,6 +68,9 @@ def write_cases(folder: Path) -> None:
         (own / "poses.safetensors").write_bytes(b"".join(safetensors.encode(poses(case.avatar))))
         for name, data in encode_driving(driving_cases(case.avatar, case.handedness)).items():
             (own / name).write_bytes(data)
+    (folder / "found").mkdir()
+    for index, path in enumerate(FOUND):
+        (folder / "found" / f"{index}.avatar").write_bytes(path.read_bytes())
     (folder / "cameras.json").write_text(json.dumps(list(cameras())))
     (folder / "recording.csv").write_bytes(RECORDING.read_bytes())
     take = read_live_link_csv(RECORDING.read_bytes(), RECORDING.name)
@@ -86,13 +89,13 @@ def packs() -> Iterator[Case]:
     assert full.rig is not None
     repeated = replace(full.rig, anchor_vertices=np.array([3, 3, 3, 7, 11, 2, 19], np.uint32))
     made: dict[str, Callable[[], bytes]] = {
-        "left": lambda: _packed(mirrored(full), "left"),
-        "left_names": lambda: _packed(mirrored(named(full)), "left"),
-        "names": lambda: _packed(named(full)),
-        "head_in_matrix": lambda: _packed(nodding(full)),
+        "left": lambda: packed(mirrored(full), "left"),
+        "left_names": lambda: packed(mirrored(named(full)), "left"),
+        "names": lambda: packed(named(full)),
+        "head_in_matrix": lambda: packed(nodding(full)),
         "two_levels": lambda: write(prepare([full, full], Fineness(4.0))).file,
-        "head_bone": lambda: _packed(replace(full, rules=Rules("head_bone", "jaw", anchor="unique"))),
-        "repeats": lambda: _packed(replace(full, rig=repeated, rules=Rules("none", anchor="repeats"))),
+        "head_bone": lambda: packed(replace(full, rules=Rules("head_bone", "jaw", anchor="unique"))),
+        "repeats": lambda: packed(replace(full, rig=repeated, rules=Rules("none", anchor="repeats"))),
     }
     for name, make in made.items():
         yield _case(name, make())
@@ -115,14 +118,9 @@ def nodding(avatar: Avatar) -> Avatar:
     return replace(avatar, driving=driving)
 
 
-def _packed(avatar: Avatar, handedness: str = "right") -> bytes:
-    linear = linear_map(avatar)
-    driving = {
-        "inputs": list(linear.inputs),
-        "outputs": list(linear.outputs),
-        "matrix": linear.matrix.tolist(),
-    }
-    return write(prepare([avatar], Fineness(4.0)), {"driving": driving}, handedness=handedness).file
+def packed(avatar: Avatar, handedness: str = "right") -> bytes:
+    """A pack of one level that ARKit drives."""
+    return write(prepare([avatar], Fineness(4.0)), driving_facts(avatar), handedness=handedness).file
 
 
 def _case(name: str, file: bytes) -> Case:

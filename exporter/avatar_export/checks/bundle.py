@@ -189,9 +189,15 @@ def _rest(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
 
 
 def _bounds(avatar: Avatar, document: Mapping[str, Any]) -> Iterator[Problem]:
-    """Boxes in the manifest that differ from the Gaussians; `swept` may be another writer's, so only a warning."""
     with np.errstate(over="ignore", invalid="ignore"):
-        computed = bounds(avatar)
+        yield from bounds_problems(bounds(avatar), document)
+
+
+def bounds_problems(computed: dict[str, Any], document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Boxes in the manifest that differ from those `computed` from right-handed Gaussians.
+
+    `swept` may be another writer's, so only a warning.
+    """
     if handedness(document) == "left":
         computed = mirrored_boxes(computed)
     for name, box in computed.items():
@@ -236,4 +242,5 @@ def _short(vector: Iterable[float]) -> str:
 
 # Each takes an avatar and the manifest that describes it.
 LEVEL_CHECKS = (_gaussians, _weights)  # what a coarser level of a pack can have wrong
-VALUE_CHECKS = (_names_problems, _counts, *LEVEL_CHECKS, _rest, _bounds, _enhancer)
+PACK_CHECKS = (_names_problems, _counts, *LEVEL_CHECKS, _rest)  # of a pack's finest level
+VALUE_CHECKS = (*PACK_CHECKS, _bounds, _enhancer)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from avatar_export.levels.compositing import Flat, FlatGradient, squared_error
 from avatar_export.levels.mixing import entry_rows, unit
-from avatar_export.levels.views import SIZE, View, flattened, views
+from avatar_export.levels.views import LEVEL_POSES, SIZE, View, flattened, views
 from avatar_runtime.avatar import F32, F64, Avatar
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
@@ -43,7 +43,7 @@ def fitted(source: Avatar, level: Avatar, steps: int) -> Avatar:
     first = {name: np.zeros(shape) for name, shape in shapes.items()}
     second = {name: np.zeros(shape) for name, shape in shapes.items()}
     truth, rng = Player(source), np.random.default_rng(SEED)
-    for step, view in enumerate(views(source, steps, SIZES)):
+    for step, view in enumerate(views(source, steps, SIZES, LEVEL_POSES)):
         stride = STRIDE if view.camera.width == SIZE else 1
         x, y = rng.integers(0, stride, 2).tolist()
         gradient = _gradient(level, truth, view, stride, (x, y))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from avatar_export.images import robust_box
@@ -10,19 +12,28 @@ from avatar_export.levels.compositing import contribution
 from avatar_export.levels.fit import fitted
 from avatar_export.levels.merge import merged, merging
 from avatar_export.levels.mixing import unit
-from avatar_export.levels.views import SIZE, expressions_alone, fitting_poses, flattened, views
+from avatar_export.levels.views import (
+    LEVEL_POSES,
+    SIZE,
+    View,
+    expressions_alone,
+    fitting_poses,
+    flattened,
+    views,
+)
 from avatar_runtime.avatar import F64, I64, Avatar
 from avatar_runtime.player import Player
 from avatar_runtime.rotation import matrix_from_quat
 from avatar_schema import constants
 
-RANKING_VIEWS = 16
-RANKING_STRIDE = 2  # pixels
-UNSEEN = 0.02  # pixels of contribution over all ranking views, below which a Gaussian is dropped
-FEATURE_POSES = 8
+SUMMED_VIEWS, SUMMED_STRIDE = 16, 2
+RANKING_VIEWS = 36
+RANKING_STRIDE = 3  # pixels
+UNSEEN = 0.00125  # pixels that a Gaussian contributes at most to a ranking view, below which it is dropped
+FEATURE_POSES = 24
 GRAIN_PIXELS = 0.5  # standard deviation at SIZE pixels below which shapes look alike
 
-STEPS = 72  # of the fit
+STEPS = 144  # of the fit
 LARGE = (
     0.03  # of the avatar's size: a Gaussian that becomes larger in a pose stays alone, it is seen everywhere
 )
@@ -43,7 +54,7 @@ def coarser(avatar: Avatar, keep: float, steps: int = STEPS) -> Avatar:
     count = max(len(avatar.groups), round(keep * avatar.gaussians.count))
     if count >= avatar.gaussians.count:
         return avatar
-    mass = measured_contribution(avatar)
+    mass = largest_contribution(avatar)
     kept = _kept(avatar, mass, count)
     weight = np.maximum(mass[kept], UNSEEN)
     size = float(np.ptp(np.stack(robust_box(avatar.gaussians.mean)), axis=0).max())
@@ -53,13 +64,31 @@ def coarser(avatar: Avatar, keep: float, steps: int = STEPS) -> Avatar:
 
 
 def measured_contribution(avatar: Avatar) -> F64:
-    """[N] pixels that each Gaussian contributes over the ranking views: transmittance times alpha, summed."""
+    """[N] pixels that each Gaussian contributes over a few views: transmittance times alpha, summed."""
     total = np.zeros(avatar.gaussians.count)
-    player = Player(avatar)
-    for view in views(avatar, RANKING_VIEWS):
-        flat = flattened(avatar, player.animate(view.pose), view.camera, RANKING_STRIDE)
-        total[flat.row] += contribution(flat, SIZE // RANKING_STRIDE, SIZE // RANKING_STRIDE)
-    return total * RANKING_STRIDE**2
+    for row, pixels in _contributions(avatar, views(avatar, SUMMED_VIEWS), SUMMED_STRIDE):
+        total[row] += pixels
+    return total
+
+
+def largest_contribution(avatar: Avatar) -> F64:
+    """[N] the same in the one view of many that shows most of each Gaussian.
+
+    Levels go by it: teeth and closed eyelids are seen in few views, and look as bad there as anything.
+    """
+    most = np.zeros(avatar.gaussians.count)
+    seen = views(avatar, RANKING_VIEWS, poses_count=LEVEL_POSES)
+    for row, pixels in _contributions(avatar, seen, RANKING_STRIDE):
+        most[row] = np.maximum(most[row], pixels)
+    return most
+
+
+def _contributions(avatar: Avatar, seen: list[View], stride: int) -> Iterator[tuple[I64, F64]]:
+    """Of each view the ids that are drawn, and the pixels that each contributes; every `stride`-th is looked at."""
+    player, size = Player(avatar), SIZE // stride
+    for view in seen:
+        flat = flattened(avatar, player.animate(view.pose), view.camera, stride)
+        yield flat.row, contribution(flat, size, size) * stride**2
 
 
 def _kept(avatar: Avatar, mass: F64, count: int) -> I64:
@@ -77,7 +106,7 @@ def _features(avatar: Avatar, kept: I64, mass: F64, size: float) -> Features:
     g, player = avatar.gaussians, Player(avatar)
     axes = matrix_from_quat(unit(g.quat_wxyz[kept]))
     variance = np.exp(2 * g.log_scale[kept].astype(np.float64))
-    poses = fitting_poses(avatar)
+    poses = fitting_poses(avatar, LEVEL_POSES)
     posed = [player.animate(pose) for pose in poses[:: max(1, len(poses) // FEATURE_POSES)]]
     scales = [s.scale[kept] for s in (*posed, *map(player.animate, expressions_alone(avatar)))]
     before = g.log_scale[kept].mean(axis=1)

@@ -18,6 +18,7 @@ from avatar_runtime.stages.sort import sort
 
 SIZE = 512  # pixels along the edge of an image
 POSES = 24
+LEVEL_POSES = 72  # for a level: what few poses show, such as teeth, is merged and fitted in those
 CLIP_SHARE = 0.5  # of the poses, where the avatar has clips
 EXPRESSIONS_AT_ONCE = 6  # in a pose made of ranges
 JOINT_TURN = 0.15  # radians, standard deviation in a pose made of ranges
@@ -39,9 +40,11 @@ class View:
     camera: Camera
 
 
-def views(avatar: Avatar, count: int, sizes: tuple[int, ...] = (SIZE,)) -> list[View]:
+def views(
+    avatar: Avatar, count: int, sizes: tuple[int, ...] = (SIZE,), poses_count: int = POSES
+) -> list[View]:
     """`count` views: all poses and `sizes` (pixels) in turn, cameras spread evenly. The same ones every time."""
-    poses = fitting_poses(avatar)
+    poses = fitting_poses(avatar, poses_count)
     box = posed_box(avatar, poses[:: max(1, len(poses) // 6)])
     result = []
     for index in range(count):
@@ -56,9 +59,9 @@ def views(avatar: Avatar, count: int, sizes: tuple[int, ...] = (SIZE,)) -> list[
     return result
 
 
-def fitting_poses(avatar: Avatar) -> list[Pose]:
-    """The pose at rest, moments of the avatar's clips, and random poses within its ranges; none moves in the world."""
-    return [Pose(), *_poses(avatar, POSES - 1, 0.5, SEED)]
+def fitting_poses(avatar: Avatar, count: int = POSES) -> list[Pose]:
+    """`count` poses: at rest, moments of the avatar's clips, random ones within its ranges; none moves in the world."""
+    return [Pose(), *_poses(avatar, count - 1, 0.5, SEED)]
 
 
 def judging_views(avatar: Avatar, size: int) -> list[View]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,16 @@ def framing(avatar: Avatar) -> dict[str, Any]:
         "whole": _part(avatar, np.arange(avatar.gaussians.count)),
         "head": _part(avatar, _head_rows(avatar)),
     }
+
+
+def left_framing(framed: Mapping[str, Any]) -> dict[str, Any]:
+    """`framing` in the left-handed frame: x of the targets changes its sign."""
+    found = dict(framed)
+    for name in ("whole", "head"):
+        if found[name] is not None:
+            x, y, z = found[name]["target"]
+            found[name] = {**found[name], "target": [-x, y, z]}
+    return found
 
 
 def _part(avatar: Avatar, rows: npt.NDArray[np.int64]) -> dict[str, list[float]] | None:
@@ -93,14 +104,18 @@ def still_pose(avatar: Avatar) -> Pose:
 
 
 def preview_webp(avatar: Avatar, size: int = PREVIEW_SIZE) -> bytes:
-    """A still image of the whole avatar, a square WebP of `size` pixels with a transparent background.
+    """`preview_image` as a WebP."""
+    return webp(preview_image(avatar, size))
+
+
+def preview_image(avatar: Avatar, size: int) -> npt.NDArray[np.uint8]:
+    """A still image of the whole avatar, [size, size, 4] with a transparent background.
 
     Backend `reference` draws it, so that the same avatar gives the same pixels with and without faster backends.
     """
     pose = still_pose(avatar)
     camera = frame_camera(seen(avatar, pose), size, size, float(PREVIEW_YAW))
-    pixels = Player(avatar, "reference").frame(pose, camera, (0.0, 0.0, 0.0)).rgba8()
-    return webp(pixels)
+    return Player(avatar, "reference").frame(pose, camera, (0.0, 0.0, 0.0)).rgba8()
 
 
 def webp(pixels: npt.NDArray[np.uint8]) -> bytes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -39,15 +39,23 @@ def bounds(avatar: Avatar) -> dict[str, Any]:
         return _bounds(avatar)
 
 
+def bounds_of_levels(levels: Sequence[Avatar]) -> dict[str, Any]:
+    """`bounds` of the finest of `levels`, with a `swept` that holds the others too: merged Gaussians reach farther."""
+    boxes = [bounds(level) for level in levels]
+    low = np.min([one["swept"]["min"] for one in boxes], axis=0)
+    high = np.max([one["swept"]["max"] for one in boxes], axis=0)
+    return {**boxes[0], "swept": {"min": low.tolist(), "max": high.tolist()}}
+
+
 def _bounds(avatar: Avatar) -> dict[str, Any]:
     g = avatar.gaussians
-    reach = _reach(np.exp(g.log_scale), g.quat_wxyz)
-    rest = box(g.mean - reach, g.mean + reach)
+    extent = reach(np.exp(g.log_scale), g.quat_wxyz)
+    rest = box(g.mean - extent, g.mean + extent)
     low, high = _swept(avatar)
-    for mean, extent in _clip_frames(avatar):
-        low, high = np.fmin(low, mean - extent), np.fmax(high, mean + extent)  # NaN is not drawn
+    for mean, around in _clip_frames(avatar):
+        low, high = np.fmin(low, mean - around), np.fmax(high, mean + around)  # NaN is not drawn
     # The rig's rest may differ from the canonical mesh, and the sums above round.
-    low, high = np.fmin(low, g.mean - reach), np.fmax(high, g.mean + reach)
+    low, high = np.fmin(low, g.mean - extent), np.fmax(high, g.mean + extent)
     return {"rest": rest, "swept": box(low, high)}
 
 
@@ -84,8 +92,8 @@ def swept_surface(avatar: Avatar, embedding: Embedding) -> tuple[F64, F64]:
         "nc,ncx->nx", embedding.barycentric, embedding.canonical_vertices[embedding.vertex_ids]
     )
     height = np.linalg.norm(avatar.gaussians.mean - at_rest, axis=1)
-    reach = (radius[embedding.vertex_ids].max(axis=1) + STRETCH * (height + size))[:, None]
-    return foot - reach, foot + reach
+    extent = (radius[embedding.vertex_ids].max(axis=1) + STRETCH * (height + size))[:, None]
+    return foot - extent, foot + extent
 
 
 def _vertex_balls(avatar: Avatar, rig: Rig) -> tuple[F64, F64]:
@@ -112,10 +120,10 @@ def _clip_frames(avatar: Avatar) -> Iterator[tuple[F64, F64]]:
     for index in np.unique(np.linspace(0, len(frames) - 1, min(len(frames), CLIP_FRAMES)).astype(int)):
         clip, frame = frames[index]
         splats = player.animate(replace(clip_pose(avatar, clip, frame), world_from_avatar=np.eye(4)))
-        yield splats.mean.astype(np.float64), _reach(splats.scale, splats.quat_wxyz)
+        yield splats.mean.astype(np.float64), reach(splats.scale, splats.quat_wxyz)
 
 
-def _reach(scale: F32, quat_wxyz: F32) -> F64:
+def reach(scale: F32, quat_wxyz: F32) -> F64:
     """Half-size of each Gaussian's axis-aligned box at `SIGMAS` standard deviations, [N, 3]."""
     unit = quat_wxyz / np.maximum(np.linalg.norm(quat_wxyz, axis=1, keepdims=True), 1e-12)
     axes = matrix_from_quat(unit) * scale[:, None, :]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from avatar_export.levels import coarser, height_px
-from avatar_export.measure.framing import framing, preview_webp
+from avatar_export.measure.framing import framing, left_framing, preview_webp
 from avatar_export.measure.poses import poses
 from avatar_export.measure.report import report_html
 from avatar_export.measure.views import views
@@ -17,10 +17,9 @@ from avatar_export.ops.active_sh import with_active_sh
 from avatar_export.packing.reference import reference_folder, reference_of, refuse_folder, write_folder
 from avatar_export.packing.search import Found, Target, search
 from avatar_export.packing.steps import Fineness
-from avatar_export.packing.write import Packing, Prepared, prepare, write
+from avatar_export.packing.write import Packing, Prepared, driving_facts, prepare, write
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import default_backend
-from avatar_runtime.driving.linear_map import linear_map
 from avatar_runtime.handedness import mirrored
 from avatar_runtime.io.text_files import refuse_existing, write_bytes, write_text
 from avatar_runtime.packs import decode_pack, placed
@@ -210,24 +209,7 @@ def _facts(
     facts["levels"][0].pop("error")  # stands in `error`
     if choices.handedness == "left":
         facts["framing"] = left_framing(facts["framing"])
-    if finest.driving.mode != "none":
-        linear = linear_map(mirrored(finest) if choices.handedness == "left" else finest)
-        facts["driving"] = {
-            "inputs": list(linear.inputs),
-            "outputs": list(linear.outputs),
-            "matrix": [[float(v) for v in row] for row in linear.matrix],
-        }
-    return facts
-
-
-def left_framing(framed: Mapping[str, Any]) -> dict[str, Any]:
-    """`framing` in the left-handed frame: x of the targets changes its sign."""
-    found = dict(framed)
-    for name in ("whole", "head"):
-        if found[name] is not None:
-            x, y, z = found[name]["target"]
-            found[name] = {**found[name], "target": [-x, y, z]}
-    return found
+    return facts | driving_facts(mirrored(finest) if choices.handedness == "left" else finest)
 
 
 def _settings(choices: Choices, found: Found | None) -> dict[str, str]:

@@ -11,7 +11,7 @@ import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 
-from avatar_export.packing.write import Prepared, write
+from avatar_export.packing.write import Prepared, driving_facts, write
 from avatar_export.version import GENERATOR
 from avatar_export.writers.reference import make_for, readable
 from avatar_runtime.avatar import Avatar
@@ -49,7 +49,7 @@ def reference_of(avatar: Avatar, handedness: str, file: bytes) -> Files:
     reference = make_for(right, avatar, handedness, pinned, RUNTIME)
     part = subset(avatar, reference.rows, reference.vertices).avatar
     assert part.packed is not None
-    mini = write(Prepared((part,), part.packed.program, False), handedness=handedness)
+    mini = write(Prepared((part,), part.packed.program, False), driving_facts(avatar), handedness=handedness)
     driving = driving_cases(avatar, handedness, GENERATOR)
     more = encode_driving(driving) if driving.cases else {}
     return {**readable(reference, avatar), **more, MINI: mini.file}

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import avatar_shaders
-from avatar_export.ops.bounds import bounds
+from avatar_export.ops.bounds import bounds_of_levels
 from avatar_export.packing.quantise import quantised
 from avatar_export.packing.steps import CLIP_STEPS, Fineness
 from avatar_export.version import GENERATOR
@@ -17,6 +17,7 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.codec.pack import PackFile, encode
+from avatar_runtime.driving.linear_map import linear_map
 from avatar_runtime.handedness import mirrored, mirrored_boxes
 from avatar_runtime.packs import RIG_ARRAYS, clip_arrays, placed, with_program
 from avatar_runtime.program.bake import bake_levels
@@ -52,6 +53,15 @@ def pack(
 ) -> Packing:
     """`write` of `prepare`."""
     return write(prepare(levels, fine), facts, preview)
+
+
+def driving_facts(avatar: Avatar) -> dict[str, Any]:
+    """What a document says of how ARKit drives `avatar`, which stands in the pack's frame; nothing where none does."""
+    if avatar.driving.mode == "none":
+        return {}
+    linear = linear_map(avatar)
+    matrix = [[float(value) for value in row] for row in linear.matrix]
+    return {"driving": {"inputs": list(linear.inputs), "outputs": list(linear.outputs), "matrix": matrix}}
 
 
 def prepare(levels: Sequence[Avatar], fine: Fineness | None) -> Prepared:
@@ -114,7 +124,7 @@ def _sharing(finest: tuple[Avatar, Coded], level: tuple[Avatar, Coded]) -> tuple
 
 def document_of(avatar: Avatar, levels: Sequence[Avatar], handedness: str) -> dict[str, Any]:
     """The document of a pack but for its program and arrays."""
-    boxes = bounds(placed(mirrored(avatar) if handedness == "left" else avatar))
+    boxes = bounds_of_levels([placed(mirrored(one) if handedness == "left" else one) for one in levels])
     boxes = mirrored_boxes(boxes) if handedness == "left" else boxes
     manifest = codec.encode(avatar, [], boxes, GENERATOR, handedness=handedness)
     for unneeded in ("files", "engine", "reference", "enhancer"):

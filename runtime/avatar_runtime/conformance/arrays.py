@@ -82,6 +82,7 @@ FLIP_STEP = 4e-3  # a little more than 1/255, the alpha that is lost or gained
 WHEN: Mapping[str, Callable[[Avatar], bool]] = {
     "always": lambda avatar: True,
     "rig": lambda avatar: avatar.rig is not None,
+    "mesh": lambda avatar: avatar.rig is not None and len(avatar.rig.vertices) > 0,
     "anchor": lambda avatar: any(group.binding == "anchor" for group in avatar.groups),
     "skin": lambda avatar: avatar.embedding is None,
     "surface": lambda avatar: avatar.embedding is not None,
@@ -111,12 +112,12 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
     "morph": Stage(
         (_WEIGHTS_IN, _f32("pose_feature", "F")),
         (Array("vertices", "float32", ("V", 3), 32),),  # a sum over expressions and features
-        when="rig",
+        when="mesh",
     ),
     "skin": Stage(
         (_f32("vertices", "V", 3), _f32("skin_matrix", "J", 4, 4), _LATE_IN),
         (Array("posed_vertices", "float32", ("V", 3), 64),),  # a sum of matrices, one product, late morphs
-        when="rig",
+        when="mesh",
     ),
     "blend": Stage(
         (_WEIGHTS_IN,),

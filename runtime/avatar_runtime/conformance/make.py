@@ -25,7 +25,7 @@ from avatar_runtime.conformance.stages import at_pixels, posed_anchors, run_stag
 from avatar_runtime.pose import resolve
 from avatar_runtime.stages.groups import group_transforms
 from avatar_runtime.stages.raster import PROFILES, Image
-from avatar_runtime.subset import Subset
+from avatar_runtime.subset import Subset, subset
 
 ROWS = 512  # Gaussians, and about as many vertices
 PIXELS = 4096  # of each stage raster
@@ -62,6 +62,10 @@ def make_reference(
     Raises AvatarError for a pose that names what the avatar lacks.
     """
     part = thinned(avatar, rows)
+    if (
+        avatar.packed is not None and avatar.rig is not None
+    ):  # its players pose all anchor vertices themselves
+        part = subset(avatar, part.rows, np.concatenate([part.vertices, avatar.rig.anchor_vertices]))
     tensors: dict[str, Tensor] = {}
     vectors = tuple(_case(avatar, part, case, tensors, pixels, maker) for case in cases)
     return Reference(maker.made_by, generator, avatar.name, part.rows, part.vertices, tensors, vectors)

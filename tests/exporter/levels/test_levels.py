@@ -13,6 +13,7 @@ from avatar_export.levels import coarser, height_px
 from avatar_export.levels.compositing import Flat, contribution, squared_error
 from avatar_export.levels.embed import embedded
 from avatar_export.levels.height import psnr_db
+from avatar_export.levels.level import largest_contribution
 from avatar_export.levels.merge import merged, merging
 from avatar_export.levels.mixing import unit
 from avatar_export.levels.views import flattened, judging_views
@@ -33,7 +34,7 @@ def trained(name: str) -> Avatar:
 
 @cache
 def body_level() -> Avatar:
-    return coarser(trained("body_splatting"), 0.5, steps=4)
+    return coarser(trained("body_splatting"), 0.5, steps=12)
 
 
 def test_a_level_is_a_sound_avatar_that_looks_like_its_source() -> None:
@@ -58,6 +59,17 @@ def test_the_same_avatar_gives_the_same_level() -> None:
     small = _rows(trained("body_splatting"), rows)
     assert_same(coarser(small, 0.5, steps=2), coarser(small, 0.5, steps=2))
     assert coarser(small, 1.0) is small
+
+
+def test_what_one_view_alone_shows_counts_as_much_as_what_all_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = _rows(trained("body_splatting"), np.arange(0, 12000, 40))
+    front, left, right = judging_views(source, 512)[:3]
+    found = []
+    for seen in ([front], [left], [right], [front, front, front, left, right]):
+        monkeypatch.setattr("avatar_export.levels.level.views", lambda *_, seen=seen, **__: seen)
+        found.append(largest_contribution(source))
+    np.testing.assert_allclose(found[3], np.max(found[:3], axis=0), rtol=1e-6)
+    assert (found[0] != found[1]).any()
 
 
 @pytest.mark.parametrize("keep", [0.0, -1.0, 1.5, float("nan")])

@@ -18,7 +18,7 @@ from avatar_export.packing.reference import (
     write_folder,
 )
 from avatar_export.packing.steps import Fineness
-from avatar_export.packing.write import pack
+from avatar_export.packing.write import driving_facts, pack
 from avatar_runtime.avatar import Avatar, Packed
 from avatar_runtime.backends.gl.context import own_context
 from avatar_runtime.conformance import conform
@@ -135,6 +135,17 @@ def test_a_packs_reference_is_repeated_by_every_backend(name: str, tmp_path: Pat
     assert mini.gaussians.count == len(reference.rows)
     np.testing.assert_array_equal(mini.gaussians.sh, avatar.gaussians.sh[reference.rows])
     assert widths(mini) == widths(avatar)
+
+
+def test_the_small_pack_of_a_reference_is_driven_as_the_pack() -> None:
+    source = full_avatar(3)
+    source = replace(
+        source, driving=replace(source.driving, mode="names", inputs=(), outputs=(), matrix=None)
+    )
+    made = pack([source], COARSE, driving_facts(source))
+    mini = reference_of(made.avatar, "right", made.file)["mini.avatar"]
+    whole, small = (decode_pack(file, "x").document["driving"] for file in (made.file, mini))
+    assert small == whole and "jawOpen" in whole["inputs"]
 
 
 def test_a_reference_of_another_pack_is_refused(tmp_path: Path) -> None:

@@ -1,7 +1,9 @@
 // Files and downloads that nobody should trust: one AvatarError each, no other exception, no large memory.
 
 import assert from "node:assert/strict";
+import { readdirSync } from "node:fs";
 import { createServer } from "node:http";
+import { join } from "node:path";
 import { test } from "node:test";
 import { gunzipSync, gzipSync } from "node:zlib";
 import { bytes, core, PACKS, random } from "./harness.mjs";
@@ -259,6 +261,12 @@ test(`${MUTATIONS} changed packs load, or are refused in one line`, async () => 
   }
   assert.ok(counts.loaded > MUTATIONS / 100 && counts.refused > MUTATIONS / 2, JSON.stringify(counts));
   assert.ok(most < 256 << 20, `${most} bytes`);
+});
+
+test("packs that once broke a reader load, or are refused in one line", async () => {
+  for (const name of readdirSync(join(process.env.AVATAR_CASES, "found"))) {
+    await core.load(bytes("found", name)).catch((error) => assert.equal(error.name, "AvatarError", error.stack));
+  }
 });
 
 /** A server of one answer; `use` gets its address. */
