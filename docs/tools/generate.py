@@ -44,12 +44,19 @@ PORTER = {
     "reader": lambda _: fenced("js", ROOT / "engine_shaders" / "web" / "read_reference.mjs"),
     "skin_numbers": lambda _: worked_numbers.skin_numbers(),
     "surface_numbers": lambda _: worked_numbers.surface_numbers(),
+    "unity_steps": lambda _: unity_steps(),
 }
 
 
 def fenced(language: str, file: Path) -> str:
     """A file of the repository as code on a page."""
     return f"```{language}\n{file.read_text('utf-8').strip()}\n```"
+
+
+def unity_steps() -> str:
+    """The steps of docs/unity.md, for the page that Unity's Package Manager opens."""
+    text = (ROOT / "docs" / "unity.md").read_text("utf-8")
+    return text.partition("<!-- steps -->")[2].partition("<!-- end steps -->")[0]
 
 
 made_cache: dict[Path, str] = {}
@@ -59,7 +66,8 @@ def made() -> dict[Path, str]:
     """Every made page, and every page with a made section, as it should be."""
     if not made_cache:
         made_cache.update(command_pages.pages())
-        for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))):
+        beside = sorted((ROOT / "players" / "unity" / "Documentation~").glob("*.md"))
+        for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), *beside):
             if page not in made_cache and SECTION.search(text := page.read_text("utf-8")):
                 made_cache[page] = SECTION.sub(lambda match, page=page: filled(match, page), text)
     return made_cache

@@ -1,7 +1,7 @@
 """`python -m avatar_shaders`: makes everything that is made from hlsl/ and from the tables of avatar_schema.
 
 That is hlsl/constants.hlsli, hlsl/rules.hlsli, glsl430/, glsl310es/, msl/, wgsl/ and reflection.json, and in a checkout
-the copies in the engine folders beside this package and the modules of the web player.
+the copies for engines, the modules of the web player, and the tables and .meta files of the Unity player.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from avatar_shaders.engines import engine_files
+from avatar_shaders.csharp import csharp_files
+from avatar_shaders.engines import UNITY, engine_files, unity_metas
 from avatar_shaders.entries import LANGUAGES
 from avatar_shaders.generate import HLSL, PACKAGE, generate_all
 from avatar_shaders.headers import made_headers
@@ -20,7 +21,8 @@ from avatar_shaders.web import web_files
 ENGINES = PACKAGE.parent
 ROOT = ENGINES.parent
 WEB = "players/web/src/made"
-IN_CHECKOUT = (ENGINES / "unity" / "package.json").is_file()  # an installed package has no engine folders
+CSHARP = f"{UNITY}/Core/Made"
+IN_CHECKOUT = (ENGINES / "unreal").is_dir()  # an installed package has no engine folders
 MADE = "by `python -m avatar_shaders`; do not edit"
 
 
@@ -54,10 +56,13 @@ def made_files() -> dict[str, str]:
     """{path below the checkout, or below what this package is in: text} of everything made. Raises ShaderError."""
     texts = {f"hlsl/{name}": text for name, text in made_headers().items()} | generate_all()
     files = {f"{PACKAGE.name}/{path}": text for path, text in texts.items()}
-    files |= engine_files(ENGINES) if IN_CHECKOUT else {}
     files = {f"{ENGINES.name}/{path}": text for path, text in files.items()}
-    web = web_files(texts) if IN_CHECKOUT else {}
-    return files | {f"{WEB}/{name}": text for name, text in web.items()}
+    if IN_CHECKOUT:
+        files |= {f"{WEB}/{name}": text for name, text in web_files(texts).items()}
+        files |= {f"{CSHARP}/{name}": text for name, text in csharp_files(texts).items()}
+        files |= engine_files()
+        files |= unity_metas(ROOT, files)
+    return files
 
 
 def differing() -> list[str]:
@@ -70,9 +75,9 @@ def differing() -> list[str]:
 def stale(files: dict[str, str]) -> list[Path]:
     """Made files that are no longer made."""
     folders = [PACKAGE / language for language in LANGUAGES]
-    folders += [ENGINES / "unity", ENGINES / "unreal", ROOT / WEB] if IN_CHECKOUT else []
+    folders += [ENGINES / "unreal", ROOT / WEB, ROOT / UNITY] if IN_CHECKOUT else []
     present = [path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()]
-    made = [path for path in present if path.suffix == ".meta" or MADE in path.read_text("utf-8")]
+    made = [path for path in present if path.suffix == ".meta" or MADE.encode() in path.read_bytes()]
     return [path for path in made if str(path.relative_to(ROOT)) not in files]
 
 

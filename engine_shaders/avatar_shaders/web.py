@@ -187,8 +187,13 @@ def _constants() -> str:
         for name, entry in table("constants.json").items()
         if not isinstance(entry["value"], list)
     ]
-    for file in ("platform.hlsli", "sort.hlsli", "raster.hlsli"):
-        for name, value, about in _MACRO.findall((HLSL / file).read_text("utf-8")):
-            number = value.strip("()").replace("AVATAR_", "")
-            lines.append(f"/** {about} */\nexport const {name} = {number};\n")
+    for name, number, about in macros():
+        lines.append(f"/** {about} */\nexport const {name} = {number};\n")
     return "".join(lines)
+
+
+def macros() -> list[tuple[str, str, str]]:
+    """(name, number or formula, comment) of every macro of a number that a player's own code may need."""
+    texts = [(HLSL / file).read_text("utf-8") for file in ("platform.hlsli", "sort.hlsli", "raster.hlsli")]
+    found = [row for text in texts for row in _MACRO.findall(text)]
+    return [(name, value.strip("()").replace("AVATAR_", ""), about) for name, value, about in found]

@@ -9,8 +9,10 @@ CPU time and peak resident memory are those of one fresh process a conversion.
     python -m tests.bench --only backends
 
 compares the backends alone, `--only training` measures the differentiable renderer, `--only posing` what a pose costs
-before anything is drawn, and `--only packs` packs the head and plays the pack. `python -m tests.bench.packs` packs
-every avatar to its budget; `python -m tests.bench.gl_speed` gives frames per second on a GPU.
+before anything is drawn, `--only unity` what it costs in C#, and `--only packs` packs the
+head and plays the pack.
+`python -m tests.bench.packs` packs every avatar to its budget; `python -m tests.bench.gl_speed` gives frames per second
+on a GPU.
 """
 
 from __future__ import annotations
@@ -110,6 +112,14 @@ def compared_rows(folder: Path, gaussians: int) -> list[Row]:
         first = start(folder / "bundle_head", {"NUMBA_CACHE_DIR": cache})
     later = [start(folder / "bundle_head", {}) for _ in range(REPEATS)]
     return [*rows, ("cpu_first_start", first, "s"), ("cpu_second_start", statistics.median(later), "s")]
+
+
+def unity_rows() -> list[Row]:
+    """What a pose costs in the core of the Unity player."""
+    command = [sys.executable, "-m", "tests.players.unity_speed"]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    lines = [line.split() for line in printed.splitlines()]
+    return [(f"unity_{name}", float(milliseconds), "ms") for name, milliseconds in lines]
 
 
 def start(bundle: Path, environment: dict[str, str]) -> float:
@@ -227,6 +237,7 @@ PARTS: dict[str, Callable[[Path, int], list[Row]]] = {
     "backends": compared_rows,
     "training": training_rows,
     "posing": lambda folder, gaussians: posing_rows(),
+    "unity": lambda folder, gaussians: unity_rows(),
     "packs": lambda folder, gaussians: pack_rows(head(folder, gaussians)),
 }
 

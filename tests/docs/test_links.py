@@ -18,10 +18,13 @@ FOLDERS = (
     "trainer",
     "tests/data/bundles",
     "tests/data/golden",
+    "players",
+    "players/unity",
+    "players/unity/Documentation~",
     ".github",
 )
 # Paths of the repository in prose: from its root. Words in capitals and stars stand for something else.
-SOURCES = "schema|engine_shaders|runtime|exporter|trainer|samples|docs|tests"
+SOURCES = "schema|engine_shaders|runtime|exporter|trainer|players|samples|docs|tests"
 NAMED = re.compile(rf"`((?:{SOURCES})/[\w./-]+)`")
 DOCUMENTS = sorted(
     {*(path for folder in FOLDERS for path in (ROOT / folder).glob("*.md"))} | {*ROOT.glob("docs/**/*.md")}

@@ -6,20 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.players.core_cases import write_cases
-from tests.players.program_cases import write_programs
 from tests.players.web import WEB, run_node_test
 
 TESTS = ("cameras", "hostile", "packs", "poses", "programs", "recordings")
-
-
-@pytest.fixture(scope="module")
-def cases(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of cases that the tests in Node read."""
-    folder = tmp_path_factory.mktemp("web_core")
-    write_cases(folder)
-    write_programs(folder / "programs.json")
-    return folder
 
 
 def test_all_tests_of_the_core_are_listed() -> None:
@@ -32,5 +21,5 @@ MADE_UP = {"hostile": pytest.mark.hypothesis}  # which `make fuzz` repeats with 
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=MADE_UP.get(name, ())) for name in TESTS])
-def test_node_finds_what_python_computes(name: str, cases: Path) -> None:
-    run_node_test(f"core/{name}.test.mjs", AVATAR_CASES=str(cases))
+def test_node_finds_what_python_computes(name: str, core_cases: Path) -> None:
+    run_node_test(f"core/{name}.test.mjs", AVATAR_CASES=str(core_cases))

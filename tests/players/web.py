@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.camera import Camera
 from avatar_runtime.pose import Pose, resolve
+from tests.session.needed import need
 
 WEB = Path(__file__).parents[2] / "players" / "web"
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
@@ -53,15 +53,6 @@ def need_chromium() -> None:
     """A browser for the tests in Node. See `need`."""
     found = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, PROGRAMS)), None)
     need({"Chromium": found})
-
-
-def need(tools: Mapping[str, object]) -> None:
-    """In CI a missing tool fails the test; elsewhere it skips it, with the tool's name."""
-    missing = " and ".join(name for name, there in tools.items() if not there)
-    if missing and os.environ.get("CI"):
-        pytest.fail(f"{missing}: missing; `make test` installs it", pytrace=False)
-    if missing:
-        pytest.skip(f"{missing}: missing")
 
 
 def run_node_test(file: str, **environment: str) -> str:

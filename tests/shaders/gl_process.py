@@ -34,6 +34,14 @@ def compute(text: str, storage: list[Array], constants: bytes, groups: int) -> l
     return result
 
 
+def image(text: str, storage: list[Array], constants: bytes, groups: int, size: tuple[int, int]) -> Array:
+    """[H, W, 4] of the float image at binding 0 after one dispatch; it begins with zeros."""
+    result: Array = _ask(
+        "image", "glsl430", text=text, storage=storage, constants=constants, groups=groups, size=size
+    )
+    return result
+
+
 def draw(
     vertex: str,
     fragment: str,
@@ -43,10 +51,14 @@ def draw(
     *,
     storage: list[Array] | None = None,
     attributes: Array | None = None,
+    indices: Array | None = None,
+    textures: dict[str, Array] | None = None,
 ) -> Array:
     """[H, W, 5] colour, alpha and depth, first row first in memory, of strips of 4 vertices blended back to front.
 
-    `attributes` is [instances, 12]: quad0, quad1, quad2. Depth is that of the last splat, 1 where there is none.
+    `attributes` is [instances, 12]: quad0, quad1, quad2. With `indices` an instance is triangles of these vertices.
+    `textures` are [H, W, C] by the name of the sampler in the text. Depth is that of the last splat, 1 where there is
+    none.
     """
     result: Array = _ask(
         "draw",
@@ -58,6 +70,8 @@ def draw(
         instances=instances,
         storage=storage or [],
         attributes=attributes,
+        indices=indices,
+        textures=textures or {},
     )
     return result
 
@@ -138,6 +152,23 @@ def _compute(
     return [np.frombuffer(b.read(), a.dtype).reshape(a.shape) for a, b in zip(storage, buffers, strict=True)]
 
 
+def _image(
+    context: moderngl.Context,
+    text: str,
+    storage: list[Array],
+    constants: bytes,
+    groups: int,
+    size: tuple[int, int],
+) -> Array:
+    shader = context.compute_shader(text)
+    _bind(context, storage, constants)
+    texture = context.texture(size, 4, bytes(16 * size[0] * size[1]), dtype="f4")
+    texture.bind_to_image(0, read=False, write=True)
+    shader.run(groups)
+    context.memory_barrier()
+    return np.frombuffer(texture.read(), np.float32).reshape(size[1], size[0], 4)
+
+
 def _draw(
     context: moderngl.Context,
     vertex: str,
@@ -147,9 +178,15 @@ def _draw(
     instances: int,
     storage: list[Array],
     attributes: Array | None,
+    indices: Array | None,
+    textures: dict[str, Array],
 ) -> Array:
     program = context.program(vertex_shader=vertex, fragment_shader=fragment)
     _bind(context, storage, constants)
+    for unit, (name, texels) in enumerate(textures.items()):
+        height, width, components = texels.shape
+        context.texture((width, height), components, texels.tobytes(), dtype="f4").use(unit)
+        program[name] = unit
     content = []
     if attributes is not None:
         buffer = context.buffer(np.ascontiguousarray(attributes, np.float32).tobytes())
@@ -161,8 +198,12 @@ def _draw(
     context.enable(moderngl.BLEND | moderngl.DEPTH_TEST)
     context.depth_func = "1"  # always
     context.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
-    drawn = context.vertex_array(program, content)
-    drawn.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=instances)
+    elements = None if indices is None else context.buffer(indices.astype(np.uint32).tobytes())
+    drawn = context.vertex_array(program, content, elements)
+    if indices is None:
+        drawn.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=instances)
+    else:
+        drawn.render(moderngl.TRIANGLES, vertices=len(indices), instances=instances)
     colour = np.frombuffer(target.read(components=4, dtype="f4"), np.float32).reshape(size[1], size[0], 4)
     return np.dstack([colour, np.frombuffer(depth.read(), np.float32).reshape(size[1], size[0])])
 
@@ -170,7 +211,7 @@ def _draw(
 def main() -> None:
     """Answer the request on standard input."""
     task, language, arguments = pickle.load(sys.stdin.buffer)
-    run = {"refusals": _refusals, "compute": _compute, "draw": _draw}[task]
+    run = {"refusals": _refusals, "compute": _compute, "image": _image, "draw": _draw}[task]
     sys.stdout.buffer.write(pickle.dumps(run(_context(language), **arguments)))
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import re
 import struct
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,21 +16,23 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from avatar_schema.version import __version__
 from avatar_shaders import ENTRIES, HLSL_ONLY, Entry
 from avatar_shaders.generate import HLSL, PACKAGE
 from avatar_shaders.reflect import interface
-from avatar_shaders.tools import compile_file, cross, spirv
+from avatar_shaders.tools import ShaderError, compile_file, cross, spirv
 from tests.shaders import dxc, gl_process
 
-ENGINES = PACKAGE.parent
-UNITY, UNREAL = ENGINES / "unity", ENGINES / "unreal"
+UNREAL = PACKAGE.parent / "unreal"
+UNITY = PACKAGE.parent.parent / "players" / "unity" / "Shaders"
+UNITY_KERNELS = UNITY / "Resources" / "AvatarExport"
+UNITY_OPTION = f"-I{UNITY}"  # the texts of passes are compiled in another folder
 SHIMS = Path(__file__).parent / "shims"
-UNITY_OPTIONS = (f"-I{UNITY / 'Shaders'}", f"-I{SHIMS / 'unity'}")
 UNREAL_OPTIONS = (f"-I{SHIMS / 'unreal'}",)
 COMPUTE = [name for name, row in ENTRIES.items() if row.kind == "compute"]
-MATERIALS = sorted(path.name for path in UNITY.glob("Shaders/*.shader"))
+COPY_TO_TEXTURE = "quad_texels"  # written by hand, for Unity alone
+MATERIAL = UNITY_KERNELS / "AvatarSplat.shader"
 PASSES = {"Splat": 0, "Composite": 1}
+KEYWORDS = re.findall(r"multi_compile_local _ (\w+)", MATERIAL.read_text("utf-8"))
 KINDS = {"vert": "vertex", "frag": "fragment"}
 PROFILES = {"compute": "cs_6_0", "vertex": "vs_6_0", "fragment": "ps_6_0"}
 
@@ -37,7 +40,7 @@ Array = npt.NDArray[Any]
 
 
 def unity_kernel(entry: str) -> bytes:
-    return compile_file(UNITY / f"Shaders/{entry}.compute", entry, "compute", UNITY_OPTIONS)
+    return compile_file(UNITY_KERNELS / f"{entry}.compute", entry, "compute")
 
 
 def unreal_shader(entry: str) -> bytes:
@@ -45,17 +48,17 @@ def unreal_shader(entry: str) -> bytes:
     return compile_file(UNREAL / f"Shaders/{Path(row.hlsl).stem}.usf", entry, row.kind, UNREAL_OPTIONS)
 
 
-def program(material: str, name: str) -> str:
-    """HLSL of one pass of a ShaderLab file."""
-    text = (UNITY / "Shaders" / material).read_text("utf-8")
-    return re.findall(r"HLSLPROGRAM\n(.*?)ENDHLSL", text, re.DOTALL)[PASSES[name]]
+def unity_text(folder: Path, name: str) -> Path:
+    """HLSL of one pass of the ShaderLab file, as a file."""
+    text = re.findall(r"HLSLPROGRAM\n(.*?)ENDHLSL", MATERIAL.read_text("utf-8"), re.DOTALL)[PASSES[name]]
+    path = folder / f"{name}.hlsl"
+    path.write_text(text.replace('"../../', '"'), "utf-8")
+    return path
 
 
-def unity_pass(folder: Path, material: str, name: str, entry: str, *options: str) -> bytes:
+def unity_pass(folder: Path, name: str, entry: str, *options: str) -> bytes:
     """SPIR-V of `vert` or `frag` of a pass."""
-    path = folder / f"{material}.{name}.hlsl"
-    path.write_text(program(material, name), "utf-8")
-    return compile_file(path, entry, KINDS[entry], (*UNITY_OPTIONS, *options))
+    return compile_file(unity_text(folder, name), entry, KINDS[entry], (UNITY_OPTION, *options))
 
 
 def blocks(module: bytes) -> list[dict[str, Any]]:
@@ -76,36 +79,43 @@ def packed(module: bytes, values: dict[str, Any]) -> bytes:
     return bytes(data)
 
 
-@pytest.mark.parametrize("entry", COMPUTE)
+@pytest.mark.parametrize("entry", [*COMPUTE, COPY_TO_TEXTURE])
 def test_unity_kernel_compiles_and_is_declared(entry: str) -> None:
-    text = (UNITY / f"Shaders/{entry}.compute").read_text("utf-8")
+    text = (UNITY_KERNELS / f"{entry}.compute").read_text("utf-8")
     assert re.findall(r"^#pragma kernel (\w+)$", text, re.MULTILINE) == [entry]
     assert unity_kernel(entry)
 
 
 def test_unity_has_a_kernel_file_an_entry() -> None:
-    assert sorted(path.stem for path in UNITY.glob("Shaders/*.compute")) == sorted(COMPUTE)
+    assert sorted(path.stem for path in UNITY_KERNELS.glob("*.compute")) == sorted(
+        [*COMPUTE, COPY_TO_TEXTURE]
+    )
 
 
-@pytest.mark.parametrize("material", MATERIALS)
-@pytest.mark.parametrize("name", PASSES)
-@pytest.mark.parametrize("entry", KINDS)
-def test_unity_material_compiles(tmp_path: Path, material: str, name: str, entry: str) -> None:
-    text = program(material, name)
-    assert "#pragma vertex vert\n" in text and "#pragma fragment frag\n" in text
-    assert unity_pass(tmp_path, material, name, entry, "-DUNITY_UV_STARTS_AT_TOP=1")
+@pytest.mark.parametrize("keyword", [*KEYWORDS, "NONE"])
+def test_unity_material_compiles_with_every_keyword(tmp_path: Path, keyword: str) -> None:
+    """The vertex stage knows one of them, the fragment stage the other."""
+    vertex, pixel = (
+        json.loads(cross(unity_pass(tmp_path, "Splat", entry, f"-D{keyword}=1"), "reflect"))
+        for entry in KINDS
+    )
+    assert len(KEYWORDS) == 2
+    assert len(vertex.get("ssbos", [])) == (keyword != "AVATAR_QUAD_TEXTURE")
+    assert len(vertex.get("separate_images", [])) == (keyword == "AVATAR_QUAD_TEXTURE")
+    (depth,) = pixel["separate_images"]
+    assert (depth["type"] == "texture2DArray") == (keyword == "AVATAR_DEPTH_ARRAY")
 
 
-def test_unity_materials_differ_in_their_pipeline_alone() -> None:
-    built_in, urp = ((UNITY / "Shaders" / name).read_text("utf-8") for name in MATERIALS)
-    for old, new in (
-        ("Built-in", "Universal"),
-        ('"Avatar/Splat"', '"Avatar/SplatURP"'),
-        ('"IgnoreProjector" = "True"', '"IgnoreProjector" = "True" "RenderPipeline" = "UniversalPipeline"'),
-        ("UnityCG.cginc", "Packages/com.unity.render-pipelines.universal/ShaderLibrary/Core.hlsl"),
-    ):
-        built_in = built_in.replace(old, new)
-    assert built_in == urp
+def test_unity_material_is_compiled_before_it_draws() -> None:
+    """The Editor draws a placeholder else, and Conform draws once."""
+    text = MATERIAL.read_text("utf-8")
+    assert text.count("#pragma editor_sync_compilation") == text.count("HLSLPROGRAM") == len(PASSES)
+
+
+def test_unity_material_takes_nothing_from_a_render_pipeline() -> None:
+    text = MATERIAL.read_text("utf-8")
+    assert all(found.startswith("../../unity_") for found in re.findall(r'#include "(.+?)"', text))
+    assert '"RenderPipeline"' not in text and text.count("#pragma vertex vert\n") == len(PASSES)
 
 
 @pytest.mark.parametrize("entry", ENTRIES | HLSL_ONLY)
@@ -121,19 +131,19 @@ def test_dxc_takes_the_engines_texts(tmp_path: Path) -> None:
     if dxc.library() is None:
         pytest.skip("libdxcompiler is not here (AVATAR_DXC names it; the compushady package holds one)")
     jobs: list[dxc.Job] = [
-        (str(UNITY / f"Shaders/{entry}.compute"), entry, "cs_6_0", UNITY_OPTIONS) for entry in COMPUTE
+        (str(UNITY_KERNELS / f"{entry}.compute"), entry, "cs_6_0", ())
+        for entry in [*COMPUTE, COPY_TO_TEXTURE]
     ]
-    for material in MATERIALS:
-        for name in PASSES:
-            path = tmp_path / f"{material}.{name}.hlsl"
-            path.write_text(program(material, name), "utf-8")
-            jobs += [(str(path), entry, PROFILES[kind], UNITY_OPTIONS) for entry, kind in KINDS.items()]
-    for entry, row in (ENTRIES | HLSL_ONLY).items():
+    for name in PASSES:
+        text = str(unity_text(tmp_path, name))
+        jobs += [(text, entry, PROFILES[kind], (UNITY_OPTION,)) for entry, kind in KINDS.items()]
+    unreal = {entry: (Path(row.hlsl).stem, row.kind) for entry, row in (ENTRIES | HLSL_ONLY).items()}
+    for entry, (file, kind) in unreal.items():
         # The engine serves paths that begin with /Engine; this compiler looks on the disk.
-        text = (UNREAL / f"Shaders/{Path(row.hlsl).stem}.usf").read_text("utf-8")
+        text = (UNREAL / f"Shaders/{file}.usf").read_text("utf-8")
         path = tmp_path / f"{entry}.usf"
         path.write_text(text.replace('"/Engine/', f'"{SHIMS}/unreal/Engine/'), "utf-8")
-        jobs.append((str(path), entry, PROFILES[row.kind], (f"-I{UNREAL / 'Shaders'}", "-HV", "2021")))
+        jobs.append((str(path), entry, PROFILES[kind], (f"-I{UNREAL / 'Shaders'}", "-HV", "2021")))
     refused = {job[0]: said for job, said in zip(jobs, dxc.messages(jobs), strict=True) if said}
     assert not refused
 
@@ -200,36 +210,138 @@ def quads() -> Array:
     return q
 
 
-def plain_image() -> Array:
-    """Drawn with instance attributes; the first row is the top one."""
+@cache
+def plain_image(first: int = 0, count: int = 20) -> Array:
+    """Some of the quads, drawn with instance attributes; the first row is the top one."""
     vertex, pixel = (spirv(HLSL, f"raster_{kind}") for kind in ("vertex", "pixel"))
     constants = packed(vertex, {"image_size": SIZE, "flip_y": -1})
     texts = cross(vertex, "glsl430", vertex=True), cross(pixel, "glsl430")
-    return gl_process.draw(*texts, constants, SIZE, 20, attributes=quads())
+    return gl_process.draw(*texts, constants, SIZE, count, attributes=quads()[first : first + count])
 
 
-def unity_image(folder: Path, material: str, *, direct3d: bool, turned: bool) -> Array:
-    """Rows as they lie in memory. spirv-cross turns clip y and scales clip z where Direct3D is meant."""
-    defines = ("-DUNITY_UV_STARTS_AT_TOP=1",) if direct3d else ("-DSHADER_API_GLCORE=1",)
-    vertex, pixel = (unity_pass(folder, material, "Splat", entry, *defines) for entry in KINDS)
-    values = {"image_size": SIZE, "flip_y": 1, "_ProjectionParams": [-1 if turned else 1, 0, 0, 0]}
+BATCH, ROW = (
+    int(re.findall(rf"#define AVATAR_QUAD_{name} (\d+)", (HLSL / "raster.hlsli").read_text("utf-8"))[0])
+    for name in ("BATCH", "ROW")
+)
+INDICES = (4 * np.arange(BATCH)[:, None] + [0, 1, 2, 2, 1, 3]).ravel()  # as the player draws a batch
+
+
+def texts_of(vertex: bytes, pixel: bytes, direct3d: bool) -> tuple[str, str]:
+    """GLSL of a pass. spirv-cross turns clip y and scales clip z where Direct3D is meant."""
     flip = ("--flip-vert-y",) if direct3d else ()
-    texts = cross(vertex, "glsl430", vertex=direct3d, options=flip), cross(pixel, "glsl430")
-    return gl_process.draw(*texts, packed(vertex, values), SIZE, 20, storage=[quads()])
+    return cross(vertex, "glsl430", vertex=direct3d, options=flip), cross(pixel, "glsl430")
 
 
-@pytest.mark.parametrize("material", MATERIALS)
-def test_unity_material_draws_the_plain_image(tmp_path: Path, material: str) -> None:
-    """Whichever row a target begins with: the top one (Direct3D), or the bottom one (turned there, or OpenGL)."""
-    plain = plain_image()
-    assert plain[..., 3].max() > 0.5 and plain[..., 4].min() < 0.2 and np.abs(plain - plain[::-1]).max() > 0.5
-    upright = unity_image(tmp_path, material, direct3d=True, turned=False)
-    np.testing.assert_array_equal(upright, plain)
-    turned = unity_image(tmp_path, material, direct3d=True, turned=True)
+def sampler(text: str, name: str) -> str:
+    """How spirv-cross calls the sampler of a texture."""
+    found = re.search(rf"sampler2D (\w*{name}\w*);", text)
+    assert found, name
+    return found[1]
+
+
+def unity_image(
+    folder: Path,
+    *,
+    direct3d: bool,
+    texture: bool,
+    count: int = 20,
+    scene: float = 1.0,
+    reversed_z: bool = False,
+) -> Array:
+    """Rows as they lie in memory, bottom row first: [H, W, 4]. The scene is flat, at depth `scene`."""
+    defines = ("-DAVATAR_QUAD_TEXTURE=1",) if texture else ()
+    vertex, pixel = (unity_pass(folder, "Splat", entry, *defines) for entry in KINDS)
+    texts = texts_of(vertex, pixel, direct3d)
+    textures = {sampler(texts[1], "_CameraDepthTexture"): np.full((SIZE[1], SIZE[0], 1), scene, np.float32)}
+    # What lies behind the last splat is of no splat.
+    held = np.concatenate([quads(), quads()])
+    if texture:
+        texels = np.zeros((1, 3 * ROW, 4), np.float32)
+        texels[0, : 3 * len(held)] = held.reshape(-1, 4)
+        textures[sampler(texts[0], "QuadTexels")] = texels
+    values = {
+        "image_size": SIZE,
+        "flip_y": -1 if direct3d else 1,
+        "quad_count": count,
+        "depth_sign": -1 if reversed_z else 1,
+    }
+    storage = [] if texture else [held]
+    drawn = gl_process.draw(
+        *texts, packed(vertex, values), SIZE, 1, storage=storage, indices=INDICES, textures=textures
+    )
+    return drawn[..., :4]
+
+
+@pytest.mark.parametrize(("direct3d", "texture"), [(True, False), (False, True)])
+def test_unity_material_draws_the_plain_image(tmp_path: Path, direct3d: bool, texture: bool) -> None:
+    """On each kind of API the rows lie in memory as in Unity's render textures."""
+    plain = plain_image()[..., :4]
+    assert plain[..., 3].max() > 0.5 and np.abs(plain - plain[::-1]).max() > 0.5
+    image = unity_image(tmp_path, direct3d=direct3d, texture=texture)
     # Pixel centres are counted from the other side: the same numbers, except for the rounding of rows - y.
-    np.testing.assert_allclose(turned[::-1], plain, atol=1e-6)
-    opengl = unity_image(tmp_path, material, direct3d=False, turned=False)
-    np.testing.assert_allclose(opengl[::-1], plain, atol=1e-6)
+    np.testing.assert_allclose(image[::-1], plain, atol=1e-6)
+
+
+def test_unity_copies_quads_to_the_texture_that_vertices_read() -> None:
+    module = unity_kernel(COPY_TO_TEXTURE)
+    count = ROW + 5  # a second row
+    held = np.random.default_rng(9).normal(0, 1, (count + 3, 12)).astype(np.float32)  # three are of no splat
+    groups = -(-3 * count // 64)
+    constants = packed(module, {"quad_count": count})
+    found = gl_process.image(cross(module, "glsl430"), [held], constants, groups, (3 * ROW, 2))
+    wanted = np.zeros((2 * ROW, 12), np.float32)
+    wanted[:count] = held[:count]
+    np.testing.assert_array_equal(found.reshape(-1, 12), wanted)
+
+
+def test_unity_texts_for_phones_compile_in_opengl_es(tmp_path: Path) -> None:
+    """Where the vertex stage has no storage buffers. Unity's type for textures of 32 bits stands for a plain one."""
+    phone = ("-DSHADER_API_GLES3=1", "-DTexture2D_float=Texture2D<float4>")
+    programs = [{"compute": cross(unity_kernel(COPY_TO_TEXTURE), "glsl310es")}]
+    for name, options in (("Splat", ("-DAVATAR_QUAD_TEXTURE=1",)), ("Composite", ())):
+        vertex, pixel = (unity_pass(tmp_path, name, entry, *phone, *options) for entry in KINDS)
+        texts = cross(vertex, "glsl310es", vertex=True), cross(pixel, "glsl310es")
+        programs.append(dict(zip(("vertex", "fragment"), texts, strict=True)))
+    assert not any(gl_process.refusals("glsl310es", programs))
+
+
+@pytest.mark.parametrize("api", ["GLES3", "VULKAN", "METAL"])
+def test_unity_reads_textures_with_32_bits_on_phones(tmp_path: Path, api: str) -> None:
+    """Without Unity's type for them each pass is refused: no other texture is read, but a slice of depth an eye."""
+    for name in ("Splat", "Composite"):
+        with pytest.raises(ShaderError, match=r"hlsl:.*declaration"):
+            unity_pass(tmp_path, name, "frag", f"-DSHADER_API_{api}=1")
+
+
+@pytest.mark.parametrize("reversed_z", [False, True])
+def test_unity_material_hides_what_the_scene_hides(tmp_path: Path, reversed_z: bool) -> None:
+    """Depths fall from 0.9 to 0.1 along the quads: those of 10 are nearer than 0.5."""
+    alone = plain_image(0, 10) if reversed_z else plain_image(10, 10)
+    image = unity_image(tmp_path, direct3d=True, texture=False, scene=0.5, reversed_z=reversed_z)
+    assert np.abs(alone[..., :4] - plain_image()[..., :4]).max() > 0.3
+    np.testing.assert_allclose(image[::-1], alone[..., :4], atol=1e-6)
+
+
+@pytest.mark.parametrize("top_row_first", [1, 0])
+def test_unity_composite_finds_its_rows_and_its_part_of_the_target(
+    tmp_path: Path, top_row_first: int
+) -> None:
+    """The image is a part of the target: from column 8 and from row 4 counted from the bottom."""
+    vertex, pixel = (unity_pass(tmp_path, "Composite", entry) for entry in KINDS)
+    texts = texts_of(vertex, pixel, True)
+    width, height, left, bottom = 24, 16, 8, 4
+    accumulated = np.random.default_rng(8).uniform(0, 1, (height, width, 4)).astype(np.float32)
+    values = {
+        "image_size": [width, height],
+        "target_first": [left, bottom],
+        "target_rows": SIZE[1],
+        "top_row_first": top_row_first,
+    }
+    textures = {sampler(texts[1], "Accumulated"): accumulated}
+    drawn = gl_process.draw(*texts, packed(pixel, values), SIZE, 1, indices=np.arange(3), textures=textures)
+    upward = drawn[::-1] if top_row_first else drawn
+    part = upward[bottom : bottom + height, left : left + width, :4]
+    np.testing.assert_array_equal(part, accumulated)
 
 
 def test_unreal_material_draws_the_plain_image() -> None:
@@ -238,12 +350,3 @@ def test_unreal_material_draws_the_plain_image() -> None:
     constants = packed(vertex, {"image_size": SIZE, "flip_y": 1})
     got = gl_process.draw(*texts, constants, SIZE, 20, storage=[quads()])
     np.testing.assert_array_equal(got, plain_image())
-
-
-def test_unity_package_has_the_projects_version_and_a_meta_an_asset() -> None:
-    package = json.loads((UNITY / "package.json").read_text("utf-8"))
-    assert package["version"] == __version__
-    assets = [path for path in UNITY.rglob("*") if path.suffix != ".meta"]
-    guids = [Path(f"{path}.meta").read_text("utf-8").split("guid: ")[1].strip() for path in assets]
-    assert len(set(guids)) == len(assets) > 30
-    assert all(re.fullmatch(r"[0-9a-f]{32}", guid) for guid in guids)

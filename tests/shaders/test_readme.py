@@ -84,8 +84,8 @@ def test_traps_name_cases_and_faults_that_exist() -> None:
 
 def test_files_that_are_named_are_there() -> None:
     root = PACKAGE.parent.parent
-    for path in re.findall(r"`((?:avatar_shaders|unity|unreal|web)/[\w./]*|\w+\.hlsl)`", README):
-        places = (PACKAGE.parent / path, PACKAGE / "hlsl" / path, PACKAGE.parent / "unity/Shaders" / path)
+    for path in re.findall(r"`((?:avatar_shaders|unreal|web)/[\w./]*|\w+\.hlsl)`", README):
+        places = (PACKAGE.parent / path, PACKAGE / "hlsl" / path, root / "players/unity/Shaders" / path)
         assert any(place.exists() for place in places), path
-    for path in re.findall(r"`((?:schema|tests)/[\w./]+)`", README):
+    for path in re.findall(r"`((?:schema|tests|players)/[\w./]+)`", README):
         assert (root / path).exists(), path

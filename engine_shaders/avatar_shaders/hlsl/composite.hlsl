@@ -4,7 +4,7 @@
 #include "platform.hlsli"
 #include "raster.hlsli"
 
-Texture2D<float4> Accumulated; // premultiplied, display-referred
+AVATAR_FLOAT_TEXTURE(Accumulated); // premultiplied, display-referred
 
 AVATAR_CONSTANTS(CompositeConstants)
     float4 background; // display-referred rgb, and its alpha: 1 is opaque, 0 keeps the image's alpha

@@ -16,6 +16,11 @@
 
 #define AVATAR_THREADS 64 // threads of a group
 
+// A texture that is read with all 32 bits of its floats. Where an engine reads fewer unless told, define it before.
+#ifndef AVATAR_FLOAT_TEXTURE
+#define AVATAR_FLOAT_TEXTURE(name) Texture2D<float4> name
+#endif
+
 // Counters in group memory, which several threads of a group change at a time. WGSL has a type of its own for them: for
 // Slang's compiler to WGSL define AVATAR_ATOMIC_COUNTERS.
 #ifdef AVATAR_ATOMIC_COUNTERS

@@ -5,7 +5,7 @@
 #include "raster.hlsli"
 
 StructuredBuffer<float4> Quads; // [3 instances]: centre, clip depth, opacity; conic, 0; rgb, 0
-Texture2D<float4> QuadTexels; // the same, AVATAR_QUAD_ROW splats a row
+AVATAR_FLOAT_TEXTURE(QuadTexels); // the same, AVATAR_QUAD_ROW splats a row
 
 AVATAR_CONSTANTS(RasterConstants)
     float2 image_size; // pixels

@@ -1,0 +1,172 @@
+using System.Collections.Generic;
+using System.Linq;
+using static System.FormattableString;
+
+namespace AvatarExport.Core
+{
+    /// <summary>An array that no buffer holds.</summary>
+    internal sealed class HeldArray
+    {
+        public string Type; // "f32", "u8", "u16", "u32", "i32"
+        public long[] Shape;
+        public Elements Elements;
+
+        /// <summary>Whether it has this type and shape; -1 is any length.</summary>
+        public bool Is(string type, params long[] shape)
+        {
+            if (Type != type || Shape.Length != shape.Length) return false;
+            return !shape.Where((length, i) => length != -1 && length != Shape[i]).Any();
+        }
+    }
+
+    /// <summary>Sections and arrays from the tensors of a document. Throws AvatarError for what does not fit.</summary>
+    internal sealed class Tensors
+    {
+        private const int MostBuffers = 4096;
+        private const int MostSections = 128;
+        private const int MostRecord = 1024;
+        private const int MostName = 96;
+        private const int MostVertices = 65535 * 64; // of a mesh whose incidence is made; no pass takes more
+        private const long MostDecoded = 1L << 31; // bytes of all sections and arrays
+        private const long MostElements = int.MaxValue - 63; // bytes of one: the longest array of some hosts
+
+        private readonly Inflated inflated;
+        private readonly Dictionary<string, Elements> decoded = // equal contents are stored once, and decoded once
+            new Dictionary<string, Elements>(NameComparer.Instance);
+        private long left = MostDecoded;
+
+        public Tensors(Inflated inflated)
+        {
+            this.inflated = inflated;
+        }
+
+        /// <summary>The buffers of a program, by name.</summary>
+        public Dictionary<string, Buffer> Buffers(Json listed)
+        {
+            Dictionary<string, Buffer> found = new Dictionary<string, Buffer>(NameComparer.Instance);
+            foreach (Json said in listed.List(0, MostBuffers))
+            {
+                string name = said.At("name").Name(MostName);
+                if (found.ContainsKey(name)) throw new AvatarError("is named twice", null, "buffer " + name);
+                found.Add(name, ReadBuffer(name, said));
+            }
+            return found;
+        }
+
+        private Buffer ReadBuffer(string name, Json said)
+        {
+            long bytes = said.Optional("bytes", one => one.Whole(0, int.MaxValue), -1);
+            Json listed = said.At("sections");
+            if (bytes >= 0 != listed.IsMissing)
+            {
+                throw new AvatarError("needs either bytes or sections", null, "buffer " + name);
+            }
+            if (bytes >= 0) return new Buffer(name, bytes, new Section[0]);
+            Section[] sections = Sections(name, listed.List(1, MostSections));
+            return new Buffer(name, Buffer.BytesOf(sections), sections);
+        }
+
+        private Section[] Sections(string buffer, Json[] listed)
+        {
+            List<Section> found = new List<Section>();
+            Incidence around = null;
+            foreach (Json said in listed)
+            {
+                string name = said.At("name").Name(MostName);
+                string where = "buffer " + buffer + ", section " + name;
+                if (found.Any(one => one.Name == name)) throw new AvatarError("is named twice", null, where);
+                int bits = BitsOf(said.At("bits"));
+                long count = said.At("count").Whole();
+                string codec = said.At("codec").One(Codecs.Known);
+                Elements elements;
+                if (codec == "incidence")
+                {
+                    around = around ?? AroundVertices(listed, found, where);
+                    elements = Codecs.Narrowed(name == "vertex_triangle_ptr" ? around.Ptr : around.Triangle, bits);
+                    CheckCount(elements, count, where);
+                }
+                else
+                {
+                    int record = said.Optional("record", one => one.Int(1, MostRecord), 1);
+                    elements = Decode(said.At("tensor"), codec, bits, count, record, where);
+                }
+                found.Add(new Section(name, elements));
+            }
+            return found.ToArray();
+        }
+
+        private static void CheckCount(Elements elements, long count, string where)
+        {
+            if (elements.Length != count)
+            {
+                throw new AvatarError(Invariant($"has {elements.Length} elements, not {count}"), null, where);
+            }
+        }
+
+        private Elements Decode(Json tensor, string codec, int bits, long count, int record, string where)
+        {
+            string name = tensor.Text();
+            string key = Invariant($"{codec} {bits} {count} {record} {name}");
+            Elements elements;
+            if (decoded.TryGetValue(key, out elements)) return elements;
+            TensorEntry entry;
+            if (!inflated.Header.Tensors.TryGetValue(name, out entry))
+            {
+                throw new AvatarError("tensor '" + Json.Cut(name, MostName) + "' is missing", null, where);
+            }
+            long bytes = count * (codec == "pointer" ? Buffer.Word : bits / 8);
+            left -= bytes;
+            if (left < 0 || bytes > MostElements)
+            {
+                string line = Invariant($"with it the pack takes more than {MostDecoded} bytes");
+                throw new AvatarError(line, null, where);
+            }
+            entry.Begin += inflated.Body;
+            entry.End += inflated.Body;
+            elements = Codecs.Decode(inflated.Bytes, entry, codec, bits, count, record, where);
+            decoded.Add(key, elements);
+            CheckCount(elements, count, where);
+            return elements;
+        }
+
+        /// <summary>The arrays of a document, by name.</summary>
+        public Dictionary<string, HeldArray> Arrays(Json listed)
+        {
+            Dictionary<string, HeldArray> found = new Dictionary<string, HeldArray>(NameComparer.Instance);
+            foreach (KeyValuePair<string, Json> one in listed.Entries())
+            {
+                string type = one.Value.At("type").One("f32", "u8", "u16", "u32", "i32");
+                long[] shape = one.Value.At("shape").List(0, 4).Select(length => length.Whole()).ToArray();
+                double count = shape.Aggregate(1.0, (product, length) => product * length);
+                string codec = one.Value.At("codec").One("raw", "planes");
+                int bits = type == "u8" ? 8 : type == "u16" ? 16 : 32;
+                string where = "array " + one.Key;
+                if (count > Json.U32Max)
+                {
+                    throw new AvatarError(Invariant($"has {count} numbers; {Json.U32Max} are the most"), null, where);
+                }
+                Elements elements = Decode(one.Value.At("tensor"), codec, bits, (long)count, 1, where);
+                found.Add(one.Key, new HeldArray { Type = type, Shape = shape, Elements = elements });
+            }
+            return found;
+        }
+
+        private static int BitsOf(Json said)
+        {
+            double bits = said.Value is double ? (double)said.Value : 0;
+            if (bits != 8 && bits != 16 && bits != 32) throw said.Error("8, 16 or 32 is needed");
+            return (int)bits;
+        }
+
+        private static Incidence AroundVertices(Json[] listed, List<Section> found, string where)
+        {
+            Section corners = found.FirstOrDefault(one => one.Name == "corners");
+            Json pointer = listed.FirstOrDefault(one => one.At("name").Value as string == "vertex_triangle_ptr");
+            if (corners == null || pointer == null)
+            {
+                throw new AvatarError("codec incidence needs section corners before it", null, where);
+            }
+            return new Incidence(corners.Elements, pointer.At("count").Int(0, MostVertices + 1) - 1, where);
+        }
+    }
+}

@@ -1,0 +1,57 @@
+using UnityEngine;
+
+namespace AvatarExport
+{
+    /// <summary>Boxes in the world and on the screen.</summary>
+    internal static class Boxes
+    {
+        /// <summary>The box around a box that a matrix moved.</summary>
+        public static Bounds Of(Matrix4x4 matrix, Bounds box)
+        {
+            Vector3 centre = matrix.MultiplyPoint3x4(box.center), half = box.extents, size = Vector3.zero;
+            for (int row = 0; row < 3; row++)
+            {
+                for (int column = 0; column < 3; column++)
+                {
+                    size[row] += 2 * Mathf.Abs(matrix[row, column]) * half[column];
+                }
+            }
+            return new Bounds(centre, size);
+        }
+
+        /// <summary>About how many pixels high a box is in the image of a camera with perspective.</summary>
+        public static float HeightPixels(Bounds box, Camera camera)
+        {
+            Matrix4x4 view = camera.worldToCameraMatrix;
+            float depth = -view.MultiplyPoint3x4(box.center).z;
+            float nearest = Mathf.Max(depth, camera.nearClipPlane);
+            return box.size.y * Mathf.Abs(camera.projectionMatrix.m11) / nearest * 0.5f * camera.pixelHeight;
+        }
+    }
+
+    /// <summary>Rotations.</summary>
+    internal static class Turns
+    {
+        /// <summary>Axis times angle, radians, of a unit quaternion.</summary>
+        public static Vector3 VectorOf(Quaternion turn)
+        {
+            float sign = turn.w < 0 ? -1 : 1;
+            var axis = new Vector3(sign * turn.x, sign * turn.y, sign * turn.z);
+            float sine = axis.magnitude;
+            if (sine < 1e-7f) return 2 * axis;
+            return axis * (2 * Mathf.Atan2(sine, sign * turn.w) / sine);
+        }
+    }
+
+    /// <summary>Objects that are made at run time.</summary>
+    internal static class Objects
+    {
+        /// <summary>Destroys one, also while a scene is edited.</summary>
+        public static void Destroy(Object made)
+        {
+            if (made == null) return;
+            if (Application.isPlaying) Object.Destroy(made);
+            else Object.DestroyImmediate(made);
+        }
+    }
+}

@@ -1,0 +1,36 @@
+// Copy of avatar_shaders/hlsl/composite.hlsl, by `python -m avatar_shaders`; do not edit.
+// After stage `raster`: puts the accumulated image over a background, and converts it to linear light where the
+// engine's target is linear. A full-screen triangle of 3 vertices.
+// Reads: Accumulated. Writes: nothing.
+#include "platform_core.hlsl"
+#include "raster_core.hlsl"
+
+AVATAR_FLOAT_TEXTURE(Accumulated); // premultiplied, display-referred
+
+AVATAR_CONSTANTS(CompositeConstants)
+    float4 background; // display-referred rgb, and its alpha: 1 is opaque, 0 keeps the image's alpha
+    float linear_target; // 1: the target holds linear light
+    float flip_rows; // 1: the target's first row is the last row of the accumulated image
+    float2 image_size; // pixels
+AVATAR_CONSTANTS_END
+
+float4 composite_vertex(uint vertex : SV_VertexID) : SV_Position
+{
+    return float4(vertex == 1 ? 3 : -1, vertex == 2 ? 3 : -1, 0, 1);
+}
+
+float4 composite_pixel(float4 position : SV_Position) : SV_Target
+{
+    float y = flip_rows != 0 ? image_size.y - position.y : position.y;
+    float4 colour = Accumulated.Load(int3(int(position.x), int(y), 0));
+    float left = 1 - colour.a;
+    float alpha = colour.a + left * background.a;
+    float3 display = colour.rgb + left * background.a * background.rgb;
+    if (linear_target != 0)
+    {
+        // The transfer curve is for colours that are not multiplied by alpha.
+        float3 straight = alpha > 0 ? display / alpha : display;
+        display = linear_from_display(straight) * alpha;
+    }
+    return float4(display, alpha);
+}

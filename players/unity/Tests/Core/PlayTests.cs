@@ -1,0 +1,116 @@
+using System.Collections.Generic;
+using System.Linq;
+using AvatarExport.Core;
+using NUnit.Framework;
+
+namespace AvatarExport.Tests
+{
+    /// <summary>Instances, levels, lists of passes, scenes.</summary>
+    [TestFixture]
+    public sealed class PlayTests
+    {
+        [Test]
+        public void ALevelThatThereIsNotIsRefused()
+        {
+            Core.Avatar avatar = Cases.Loaded("two_levels");
+            var instance = new Instance(avatar, 1);
+            Assert.AreSame(avatar.Program.Levels[1], instance.Program);
+            foreach (int level in new[] { -1, 2 })
+            {
+                AvatarError error = Assert.Throws<AvatarError>(() => instance.Level = level);
+                Assert.AreEqual("level", error.Field);
+                Assert.Throws<AvatarError>(() => new Instance(avatar, level));
+            }
+            Assert.AreEqual(1, instance.Level);
+        }
+
+        [Test]
+        public void TheCoarsestLevelThatIsMeantForAHeightIsChosen()
+        {
+            double?[] heights = { null, 400, 100, null };
+            var avatar = new Core.Avatar { Levels = heights.Select(one => new LevelInfo { HeightPx = one }).ToArray() };
+            double[] seen = { 1000, 400.5, 400, 101, 100, 1, 0 };
+            Assert.AreEqual(new[] { 0, 0, 1, 1, 2, 2, 2 }, seen.Select(height => Instance.LevelFor(avatar, height)));
+        }
+
+        [Test]
+        public void ValuesOfTheFrameAreNewOnce()
+        {
+            Core.Avatar avatar = Cases.Loaded("joints");
+            var instance = new Instance(avatar, 0);
+            var camera = new Core.Camera();
+            instance.Update(camera);
+            PassList deform = PassList.Of(avatar.Program, instance.Program.Deform, avatar.Groups.Length);
+            PassList view = PassList.Of(avatar.Program, instance.Program.View, avatar.Groups.Length);
+            Assert.IsTrue(deform.Set(instance.Values) && view.Set(instance.Values));
+            Assert.IsFalse(deform.Set(instance.Values) || view.Set(instance.Values));
+            camera.Orbit(new double[3], 2, 0, 0, 1, 64, 64);
+            instance.UpdateCamera(camera);
+            Assert.IsTrue(view.Set(instance.Values));
+            Assert.IsFalse(deform.Set(instance.Values));
+            instance.Pose.WorldFromAvatar[3] = 0.5;
+            instance.UpdatePose();
+            Assert.IsTrue(deform.Set(instance.Values));
+            instance.Values.Floats[0] = float.NaN;
+            Assert.IsTrue(deform.Set(instance.Values) && deform.Set(instance.Values), "NaN is always new");
+        }
+
+        [Test]
+        public void ShThatNoExpressionChangesAreBlendedOnce()
+        {
+            int found = 0;
+            foreach (string name in Cases.Packs())
+            {
+                Core.Avatar avatar = Cases.Loaded(name);
+                Pass[] deform = avatar.Program.Levels[0].Deform;
+                PassList list = PassList.Of(avatar.Program, deform, avatar.Groups.Length);
+                Pass[] blends = deform.Where(one => one.Entry == "blend").ToArray();
+                Pass[] lasting = blends.Where(one => one.Constants["appearance_sh_width"].Number == 0).ToArray();
+                found += lasting.Length;
+                Assert.AreEqual(lasting.Length > 0, list.KeepLasting(), name);
+                Assert.IsFalse(list.KeepLasting(), name);
+                foreach (Pass one in blends)
+                {
+                    Dispatch dispatch = list.Dispatches[System.Array.IndexOf(deform, one)];
+                    ConstantSlot slot = dispatch.Constants.Single(constant => constant.Name == "sh_terms");
+                    double terms = lasting.Contains(one) ? 0 : one.Constants["sh_terms"].Number;
+                    Assert.AreEqual(terms, list.UInts[slot.First], name);
+                }
+            }
+            Assert.Greater(found, 0);
+            Assert.Less(found, Cases.Packs().Length);
+        }
+
+        [Test]
+        public void ASingularPlaceDrawsNothing()
+        {
+            var instance = new Instance(Cases.Loaded("joints"), 0);
+            System.Array.Clear(instance.World, 0, 11);
+            instance.Update(new Core.Camera());
+            int camera = instance.Values.Layout.First("camera_row0");
+            Assert.AreEqual(new float[12], instance.Values.Floats.Skip(camera).Take(12));
+        }
+
+        [Test]
+        public void ASceneHasItsBuffersAndItsLimit()
+        {
+            SceneSort empty = SceneSort.Of(new ProjectedChunk[0]);
+            Assert.AreEqual(0, empty.Passes.Dispatches.Length);
+            Assert.IsTrue(empty.Buffers.All(one => one.Count > 0));
+            var chunks = new List<ProjectedChunk>
+            {
+                new ProjectedChunk { Buffer = "0/Projected.0", Count = 1000 },
+                new ProjectedChunk { Buffer = "1/Projected.0", Count = 25 },
+            };
+            SceneSort two = SceneSort.Of(chunks);
+            Assert.AreEqual(1025, two.Count);
+            Assert.AreEqual(2 + 24, two.SortDispatches);
+            Assert.AreEqual(2 + 24 + 2, two.Passes.Dispatches.Length);
+            Assert.AreEqual(new[] { 1025, 1025, 32, 3075 }, two.Buffers.Select(one => one.Count));
+            Assert.IsFalse(two.Passes.Set(new FrameValues(1)));
+            chunks.Add(new ProjectedChunk { Buffer = "2/Projected.0", Count = 65535 * 64 });
+            AvatarError error = Assert.Throws<AvatarError>(() => SceneSort.Of(chunks));
+            StringAssert.Contains("the scene: has 4195265 splats; one sort takes 4194240", error.Message);
+        }
+    }
+}

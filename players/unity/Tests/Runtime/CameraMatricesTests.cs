@@ -1,0 +1,97 @@
+using NUnit.Framework;
+using UnityEngine;
+
+namespace AvatarExport.Tests
+{
+    /// <summary>Unity's camera and object matrices as those of the core.</summary>
+    public sealed class CameraMatricesTests
+    {
+        private const float Near = 0.3f, Far = 50;
+
+        /// <summary>Turned about two axes, and away from the origin; rigid.</summary>
+        private static Matrix4x4 View()
+        {
+            const float A = 0.8f, B = 0.6f; // cosine, sine
+            Matrix4x4 yaw = Matrix4x4.identity, pitch = Matrix4x4.identity;
+            yaw.m00 = yaw.m22 = A;
+            yaw.m02 = B;
+            yaw.m20 = -B;
+            pitch.m11 = pitch.m22 = A;
+            pitch.m12 = -B;
+            pitch.m21 = B;
+            Matrix4x4 view = pitch * yaw;
+            view.m03 = 0.3f;
+            view.m13 = -0.7f;
+            view.m23 = -4;
+            return view;
+        }
+
+        /// <summary>Off-centre, as that of an eye.</summary>
+        private static Matrix4x4 Projection()
+        {
+            var made = new Matrix4x4 { m00 = 1.5f, m11 = 2, m02 = 0.1f, m12 = -0.05f, m32 = -1 };
+            made.m22 = -(Far + Near) / (Far - Near);
+            made.m23 = -2 * Far * Near / (Far - Near);
+            return made;
+        }
+
+        private static double[] Rows(Matrix4x4 m)
+        {
+            var rows = new double[16];
+            for (int i = 0; i < 16; i++) rows[i] = m[i / 4, i % 4];
+            return rows;
+        }
+
+        [Test]
+        public void CameraIsThatOfTheCore()
+        {
+            Core.Camera wanted = new Core.Camera(), found = new Core.Camera();
+            wanted.SetFrom(Rows(View()), Rows(Projection()), 640, 480);
+            new CameraMatrices().Write(View(), Projection(), false, 640, 480, found);
+            for (int i = 0; i < 16; i++)
+            {
+                Assert.AreEqual(wanted.CameraFromWorld[i], found.CameraFromWorld[i], 1e-5, "view " + i);
+                if (i / 4 != 2) Assert.AreEqual(wanted.ClipFromWorld[i], found.ClipFromWorld[i], 1e-5, "clip " + i);
+            }
+            for (int i = 0; i < 3; i++) Assert.AreEqual(wanted.Centre[i], found.Centre[i], 1e-5);
+            for (int i = 0; i < 2; i++) Assert.AreEqual(wanted.TanHalfFov[i], found.TanHalfFov[i], 1e-6);
+            Assert.AreEqual(640, found.Width);
+        }
+
+        [TestCase(true)]
+        [TestCase(false)]
+        public void ClipDepthIsThatOfTheDepthBuffer(bool reversed)
+        {
+            var camera = new Core.Camera();
+            new CameraMatrices().Write(Matrix4x4.identity, Projection(), reversed, 8, 8, camera);
+            foreach (float depth in new[] { Near, Far })
+            {
+                float[] clip = camera.ClipFromWorld;
+                double z = clip[10] * -depth + clip[11], w = clip[14] * -depth + clip[15];
+                Assert.AreEqual(depth == Near == reversed ? 1 : 0, z / w, 1e-5);
+            }
+        }
+
+        [Test]
+        public void RightHandedAvatarsAreMirrored()
+        {
+            Matrix4x4 matrix = View();
+            double[] left = new double[16], right = new double[16];
+            CameraMatrices.WriteWorld(matrix, false, left);
+            CameraMatrices.WriteWorld(matrix, true, right);
+            for (int i = 0; i < 16; i++)
+            {
+                Assert.AreEqual(matrix[i / 4, i % 4], left[i], 0);
+                Assert.AreEqual(i % 4 == 0 ? -left[i] : left[i], right[i], 0);
+            }
+        }
+
+        [Test]
+        public void OrthographicProjectionsAreSeen()
+        {
+            Matrix4x4 orthographic = Matrix4x4.identity;
+            Assert.IsFalse(CameraMatrices.HasPerspective(orthographic));
+            Assert.IsTrue(CameraMatrices.HasPerspective(Projection()));
+        }
+    }
+}

@@ -1,0 +1,1 @@
+"""What a pose costs in the core of the Unity player."""
