@@ -48,14 +48,16 @@ players: .venv/tested $(WEB_PLAYER)
 	$(PYTEST) -m players
 
 # A million hostile files and a million hostile packs, always the same ones; more, guided by what they reach, where
-# atheris is installed; commands that are killed or lack disk, streams or memory; and twenty times as many made-up
-# inputs as the tests ask for, other ones on every run.
+# atheris is installed; ten million of the native player's loader, guided too; commands that are killed or lack disk,
+# streams or memory; and twenty times as many made-up inputs as the tests ask for, other ones on every run.
 INPUTS ?= 1000000
+NATIVE_INPUTS ?= 10000000
 FAULTS ?= 100
 FUZZ ?= 20
 fuzz: .venv/tested
 	$(BIN)/python -m tests.fuzz --inputs $(INPUTS) --workers $(WORKERS)
 	$(BIN)/python -m tests.fuzz.guided
+	$(BIN)/python -m tests.fuzz.native --runs $(NATIVE_INPUTS)
 	$(BIN)/python -m tests.fuzz.faults --each $(FAULTS)
 	AVATAR_FUZZ=$(FUZZ) $(PYTEST) -m hypothesis
 

@@ -1,7 +1,8 @@
 """`python -m avatar_shaders`: makes everything that is made from hlsl/ and from the tables of avatar_schema.
 
 That is hlsl/constants.hlsli, hlsl/rules.hlsli, glsl430/, glsl310es/, msl/, wgsl/ and reflection.json, and in a checkout
-the copies for engines, the modules of the web player, and the tables and .meta files of the Unity player.
+the copies for engines, the modules of the web player, the tables and .meta files of the Unity player, the tables and
+texts of the native player, and the shader classes and the copied sources of the Unreal plugin.
 """
 
 from __future__ import annotations
@@ -10,19 +11,22 @@ import argparse
 import sys
 from pathlib import Path
 
+from avatar_shaders.cpp import cpp_files
 from avatar_shaders.csharp import csharp_files
 from avatar_shaders.engines import UNITY, engine_files, unity_metas
 from avatar_shaders.entries import LANGUAGES
 from avatar_shaders.generate import HLSL, PACKAGE, generate_all
 from avatar_shaders.headers import made_headers
 from avatar_shaders.tools import ShaderError
+from avatar_shaders.unreal import NATIVE, UNREAL, unreal_files
 from avatar_shaders.web import web_files
 
 ENGINES = PACKAGE.parent
 ROOT = ENGINES.parent
 WEB = "players/web/src/made"
 CSHARP = f"{UNITY}/Core/Made"
-IN_CHECKOUT = (ENGINES / "unreal").is_dir()  # an installed package has no engine folders
+CPP = f"{NATIVE}/src/made"
+IN_CHECKOUT = (ROOT / "players" / "unreal").is_dir()  # an installed package has no engine folders
 MADE = "by `python -m avatar_shaders`; do not edit"
 
 
@@ -60,7 +64,9 @@ def made_files() -> dict[str, str]:
     if IN_CHECKOUT:
         files |= {f"{WEB}/{name}": text for name, text in web_files(texts).items()}
         files |= {f"{CSHARP}/{name}": text for name, text in csharp_files(texts).items()}
+        files |= {f"{CPP}/{name}": text for name, text in cpp_files(texts).items()}
         files |= engine_files()
+        files |= unreal_files(ROOT, files)
         files |= unity_metas(ROOT, files)
     return files
 
@@ -75,7 +81,7 @@ def differing() -> list[str]:
 def stale(files: dict[str, str]) -> list[Path]:
     """Made files that are no longer made."""
     folders = [PACKAGE / language for language in LANGUAGES]
-    folders += [ENGINES / "unreal", ROOT / WEB, ROOT / UNITY] if IN_CHECKOUT else []
+    folders += [ROOT / UNREAL, ROOT / WEB, ROOT / UNITY, ROOT / CPP] if IN_CHECKOUT else []
     present = [path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()]
     made = [path for path in present if path.suffix == ".meta" or MADE.encode() in path.read_bytes()]
     return [path for path in made if str(path.relative_to(ROOT)) not in files]

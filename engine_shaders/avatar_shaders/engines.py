@@ -1,4 +1,4 @@
-"""The made files of players/unity and of the folder unreal: copies of the HLSL under names that each engine accepts.
+"""The made files of players/unity and players/unreal: copies of the HLSL under names that each engine accepts.
 
 A Unity package cannot include files from outside, and Unreal accepts .usf and .ush only. So both get flat copies:
 `x.hlsli` becomes x_core.hlsl or x_core.ush, `x.hlsl` keeps its name or becomes x.ush, and a compute entry gets
@@ -14,13 +14,14 @@ from pathlib import Path
 
 from avatar_shaders.entries import ENTRIES, HLSL_ONLY
 from avatar_shaders.generate import HLSL
+from avatar_shaders.unreal import UNREAL
 
 _INCLUDE = re.compile(r'#include "(\w+)\.(hlsli?)"')
 _GUID = re.compile(r"^guid: ([0-9a-f]{32})$", re.MULTILINE)
 _COPY = "// Copy of avatar_shaders/hlsl/{name}, by `python -m avatar_shaders`; do not edit.\n"
 _SUFFIXES = {"unity": ("_core.hlsl", ".hlsl"), "unreal": ("_core.ush", ".ush")}  # of .hlsli and of .hlsl
 UNITY = "players/unity"
-_FOLDERS = {"unity": f"{UNITY}/Shaders", "unreal": "engine_shaders/unreal/Shaders"}
+_FOLDERS = {"unity": f"{UNITY}/Shaders", "unreal": f"{UNREAL}/Shaders"}
 _KERNELS = f"{UNITY}/Shaders/Resources/AvatarExport"
 _UNITY_KERNEL = """\
 // Stage `{stage}` for Unity, by `python -m avatar_shaders`; do not edit. Constants are set by name.

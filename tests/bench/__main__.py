@@ -9,7 +9,7 @@ CPU time and peak resident memory are those of one fresh process a conversion.
     python -m tests.bench --only backends
 
 compares the backends alone, `--only training` measures the differentiable renderer, `--only posing` what a pose costs
-before anything is drawn, `--only unity` what it costs in C#, and `--only packs` packs the
+before anything is drawn, `--only unity` and `--only native` what it costs in C# and C++, and `--only packs` packs the
 head and plays the pack.
 `python -m tests.bench.packs` packs every avatar to its budget; `python -m tests.bench.gl_speed` gives frames per second
 on a GPU.
@@ -120,6 +120,14 @@ def unity_rows() -> list[Row]:
     printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     lines = [line.split() for line in printed.splitlines()]
     return [(f"unity_{name}", float(milliseconds), "ms") for name, milliseconds in lines]
+
+
+def native_rows() -> list[Row]:
+    """What loading and posing cost in the core of the native player."""
+    command = [sys.executable, "-m", "tests.players.native_speed"]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    lines = [line.split() for line in printed.splitlines()]
+    return [(name.rstrip(":"), float(value), unit) for name, value, unit in lines]
 
 
 def start(bundle: Path, environment: dict[str, str]) -> float:
@@ -238,6 +246,7 @@ PARTS: dict[str, Callable[[Path, int], list[Row]]] = {
     "training": training_rows,
     "posing": lambda folder, gaussians: posing_rows(),
     "unity": lambda folder, gaussians: unity_rows(),
+    "native": lambda folder, gaussians: native_rows(),
     "packs": lambda folder, gaussians: pack_rows(head(folder, gaussians)),
 }
 

@@ -21,6 +21,10 @@ FOLDERS = (
     "players",
     "players/unity",
     "players/unity/Documentation~",
+    "players/unreal",
+    "players/unreal/Docs",
+    "players/native/android",
+    "players/native/ios",
     ".github",
 )
 # Paths of the repository in prose: from its root. Words in capitals and stars stand for something else.

@@ -51,7 +51,7 @@ def test_at_most_one_line_has_measured_figures() -> None:
 
 def test_the_first_screen_says_what_moves_and_shows_something_moving() -> None:
     top = "\n".join(README.splitlines()[:FIRST_SCREEN])
-    assert "Gaussians move in browsers and in Python" in top and "Gaussians stand still" in top
+    assert "Gaussians move in browsers, in Python and in C++" in top and "Gaussians stand still" in top
     assert re.search(r"!\[.*?\]\(samples/\w+\.webp\)", top)
     for engine in ("Blender", "Unity", "Unreal", "Godot", "three.js", "Babylon.js"):
         assert f"| [{engine}" in top, engine

@@ -22,11 +22,12 @@ from avatar_shaders.reflect import interface
 from avatar_shaders.tools import ShaderError, compile_file, cross, spirv
 from tests.shaders import dxc, gl_process
 
-UNREAL = PACKAGE.parent / "unreal"
+UNREAL = PACKAGE.parent.parent / "players" / "unreal"
 UNITY = PACKAGE.parent.parent / "players" / "unity" / "Shaders"
 UNITY_KERNELS = UNITY / "Resources" / "AvatarExport"
 UNITY_OPTION = f"-I{UNITY}"  # the texts of passes are compiled in another folder
 SHIMS = Path(__file__).parent / "shims"
+UNREAL_DRAWS = ("unreal_depth_pixel", "unreal_composite_pixel")  # written by hand, for Unreal alone
 UNREAL_OPTIONS = (f"-I{SHIMS / 'unreal'}",)
 COMPUTE = [name for name, row in ENTRIES.items() if row.kind == "compute"]
 COPY_TO_TEXTURE = "quad_texels"  # written by hand, for Unity alone
@@ -127,6 +128,17 @@ def test_unreal_shader_compiles_with_loose_parameters(entry: str) -> None:
     assert {b["name"] for b in loose} <= {"_Global", "$Global"}
 
 
+@pytest.mark.parametrize("entry", UNREAL_DRAWS)
+def test_what_draws_in_unreal_compiles(entry: str) -> None:
+    module = compile_file(UNREAL / "Shaders/unreal_draw.usf", entry, "fragment", UNREAL_OPTIONS)
+    told = json.loads(cross(module, "reflect"))
+    textures = {
+        "unreal_depth_pixel": ["scene_depth"],
+        "unreal_composite_pixel": ["Accumulated", "scene_colour"],
+    }
+    assert sorted(image["name"] for image in told["separate_images"]) == textures[entry]
+
+
 def test_dxc_takes_the_engines_texts(tmp_path: Path) -> None:
     if dxc.library() is None:
         pytest.skip("libdxcompiler is not here (AVATAR_DXC names it; the compushady package holds one)")
@@ -138,7 +150,7 @@ def test_dxc_takes_the_engines_texts(tmp_path: Path) -> None:
         text = str(unity_text(tmp_path, name))
         jobs += [(text, entry, PROFILES[kind], (UNITY_OPTION,)) for entry, kind in KINDS.items()]
     unreal = {entry: (Path(row.hlsl).stem, row.kind) for entry, row in (ENTRIES | HLSL_ONLY).items()}
-    for entry, (file, kind) in unreal.items():
+    for entry, (file, kind) in (unreal | dict.fromkeys(UNREAL_DRAWS, ("unreal_draw", "fragment"))).items():
         # The engine serves paths that begin with /Engine; this compiler looks on the disk.
         text = (UNREAL / f"Shaders/{file}.usf").read_text("utf-8")
         path = tmp_path / f"{entry}.usf"

@@ -173,8 +173,8 @@ def test_left_over_files_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(command, "ROOT", tmp_path)
     monkeypatch.setattr(command, "ENGINES", engines)
     monkeypatch.setattr(command, "PACKAGE", engines / "avatar_shaders")
-    made = [engines / name for name in ("avatar_shaders/msl/old.metal", "unreal/Shaders/old.ush")]
-    made.append(tmp_path / "players/web/src/made/old.ts")
+    made = [engines / "avatar_shaders/msl/old.metal"]
+    made += [tmp_path / "players" / name for name in ("unreal/Shaders/old.ush", "web/src/made/old.ts")]
     for path in (*made, tmp_path / "players/unity/Shaders/by_hand.shader"):
         path.parent.mkdir(parents=True)
         path.write_text(f"// {command.MADE}.\n" if path in made else "// mine\n", "utf-8")

@@ -1,0 +1,187 @@
+"""The made files of players/native/src/made: interfaces, constants and texts of the shaders as C++."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+from avatar_shaders import VERSION
+from avatar_shaders.entries import ENTRIES, path_of
+from avatar_shaders.headers import table
+from avatar_shaders.web import macros
+
+TEXTS = ("glsl430", "glsl310es", "msl")
+_MADE = "// Made from the HLSL of avatar_shaders by `python -m avatar_shaders`; do not edit.\n"
+_PIECE = 12000  # letters of a literal: some compilers take 16 KB
+_BLOCK = {"uint": "uint", "float": "float1", "float2": "float2", "float3": "float3", "float4": "float4"}
+
+
+def cpp_files(made: dict[str, str]) -> dict[str, str]:
+    """{file name: text} of every file. `made` is what generate_all() makes."""
+    rows: dict[str, dict[str, Any]] = json.loads(made["reflection.json"])["entries"]
+    files = {"interfaces.cpp": _MADE + _interfaces(rows), "constants.h": _MADE + _constants()}
+    return files | {f"{language}.cpp": _MADE + _texts(made, language) for language in TEXTS}
+
+
+def _interfaces(rows: dict[str, dict[str, Any]]) -> str:
+    compute = {name: row for name, row in rows.items() if row["kind"] == "compute"}
+    tables = "".join(_tables(name, row) for name, row in compute.items())
+    listed = "".join(f"    {_interface(name, row)},\n" for name, row in compute.items())
+    whole = (
+        f"const Interface interfaces[] = {{\n{listed}}};\nconst uint32_t interface_count = {len(compute)};\n"
+    )
+    head = '#include "../pack/contracts.h"\n\nnamespace avatar {\nnamespace {\n\n'
+    return head + tables + "}  // namespace\n\n" + whole + "\n}  // namespace avatar\n"
+
+
+def _tables(name: str, row: dict[str, Any]) -> str:
+    """The arrays of an entry."""
+    (block,) = row["uniform_blocks"]
+    storage = [
+        f"{{{_text(s['name'])}, {s['binding']}, {s['stride']}, {_flag(s['readonly'])}}}"
+        for s in row["storage"]
+    ]
+    members = [
+        f"{{{_text(m['name'])}, {m['offset']}, ConstantType::{_BLOCK[m['type']]}}}" for m in block["members"]
+    ]
+    found = _array("StorageBuffer", f"{name}_storage", storage) + _array("Member", f"{name}_members", members)
+    return found + (_contract(name, row["access"]) if "access" in row else "")
+
+
+def _contract(name: str, access: dict[str, Any]) -> str:
+    """A contract, with its keys in the order of struct Contract."""
+    arrays = _Arrays(name)
+    most = arrays.of("Most", [f"{{{_text(k)}, {v}}}" for k, v in access.get("most", {}).items()])
+    values = arrays.of(
+        "Values", [f"{{{_text(k)}, {arrays.numbers(v)}}}" for k, v in access.get("values", {}).items()]
+    )
+    fits = arrays.of("NamePair", [f"{{{_text(a)}, {_text(b)}}}" for a, b in access.get("fits", [])])
+    pose = arrays.of("NamePair", [f"{{{_text(a)}, {_text(b)}}}" for a, b in access.get("pose", {}).items()])
+    same = arrays.of(
+        "Same", [f"{{{_text(k)}, {arrays.names(v)}}}" for k, v in access.get("same", {}).items()]
+    )
+    level = arrays.names(access.get("level", []))
+    elements = arrays.of(
+        "Touched",
+        [
+            f"{{{_text(k)}, {_text(one['elements'])}, {arrays.when(one)}}}"
+            for k, rows in access.get("elements", {}).items()
+            for one in rows
+        ],
+    )
+    sections = arrays.of(
+        "SectionContract", [_section(k, v, arrays) for k, v in access.get("sections", {}).items()]
+    )
+    parts = [_text(access["rows"]), most, values, fits, pose, same, _text(access.get("chunk")), level]
+    body = "".join(f"    {part},\n" for part in [*parts, elements, sections])
+    return arrays.text + f"const Contract {name}_access = {{\n{body}}};\n\n"
+
+
+def _section(name: str, told: dict[str, Any], arrays: _Arrays) -> str:
+    parts = [
+        _text(name),
+        _text(told["buffer"]),
+        f"SectionKind::{_kind(told['kind'])}",
+        _text(told["elements"]),
+    ]
+    parts += [_text(told.get("width")), arrays.numbers(told.get("widths", [32])), _text(told.get("below"))]
+    parts += [str(told.get("pointer", 0)), _text(told.get("scale")), _text(told.get("floats"))]
+    return "{" + ", ".join([*parts, arrays.when(told)]) + "}"
+
+
+def _kind(name: str) -> str:
+    return f"{name}_" if name == "signed" else name
+
+
+class _Arrays:
+    """Arrays of one contract, each written once. `text` declares them."""
+
+    def __init__(self, name: str) -> None:
+        self.text = ""
+        self._name = name
+        self._known: dict[str, str] = {}
+
+    def of(self, kind: str, items: list[str]) -> str:
+        """A list of these items."""
+        if not items:
+            return "{nullptr, 0}"
+        made = ", ".join(items)
+        key = f"{kind} {made}"
+        if key not in self._known:
+            name = self._known[key] = f"{self._name}_{len(self._known)}"
+            self.text += _array(kind, name, items)
+        return f"{{{self._known[key]}, {len(items)}}}"
+
+    def numbers(self, values: list[int]) -> str:
+        """A list of whole numbers."""
+        return self.of("uint32_t", [str(value) for value in values])
+
+    def names(self, values: list[str]) -> str:
+        """A list of names."""
+        return self.of("char* const", [_text(value) for value in values])
+
+    def when(self, told: dict[str, Any]) -> str:
+        """The conditions of a part of a contract."""
+        rows = told.get("when", {})
+        return self.of("Values", [f"{{{_text(k)}, {self.numbers(v)}}}" for k, v in rows.items()])
+
+
+def _interface(name: str, row: dict[str, Any]) -> str:
+    (block,) = row["uniform_blocks"]
+    access = f"&{name}_access" if "access" in row else "nullptr"
+    lists = f"{{{name}_storage, {len(row['storage'])}}}, {{{name}_members, {len(block['members'])}}}"
+    size = f"{row['thread_group'][0]}, {block['binding']}, {block['size']}"
+    return f"{{{_text(name)}, {_text(row['stage'])}, {size}, {lists}, {access}}}"
+
+
+def _array(kind: str, name: str, items: list[str]) -> str:
+    const = "" if kind.endswith("const") else "const "
+    kind = "const char* const" if kind == "char* const" else const + kind
+    if all(item.isdigit() for item in items):
+        return f"{kind} {name}[] = {{{', '.join(items)}}};\n"
+    return f"{kind} {name}[] = {{\n" + "".join(f"    {item},\n" for item in items) + "};\n"
+
+
+def _constants() -> str:
+    """The numbers of the shaders that a player's own code may need."""
+    lines = [
+        _constant(
+            "uint32_t", "shader_version", str(VERSION), "Of the kernels. A pack of newer ones is refused."
+        )
+    ]
+    for name, entry in table("constants.json").items():
+        value = entry["value"]
+        if not isinstance(value, list):
+            kind = "uint32_t" if isinstance(value, int) else "double"
+            lines.append(_constant(kind, name, repr(value), entry["reason"]))
+    for name, number, about in macros():
+        formula = re.sub(r"[A-Z_]{2,}", lambda found: found[0].lower(), number)
+        lines.append(_constant("uint32_t", name.lower(), formula, about))
+    head = "#pragma once\n#include <cstdint>\n\nnamespace avatar {\n\n"
+    return head + "\n".join(lines) + "\n}  // namespace avatar\n"
+
+
+def _constant(kind: str, name: str, value: str, about: str) -> str:
+    return f"/// {about[0].upper() + about[1:].rstrip('.')}.\nconstexpr {kind} {name} = {value};\n"
+
+
+def _texts(made: dict[str, str], language: str) -> str:
+    """The texts of all entries in a language, compute entries and those that draw."""
+    rows = []
+    for entry in ENTRIES:
+        text = made[path_of(entry, language)]
+        pieces = [text[at : at + _PIECE] for at in range(0, len(text), _PIECE)]
+        literals = "\n".join(f'R"~({piece})~"' for piece in pieces)
+        rows.append(f"{{{_text(entry)}, {literals}}},\n")
+    head = '#include "shader_texts.h"\n\nnamespace avatar {\n\n'
+    body = f"const ShaderText {language}_texts[] = {{\n{''.join(rows)}}};\n"
+    return head + body + f"const uint32_t {language}_text_count = {len(rows)};\n\n}}  // namespace avatar\n"
+
+
+def _text(value: str | None) -> str:
+    return "nullptr" if value is None else json.dumps(value)
+
+
+def _flag(value: bool) -> str:
+    return "true" if value else "false"

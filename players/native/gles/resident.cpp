@@ -1,0 +1,148 @@
+#include "resident.h"
+
+#include "buffers.h"
+
+namespace avatar {
+
+SharedBuffers::SharedBuffers(Context given, const AvatarPack* of) : pack(of), arena_(given.allocator, given.errors) {
+    AvatarFacts facts;
+    avatar_facts(of, &facts);
+    buffers_ = arena_.make<uint32_t>(facts.buffers);
+}
+
+uint32_t SharedBuffers::get(const Context& context, uint32_t index, const AvatarBuffer& told) {
+    if (index >= buffers_.size) return 0;  // its memory was not given, and the error is set
+    uint32_t& buffer = buffers_[index];
+    if (buffer == 0) buffer = make_buffer(context.gl, context.errors, told.name, told.bytes, pack, index);
+    return buffer;
+}
+
+static void release_all(const Gl& gl, Span<uint32_t> buffers) {
+    for (uint32_t& buffer : buffers) {
+        if (buffer != 0) gl.DeleteBuffers(1, &buffer);
+        buffer = 0;
+    }
+}
+
+void SharedBuffers::release(const Gl& gl) { release_all(gl, buffers_); }
+
+void SharedBuffers::forget() {
+    for (uint32_t& buffer : buffers_) buffer = 0;
+}
+
+Resident::Resident(Context context, SharedBuffers* of, AvatarInstance* played)
+    : instance(played), shared(of), level(avatar_instance_level(played)), context_(context),
+      arena_(context.allocator, context.errors) {
+    AvatarFacts facts;
+    avatar_facts(of->pack, &facts);
+    own_ = arena_.make<uint32_t>(facts.buffers);
+}
+
+Resident::~Resident() {
+    release();
+    for (AvatarPasses* passes : passes_) avatar_passes_close(passes);
+}
+
+bool Resident::make() {
+    for (uint32_t list = 0; list < lists; list++) {
+        passes_[list] = avatar_passes_open(shared->pack, level, list, &context_.allocator);
+        if (const char* line = avatar_passes_error(passes_[list])) return take_error(line);
+        if (!recorded_[list].make(context_.gl, context_.programs, passes_[list], {&Resident::find, this}, arena_)) return false;
+    }
+    reads_mesh_ = recorded_[AVATAR_DEFORM].binds("Mesh");
+    const int32_t index = avatar_buffer_index(shared->pack, "Pose");
+    pose_buffer_ = index < 0 || own_.empty() ? 0 : own_[static_cast<size_t>(index)];
+    uint32_t floats = 0;
+    avatar_pose_floats(instance, &floats);
+    last_pose_ = arena_.make<float>(floats);  // zeros, as the new buffer
+    return !context_.errors.any();
+}
+
+bool Resident::pose(const Clock& clock) {
+    if (avatar_update_pose(instance) != AVATAR_OK) return take_error(avatar_instance_error(instance));
+    clock.end(context_.gl, "joints");
+    bool changed = upload_pose() || !ran_;
+    const bool lasting = ran_ && avatar_passes_keep_lasting(passes_[AVATAR_DEFORM]) != 0;
+    bool mesh = changed;
+    set(AVATAR_MESH, mesh);
+    set(AVATAR_DEFORM, changed);
+    if (lasting) recorded_[AVATAR_DEFORM].upload(context_.gl);
+    if (mesh && reads_mesh_) recorded_[AVATAR_MESH].run(context_.gl, clock);
+    if (changed || mesh) recorded_[AVATAR_DEFORM].run(context_.gl, clock);
+    deformed_ = deformed_ || changed || mesh;
+    ran_ = true;
+    return true;
+}
+
+bool Resident::view(const AvatarCamera& camera, const Clock& clock, bool& projected) {
+    if (!ran_ && !pose(clock)) return false;
+    if (avatar_update_camera(instance, &camera) != AVATAR_OK) return take_error(avatar_instance_error(instance));
+    bool changed = deformed_;
+    set(AVATAR_VIEW, changed);
+    if (changed) recorded_[AVATAR_VIEW].run(context_.gl, clock);
+    projected = projected || changed;
+    deformed_ = false;
+    return true;
+}
+
+/// Uploads the constants of a list if the frame changed them.
+void Resident::set(uint32_t list, bool& changed) {
+    if (avatar_passes_set(passes_[list], instance) == 0) return;
+    recorded_[list].upload(context_.gl);
+    changed = true;
+}
+
+/// Uploads the pose if it is another one.
+bool Resident::upload_pose() {
+    uint32_t count = 0;
+    const float* floats = avatar_pose_floats(instance, &count);
+    const size_t bytes = count * sizeof(float);
+    if (count == 0 || count != last_pose_.size || std::memcmp(floats, last_pose_.data, bytes) == 0) return false;
+    std::memcpy(last_pose_.data, floats, bytes);
+    if (pose_buffer_ != 0) write_buffer(context_.gl, pose_buffer_, floats, bytes);
+    return true;
+}
+
+uint32_t Resident::chunks() const {
+    AvatarLevel told;
+    return avatar_level(shared->pack, level, &told) == AVATAR_OK ? told.chunks : 0;
+}
+
+bool Resident::chunk(uint32_t index, uint32_t& projected, uint32_t& count) {
+    AvatarChunk told;
+    if (avatar_chunk(shared->pack, level, index, &told) != AVATAR_OK) return false;
+    count = told.count;
+    projected = buffer(told.projected);
+    return projected != 0;
+}
+
+uint32_t Resident::find(void* user, const AvatarBinding& binding) {
+    Resident* self = static_cast<Resident*>(user);
+    return self->buffer(static_cast<uint32_t>(binding.index));
+}
+
+uint32_t Resident::buffer(uint32_t index) {
+    AvatarBuffer told;
+    if (avatar_buffer(shared->pack, index, &told) != AVATAR_OK || index >= own_.size) return 0;
+    if (told.has_content != 0) return shared->get(context_, index, told);
+    if (own_[index] == 0) own_[index] = make_buffer(context_.gl, context_.errors, told.name, told.bytes);
+    return own_[index];
+}
+
+bool Resident::take_error(const char* line) {
+    context_.errors.set_owner("");  // the line has one
+    context_.errors.set("", "%s", line);
+    return false;
+}
+
+void Resident::release() {
+    for (RecordedPasses& one : recorded_) one.release(context_.gl);
+    release_all(context_.gl, own_);
+}
+
+void Resident::forget() {
+    for (RecordedPasses& one : recorded_) one.forget();
+    for (uint32_t& buffer : own_) buffer = 0;
+}
+
+}  // namespace avatar

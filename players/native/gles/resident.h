@@ -1,0 +1,83 @@
+#pragma once
+#include "recorded.h"
+
+namespace avatar {
+
+/// Everything that residents need of their scene.
+struct Context {
+    const Gl& gl;
+    Programs& programs;
+    Errors& errors;
+    const AvatarAllocator& allocator;
+};
+
+/// Buffers with content of a pack: shared by its instances, uploaded when a pass first binds them.
+struct SharedBuffers {
+    SharedBuffers(Context given, const AvatarPack* of);
+
+    /// The buffer of an index; 0 with an error.
+    uint32_t get(const Context& context, uint32_t index, const AvatarBuffer& told);
+    void release(const Gl& gl);
+    void forget();
+
+    const AvatarPack* pack;
+    uint32_t users = 0;
+    SharedBuffers* next = nullptr;
+
+private:
+    Arena arena_;
+    Span<uint32_t> buffers_;  // of the pack, by index; 0: not uploaded
+};
+
+/// What an instance holds on the GPU at one level: its own buffers and its passes.
+class Resident {
+public:
+    Resident(Context context, SharedBuffers* shared, AvatarInstance* instance);
+    ~Resident();
+    Resident(const Resident&) = delete;
+    Resident& operator=(const Resident&) = delete;
+
+    /// Makes and uploads everything. On an error, what was made is freed with it.
+    bool make();
+
+    /// Takes the pose of the instance and deforms it if it has changed.
+    bool pose(const Clock& clock);
+
+    /// Projects what a camera sees, if that has changed; then `projected` is true.
+    bool view(const AvatarCamera& camera, const Clock& clock, bool& projected);
+
+    /// Chunks of the level, and the buffer of projected splats of one.
+    uint32_t chunks() const;
+    bool chunk(uint32_t index, uint32_t& buffer, uint32_t& count);
+
+    void release();
+    void forget();
+
+    AvatarInstance* const instance;
+    SharedBuffers* const shared;
+    const uint32_t level;
+    bool shown = true;
+    Resident* next = nullptr;
+
+private:
+    enum { lists = 3 };  // AVATAR_MESH, AVATAR_DEFORM, AVATAR_VIEW
+
+    static uint32_t find(void* user, const AvatarBinding& binding);
+    uint32_t buffer(uint32_t index);
+    bool upload_pose();
+    void set(uint32_t list, bool& changed);
+    bool take_error(const char* line);
+
+    Context context_;
+    Arena arena_;
+    AvatarPasses* passes_[lists] = {};
+    RecordedPasses recorded_[lists];
+    Span<uint32_t> own_;  // writable buffers, by index; 0: not made
+    Span<float> last_pose_;
+    uint32_t pose_buffer_ = 0;
+    bool reads_mesh_ = false;
+    bool ran_ = false;       // all passes of deform have run once
+    bool deformed_ = false;  // since they were last projected
+};
+
+}  // namespace avatar

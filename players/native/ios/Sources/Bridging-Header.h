@@ -1,0 +1,1 @@
+#include "avatar_player.h"

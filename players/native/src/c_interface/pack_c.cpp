@@ -1,0 +1,238 @@
+// The functions of avatar_player.h that read a pack.
+#include "../made/shader_texts.h"
+#include "handles.h"
+
+using namespace avatar;
+
+AvatarPack* avatar_open(const void* file, size_t bytes, const char* name, const AvatarAllocator* allocator) {
+    AvatarPack* pack = open_handle<AvatarPack>(allocator);
+    if (pack == nullptr) return nullptr;
+    pack->errors.set_owner(name != nullptr ? Text(name) : Text("the pack"));
+    pack->unusable = !read_pack(static_cast<const uint8_t*>(file), file != nullptr ? bytes : 0, pack->avatar, pack->arena);
+    return pack;
+}
+
+void avatar_close(AvatarPack* pack) { close_handle(pack); }
+
+const char* avatar_error(const AvatarPack* pack) { return line_of(pack); }
+
+/// The avatar of a sound pack; else null.
+static const Avatar* sound(const AvatarPack* pack) { return pack == nullptr || pack->unusable ? nullptr : &pack->avatar; }
+
+void avatar_facts(const AvatarPack* pack, AvatarFacts* out) {
+    if (out == nullptr) return;
+    *out = AvatarFacts{};
+    const Avatar* of = sound(pack);
+    if (of == nullptr) return;
+    out->name = of->name.data;
+    out->license = or_null(of->license);
+    out->consent = or_null(of->consent);
+    out->left_handed = of->left_handed;
+    out->expressions = static_cast<uint32_t>(of->expressions.size);
+    out->eyelids = static_cast<uint32_t>(of->late_morphs.size);
+    out->joints = static_cast<uint32_t>(of->skeleton.names.size);
+    out->groups = static_cast<uint32_t>(of->groups.size);
+    out->clips = static_cast<uint32_t>(of->clips.size);
+    out->levels = static_cast<uint32_t>(of->levels.size);
+    out->buffers = static_cast<uint32_t>(of->program.buffers.size);
+    out->anchors = static_cast<uint32_t>(of->skeleton.anchor_vertices.size);
+    out->drivable = of->has_driving;
+    out->bounds_low = of->has_bounds ? of->bounds_low : nullptr;
+    out->bounds_high = of->has_bounds ? of->bounds_high : nullptr;
+    out->background = of->has_background ? of->background : nullptr;
+    out->up = of->framing.up;
+    out->front = of->framing.front;
+    out->whole_target = of->framing.whole.target;
+    out->whole_size = of->framing.whole.size;
+    out->head_target = of->framing.head.given ? of->framing.head.target : nullptr;
+    out->head_size = of->framing.head.given ? of->framing.head.size : nullptr;
+    out->preview = of->preview.size > 0 ? of->preview.data : nullptr;
+    out->preview_bytes = of->preview.size;
+    out->file_bytes = of->file_bytes;
+}
+
+static const char* name_at(Span<Text> names, uint32_t index) { return index < names.size ? names[index].data : nullptr; }
+
+const char* avatar_expression_name(const AvatarPack* pack, uint32_t index) {
+    const Avatar* of = sound(pack);
+    return of != nullptr && index < of->expressions.size ? of->expressions[index].name.data : nullptr;
+}
+
+const char* avatar_expression_alias(const AvatarPack* pack, uint32_t expression, uint32_t index) {
+    const Avatar* of = sound(pack);
+    return of != nullptr && expression < of->expressions.size ? name_at(of->expressions[expression].aliases, index) : nullptr;
+}
+
+const char* avatar_eyelid_name(const AvatarPack* pack, uint32_t index) {
+    const Avatar* of = sound(pack);
+    return of != nullptr ? name_at(of->late_morphs, index) : nullptr;
+}
+
+const char* avatar_joint_name(const AvatarPack* pack, uint32_t index) {
+    const Avatar* of = sound(pack);
+    return of != nullptr ? name_at(of->skeleton.names, index) : nullptr;
+}
+
+const char* avatar_group_name(const AvatarPack* pack, uint32_t index) {
+    const Avatar* of = sound(pack);
+    return of != nullptr && index < of->groups.size ? of->groups[index].name.data : nullptr;
+}
+
+static int32_t index_of(const Names& names, const char* name) {
+    return name != nullptr ? static_cast<int32_t>(names.find(name)) : -1;
+}
+
+int32_t avatar_expression_index(const AvatarPack* pack, const char* name) {
+    const Avatar* of = sound(pack);
+    return of != nullptr ? index_of(of->expression_names, name) : -1;
+}
+
+int32_t avatar_eyelid_index(const AvatarPack* pack, const char* name) {
+    const Avatar* of = sound(pack);
+    return of != nullptr ? index_of(of->late_names, name) : -1;
+}
+
+int32_t avatar_joint_index(const AvatarPack* pack, const char* name) {
+    const Avatar* of = sound(pack);
+    return of != nullptr ? index_of(of->joint_names, name) : -1;
+}
+
+void avatar_expression_range(const AvatarPack* pack, uint32_t index, double* low, double* high) {
+    const Avatar* of = sound(pack);
+    const bool has = of != nullptr && index < of->expressions.size;
+    if (low != nullptr) *low = has ? of->expressions[index].low : 0;
+    if (high != nullptr) *high = has ? of->expressions[index].high : 0;
+}
+
+const int32_t* avatar_joint_parents(const AvatarPack* pack) {
+    const Avatar* of = sound(pack);
+    return of != nullptr && of->has_skeleton ? of->skeleton.parents.data : nullptr;
+}
+
+const double* avatar_rest_local(const AvatarPack* pack) {
+    const Avatar* of = sound(pack);
+    return of != nullptr && of->has_skeleton ? of->skeleton.rest_local.data : nullptr;
+}
+
+const double* avatar_inverse_bind(const AvatarPack* pack) {
+    const Avatar* of = sound(pack);
+    return of != nullptr && of->has_skeleton ? of->skeleton.inverse_bind.data : nullptr;
+}
+
+int avatar_group(const AvatarPack* pack, uint32_t index, AvatarGroup* out) {
+    static const char* const names[] = {"skin", "anchor", "joint_mix", "surface", "none"};
+    const Avatar* of = sound(pack);
+    if (out == nullptr) return AVATAR_FAILED;
+    *out = AvatarGroup{};
+    if (of == nullptr || index >= of->groups.size) return AVATAR_FAILED;
+    const Group& group = of->groups[index];
+    *out = {group.name.data, static_cast<uint32_t>(group.first), static_cast<uint32_t>(group.count),
+            names[static_cast<int>(group.binding)]};
+    return AVATAR_OK;
+}
+
+int avatar_clip(const AvatarPack* pack, uint32_t index, AvatarClip* out) {
+    const Avatar* of = sound(pack);
+    if (out == nullptr) return AVATAR_FAILED;
+    *out = AvatarClip{};
+    if (of == nullptr || index >= of->clips.size) return AVATAR_FAILED;
+    const ClipData& clip = of->clips[index];
+    *out = {clip.name.data,
+            clip.fps,
+            (clip.frames - 1) / clip.fps,
+            static_cast<uint32_t>(clip.frames),
+            clip.expression_weights.data,
+            clip.late_weights.data,
+            clip.joint_delta.data,
+            clip.world_from_avatar.data};
+    return AVATAR_OK;
+}
+
+int avatar_level(const AvatarPack* pack, uint32_t index, AvatarLevel* out) {
+    const Avatar* of = sound(pack);
+    if (out == nullptr) return AVATAR_FAILED;
+    *out = AvatarLevel{};
+    if (of == nullptr || index >= of->levels.size) return AVATAR_FAILED;
+    const LevelInfo& level = of->levels[index];
+    const uint32_t chunks = static_cast<uint32_t>(of->program.levels[index].chunks.size);
+    *out = {static_cast<uint32_t>(level.count), chunks, level.height_px, level.psnr_db};
+    return AVATAR_OK;
+}
+
+uint32_t avatar_level_for(const AvatarPack* pack, double height_px) {
+    const Avatar* of = sound(pack);
+    uint32_t best = 0;
+    for (uint32_t i = 1; of != nullptr && i < of->levels.size; i++) {
+        if (height_px <= of->levels[i].height_px) best = i;  // a level without a height compares false
+    }
+    return best;
+}
+
+int avatar_chunk(const AvatarPack* pack, uint32_t level, uint32_t chunk, AvatarChunk* out) {
+    const Avatar* of = sound(pack);
+    if (out == nullptr) return AVATAR_FAILED;
+    *out = AvatarChunk{};
+    if (of == nullptr || level >= of->levels.size || chunk >= of->program.levels[level].chunks.size) return AVATAR_FAILED;
+    const Level& held = of->program.levels[level];
+    const Run run = held.chunks[chunk];
+    const int64_t buffer = of->program.buffer_names.find(ChunkName(held, "Projected", chunk));
+    *out = {static_cast<uint32_t>(run.first), static_cast<uint32_t>(run.count), static_cast<uint32_t>(buffer)};
+    return AVATAR_OK;
+}
+
+int avatar_buffer(const AvatarPack* pack, uint32_t index, AvatarBuffer* out) {
+    const Avatar* of = sound(pack);
+    if (out == nullptr) return AVATAR_FAILED;
+    *out = AvatarBuffer{};
+    if (of == nullptr || index >= of->program.buffers.size) return AVATAR_FAILED;
+    const Buffer& buffer = of->program.buffers[index];
+    *out = {buffer.name.data, static_cast<uint32_t>(buffer.bytes), !buffer.sections.empty()};
+    return AVATAR_OK;
+}
+
+int32_t avatar_buffer_index(const AvatarPack* pack, const char* name) {
+    const Avatar* of = sound(pack);
+    return of != nullptr ? index_of(of->program.buffer_names, name) : -1;
+}
+
+int avatar_buffer_content(const AvatarPack* pack, uint32_t index, void* into) {
+    const Avatar* of = sound(pack);
+    if (of == nullptr || into == nullptr || index >= of->program.buffers.size ||
+        of->program.buffers[index].sections.empty()) {
+        return AVATAR_FAILED;
+    }
+    uint8_t* to = static_cast<uint8_t*>(into);
+    for (const Section& one : of->program.buffers[index].sections) {
+        const size_t bytes = one.elements.bytes(), whole = 4 * static_cast<size_t>(one.elements.words());
+        if (bytes > 0) std::memcpy(to, one.elements.data, bytes);
+        std::memset(to + bytes, 0, whole - bytes);
+        to += whole;
+    }
+    return AVATAR_OK;
+}
+
+const uint32_t* avatar_triangles(const AvatarPack* pack, uint32_t* count) {
+    const Avatar* of = sound(pack);
+    const size_t found = of != nullptr ? of->triangles.size / 3 : 0;
+    if (count != nullptr) *count = static_cast<uint32_t>(found);
+    return found > 0 ? of->triangles.data : nullptr;
+}
+
+const char* avatar_shader_at(uint32_t language, uint32_t index, const char** entry) {
+    const ShaderText* texts = language == AVATAR_GLSL430 ? glsl430_texts : language == AVATAR_GLSL310ES ? glsl310es_texts : msl_texts;
+    const uint32_t count = language == AVATAR_GLSL430     ? glsl430_text_count
+                           : language == AVATAR_GLSL310ES ? glsl310es_text_count
+                           : language == AVATAR_MSL       ? msl_text_count
+                                                          : 0;
+    if (index >= count) return nullptr;
+    if (entry != nullptr) *entry = texts[index].entry;
+    return texts[index].text;
+}
+
+const char* avatar_shader(uint32_t language, const char* entry) {
+    const char* name = nullptr;
+    for (uint32_t i = 0;; i++) {
+        const char* text = avatar_shader_at(language, i, &name);
+        if (text == nullptr || (entry != nullptr && Text(name) == entry)) return text;
+    }
+}

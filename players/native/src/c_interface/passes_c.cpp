@@ -1,0 +1,90 @@
+// The functions of avatar_player.h that make lists of passes.
+#include "play_handles.h"
+
+using namespace avatar;
+
+AvatarSort::AvatarSort(const AvatarAllocator& given, const AvatarSceneChunk* chunks, uint32_t count)
+    : HandleBase(given), passes(given) {
+    errors.set_owner("the scene");
+    if (chunks == nullptr && count > 0) errors.set("", "no chunks are given");
+    for (uint32_t i = 0; i < count && !errors.any(); i++) {
+        if (chunks[i].buffer == nullptr) errors.set("", "chunk %u has no name of a buffer", i);
+    }
+    if (!errors.any()) sort.make(chunks, count, arena);
+    passes.list = sort.passes;
+    passes.unusable = unusable = errors.any();
+}
+
+AvatarPasses* avatar_passes_open(const AvatarPack* pack, uint32_t level, uint32_t list, const AvatarAllocator* allocator) {
+    AvatarPasses* made = open_handle<AvatarPasses>(allocator);
+    if (made == nullptr) return nullptr;
+    Errors& errors = made->errors;
+    if (pack == nullptr || pack->unusable) {
+        errors.set("", "its pack could not be loaded");
+    } else if (level >= pack->avatar.levels.size || list > AVATAR_VIEW) {
+        errors.set_owner(pack->avatar.name);
+        errors.set("level", "there is no list %u of level %u", list, level);
+    } else {
+        const Program& program = pack->avatar.program;
+        const Level& of = program.levels[level];
+        const FrameLayout layout(pack->avatar.groups.size);
+        const Span<Pass> passes = list == AVATAR_MESH ? program.mesh : list == AVATAR_DEFORM ? of.deform : of.view;
+        made->list.make(dispatched(passes, made->arena), &layout, nullptr, made->arena);
+    }
+    made->of = pack;
+    made->unusable = errors.any();
+    return made;
+}
+
+void avatar_passes_close(AvatarPasses* passes) { close_handle(passes); }
+
+const char* avatar_passes_error(const AvatarPasses* passes) { return line_of(passes); }
+
+static bool usable(const AvatarPasses* passes) { return passes != nullptr && !passes->unusable; }
+
+uint32_t avatar_passes_count(const AvatarPasses* passes) {
+    return usable(passes) ? static_cast<uint32_t>(passes->list.dispatches.size) : 0;
+}
+
+const AvatarDispatch* avatar_dispatch(const AvatarPasses* passes, uint32_t index) {
+    return index < avatar_passes_count(passes) ? &passes->list.dispatches[index] : nullptr;
+}
+
+const void* avatar_passes_blocks(const AvatarPasses* passes, size_t* bytes) {
+    if (bytes != nullptr) *bytes = usable(passes) ? passes->list.blocks.size : 0;
+    return usable(passes) ? passes->list.blocks.data : nullptr;
+}
+
+int avatar_passes_set(AvatarPasses* passes, const AvatarInstance* instance) {
+    if (!usable(passes)) return 0;
+    passes->errors.clear();
+    if (instance == nullptr || instance->unusable) passes->errors.set("", "no sound instance is given");
+    else if (&instance->pack != passes->of) passes->errors.set("", "the instance is one of another pack");
+    return !passes->errors.any() && passes->list.set(instance->values);
+}
+
+int avatar_passes_keep_lasting(AvatarPasses* passes) { return usable(passes) && passes->list.keep_lasting(); }
+
+AvatarSort* avatar_sort_open(const AvatarSceneChunk* chunks, uint32_t count, const AvatarAllocator* allocator) {
+    return open_handle<AvatarSort>(allocator, chunks, count);
+}
+
+void avatar_sort_close(AvatarSort* sort) { close_handle(sort); }
+
+const char* avatar_sort_error(const AvatarSort* sort) { return line_of(sort); }
+
+uint32_t avatar_sort_count(const AvatarSort* sort) { return sort == nullptr || sort->unusable ? 0 : sort->sort.count; }
+
+int avatar_sort_buffer(const AvatarSort* sort, uint32_t index, AvatarSceneBuffer* out) {
+    if (out == nullptr) return AVATAR_FAILED;
+    *out = AvatarSceneBuffer{};
+    if (sort == nullptr || sort->unusable || index >= 4) return AVATAR_FAILED;
+    *out = sort->sort.buffers[index];
+    return AVATAR_OK;
+}
+
+const AvatarPasses* avatar_sort_passes(const AvatarSort* sort) { return sort == nullptr ? nullptr : &sort->passes; }
+
+uint32_t avatar_sort_dispatches(const AvatarSort* sort) {
+    return sort == nullptr || sort->unusable ? 0 : sort->sort.sort_dispatches;
+}

@@ -1,0 +1,10 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace avatar {
+
+/// The checksum of gzip.
+uint32_t crc32(const uint8_t* bytes, size_t size);
+
+}  // namespace avatar

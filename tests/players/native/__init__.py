@@ -1,0 +1,61 @@
+"""Runs the probes of the native player."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import struct
+import subprocess
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from tests.session.native import LIMIT_S, NATIVE, SANITIZED, build
+from tests.session.needed import need
+
+
+def need_compilers() -> None:
+    """clang with its sanitizers, and g++. See `need`."""
+    need({"clang++ (clang, libclang-rt-14-dev)": shutil.which("clang++"), "g++": shutil.which("g++")})
+
+
+def probe() -> Path:
+    """The program of all probes, with sanitizers."""
+    need_compilers()
+    return build(
+        "probe", [NATIVE / "tests" / f"{name}.cpp" for name in ("probe", "checks", "refused")], SANITIZED
+    )
+
+
+def ask(command: str, folders: Sequence[Path], out: Path) -> list[Mapping[str, bytes]]:
+    """What a probe says of each folder. Fails the test where the program ends with an error, such as a sanitizer's."""
+    files = [out / f"{command}_{at}.bin" for at in range(len(folders))]
+    words = [
+        word
+        for folder, file in zip(folders, files, strict=True)
+        for word in (command, str(folder), str(file))
+    ]
+    run(probe(), words)
+    return [records(file.read_bytes()) for file in files]
+
+
+def run(program: Path, words: Sequence[str]) -> str:
+    """What a program prints. It must end with 0."""
+    own = {**os.environ, "UBSAN_OPTIONS": "print_stacktrace=1", "ASAN_OPTIONS": "detect_leaks=1"}
+    done = subprocess.run(
+        [str(program), *words], env=own, capture_output=True, text=True, timeout=LIMIT_S, check=False
+    )
+    assert done.returncode == 0, f"{done.returncode}: {done.stdout[-2000:]}{done.stderr[-4000:]}"
+    return done.stdout
+
+
+def records(data: bytes) -> dict[str, bytes]:
+    """{name: bytes} of what records.h writes."""
+    found, at = {}, 0
+    while at < len(data):
+        (length,) = struct.unpack_from("<I", data, at)
+        name = data[at + 4 : at + 4 + length].decode("utf-8", "surrogatepass")
+        (size,) = struct.unpack_from("<Q", data, at + 4 + length)
+        at += 12 + length
+        found[name] = data[at : at + size]
+        at += size
+    return found

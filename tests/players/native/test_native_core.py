@@ -1,0 +1,346 @@
+"""The core of the native player with sanitizers, judged by what Python computes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import struct
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avatar_export import read
+from avatar_export.driving.live_link_csv import read_live_link_csv
+from avatar_export.packing.steps import Fineness
+from avatar_export.packing.write import pack
+from avatar_runtime.codec import safetensors
+from avatar_runtime.driving.arkit import canonical, rotation_channel
+from avatar_runtime.packs import decode_pack
+from avatar_runtime.pose import clip_pose, resolve
+from avatar_runtime.rotation import quat_from_matrix
+from avatar_shaders.texts import reflection
+from tests.players.native import ask
+from tests.players.unity_cases import write_contents
+from tests.runtime.backends.gl_cases import avatars
+
+Array = np.ndarray[Any, Any]
+Records = Mapping[str, bytes]
+PARTS = (0.25, 0.5, 0.9)  # of the way between two frames
+TRAINED = Path(__file__).parents[3] / "samples" / "trained"
+EPSILON = float(np.finfo(np.float32).eps)
+# Python rounds skin matrices to float32 before it skins anchors and mixes joints; here everything is float64.
+ROUNDINGS = 16 * EPSILON
+FRAME = np.dtype([("weights", "<f4", 52), ("head", "<f8", 3), ("left", "<f8", 3), ("right", "<f8", 3)])
+MATRIX = ("<f4", 16)
+CAMERA_PARTS = {
+    "cameraFromWorld": MATRIX,
+    "clipFromWorld": MATRIX,
+    "centre": ("<f4", 3),
+    "tanHalfFov": ("<f4", 2),
+}
+CAMERA = np.dtype([*((name, *part) for name, part in CAMERA_PARTS.items()), ("size", "<i4", 2)])
+
+
+@pytest.fixture(scope="module")
+def names(unity_cases: Path) -> list[str]:
+    """The packs of the cases."""
+    found: list[str] = json.loads((unity_cases / "packs.json").read_text())["packs"]
+    return found
+
+
+def test_packs_hold_what_python_reads(names: list[str], unity_cases: Path, tmp_path: Path) -> None:
+    for name, found in zip(
+        names, ask("contents", [unity_cases / name for name in names], tmp_path), strict=True
+    ):
+        want = json.loads((unity_cases / name / "facts.json").read_text())
+        check_contents(found, want)
+
+
+@pytest.mark.parametrize("kind", ["conformance avatars", "body_splatting"])
+def test_avatars_and_samples_hold_what_python_reads(kind: str, tmp_path: Path) -> None:
+    made = avatars() if kind == "conformance avatars" else {kind: read(TRAINED / kind)}
+    fineness = None if kind == "conformance avatars" else Fineness(4.0)
+    write_contents({name: pack([avatar], fineness).file for name, avatar in made.items()}, tmp_path)
+    for name, found in zip(made, ask("contents", [tmp_path / name for name in made], tmp_path), strict=True):
+        check_contents(found, json.loads((tmp_path / name / "facts.json").read_text()))
+
+
+def check_contents(found: Records, want: dict[str, Any]) -> None:
+    """The contents of one pack, by hash."""
+    assert found["error"] == b""
+    for name, (size, sha) in want["buffers"].items():
+        assert struct.unpack("<I", found[f"size/{name}"]) == (size,)
+        assert _sha(found[f"buffer/{name}"]) == sha, name
+    assert sum(key.startswith("buffer/") for key in found) == len(want["buffers"])
+    for at, clip in enumerate(want["clips"]):
+        assert found[f"clip/{at}/name"].decode() == clip.pop("name")
+        assert {key: _sha(found[f"clip/{at}/{key}"]) for key in clip} == clip
+    assert [key for key in found if key.startswith("expression/")] == [
+        f"expression/{e[0]}" for e in want["expressions"]
+    ]
+    for name, _, limits in want["expressions"]:
+        assert struct.unpack("<2d", found[f"expression/{name}"]) == tuple(limits)
+    aliases = [(name, alias) for name, others, _ in want["expressions"] for alias in others]
+    assert {key for key in found if key.startswith("alias/")} == {f"alias/{n}/{a}" for n, a in aliases}
+    order = [name for name, *_ in want["expressions"]]
+    meant = {alias: name for name, alias in aliases} | {name: name for name in order}
+    for name, alias in aliases:
+        assert struct.unpack("<i", found[f"alias/{name}/{alias}"]) == (order.index(meant[alias]),), alias
+    groups = [found[f"group/{at}"].decode() for at in range(len(want["groups"]))]
+    assert groups == [" ".join(map(str, group)) for group in want["groups"]]
+    skeleton = want["skeleton"] or {"names": []}
+    assert [found[key].decode() for key in found if key.startswith("joint/")] == skeleton["names"]
+    for key in ("parents", "restLocal", "inverseBindMatrix"):
+        assert not want["skeleton"] or _sha(found[key]) == skeleton[key]
+
+
+def _sha(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def test_poses_give_what_python_computes(names: list[str], unity_cases: Path, tmp_path: Path) -> None:
+    wanted, folders = [], []
+    for name in names:
+        want = safetensors.decode((unity_cases / name / "poses.safetensors").read_bytes(), name)
+        parts = ("expression_weights", "late_weights", "joint_delta", "world_from_avatar")
+        count = len(want["pose_floats"])
+        given = [want[part].reshape(count, -1).astype(np.float64) for part in parts]
+        folders.append(_folder(tmp_path / name, unity_cases / name / "pack.avatar"))
+        (folders[-1] / "poses.f64").write_bytes(np.concatenate(given, axis=1).tobytes())
+        wanted.append(want)
+    for want, found in zip(wanted, ask("poses", folders, tmp_path), strict=True):
+        for key in ("pose_floats", "group_matrix", "group_rotation"):
+            made = np.frombuffer(found[key], np.float32).reshape(want[key].shape)
+            rows = want[key].reshape(len(made), -1)
+            limit = ROUNDINGS * np.maximum(1, np.abs(rows).max(1, initial=0))
+            assert (np.abs(made.reshape(rows.shape) - rows).max(1, initial=0) <= limit).all(), key
+
+
+def _folder(path: Path, pack: Path) -> Path:
+    path.mkdir()
+    (path / "pack.avatar").symlink_to(pack.resolve())
+    return path
+
+
+def test_driving_and_joints_repeat_the_reference(names: list[str], unity_cases: Path, tmp_path: Path) -> None:
+    drivable = [name for name in names if name != "surface_without_rig"]
+    for name, found in zip(
+        drivable, ask("conform", [unity_cases / n for n in drivable], tmp_path), strict=True
+    ):
+        assert found["error"] == b"", name
+        failed = {key: struct.unpack("<2d", row) for key, row in found.items() if key.count("/") >= 2}
+        assert found["passed"] == b"\1", (name, {key: row for key, row in failed.items() if row[1] != 1})
+        assert {key.split("/")[-2] for key in failed} == {"driving", "joints"}
+
+
+def test_clips_are_sampled_as_python_does(unity_cases: Path, tmp_path: Path) -> None:
+    avatar = decode_pack((unity_cases / "joints" / "pack.avatar").read_bytes(), "joints").avatar
+    clip = avatar.clips[0]
+    folder = _folder(tmp_path / "joints", unity_cases / "joints" / "pack.avatar")
+    frames = np.arange(clip.frames)
+    times = np.concatenate([frames / clip.fps, [(1 + part) / clip.fps for part in PARTS], [-1, 1e9, np.nan]])
+    (folder / "times.f64").write_bytes(times.tobytes())
+    (found,) = ask("clips", [folder], tmp_path)
+    made = np.frombuffer(found["sampled"]).reshape(len(times), -1)
+    for frame in frames:
+        arrays = resolve(clip_pose(avatar, clip, int(frame)), avatar)
+        parts = (arrays.expression_weights, arrays.late_weights, arrays.joint_delta, arrays.world_from_avatar)
+        want = np.concatenate([np.asarray(part, np.float64).ravel() for part in parts])
+        np.testing.assert_array_equal(made[frame], want)
+    np.testing.assert_array_equal(made[-3], made[0])
+    np.testing.assert_array_equal(made[-2], made[clip.frames - 1])
+    np.testing.assert_array_equal(made[-1], made[0])
+    arrays = [resolve(clip_pose(avatar, clip, frame), avatar) for frame in (1, 2)]
+    for row, part in zip(made[clip.frames :], PARTS, strict=False):
+        weights = (1 - part) * arrays[0].expression_weights + part * arrays[1].expression_weights
+        limit = 16 * EPSILON
+        np.testing.assert_allclose(row[: len(weights)], weights, rtol=0, atol=limit)
+        deltas = [
+            _between(a, b, part) for a, b in zip(arrays[0].joint_delta, arrays[1].joint_delta, strict=True)
+        ]
+        deltas.append(_between(arrays[0].world_from_avatar, arrays[1].world_from_avatar, part))
+        np.testing.assert_allclose(row[-16 * len(deltas) :], np.ravel(deltas), rtol=0, atol=limit)
+    assert b"there is no clip 99; it has 2, counted from 0" in found["no clip"]
+
+
+def _between(a: Array, b: Array, part: float) -> Array:
+    """Rotations by QR and by quaternions the short way; what remains, and translations, linearly."""
+    turns, rests = [], []
+    for matrix in (a, b):
+        q, r = np.linalg.qr(matrix[:3, :3].astype(np.float64))
+        signs = np.sign(np.diag(r))
+        signs[2] = signs[0] * signs[1] * np.linalg.det(q)
+        turns.append(quat_from_matrix(q * signs))
+        rests.append(signs[:, None] * r)
+    second = turns[1] if turns[0] @ turns[1] > 0 else -turns[1]
+    w, x, y, z = quat = (1 - part) * turns[0] + part * second
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    turn = np.eye(3) + 2 * (w * cross + cross @ cross) / (quat @ quat)
+    made = np.array((1 - part) * a + part * b, np.float64)
+    made[:3, :3] = turn @ ((1 - part) * rests[0] + part * rests[1])
+    return made
+
+
+def test_cameras_have_the_matrices_of_python(unity_cases: Path, tmp_path: Path) -> None:
+    told = json.loads((unity_cases / "cameras.json").read_text())
+    order = ("orbit", "fromOpencv")
+    for how, file in zip(order, ("orbit", "opencv"), strict=True):
+        given = [np.hstack([np.ravel(x) for x in row["given"]]) for row in told if row["how"] == how]
+        (tmp_path / f"{file}.f64").write_bytes(np.array(given, np.float64).tobytes())
+    (found,) = ask("cameras", [tmp_path], tmp_path)
+    made = np.frombuffer(found["cameras"], CAMERA)
+    wanted = [row for how in order for row in told if row["how"] == how]
+    assert len(made) == len(wanted)
+    for have, want in zip(made, wanted, strict=True):
+        for key in CAMERA_PARTS:
+            limit = 4 * EPSILON * max(1, np.abs(want[key]).max())
+            np.testing.assert_allclose(have[key], want[key], rtol=0, atol=limit)
+
+
+def test_recordings_and_packets_are_read_as_python_reads_them(unity_cases: Path, tmp_path: Path) -> None:
+    csv = (unity_cases / "recording.csv").read_bytes()
+    take = read_live_link_csv(csv, "take")
+    times = np.concatenate([take.time, (take.time[1:] + take.time[:-1]) / 2, [-1, 1e9, np.nan]])
+    for name in ("recording.csv", "packets.bin"):
+        (tmp_path / name).symlink_to((unity_cases / name).resolve())
+    (tmp_path / "take_times.f64").write_bytes(times.tobytes())
+    (found,) = ask("recordings", [tmp_path], tmp_path)
+    assert found["error"] == b""
+    np.testing.assert_array_equal(np.frombuffer(found["times"]), take.time)
+    np.testing.assert_array_equal(np.frombuffer(found["channels"]).reshape(-1, 61), take.channels)
+    assert struct.unpack("<d", found["fps"]) == (take.fps,)
+    frames = _channels(np.frombuffer(found["frames"], FRAME))
+    count = len(take.time)
+    want = np.concatenate([take.channels, (take.channels[1:] + take.channels[:-1]) / 2])
+    np.testing.assert_allclose(frames[: len(want)], want, rtol=0, atol=4 * EPSILON * np.abs(want).max())
+    np.testing.assert_array_equal(frames[-3:], frames[[0, count - 1, 0]])
+    _check_packets((unity_cases / "packets.bin").read_bytes(), found)
+
+
+def _channels(frames: Array) -> Array:
+    parts = [frames[name].astype(np.float64) for name in ("weights", "head", "left", "right")]
+    return np.concatenate(parts, axis=1)
+
+
+def _check_packets(data: bytes, found: Records) -> None:
+    faces = _channels(np.frombuffer(found["faces"], FRAME))
+    at = count = taken = 0
+    while at < len(data):
+        (length,) = struct.unpack_from("<I", data, at)
+        at += 4 + length
+        assert found["taken"][count] == data[at], f"packet {count}"
+        want = np.frombuffer(data, "<f8", 61, at + 1) if data[at] else np.zeros(61)
+        np.testing.assert_array_equal(faces[count], want)
+        taken += data[at]
+        at += 1 + 8 * 61 * data[at]
+        count += 1
+    assert count > 1000 and taken > 50
+
+
+def test_spellings_of_channels_are_understood(tmp_path: Path) -> None:
+    spelled = [
+        "jawOpen",
+        "JAW_OPEN",
+        "BS_node.jawOpen",
+        "ak_01_eyeBlink_L",
+        "arkit_browInnerUp_R",
+        "cheekPuffLeft",
+    ]
+    spelled += [
+        "headYaw",
+        "left eye pitch",
+        "a|b:mouthSmile-Right",
+        "nothing",
+        "ak_jawOpen",
+        "eyeBlinkL",
+        "browInnerUpleft",
+    ]
+    (tmp_path / "names.txt").write_text("".join(f"{name}\n" for name in spelled))
+    (found,) = ask("spellings", [tmp_path], tmp_path)
+    assert {name: found[name].decode() for name in spelled} == {
+        n: canonical(n) or rotation_channel(n) or "" for n in spelled
+    }
+
+
+def test_passes_have_the_constants_of_the_pack_and_of_the_frame(
+    names: list[str], unity_cases: Path, tmp_path: Path
+) -> None:
+    table = reflection("glsl430")
+    for name, found in zip(
+        names, ask("blocks", [unity_cases / name for name in names], tmp_path), strict=True
+    ):
+        held = decode_pack((unity_cases / name / "pack.avatar").read_bytes(), name)
+        assert held.avatar.packed is not None
+        program = held.avatar.packed.program
+        frame = _frame(found, len(held.avatar.groups))
+        level = program.levels[0]
+        lasting = [
+            one for one in level.deform if one.entry == "blend" and one.constants["appearance_sh_width"] == 0
+        ]
+        assert (found["kept/1"] == b"\1") == bool(lasting), name
+        for at, passes in enumerate((program.mesh, level.deform, level.view)):
+            assert found[f"again/{at}"] == b"\0"
+            for index, one in enumerate(passes):
+                key, row = f"{at}/{index}/", table[one.entry]
+                assert found[key + "entry"].decode() == one.entry
+                (threads,) = struct.unpack("<I", found[key + "threads"])
+                assert [threads, 1, 1] == row["thread_group"]
+                assert struct.unpack("<I", found[key + "groups"]) == (-(-one.rows // threads),)
+                for storage in row["storage"]:
+                    assert (
+                        found[f"{key}binding/{storage['binding']}"].decode() == one.buffers[storage["name"]]
+                    )
+                _check_block(found[key + "block"], row["uniform_blocks"][0], one.constants, frame)
+            assert f"{at}/{len(passes)}/entry" not in found
+
+
+def _frame(found: Records, groups: int) -> dict[str, Array]:
+    """The values of the frame that the probe sets, by numpy."""
+    place = np.array([[0, 0, 2, 1], [0, 2, 0, 2], [-2, 0, 0, 3], [0, 0, 0, 1]], np.float64)
+    world = np.frombuffer(found["world"]).reshape(4, 4)
+    yaw, pitch, fov = 0.3, 0.2, 0.7
+    eye = 2 * np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
+    forward = -eye / 2
+    right = np.array([np.cos(yaw), 0, -np.sin(yaw)])
+    view = np.eye(4)
+    view[:3, :3] = [right, np.cross(forward, right), forward]
+    view[:3, 3] = -view[:3, :3] @ eye
+    focal = 480 / (2 * np.tan(fov / 2))
+    depth = 100 / (100 - 0.01)
+    clip = np.array(
+        [[2 * focal / 640, 0, 0, 0], [0, 2 * focal / 480, 0, 0], [0, 0, depth, -depth * 0.01], [0, 0, 1, 0]]
+    )
+    made = {f"world_row{row}": world[row] for row in range(3)}
+    made["world_quat_wxyz"] = quat_from_matrix(world[:3, :3])
+    for row in range(3):
+        made[f"camera_row{row}"] = (view @ place)[row]
+        for table in ("matrix", "rotation"):
+            rows = np.frombuffer(found[table], np.float32).reshape(groups, 3, 4)
+            made[f"group_{table}_row{row}"] = rows[:, row]
+    made |= {f"clip_row{row}": (clip @ view @ place)[row] for row in range(4)}
+    made["eye"] = np.linalg.solve(place, np.append(eye, 1))
+    made["tan_half_fov"] = np.array([640 / (2 * focal), 480 / (2 * focal)])
+    made["image_size"] = np.array([640, 480])
+    return made
+
+
+def _check_block(
+    block: bytes, told: dict[str, Any], constants: Mapping[str, Any], frame: dict[str, Array]
+) -> None:
+    assert len(block) == told["size"]
+    for member in told["members"]:
+        value, at = constants.get(member["name"], 0), member["offset"]
+        if member["type"] == "uint":
+            assert struct.unpack_from("<I", block, at) == (value,), member
+            continue
+        if isinstance(value, str):
+            name, _, row = value.partition("[")
+            value = frame[name][int(row[:-1])] if row else frame[name]
+        want = np.ravel(np.asarray(value, np.float64))
+        have = np.frombuffer(block, np.float32, len(want), at)
+        np.testing.assert_allclose(
+            have, want, rtol=0, atol=16 * EPSILON * max(1, np.abs(want).max()), err_msg=member["name"]
+        )

@@ -1,0 +1,359 @@
+"""The native player on OpenGL ES 3.1 and OpenGL 4.3: stages against the vectors, images against backend `gl`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avatar_export.packing.write import prepare, write
+from avatar_runtime.avatar import F32
+from avatar_runtime.backends.gl import make_scene
+from avatar_runtime.backends.gl.backend import GlBackend
+from avatar_runtime.camera import Camera
+from avatar_runtime.packs import decode_pack
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose
+from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+from avatar_runtime.stages.raster import Image
+from tests.exporter.packing.cases import COARSE, levels_of
+from tests.measured import Measure
+from tests.players.native.gles import Job, desk_program
+from tests.players.played_cases import HEAD, PlayedCase, folder_name, image_of, played_cases
+from tests.players.test_unity_played import TWO, places
+from tests.players.unity_play.frames import frame_of
+from tests.runtime.backends import gl_cases
+from tests.session.native import NATIVE
+
+KINDS = ("es", "gl")
+# An image sums some hundred products of float32; drivers and hosts round the constants of a frame alike.
+IMAGE_LIMIT = 64 * float(np.finfo(np.float32).eps)
+PLACED_LIMIT = 256 * float(
+    np.finfo(np.float32).eps
+)  # a place is multiplied with the camera, which rounds otherwise
+BYTE = 1 / 255
+SMALLER = ("GL_EXT_float_blend", "GL_EXT_color_buffer_float", "GL_EXT_color_buffer_half_float")
+TARGETS = ("rgba32f", "rgba16f", "rgba8")
+EYES = {
+    eye: Camera.orbit(np.array([x, 0.0, 0.0]), 0.7, 0.3, 0.1, 0.7, *gl_cases.SIZE)
+    for eye, x in (("left", -0.032), ("right", 0.032))
+}  # beside each other, metres
+
+
+@dataclass(frozen=True)
+class Played:
+    """A job that was run, with the words of each line it printed."""
+
+    job: Job
+    said: list[list[str]]
+
+    def of(self, word: str) -> list[list[str]]:
+        """What follows a word."""
+        return [line[1:] for line in self.said if line[0] == word]
+
+
+@pytest.fixture(scope="module")
+def cases(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, PlayedCase]:
+    """Avatars under every rule."""
+    return played_cases(tmp_path_factory)
+
+
+@pytest.fixture(scope="module")
+def wanted(cases: Mapping[str, PlayedCase]) -> Mapping[str, F32]:
+    """Images of backend `gl`."""
+    return {name: image_of(case.avatar) for name, case in cases.items()}
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def every(
+    request: pytest.FixtureRequest, cases: Mapping[str, PlayedCase], tmp_path_factory: pytest.TempPathFactory
+) -> Played:
+    """All cases in one context of each kind: images, and verdicts on all stages."""
+    job = Job(tmp_path_factory.mktemp(f"gles_{request.param}"))
+    job.say("begin", request.param)
+    job.camera(gl_cases.camera())
+    for name, case in cases.items():
+        job.add(case.folder / HEAD, case.avatar, gl_cases.pose_of(case.avatar))
+        job.draw(folder_name(name))
+        job.say("clear")
+        job.say("conform", case.folder, "cases")
+    job.say("end")
+    return Played(job, job.run(desk_program()))
+
+
+def off(found: F32, want: F32, limit: float) -> float:
+    """The largest difference, as a share of what it may be."""
+    assert want[..., 3].max() > 0.5
+    return float(np.abs(found - want).max()) / limit
+
+
+def over(image: Image) -> F32:
+    """[H, W, 4] premultiplied colour and alpha."""
+    return np.dstack([image.colour, 1 - image.transmittance])
+
+
+def test_images_are_those_of_backend_gl(every: Played, wanted: Mapping[str, F32], measured: Measure) -> None:
+    apart = {
+        name: off(every.job.image(folder_name(name)), want, IMAGE_LIMIT) for name, want in wanted.items()
+    }
+    measured("native gles, image, share of the tolerance", max(apart.values()), 1)
+    assert not {name: value for name, value in apart.items() if value > 1}
+
+
+def test_all_stages_repeat_their_references(
+    every: Played, cases: Mapping[str, PlayedCase], measured: Measure
+) -> None:
+    rows = every.of("row")
+    assert {"morph", "skin", "blend", "bind", "activate", "project", "sort", "raster"} <= {
+        row[1] for row in rows
+    }
+    assert not [row for row in rows if row[-1] != "1"]
+    assert every.of("passed") == [["1"]] * len(cases)
+    measured("native gles, stages, share of the tolerance", max(float(row[-2]) for row in rows), 1)
+
+
+def test_everything_is_given_back(every: Played) -> None:
+    assert every.of("left") == [["0"]]
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def scene(
+    request: pytest.FixtureRequest, cases: Mapping[str, PlayedCase], tmp_path_factory: pytest.TempPathFactory
+) -> Played:
+    """Two avatars in one scene, drawn in every way."""
+    job = Job(tmp_path_factory.mktemp(f"gles_scene_{request.param}"))
+    job.say("begin", request.param)
+    job.camera(gl_cases.camera())
+    for name, place in zip(TWO, places(), strict=True):
+        case = cases[name]
+        job.add(case.folder / HEAD, case.avatar, gl_cases.pose_of(case.avatar), place=place)
+    job.say("twice")
+    job.say("early")
+    job.draw("both")
+    job.draw("again")
+    _see(job, cases)
+    for reversed_depth in (0, 1):
+        job.draw(
+            f"behind_{reversed_depth}",
+            "depth",
+            job.file(wall(bool(reversed_depth)).tobytes()),
+            reversed_depth,
+        )
+    for linear, background in ((0, "blue"), (1, "blue"), (0, "-")):
+        job.say("composite", linear, background, job.folder / f"composite_{linear}_{background}")
+    for number, target in enumerate(TARGETS):
+        job.say("target", number)
+        job.draw(target)
+    job.say("target", 0)
+    job.say("show", 1, 0)
+    job.draw("first")
+    job.say("show", 1, 1)
+    job.say("refused", cases[TWO[1]].folder / HEAD)
+    job.draw("after")
+    job.say("frames", 200)
+    job.say("lose")
+    for at, (name, place) in enumerate(zip(TWO, places(), strict=True)):
+        job.say("pose", at, job.pose(cases[name].avatar, gl_cases.pose_of(cases[name].avatar), place))
+    job.draw("restored")
+    job.say("end")
+    if request.param == "es":
+        for count in range(len(SMALLER) + 1):
+            for name in SMALLER[:count]:
+                job.say("hide", name)
+            job.say("begin", "es")
+            job.say("which")
+            job.say("target", 0)
+            job.say("end")
+    return Played(job, job.run(desk_program()))
+
+
+def _see(job: Job, cases: Mapping[str, PlayedCase]) -> None:
+    """Both eyes see the pose that was deformed for the image before; a newer one waits."""
+    case, place = cases[TWO[0]], places()[0]
+    job.say("pose", 0, job.pose(case.avatar, Pose(), place))
+    for eye, seen in EYES.items():
+        job.camera(seen)
+        job.draw(eye, "seen")
+    job.camera(gl_cases.camera())
+    job.say("pose", 0, job.pose(case.avatar, gl_cases.pose_of(case.avatar), place))
+
+
+def wall(is_reversed: bool) -> F32:
+    """A depth texture, first row at the bottom: a wall before all in the image's upper half."""
+    width, height = gl_cases.SIZE
+    near, far = (1.0, 0.0) if is_reversed else (0.0, 1.0)
+    rows = np.where(np.arange(height) >= height // 2, near, far)
+    return np.repeat(rows[:, None], width, axis=1).astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def wanted_scene(cases: Mapping[str, PlayedCase]) -> Mapping[str, F32]:
+    """The scene by backend `gl`: the place of an instance is a movement of its pose, which comes before it."""
+    backends: list[GlBackend] = []
+    moved = []
+    for name, place in zip(TWO, places(), strict=True):
+        avatar = cases[name].avatar
+        context = backends[0].context if backends else None
+        backends.append(GlBackend(avatar, context, target="rgba32f"))
+        pose = gl_cases.pose_of(avatar)
+        world = place @ np.asarray(pose.world_from_avatar)
+        moved.append(Player(avatar, "reference").posed(replace(pose, world_from_avatar=world)))
+    try:
+        whole = make_scene(backends)
+        cameras = {"both": gl_cases.camera(), **EYES}
+        return {name: over(whole.image(moved, seen)) for name, seen in cameras.items()}
+    finally:
+        backends[0].release()
+
+
+@pytest.fixture(scope="module")
+def both(wanted_scene: Mapping[str, F32]) -> F32:
+    """Its image from where tests look."""
+    return wanted_scene["both"]
+
+
+def test_two_eyes_share_one_pose(scene: Played, wanted_scene: Mapping[str, F32], measured: Measure) -> None:
+    found = {eye: off(scene.job.image(eye), wanted_scene[eye], PLACED_LIMIT) for eye in EYES}
+    measured("native gles, image of an eye, share of the tolerance", max(found.values()), 1)
+    assert max(found.values()) <= 1
+    assert float(np.abs(wanted_scene["left"] - wanted_scene["right"]).max()) > 0.1
+
+
+def test_two_avatars_are_sorted_together(scene: Played, both: F32, measured: Measure) -> None:
+    found = off(scene.job.image("both"), both, PLACED_LIMIT)
+    measured("native gles, image of two avatars, share of the tolerance", found, 1)
+    assert found <= 1
+    np.testing.assert_array_equal(scene.job.image("again"), scene.job.image("both"))
+    assert float(np.abs(scene.job.image("first") - both).max()) > 0.1  # the other one is hidden
+    assert scene.of("twice")[0][0] == "0" and "added before" in " ".join(scene.of("twice")[0])
+
+
+@pytest.mark.parametrize("is_reversed", [0, 1])
+def test_depth_hides_splats(scene: Played, is_reversed: int) -> None:
+    found, whole = scene.job.image(f"behind_{is_reversed}"), scene.job.image("both")
+    half = len(whole) // 2
+    assert whole[:half, :, 3].max() > 0.5 and found[:half, :, 3].max() == 0
+    np.testing.assert_array_equal(found[half:], whole[half:])
+
+
+def test_a_camera_takes_the_depth_of_an_engine(tmp_path: Path) -> None:
+    """Of a projection as OpenGL has it, and of one that is reversed in depth."""
+    view = homogeneous(matrix_from_rotvec(np.array([0.1, 0.4, -0.2])), np.array([0.1, 0.2, -3.0]))
+    points = np.array([[0.3, -0.2, 0.1, 1.0], [-0.5, 0.4, 1.0, 1.0]])
+    for near, far in ((0.1, 50.0), (50.0, 0.1)):
+        depth = [0, 0, -(far + near) / (far - near), -2 * far * near / (far - near)]
+        projection = np.array([[1.5, 0, 0.1, 0], [0, 2, 0, 0], depth, [0, 0, -1, 0]])
+        job, out = Job(tmp_path), tmp_path / "camera"
+        job.say("depth_of", job.file(np.concatenate([view, projection]).astype("<f8").tobytes()), out)
+        job.run(desk_program())
+        rows = np.fromfile(out, np.float32, 32)[16:].reshape(4, 4).astype(np.float64)
+        clip = points @ (projection @ view).T
+        want = 0.5 * clip[:, 2] / clip[:, 3] + 0.5
+        np.testing.assert_allclose(
+            (points @ rows[2]) / (points @ rows[3]), want, atol=8 * float(np.finfo(np.float32).eps)
+        )
+
+
+def test_the_image_is_put_over_a_framebuffer(scene: Played, both: F32) -> None:
+    blue, grey = np.array([0.25, 0.5, 1.0]), np.full(3, 128 / 255)  # as a byte holds it
+    # Over what is there, a GPU rounds the image and its factor to bytes before it blends.
+    for linear, name, under, limit in ((0, "blue", blue, 1), (1, "blue", blue, 1), (0, "-", grey, 2)):
+        raw = np.fromfile(scene.job.folder / f"composite_{linear}_{name}", np.uint8)
+        found = raw.reshape(both.shape)[::-1] / 255
+        want = both[..., :3] + (1 - both[..., 3:]) * under
+        if linear:
+            want = np.where(want <= 0.04045, want / 12.92, ((want + 0.055) / 1.055) ** 2.4)
+        assert np.abs(found[..., :3] - np.clip(want, 0, 1)).max() <= limit * BYTE, (linear, name)
+        assert (raw.reshape(both.shape)[..., 3] == 255).all()
+
+
+def test_targets_that_round(scene: Played, measured: Measure) -> None:
+    exact = scene.job.image("rgba32f")
+    apart = {target: float(np.abs(scene.job.image(target) - exact).max()) for target in TARGETS}
+    measured("native gles, RGBA16F against RGBA32F", apart["rgba16f"], BYTE)
+    assert apart["rgba32f"] == 0 and 0 < apart["rgba16f"] <= BYTE < apart["rgba8"] <= 24 * BYTE
+
+
+def test_arguments_that_cannot_be_used_are_refused(scene: Played) -> None:
+    """Every function of the header: NULL, what is not there, the wrong order. The next image is as before."""
+    assert scene.of("taken") == []
+    assert len(scene.of("refused")) > 20
+    np.testing.assert_array_equal(scene.job.image("after"), scene.job.image("both"))
+    declared = re.findall(r"AVATAR_API [^;]*?(avatar_\w+)\(", (NATIVE / "gles/avatar_gles.h").read_text())
+    table = (NATIVE / "tests" / "gles_refused.cpp").read_text()
+    assert len(declared) > 18 and [name for name in declared if f"{name}(" not in table] == []
+
+
+def test_frames_allocate_nothing(scene: Played) -> None:
+    assert scene.of("allocations") == [["0"]]
+    assert (
+        int(scene.of("pages")[0][0]) <= 64
+    )  # of memory, in 100 frames: what is lost each frame takes at least 100
+
+
+def test_a_lost_context_is_restored(scene: Played) -> None:
+    lost = scene.of("lost")[0]
+    assert lost[0] == "0" and "avatar_gles_restore" in lost[-1]
+    np.testing.assert_array_equal(scene.job.image("restored"), scene.job.image("both"))
+
+
+def test_the_target_is_what_the_device_can_blend(scene: Played) -> None:
+    which = [line[0] for line in scene.of("which")]
+    assert which in ([], ["0", "1", "1", "2"])
+    assert not which or [line[1] for line in scene.of("target")][-4:] == ["1", "0", "0", "0"]
+
+
+ODD = ((1, 1), (4097, 3), (3, 4097), (17, 5))  # width, height
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_images_of_odd_sizes_and_of_nothing(
+    kind: str, cases: Mapping[str, PlayedCase], tmp_path: Path
+) -> None:
+    """Each image is that of the same camera by backend `gl`; what nothing is seen in is empty."""
+    case, job = cases[TWO[0]], Job(tmp_path)
+    pose, eye = gl_cases.pose_of(case.avatar), (np.zeros(3), 0.7, 0.3, 0.1, 0.7)
+    seen = [Camera.orbit(*eye, *size) for size in ODD]
+    away = Camera.orbit(np.array([0.0, 0.0, -9.0]), 3.0, 0.0, 0.0, 0.7, 64, 48)  # the avatar is behind it
+    job.say("begin", kind)
+    job.camera(away)
+    job.draw("no_instance")
+    job.add(case.folder / HEAD, case.avatar, pose)
+    for number, camera in enumerate(seen):
+        job.camera(camera)
+        job.draw(f"odd_{number}")
+    job.camera(away)
+    job.draw("behind")
+    job.say("show", 0, 0)
+    job.draw("hidden")
+    job.say("end")
+    assert ["left", "0"] in job.run(desk_program())
+    for name in ("no_instance", "behind", "hidden"):
+        assert not job.image(name).any()
+    found = [job.image(f"odd_{number}") for number in range(len(ODD))]
+    for image, camera in zip(found, seen, strict=True):
+        want = frame_of(case.avatar, pose, camera).image
+        assert float(np.abs(image - want).max()) <= IMAGE_LIMIT
+    assert found[1][..., 3].max() > 0.5
+
+
+def test_a_level_that_is_set_is_played(tmp_path: Path) -> None:
+    full = gl_cases.avatars()["full"]
+    pack, pose, job = tmp_path / HEAD, gl_cases.pose_of(full), Job(tmp_path)
+    pack.write_bytes(write(prepare(levels_of(full), COARSE)).file)
+    job.say("begin", "es")
+    job.camera(gl_cases.camera())
+    job.add(pack, full, pose)
+    for level in (0, 1, 0):
+        job.say("level", 0, level)
+        job.draw(f"level_{len(job.lines)}")
+    job.say("end")
+    assert ["left", "0"] in job.run(desk_program())
+    first, second, third = (job.image(name) for name in job.sizes)
+    np.testing.assert_array_equal(third, first)
+    want = frame_of(decode_pack(pack.read_bytes(), HEAD).avatar, pose, gl_cases.camera(), level=1)
+    assert float(np.abs(second - first).max()) > 0.1 and off(second, want.image, IMAGE_LIMIT) <= 1

@@ -1,0 +1,161 @@
+"""The native player with files that nobody should trust, with sanitizers, and with memory that runs out."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+import zlib
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+
+from tests.players.native import ask
+from tests.session.native import NATIVE
+
+
+def test_changed_programs_have_the_verdict_of_python(unity_cases: Path, tmp_path: Path) -> None:
+    (found,) = ask("programs", [unity_cases], tmp_path)
+    told = json.loads((unity_cases / "programs.json").read_text())["programs"]
+    planted = 0
+    for index, one in enumerate(told):
+        field = found[f"{index}/field"].decode() or None
+        reason = found[f"{index}/reason"].decode()
+        assert field == one["field"], (index, reason)
+        if one["message"]:
+            planted += 1
+            assert one["message"] in reason.replace("is false", "is False").replace("is true", "is True")
+    assert len(told) > 800 and planted > 40 and sum(one["field"] is None for one in told) > 50
+
+
+def test_hostile_packs_are_refused_by_name(unity_cases: Path, tmp_path: Path) -> None:
+    hostile = unity_cases / "hostile"
+    told = json.loads((hostile / "hostile.json").read_text())
+    sound = json.loads((hostile / "sound.json").read_text())
+    lines = _refusals(
+        [(hostile / one["file"]).read_bytes() for one in told] + [(hostile / n).read_bytes() for n in sound],
+        tmp_path,
+    )
+    for one, line in zip(told, lines, strict=False):
+        message = one["message"].replace("com.avatar-export.player", "the player")
+        assert line.startswith("a.avatar: ") and message in line, (one["what"], line)
+        assert one.get("field") is None or f": {one['field']}: " in line, (one["what"], line)
+    assert lines[len(told) :] == [""] * len(sound)
+
+
+def test_files_that_are_cut_off_or_damaged_are_refused(unity_cases: Path, tmp_path: Path) -> None:
+    whole = (unity_cases / "joints" / "pack.avatar").read_bytes()
+    cut = [whole[:length] for length in range(2, len(whole), 97)]
+    longer = [whole + b"\7", whole + bytes(300), whole + whole]
+    damaged = [
+        whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :] for at in range(len(whole) - 8, len(whole))
+    ]
+    lines = _refusals([*cut, *longer, *damaged], tmp_path)
+    assert all("cut off" in line for line in lines[: len(cut)])
+    assert all("goes on after" in line or "damaged" in line for line in lines[len(cut) :])
+
+
+@pytest.mark.hypothesis
+def test_mutated_packs_are_refused_or_can_be_played(unity_cases: Path, tmp_path: Path) -> None:
+    (tmp_path / "files.bin").symlink_to((unity_cases / "mutated.bin").resolve())
+    (found,) = ask("refusals", [tmp_path], tmp_path)
+    lines = [line.decode("utf-8", "replace") for line in found.values()]
+    assert all("\n" not in line and len(line) < 500 for line in lines)
+    loaded = lines.count("")
+    print(f"mutated packs: {loaded} loaded, {len(lines) - loaded} refused")
+    assert loaded > len(lines) // 100 and len(lines) - loaded > len(lines) // 4
+
+
+def test_gzip_is_inflated_as_zlib_inflates_it(tmp_path: Path) -> None:
+    """Every kind of block, codes of 1 to 15 bits, near and far matches; then the same files, damaged."""
+    files = [file for data in _texts() for file in _compressed(data)]
+    rng = Random(5)
+    for file in list(files):
+        for _ in range(12):
+            at = rng.randrange(10, len(file))
+            files.append(file[:at] + bytes([file[at] ^ 1 << rng.randrange(8)]) + file[at + 1 :])
+        files.append(file[: rng.randrange(10, len(file))])
+    _write_stream(files, tmp_path)
+    (found,) = ask("inflated", [tmp_path], tmp_path)
+    sound = 0
+    for number, file in enumerate(files):
+        want = _by_zlib(file)
+        assert (found[f"{number}/wrong"] == b"") == (want is not None), (number, found[f"{number}/wrong"])
+        if want is not None:
+            assert found[f"{number}/bytes"] == want, number
+            sound += 1
+    assert sound >= len(files) // 14 and sound < len(files) // 2
+
+
+def _texts() -> list[bytes]:
+    """Bytes of every kind: none, one, skewed so that codes are long, matches at every distance."""
+    rng = np.random.default_rng(4)
+    skewed = rng.geometric(0.5, 60_000).clip(0, 40).astype(np.uint8).tobytes()
+    places = np.cumsum(rng.integers(0, 9, 40_000)) % 33_000
+    far = rng.integers(0, 256, 33_000, np.uint8).tobytes()
+    return [
+        b"",
+        b"x",
+        b"ab" * 9000,
+        bytes(70_000),
+        skewed,
+        far + far[5:900] + far,
+        places.astype("<u2").tobytes(),
+    ]
+
+
+def _compressed(data: bytes) -> list[bytes]:
+    kinds = [(0, 0), (1, 0), (9, 0), (9, zlib.Z_HUFFMAN_ONLY), (9, zlib.Z_RLE), (9, zlib.Z_FIXED)]
+    made = []
+    for level, strategy in kinds:
+        packer = zlib.compressobj(level, zlib.DEFLATED, 31, 9, strategy)
+        half = len(data) // 2
+        made.append(
+            packer.compress(data[:half]) + packer.flush(zlib.Z_FULL_FLUSH) + packer.compress(data[half:])
+        )
+        made[-1] += packer.flush()
+    return made
+
+
+def _by_zlib(file: bytes) -> bytes | None:
+    reader = zlib.decompressobj(31)
+    try:
+        data = reader.decompress(file)
+    except zlib.error:
+        return None
+    return data if reader.eof and not reader.unused_data else None
+
+
+def _write_stream(files: list[bytes], folder: Path) -> None:
+    (folder / "files.bin").write_bytes(b"".join(struct.pack("<I", len(file)) + file for file in files))
+
+
+def _refusals(files: list[bytes], folder: Path) -> list[str]:
+    _write_stream(files, folder)
+    (found,) = ask("refusals", [folder], folder)
+    return [found[str(at)].decode("utf-8", "replace") for at in range(len(files))]
+
+
+def test_arguments_that_cannot_be_used_are_refused(unity_cases: Path, tmp_path: Path) -> None:
+    """Every function of the header: NULL, numbers that are not finite, what is not there, the wrong order."""
+    for own, case in (("pack", "joints"), ("other", "wide")):
+        (tmp_path / f"{own}.avatar").symlink_to((unity_cases / case / "pack.avatar").resolve())
+    (found,) = ask("refused", [tmp_path], tmp_path)
+    assert {what: said for what, said in found.items() if said} == {}
+    declared = re.findall(
+        r"AVATAR_API [^;]*?(avatar_\w+)\(", (NATIVE / "include/avatar_player.h").read_text()
+    )
+    table = (NATIVE / "tests" / "refused.cpp").read_text()
+    assert len(declared) > 70 and [name for name in declared if f"{name}(" not in table] == []
+
+
+@pytest.mark.parametrize("name", ["joints", "wide"])
+def test_memory_neither_grows_nor_is_taken_in_a_frame(name: str, unity_cases: Path, tmp_path: Path) -> None:
+    (found,) = ask("memory", [unity_cases / name], tmp_path)
+    sound, blocks, size, during, calls = struct.unpack("<5Q", found["counted"])
+    assert (sound, blocks, size, during) == (1, 0, 0, 0)
+    assert calls > 51
+    tried, wrong = struct.unpack("<2Q", found["failing"])
+    assert wrong == 0 and tried > 10

@@ -1,0 +1,3 @@
+// A stand-in for EGL/egl.h, for tests.
+#pragma once
+extern "C" void (*eglGetProcAddress(const char* name))(void);
