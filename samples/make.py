@@ -6,6 +6,7 @@ import argparse
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,8 @@ from samples.systems.gaussian_blendshapes import build_model
 from samples.systems.gaussian_blendshapes_files import save_cfg_args, save_dump, save_raw
 from samples.systems.lam import NAME as LAM_NAME
 from samples.systems.lam import build_lam, save_lam
+from samples.systems.lhm import save_lhm
+from samples.systems.rgbavatar import save_rgbavatar, uv_corners
 from samples.systems.splatting_avatar_files import save_run
 from samples.systems.splatting_body import build_walker
 from samples.systems.splatting_head import UNITS_PER_METRE, build_head
@@ -30,6 +33,7 @@ Array = npt.NDArray[Any]
 
 DEMO_GAUSSIANS = 20000
 BODY_GAUSSIANS = 18000
+RGB_GAUSSIANS = 36_000  # at least: a deep network has 35,732 parameters, one a row
 CONFORMANCE_GAUSSIANS = 1500
 CONFORMANCE_CELL = 0.008  # metres between vertices of the conformance avatars' mesh
 SEED = 2024
@@ -125,6 +129,33 @@ def make_splatting_head(
     return base
 
 
+def make_rgbavatar(out: Path, gaussians: int | None = None, *, deep: bool = True, full: bool = False) -> Path:
+    """Write run/, body/, which holds the texture coordinates too, and flame_params.json into out/rgbavatar; returns it.
+
+    `deep`: the network has hidden layers. `full`: a coarse head with an identity shape and pose correctives.
+    """
+    head, body, shape = subject(full)
+    base = out / "rgbavatar"
+    identity = np.tensordot(shape.astype(np.float32), head.identity, 1)
+    save_rgbavatar(
+        replace(head, vertices=head.vertices + identity), gaussians or RGB_GAUSSIANS, base / "run", deep=deep
+    )
+    save_body(body, shape, base / "body")
+    with np.load(base / "body" / "body_model.npz") as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    uv = uv_corners(head).reshape(-1, 2)
+    arrays |= {"uvs": uv, "uv_faces": np.arange(len(uv)).reshape(-1, 3)}
+    np.savez(base / "body" / "body_model.npz", **arrays)
+    save_flame_params(load_take(body, shape), base / "flame_params.json", 1.0)
+    return base
+
+
+def make_lhm(out: Path, gaussians: int | None = None) -> Path:
+    """Write man.ply, betas.npy and pretrained_models/ into out/lhm; returns that folder."""
+    save_lhm(load_body(), gaussians or BODY_GAUSSIANS, out / "lhm")
+    return out / "lhm"
+
+
 def make_body(out: Path, gaussians: int | None = None) -> Path:
     """Write run/ and the rig CesiumMan.glb into out/splatting_avatar/body; returns that folder."""
     trained = build_walker(load_body(), gaussians or BODY_GAUSSIANS)
@@ -154,6 +185,8 @@ SYSTEMS: dict[str, Callable[[argparse.Namespace], Path]] = {
         a.out, a.gaussians, sh_degree=3 if a.full else 0, full=a.full
     ),
     "splatting_body": lambda a: make_body(a.out, a.gaussians),
+    "lhm": lambda a: make_lhm(a.out, a.gaussians),
+    "rgbavatar": lambda a: make_rgbavatar(a.out, max(a.gaussians or 0, RGB_GAUSSIANS), full=a.full),
 }
 
 

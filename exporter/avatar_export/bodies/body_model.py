@@ -1,4 +1,4 @@
-"""Body models in the layout of FLAME or SMPL, from `.npz` or `.pkl`, as checked arrays."""
+"""Body models in the layout of FLAME, SMPL or SMPL-X, from `.npz` or `.pkl`, as checked arrays."""
 
 from __future__ import annotations
 
@@ -21,16 +21,24 @@ from avatar_runtime.io.files import open_file
 IDENTITY_COUNT = 300  # FLAME's shapedirs hold 300 identity directions, then the expressions
 WEIGHT_TOLERANCE = 1e-3
 MAX_ARRAY_BYTES = 1 << 30
+SMPLX_JOINTS, SMPLX_SMALL = 55, 10  # SMPL-X's smaller file holds 10 identity directions, then 10 expressions
 ROOT = 2**32 - 1
+_BODY_JOINTS = (
+    "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2", "left_ankle",
+    "right_ankle", "spine3", "left_foot", "right_foot", "neck", "left_collar", "right_collar", "head",
+    "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
+)  # fmt: skip
+_FINGERS = tuple(
+    f"{side}_{finger}{bone}"
+    for side in ("left", "right")
+    for finger in ("index", "middle", "pinky", "ring", "thumb")
+    for bone in (1, 2, 3)
+)
 JOINT_NAMES = {
     5: ("root", "neck", "jaw", "leftEye", "rightEye"),
-    24: (
-        "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2", "left_ankle",
-        "right_ankle", "spine3", "left_foot", "right_foot", "neck", "left_collar", "right_collar", "head",
-        "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
-        "left_hand", "right_hand",
-    ),
-}  # fmt: skip
+    24: (*_BODY_JOINTS, "left_hand", "right_hand"),
+    SMPLX_JOINTS: (*_BODY_JOINTS, "jaw", "left_eye_smplhf", "right_eye_smplhf", *_FINGERS),
+}
 
 Array = npt.NDArray[Any]
 
@@ -60,11 +68,11 @@ class BodyModel:
 
 
 def read_body_model(path: Path) -> BodyModel:
-    """A body model in the layout of FLAME or SMPL, in the units of the file (metres).
+    """A body model in the layout of FLAME, SMPL or SMPL-X, in the units of the file (metres).
 
-    Keys: v_template, f | faces, shapedirs (300 identity directions, then expressions) or shapedirs_identity
-    and shapedirs_expression, posedirs ([V, 3, P] or [P, 3 V]), J_regressor (dense or sparse),
-    weights | lbs_weights, kintree_table | parents. Raises AvatarError for a missing or unsound array.
+    Keys: v_template, f | faces, shapedirs (300 identity directions, then expressions; 10 and 10 in SMPL-X's smaller
+    file) or shapedirs_identity and shapedirs_expression, posedirs ([V, 3, P] or [P, 3 V]), J_regressor (dense or
+    sparse), weights | lbs_weights, kintree_table | parents. Raises AvatarError for a missing or unsound array.
     """
     fields = _Fields(path)
     template = fields.floats("v_template")
@@ -72,10 +80,10 @@ def read_body_model(path: Path) -> BodyModel:
     fields.expect(template, "v_template", (None, 3))
     if not v:
         raise fields.wrong("has no vertices", "v_template")
-    identity, expression = _directions(fields, v)
     weights = fields.floats("weights", "lbs_weights")
     fields.expect(weights, "weights", (v, None))
     joints = weights.shape[1]
+    identity, expression = _directions(fields, v, joints)
     _check_weights(fields, weights)
     regressor = fields.floats("J_regressor")
     fields.expect(regressor, "J_regressor", (joints, v))
@@ -93,7 +101,7 @@ def read_body_model(path: Path) -> BodyModel:
     )
 
 
-def _directions(fields: _Fields, v: int) -> tuple[F32, F32]:
+def _directions(fields: _Fields, v: int, joints: int) -> tuple[F32, F32]:
     if "shapedirs_identity" in fields:
         identity, expression = fields.floats("shapedirs_identity"), fields.floats("shapedirs_expression")
         fields.expect(identity, "shapedirs_identity", (v, 3, None))
@@ -101,7 +109,9 @@ def _directions(fields: _Fields, v: int) -> tuple[F32, F32]:
         return identity, expression
     both = fields.floats("shapedirs")
     fields.expect(both, "shapedirs", (v, 3, None))
-    return both[:, :, :IDENTITY_COUNT], both[:, :, IDENTITY_COUNT:]
+    small = joints == SMPLX_JOINTS and both.shape[2] == 2 * SMPLX_SMALL
+    count = SMPLX_SMALL if small else IDENTITY_COUNT
+    return both[:, :, :count], both[:, :, count:]
 
 
 def _expression_names(fields: _Fields, count: int) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ import numpy as np
 from avatar_export.asm.bake import bake_clips
 from avatar_export.asm.files import is_face, load
 from avatar_export.bodies.pose_files import body_clip, is_pose_file, read_poses
-from avatar_export.clips import fbx_clip, gltf_files
+from avatar_export.clips import fbx_clip, gltf_files, other_avatar
 from avatar_export.clips.poses import clip_from_poses
 from avatar_export.driving import drive, takes
 from avatar_export.driving.frames import DrivingTake
@@ -32,6 +32,7 @@ def clips_from(avatar: Avatar, path: Path, *, optional: bool = False) -> tuple[C
       nothing of this avatar are left out. glTF clips keep the rate of their keys, if it is even.
     - Tracked poses of the avatar's body model (`bodies.pose_files`).
     - Takes of an ASM face are matched by the names of bones.
+    - OTHER_BUNDLE:NAME is a clip of another avatar (`clips.other_avatar`).
 
     A file with one unnamed clip gives it the file's name.
     Raises AvatarError for any other file, a damaged one, and (unless `optional`) one that moves nothing here.
@@ -45,6 +46,15 @@ def clips_from(avatar: Avatar, path: Path, *, optional: bool = False) -> tuple[C
         unique.append(replace(clip, name=unique_name(clip.name, taken)))
         taken.add(unique[-1].name)
     return tuple(unique)
+
+
+def clip_notes(avatar: Avatar, path: Path, name: str | None = None) -> tuple[str, ...]:
+    """What a clip in the file `path` moves and `avatar` has no counterpart for. `name` is one of a .glb's clips."""
+    if other_avatar.parts_of(path) is not None:
+        return other_avatar.borrowed(avatar, path).notes
+    strangers = [] if name is None else gltf_files.unmatched(avatar, path, name)
+    listed = f"{len(strangers)} nodes of the clip have no joint in this avatar: {', '.join(strangers[:5])}"
+    return (listed,) if strangers else ()
 
 
 def unique_name(name: str, taken: Collection[str]) -> str:
@@ -128,6 +138,10 @@ def _fbx(avatar: Avatar, path: Path) -> list[Clip]:
 
 
 SOURCES: tuple[_Source, ...] = (
+    _Source(
+        lambda path: other_avatar.parts_of(path) is not None,
+        lambda avatar, path: [other_avatar.borrowed(avatar, path).clip],
+    ),
     _Source(gltf_files.holds_gltf, _gltf),
     _Source(lambda path: path.suffix.lower() == ".fbx", _fbx),
     _Source(is_face, _asm),

@@ -93,8 +93,9 @@ Driving = Annotated[Path | None, typer.Option(help="JSON matrix from the ARKit n
 Clip = Annotated[
     list[Path] | None,
     typer.Option(
-        help="File whose clips are added: a face recording (played through the driving), .glb, .fbx or pose file. "
-        "May be repeated."
+        help="File whose clips are added: a face recording (played through the driving), .glb, .fbx or pose file; or "
+        "BUNDLE:NAME, a clip of another avatar with the same expressions or ARKit's. May be repeated.",
+        metavar="FILE|BUNDLE:NAME",
     ),
 ]
 Exact = Annotated[

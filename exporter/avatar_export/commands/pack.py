@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +11,7 @@ from typing import Annotated
 import typer
 
 from avatar_export import conversion
+from avatar_export.clips.sources import clip_notes
 from avatar_export.commands import arguments, inputs
 from avatar_export.commands.console import Steps, messages, output, print_json
 from avatar_export.packing.make import Choices, Made, make_pack
@@ -113,15 +115,16 @@ def pack(
             consent=consent,
             progress=step,
         )
+        notes = [note for path in clip or () for note in clip_notes(avatar, path)]
         made = make_pack(avatar, out, choices, report=report, reference=reference, force=force, progress=step)
     if as_json:
         print_json({"out": str(out), "bytes": len(made.file), "parts": dict(made.parts), **made.document})
     else:
-        _print(out, made)
+        _print(out, made, notes)
     raise typer.Exit(0 if made.met else 1)
 
 
-def _print(out: Path, made: Made) -> None:
+def _print(out: Path, made: Made, notes: Sequence[str]) -> None:
     for index, measured in enumerate(made.measured):
         count = made.counts[index]
         inside = "no figure" if measured.psnr_inside is None else f"{measured.psnr_inside:.1f} dB"
@@ -133,7 +136,7 @@ def _print(out: Path, made: Made) -> None:
         )
     for part, size in made.parts.items():
         output.print(f"  {size / 1e3:9.1f} kB  {part}")
-    for note in made.notes:
+    for note in (*notes, *made.notes):
         messages.print(f"note: {note}")
 
 

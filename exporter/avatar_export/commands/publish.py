@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from avatar_export.commands import arguments
+from avatar_export.commands import arguments, inputs
 from avatar_export.commands.console import Steps, messages, output
 from avatar_export.commands.view import Sources
 from avatar_export.serving import publish as publishing
@@ -33,11 +33,13 @@ def publish(
     single: Annotated[
         bool, typer.Option("--single", help="Write one HTML file, which opens by double-click.")
     ] = False,
+    clip: inputs.Clip = None,
     force: arguments.Force = False,
 ) -> None:
     """Write avatars as web pages: a folder for any web server or file host, or one HTML file.
 
-    Several avatars make a gallery. The pages load nothing from elsewhere and need no program on the server.
+    Several avatars make a gallery. Each gets the clips of --clip, for which a pack is packed anew. The pages load
+    nothing from elsewhere and need no program on the server.
     """
     address = None if url is None else _absolute(url)
     if single and url is not None:
@@ -48,9 +50,12 @@ def publish(
         refuse_existing(out, force)
     else:
         publishing.refuse_other(out, force)
+    notes: list[str] = []
     with TemporaryDirectory(prefix="avatar-export-") as work, Steps() as step:
         taken = publishing.RESERVED
-        avatars = [source.load(step) for source in sources_of(sources, Path(work), taken)]
+        avatars = [
+            source.load(step, clip or (), notes.append) for source in sources_of(sources, Path(work), taken)
+        ]
         step("writing")
         if single:
             page = publishing.single(avatars[0], title)
@@ -60,6 +65,8 @@ def publish(
             files = publishing.site(avatars, address, title)
             publishing.write_site(out, files, force)
             size = sum(map(len, files.values()))
+    for note in notes:
+        messages.print(f"note: {note}")
     for avatar in avatars:
         if avatar.license is None:
             messages.print(f"note: {avatar.name}: no licence is stated; `convert --licence` states one")

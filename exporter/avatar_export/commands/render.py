@@ -38,8 +38,9 @@ def render(
     clip: Annotated[
         str | None,
         typer.Option(
-            help="Clip to play: the name of a clip of the bundle, or a .glb, .fbx, LAM zip or pose file.",
-            metavar="NAME|FILE",
+            help="Clip to play: the name of a clip of the bundle; BUNDLE:NAME, a clip of another avatar with the "
+            "same expressions or ARKit's; or a .glb, .fbx, LAM zip or pose file.",
+            metavar="NAME|BUNDLE:NAME|FILE",
         ),
     ] = None,
     clip_name: Annotated[

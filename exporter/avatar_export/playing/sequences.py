@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from avatar_export.clips.gltf_files import unmatched
+from avatar_export.clips.other_avatar import parts_of
 from avatar_export.clips.poses import clip_poses
-from avatar_export.clips.sources import clips_from
+from avatar_export.clips.sources import clip_notes, clips_from
 from avatar_export.driving import drive, takes
 from avatar_export.images import arkit_pose
 from avatar_export.playing.meshes import read_meshes
@@ -91,11 +91,12 @@ def own_clip(avatar: Avatar, name: str) -> PoseSequence:
 
 
 def clip(avatar: Avatar, named: str, name: str | None) -> PoseSequence:
-    """The avatar's clip `named`; else of the clip `name` in the file `named`, or its first.
+    """The avatar's clip `named`; else OTHER_BUNDLE:NAME; else of the clip `name` in the file `named`, or its first.
 
     Raises AvatarError if there is no such clip.
     """
-    if any(clip.name == named for clip in avatar.clips) or not Path(named).exists():
+    file = Path(named)
+    if any(clip.name == named for clip in avatar.clips) or not (file.exists() or parts_of(file)):
         return own_clip(avatar, named)
     return _clip_of_file(avatar, Path(named), name)
 
@@ -106,13 +107,8 @@ def _clip_of_file(avatar: Avatar, path: Path, name: str | None) -> PoseSequence:
     if name is not None and name not in found:
         raise no_such("clip of this file", name, tuple(found), file=path.name)
     chosen = found[name] if name is not None else next(iter(found.values()))
-    notes = [f"clip {chosen.name!r} of {', '.join(found)}"]
-    strangers = unmatched(avatar, path, chosen.name)
-    if strangers:
-        notes.append(
-            f"{len(strangers)} nodes of the clip have no joint in this avatar: {', '.join(strangers[:5])}"
-        )
-    return PoseSequence(clip_poses(avatar, chosen), chosen.fps, tuple(notes))
+    notes = (f"clip {chosen.name!r} of {', '.join(found)}", *clip_notes(avatar, path, chosen.name))
+    return PoseSequence(clip_poses(avatar, chosen), chosen.fps, notes)
 
 
 def meshes(avatar: Avatar, paths: Sequence[Path], units: float | None, fps: float) -> PoseSequence:

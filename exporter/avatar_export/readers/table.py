@@ -8,9 +8,10 @@ from pathlib import Path
 
 from avatar_export.formats.archive import TRUNCATED, is_truncated
 from avatar_export.options import ReadOptions
-from avatar_export.readers import asm, bundle, gaussian_avatars, lam
+from avatar_export.readers import asm, bundle, gaussian_avatars, lam, lhm
 from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blendshapes
 from avatar_export.readers.psavatar import reader as psavatar
+from avatar_export.readers.rgbavatar import reader as rgbavatar
 from avatar_export.readers.splatting_avatar import reader as splatting_avatar
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.checks import arguments
@@ -54,7 +55,17 @@ READERS = tuple(
         getattr(module, "assumptions", _none),
         getattr(module, "chosen", _none),
     )
-    for module in (bundle, gaussian_blendshapes, splatting_avatar, gaussian_avatars, psavatar, lam, asm)
+    for module in (
+        bundle,
+        gaussian_blendshapes,
+        splatting_avatar,
+        gaussian_avatars,
+        psavatar,
+        lam,
+        rgbavatar,
+        lhm,
+        asm,
+    )
 )
 
 

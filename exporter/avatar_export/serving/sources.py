@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from avatar_export.clips.sources import clip_notes
 from avatar_export.conversion import read_source
 from avatar_export.options import ReadOptions
 from avatar_export.packing.make import make_pack
@@ -27,9 +28,14 @@ class Source:
     path: Path
     work: Path  # file to write a pack to
 
-    def load(self, progress: Progress = lambda _: None) -> Shown:
-        """Its pack, packed with the default choices where it is none. Raises AvatarError for an unsound source."""
-        if self.is_whole():
+    def load(
+        self, progress: Progress = lambda _: None, clips: Sequence[Path] = (), note: Progress = lambda _: None
+    ) -> Shown:
+        """Its pack, packed with the default choices where it is none, or where `clips` are added to it.
+
+        `note` is called with what those clips move and the avatar lacks. Raises AvatarError for an unsound source.
+        """
+        if self.is_whole() and not clips:
             return shown(self.id, read_bytes(self.path, FILE_LIMIT), str(self.path))
         progress(f"packing {self.path}")
         avatar = read_source(
@@ -37,12 +43,15 @@ class Source:
             ReadOptions(),
             system=None,
             driving=None,
-            clips=(),
+            clips=clips,
             licence=None,
             author=None,
             consent=None,
             progress=lambda _: None,
         )
+        for path in clips:
+            for line in clip_notes(avatar, path):
+                note(f"{avatar.name}: {line}")
         make_pack(avatar, self.work, force=True)
         return self.packed()
 

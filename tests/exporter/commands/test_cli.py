@@ -151,7 +151,7 @@ def test_systems(run: Run) -> None:
     assert code == 0
     assert [s["system"] for s in json.loads(text)] == [
         *("bundle", "gaussian_blendshapes", "splatting_avatar", "gaussian_avatars"),
-        *("psavatar", "lam", "asm"),
+        *("psavatar", "lam", "rgbavatar", "lhm", "asm"),
     ]
     text = run("systems")[1]
     assert "skin.glb" in text

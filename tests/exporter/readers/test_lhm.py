@@ -1,0 +1,162 @@
+"""LHM: what is read against plain skinning by the nearest vertex, written out here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from samples.systems import lhm as sample
+from samples.systems.ply import ply_bytes
+
+from avatar_export.options import ReadOptions
+from avatar_export.readers import table
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose, joint_rotation
+from tests.exporter.bodies import body_files
+from tests.oracles import lbs
+
+Array = npt.NDArray[Any]
+
+ROUNDING = 2.0**-23
+METRES = 32 * ROUNDING  # twelve joints in a row, positions of about a metre
+COUNT, IDENTITY = 90, 10
+
+
+class Made:
+    """A body of 55 joints, sampled points and Gaussians on it."""
+
+    def __init__(self, folder: Path, joints: tuple[int, ...] = sample.PARENTS) -> None:
+        rng = np.random.default_rng(8)
+        self.body = body_files.body(joints)
+        v = len(self.body["v_template"])
+        self.dirs = rng.normal(0, 0.01, (v, 3, 2 * IDENTITY)).astype("f4")
+        self.betas = rng.normal(0, 1, IDENTITY)
+        self.body["weights"][::2] = np.eye(len(joints))[
+            rng.integers(0, len(joints), len(self.body["weights"][::2]))
+        ]
+        self.points = rng.normal(0, 0.3, (COUNT, 3)).astype("f4")
+        self.mean = (self.points + rng.normal(0, 0.02, (COUNT, 3))).astype("f4")
+        self.quat = rng.normal(0, 1, (COUNT, 4)).astype("f4")
+        self.file, self.models = folder / "person.ply", folder / "pretrained_models"
+        columns = dict(zip("xyz", self.mean.T, strict=True)) | {f"n{axis}": np.zeros(COUNT) for axis in "xyz"}
+        columns |= {f"f_dc_{k}": rng.normal(0, 1, COUNT) for k in range(3)} | {
+            "opacity": rng.normal(0, 1, COUNT)
+        }
+        columns |= {f"scale_{k}": rng.normal(-4, 1, COUNT) for k in range(3)}
+        columns |= {f"rot_{k}": self.quat[:, k] for k in range(4)}
+        (self.models / "dense_sample_points").mkdir(parents=True)
+        self.file.write_bytes(ply_bytes(columns))
+        self.store(self.points)
+        np.save(folder / "betas.npy", self.betas)
+        np.savez(
+            self.models / "SMPLX_NEUTRAL.npz",
+            v_template=self.body["v_template"],
+            f=self.body["triangles"],
+            shapedirs=self.dirs,
+            posedirs=self.body["posedirs"],
+            J_regressor=self.body["regressor"],
+            weights=self.body["weights"],
+            kintree_table=np.array([joints, range(len(joints))]),
+        )
+        self.options = ReadOptions(dataset=self.models, shape=folder / "betas.npy", accept_misfit=True)
+
+    def store(self, points: Array) -> None:
+        stored = ply_bytes(dict(zip("xyz", points.T, strict=True)))
+        (self.models / "dense_sample_points" / f"1_{COUNT}.ply").write_bytes(stored)
+
+    def read(self) -> Avatar:
+        return table.read(self.file, self.options, "lhm")
+
+    def nearest(self) -> list[int]:
+        return [int(np.argmin(np.linalg.norm(self.body["v_template"] - p, axis=1))) for p in self.points]
+
+    def skinned(self, pose: Array, expression: Array) -> Array:
+        """Means [N, 3] for rotation vectors [55, 3]: joints of the shape, weights and offsets of the nearest vertex."""
+        shaped = self.body["v_template"] + self.dirs[:, :, :IDENTITY] @ self.betas
+        joints = self.body["regressor"].astype(np.float64) @ shaped
+        world: list[Array] = []
+        for j, parent in enumerate(self.body["parents"]):
+            local = np.eye(4)
+            local[:3, :3] = lbs.rodrigues(pose[j])
+            local[:3, 3] = joints[j] - (joints[parent] if parent >= 0 else 0)
+            world.append(local if parent < 0 else world[parent] @ local)
+        result = np.zeros((COUNT, 3))
+        for n, row in enumerate(self.nearest()):
+            point = self.mean[n] + self.dirs[row, :, IDENTITY:] @ expression
+            for j, matrix in enumerate(world):
+                weight = float(self.body["weights"][row, j])
+                result[n] += weight * (matrix[:3, :3] @ (point - joints[j]) + matrix[:3, 3])
+        return result
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Made:
+    return Made(tmp_path)
+
+
+def test_posed_means_are_those_of_plain_skinning(made: Made) -> None:
+    avatar = made.read()
+    assert avatar.rig is not None
+    rng = np.random.default_rng(2)
+    pose, expression = rng.normal(0, 0.3, (55, 3)), rng.normal(0, 1, IDENTITY)
+    joints = {name: joint_rotation(v) for name, v in zip(avatar.rig.joint_names, pose, strict=True)}
+    weights = dict(zip(avatar.expression_names, expression.tolist(), strict=True))
+    splats = Player(avatar, "reference").animate(Pose(weights, joints))
+    assert np.abs(splats.mean - made.skinned(pose, expression)).max() < METRES
+    names = avatar.rig.joint_names
+    assert (names[0], names[15], names[22], names[25], names[54]) == (
+        "pelvis", "head", "jaw", "left_index1", "right_thumb3",
+    )  # fmt: skip
+
+
+def test_a_gaussian_of_one_joint_turns_with_it(made: Made) -> None:
+    avatar = made.read()
+    turn = np.array([0.4, -0.2, 0.3])
+    splats = Player(avatar, "reference").animate(Pose(joints={"pelvis": joint_rotation(turn)}))
+    row = next(n for n, vertex in enumerate(made.nearest()) if made.body["weights"][vertex].max() == 1)
+    axes = _axes(splats.quat_wxyz[row])
+    assert np.abs(axes - lbs.rodrigues(turn) @ _axes(made.quat[row])).max() < 64 * ROUNDING
+
+
+def _axes(quat: Array) -> Array:
+    """The rotation of a quaternion wxyz as a rotation vector's, by its axis and angle."""
+    quat = quat.astype(np.float64) / np.linalg.norm(quat)
+    size = np.linalg.norm(quat[1:])
+    return lbs.rodrigues(2 * np.arctan2(size, quat[0]) * quat[1:] / size)
+
+
+def test_without_sampled_points_it_is_doubtful(made: Made) -> None:
+    for file in (made.models / "dense_sample_points").iterdir():
+        file.unlink()
+    notes = made.read().provenance["notes"]
+    assert notes[0].startswith("unchecked: ")
+    assert any(note.startswith("doubtful: no dense_sample_points") for note in notes)
+
+
+def test_the_file_is_known_by_its_option_alone(made: Made) -> None:
+    with pytest.raises(AvatarError, match="is not recognised as any of"):
+        table.read(made.file, made.options)
+
+
+def test_bad_input_is_refused(made: Made, tmp_path: Path) -> None:
+    with pytest.raises(AvatarError, match=r"lhm: .*needs --body-model SMPLX_NEUTRAL\.npz"):
+        table.read(made.file, ReadOptions(), "lhm")
+    made.store(made.points[:-1])
+    with pytest.raises(AvatarError, match=rf"1_{COUNT}.ply: has {COUNT - 1} points"):
+        made.read()
+    with pytest.raises(AvatarError, match="no such folder"):
+        table.read(made.file, ReadOptions(dataset=tmp_path / "none"), "lhm")
+    with pytest.raises(AvatarError, match=r"is not a \.ply that LHM saved"):
+        table.read(made.models, made.options, "lhm")
+    with pytest.raises(AvatarError, match="--units cannot be used here"):
+        table.read(made.file, ReadOptions(units=2.0), "lhm")
+
+
+def test_another_body_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(AvatarError, match="has 24 joints; SMPL-X has 55"):
+        Made(tmp_path, body_files.SMPL_PARENTS).read()
