@@ -26,8 +26,8 @@ FLOORS: dict[str, tuple[str, set[str]]] = {
         "onnxruntime",
     }),
     "avatar_export": ("exporter", {
-        "avatar_runtime", "avatar_schema", "avatar_shaders", "numpy", "PIL", "pxr", "pygltflib", "pythonosc",
-        "rich", "typer", "ufbx", "websockets", "yaml",
+        "avatar_runtime", "avatar_schema", "avatar_shaders", "dask", "distributed", "fsspec", "numpy", "PIL", "pxr",
+        "pygltflib", "pythonosc", "rich", "typer", "ufbx", "websockets", "yaml",
     }),
     "avatar_trainer": ("trainer", {
         "avatar_export", "avatar_runtime", "avatar_schema", "gsplat", "llvmlite", "lpips", "numba", "numpy", "onnx",
@@ -47,6 +47,9 @@ HEAVY: dict[str, tuple[str, ...]] = {  # library: the folders that may import it
     "pxr": ("exporter/avatar_export/writers/usd",),
     "pythonosc": ("exporter/avatar_export/live",),
     "websockets": ("exporter/avatar_export/live", "exporter/avatar_export/serving"),
+    "dask": ("exporter/avatar_export/batch",),
+    "distributed": ("exporter/avatar_export/batch",),
+    "fsspec": ("exporter/avatar_export/batch",),
 }
 SAMPLES_THAT_TRAIN = ("asm", "by_hand", "capture", "trained.py")  # rooms and files of samples/
 

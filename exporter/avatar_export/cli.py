@@ -7,6 +7,7 @@ from collections.abc import Callable
 import typer
 
 from avatar_export.commands import program
+from avatar_export.commands.batch import batch
 from avatar_export.commands.conform import conform
 from avatar_export.commands.convert import convert
 from avatar_export.commands.inspect import inspect
@@ -21,6 +22,7 @@ from avatar_export.readers.table import READERS
 
 COMMANDS: tuple[Callable[..., None], ...] = (
     convert,
+    batch,
     pack,
     view,
     publish,

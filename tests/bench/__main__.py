@@ -9,8 +9,8 @@ CPU time and peak resident memory are those of one fresh process a conversion.
     python -m tests.bench --only backends
 
 compares the backends alone, `--only training` measures the differentiable renderer, `--only posing` what a pose costs
-before anything is drawn, `--only unity` and `--only native` what it costs in C# and C++, and `--only packs` packs the
-head and plays the pack.
+before anything is drawn, `--only unity` and `--only native` what it costs in C# and C++, `--only packs` packs the
+head and plays the pack, and `--only batch` converts many avatars on workers that are killed.
 `python -m tests.bench.packs` packs every avatar to its budget; `python -m tests.bench.gl_speed` gives frames per second
 on a GPU.
 """
@@ -41,6 +41,7 @@ from avatar_runtime.pose import clip_pose
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
 from tests.bench.backends import backend_rows, dense_rows, static_rows
+from tests.bench.batch.parts import batch_rows
 from tests.bench.packs import pack_rows
 from tests.bench.posing import posing_rows
 from tests.bench.training import training_rows
@@ -248,6 +249,7 @@ PARTS: dict[str, Callable[[Path, int], list[Row]]] = {
     "unity": lambda folder, gaussians: unity_rows(),
     "native": lambda folder, gaussians: native_rows(),
     "packs": lambda folder, gaussians: pack_rows(head(folder, gaussians)),
+    "batch": lambda folder, gaussians: batch_rows(folder / "batch"),
 }
 
 if __name__ == "__main__":

@@ -82,6 +82,6 @@ def test_extras_are_passed_on() -> None:
     rows = dist.distributions()
     for extra in rows["avatar-runtime"].extras:
         assert rows["avatar-export"].extras[extra] == [f"avatar-runtime[{extra}]=={dist.version()}"]
-    assert rows["avatar-export"].extras.keys() == {"all", "enhance", "fast", "fbx", "gl", "train"}
+    assert rows["avatar-export"].extras.keys() == {"all", "batch", "enhance", "fast", "fbx", "gl", "train"}
     [line] = rows["avatar-export"].extras["all"]
     assert Requirement(line).extras == rows["avatar-export"].extras.keys() - {"all"}

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.more
 BUNDLE = DATA / "0.1.0" / "every_field.avatar.zip"
 EXTRAS = {  # libraries that come with an extra
     "avatar-runtime": {"llvmlite", "moderngl", "numba", "onnx", "onnxruntime"},
-    "avatar-export": {"llvmlite", "numba", "onnx", "torch", "ufbx"},
+    "avatar-export": {"dask", "distributed", "fsspec", "llvmlite", "numba", "onnx", "torch", "ufbx"},
 }
 IMPORT_ALL = """
 import importlib, json, pkgutil, sys

@@ -6,6 +6,7 @@ import typer
 
 from avatar_export.commands import program
 from avatar_trainer.commands.asm import app as asm
+from avatar_trainer.commands.batch import batch
 from avatar_trainer.commands.check import check
 from avatar_trainer.commands.compare import compare
 from avatar_trainer.commands.evaluate import evaluate
@@ -26,7 +27,7 @@ app = typer.Typer(
 for _name in SYSTEMS:
     app.command(_name)(train_command(_name))
 app.add_typer(asm, name="asm")
-for _command in (check, evaluate, export, compare, stability, rules, settings):
+for _command in (batch, check, evaluate, export, compare, stability, rules, settings):
     app.command()(_command)
 app.callback(help=app.info.help)(program.root)
 

@@ -19,7 +19,7 @@ NO_LIMIT = 1 << 60  # bytes; version 1 of control groups says 2^63 less a page f
 
 @dataclass(frozen=True)
 class Need:
-    """What a command needs to load its libraries and to handle a small avatar; SECURITY.md says how it was measured."""
+    """What a command needs to load its libraries and to handle a small avatar; the table of SECURITY.md."""
 
     address_space: int  # bytes, without threads
     address_space_per_core: int  # bytes: stacks and buffers of each library's threads
@@ -31,8 +31,8 @@ _NUMBA = Need(600 * MIB, 30 * MIB, 250 * MIB)
 _TORCH = Need(950 * MIB, 8 * MIB, 350 * MIB)
 # First argument of the command line -> need; "" for every other one.
 EXPORT = {
-    **dict.fromkeys(("convert", "validate"), _USD),
     **dict.fromkeys(("render", "pack", "conform", "view", "publish"), _NUMBA),
+    **dict.fromkeys(("convert", "validate", "batch"), _USD),
     "": Need(300 * MIB, 0, 100 * MIB),
 }
 TRAIN = {

@@ -88,7 +88,7 @@ def heal(out: Path) -> None:
         return
     for path in beside:
         found = name.fullmatch(path.name)
-        if found is None or _lives(int(found[1])):
+        if found is None or lives(int(found[1])):
             continue
         with suppress(OSError):  # another user's
             if found[2] == "old" and not os.path.lexists(out):
@@ -163,7 +163,7 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def _lives(process: int) -> bool:
+def lives(process: int) -> bool:
     """Whether another process of this number may be alive; Windows has no safe way to find out."""
     if os.name != "posix":
         return True

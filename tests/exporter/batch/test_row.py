@@ -1,0 +1,326 @@
+"""One row on a local disk: its products, what keeps it, and what it says when it fails."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from avatar_export.asm.files import save
+from avatar_export.batch import products, report, row, scratch
+from avatar_export.batch.failures import StoreError
+from avatar_export.batch.job import STEPS, Job
+from avatar_export.batch.result import Result, from_json
+from avatar_export.batch.row import do, is_finished
+from avatar_export.conversion import convert
+from avatar_export.options import ReadOptions
+from avatar_export.packing import make as packing
+from avatar_runtime.io.errors import AvatarError
+from avatar_schema.validate import Problem
+from tests.asm_faces import small_face
+from tests.commands import Run
+from tests.exporter.readers import splatting_files
+from tests.session.needed import need
+from tests.session.rights import as_anybody
+
+CHEAP_PACKS: dict[str, Any] = {  # most of the time goes into these
+    "SIZE": 48,
+    "preview_webp": lambda avatar: None,
+    "default_backend": lambda: "reference",
+}
+QUICK = {"preview": False, "engine_files": False, "reference": False}
+
+
+@pytest.fixture(scope="module")
+def face(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The smallest trained avatar."""
+    path = tmp_path_factory.mktemp("face") / "face.npz"
+    save(small_face(), path)
+    return path
+
+
+@pytest.fixture
+def job(face: Path, tmp_path: Path) -> Job:
+    """A row over a copy of it."""
+    source = shutil.copy(face, tmp_path / "face.npz")
+    return Job("one", str(source), str(tmp_path / "out" / "one"), QUICK)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Bytes by path."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def test_the_bundle_is_the_one_that_convert_writes(face: Path, tmp_path: Path) -> None:
+    options = {**QUICK, "preview": True, "name": "Somebody", "handedness": "left", "licence": "CC0"}
+    result = do(Job("one", str(face), str(tmp_path / "one"), options), "a")
+    assert (result.state, result.message) == ("done", "")
+    read, said = ReadOptions(name="Somebody"), {"handedness": "left", "licence": "CC0"}
+    convert(face, tmp_path / "converted", options=read, **said, **{**QUICK, "preview": True})
+    assert report.preview(result) is not None
+    made = contents(tmp_path / "one" / "one")
+    assert made == contents(tmp_path / "converted")
+    assert result.sizes == {"bundle": sum(map(len, made.values())) - len(made["avatar.json"])}
+    assert result.seconds > 0 and result.cpu_seconds > 0 and result.peak_bytes > 1 << 20
+
+
+@pytest.mark.parametrize(
+    ("steps", "options"),
+    [(("publish", "pack"), QUICK), pytest.param(STEPS, {}, marks=pytest.mark.more)],
+    ids=["some", "all"],
+)
+def test_steps_make_what_the_commands_make(
+    steps: tuple[str, ...],
+    options: dict[str, bool],
+    run: Run,
+    face: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name, value in CHEAP_PACKS.items():
+        monkeypatch.setattr(packing, name, value)
+    result = do(Job("one", str(face), str(tmp_path / "one"), options, steps), "a")
+    assert result.state == "done", result.message
+    here, pack = tmp_path / "one", tmp_path / "pack.avatar"
+    images = ["one.png"] * ("render" in steps)
+    assert left(here) == ["one", "one.avatar", "one.html", *images, "result.json"]
+    _, said, _ = run("pack", here / "one", "-o", pack, "--json")
+    assert (here / "one.avatar").read_bytes() == pack.read_bytes()
+    assert result.psnr is not None
+    assert abs(result.psnr - json.loads(said)["error"]["psnr_mask_db"]["mean"]) < 0.01
+    if images:
+        run("render", here / "one", "-o", tmp_path / "one.png")
+        assert (here / "one.png").read_bytes() == (tmp_path / "one.png").read_bytes()
+    run("publish", here / "one.avatar", "--single", "-o", tmp_path / "one.html")
+    assert (here / "one.html").read_bytes() == (tmp_path / "one.html").read_bytes()
+    assert result.sizes["pack"] == len(pack.read_bytes())
+
+
+def test_a_finished_row_is_kept(job: Job) -> None:
+    first = do(job, "a")
+    before = {path: path.stat().st_mtime_ns for path in Path(job.output).rglob("*")}
+    os.utime(job.source, (1, 1))  # the same content
+    again = do(job, "b")
+    assert again == replace(first, state="kept", seconds=0.0, cpu_seconds=0.0, peak_bytes=0)
+    assert before == {path: path.stat().st_mtime_ns for path in Path(job.output).rglob("*")}
+
+
+def fewer_products(job: Job) -> Job:
+    (Path(job.output) / "one" / "gaussians.ply").unlink()
+    return job
+
+
+def cut_product(job: Job) -> Job:
+    os.truncate(Path(job.output) / "one" / "gaussians.ply", 10)
+    return job
+
+
+def other_record(job: Job, **said: object) -> Job:
+    path = Path(job.output) / "result.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), **said}))
+    return job
+
+
+CHANGES = {
+    "options": lambda job: replace(job, options={**job.options, "exact": True}),
+    "a step": lambda job: replace(job, steps=("validate",)),
+    "a product is gone": fewer_products,
+    "a product is cut": cut_product,
+    "a record without result": lambda job: other_record(job, result=None),
+    "a record without hashes": lambda job: other_record(job, inputs={"source": {"": []}}),
+    "a record without inputs": lambda job: other_record(job, inputs=3),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_row_that_differs_is_made_again(change: str, job: Job) -> None:
+    assert do(job, "a").state == "done"
+    job = CHANGES[change](job)
+    assert is_finished(job) is None
+    assert do(job, "b").state == "done"
+    assert do(job, "c").state == "kept"
+
+
+def test_a_row_of_another_input_is_made_again(job: Job) -> None:
+    assert do(job, "a").state == "done"
+    data = bytearray(Path(job.source).read_bytes())
+    data[-1] ^= 1  # a zip's comment length: it can no longer be read
+    Path(job.source).write_bytes(data)
+    assert is_finished(job) is None
+
+
+def test_a_row_of_another_version_is_made_again(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert do(job, "a").state == "done"
+    monkeypatch.setattr(row, "GENERATOR", "avatar-export 99")
+    assert is_finished(job) is None
+
+
+def left(folder: Path) -> list[str]:
+    """What lies in a folder, hidden files too."""
+    return sorted(path.name for path in folder.iterdir()) if folder.exists() else []
+
+
+def test_bad_data_is_one_line_and_leaves_nothing(job: Job) -> None:
+    os.truncate(job.source, 2000)
+    result = do(job, "a")
+    assert (result.state, result.kind, result.retryable) == ("failed", "input", False)
+    assert job.source in result.message and "\n" not in result.message and result.remedy
+    assert left(Path(job.output).parent) == []
+
+
+def test_a_source_that_is_not_there(job: Job) -> None:
+    result = do(replace(job, source=f"{job.source}.gone"), "a")
+    assert result.message == f"{job.source}.gone: no such file or folder"
+
+
+def test_what_is_no_result_is_never_replaced(job: Job) -> None:
+    out = Path(job.output)
+    out.mkdir(parents=True)
+    (out / "thesis.txt").write_text("years of work")
+    result = do(job, "a")
+    assert (result.state, result.kind) == ("failed", "output")
+    assert contents(out) == {"thesis.txt": b"years of work"}
+
+
+def test_an_older_result_stays_when_the_next_fails(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert do(job, "a").state == "done"
+    before = contents(Path(job.output))
+    result = do(replace(job, options={**QUICK, "rig": job.source}), "b")
+    assert result.state == "failed"
+    assert contents(Path(job.output)) == before
+    assert left(Path(job.output).parent) == ["one"]
+
+
+def test_what_fails_its_checks_is_not_written(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(products.checks, "validate", lambda path: [Problem("x", "is wrong")])
+    result = do(replace(job, steps=("validate",)), "a")
+    assert (result.kind, result.message) == ("check", f"{job.source}: validate: x: is wrong")
+    assert left(Path(job.output).parent) == []
+
+
+def test_what_does_not_conform_is_an_error(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    report = SimpleNamespace(passed=False, backend="cpu", first_failure="skin")
+    monkeypatch.setattr(products, "conform_bundle", lambda path: SimpleNamespace(passed=False, report=report))
+    with pytest.raises(StoreError, match="backend cpu fails first at skin") as caught:
+        products.DO["conform"](SimpleNamespace(job=job, bundle=None))
+    assert caught.value.kind == "check"
+
+
+@pytest.mark.parametrize(
+    ("error", "kind", "retryable"),
+    [
+        (MemoryError(), "memory", True),
+        (OSError(28, "No space left on device"), "disk full", True),
+        (AvatarError("needs 3 GB"), "input", False),
+    ],
+)
+def test_what_the_machine_lacks(
+    error: Exception, kind: str, retryable: bool, job: Job, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: Any) -> None:
+        raise error
+
+    monkeypatch.setattr(row, "make", fail)
+    result = do(job, "a")
+    assert (result.state, result.kind, result.retryable) == ("failed", kind, retryable)
+    assert result.message and result.remedy and left(Path(job.output).parent) == []
+
+
+def test_an_output_that_cannot_be_written(job: Job) -> None:
+    Path(job.output).parent.write_text("a file")
+    result = do(job, "a")
+    assert (result.kind, result.message) == ("output", f"{job.output}: cannot be written (Not a directory)")
+
+
+def test_a_file_of_a_source_that_cannot_be_read_is_no_fault_of_the_output(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    splatting_files.write_gaussian_run(run, splatting_files.arrays(degree=3))
+    (run / "point_cloud").chmod(0)
+    job = Job("one", str(run), str(tmp_path / "out" / "one"), QUICK)
+    result = as_anybody(lambda: do(job, "a"))
+    (run / "point_cloud").chmod(0o755)
+    assert (result.kind, result.message) == (
+        "input",
+        f"{run}/point_cloud: cannot be read (Permission denied)",
+    )
+    assert left(tmp_path / "out") == []
+
+
+def test_a_disk_without_folder_for_copies(job: Job, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scratch.tempfile, "tempdir", str(tmp_path / "none"))
+    result = do(job, "a")
+    assert (result.kind, result.retryable) == ("disk", True)
+
+
+def test_a_bug_is_raised_and_leaves_nothing(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(row, "make", lambda *_: {}["bug"])
+    with pytest.raises(KeyError):
+        do(job, "a")
+    assert left(Path(job.output).parent) == []
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A disk of 16 kB; skipped where nobody may mount one."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", "size=16k", "tmpfs", str(folder)]
+    mounted = shutil.which("mount") and not subprocess.run(command, capture_output=True).returncode
+    need({"a small disk that may be mounted (root)": mounted})
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+def test_a_full_disk(small_disk: Path, job: Job) -> None:
+    result = do(replace(job, output=str(small_disk / "one")), "a")
+    assert (result.state, result.kind, result.retryable) == ("failed", "disk full", True)
+    assert "No space left on device" in result.message and str(small_disk / "one") in result.message
+    assert ".partial" not in result.message
+    assert left(small_disk) == []
+
+
+def test_what_a_killed_attempt_left_goes_away(job: Job) -> None:
+    out = Path(job.output)
+    child = subprocess.Popen(["true"])
+    child.wait()
+    host = scratch.socket.gethostname()
+    killed = out.with_name(f".one.{host}-{child.pid}.a-0123.partial")
+    (killed / "one").mkdir(parents=True)
+    (killed / "one" / "gaussians.ply").write_bytes(b"half")
+    goes_on = out.with_name(f".one.{host}-{os.getppid()}.a-0123.partial")
+    other = out.with_name(f".another.{host}-{child.pid}.a-0123.partial")
+    goes_on.mkdir()
+    other.mkdir()
+    assert do(job, "a").state == "done"
+    assert left(out.parent) == [other.name, goes_on.name, "one"]
+
+
+def test_folders_of_dead_processes_go_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scratch.tempfile, "tempdir", str(tmp_path))
+    child = subprocess.Popen(["true"])
+    child.wait()
+    host = scratch.socket.gethostname()
+    kept = [f"avatar-batch-{host}-{os.getppid()}-abc", f"avatar-batch-elsewhere-{child.pid}-abc", "other"]
+    for name in (*kept, f"avatar-batch-{host}-{child.pid}-abc"):
+        (tmp_path / name).mkdir()
+    with scratch.folder() as work:
+        assert left(tmp_path) == sorted([*kept, work.name])
+    assert left(tmp_path) == sorted(kept)
+
+
+def test_results_are_plain_data(job: Job) -> None:
+    result = do(job, "a")
+    assert from_json(json.loads(json.dumps(result.as_json())), "x") == result
+    assert Result("a", "not done").ok is False
