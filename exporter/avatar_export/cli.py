@@ -10,9 +10,11 @@ from avatar_export.commands import program
 from avatar_export.commands.batch import batch
 from avatar_export.commands.conform import conform
 from avatar_export.commands.convert import convert
+from avatar_export.commands.distill import check, distill
 from avatar_export.commands.inspect import inspect
 from avatar_export.commands.pack import pack
 from avatar_export.commands.pose import pose
+from avatar_export.commands.poses import poses
 from avatar_export.commands.publish import publish
 from avatar_export.commands.render import render
 from avatar_export.commands.systems import systems
@@ -31,6 +33,9 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     conform,
     render,
     pose,
+    poses,
+    distill,
+    check,
     systems,
 )
 HELP = f"Convert trained avatars ({', '.join(r.system for r in READERS)}) to portable bundles, and play them."

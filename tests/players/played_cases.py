@@ -1,4 +1,4 @@
-"""Packs of avatars under every rule, with their references: made once for all players' tests."""
+"""Packs of avatars under every rule and of distilled ones, with their references: made once for all players' tests."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from avatar_runtime.conformance import RUNTIME, driving_cases, encode, encode_dr
 from avatar_runtime.packs import decode_pack
 from avatar_runtime.player import Player
 from avatar_runtime.subset import subset
+from tests.exporter.distill.avatars import DISTILLED, distilled_avatars
 from tests.exporter.packing.cases import COARSE
 from tests.runtime.backends import gl_cases
 from tests.session.shared_folder import made_once
@@ -37,7 +38,7 @@ class PlayedCase:
 def played_cases(factory: pytest.TempPathFactory) -> Mapping[str, PlayedCase]:
     """By name."""
     folder = made_once(factory, "played_cases", _make)
-    folders = {name: folder / folder_name(name) for name in gl_cases.avatars()}
+    folders = {name: folder / folder_name(name) for name in (*gl_cases.avatars(), *DISTILLED)}
     return {n: PlayedCase(decode_pack((at / HEAD).read_bytes(), n).avatar, at) for n, at in folders.items()}
 
 
@@ -47,7 +48,7 @@ def folder_name(name: str) -> str:
 
 
 def _make(folder: Path) -> Path:
-    for name, source in gl_cases.avatars().items():
+    for name, source in {**gl_cases.avatars(), **distilled_avatars()}.items():
         own = folder / folder_name(name)
         own.mkdir()
         file = pack([source], COARSE, driving_facts(source)).file

@@ -31,8 +31,8 @@ _NUMBA = Need(600 * MIB, 30 * MIB, 250 * MIB)
 _TORCH = Need(950 * MIB, 8 * MIB, 350 * MIB)
 # First argument of the command line -> need; "" for every other one.
 EXPORT = {
-    **dict.fromkeys(("render", "pack", "conform", "view", "publish"), _NUMBA),
     **dict.fromkeys(("convert", "validate", "batch"), _USD),
+    **dict.fromkeys(("render", "pack", "conform", "view", "publish", "distill"), _NUMBA),
     "": Need(300 * MIB, 0, 100 * MIB),
 }
 TRAIN = {

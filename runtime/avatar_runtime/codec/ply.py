@@ -59,6 +59,16 @@ class Ply:
     comments: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Header:
+    """What the header of a PLY says of its rows."""
+
+    rows: int
+    offset: int  # bytes before the first row
+    dtype: np.dtype[Any]  # of a row, with named fields in file order
+    comments: tuple[str, ...]
+
+
 def decode(data: bytes | memoryview, file: object = None) -> Ply:
     """The vertex element of a binary little-endian PLY, as views of `data`.
 
@@ -66,7 +76,17 @@ def decode(data: bytes | memoryview, file: object = None) -> Ply:
     is a duplicate, no header end within 64 KB, or a body that is not exactly as long as the header says.
     """
     view = memoryview(data).cast("B")
-    lines, body = _header_lines(view, file)
+    head = header(view, len(view), file)
+    names = head.dtype.names or ()
+    rows = np.ndarray(head.rows, head.dtype, view, head.offset)
+    floats = {head.dtype[name].str for name in names} == {"<f4"}
+    matrix = np.ndarray((head.rows, len(names)), "<f4", view, head.offset) if floats else None
+    return Ply({name: rows[name] for name in names}, head.rows, matrix, head.comments)
+
+
+def header(data: bytes | memoryview, size: int, file: object = None) -> Header:
+    """The header of a PLY of `size` bytes, whose beginning is `data`. Raises AvatarError as `decode`."""
+    lines, body = _header_lines(memoryview(data).cast("B"), file)
     if lines[1:2] != [f"format {FORMAT} 1.0"]:
         got = lines[1] if len(lines) > 1 else "nothing"
         raise AvatarError(f"'format {FORMAT} 1.0' is needed, got {got[:60]!r}; convert it", file=file)
@@ -87,7 +107,8 @@ def decode(data: bytes | memoryview, file: object = None) -> Ply:
                 fields[name] = code
         elif word != "obj_info":
             raise AvatarError(f"header line {line[:60]!r} is not PLY", file=file)
-    return _body(view, body, elements, fields, tuple(comments), file)
+    row = _row(size - body, elements, fields, file)
+    return Header(elements["vertex"], body, row, tuple(comments))
 
 
 def gaussians(ply: Ply, file: object = None) -> Gaussians:
@@ -174,28 +195,19 @@ def _property(text: str, known: Mapping[str, str], file: object) -> tuple[str, s
     return name, SCALARS[kind]
 
 
-def _body(
-    view: memoryview,
-    body: int,
-    elements: Mapping[str, int],
-    fields: Mapping[str, str],
-    comments: tuple[str, ...],
-    file: object,
-) -> Ply:
+def _row(left: int, elements: Mapping[str, int], fields: Mapping[str, str], file: object) -> np.dtype[Any]:
+    """The type of a row, of which all fit exactly into the `left` bytes after the header."""
     if "vertex" not in elements or not fields:
         raise AvatarError("has no element 'vertex' with properties", file=file)
     row = np.dtype(list(fields.items()))
-    count, left = elements["vertex"], len(view) - body
+    count = elements["vertex"]
     if count * row.itemsize != left:
         raise AvatarError(
             f"says {count} rows of {row.itemsize} bytes, but {left} bytes follow the header",
             file=file,
             field="element vertex",
         )
-    rows = np.ndarray(count, row, view, body)
-    floats = set(fields.values()) == {"<f4"}
-    matrix = np.ndarray((count, len(fields)), "<f4", view, body) if floats else None
-    return Ply({name: rows[name] for name in fields}, count, matrix, comments)
+    return row
 
 
 def _take(ply: Ply, names: Sequence[str], out: F32, file: object) -> F32:

@@ -1,0 +1,122 @@
+"""`avatar-export distill` and `check`: posed dumps of any code in, a bundle out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from avatar_export.bodies.body_model import read_body_model
+from avatar_export.bodies.body_rig import bake_rig
+from avatar_export.bodies.subject_files import read_shape
+from avatar_export.commands import arguments, inputs
+from avatar_export.commands.console import Steps, messages, output
+from avatar_export.distill import make
+from avatar_export.distill.dumps.check import check as judged
+from avatar_export.distill.dumps.folder import open_dumps
+from avatar_export.distill.dumps.held import split
+from avatar_export.distill.report import report_html
+from avatar_export.provenance import with_rights
+from avatar_export.rigs.rig_file import read_rig_file
+from avatar_export.writers.bundle import may_replace, write_bundle
+from avatar_runtime.avatar import Rig
+from avatar_runtime.io.text_files import refuse_existing, write_text
+
+REPORT = ".report.html"
+
+Dumps = Annotated[Path, typer.Argument(help="Folder with dumps.json, drivers.npz and frames/00000.ply ...")]
+
+
+def distill(
+    dumps: Dumps,
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out", "-o", help=f"Bundle folder to write, or FILE.avatar.zip; OUT{REPORT} is put beside it."
+        ),
+    ],
+    body_model: inputs.BodyModel = None,
+    shape: Annotated[
+        Path | None,
+        typer.Option(help="Identity coefficients for --body-model: a tracked .frame, .npy, .npz or .json."),
+    ] = None,
+    rig: Annotated[
+        Path | None,
+        typer.Option(help="Rig that posed the dumps: a skinned .glb or .fbx, or an ASM face .npz."),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Learn, measure and write the report, but no bundle.")
+    ] = False,
+    accept_error: Annotated[
+        bool,
+        typer.Option(
+            "--accept-error", help="Write the bundle although held-out frames are far off, with a warning."
+        ),
+    ] = False,
+    licence: inputs.Licence = None,
+    author: inputs.Author = None,
+    consent: inputs.Consent = None,
+    force: arguments.Force = False,
+) -> None:
+    """Learn a portable avatar from posed dumps of any code; its error is measured on held-out frames."""
+    arguments.exclude({"--body-model": body_model, "--rig": rig})
+    report = out.with_name(out.name.removesuffix(".zip").removesuffix(".avatar") + REPORT)
+    refuse_existing(report, force)
+    if not dry_run:
+        may_replace(out, force)
+    with Steps() as step:
+        found, names = _rig(body_model, shape, rig)
+        result = make.distill(
+            dumps,
+            rig=found,
+            morph_names=names,
+            accept_error=accept_error,
+            written=lambda result: write_text(report, report_html(result), force=force),
+            progress=step,
+        )
+        if not dry_run:
+            avatar = with_rights(result.avatar, licence, author, consent)
+            write_bundle(avatar, out, force=force, progress=lambda file: step(f"writing {file}"))
+    errors = result.errors
+    measured = "baked, an upper bound" if result.form == "baked clips" else "held out"
+    output.print(
+        f"{report if dry_run else out}: {result.form}, {errors.rms:.3g} mm, {errors.decibels:.1f} dB in the foreground "
+        f"({measured})"
+    )
+    for text in result.checked.mended:
+        messages.print(f"note: mended: {text}")
+    messages.print(f"note: {result.reason}")
+    for text in result.doubts:
+        messages.print(f"warning: {text}")
+
+
+def check(dumps: Dumps) -> None:
+    """Judge posed dumps for `distill`: what is wrong, what would be mended, what is doubtful."""
+    with Steps() as step:
+        given = open_dumps(dumps)
+        found = judged(given, step)
+    doubts = split(found.dumps).warnings
+    drivers = given.drivers
+    output.print(
+        f"{dumps}: {drivers.frames} frames of {found.layout.rows} Gaussians in {len(np.unique(drivers.take))} takes, "
+        f"{len(drivers.joint_names)} joints, {len(drivers.driver_names)} drivers"
+    )
+    for text in found.mended:
+        output.print(f"would be mended: {text}")
+    for text in doubts:
+        output.print(f"warning: {text}")
+
+
+def _rig(body_model: Path | None, shape: Path | None, rig: Path | None) -> tuple[Rig | None, tuple[str, ...]]:
+    """The rig with a mesh and the names of its morphs; None where no file is given."""
+    if body_model is not None:
+        body = read_body_model(body_model)
+        return bake_rig(body, None if shape is None else read_shape(shape)), body.expression_names
+    if shape is not None:
+        raise typer.BadParameter("goes with --body-model", param_hint="--shape")
+    if rig is None:
+        return None, ()
+    read = read_rig_file(rig)
+    return read.rig, read.morph_names

@@ -1,0 +1,240 @@
+"""Dumps in, a portable avatar out: the whole of `avatar-export distill` as one function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from avatar_export.distill import measure, residual, worth
+from avatar_export.distill.build import Builder, rig_of
+from avatar_export.distill.conventions import settled
+from avatar_export.distill.dumps.check import Checked, check
+from avatar_export.distill.dumps.folder import OWNER, Dumps, open_dumps
+from avatar_export.distill.dumps.held import Split, split
+from avatar_export.distill.embedded import learn_embedded
+from avatar_export.distill.learn import Task, learn
+from avatar_export.distill.mesh import Mesh, check_rest, joint_basis, mesh_of, ordered, priors
+from avatar_export.distill.refuse import Sweep, refuse, sweep
+from avatar_export.distill.skeleton import Skeleton, skeleton_of
+from avatar_export.levels.level import measured_contribution
+from avatar_export.provenance import DOUBT
+from avatar_runtime.avatar import F64, Avatar, Rig
+from avatar_runtime.checks.avatar import check_avatar
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.ownership import owned
+
+BAKED_BELOW = 40.0  # dB: bases are tried where the drivers leave more
+BAKED_GAIN = 1.0  # dB that bases must gain to be kept
+# Where bases are tried, entries are dropped first that show least: so much of what the drivers leave they may show.
+DROPPED = 0.4
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An avatar of one form, and its errors on held-out frames."""
+
+    form: str
+    avatar: Avatar
+    errors: measure.Errors
+
+
+@dataclass(frozen=True)
+class Distilled:
+    """The result, and everything that the report says of it."""
+
+    avatar: Avatar
+    form: str
+    reason: str
+    checked: Checked
+    frames: Split
+    task: Task
+    tried: tuple[Candidate, ...]
+    errors: measure.Errors  # on held-out frames; of a baked avatar, an upper bound
+    baked: measure.Errors | None  # with residual bases, where they are kept: an upper bound
+    sweep: Sweep
+    doubts: tuple[str, ...]
+
+
+def distill(
+    folder: Path,
+    *,
+    rig: Rig | None = None,
+    morph_names: Sequence[str] = (),
+    accept_error: bool = False,
+    written: Callable[[Distilled], None] = lambda _: None,
+    progress: Progress = lambda _: None,
+) -> Distilled:
+    """Learn an avatar from the dumps in `folder`; `rig` with a mesh, its morphs `morph_names`, may help.
+
+    `written` gets the result before it is refused, for the report. Raises AvatarError as `open_dumps` and `check`, for
+    a rig that did not pose the dumps, for poses beyond the data that are not finite, and, without `accept_error`, for
+    large errors on held-out frames.
+    """
+    with owned(OWNER):
+        dumps = open_dumps(folder)
+        if rig is not None:
+            if not dumps.drivers.joint_names:
+                raise AvatarError("has no joints, so a rig says nothing", file=folder / "drivers.npz")
+            dumps = replace(dumps, drivers=ordered(dumps.drivers, rig))
+        checked = check(dumps, progress)
+        frames = split(checked.dumps)
+        result = _distilled(checked, frames, rig, morph_names, progress)
+        written(result)
+        found = refuse(result.errors, accept_error)
+        return replace(result, doubts=(*result.doubts, *found), avatar=_noted(result, found))
+
+
+def _distilled(
+    checked: Checked, frames: Split, rig: Rig | None, morph_names: Sequence[str], progress: Progress
+) -> Distilled:
+    mended = list(checked.mended)
+    names = list(checked.dumps.drivers.driver_names)
+    basis = None if rig is None else joint_basis(rig, morph_names, names)
+    skeleton = skeleton_of(checked.dumps, frames.fitted, basis)
+    task = Task.of(checked.dumps, checked.layout, frames.fitted, skeleton, checked.order)
+    task = settled(task, mended)
+    checked = replace(checked, dumps=task.dumps, mended=tuple(mended))
+    if skeleton is None:
+        return _baked_alone(checked, frames, task, progress)
+    mesh = None
+    if rig is not None:
+        check_rest(skeleton, rig)
+        mesh = mesh_of(rig, morph_names, names, skeleton)
+    tried = _candidates(task, mesh, frames, progress)
+    best = max(tried, key=lambda one: one.errors.decibels)
+    final, baked, reason = best, None, _reason(tried, best, mesh)
+    if best.form == "skinning" and best.errors.decibels < BAKED_BELOW:
+        best, share = _small(task, best, frames, progress)
+        final, baked = _with_bases(task, mesh, best, share, frames, progress)
+        reason += f"; of it, entries that show least were dropped ({_figures(best)})"
+    return Distilled(
+        avatar=final.avatar,
+        form=final.form,
+        reason=reason,
+        checked=checked,
+        frames=frames,
+        task=task,
+        tried=tuple(tried),
+        errors=best.errors,
+        baked=baked,
+        sweep=sweep(best.avatar, _turns(skeleton, task), best.errors.height),
+        doubts=_doubts(checked.dumps, frames, skeleton, task),
+    )
+
+
+def _candidates(task: Task, mesh: Mesh | None, frames: Split, progress: Progress) -> list[Candidate]:
+    """Every form that can be tried, measured on held-out frames."""
+    found = [_measured(task, "skinning", _skinned(task, mesh, progress), frames, progress)]
+    if mesh is not None and len(mesh.rig.triangles):
+        embedded = learn_embedded(task, mesh, progress)
+        if embedded is not None:
+            found.append(_measured(task, "embedding on the mesh", embedded, frames, progress))
+    return found
+
+
+def _skinned(task: Task, mesh: Mesh | None, progress: Progress) -> Avatar:
+    builder = Builder(task)
+    learn(task, lambda rows, _, fitted: builder.add(rows, fitted), _priors(task, mesh), progress)
+    rig = None
+    if task.skeleton is not None:
+        rig = rig_of(task.skeleton, len(task.dumps.drivers.driver_names)) if mesh is None else mesh.rig
+    return check_avatar(builder.avatar(rig))
+
+
+def _priors(task: Task, mesh: Mesh | None) -> residual.Priors:
+    """Skin weights of the mesh under each Gaussian, or none."""
+    return (lambda _: None) if mesh is None else priors(task, mesh)
+
+
+def _measured(task: Task, form: str, avatar: Avatar, frames: Split, progress: Progress) -> Candidate:
+    check_avatar(avatar)
+    share = measured_contribution(avatar)
+    return Candidate(form, avatar, measure.errors(task, avatar, frames.held_out, share, progress))
+
+
+def _small(task: Task, best: Candidate, frames: Split, progress: Progress) -> tuple[Candidate, F64]:
+    """`best` without the entries that show least beside what it leaves, and each Gaussian's share in the picture."""
+    progress("dropping what shows least")
+    share = measured_contribution(best.avatar)
+    weights = task.dumps.drivers.drivers[task.fitted]
+    avatar = worth.lean(best.avatar, weights, share, DROPPED * worth.left(best.errors, share))
+    found = measure.errors(task, check_avatar(avatar), frames.held_out, share, progress)
+    part = worth.avatar_bytes(avatar) / worth.avatar_bytes(best.avatar)
+    return Candidate(f"{best.form} with {100 * part:.0f} % of its bytes", avatar, found), share
+
+
+def _with_bases(
+    task: Task, mesh: Mesh | None, best: Candidate, share: F64, frames: Split, progress: Progress
+) -> tuple[Candidate, measure.Errors | None]:
+    """The avatar with residual bases if they are worth it, else `best`."""
+    progress("learning residual bases")
+    avatar = check_avatar(residual.with_bases(task, best.avatar, share, _priors(task, mesh)))
+    baked = measure.errors(task, avatar, frames.held_out, None, progress)
+    if baked.decibels < best.errors.decibels + BAKED_GAIN:
+        return best, None
+    return Candidate("skinning with residual bases in the clips", avatar, best.errors), baked
+
+
+def _baked_alone(checked: Checked, frames: Split, task: Task, progress: Progress) -> Distilled:
+    extended = residual.bases_alone(task)
+    avatar = _skinned(extended, None, progress)
+    found = measure.errors(extended, avatar, frames.held_out, measured_contribution(avatar), progress)
+    reason = "drivers.npz has no skeleton: the result plays the dumped takes, and nothing else"
+    candidate = Candidate("baked clips", avatar, found)
+    return Distilled(
+        avatar, candidate.form, reason, checked, frames, extended, (candidate,), found, found,
+        sweep(avatar, np.zeros(0), found.height), (*_doubts(checked.dumps, frames, None, task), reason),
+    )  # fmt: skip
+
+
+def _reason(tried: Sequence[Candidate], best: Candidate, mesh: Mesh | None) -> str:
+    figures = "; ".join(map(_figures, tried))
+    if len(tried) > 1:
+        return f"{best.form} has the least error on held-out frames ({figures})"
+    why = "no mesh was given" if mesh is None else "the Gaussians do not follow the mesh"
+    return f"{why}, so {best.form} was learnt ({figures})"
+
+
+def _figures(one: Candidate) -> str:
+    return f"{one.form} {one.errors.rms:.3g} mm, {one.errors.decibels:.1f} dB"
+
+
+def _turns(skeleton: Skeleton, task: Task) -> F64:
+    """[J] largest rotation of each joint in the frames learnt from, radians; 0 for roots."""
+    trace = np.trace(skeleton.delta[task.fitted][..., :3, :3], axis1=-2, axis2=-1)
+    angle = np.arccos(np.clip((trace - 1) / 2, -1, 1)).max(axis=0)
+    return np.where(skeleton.parents < 0, 0.0, angle)
+
+
+def _doubts(dumps: Dumps, frames: Split, skeleton: Skeleton | None, task: Task) -> tuple[str, ...]:
+    found = list(frames.warnings)
+    names = dumps.drivers.driver_names
+    still = [name for index, name in enumerate(names) if index not in set(task.active.tolist())]
+    if still and skeleton is not None:
+        more = f", {len(still)} in all" if len(still) > 1 else ""
+        found.append(
+            f"driver {still[0]} hardly varies{more}: nothing was learnt of it; dump each driver alone"
+        )
+    if dumps.document.get("camera"):
+        found.append("colours were dumped for one camera: seen from elsewhere they are only near")
+    return tuple(found)
+
+
+def _noted(result: Distilled, found: Sequence[str]) -> Avatar:
+    """The avatar with what happened in its provenance."""
+    errors = result.errors
+    held = f"{len(errors.frames)} held-out frames, {errors.rms:.3g} mm RMS, {errors.decibels:.1f} dB in the foreground"
+    if result.form == "baked clips":
+        held = f"baked clips, not held out: {errors.rms:.3g} mm RMS and {errors.decibels:.1f} dB in the foreground"
+    notes = [
+        f"distilled from posed dumps: {held}",
+        result.reason,
+        *(f"mended: {text}" for text in result.checked.mended),
+        *(f"{DOUBT}{text}" for text in dict.fromkeys([*result.doubts, *found])),
+    ]
+    return replace(result.avatar, provenance={**result.avatar.provenance, "notes": notes})
