@@ -21,6 +21,8 @@ FLOATS = [
     struct.pack("<f", value)
     for value in (0.0, -0.0, 1e-45, -1e-30, 1e15, 1e19, -1e30, 3.4e38, float("inf"), float("-inf"), float("nan"))
 ]  # fmt: skip
+# Signalling NaN, whose casts warn: a float32, and the upper half of a float64.
+FLOATS += [b"\1\0\x80\x7f", b"\1\0\xf0\x7f"]
 WHOLE = [
     struct.pack("<I", value)
     for value in (0, 1, 2, 255, 65535, 1 << 20, (1 << 31) - 1, 1 << 31, (1 << 32) - 1)

@@ -18,14 +18,14 @@ from pathlib import Path
 from random import Random
 
 import numpy as np
-from samples.make import make_gaussian_blendshapes
 
-from avatar_export.asm import files as asm_files
 from avatar_export.bodies.body_model import read_body_model
 from avatar_export.bodies.pose_files import read_poses
 from avatar_export.bodies.subject_files import read_shape
 from avatar_export.checks.bundle import validate
 from avatar_export.clips.sources import clips_from
+from avatar_export.distill.dumps.check import check
+from avatar_export.distill.dumps.folder import open_dumps
 from avatar_export.driving.matrix import with_driving
 from avatar_export.driving.takes import read_take
 from avatar_export.formats.mesh_files import read_mesh
@@ -46,19 +46,16 @@ from avatar_runtime.driving.arkit import CHANNELS
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.packs import decode_pack
-from tests.asm_faces import small_face
 from tests.avatars import full_avatar, leaves, surface_avatar
 from tests.exporter.bodies import body_files
 from tests.exporter.live import senders
-from tests.exporter.readers import lam_files, psavatar_run, splatting_files
+from tests.exporter.readers import splatting_files
+from tests.exporter.readers.lhm import person_files
 from tests.exporter.rigs import rig_files
+from tests.fuzz import checkpoints
 from tests.runtime.conformance import made
 
 MOST = 1 << 26  # bytes of a file
-FEW, COARSE = (
-    160,
-    0.03,
-)  # Gaussians of the sample of Gaussian Blendshapes, metres between vertices of its mesh
 AVATARS: dict[str, Callable[[], Avatar]] = {
     "joints": lambda: full_avatar(3),
     "surface": lambda: surface_avatar(3),
@@ -138,40 +135,6 @@ def _conform(folder: Path) -> object:
 
     tensors = safetensors.decode(one("outputs.safetensors", MOST), "outputs.safetensors")
     return conform_outputs(made.avatar(), decode(one), tensors), decode_driving(one)
-
-
-def _blendshapes(folder: Path) -> None:
-    written = make_gaussian_blendshapes(folder / "work", FEW, form="both", full=True, cell=COARSE)
-    written.rename(folder / "blendshapes")
-    (folder / "work").rmdir()
-
-
-def _splatting(folder: Path) -> None:
-    splatting_files.write_splatting_run(folder / "new", splatting_files.arrays(3))
-    old = splatting_files.legacy(splatting_files.arrays())
-    splatting_files.write_splatting_run(
-        folder / "old", splatting_files.arrays(), embedding=old, form="canonical.sample.json"
-    )
-
-
-def _bound(folder: Path) -> None:
-    splatting_files.write_gaussian_run(folder / "run", splatting_files.arrays(2))
-    (folder / "run" / "mesh.obj").write_text(splatting_files.obj_text())
-
-
-def _psavatar(folder: Path) -> None:
-    psavatar_run.write_run(folder / "run", psavatar_run.arrays())
-
-
-def _lam(folder: Path) -> None:
-    folder.joinpath("zip").mkdir()
-    lam_files.write_zip(folder / "zip" / "head.zip", lam_files.files())
-
-
-def _faces(folder: Path) -> None:
-    for seed, turned in enumerate((True, False)):
-        (folder / str(seed)).mkdir()
-        asm_files.save(small_face(seed, turned=turned), folder / str(seed) / "face.npz")
 
 
 def _bodies(folder: Path) -> None:
@@ -271,19 +234,25 @@ TARGETS: dict[str, Target] = {
     "pack": Target(_packs, lambda folder: decode_pack((folder / "x.avatar").read_bytes(), "x").avatar),
     "conform": Target(_references, _conform),
     "gaussian_blendshapes": Target(
-        _blendshapes, lambda folder: read(folder / "model", ReadOptions(dataset=folder)), ("model/*",)
+        checkpoints.blendshapes, lambda folder: read(folder / "model", ReadOptions(dataset=folder)), ("model/*",)
     ),
-    "splatting_avatar": Target(_splatting, lambda folder: read(folder, ReadOptions(no_rig=True))),
+    "splatting_avatar": Target(checkpoints.splatting, lambda folder: read(folder, ReadOptions(no_rig=True))),
     "gaussian_avatars": Target(
-        _bound, lambda folder: read(folder, ReadOptions(no_rig=True, mesh=folder / "mesh.obj"))
+        checkpoints.bound, lambda folder: read(folder, ReadOptions(no_rig=True, mesh=folder / "mesh.obj"))
     ),
     "psavatar": Target(
-        _psavatar,
+        checkpoints.psavatar,
         lambda folder: read(folder, ReadOptions(body_model=folder / "body.npz", shape=Path("zero"))),
         ("point_cloud/*", "*.json"),
     ),
-    "lam": Target(_lam, lambda folder: read(folder / "head.zip")),
-    "asm": Target(_faces, lambda folder: read(folder / "face.npz")),
+    "lam": Target(checkpoints.lam, lambda folder: read(folder / "head.zip")),
+    "asm": Target(checkpoints.faces, lambda folder: read(folder / "face.npz")),
+    "rgbavatar": Target(
+        checkpoints.rgbavatar,
+        lambda folder: read(folder, ReadOptions(body_model=folder / "body.npz", shape=Path("zero"))),
+    ),
+    "lhm": Target(checkpoints.lhm, lambda folder: read(folder / "person.ply", person_files.options(folder), "lhm")),
+    "dumps": Target(checkpoints.dumps, lambda folder: check(open_dumps(folder))),
     "body models": Target(_bodies, lambda folder: read_body_model(folder / "body.npz")),
     "tracked poses": Target(_poses, _shape_or_poses),
     "recordings": Target(_recordings, lambda folder: read_take(_only(folder))),

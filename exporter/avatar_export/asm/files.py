@@ -20,6 +20,7 @@ import numpy.typing as npt
 from avatar_export.asm.check import check_face, check_template
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
 from avatar_export.formats.archive import Archive
+from avatar_export.formats.casts import as_float32, as_float64
 from avatar_export.formats.npy import parse_npy, parse_text_npy
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.ownership import of_file
@@ -108,8 +109,7 @@ def _rounded(face: AsmFace) -> AsmFace:
 
 
 def _float32(array: Array) -> Array:
-    with np.errstate(over="ignore"):  # becomes infinite, which is refused
-        return array.astype(np.float32).astype(np.float64)
+    return as_float64(as_float32(array))
 
 
 def _template_arrays(template: Template) -> Arrays:
@@ -234,8 +234,7 @@ def _floats(source: _Source, name: str) -> Array:
     array = source.numbers(name)
     if array.dtype.kind != "f":
         raise AvatarError(f"expected floats, got {array.dtype}", file=source.path, field=name)
-    with np.errstate(over="ignore"):  # becomes infinite, which is refused
-        return array.astype(np.float32)
+    return as_float32(array)
 
 
 def _whole(source: _Source, name: str, kind: type[np.generic]) -> Array:
@@ -258,7 +257,7 @@ def _checked(source: _Source, template: Template) -> AsmFace:
 
 def _read_person(source: _Source, template: Template) -> AsmFace:
     bones = len(template.bone_names)
-    packed = source.numbers("binding").astype(np.float64)
+    packed = as_float64(source.numbers("binding"))
     k = (packed.shape[1] - 2) // 6 if packed.ndim == 2 else 0
     if packed.shape != (bones, 2 + 6 * k) or k < 1:
         raise AvatarError(
@@ -273,7 +272,7 @@ def _read_takes(source: _Source, bones: int) -> tuple[Take, ...]:
     names, frames, fps = source.words("take_names"), source.numbers("take_frames"), source.numbers("take_fps")
     if frames.dtype.kind not in "iu" or frames.shape != (len(names),) or fps.shape != (len(names),):
         raise AvatarError("does not match take_names and take_fps", field="take_frames")
-    tau = source.numbers("tau").astype(np.float64)
+    tau = as_float64(source.numbers("tau"))
     counts = [int(count) for count in frames.tolist()]
     if min(counts, default=0) < 0:
         raise AvatarError("is negative", field=f"take_frames[{int(np.argmin(counts))}]")

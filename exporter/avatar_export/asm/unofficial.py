@@ -23,6 +23,7 @@ import numpy.typing as npt
 
 from avatar_export.asm.check import MOST_BONES, check_face
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
+from avatar_export.formats.casts import as_float64
 from avatar_export.formats.json_text import json_fault
 from avatar_export.formats.npy import RowSource
 from avatar_export.formats.obj import LARGEST_INDEX, MAX_BYTES, TriangleMesh, read_obj
@@ -175,7 +176,7 @@ def _parameters(arrays: dict[str, RowSource], name: str, path: Path) -> F64:
         raise AvatarError("is missing or does not hold floats", file=path, field=name)
     if max(arrays[name].shape, default=0) > MOST_BONES or len(arrays[name].shape) > 3:
         raise AvatarError(f"has shape {list(arrays[name].shape)}", file=path, field=name)
-    values: F64 = arrays[name].read().astype(np.float64)
+    values: F64 = as_float64(arrays[name].read())
     if not (np.abs(values) < 1e12).all():  # False for NaN
         raise AvatarError("holds NaN, an infinity or a number above 1e12", file=path, field=name)
     return values

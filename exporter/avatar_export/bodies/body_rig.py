@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from avatar_export.bodies.body_model import BodyModel
 from avatar_export.bodies.subject_files import read_static_offset
+from avatar_export.formats.casts import as_float32
 from avatar_export.sparse import sparse_rows
 from avatar_runtime.avatar import F32, F64, Rig, SparseRows
 from avatar_runtime.io.errors import AvatarError
@@ -38,7 +39,7 @@ def bake_rig(
     basis = np.tensordot(body.joint_regressor, body.expression_dirs, (1, 0))  # [J, 3, K]
     offsets = joints - np.where(body.parents[:, None] < 0, 0, joints[body.parents])
     return Rig(
-        vertices=vertices.astype(np.float32),
+        vertices=as_float32(vertices),
         triangles=body.triangles,
         morphs=_by_vertex(np.moveaxis(body.expression_dirs, 2, 1)),
         correctives=_by_vertex(np.moveaxis(body.posedirs, 2, 1)),
@@ -46,8 +47,8 @@ def bake_rig(
         skin=sparse_rows({"weight": body.skin_weights}, {"weight": 0.0}),
         joint_names=body.joint_names,
         parents=body.parents,
-        rest_local=translation_matrix(offsets).astype(np.float32),
-        inverse_bind_matrix=translation_matrix(-joints).astype(np.float32),
+        rest_local=as_float32(translation_matrix(offsets)),
+        inverse_bind_matrix=as_float32(translation_matrix(-joints)),
         joint_basis=np.ascontiguousarray(np.moveaxis(basis, 2, 0), np.float32),
         corrective_joints=np.arange(1, len(body.parents), dtype=np.int32),
         anchor_vertices=_anchors(body, anchor_faces),

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.formats.archive import Archive
+from avatar_export.formats.casts import as_float64
 from avatar_export.formats.npy import parse_npy, parse_text_npy
 from avatar_runtime.avatar import F64, I64
 from avatar_runtime.io.errors import AvatarError
@@ -18,6 +19,7 @@ from avatar_runtime.io.text_files import write_bytes
 
 FILE = "drivers.npz"
 MAX_ARRAY_BYTES = 1 << 30
+LARGEST = 1e12  # number in a dump
 LAST_ROW = (0.0, 0.0, 0.0, 1.0)  # of a matrix that is affine
 LEAST_VOLUME = 1e-18  # determinant of a joint's transform that has an inverse
 TEXTS = ("joint_names", "driver_names")
@@ -82,8 +84,11 @@ def checked(drivers: Drivers, file: Path) -> Drivers:
         array = getattr(drivers, name)
         if array.shape != shape:
             raise AvatarError(f"has shape {list(array.shape)}, expected {list(shape)}", file=file, field=name)
-        if not np.isfinite(array).all():
-            raise AvatarError(f"{_first(~np.isfinite(array))} is not finite", file=file, field=name)
+        fine = np.abs(array) <= LARGEST  # False for NaN
+        if not fine.all():
+            raise AvatarError(
+                f"{_first(~fine)} is not a finite number of at most {LARGEST:g}", file=file, field=name
+            )
     if not f:
         raise AvatarError("has no frame", file=file, field="take")
     for name in TEXTS:
@@ -126,7 +131,7 @@ def _numbers(data: bytes, file: object, name: str) -> F64 | I64:
         wanted = "whole numbers" if name in WHOLE else "numbers"
         raise AvatarError(f"has type {source.dtype}, {wanted} are needed", file=file, field=name)
     values = source.read()
-    return values.astype(np.int64) if name in WHOLE else values.astype(np.float64)
+    return values.astype(np.int64) if name in WHOLE else as_float64(values)
 
 
 def _first(wrong: npt.NDArray[np.bool_]) -> list[int]:

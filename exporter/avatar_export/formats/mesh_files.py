@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.formats.archive import Archive
+from avatar_export.formats.casts import as_float32
 from avatar_export.formats.npy import parse_npy
 from avatar_export.formats.obj import TriangleMesh, read_obj
 from avatar_runtime.io.errors import AvatarError
@@ -41,8 +42,7 @@ def _read_npz(path: Path) -> TriangleMesh:
             raise AvatarError(f"needs arrays vertices and faces, but holds {there or 'nothing'}", file=path)
         stored_vertices = _rows(archive, "vertices", "f", "floats")
         faces = _rows(archive, "faces", "iu", "whole numbers").astype(np.int64)
-    with np.errstate(over="ignore"):  # becomes infinite, which is refused
-        vertices = stored_vertices.astype(np.float32)
+    vertices = as_float32(stored_vertices)
     finite = np.isfinite(vertices).all(axis=1)
     if not finite.all():
         raise AvatarError("is not finite in float32", file=path, field=f"vertices[{int(np.argmin(finite))}]")

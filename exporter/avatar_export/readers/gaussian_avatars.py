@@ -14,6 +14,7 @@ import numpy as np
 
 from avatar_export.bodies.body_model import read_body_model
 from avatar_export.formats.archive import Archive
+from avatar_export.formats.casts import as_float64
 from avatar_export.formats.mesh_files import MAX_ARRAY_BYTES, read_mesh
 from avatar_export.formats.npy import parse_npy
 from avatar_export.formats.obj import TriangleMesh
@@ -158,7 +159,7 @@ def _binding(rows: ply.Ply, cloud: PointCloud) -> surface.Floats:
         raise AvatarError(
             "is missing; it holds the triangle of each Gaussian", file=cloud.file, field=f"property {BINDING}"
         )
-    return rows.properties[BINDING].astype(np.float64)
+    return as_float64(rows.properties[BINDING])
 
 
 def _check_static_offset(poses: Path | None, vertices: int, mesh_file: Path) -> None:

@@ -20,6 +20,7 @@ from avatar_export.bodies.subject_files import read_shape
 from avatar_export.fit.embedded import own_mesh_fit
 from avatar_export.fit.judge import Sides
 from avatar_export.fit.surface import Mesh
+from avatar_export.formats.casts import as_float64
 from avatar_export.formats.point_cloud import PointCloud, read_ply
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import BODY_RESTRICTION, DOUBT, UNCHECKED, source_files
@@ -152,7 +153,7 @@ def _vertex_of(
     rows = ply.decode(points_file.read_bytes(), points_file).properties
     if any(axis not in rows for axis in "xyz"):
         raise AvatarError("has no properties x, y, z", file=points_file)
-    points = np.stack([rows[axis] for axis in "xyz"], axis=1).astype(np.float64)
+    points = as_float64(np.stack([rows[axis] for axis in "xyz"], axis=1))
     if len(points) != splats.count or not np.isfinite(points).all():
         raise AvatarError(
             f"has {len(points)} points, or one that is not finite; {splats.count} are needed",

@@ -46,14 +46,20 @@ def test_another_count_is_refused(few: Path) -> None:
         judged(few)
 
 
-def test_a_number_that_is_not_finite_is_named(few: Path) -> None:
+@pytest.mark.parametrize("name, value, said", [("opacity", np.nan, "nan"), ("rot_0", 3e38, r"3.*e\+38")])
+def test_a_number_that_no_avatar_has_is_named(few: Path, name: str, value: float, said: str) -> None:
+    """NaN, and a quaternion whose length overflows; in the first frame and in a later one."""
+
     def spoil(rows: np.ndarray, names: list[str]) -> np.ndarray:
-        rows[5, names.index("opacity")] = np.nan
+        rows[5, names.index(name)] = value
         return rows
 
-    rewritten(few / "frames" / "00001.ply", spoil)
-    with pytest.raises(AvatarError, match=r"00001.ply: opacity\[5\]: is nan"):
-        judged(few)
+    for frame in ("00001.ply", "00000.ply"):
+        rewritten(few / "frames" / frame, spoil)
+        with pytest.raises(
+            AvatarError, match=rf"{frame}: {name}\[5\]: is {said}; finite numbers of at most 1e\+12"
+        ):
+            judged(few)
 
 
 def test_flipped_quaternions_are_mended(few: Path) -> None:

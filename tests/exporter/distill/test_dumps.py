@@ -93,7 +93,11 @@ def test_mistakes_in_the_document_are_named(few: Path, changes: dict[str, Any], 
 ARRAYS: dict[str, tuple[dict[str, Any], str]] = {
     "another length": ({"drivers": np.zeros((5, 53))}, r"drivers: has shape \[5, 53\], expected \[6, 53\]"),
     "missing": ({"rest": None}, "rest: is missing"),
-    "not finite": ({"drivers": np.full((6, 53), np.nan)}, r"drivers: \[0, 0\] is not finite"),
+    "not finite": ({"drivers": np.full((6, 53), np.nan)}, r"drivers: \[0, 0\] is not a finite number"),
+    "whose determinant overflows": (
+        {"rest": np.tile(np.diag([1e200, 1e200, 1, 1]), (5, 1, 1))},
+        r"rest: \[0, 0, 0\] is not a finite number of at most 1e\+12",
+    ),
     "transposed": (
         {"rest": np.tile(np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [1, 2, 3, 1.0]]), (5, 1, 1))},
         "rest: .* is not an affine matrix",

@@ -184,7 +184,7 @@ def _spoiled(made: drivers.Drivers, name: str) -> drivers.Drivers:
     [
         ("singular", r"world_from_joint: \[3, 1\] is not an affine matrix with an inverse"),
         ("row", r"world_from_joint: \[3, 1\] is not an affine"),
-        ("nan", r"drivers: \[2, 1\] is not finite"),
+        ("nan", r"drivers: \[2, 1\] is not a finite number"),
         ("short", r"drivers: has shape \[\d+, 3\], expected"),
         ("parents", "parents: joint 2 has parent 3; parents must come before children"),
         ("names", "driver_names: holds an empty name, or a name twice"),

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from avatar_export.distill.drivers import LARGEST
 from avatar_export.distill.dumps import order as places
 from avatar_export.distill.dumps.folder import OWNER, Dumps, frame_name
 from avatar_export.distill.dumps.frames import COVARIANCE, Layout, decoded, layout, raw_rows
@@ -113,11 +115,16 @@ def _raw(dumps: Dumps, known: Layout, index: int) -> F32:
             file=file,
             owner=OWNER,
         )
-    raw = raw_rows(file, known, slice(0, known.rows))
-    if not np.isfinite(raw.sum(dtype=np.float64)):
-        row, column = np.argwhere(~np.isfinite(raw))[0].tolist()
+    return _bounded(raw_rows(file, known, slice(0, known.rows)), known, file)
+
+
+def _bounded(raw: F32, known: Layout, file: Path) -> F32:
+    with np.errstate(invalid="ignore"):  # NaN of some bits
+        fine = raw.min() >= -LARGEST and raw.max() <= LARGEST
+    if not fine:
+        row, column = np.argwhere(~(np.abs(raw) <= LARGEST))[0].tolist()
         raise AvatarError(
-            f"is {raw[row, column]}; finite numbers are needed",
+            f"is {raw[row, column]}; finite numbers of at most {LARGEST:g} are needed",
             file=file,
             field=f"{known.names[column]}[{row}]",
             owner=OWNER,
@@ -132,7 +139,7 @@ def _encoding(dumps: Dumps, mended: list[str]) -> tuple[Dumps, Layout]:
         mended.append(f"{file.name} holds {COVARIANCE[0]}..5 and no scales: encoding.scale is covariance")
         encoding = replace(encoding, scale="covariance")
     known = layout(file, encoding)
-    raw = raw_rows(file, known, slice(0, known.rows))
+    raw = _bounded(raw_rows(file, known, slice(0, known.rows)), known, file)
     at = {name: column for column, name in enumerate(known.names)}
 
     def column(names: tuple[str, ...]) -> F64:
@@ -167,8 +174,6 @@ def _has_covariances(dumps: Dumps) -> bool:
 
 def _scale_encoding(said: str, values: F64, position: F64) -> str:
     """What `values` [N, 3] must be: `said`, unless Gaussians would be as large as the figure, or invisible."""
-    if not np.isfinite(values).all():
-        return said
     low, high = np.percentile(position, [1, 99], axis=0)
     size = max(float((high - low).max()), 1e-12)
     apart = size / np.sqrt(len(position))  # the typical distance of neighbours on a surface

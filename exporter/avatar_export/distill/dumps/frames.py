@@ -111,6 +111,9 @@ def layout(file: Path, encoding: Encoding) -> Layout:
         raise AvatarError(
             f"{rest} properties, expected one of {known_counts}", file=file, field="f_rest_*", owner=OWNER
         )
+    gap = next((k for k in range(rest) if f"f_rest_{k}" not in names), None)
+    if gap is not None:
+        raise AvatarError("is missing", file=file, field=f"property f_rest_{gap}", owner=OWNER)
     return Layout(names, found.rows, found.offset, found.dtype)
 
 

@@ -42,7 +42,8 @@ class Neighbours:
 
     def lost(self, mean: F32) -> I64:
         """Gaussians that have lost most of their neighbours at positions [N, 3]."""
-        now = np.linalg.norm(mean[self.pair[:, 0]] - mean[self.pair[:, 1]], axis=1)
+        points = mean.astype(np.float64)
+        now = np.linalg.norm(points[self.pair[:, 0]] - points[self.pair[:, 1]], axis=1)
         total, first = (
             np.bincount(self.pair.reshape(-1), np.repeat(length, 2), len(mean))
             for length in (now, self.apart)

@@ -157,9 +157,9 @@ def _inverse_bind(glb: Glb, skin: Object, joints: int, where: str) -> F32:
     matrices = accessor(glb, skin["inverseBindMatrices"])
     if matrices.dtype != np.float32 or matrices.shape[1:] != (4, 4) or len(matrices) < joints:
         glb.fail(where, f"is {matrices.dtype}{list(matrices.shape)}, expected float32[{joints}, 4, 4]")
-    affine = np.isfinite(matrices).all(axis=(1, 2)) & (np.abs(matrices[:, 3] - [0, 0, 0, 1]) < 1e-5).all(
-        axis=1
-    )
+    with np.errstate(invalid="ignore"):  # NaN of some bits
+        last_row = (np.abs(matrices[:, 3] - [0, 0, 0, 1]) < 1e-5).all(axis=1)
+    affine = np.isfinite(matrices).all(axis=(1, 2)) & last_row
     if not affine.all():
         glb.fail(f"{where}[{int(np.argmin(affine))}]", "is not finite or not affine")
     return np.ascontiguousarray(matrices[:joints])

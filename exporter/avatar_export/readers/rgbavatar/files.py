@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from avatar_export.formats.archive import Archive
+from avatar_export.formats.casts import as_float32, as_float64
 from avatar_export.formats.npy import parse_npy
 from avatar_export.formats.point_cloud import PointCloud, first_file, has_property, read_ply
 from avatar_runtime.avatar import F32, F64, Gaussians
@@ -30,6 +31,7 @@ HIDDEN = 128  # units of each of the two hidden layers
 INPUTS = 129  # num_basis_in of the released configurations
 MAX_CONFIG_BYTES = 1 << 16
 MAX_ARRAY_BYTES = 1 << 28
+LARGEST = 1e12  # number in an array of the body model's file
 PAGE = "docs/researcher/rgbavatar.md"
 
 Layer = tuple[F64, F64]  # weight [out, in], bias [out]
@@ -118,7 +120,7 @@ def read_model(cloud: PointCloud) -> Model:
         mean,
         quat,
         dc,
-        rows.properties[FACE].astype(np.float64),
+        as_float64(rows.properties[FACE]),
         _columns(rows, BARYCENTRIC, file),
         _network(_columns(rows, [MODULE], file)[:, 0], bases, config_file(cloud), file),
     )
@@ -155,7 +157,7 @@ def read_eyelid_shapes(path: Path, vertices: int) -> list[F32]:
     Raises AvatarError for other shapes.
     """
     shapes = [_array(path, name, 3) for name in EYELIDS]
-    found = [shape.astype(np.float32) for shape in shapes if shape is not None]
+    found = [as_float32(shape) for shape in shapes if shape is not None]
     if found and [len(shape) for shape in found] != [vertices, vertices]:
         raise AvatarError(f"are not two arrays [{vertices}, 3]", file=path, field=" and ".join(EYELIDS))
     return found
@@ -238,7 +240,7 @@ def _array(path: Path, name: str, width: int) -> F64 | None:
         raise AvatarError(
             f"is {source.dtype}{list(source.shape)}, expected numbers [any, {width}]", file=path, field=name
         )
-    values: F64 = source.read().reshape(shape).astype(np.float64)
-    if not np.isfinite(values).all():
-        raise AvatarError("holds a value that is not finite", file=path, field=name)
+    values: F64 = as_float64(source.read().reshape(shape))
+    if not (np.abs(values) <= LARGEST).all():  # False for NaN
+        raise AvatarError(f"holds NaN, an infinity or a number above {LARGEST:g}", file=path, field=name)
     return values

@@ -7,6 +7,7 @@ import numpy as np
 from avatar_export.readers.rgbavatar.drivers import Map
 from avatar_export.readers.rgbavatar.frames import Binding
 from avatar_runtime.avatar import F32, F64, Avatar
+from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
@@ -20,7 +21,10 @@ JAW = (np.radians((0.0, -4.0, -2.0)), np.radians((20.0, 4.0, 2.0)))  # lowest an
 
 
 def notes(avatar: Avatar, binding: Binding, driven: Map) -> list[str]:
-    """One line on means, rotations and colours in POSES random poses; clips' poses are like these."""
+    """One line on means, rotations and colours in POSES random poses; clips' poses are like these.
+
+    Raises AvatarError for a mesh that leaves float32 in one of them.
+    """
     assert avatar.rig is not None
     rng = np.random.default_rng(SEED)
     player = Player(avatar, "reference")
@@ -37,7 +41,12 @@ def notes(avatar: Avatar, binding: Binding, driven: Map) -> list[str]:
             dict(zip(avatar.expression_names, weights.tolist(), strict=True)),
             dict(zip(avatar.rig.joint_names, homogeneous(turns), strict=True)),
         )
-        truth = binding.posed(player.mesh(pose).astype(np.float64), of_bases)
+        mesh = player.mesh(pose).astype(np.float64)
+        if not np.isfinite(mesh).all():
+            raise AvatarError(
+                "moves vertices beyond float32 in a random pose: look at its expression directions"
+            )
+        truth = binding.posed(mesh, of_bases)
         splats = player.animate(pose)
         off.append(np.linalg.norm(splats.mean - truth.mean, axis=1))
         dot = np.abs(np.sum(_unit(splats.quat_wxyz) * truth.quat_wxyz, axis=1))

@@ -32,7 +32,7 @@ from avatar_runtime.avatar import F64, Avatar, Clip, Expression, Group, RasterSe
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.driving.arkit import canonical
 from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.ownership import owned
+from avatar_runtime.io.ownership import of_file, owned
 
 SYSTEM = "rgbavatar"
 FILES = (
@@ -95,11 +95,13 @@ def _read(cloud: PointCloud, options: ReadOptions, body_file: Path) -> Avatar:
     sides = Sides("the Gaussians", body_file.name, SYSTEM, body_file, accept=options.accept_misfit)
     check_avatar(avatar)
     assert avatar.rig is not None
+    with of_file(body_file):
+        errors = measured.notes(avatar, subject.binding, subject.map)
     notes = [
         UNCHECKED,
         _network_note(subject),
         *clip_notes,
-        *measured.notes(avatar, subject.binding, subject.map),
+        *errors,
         *own_mesh_fit(avatar, Mesh.of(avatar.rig.vertices, avatar.rig.triangles), sides),
     ]
     if options.shape is None and options.poses is None:
