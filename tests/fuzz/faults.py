@@ -138,7 +138,7 @@ COMMANDS: dict[str, Command] = {
         out="out.png",
     ),
     "train": Command(
-        lambda at, out: ["tests.trainer.toy", "toy", str(at / "toy"), "-o", str(out), *TOY],
+        lambda at, out: ["tests.trainer.train_toy", "toy", str(at / "toy"), "-o", str(out), *TOY],
         _trained,
     ),
     "validate": Command(

@@ -1,6 +1,6 @@
 """A tiny system and a capture for it: a cloud of splats that no pose moves, fitted to images of such a cloud.
 
-`python -m tests.trainer.toy` is `avatar-train` with this system beside the others.
+`python -m tests.trainer.train_toy` is `avatar-train` with this system beside the others.
 """
 
 from __future__ import annotations
@@ -169,11 +169,7 @@ def _shot(splats: Splats, t: int, count: int, k: np.ndarray[Any, Any], size: int
 
 def main() -> None:
     """avatar-train with this system."""
-    from avatar_trainer.__main__ import main
-
     SYSTEMS["toy"] = "tests.trainer.toy"
-    main()
+    from avatar_trainer.cli import main  # makes a command of each system that there is now
 
-
-if __name__ == "__main__":
     main()
