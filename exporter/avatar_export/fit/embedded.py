@@ -94,13 +94,17 @@ def _rigid(a: F64, b: F64) -> tuple[float, float]:
 
 
 def own_mesh_fit(avatar: Avatar, mesh: Mesh, sides: Sides) -> list[str]:
-    """Doubts about Gaussians far from the mesh that their own files name. Raises AvatarError as `judge.judged`."""
+    """Doubts about Gaussians far from the mesh that their own files name. Raises AvatarError as `judge.judged`.
+
+    A mesh so coarse that its edges are longer than the distance is fine: offsets are as long as triangles are large.
+    """
     if not mesh.sound:
         return []
     fits, size = group_fits(avatar, mesh)
     return [
         doubt
         for fit in fits
+        if fit.median > mesh.edge
         for doubt in judged(
             f"{sides.own} lie {length(fit.median)} (median) from {sides.goal}, "
             f"{percent(fit.median / max(size, 1e-30))} its size",

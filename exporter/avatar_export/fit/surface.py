@@ -41,6 +41,12 @@ class Mesh:
         """The vertices [U, 3] that a triangle uses."""
         return self.vertices[np.unique(self.triangles)]
 
+    @property
+    def edge(self) -> float:
+        """The median length of its edges, metres."""
+        corner = self.vertices[self.triangles]
+        return float(np.median(np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2)))
+
     def nearest(self, points: F64) -> Nearest:
         """The nearest points to `points` [N, 3]."""
         return self._searched.nearest(points)
