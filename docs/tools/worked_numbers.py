@@ -136,17 +136,17 @@ def area(a: Array, b: Array, c: Array) -> float:
 
 
 def surface_numbers() -> str:
-    """One Gaussian of the SplattingAvatar head, rules `vertex_quaternion`, `normal`, `log_area`, `w_positive`."""
+    """One Gaussian of the SplattingAvatar head, rules `vertex_quaternion`, `normal`, `linear_area`, `w_positive`."""
     bundle = TRAINED / "head_splatting"
     manifest = json.loads((bundle / "avatar.json").read_text("utf-8"))
     rules, u = manifest["rules"], manifest["units"]["training_per_bundle"]
     assert (rules["rotation"], rules["position"], rules["scale"], rules["quaternion_sign"], rules["normal"]) == (
-        "vertex_quaternion", "normal", "log_area", "w_positive", "unit",
+        "vertex_quaternion", "normal", "linear_area", "w_positive", "unit",
     )  # fmt: skip
     constants = json.loads(CONSTANTS.read_text("utf-8"))
     constants = constants.get("constants", constants)
-    normal_floor, quaternion_floor, damping = (
-        constants[name]["value"] / u**2 for name in ("normal_floor", "quaternion_floor", "area_damping")
+    normal_floor, quaternion_floor = (
+        constants[name]["value"] / u**2 for name in ("normal_floor", "quaternion_floor")
     )
     embedding = safetensors(bundle / "embedding.safetensors")
     golden = safetensors(bundle / "reference" / "vectors.safetensors")
@@ -194,11 +194,11 @@ def surface_numbers() -> str:
     lines += ["", f"{'P = sum b_c V_c':22s} {show(p)}", f"{'n = unit(sum b_c n_c)':22s} {show(n)}"]
     lines += [f"{'P + d n':22s} {show(mean)}", f"{'q_mesh = sum b_c q_c':22s} {show(q_mesh)}"]
     lines.append(f"{'unit(q_mesh) q_local':22s} {show(turned)}")
-    ratio = (area(*[posed[int(v)] for v in corners]) + damping) / (area(*canonical[corners]) + damping)
+    ratio = area(*[posed[int(v)] for v in corners]) / area(*canonical[corners])
     stored = golden[f"{CASE}/blend/log_scale"][row].astype(float)
-    scale = (stored + np.log(u)) * ratio - np.log(u)
-    lines += [f"{'a, damped area ratio':22s} {show([ratio])}", f"{'log scale stored, l':22s} {show(stored)}"]
-    lines.append(f"{'(l + ln u) a - ln u':22s} {show(scale)}   u = {u:g} training units a metre")
+    scale = stored + np.log(ratio)
+    lines += [f"{'a, ratio of areas':22s} {show([ratio])}", f"{'log scale stored, l':22s} {show(stored)}"]
+    lines.append(f"{'l + ln a':22s} {show(scale)}")
     world = golden[f"{CASE}/pose/world_from_avatar"]
     moved, turned = world[:3, :3] @ mean + world[:3, 3], times(quaternion(world[:3, :3]), turned)
     lines += ["", f"{'X mean':22s} {show(moved)}   X = world_from_avatar"]

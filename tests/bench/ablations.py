@@ -127,6 +127,17 @@ ABLATIONS = {
         SPLATTING,
         (Variant("with Eq. 14"), Variant("without", settings=(("scaling", "0"),))),
     ),
+    "areas": Ablation(
+        "SplattingAvatar: how Gaussians follow their triangles",
+        "head",
+        "splatting_avatar",
+        SPLATTING,
+        (
+            Variant("scale times the ratio of areas"),
+            Variant("its logarithm times the ratio, as released", (("scale", "log_area"),)),
+            Variant("not at all", (("scale", "none"),)),
+        ),
+    ),
 }
 
 

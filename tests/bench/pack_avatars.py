@@ -133,7 +133,7 @@ def arrays_sha256(avatar: Avatar) -> str:
 
 AVATARS: Mapping[str, Pinned] = {
     "head_blendshapes": Pinned(trained("head_blendshapes"), 1.2, 59, "157b3a93431f"),
-    "head_splatting": Pinned(trained("head_splatting"), 0.65, 59, "dd1f33b24235"),
+    "head_splatting": Pinned(trained("head_splatting"), 0.65, 59, "33459ed40b54"),
     "body_splatting": Pinned(trained("body_splatting"), 0.36, 55, "d7641740861d"),
     "head_points": Pinned(trained("head_points"), 1.6, 55, "85c084718989"),
     "asm_face": Pinned(trained("head_bones.npz"), 1.1, 65, "53453f967ed1"),

@@ -91,3 +91,19 @@ def test_the_mouth_opens_dark_and_the_eyes_shut(name: str) -> None:
     rows = np.flatnonzero(changed.any(axis=1))
     assert len(np.flatnonzero(changed)) > 20
     assert rows.max() < 70  # nothing below the nose
+
+
+@pytest.mark.parametrize("name", ["head_blendshapes", "head_splatting"])
+def test_closed_lids_cover_the_eyes_close_up(name: str) -> None:
+    """Lids have the colour of skin, more red than blue; eyes are white, blue, black. Larger than in training."""
+    avatar = load(TRAINED / name)
+    player = Player(avatar, "reference")
+    eyes = Camera.orbit(np.array([0.0, 0.036, 0.09]), 0.7, 0.0, 0.0, 0.13, 128, 128)
+
+    def drawn(**weights: float) -> np.ndarray:
+        return player.frame(arkit_pose(avatar, weights), eyes, (0, 0, 0)).image.colour
+
+    still, shut = drawn(), drawn(eyeBlinkLeft=1.0, eyeBlinkRight=1.0)
+    lids = np.abs(still - shut).max(axis=-1) > 0.1
+    assert lids.sum() > 500
+    assert (shut[lids, 0] - shut[lids, 2]).min() > 0.1

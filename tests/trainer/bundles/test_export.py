@@ -147,7 +147,7 @@ def test_an_avatar_that_was_changed_on_its_way_is_noticed(exported: Exported) ->
     tint[front] += 0.05
     nothing[front] = np.nan
     changed = {
-        "rule": replace(avatar, rules=replace(avatar.rules, scale="linear_area")),
+        "rule": replace(avatar, rules=replace(avatar.rules, scale="log_area")),
         "colour": replace(avatar, gaussians=replace(avatar.gaussians, sh=tint)),
         "no number": replace(avatar, gaussians=replace(avatar.gaussians, sh=nothing)),
     }

@@ -29,14 +29,14 @@ BY_SUBJECT = "by_subject"
 
 @dataclass(frozen=True)
 class Subject:
-    """The release's settings for one kind of data set."""
+    """The release's settings for one kind of data set, and our rule `scale` for it."""
 
     units: float  # training units in a metre
     frameset_type: str  # as config.yaml says it
-    scale: str  # rule `scale` of its configuration
+    scale: str
 
 
-SUBJECTS = {"head": Subject(4.0, "imavatar", "log_area"), "body": Subject(1.0, "instant_avatar", "none")}
+SUBJECTS = {"head": Subject(4.0, "imavatar", "linear_area"), "body": Subject(1.0, "instant_avatar", "none")}
 HEAD_HEIGHT = 1.0  # metres: a mesh below is a head, for subject `auto`
 
 RULES: Mapping[str, Rule] = {
@@ -54,8 +54,9 @@ RULES: Mapping[str, Rule] = {
         "vertex_quaternion", "vertex quaternions made unit, or the mean by area (Eq. 5)",
     ),
     "scale": Rule(
-        (BY_SUBJECT, *AREA_SCALES), BY_SUBJECT, "linear_area", BY_SUBJECT,
-        "how the mesh stretches Gaussians; by_subject: log_area for heads, none for bodies",
+        (BY_SUBJECT, *AREA_SCALES), "log_area for heads, none for bodies", "linear_area", BY_SUBJECT,
+        "how the mesh stretches Gaussians; by_subject: linear_area for heads, as log_area shrinks them where triangles "
+        "grow (eyes show through closed lids), none for bodies",
     ),
     "sh_direction": Rule(
         SH_DIRECTIONS, "world", "degree 0 only", "inverse_rotation",
