@@ -96,7 +96,7 @@ def _rigid(a: F64, b: F64) -> tuple[float, float]:
 def own_mesh_fit(avatar: Avatar, mesh: Mesh, sides: Sides) -> list[str]:
     """Doubts about Gaussians far from the mesh that their own files name. Raises AvatarError as `judge.judged`.
 
-    A mesh so coarse that its edges are longer than the distance is fine: offsets are as long as triangles are large.
+    Embedded Gaussians closer to the mesh than its edges are long are fine: offsets are as long as triangles are large.
     """
     if not mesh.sound:
         return []
@@ -104,7 +104,7 @@ def own_mesh_fit(avatar: Avatar, mesh: Mesh, sides: Sides) -> list[str]:
     return [
         doubt
         for fit in fits
-        if fit.median > mesh.edge
+        if avatar.embedding is None or fit.median > mesh.edge
         for doubt in judged(
             f"{sides.own} lie {length(fit.median)} (median) from {sides.goal}, "
             f"{percent(fit.median / max(size, 1e-30))} its size",

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from avatar_export import AvatarError, ReadOptions, read
@@ -101,6 +103,16 @@ def test_trained_samples_raise_no_doubt(folder: Path) -> None:
         assert expressions(avatar, under)[0].alike and features(avatar, under).alike
         assert eyelids(avatar, group, mesh).alike and joints_shared(avatar, under) < 0.1
         assert joint_faults(rig, mesh) == []
+
+
+def test_long_edges_excuse_no_gaussians_that_are_not_embedded() -> None:
+    """Gaussians in metres beside one triangle of kilometres, 200 m away: only an embedding gives both one unit."""
+    avatar = replace(read(TRAINED[1]), embedding=None)
+    far = np.array([[0, 0, 200], [3000, 0, 200], [0, 3000, 200]], np.float64)
+    with pytest.raises(AvatarError, match="the Gaussians lie 200 m"):
+        own_mesh_fit(
+            avatar, Mesh(far, np.array([[0, 1, 2]], np.uint32)), Sides("the Gaussians", "x", "test", None)
+        )
 
 
 def test_a_misfit_that_is_accepted_is_read_with_a_warning(bases: Bases, tmp_path: Path) -> None:
