@@ -7,6 +7,7 @@ worker receives, it executes: workers of this machine listen on the loopback dev
 from __future__ import annotations
 
 import logging
+import re
 import socket
 import ssl
 import time
@@ -25,9 +26,10 @@ from distributed.system import MEMORY_LIMIT
 from distributed.utils import silence_logging_cmgr
 from distributed.versions import VersionMismatchWarning
 
-from avatar_export.batch.locations import cleaned
+from avatar_export.batch import scratch
 from avatar_runtime.io.errors import AvatarError
 
+SCHEDULER = re.compile(r"(tcp|tls)://[^/?#@\s]+/?", re.IGNORECASE)  # an address without anything secret
 RESOURCE = "avatar_memory"
 DISTRIBUTION = "avatar-export"
 DASK = "distributed"
@@ -68,7 +70,8 @@ def local_client(
     memory_bytes: int | None = None,
     preload: Sequence[str] = (),
 ) -> Iterator[Client]:
-    """A client of new workers on this machine, each a process with one thread; they end with the block.
+    """A client of new workers on this machine, each a process with one thread; they end with the block, and all that
+    they and Dask keep outside of outputs goes away with them.
 
     - `workers`: None: one a core, as far as tasks of `largest_bytes` have room in memory.
     - `memory_bytes`: limit of a worker; None: an equal share of the machine's memory.
@@ -76,22 +79,30 @@ def local_client(
     """
     count = workers or max(1, min(CPU_COUNT, int(_usable(MEMORY_LIMIT) // max(largest_bytes, 1))))
     limit = memory_bytes or MEMORY_LIMIT // count
-    with (
-        dask.config.set(SETTINGS),
-        LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            host=LOOPBACK,
-            memory_limit=limit,
-            dashboard_address=f"{LOOPBACK}:0",
-            resources={RESOURCE: _usable(limit)},
-            preload=["avatar_export.batch.worker", *preload],
-            silence_logs=QUIET,
-        ) as cluster,
-        Client(cluster, timeout=REACHED_S, set_as_default=False) as client,
-    ):
-        yield client
+    with ExitStack() as opened:
+        try:
+            with scratch.signals_wait():
+                work = str(opened.enter_context(scratch.folder()))
+                opened.enter_context(dask.config.set({**SETTINGS, "temporary-directory": work}))
+                cluster = opened.enter_context(
+                    LocalCluster(
+                        n_workers=count,
+                        threads_per_worker=1,
+                        processes=True,
+                        host=LOOPBACK,
+                        memory_limit=limit,
+                        dashboard_address=f"{LOOPBACK}:0",
+                        resources={RESOURCE: _usable(limit)},
+                        preload=["avatar_export.batch.worker", *preload],
+                        silence_logs=QUIET,
+                        env={"TMPDIR": work},
+                    )
+                )
+                client = opened.enter_context(Client(cluster, timeout=REACHED_S, set_as_default=False))
+            yield client
+        finally:
+            with scratch.signals_wait():  # workers end within seconds; then nobody writes to the folder
+                opened.close()
 
 
 def _usable(limit: int) -> int:
@@ -125,13 +136,12 @@ def scheduler_client(address: str) -> Iterator[Client]:
         port = parts.port
     except ValueError:
         port = None
-    if parts.scheme not in ("tcp", "tls") or not parts.hostname or not port or "@" in parts.netloc:
-        raise AvatarError(
-            f"{cleaned(address)!r} is not tcp://HOST:PORT or tls://HOST:PORT", field="--scheduler"
-        )
+    host = parts.hostname
+    if not host or not port or SCHEDULER.fullmatch(address) is None:
+        raise AvatarError("is not tcp://HOST:PORT or tls://HOST:PORT", field="--scheduler")
     try:
         security = Security()  # as Dask is configured
-        _knock(parts.hostname, port, _context(security) if parts.scheme == "tls" else None)
+        _knock(host, port, _context(security) if parts.scheme == "tls" else None)
         client = _client(address, security)
     except ssl.SSLError as error:
         raise AvatarError(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from avatar_export.batch import row_options, stores
-from avatar_export.batch.locations import leaf, normal
+from avatar_export.batch.locations import leaf, like_url, normal
 from avatar_runtime.io.errors import no_such
 
 STEPS = ("pack", "validate", "conform", "render", "publish")  # in the order in which they are done
@@ -40,6 +40,8 @@ class Job:
                     raise ValueError(no_such(what, str(name), known).message)
         if not self.name.strip() or not self.name.isprintable():
             raise ValueError(f"{self.name!r} is no name of a row")
+        if like_url(self.name):
+            raise ValueError("the name of a row is no URL, which could hold a password")
         options = {
             name: row_options.checked(name, value, ".")
             for name, value in self.options.items()

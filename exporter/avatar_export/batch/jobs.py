@@ -14,7 +14,7 @@ from typing import Any
 
 from avatar_export.batch import report, row_options, stores
 from avatar_export.batch.job import STEPS, Job
-from avatar_export.batch.locations import cleaned, is_url, joined, leaf, normal, parent
+from avatar_export.batch.locations import is_url, joined, leaf, normal, parent
 from avatar_export.readers.table import detected
 from avatar_runtime.io.errors import AvatarError, no_such
 
@@ -23,6 +23,7 @@ __all__ = ["Job", "read_list"]
 LARGEST = 64 << 20  # bytes of a list
 MOST_LOOKED_AT = 1_000_000  # files and folders of a walk
 BETWEEN = re.compile(r"[\s,;]+")  # steps in one text
+ELSEWHERE = re.compile(r"~|[A-Za-z]:|.*\\", re.DOTALL)  # home folders; drives and separators of Windows
 AVATAR_NAME = "avatar_name"  # column of the option `name`: the column `name` is the row's
 OPTIONS = {AVATAR_NAME if name == "name" else name: name for name in row_options.OPTIONS}  # by column
 COLUMNS = ("name", "source", "output", "steps", *OPTIONS)
@@ -38,7 +39,7 @@ def read_list(location: str, out: str = ".") -> tuple[Job, ...]:
     read, an unknown column, a wrong value, for two rows with one name, or with outputs in one place or within each
     other, and for an output within an input of its row.
     """
-    location, out = placed(location), placed(out, "--out")
+    location, out = placed(location, "LIST"), placed(out, "--out")
     if not is_url(location) and os.path.isdir(location):
         if out == location:
             raise AvatarError("is the folder that is searched; name another", field="--out")
@@ -54,12 +55,12 @@ def read_list(location: str, out: str = ".") -> tuple[Job, ...]:
     return tuple(jobs)
 
 
-def placed(location: str, field: str | None = None) -> str:
-    """`normal`, which raises AvatarError: of the option `field`, else of the location itself."""
+def placed(location: str, field: str) -> str:
+    """`normal`, which raises AvatarError that names the argument `field`."""
     try:
         return normal(location)
     except ValueError as error:
-        raise AvatarError(str(error), file=None if field else cleaned(location), field=field) from None
+        raise AvatarError(str(error), field=field) from None
 
 
 def read_rows(location: str, columns: Sequence[str] = COLUMNS) -> Iterator[Row]:
@@ -144,7 +145,8 @@ def _job(row: Mapping[str, Any], line: int, location: str, out: str) -> Job:
         raise AvatarError("names no source", file=location, field=f"line {line}, source")
     source = of("source", lambda: normal(joined(base, _text(row["source"]))))
     name = of("name", lambda: _text(row.get("name", leaf(source))))
-    output = of("output", lambda: below(out, _text(row.get("output", _without_ending(name)))))
+    places = "output" if "output" in row else "name"
+    output = of(places, lambda: below(out, _text(row.get("output", _without_ending(name)))))
     steps = of("steps", lambda: _steps(row.get("steps", ())))
     options = {
         OPTIONS[column]: of(column, partial(_value, OPTIONS[column], value, base))
@@ -162,15 +164,20 @@ def _text(value: Any) -> str:
 
 
 def below(out: str, output: str) -> str:
-    """The normal location of a row's output; a list leads out of `out` only by a whole path or URL.
+    """The normal location of a row's output, which lies below the folder `out` of the batch, also by its links.
 
-    Raises ValueError for another one.
+    Raises ValueError for another one, and for what another system would place elsewhere.
     """
-    if ".." in output.split("/"):
-        raise ValueError(f"{output[:80]!r} leads out of its folder; write the whole path")
+    outside = ValueError(
+        "leads out of the folder of --out; name a folder below it, such as anna or heads/anna"
+    )
+    if ".." in output.split("/") or ELSEWHERE.match(output):
+        raise outside
     location = normal(joined(out, output))
     if location == out:
         raise ValueError(f"{output[:80]!r} is the folder of the whole batch; name one in it")
+    if not f"{_real(location)}/".startswith(f"{_real(out).rstrip('/')}/"):
+        raise outside
     if location in (f"{out}/{report.JSON_LINES}", f"{out}/{report.PAGE}"):
         raise ValueError(f"{output[:80]!r} is the batch's own report; name another")
     return location
@@ -237,7 +244,7 @@ def _found(entry: Path, folder: Path, out: str) -> Job:
     """The row of an entry of a walk. Raises AvatarError for one whose path is no name of a row."""
     name = entry.relative_to(folder).as_posix()
     try:
-        return Job(name, str(entry), f"{out}/{_without_ending(name)}")
+        return Job(name, str(entry), below(out, _without_ending(name)))
     except ValueError as error:
         raise AvatarError(f"{error}; or write a .csv of the rows", file=entry) from None
 

@@ -6,6 +6,7 @@ import os
 import posixpath
 import re
 from pathlib import Path
+from urllib.parse import unquote
 
 STORES = {  # as a URL begins -> the store's one name
     "file": "file",
@@ -16,10 +17,14 @@ STORES = {  # as a URL begins -> the store's one name
     "s3a": "s3",
 }
 URL = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://(.*)", re.DOTALL)
-PERSON = re.compile(
-    r"([A-Za-z][A-Za-z0-9+.-]*://)[^/\s'\"]*@"
-)  # user:password@ in a text; a password may hold @
-QUERY = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*://[^\s?'\"]*)\?[^\s'\"]*")
+LIKE_URL = re.compile(r"://|(?:^|/|::)[A-Za-z][A-Za-z0-9+.-]+:/")  # also chained, or with one slash
+AT, COLON, SLASH, ASK, HASH = (
+    rf"(?:{sign}|%(?:25)*{ord(sign[-1]):X})" for sign in ("@", ":", "/", r"\?", "#")
+)
+START = rf"[A-Za-z][A-Za-z0-9+.-]{{1,30}}{COLON}{SLASH}+"  # of a URL in a text, also percent-encoded
+# user:password@ in a text; a password may hold @, and after its colon also /
+PERSON = re.compile(rf"({START})(?:[^/\s'\"]*{AT}|[^/\s'\":]+{COLON}[^\s'\"]{{0,2000}}{AT})", re.IGNORECASE)
+QUERY = re.compile(rf"({START}[^\s?#'\"]*?)(?:{ASK}|{HASH})[^\s'\"]*", re.IGNORECASE)
 
 
 def is_url(location: str) -> bool:
@@ -27,30 +32,44 @@ def is_url(location: str) -> bool:
     return URL.match(location) is not None
 
 
+def like_url(text: str) -> bool:
+    """Whether a text is a URL, or holds one, in a spelling that somebody could take for one."""
+    return LIKE_URL.search(_decoded(text)) is not None
+
+
 def normal(location: str) -> str:
     """One spelling for each place: an absolute path, or STORE://FOLDER/NAME without a slash at its end.
 
-    Raises ValueError for an empty location, a store that is not in STORES, and a URL that holds a password.
+    Raises ValueError for an empty location, a store that is not in STORES, and a URL that holds a password. The message
+    does not repeat the location: nobody knows where in it a password ends.
     """
     if not location.strip() or "\0" in location:
         raise ValueError("names nothing; a path or a URL is needed")
-    found = URL.match(location)
-    if found is None:
+    found, plain = URL.match(location), _decoded(location)
+    if found is None and not like_url(location):
         return Path(os.path.abspath(os.path.expanduser(location))).as_posix()
-    store, rest = STORES.get(found[1].lower()), found[2]
-    if store is None or "::" in location:
+    store = STORES.get(found[1].lower()) if found else None
+    if found is None or store is None or "::" in plain:
         known = ", ".join(f"{name}://" for name in sorted(set(STORES.values())))
-        raise ValueError(f"{cleaned(location)[:80]!r} is in no known store; a path or {known} is needed")
+        raise ValueError(f"is a URL in no known store; a path or {known} is needed")
+    host, _, rest = plain.partition("://")[2].partition("/")
+    if "@" in host or ":" in host or any(sign in host + rest for sign in "?#"):
+        raise ValueError("is a URL with a password or a token; credentials come from the environment")
     if store == "file":
-        return os.path.abspath(f"/{rest.lstrip('/')}")
-    if "@" in rest.partition("/")[0] or "?" in rest:
-        raise ValueError(
-            f"{cleaned(location)[:80]!r} holds a password or a token; credentials come from the environment"
-        )
-    path = posixpath.normpath(f"/{rest}").strip("/")
+        if host:
+            raise ValueError("names another machine; a path, or file:/// and a path, is needed")
+        return os.path.abspath(f"/{found[2].lstrip('/')}")
+    path = posixpath.normpath(f"/{found[2]}").strip("/")
     if not path:
-        raise ValueError(f"{location!r} names a whole store; a folder or a file in it is needed")
+        raise ValueError(f"{store}:// names a whole store; a folder or a file in it is needed")
     return f"{store}://{path}"
+
+
+def _decoded(text: str) -> str:
+    """`text` without percent-encoding, also where it was encoded several times."""
+    while (plain := unquote(text)) != text:
+        text = plain
+    return text
 
 
 def is_private(location: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from avatar_export.batch.failures import KINDS
+from avatar_export.batch.locations import cleaned
 from avatar_export.batch.result import Result
 
 GIGABYTE = 1e9
@@ -34,7 +35,7 @@ def killed(name: str, deaths: int) -> Result:
 
 def broken(name: str, error: BaseException) -> Result:
     """Of a row that raised an exception."""
-    said = " ".join(str(error).split())
+    said = cleaned(" ".join(str(error).split()))  # before it is cut
     return Result(
         name,
         "failed",

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from avatar_export.batch import memory, stores
 from avatar_export.batch.job import Job
-from avatar_export.batch.locations import cleaned, normal
+from avatar_export.batch.locations import normal
 from avatar_export.batch.report_page import html_report
 from avatar_export.batch.result import Result
 from avatar_runtime.io.errors import AvatarError
@@ -40,7 +40,7 @@ def exists(folder: str) -> bool:
     try:
         location = normal(folder)
     except ValueError as error:
-        raise AvatarError(str(error), file=cleaned(folder)) from None
+        raise AvatarError(str(error), field="--out") from None
     return stores.exists(f"{location}/{JSON_LINES}")
 
 

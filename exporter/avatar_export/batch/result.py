@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
+from avatar_export.batch.locations import cleaned
 from avatar_runtime.io.errors import AvatarError
 
 STATES = ("done", "kept", "failed", "not done")
@@ -30,6 +31,10 @@ class Result:
     worker: str = ""
     attempts: int = 1
     retryable: bool = False  # whether another attempt may end otherwise
+
+    def __post_init__(self) -> None:
+        """Takes what is secret out of the message: libraries put URLs into theirs."""
+        object.__setattr__(self, "message", cleaned(self.message))
 
     @property
     def ok(self) -> bool:

@@ -14,7 +14,7 @@ from typing import Any
 from avatar_export.batch import row_options, scratch, stores
 from avatar_export.batch.failures import KINDS, StoreError, kind_of
 from avatar_export.batch.job import Job
-from avatar_export.batch.locations import cleaned, is_url
+from avatar_export.batch.locations import is_url
 from avatar_export.batch.meter import Meter
 from avatar_export.batch.products import make
 from avatar_export.batch.result import Result, from_json
@@ -59,9 +59,9 @@ def do(job: Job, attempt: str) -> Result:
 
 
 def _shown(message: str, job: Job) -> str:
-    """A message on one line that names the row's own inputs and output in place of their copies, and no password."""
+    """A message on one line that names the row's own inputs and output in place of their copies."""
     message = scratch.originals(" ".join(message.split()))
-    return cleaned(re.sub(stores.partial_pattern(job.output), job.output, message))
+    return re.sub(stores.partial_pattern(job.output), job.output, message)
 
 
 def is_finished(job: Job) -> Result | None:
@@ -123,7 +123,7 @@ def _made(job: Job, attempt: str, work: Path, meter: Meter) -> Result:
         result = Result(
             job.name,
             "done",
-            message=products.message,
+            message="; ".join(filter(None, (products.message, unread(files)))),
             output=job.output,
             **meter.spent(),
             sizes=products.sizes,
@@ -155,12 +155,21 @@ def _reading(job: Job) -> Iterator[None]:
         raise AvatarError(f"cannot be read ({error.strerror})", file=error.filename) from error
 
 
+def unread(files: Files) -> str:
+    """Which of the `files` are none, in words; "" where all are."""
+    others = sorted(
+        {name for listed in files.values() for name, (_, mark) in listed.items() if mark == stores.OTHER}
+    )
+    more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+    return f"{others[0]}{more}: {stores.OTHER}; not read" if others else ""
+
+
 def hashes(files: Files, paths: Mapping[str, Path]) -> dict[str, dict[str, list[Any]]]:
-    """role -> path -> [bytes, mark, sha256] of the `files`, which lie at `paths`."""
+    """role -> path -> [bytes, mark, sha256] of the `files`, which lie at `paths`; "" for what is no file."""
     once = cache(stores.sha256)  # a dataset often holds the source, too
     return {
         role: {
-            name: [size, mark, once((paths[role] / name).as_posix(), "")]
+            name: [size, mark, "" if mark == stores.OTHER else once((paths[role] / name).as_posix(), "")]
             for name, (size, mark) in listed.items()
         }
         for role, listed in files.items()

@@ -10,7 +10,7 @@ from typing import Protocol
 import distributed
 from distributed import Client
 
-from avatar_export.batch import cluster, engine, memory, outcomes, report, row
+from avatar_export.batch import cluster, engine, memory, outcomes, report, row, scratch, stores
 from avatar_export.batch.job import Job
 from avatar_export.batch.result import Result
 
@@ -70,7 +70,12 @@ def run(
     tasks = [engine.Task(job.name, memory.expected_bytes(job), partial(row.do, job)) for job in jobs]
     write: Report = (lambda results: None) if report_folder is None else partial(_report, report_folder)
     given = nullcontext(client) if client is not None else opened(tasks, workers, scheduler, (row.__name__,))
-    return do(tasks, given, retries, watch or Unheard(), write)
+    try:
+        return do(tasks, given, retries, watch or Unheard(), write)
+    finally:
+        with scratch.signals_wait():
+            for job in jobs:
+                stores.sweep(job.output)
 
 
 def _report(folder: str, results: Sequence[Result]) -> None:

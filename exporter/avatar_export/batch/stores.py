@@ -13,6 +13,7 @@ import json
 import os
 import re
 import shutil
+import stat
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -28,10 +29,12 @@ from avatar_export.batch.scratch import is_dead, own_process
 from avatar_runtime.bundle import MANIFEST
 from avatar_runtime.io import text_files
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.files import open_file
 from avatar_runtime.io.staging import followed, move, remove
 
 RECORD = "result.json"
 HERE = "."  # the folder of an attempt where there is a rename
+OTHER = "a pipe, a device or a socket"  # the mark of what is neither file nor folder; it is never opened
 RECORD_LIMIT = 64 << 20  # bytes
 NAME = re.compile(r"\.|[^/\\]*[^./\\][^/\\]*")  # of a folder, or HERE
 ATTEMPT = re.compile(
@@ -53,7 +56,7 @@ def asked(location: str, *, writing: bool = False) -> Iterator[None]:
 
 
 def opened(location: str) -> tuple[AbstractFileSystem, str]:
-    """(store, path in it) of a normal location. Raises StoreError where its library or credentials are missing."""
+    """(store, path in it) of a URL. Raises StoreError where the store's library or credentials are missing."""
     with asked(location):
         store, path = url_to_fs(location, use_listings_cache=False)  # others write meanwhile
     return store, path
@@ -63,7 +66,7 @@ def files_of(location: str, without: tuple[str, ...] = ()) -> dict[str, tuple[in
     """Path below `location` -> (bytes, mark) of every file; "" is the file `location` itself.
 
     `without` are endings of files that are left out. A mark changes when the file does: its time on a local disk, its
-    tag in a store. Raises AvatarError if nothing is there, and StoreError.
+    tag in a store; OTHER is that of what is no file. Raises AvatarError if nothing is there, and StoreError.
     """
     files = _stored_files(location) if is_url(location) else _local_files(Path(location))
     return {name: said for name, said in sorted(files.items()) if not name.lower().endswith(without)}
@@ -89,6 +92,8 @@ def _local_files(path: Path) -> dict[str, tuple[int, str]]:
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
     if not path.is_dir():
+        if not path.is_file():
+            raise AvatarError(f"is {OTHER}; name a file or a folder", file=path)
         return {"": _stamp(path)}
     with asked(str(path)), os.scandir(path):
         pass  # the walk passes over what cannot be read, also over its beginning
@@ -107,7 +112,7 @@ def _local_files(path: Path) -> dict[str, tuple[int, str]]:
 
 def _stamp(file: Path) -> tuple[int, str]:
     said = file.stat()
-    return said.st_size, str(said.st_mtime_ns)
+    return (said.st_size, str(said.st_mtime_ns)) if stat.S_ISREG(said.st_mode) else (0, OTHER)
 
 
 def fetch(location: str, names: Mapping[str, tuple[int, str]], work: Path) -> Path:
@@ -175,10 +180,18 @@ def attempted(output: str, attempt: str, work: Path) -> Iterator[tuple[Path, str
         raise StoreError(f"cannot be written ({error.strerror or error})", kind=kind, file=output) from error
     finally:
         remove(partial)
-    for left in out.parent.glob(f".{_literal(out.name)}.*.partial"):
-        found = ATTEMPT.fullmatch(left.name[len(out.name) + 2 :])
-        if found and is_dead(found[1], int(found[2])):  # another attempt at the row may go on
-            with suppress(OSError):
+    sweep(output)
+
+
+def sweep(output: str) -> None:
+    """Removes what processes that are dead left of attempts at a local `output`; another attempt may go on."""
+    if is_url(output):
+        return
+    with suppress(OSError, AvatarError):  # no folder, or one of another user
+        out = followed(Path(output))
+        for left in out.parent.glob(f".{_literal(out.name)}.*.partial"):
+            found = ATTEMPT.fullmatch(left.name[len(out.name) + 2 :])
+            if found and is_dead(found[1], int(found[2])):
                 remove(left)
 
 
@@ -255,17 +268,24 @@ def bundle_of(location: str) -> str | None:
 
 def read_bytes(location: str, limit: int) -> bytes:
     """The bytes of a file of at most `limit` bytes. Raises AvatarError for none or a larger one, and StoreError."""
-    store, path = opened(location)
     with asked(location):
-        size = store.size(path)
-        if size is not None and size > limit:
-            raise AvatarError(f"is {size} bytes long; up to {limit} are read", file=location)
-        data: bytes = store.cat_file(path)
+        if is_url(location):
+            store, path = opened(location)
+            size = store.size(path) or 0
+            data: bytes = store.cat_file(path) if size <= limit else b""
+        else:
+            with open_file(Path(location)) as file:
+                data = file.read(limit + 1)
+                size = len(data)
+    if size > limit:
+        raise AvatarError(f"is longer than {limit} bytes", file=location)
     return data
 
 
 def exists(location: str) -> bool:
     """Whether a file or folder is there. Raises StoreError."""
+    if not is_url(location):
+        return os.path.exists(location)
     store, path = opened(location)
     with asked(location):
         return bool(store.exists(path))
@@ -294,6 +314,13 @@ def write_bytes(location: str, data: bytes) -> None:
 def sha256(location: str, name: str) -> str:
     """The hash of the content of the file `name` below `location` ("": itself). Raises AvatarError, StoreError."""
     whole = f"{location}/{name}" if name else location
-    store, path = opened(whole)
-    with asked(whole), store.open(path, "rb") as file:
+    with asked(whole), _opened_file(whole) as file:
         return str(hashlib.file_digest(file, "sha256").hexdigest())
+
+
+def _opened_file(location: str) -> Any:
+    """Raises what the store or the system raises; of a local path also for what is no file."""
+    if not is_url(location):
+        return open_file(Path(location))
+    store, path = opened(location)
+    return store.open(path, "rb")

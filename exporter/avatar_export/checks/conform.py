@@ -20,6 +20,7 @@ from avatar_runtime.codec import safetensors
 from avatar_runtime.conformance import Reference, Report, conform, conform_outputs
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.staging import staged
+from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.packs import is_pack
 
 MOST_BYTES = 64 << 20  # of a port's outputs; those of a reference are a tenth of it
@@ -106,10 +107,7 @@ def save_images(folder: Path, images: Mapping[str, Pixels]) -> None:
 def _given(avatar: Avatar, reference: Reference, file: Path) -> Report:
     """The report on the outputs in a file; errors name the file."""
     try:
-        if file.stat().st_size > MOST_BYTES:
-            raise AvatarError(f"is {file.stat().st_size} bytes, expected at most {MOST_BYTES}")
-        return conform_outputs(avatar, reference, safetensors.decode(file.read_bytes(), str(file)))
-    except OSError as error:
-        raise AvatarError(f"cannot be read ({error.strerror or error})", file=file) from None
+        data = read_bytes(file, MOST_BYTES)
+        return conform_outputs(avatar, reference, safetensors.decode(data, str(file)))
     except AvatarError as error:
         raise AvatarError(error.message, file=error.file or file, field=error.field) from None

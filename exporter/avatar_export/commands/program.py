@@ -9,6 +9,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from avatar_export.batch.locations import cleaned
 from avatar_export.commands.process import LITTLE_MEMORY, ending_by_signals
 from avatar_export.version import GENERATOR
 from avatar_runtime.io.errors import AvatarError, MemoryShortage, printable
@@ -53,6 +54,6 @@ def run(app: typer.Typer, program: str) -> None:
 
 def _fail(program: str, text: str, code: int) -> NoReturn:
     """Prints one line and ends the program."""
-    shown = printable(" ".join(text.split()).encode("utf-8", "backslashreplace").decode())
+    shown = printable(" ".join(cleaned(text).split()).encode("utf-8", "backslashreplace").decode())
     print(f"{program}: {shown}", file=sys.stderr)
     sys.exit(code)

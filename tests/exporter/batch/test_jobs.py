@@ -10,12 +10,16 @@ import typer
 from fsspec.implementations.memory import MemoryFileSystem
 
 from avatar_export.asm.files import save
+from avatar_export.batch import outcomes
+from avatar_export.batch.failures import StoreError
 from avatar_export.batch.jobs import Job, read_list
+from avatar_export.batch.result import Result
 from avatar_export.batch.row import do
 from avatar_export.batch.row_options import OPTIONS
 from avatar_export.cli import app
 from avatar_runtime.io.errors import AvatarError
 from tests.asm_faces import small_face
+from tests.commands import Run
 from tests.exporter.readers import splatting_files
 from tests.session.rights import as_anybody
 
@@ -121,11 +125,16 @@ WRONG = {
     "a long name": (f"source,output\na,{'ä' * 51}\n", "line 2", "more than 100 bytes"),
     "one name": ("source\nx/model\ny/model\n", "line 3: name", "line 2"),
     "one output": ("name,source,output\na,x,o\nb,y,./o/\n", "line 3: output", "line 2"),
-    "one output in a store": (
-        "name,source,output\na,x,s3://b/o\nb,y,s3a://b//o/\n",
-        "line 3: output",
-        "line 2",
-    ),
+    "another store": ("source,output\na,s3://b/o\n", "line 2, output", "out of the folder of --out"),
+    "a URL of a disk": ("source,output\na,file:///x\n", "line 2, output", "out of the folder of --out"),
+    "a whole path": ("source,output\na,/x\n", "line 2, output", "out of the folder of --out"),
+    "a whole path as name": ("name,source\n/x,a\n", "line 2, name", "out of the folder of --out"),
+    "a home folder": ("source,output\na,~/x\n", "line 2, output", "out of the folder of --out"),
+    "somebody's home": ("name,source\n~nobody-here/x,a\n", "line 2, name", "out of the folder of --out"),
+    "a drive": ("source,output\na,C:x\n", "line 2, output", "out of the folder of --out"),
+    "a path of Windows": ("source,output\na,x\\..\\..\\y\n", "line 2, output", "out of the folder of --out"),
+    "a share of Windows": ("name,source\n\\\\host\\x,a\n", "line 2, name", "out of the folder of --out"),
+    "up and down": ("source,output\na,x/../../y\n", "line 2, output", "out of the folder of --out"),
     "an output in another": ("name,source,output\na,x,o\nb,y,o/c\n", "line 3: output", "lies in"),
 }
 
@@ -137,6 +146,36 @@ def test_a_wrong_list_is_one_line_with_file_line_and_field(case: str, tmp_path: 
         read_list(write(tmp_path, text), str(tmp_path / "out"))
     line = str(caught.value)
     assert where in line and said in line and str(tmp_path) in line and "\n" not in line
+
+
+@pytest.mark.parametrize("row", ["a,link/o", "a,way/elsewhere/o", "a,inner/../../o", "a,one"])
+def test_an_output_that_a_link_leads_out_is_refused(row: str, tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    out = tmp_path / "out"
+    (out / "inner").mkdir(parents=True)
+    (out / "link").symlink_to("../elsewhere")
+    (out / "way").symlink_to(tmp_path)
+    (out / "one").symlink_to(tmp_path / "not there")
+    with pytest.raises(AvatarError, match="line 2, output: leads out of the folder of --out"):
+        read_list(write(tmp_path, f"source,output\n{row}\n"), str(out))
+
+
+def test_outputs_below_the_folder_by_any_spelling(tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "out").symlink_to("real")
+    rows = f"source,output\na,{tmp_path}/out/a\nb,{tmp_path}/out/x/b\nc,./c/\n"
+    found = read_list(write(tmp_path, rows), str(tmp_path / "out"))
+    assert [job.output for job in found] == [f"{tmp_path}/out/{name}" for name in ("a", "x/b", "c")]
+    (stored,) = read_list(write(tmp_path, "source,output\na,s3a://b//out/a/\n"), "s3://b/out")
+    assert stored.output == "s3://b/out/a"
+
+
+def test_a_walk_writes_nothing_outside(tmp_path: Path) -> None:
+    splatting_files.write_gaussian_run(tmp_path / "in" / "ben" / "run", splatting_files.arrays(degree=3))
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "ben").symlink_to(tmp_path)
+    with pytest.raises(AvatarError, match=r"ben/run: leads out of the folder of --out"):
+        read_list(str(tmp_path / "in"), str(tmp_path / "out"))
 
 
 def test_outputs_that_a_link_makes_one(tmp_path: Path) -> None:
@@ -162,19 +201,63 @@ def test_wrong_json_lines(text: str, said: str, tmp_path: Path) -> None:
     assert said in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "location",
-    [
-        "s3://anna:pass@b/x",
-        "s3://anna:a@pass@b/x",
-        "s3://b/x?X-Amz-Signature=pass",
-        "memory://b/x?token=pass",
-    ],
+SECRET = "t0psecret"
+SECRETIVE = (
+    "s3://anna:{}@b/x",
+    "s3://anna:a@{}@b/x",
+    "s3://anna:a/{}@b/x",
+    "s3://anna:a {}@b/x",
+    "s3://{}@b/x",
+    "s3://b#{}",
+    "s3://b/x#{}",
+    "s3://b/x?X-Amz-Signature={}",
+    "memory://b/x?token={}",
+    "file:///x?password={}",
+    "s3://anna%3A{}%40b/x",
+    "s3://anna%253A{}%2540b/x",
+    "s3://b/x%3Ftoken={}",
+    "s3%3A%2F%2Fanna%3A{}%40b/x",
+    "s3:/anna:{}@b/x",
+    "S3A://anna:{}@b/x",
+    "https://anna:{}@host/x",
+    "simplecache::s3://anna:{}@b/x",
+    "zip://x.zip::simplecache::s3://anna:{}@b/x",
+    "simplecache::s3://b/x?secret={}",
+    " s3://anna:{}@b/x",
 )
-def test_a_password_in_a_url_is_refused_and_not_repeated(location: str, tmp_path: Path) -> None:
-    with pytest.raises(AvatarError, match="credentials come from the environment") as caught:
-        read_list(write(tmp_path, f"source\n{location}\n"))
-    assert "pass@" not in str(caught.value) and "=pass" not in str(caught.value)
+
+
+@pytest.mark.parametrize("form", SECRETIVE)
+def test_a_password_in_a_url_is_refused_and_not_repeated(form: str, run: Run, tmp_path: Path) -> None:
+    """As the source, the output, the name and the rig of a row, the list, the folder of the batch, and a job."""
+    location, out = form.format(SECRET), tmp_path / "out"
+    list_of = {
+        column: write(tmp_path, f"{','.join(row)}\n{','.join(row.values())}\n", f"{column}.csv")
+        for column in ("source", "output", "name", "rig")
+        for row in [{"source": "a", column: location}]
+    }
+    calls = [("batch", path, "-o", out) for path in list_of.values()]
+    named = write(tmp_path, f'source,output,name\na,o,"{location}"\n', "named.csv")
+    calls += [("batch", named, "-o", out)]
+    calls += [("batch", f"{location}/list.csv", "-o", out), ("batch", tmp_path, "-o", location)]
+    calls += [(*calls[0], "--scheduler", f"tcp://host:1/?password={SECRET}")]
+    for call in calls:
+        code, printed, said = run(*call)
+        assert code == 2 and said.count("\n") == 1, call
+        assert SECRET not in printed + said and not out.exists(), call
+    with pytest.raises(ValueError, match=r"URL|other machine") as caught:
+        Job("one", location, str(out))
+    assert SECRET not in str(caught.value)
+
+
+def test_what_a_library_says_is_printed_without_passwords() -> None:
+    for form in SECRETIVE:
+        said = f"cannot reach {form.format(SECRET).strip().replace(' ', '')} (timeout)"
+        assert SECRET not in Result("one", "failed", "store", said).message, form
+        end = len("OSError: ") + said.index(SECRET) + len(SECRET)
+        cut = OSError("x" * (1000 - end) + said)  # a message ends after 1,000 letters
+        assert SECRET not in outcomes.broken("one", cut).message, form
+        assert SECRET not in str(StoreError(said, kind="store")), form
 
 
 @pytest.mark.parametrize(("name", "said"), [("none.csv", "no such file"), ("list.txt", "is no list")])

@@ -130,10 +130,12 @@ def test_nothing_is_written_where_no_scheduler_is(run: Run, tmp_path: Path) -> N
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("cell", ["memory://bucket/a,", "a,memory://bucket/out"])
-def test_memory_of_this_process_is_no_place_for_workers(cell: str, run: Run, tmp_path: Path) -> None:
-    (tmp_path / "list.csv").write_text(f"source,output\n{cell}\n")
-    code, _, said = run("batch", tmp_path / "list.csv", "-o", tmp_path / "out")
+@pytest.mark.parametrize(("source", "out"), [("memory://bucket/a", "out"), ("a", "memory://bucket/out")])
+def test_memory_of_this_process_is_no_place_for_workers(
+    source: str, out: str, run: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "list.csv").write_text(f"source\n{source}\n")
+    code, _, said = run("batch", tmp_path / "list.csv", "-o", out if "://" in out else tmp_path / out)
     assert code == 2 and said.count("\n") == 1 and "memory://bucket" in said
     assert not (tmp_path / "out").exists()
 

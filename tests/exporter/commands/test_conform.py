@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import os
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -162,6 +163,14 @@ def outputs_of(bundle: Path) -> dict[str, Any]:
     cases = json.loads((bundle / CASES).read_text("utf-8"))["cases"]
     named = [o["tensor"] for c in cases for s in c["stages"] for o in s["outputs"].values()]
     return {name: tensors[name] for name in named}
+
+
+def test_outputs_that_never_end_are_not_opened(run: Run, good: Path, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "endless").symlink_to("/dev/zero")
+    for name in ("pipe", "endless"):
+        code, _, error = run("conform", good, "--outputs", tmp_path / name)
+        assert code == 2 and error.count("\n") == 1 and "is not a regular file" in error
 
 
 def test_a_ports_own_outputs(run: Run, good: Path, tmp_path: Path) -> None:

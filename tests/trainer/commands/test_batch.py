@@ -62,6 +62,9 @@ def test_a_training_whose_worker_dies_goes_on_from_its_newest_checkpoint(
         ("a,toy,,1,1,", "needs a source"),
         ("a,toy,s3://bucket/x,1,1,", "on a disk"),
         ("../a,toy,capture,1,1,", "leads out"),
+        ("/a,toy,capture,1,1,", "leads out"),
+        ("~/a,toy,capture,1,1,", "leads out"),
+        ("a,toy,simplecache::s3://u:PW@b/x,1,1,", "no known store"),
         ("a,toy,capture,1,1,\n./a,toy,capture,1,1,", "has the output of"),
         ("a,toy,capture,1,1,\na/b,toy,capture,1,1,", "lies in the output of"),
     ],
@@ -69,7 +72,7 @@ def test_a_training_whose_worker_dies_goes_on_from_its_newest_checkpoint(
 def test_a_wrong_row_is_one_line(row: str, said: str, tmp_path: Path, avatar_train: Train) -> None:
     code, _, err = avatar_train("batch", listed(tmp_path / "list.csv", row), "-o", tmp_path / "out")
     assert code == 2 and err.count("\n") == 1
-    assert "list.csv: line " in err and said in err
+    assert "list.csv: line " in err and said in err and "PW" not in err
     assert not (tmp_path / "out").exists()
 
 

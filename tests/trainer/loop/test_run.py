@@ -48,3 +48,9 @@ def test_a_run_json_that_is_none(text: str, tmp_path: Path) -> None:
     (tmp_path / "run.json").write_text(text)
     with pytest.raises(AvatarError, match=r"run\.json"):
         run.read(tmp_path)
+
+
+def test_a_run_json_that_never_ends(tmp_path: Path) -> None:
+    (tmp_path / "run.json").symlink_to("/dev/zero")
+    with pytest.raises(AvatarError, match=r"run\.json: cannot be read \(is not a regular file\)"):
+        run.read(tmp_path)

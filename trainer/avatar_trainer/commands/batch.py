@@ -95,9 +95,10 @@ def read_list(location: str, out: Path, threads: int) -> list[Training]:
 
     Raises AvatarError with file and line for a wrong one.
     """
-    from avatar_export.batch.jobs import below, read_rows, refuse_shared
-    from avatar_export.batch.locations import is_url, joined, leaf, normal
+    from avatar_export.batch.jobs import below, placed, read_rows, refuse_shared
+    from avatar_export.batch.locations import is_url, joined, leaf, normal, parent
 
+    location, out_name = placed(location, "LIST"), placed(str(out), "--out")
     columns = tuple(_options(next(iter(SYSTEMS))))  # every system has the same
     found: list[Training] = []
     captures: list[str] = []
@@ -108,9 +109,9 @@ def read_list(location: str, out: Path, threads: int) -> list[Training]:
         if system not in SYSTEMS:
             raise no_such("system", system, SYSTEMS, **where)
         try:
-            capture = normal(joined(str(Path(location).absolute().parent), str(row.get("source", ""))))
+            capture = normal(joined(parent(location), str(row.get("source", ""))))
             name = str(row.get("name", leaf(capture)))
-            place = below(str(out), str(row.get("output", name)))
+            place = below(out_name, str(row.get("output", name)))
         except ValueError as error:
             raise AvatarError(str(error), **where) from None
         if not row.get("source") or is_url(capture) or is_url(place):

@@ -16,6 +16,7 @@ import torch
 
 from avatar_export import GENERATOR
 from avatar_runtime.io.errors import AvatarError, no_such
+from avatar_runtime.io.files import open_file
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.raster.renderer import RASTERISERS
 from avatar_trainer.settings import TrainSettings, chosen_rules, with_values
@@ -98,9 +99,11 @@ def read(out: Path) -> dict[str, Any]:
     """run.json of a run. Raises AvatarError if it is missing or invalid."""
     path = out / FILE
     try:
-        if path.stat().st_size > LARGEST:
+        with open_file(path) as file:
+            text = file.read(LARGEST + 1)
+        if len(text) > LARGEST:
             raise AvatarError(f"is longer than {LARGEST} bytes", file=path)
-        content = json.loads(path.read_text("utf-8"))
+        content = json.loads(text)
     except OSError as error:
         raise AvatarError(
             f"cannot be read ({error.strerror or error}); is this a run of avatar-train?", file=path
