@@ -8,8 +8,8 @@ import numpy as np
 
 from avatar_runtime.avatar import Avatar, Rig
 from avatar_runtime.program.chunks import BUFFER_LIMIT
-from avatar_runtime.program.codes import NOTHING_CODED, Coded
-from avatar_runtime.program.gaussians import bake_level
+from avatar_runtime.program.codes import NOTHING_CODED, Coded, Codes
+from avatar_runtime.program.gaussians import SPARSE_PARTS, array_of, bake_level
 from avatar_runtime.program.mesh import bake_mesh, bake_surface
 from avatar_runtime.program.model import POSE_SECTIONS, WORD, Buffer, Level, Pass, Program
 
@@ -49,7 +49,22 @@ def program_of(avatar: Avatar, limit: int) -> tuple[Program, int]:
     if packed is not None and packed.fits(avatar):
         program: Program = packed.program
         return program, packed.level
-    return bake(avatar, limit=limit), 0
+    return bake(avatar, nothing_stored(avatar), limit), 0
+
+
+def nothing_stored(avatar: Avatar) -> Coded:
+    """The sparse deltas of which every number is 0, at width 0: kernels then read none of them."""
+    found: dict[str, Codes] = {}
+    for path, kinds in SPARSE_PARTS.values():
+        rows = array_of(avatar, path)
+        for attribute, (_, kind) in kinds.items():
+            values = rows.values[attribute]
+            if kind == "signed" and not values.any():
+                channels = int(np.prod(values.shape[1:], dtype=np.int64))
+                found[f"{path}.{attribute}"] = Codes(
+                    kind, None, np.zeros((rows.columns, channels), np.float32)
+                )
+    return found
 
 
 def pose_layout(avatar: Avatar) -> tuple[Mapping[str, int], int]:

@@ -74,7 +74,7 @@ def _runs(backend: GlBackend) -> Iterator[Ran]:
 
 
 def _ran(backend: GlBackend, one: Dispatch, framed: Collection[str], names: dict[int, str]) -> Ran:
-    entry = next(name for name, shader in backend.programs._compute.items() if shader is one._shader)
+    entry = one.constants.entry
     table = backend.programs.table[entry]
     shader_names = {item["binding"]: item["name"] for item in table["storage"]}
     bound = {shader_names[binding]: buffer for buffer, binding in one._buffers}

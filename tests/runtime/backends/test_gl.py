@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import fields, replace
 from typing import Any
@@ -91,6 +92,44 @@ def test_what_no_limit_can_split(context: moderngl.Context) -> None:
         GlBackend(surface_avatar(3, rules), context, buffer_limit=1300)
     with pytest.raises(ValueError, match="buffer_limit is 10 bytes; 1024 to"):
         GlBackend(FULL, context, buffer_limit=10)
+
+
+@pytest.mark.parametrize("avatar", [FULL, SURFACE], ids=["joints", "surface"])
+def test_kernels_are_compiled_for_the_widths_that_they_read(
+    avatar: Avatar, context: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The driver sees numbers, so that it compiles no way to read a section that no element takes."""
+    texts: list[str] = []
+    compile_text = moderngl.Context.compute_shader
+
+    def noted(self: moderngl.Context, text: str) -> moderngl.ComputeShader:
+        texts.append(text)
+        return compile_text(self, text)
+
+    monkeypatch.setattr(moderngl.Context, "compute_shader", noted)
+    with backend(avatar, context=context, buffer_limit=1600) as gl:
+        image(gl)
+        gl.mesh(posed_of(gl), Clock())
+        assert len(gl.interpreter.chunks) > 5
+    declared = [text for text in texts if re.search(r"uint \w+_width;", text)]
+    assert not [text for text in texts if re.search(r"\.\w+_width\b", text)]
+    assert len([text for text in declared if ", entry blend," in text]) == 1, "the same widths, one kernel"
+
+
+def test_deltas_that_are_all_0_are_not_stored(context: moderngl.Context) -> None:
+    shapes = FULL.blendshapes
+    zeros = {**shapes.appearance.values, "sh": np.zeros_like(shapes.appearance.values["sh"])}
+    plain = replace(FULL, blendshapes=replace(shapes, appearance=replace(shapes.appearance, values=zeros)))
+    stored = {}
+    for name, avatar in (("full", FULL), ("plain", plain)):
+        with backend(avatar, context=context) as gl:
+            stored[name] = gl.interpreter.program.buffers["BlendStatic.0"].size
+            assert gl.interpreter.level.deform[0].count("appearance_sh_width") == (
+                32 if name == "full" else 0
+            )
+            assert np.abs(image(gl).colour - reference_image(avatar, camera()).colour).max() <= 1 / 255
+    columns, sh = shapes.appearance.columns, zeros["sh"]
+    assert stored["full"] - stored["plain"] == sh.nbytes - columns * sh[0].nbytes
 
 
 def test_more_rows_than_a_dispatch_has(context: moderngl.Context) -> None:

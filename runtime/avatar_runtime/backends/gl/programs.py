@@ -5,6 +5,7 @@ Bindings, offsets of constants and names come from the reflection table that is 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any, Protocol
 
@@ -16,6 +17,7 @@ from avatar_runtime.backends.gl.gpu import Gpu
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.program.chunks import GROUP, MOST_GROUPS
 
+WIDTH = "_width"  # ends the names of constants that say how many bits an element has
 Values = Mapping[str, Any]
 
 
@@ -36,6 +38,7 @@ class Constants:
 
     def __init__(self, gpu: Gpu, entry: str, block: Mapping[str, Any], values: Values) -> None:
         """Takes the block's members from `values`, which may hold more. Raises KeyError if one is missing."""
+        self.entry = entry
         self._members = {m["name"]: (m["offset"], m["type"]) for m in block["members"]}
         self._binding = block["binding"]
         self._bytes = bytearray(block["size"])
@@ -83,7 +86,7 @@ class Programs:
         self._gpu = gpu
         self._shaders: Shaders = avatar_shaders if shaders is None else shaders
         self.table = self._shaders.reflection(gpu.language)
-        self._compute: dict[str, moderngl.ComputeShader] = {}
+        self._compute: dict[str, moderngl.ComputeShader] = {}  # by text
 
     def dispatch(
         self,
@@ -105,7 +108,7 @@ class Programs:
             )
         table = self.table[entry]
         bound = tuple((buffers[item["name"]], item["binding"]) for item in table["storage"])
-        return Dispatch(self._kernel(entry), bound, self.constants(entry, values), groups)
+        return Dispatch(self._kernel(entry, values), bound, self.constants(entry, values), groups)
 
     def constants(self, entry: str, values: Values) -> Constants:
         """The constants of `entry`, with their first values."""
@@ -123,15 +126,25 @@ class Programs:
         self._gpu.hold(made)
         return made
 
-    def _kernel(self, entry: str) -> moderngl.ComputeShader:
-        if entry not in self._compute:
-            language = self._gpu.language
+    def _kernel(self, entry: str, values: Values) -> moderngl.ComputeShader:
+        """The kernel in which each width of elements is written as the number that it has in this pass.
+
+        The driver then compiles the one way to read a section that is taken. Left to a constant, llvmpipe goes all ways
+        for each element and keeps one result, which makes stage `blend` half as slow again.
+        """
+        language = self._gpu.language
+        text = self._shaders.source(entry, language)
+        for member in self.table[entry]["uniform_blocks"][0]["members"]:
+            if member["name"].endswith(WIDTH):
+                width = np.asarray(values[member["name"]]).item()
+                text = re.sub(rf"\bconstants\.{member['name']}\b", f"{int(width)}u", text)
+        if text not in self._compute:
             try:
-                made = self._gpu.context.compute_shader(self._shaders.source(entry, language))
+                made = self._gpu.context.compute_shader(text)
             except moderngl.Error as error:
                 raise refused(entry, language, error) from error
-            self._compute[entry] = self._gpu.hold(made)
-        return self._compute[entry]
+            self._compute[text] = self._gpu.hold(made)
+        return self._compute[text]
 
 
 def refused(what: str, language: str, error: Exception) -> AvatarError:
