@@ -10,9 +10,10 @@ CPU time and peak resident memory are those of one fresh process a conversion.
 
 compares the backends alone, `--only training` measures the differentiable renderer, `--only posing` what a pose costs
 before anything is drawn, `--only unity` and `--only native` what it costs in C# and C++, `--only packs` packs the
-head and plays the pack, and `--only batch` converts many avatars on workers that are killed.
-`python -m tests.bench.packs` packs every avatar to its budget; `python -m tests.bench.gl_speed` gives frames per second
-on a GPU.
+head and plays the pack, `--only batch` converts many avatars on workers that are killed, `--only distill` learns a head
+from frames, and `--only asm` poses faces of bones.
+`python -m tests.bench.compare` holds these rows against those of the last release. `python -m tests.bench.packs` packs
+every avatar to its budget; `python -m tests.bench.gl_speed` gives frames per second on a GPU.
 """
 
 from __future__ import annotations
@@ -40,8 +41,11 @@ from avatar_runtime.player import Frame, Player
 from avatar_runtime.pose import clip_pose
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
+from tests.bench.asm_speed import asm_rows
 from tests.bench.backends import backend_rows, dense_rows, static_rows
 from tests.bench.batch.parts import batch_rows
+from tests.bench.distill.large import large_rows
+from tests.bench.gl_speed import speed_rows
 from tests.bench.packs import pack_rows
 from tests.bench.posing import posing_rows
 from tests.bench.training import training_rows
@@ -61,6 +65,7 @@ def main() -> None:
     parser.add_argument("--gaussians", type=int, default=70_000)
     parser.add_argument("--keep", type=Path, help="make the checkpoints here, and use them if they are there")
     parser.add_argument("--only", choices=PARTS, help="measure this part alone")
+    parser.add_argument("--no-save", action="store_true", help="append nothing to the results")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         folder = args.keep or Path(scratch)
@@ -69,7 +74,10 @@ def main() -> None:
             for name in ([args.only] if args.only else PARTS)
             for row in PARTS[name](folder, args.gaussians)
         ]
-    save(rows, args.gaussians)
+    for what, value, unit in rows:
+        print(f"{what:36s} {value:12.4g} {unit}")
+    if not args.no_save:
+        print(save(rows, args.gaussians))
 
 
 def conversion_rows(folder: Path, gaussians: int) -> list[Row]:
@@ -108,7 +116,7 @@ def head(folder: Path, gaussians: int) -> Avatar:
 def compared_rows(folder: Path, gaussians: int) -> list[Row]:
     """One animated head on every backend, a still million on `cpu`, and the first frame of a new process."""
     avatar = head(folder, gaussians)
-    rows = backend_rows(avatar) + dense_rows(avatar) + static_rows(avatar)
+    rows = backend_rows(avatar) + dense_rows(avatar) + static_rows(avatar) + speed_rows(avatar)
     with tempfile.TemporaryDirectory() as cache:
         first = start(folder / "bundle_head", {"NUMBA_CACHE_DIR": cache})
     later = [start(folder / "bundle_head", {}) for _ in range(REPEATS)]
@@ -224,8 +232,8 @@ def processor() -> str:
         return platform.machine()
 
 
-def save(rows: list[Row], gaussians: int) -> None:
-    """Print the rows and append them to results/MACHINE.csv."""
+def save(rows: list[Row], gaussians: int) -> Path:
+    """Append the rows to results/MACHINE.csv."""
     RESULTS.mkdir(exist_ok=True)
     machine = re.sub(r"[^A-Za-z0-9]+", "-", f"{processor()} {os.cpu_count()} cores").strip("-")
     path = RESULTS / f"{machine}.csv"
@@ -236,8 +244,7 @@ def save(rows: list[Row], gaussians: int) -> None:
             writer.writerow(["version", "face_gaussians", "what", "value", "unit"])
         for what, value, unit in rows:
             writer.writerow([__version__, gaussians, what, f"{value:.4g}", unit])
-            print(f"{what:36s} {value:12.4g} {unit}")
-    print(path)
+    return path
 
 
 PARTS: dict[str, Callable[[Path, int], list[Row]]] = {
@@ -250,6 +257,8 @@ PARTS: dict[str, Callable[[Path, int], list[Row]]] = {
     "native": lambda folder, gaussians: native_rows(),
     "packs": lambda folder, gaussians: pack_rows(head(folder, gaussians)),
     "batch": lambda folder, gaussians: batch_rows(folder / "batch"),
+    "distill": lambda folder, gaussians: large_rows(),
+    "asm": lambda folder, gaussians: [*asm_rows()],
 }
 
 if __name__ == "__main__":

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -14,6 +17,7 @@ from avatar_runtime.avatar import Avatar, Blendshapes, Gaussians, Group, SparseR
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, joint_rotation
+from avatar_runtime.posed import Clock
 
 Row = tuple[str, float, str]
 BACKENDS = {  # name in the rows: (backend, options, raster profile)
@@ -36,10 +40,32 @@ class Measured:
     wall: list[float] = field(default_factory=list)
     cpu: list[float] = field(default_factory=list)
     stages: list[dict[str, float]] = field(default_factory=list)
+    stages_cpu: list[dict[str, float]] = field(default_factory=list)
 
-    def stage(self, *names: str) -> float:
-        """Median of the sum of some stages, milliseconds."""
-        return statistics.median(sum(stages.get(name, 0.0) for name in names) for stages in self.stages)
+    def rows(self, name: str) -> list[Row]:
+        """Medians of each stage, and of all up to bind: wall and CPU time."""
+        found: list[Row] = []
+        for suffix, rounds in (("", self.stages), ("_cpu", self.stages_cpu)):
+            for row, names in (("joints_to_bind", TO_BIND), *((stage, (stage,)) for stage in rounds[0])):
+                sums = [sum(stages.get(one, 0.0) for one in names) for stages in rounds]
+                found.append((f"{name}_{row}{suffix}", statistics.median(sums), "ms"))
+        return found
+
+
+@contextmanager
+def cpu_of_stages() -> Iterator[dict[str, float]]:
+    """CPU milliseconds of each stage that is timed in the block, of all threads of this process."""
+    spent: dict[str, float] = {}
+    timed = Clock.timed
+
+    def noted(clock: Clock, stage: str, run: Callable[[], Any]) -> Any:
+        before = time.process_time()
+        result = timed(clock, stage, run)
+        spent[stage] = spent.get(stage, 0.0) + 1e3 * (time.process_time() - before)
+        return result
+
+    with patch.object(Clock, "timed", noted):
+        yield spent
 
 
 def busy_pose(avatar: Avatar, seed: int) -> Pose:
@@ -79,8 +105,7 @@ def backend_rows(avatar: Avatar, names: tuple[str, ...] = tuple(BACKENDS)) -> li
     for name, m in measured.items():
         rows += [(f"{name}_frame_wall", statistics.median(m.wall), "ms")]
         rows += [(f"{name}_frame_cpu", statistics.median(m.cpu), "ms")]
-        rows += [(f"{name}_joints_to_bind", m.stage(*TO_BIND), "ms")]
-        rows += [(f"{name}_{stage}", m.stage(stage), "ms") for stage in m.stages[0]]
+        rows += m.rows(name)
     for name in names:
         if name != "reference" and "reference" in names:
             ratio = statistics.median(measured["reference"].wall) / statistics.median(measured[name].wall)
@@ -92,27 +117,29 @@ def _frame(
     player: Player, pose: Pose, camera: Camera, profile: str, into: Measured, evaluations: dict[str, float]
 ) -> None:
     wall, cpu = time.perf_counter(), time.process_time()
-    frame = player.frame(pose, camera, profile=profile)
+    with cpu_of_stages() as stages:
+        frame = player.frame(pose, camera, profile=profile)
     into.wall.append(1e3 * (time.perf_counter() - wall))
     into.cpu.append(1e3 * (time.process_time() - cpu))
     into.stages.append(dict(frame.milliseconds))
+    into.stages_cpu.append(stages)
     if frame.image.evaluations is not None:
         backend = type(player.backend).__name__
         evaluations[f"{backend}_{profile}"] = frame.image.evaluations / SIZE**2
 
 
 def dense_rows(avatar: Avatar) -> list[Row]:
-    """`cpu` up to bind where expressions change SH and opacity too, which the sample's do not."""
-    rows: list[Row] = []
+    """Up to bind where expressions change SH and opacity too, which the sample's do not."""
     filled = with_sh_deltas(avatar)
-    for threads in (1, 2):
-        player, stages = Player(filled, "cpu", threads=threads), Measured()
+    camera = frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
+    rows: list[Row] = []
+    for name, of in (("cpu_1", "cpu_1_thread"), ("cpu_2", "cpu_2_threads"), ("gl", "gl")):
+        backend, options, profile = BACKENDS[of]
+        player, measured = Player(filled, backend, **options), Measured()
         for index in range(-1, ROUNDS):
-            milliseconds: dict[str, float] = {}
-            camera = frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
-            milliseconds |= player.frame(busy_pose(avatar, index + 1), camera).milliseconds
-            stages.stages += [milliseconds] if index >= 0 else []
-        rows.append((f"cpu_{threads}_sh_deltas_joints_to_bind", stages.stage(*TO_BIND), "ms"))
+            into = measured if index >= 0 else Measured()
+            _frame(player, busy_pose(avatar, index + 1), camera, profile, into, {})
+        rows += [row for row in measured.rows(f"{name}_sh_deltas") if "joints_to_bind" in row[0]]
     return rows
 
 

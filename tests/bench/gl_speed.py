@@ -38,6 +38,12 @@ def main() -> None:
         )
 
 
+def speed_rows(avatar: Avatar) -> list[tuple[str, float, str]]:
+    """The rows of `make bench`."""
+    sizes = ((width, height, frames_per_second(avatar, width, height, 5.0)[1]) for width, height in SIZES)
+    return [(f"gl_{width}x{height}", rate, "frames/s") for width, height, rate in sizes]
+
+
 def frames_per_second(avatar: Avatar, width: int, height: int, seconds: float) -> tuple[str, float]:
     """(renderer, frames per second): poses resolved beforehand, stage `joints` and all later ones counted."""
     player = Player(avatar, "gl", target="rgba16f")

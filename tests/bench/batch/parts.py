@@ -9,10 +9,11 @@ from tests.bench.batch.faults import Row, fault_rows
 from tests.bench.batch.memory import memory_rows
 from tests.bench.batch.network import network_rows
 from tests.bench.batch.overhead import overhead_rows
+from tests.bench.batch.rows import row_rows
 
 
 def batch_rows(folder: Path, rows: int = 300, large: int = 40, gaussians: int = 70_000) -> list[Row]:
-    """Faults on one machine and over a network, the cost against a shell loop, and memory.
+    """Faults on one machine and over a network, the cost against a shell loop, memory, and rows alone.
 
     `rows` over small avatars, and `large` ones over checkpoints of as many `gaussians`.
     """
@@ -21,6 +22,7 @@ def batch_rows(folder: Path, rows: int = 300, large: int = 40, gaussians: int = 
         *network_rows(folder / "network", rows),
         *overhead_rows(folder / "overhead", rows, rows),
         *memory_rows(folder / "memory", large, gaussians),
+        *row_rows(folder / "rows"),
     ]
 
 

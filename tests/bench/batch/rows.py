@@ -12,7 +12,7 @@ import json
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -82,24 +82,43 @@ def measured(folder: Path, form: str, gaussians: int, steps: bool) -> dict[str, 
     }
 
 
+def measured_rows(folder: Path) -> Iterator[dict[str, Any]]:
+    """`measured` of each of ROWS, without and with steps, in a fresh process each."""
+    for form, gaussians in ROWS:
+        for steps in (False, True):
+            job(folder, form, gaussians, steps)  # made here: a child's peak begins anew
+            only = (form, str(gaussians), "all" if steps else "none")
+            command = [sys.executable, "-m", __spec__.name, str(folder), "--only", *only]
+            found: dict[str, Any] = json.loads(
+                subprocess.run(command, check=True, capture_output=True).stdout
+            )
+            yield found
+
+
+def row_rows(folder: Path) -> Iterator[tuple[str, float, str]]:
+    """The rows of `make bench`."""
+    for found in measured_rows(folder):
+        name = f"batch_row_{found['form']}_{found['read_bytes'] / 1e6:.0f}MB{'_all_steps' if found['steps'] else ''}"
+        yield f"{name}_peak", found["peak_bytes"] / 1e6, "MB"
+        yield f"{name}_cpu", found["cpu_seconds"], "s"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--only", nargs=3, metavar=("FORM", "GAUSSIANS", "STEPS"), help="one row, in here")
+    parser.add_argument(
+        "--only", nargs=3, metavar=("FORM", "GAUSSIANS", "STEPS"), help="one row as JSON, in here"
+    )
     given = parser.parse_args()
     folder = given.folder.absolute()
     if given.only:
         form, gaussians, steps = given.only
-        values = measured(folder, form, int(gaussians), steps == "all")
-        print(f"    Measured({', '.join(repr(value) for value in values.values())}),", flush=True)
+        print(json.dumps(measured(folder, form, int(gaussians), steps == "all")))
         return
-    for form, gaussians in ROWS:
-        for steps in (False, True):
-            job(folder, form, gaussians, steps)  # made here: a child's peak begins anew
-            only = (form, str(gaussians), "all" if steps else "none")
-            subprocess.run([sys.executable, "-m", __spec__.name, str(folder), "--only", *only], check=True)
+    for found in measured_rows(folder):
+        print(f"    Measured({', '.join(repr(value) for value in found.values())}),", flush=True)
 
 
 if __name__ == "__main__":
