@@ -29,6 +29,7 @@ from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.stages.joints import joints
 from avatar_shaders import VERSION
 from tests.avatars import full_avatar
+from tests.players.heights.height_cases import write_height_cases
 
 GOLDEN = Path(__file__).parents[1] / "data" / "packs" / "1.0"
 FOUND = sorted((Path(__file__).parents[1] / "fuzz" / "corpus" / "pack").glob("*/x.avatar"))
@@ -71,6 +72,7 @@ def write_cases(folder: Path) -> None:
     (folder / "found").mkdir()
     for index, path in enumerate(FOUND):
         (folder / "found" / f"{index}.avatar").write_bytes(path.read_bytes())
+    write_height_cases(folder)
     (folder / "cameras.json").write_text(json.dumps(list(cameras())))
     (folder / "recording.csv").write_bytes(RECORDING.read_bytes())
     take = read_live_link_csv(RECORDING.read_bytes(), RECORDING.name)
@@ -145,6 +147,7 @@ def facts(case: Case) -> dict[str, Any]:
         "expressions": [[e.name, list(e.aliases), list(e.range)] for e in avatar.expressions],
         "groups": [[g.name, g.first, g.count, g.binding] for g in avatar.groups],
         "skeleton": None,
+        **places(case),
     }
     rig = avatar.rig
     if rig is not None:
@@ -158,6 +161,19 @@ def facts(case: Case) -> dict[str, Any]:
             "anchors": _sha(rig.vertices[np.unique(rig.anchor_vertices)].astype(np.float64)),
         }
     return found
+
+
+def places(case: Case) -> dict[str, Any]:
+    """Where cameras look and what the avatar fills, in the person's frame: right-handed for every pack."""
+    document, side = case.pack.document, 1 if case.handedness == "right" else -1
+    rest, swept = (document["avatar"]["bounds"][name] for name in ("rest", "swept"))
+    framed = (document.get("framing") or {}).get("whole")
+    x, y, z = (
+        framed["target"] if framed else [(a + b) / 2 for a, b in zip(rest["min"], rest["max"], strict=True)]
+    )
+    across = sorted(side * swept[name][0] for name in ("min", "max"))
+    low, high = ([ends, *swept[name][1:]] for ends, name in zip(across, ("min", "max"), strict=True))
+    return {"target": [side * x, y, z], "low": low, "high": high}
 
 
 def _program(avatar: Avatar) -> Program:

@@ -92,8 +92,8 @@ def played(
         for c, place in zip(pair, places(), strict=True)
     ]
     scenes.append(scene("two avatars", placed, camera))
-    for name, world in (("right", MIRROR), ("left", STILL)):
-        scenes.append(scene(name, [(both_frames / name, *in_frame(both_frames, name), world)], camera, 1))
+    for name in ("right", "left"):
+        scenes.append(scene(name, [(both_frames / name, *in_frame(both_frames, name), MIRROR)], camera, 1))
     job = {"scenes": scenes, "references": [str(case.folder) for case in cases.values()]}
     return play(player_program(tmp_path_factory), job, tmp_path_factory.mktemp("unity_played"))
 
@@ -188,7 +188,7 @@ def test_the_coarser_level_of_a_left_handed_pack_is_played(
 def test_a_right_handed_pack_is_seen_through_a_mirror(
     played: Mapping[str, Played], both_frames: Path
 ) -> None:
-    """Unity's frame is left-handed: the place of a right-handed pack has diag(-1, 1, 1) in it."""
+    """Unity's frame is left-handed: the place of every pack has diag(-1, 1, 1) in it."""
     avatar, pose = in_frame(both_frames, "right")
     other = Player(mirrored(replace(avatar, packed=None)), "gl", target="rgba32f")
     image = other.frame(mirrored_pose(pose), gl_cases.camera(), BLACK).image

@@ -8,7 +8,7 @@ import pytest
 
 from tests.players.web import WEB, run_node_test
 
-TESTS = ("cameras", "hostile", "packs", "poses", "programs", "recordings")
+TESTS = ("cameras", "heights", "hostile", "packs", "poses", "programs", "recordings")
 
 
 def test_all_tests_of_the_core_are_listed() -> None:

@@ -154,8 +154,7 @@ bool aim(const Options& options, const AvatarPack* pack, AvatarCamera& camera) {
     AvatarFacts facts;
     avatar_facts(pack, &facts);
     const double *u = facts.up, *f = facts.front, *size = facts.whole_size;
-    const double side = facts.left_handed ? -1 : 1;
-    const double r[] = {side * (u[1] * f[2] - u[2] * f[1]), side * (u[2] * f[0] - u[0] * f[2]), side * (u[0] * f[1] - u[1] * f[0])};
+    const double r[] = {u[1] * f[2] - u[2] * f[1], u[2] * f[0] - u[0] * f[2], u[0] * f[1] - u[1] * f[0]};
     const double sy = std::sin(options.yaw * degree), cy = std::cos(options.yaw * degree);
     const double sp = std::sin(options.pitch * degree), cp = std::cos(options.pitch * degree);
     const double needed = std::fmax(size[1], size[0] * options.height / options.width);

@@ -28,6 +28,9 @@ int contents(const std::string& folder, Records& out) {
     const AvatarFacts& a = of.facts;
     out.text("error", avatar_error(of.pack));
     out.text("name", a.name);
+    out.add("target", a.whole_target, 24);
+    out.add("low", a.bounds_low, 24);
+    out.add("high", a.bounds_high, 24);
     for (uint32_t i = 0; i < a.buffers; i++) {
         AvatarBuffer buffer;
         avatar_buffer(of.pack, i, &buffer);

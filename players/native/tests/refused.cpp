@@ -64,6 +64,7 @@ void packs(Table& t, const AvatarPack* pack, const AvatarPack* broken) {
         t.row("avatar_clip", avatar_clip(one, beyond, &clip) == 0 && avatar_clip(one, 0, nullptr) == 0);
         t.row("avatar_level", avatar_level(one, beyond, &level) == 0 && avatar_level(one, 0, nullptr) == 0);
         t.row("avatar_level_for", avatar_level_for(one, nan_value) == 0);
+        t.row("avatar_next_level", avatar_next_level(one, nan_value, beyond) == 0 && avatar_next_level(one, infinity, beyond) == 0);
         t.row("avatar_chunk", avatar_chunk(one, beyond, 0, &chunk) == 0 && avatar_chunk(one, 0, beyond, &chunk) == 0 && avatar_chunk(one, 0, 0, nullptr) == 0);
         t.row("avatar_buffer", avatar_buffer(one, beyond, &buffer) == 0 && avatar_buffer(one, 0, nullptr) == 0);
         t.row("avatar_buffer_content", avatar_buffer_content(one, beyond, &buffer) == 0 && avatar_buffer_content(one, 0, nullptr) == 0);
@@ -157,6 +158,7 @@ void cameras(Table& t, AvatarInstance* instance) {
     own = before;
     own.tan_half_fov[1] = 0;
     t.row("avatar_update_camera", avatar_update_camera(instance, &own) == 0, avatar_instance_error(instance), "tan_half_fov");
+    t.row("avatar_height_px", avatar_height_px(instance, &own) == infinity && avatar_height_px(instance, nullptr) == infinity);
     own = before;
     own.width = 0;
     t.row("avatar_update_camera", avatar_update_camera(instance, &own) == 0, avatar_instance_error(instance), "1 to 32768");
@@ -164,6 +166,7 @@ void cameras(Table& t, AvatarInstance* instance) {
     for (const double bad : bad_numbers) {
         avatar_place(instance)[7] = bad;
         t.row("avatar_place", avatar_update_camera(instance, &before) == 0, avatar_instance_error(instance), "place");
+        t.row("avatar_height_px", avatar_height_px(instance, &before) == infinity);
     }
     avatar_place(instance)[7] = 0;
     t.row("sound", avatar_update_camera(instance, &before) == 1);
@@ -194,6 +197,7 @@ void no_instance(Table& t, const AvatarPack* pack, AvatarInstance* bad) {
         t.row("avatar_drive", avatar_drive(one, &frame) == 0);
         t.row("avatar_update_pose", avatar_update_pose(one) == 0);
         t.row("avatar_update_camera", avatar_update_camera(one, &camera) == 0);
+        t.row("avatar_height_px", avatar_height_px(one, &camera) == infinity);
         t.row("avatar_pose_floats", avatar_pose_floats(one, &count) == nullptr && count == 0);
         t.row("avatar_group_matrix", avatar_group_matrix(one) == nullptr);
         t.row("avatar_group_rotation", avatar_group_rotation(one) == nullptr);

@@ -118,7 +118,7 @@ namespace AvatarExport.Core
         /// <summary>How many Gaussians it has.</summary>
         public int Count;
 
-        /// <summary>The height of the avatar in the image, up to which it is meant, pixels; null: any.</summary>
+        /// <summary>Instance.HeightPx up to which it is meant; null: any.</summary>
         public double? HeightPx;
 
         /// <summary>Of its images against the source, inside the mask; null: not measured.</summary>
@@ -173,7 +173,7 @@ namespace AvatarExport.Core
         /// <summary>What the person agreed to; null: not stated.</summary>
         public string Consent;
 
-        /// <summary>Of the frame of everything here: "right" or "left".</summary>
+        /// <summary>Of the frame of all arrays here: "right" or "left".</summary>
         public string Handedness;
 
         /// <summary>[K] in the order of weights.</summary>
@@ -200,10 +200,10 @@ namespace AvatarExport.Core
         /// <summary>Finest first.</summary>
         public LevelInfo[] Levels;
 
-        /// <summary>Where to look.</summary>
+        /// <summary>Where to look; right-handed for every pack.</summary>
         public Framing Framing;
 
-        /// <summary>Over all poses; or null.</summary>
+        /// <summary>Over all poses, right-handed for every pack; or null.</summary>
         public Box Bounds;
 
         /// <summary>[3] of training, as displayed; null: random.</summary>

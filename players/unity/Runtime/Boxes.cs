@@ -2,7 +2,7 @@ using UnityEngine;
 
 namespace AvatarExport
 {
-    /// <summary>Boxes in the world and on the screen.</summary>
+    /// <summary>Boxes in the world.</summary>
     internal static class Boxes
     {
         /// <summary>The box around a box that a matrix moved.</summary>
@@ -17,15 +17,6 @@ namespace AvatarExport
                 }
             }
             return new Bounds(centre, size);
-        }
-
-        /// <summary>About how many pixels high a box is in the image of a camera with perspective.</summary>
-        public static float HeightPixels(Bounds box, Camera camera)
-        {
-            Matrix4x4 view = camera.worldToCameraMatrix;
-            float depth = -view.MultiplyPoint3x4(box.center).z;
-            float nearest = Mathf.Max(depth, camera.nearClipPlane);
-            return box.size.y * Mathf.Abs(camera.projectionMatrix.m11) / nearest * 0.5f * camera.pixelHeight;
         }
     }
 

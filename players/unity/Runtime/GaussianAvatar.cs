@@ -259,9 +259,8 @@ namespace AvatarExport
         {
             PoseLayers shown = Shown();
             Vector3 vector = Turns.VectorOf(turn);
-            // In the mirrored frame of a right-handed pack a rotation vector keeps x and negates y and z.
-            float sign = avatar.Handedness == "right" ? -1 : 1;
-            shown.SetJoint(joint, vector.x, sign * vector.y, sign * vector.z);
+            // Unity is left-handed: in the person's frame, its mirror, a rotation vector keeps x and negates y and z.
+            shown.SetJoint(joint, vector.x, -vector.y, -vector.z);
         }
 
         /// <summary>

@@ -7,9 +7,6 @@ namespace AvatarExport
     /// <summary>What Unity calls, and what the scene of avatars asks for.</summary>
     public sealed partial class GaussianAvatar
     {
-        // of heights, so that an avatar at a limit does not change its level each frame
-        private const float Hysteresis = 1.1f;
-
         private static Material plain; // of the Built-in pipeline
 
         private Resident resident;
@@ -20,7 +17,6 @@ namespace AvatarExport
         private bool failed; // this device cannot show it; told already
         private int loads;
         private bool linked; // there are objects below for the avatar that is shown
-        private float seenHeight; // pixels, the largest of all cameras since the last LateUpdate
         private int chosenLevel;
 
         private void OnEnable()
@@ -117,10 +113,9 @@ namespace AvatarExport
         /// <summary>
         /// What the GPU holds for a camera that draws this avatar; null, told once, where this device cannot.
         /// </summary>
-        internal Resident ResidentFor(Camera camera)
+        internal Resident ResidentForCamera()
         {
-            CameraMatrices.WriteWorld(transform.localToWorldMatrix, avatar.Handedness == "right", instance.World);
-            seenHeight = Mathf.Max(seenHeight, Boxes.HeightPixels(WorldBounds, camera));
+            CameraMatrices.WriteWorld(transform.localToWorldMatrix, instance.World);
             // While a scene is edited LateUpdate is not called for each picture: a preview of a Timeline moves bones between.
             if (!Application.isPlaying) UpdatePose();
             if (resident != null) return resident;
@@ -305,20 +300,16 @@ namespace AvatarExport
         private void ChooseLevel()
         {
             int wanted = level < 0 ? Automatic() : FirstLevel(avatar);
-            seenHeight = 0;
             if (wanted == chosenLevel) return;
             FreeGpu();
             instance.Level = chosenLevel = wanted;
         }
 
-        /// <summary>The level for the height that was seen. One that is hardly too coarse or too fine stays.</summary>
+        /// <summary>The level for the height that was seen.</summary>
         private int Automatic()
         {
-            if (seenHeight <= 0) return chosenLevel;
-            int wanted = Core.Instance.LevelFor(avatar, seenHeight);
-            bool stays = Core.Instance.LevelFor(avatar, seenHeight / Hysteresis) == chosenLevel
-                || Core.Instance.LevelFor(avatar, seenHeight * Hysteresis) == chosenLevel;
-            return stays ? chosenLevel : wanted;
+            double height = resident == null ? 0 : resident.TakeHeightPx();
+            return height > 0 ? Core.Levels.Next(avatar.Levels, height, chosenLevel) : chosenLevel;
         }
 
         /// <summary>

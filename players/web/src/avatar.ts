@@ -52,11 +52,11 @@ export interface Driving {
 /** A level of detail as a person sees it. */
 export interface LevelInfo {
   readonly count: number; // Gaussians
-  readonly heightPx: number | null; // of the avatar in the image, up to which it is meant; null: any
+  readonly heightPx: number | null; // `Instance.heightPx` up to which it is meant; null: any
   readonly psnrDb: number | null; // inside the mask
 }
 
-/** Where to look at rest, metres: the whole avatar or its head. */
+/** Where to look at rest, metres: the whole avatar or its head. In the frame of `Instance.world`, for packs of either handedness. */
 export interface Framing {
   readonly up: readonly [number, number, number];
   readonly front: readonly [number, number, number];
@@ -64,7 +64,10 @@ export interface Framing {
   readonly head: { readonly target: readonly [number, number, number]; readonly size: readonly [number, number, number] } | null;
 }
 
-/** A loaded and checked pack. Nothing of it is on a GPU yet, and nothing of it changes. */
+/**
+ * A loaded and checked pack. Nothing of it is on a GPU yet, and nothing of it changes. Arrays and matrices are in the
+ * pack's frame, which `handedness` names; `framing` and `bounds` are right-handed for every pack.
+ */
 export interface Avatar {
   readonly name: string;
   readonly license: string | null;

@@ -78,8 +78,8 @@ export class FrameValues {
   }
 
   /**
-   * The camera, seen from the avatar's own space: `world` [4, 4] row-major places the avatar in the scene. Any affine
-   * matrix will do, also one that scales. A singular matrix draws nothing: every Gaussian is at depth 0.
+   * The camera, seen from the pack's own space: `world` [4, 4] row-major places the pack in the scene. Any affine
+   * matrix will do, also one that scales or mirrors. A singular matrix draws nothing: every Gaussian is at depth 0.
    */
   setCamera(camera: Camera, world: Float64Array): void {
     const { first } = this.layout;

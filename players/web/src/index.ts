@@ -11,6 +11,7 @@ export type {
 export { Camera } from "./camera.js";
 export { AvatarError } from "./errors.js";
 export type { Progress } from "./fetch.js";
+export { levelFor, nextLevel } from "./level.js";
 export { load, type LoadOptions, type Source } from "./load.js";
 export { ARKIT_NAMES, CHANNELS, type DrivingFrame, drivingFrame, setChannels } from "./pose/arkit.js";
 export { Clip } from "./pose/clip.js";

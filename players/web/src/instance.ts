@@ -4,7 +4,9 @@ import type { Avatar } from "./avatar.js";
 import type { Camera } from "./camera.js";
 import { AvatarError } from "./errors.js";
 import { FrameValues } from "./frame.js";
+import { heightPx, nextLevel } from "./level.js";
 import type { Level } from "./pack/model.js";
+import { multiply } from "./pose/affine.js";
 import { Pose } from "./pose/pose.js";
 import { Poser } from "./pose/poser.js";
 
@@ -21,12 +23,17 @@ export interface InstanceHost {
 export class Instance {
   /** Set it before a frame. */
   readonly pose: Pose;
-  /** Scene from avatar space: row-major 4x4, any affine matrix. The pose's own movement comes first. */
+  /**
+   * Scene from the person: row-major 4x4, any affine matrix. The person's frame is right-handed for every pack: +Y up,
+   * the face looks along +Z, +X is the person's left. The pose's own movement comes first.
+   */
   readonly world = new Float64Array(IDENTITY);
   /** @internal */
   readonly values: FrameValues;
   /** @internal The content of buffer Pose. */
   readonly poseFloats: Float32Array;
+  private readonly placed = new Float64Array(16); // scene from the pack's frame
+  private readonly posed = new Float64Array(12); // scene from the person at rest
   private readonly poser: Poser;
   private shown = true;
   private at: number;
@@ -74,7 +81,35 @@ export class Instance {
   /** @internal Stage `joints` and the camera. */
   update(camera: Camera): void {
     this.values.setPosed(this.poser.update(this.pose));
-    this.values.setCamera(camera, this.world);
+    this.values.setCamera(camera, this.place());
+  }
+
+  /**
+   * How tall the avatar stands in the image of a camera, as it is placed and posed now: physical pixels of
+   * `framing.whole.size[1]`, facing the camera. Infinite where it is not before the camera.
+   */
+  heightPx(camera: Camera): number {
+    const { posed } = this;
+    multiply(posed, 0, this.place(), 0, this.pose.worldFromAvatar, 0);
+    // `framing` is right-handed for every pack.
+    if (this.avatar.handedness === "left") for (let at = 0; at < 12; at += 4) posed[at] = -(posed[at] as number);
+    return heightPx(this.avatar.framing.whole, posed, camera.clipFromWorld, camera.height);
+  }
+
+  /**
+   * The coarsest level that shows the avatar to a camera as the finest does. The level that is shown stays where the
+   * height is within a tenth of its borders; `shown` -1: none is shown yet.
+   */
+  levelFor(camera: Camera, shown = this.at): number {
+    return nextLevel(this.avatar.levels, this.heightPx(camera), shown);
+  }
+
+  /** The one place where a left-handed pack is mirrored: x of its frame points the other way than the person's. */
+  private place(): Float64Array {
+    const { placed, world } = this;
+    placed.set(world);
+    if (this.avatar.handedness === "left") for (let at = 0; at < 16; at += 4) placed[at] = -(world[at] as number);
+    return placed;
   }
 
   /** Takes the avatar out of the scene and frees what it holds on the GPU. */

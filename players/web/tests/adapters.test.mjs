@@ -7,7 +7,9 @@ import { play, playScene } from "./adapter_scenes.mjs";
 import { launch } from "./browser.mjs";
 
 const PACKS = join(dirname(fileURLToPath(import.meta.url)), "../../../tests/data/packs/1.0");
+const MOLE = join(PACKS, "../../mole"); // a head with a mole on its left cheek, in both frames
 const FILES = { "/first.avatar": join(PACKS, "joints.avatar"), "/second.avatar": join(PACKS, "surface.avatar") };
+for (const hand of ["right", "left"]) FILES[`/${hand}.avatar`] = join(MOLE, `${hand}.avatar`);
 const SIZE = 128;
 const DISTANCE = 0.6; // of the camera
 const WALL = [200, 90, 30];
@@ -35,11 +37,17 @@ const STEPS = [
   ["dispose", 1],
   ["show", 0, true],
   ["picture", "disposed"],
+  ["dispose", 0],
+  ["add", "/right.avatar"],
+  ["picture", "right"],
+  ["dispose", 2],
+  ["add", "/left.avatar"],
+  ["picture", "left"],
   ["disposeAvatars"],
   ["wall", 0],
   ["picture", "without"],
 ];
-const COMPARED = ["plain", "nearer", "farther", "placed", "hidden", "disposed"];
+const COMPARED = ["plain", "nearer", "farther", "placed", "hidden", "disposed", "right", "left"];
 
 // Options are spread over the engines; ADAPTERS=all adds the rest.
 const ENGINES = [
@@ -73,6 +81,7 @@ before(async () => {
     const { pictures, errors } = await playScene(browser, "player", { ...OPTIONS, api: "webgl2", linear }, FILES, STEPS.slice(0, -3));
     assert.deepEqual(errors, []);
     expected[linear] = pictures;
+    sameForBothHands(pictures);
   }
 });
 after(() => browser?.close());
@@ -84,6 +93,18 @@ function difference(a, b, inside = () => true) {
     if (i % 4 < 3 && inside((i >> 2) % SIZE)) most = Math.max(most, Math.abs(a[i] - b[i]));
   }
   return most;
+}
+
+/** Packs of both handednesses show the same, the mole on the image's right. */
+function sameForBothHands(pictures) {
+  assert.ok(difference(pictures.left, pictures.right) <= 1, `${difference(pictures.left, pictures.right)}`);
+  let red = 0, column = 0;
+  for (let i = 0; i < SIZE * SIZE; i++) {
+    const weight = Math.max(0, pictures.left[4 * i] - Math.max(pictures.left[4 * i + 1], pictures.left[4 * i + 2]) - 40);
+    red += weight;
+    column += weight * (i % SIZE);
+  }
+  assert.ok(red > 200 && column / red > 0.6 * SIZE, `${red} ${column / red}`);
 }
 
 const left = (x) => x < SIZE / 2;
@@ -100,6 +121,7 @@ for (const engine of ENGINES) {
     for (const picture of COMPARED) {
       assert.ok(difference(seen[picture], wanted[picture]) <= 1, `${picture}: ${difference(seen[picture], wanted[picture])}`);
     }
+    sameForBothHands(seen);
     for (const [one, other] of [["plain", "nearer"], ["nearer", "farther"], ["farther", "placed"], ["placed", "hidden"], ["hidden", "disposed"]]) {
       assert.ok(difference(seen[one], seen[other]) > 60, `${one} and ${other} are alike`);
     }
@@ -127,9 +149,11 @@ for (const stage of ["three_webgl", "babylon_webgl", "playcanvas_webgl"]) {
 
 test("a left-handed scene shows the avatar as a right-handed one does", { timeout: 240_000 }, async () => {
   const options = { ...OPTIONS, api: "webgl2", leftHanded: true };
-  const { pictures, errors } = await playScene(browser, "babylon_webgl", options, FILES, STEPS.slice(0, 3));
+  const hands = ["right", "left"].flatMap((hand, i) => [["dispose", i], ["add", `/${hand}.avatar`], ["picture", hand]]);
+  const { pictures, errors } = await playScene(browser, "babylon_webgl", options, FILES, [...STEPS.slice(0, 3), ...hands]);
   assert.deepEqual(errors, []);
   assert.ok(difference(pictures.plain, expected.false.plain) <= 1);
+  sameForBothHands(pictures);
 });
 
 /** Images that GlScene draws without an engine into black targets; near things hide the left half. */

@@ -49,12 +49,14 @@ before(async () => {
     "joints.avatar": joints,
     "surface.avatar": await readFile(join(PACKS, "surface.avatar")),
     "cut.avatar": joints.subarray(0, joints.length / 2),
+    "right.avatar": await readFile(join(PACKS, "../../mole/right.avatar")),
+    "left.avatar": await readFile(join(PACKS, "../../mole/left.avatar")),
     "newer.avatar": edited(joints, (document) => (document.asset.minVersion = "99.0")),
     "nothing.avatar": Buffer.from("nothing"),
   };
   for (const [name, bytes] of Object.entries(files)) await writeFile(join(folder, name), bytes);
   const entry = (id) => ({ id, name: id, file: `${id}.avatar`, preview: null, bytes: files[`${id}.avatar`].length, license: "CC0-1.0", consent: null });
-  const session = { avatars: ["joints", "surface", "cut", "newer", "nothing"].map(entry), live: true, events: true };
+  const session = { avatars: ["joints", "surface", "cut", "newer", "nothing", "right", "left"].map(entry), live: true, events: true };
   const served = { "/session.json": Buffer.from(JSON.stringify(session)) };
   served["/published/session.json"] = Buffer.from(JSON.stringify({ ...session, live: false, events: false }));
   for (const name of ["index.html", "viewer.js", "viewer.css", ...Object.keys(files)]) {
@@ -402,7 +404,7 @@ check("several avatars make a gallery", async () => {
   await message("There is no avatar gone");
   await page.click("#messages .close");
   assert.deepEqual(await visible(".message"), []);
-  assert.deepEqual(await visible("#tiles strong"), ["joints", "surface", "cut", "newer", "nothing"]);
+  assert.deepEqual(await visible("#tiles strong"), ["joints", "surface", "cut", "newer", "nothing", "right", "left"]);
   await page.click("#tiles a");
   await page.evaluate(() => window.avatarViewer.ready.catch(() => undefined));
   await page.waitForFunction(() => window.avatarViewer.instance !== null, { timeout: WAIT_MS });
@@ -453,4 +455,62 @@ check("says what is missing without WebGPU and WebGL2", async () => {
   });
   await page.goto(`${server.address}/index.html?avatar=joints`);
   await message("neither WebGPU nor WebGL2");
+});
+
+/** The rgba floats of the page's image, and its width. */
+async function imageOf() {
+  await settled();
+  return page.evaluate(async () => {
+    const { player } = window.avatarViewer;
+    await player.finished();
+    return { pixels: [...(await player.readPixels())], width: player.canvas.width };
+  });
+}
+
+/** Column of what is red, or has another channel above the others, as a share of the width. */
+function columnOf({ pixels, width }, channel) {
+  let sum = 0, column = 0;
+  for (let i = 0; i < pixels.length; i += 4) {
+    const others = [0, 1, 2].filter((other) => other !== channel).map((other) => pixels[i + other]);
+    const weight = Math.max(0, pixels[i + channel] - Math.max(...others) - 0.15);
+    sum += weight;
+    column += weight * ((i / 4) % width);
+  }
+  assert.ok(sum > 1, `nothing of channel ${channel}`);
+  return column / sum / width;
+}
+
+check("packs of both handednesses show the person alike, and so do their sliders", async () => {
+  const images = [];
+  for (const hand of ["right", "left"]) {
+    await opened(hand, { width: 900, height: 300 });
+    await page.evaluate(() => document.querySelectorAll("#sections details").forEach((one) => (one.open = true)));
+    for (const [name, value] of [["mouthSmileLeft", 1], ["neck y", 12], ["neck x", 6]]) {
+      await page.waitForSelector(slider(name));
+      await page.$eval(slider(name), (input, given) => {
+        input.value = given;
+        input.dispatchEvent(new Event("input", { bubbles: true }));
+      }, value);
+    }
+    assert.equal(await valueOf("neck y"), 12);
+    const image = await imageOf();
+    assert.ok(columnOf(image, 0) > 0.55, `the mole is at ${columnOf(image, 0)}`);
+    assert.ok(columnOf(image, 1) > columnOf(image, 2), "the mouth is mirrored");
+    images.push(image.pixels);
+    assert.deepEqual(errors, []);
+  }
+  assert.ok(images[0].every((value, i) => Math.abs(value - images[1][i]) <= 1 / 255), "the images differ");
+});
+
+check("a level serves physical pixels: a screen of twice the pixels shows the finer one", async () => {
+  const levels = [];
+  for (const deviceScaleFactor of [1, 2]) {
+    await opened("right", { width: 340, height: 120, deviceScaleFactor }); // level 1 is meant for up to 60 pixels
+    await settled();
+    const [level, height] = await page.evaluate(() => [window.avatarViewer.instance.level, window.avatarViewer.player.canvas.height]);
+    levels.push({ level, height });
+  }
+  const [once, twice] = levels;
+  assert.equal(twice.height, 2 * once.height);
+  assert.deepEqual([once.level, twice.level], [1, 0], JSON.stringify(levels));
 });

@@ -71,6 +71,8 @@ def test_avatars_and_samples_hold_what_python_reads(kind: str, tmp_path: Path) -
 def check_contents(found: Records, want: dict[str, Any]) -> None:
     """The contents of one pack, by hash."""
     assert found["error"] == b""
+    for name in ("target", "low", "high"):
+        assert struct.unpack("<3d", found[name]) == tuple(want[name]), name
     for name, (size, sha) in want["buffers"].items():
         assert struct.unpack("<I", found[f"size/{name}"]) == (size,)
         assert _sha(found[f"buffer/{name}"]) == sha, name
@@ -275,7 +277,8 @@ def test_passes_have_the_constants_of_the_pack_and_of_the_frame(
         held = decode_pack((unity_cases / name / "pack.avatar").read_bytes(), name)
         assert held.avatar.packed is not None
         program = held.avatar.packed.program
-        frame = _frame(found, len(held.avatar.groups))
+        left = held.document["avatar"]["frame"]["handedness"] == "left"
+        frame = _frame(found, len(held.avatar.groups), left)
         level = program.levels[0]
         lasting = [
             one for one in level.deform if one.entry == "blend" and one.constants["appearance_sh_width"] == 0
@@ -297,9 +300,10 @@ def test_passes_have_the_constants_of_the_pack_and_of_the_frame(
             assert f"{at}/{len(passes)}/entry" not in found
 
 
-def _frame(found: Records, groups: int) -> dict[str, Array]:
+def _frame(found: Records, groups: int, left: bool) -> dict[str, Array]:
     """The values of the frame that the probe sets, by numpy."""
     place = np.array([[0, 0, 2, 1], [0, 2, 0, 2], [-2, 0, 0, 3], [0, 0, 0, 1]], np.float64)
+    place = place @ np.diag([-1, 1, 1, 1]) if left else place  # scene from the pack's frame
     world = np.frombuffer(found["world"]).reshape(4, 4)
     yaw, pitch, fov = 0.3, 0.2, 0.7
     eye = 2 * np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])

@@ -24,7 +24,7 @@ namespace AvatarExport.Tests
         {
             GaussianAvatar avatar = stage.Add(pack);
             CommandBuffer commands = stage.Frame();
-            Core.Instance wanted = Wanted(avatar.Avatar, pack);
+            Core.Instance wanted = Wanted(pack);
             Core.SceneSort sort = Core.SceneSort.Of(Chunks(wanted));
             var lists = new List<Core.PassList>();
             Core.Program program = avatar.Avatar.Program;
@@ -160,7 +160,7 @@ namespace AvatarExport.Tests
             stage.End();
         }
 
-        private static Core.Instance Wanted(Core.Avatar avatar, string pack)
+        private static Core.Instance Wanted(string pack)
         {
             // Read again, so that nothing is shared with what is judged.
             var instance = new Core.Instance(Packs.Read(pack), 0);
@@ -168,7 +168,7 @@ namespace AvatarExport.Tests
             Camera unity = Stage.NewCamera();
             new CameraMatrices().Write(unity.worldToCameraMatrix, unity.projectionMatrix, true, Stage.Width,
                 Stage.Height, camera);
-            CameraMatrices.WriteWorld(Matrix4x4.identity, avatar.Handedness == "right", instance.World);
+            CameraMatrices.WriteWorld(Matrix4x4.identity, instance.World);
             instance.Update(camera);
             return instance;
         }

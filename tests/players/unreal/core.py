@@ -58,28 +58,26 @@ class Core:
 
     def __init__(self, path: Path) -> None:
         self.c = C.CDLL(str(path))
-        self.c.height.restype = C.c_double
         self.c.probe_open.restype = C.c_void_p
         for name in ("probe_add", "probe_set", "probe_mix", "probe_error", "probe_names", "probe_news"):
             getattr(self.c, name).restype = C.c_char_p
-        self.c.probe_level.restype = C.c_uint32
 
-    def place(self, component: F64, eye: F64, left: bool) -> F64:
-        """[4, 4] scene from avatar. `component` [4, 4] is an FMatrix."""
+    def place(self, component: F64, eye: F64) -> F64:
+        """[4, 4] scene from the person. `component` [4, 4] is an FMatrix."""
         into = (C.c_double * 16)()
-        self.c.place(doubles(component), doubles(eye), int(left), into)
+        self.c.place(doubles(component), doubles(eye), into)
         return np.array(into).reshape(4, 4)
 
-    def rotation(self, xyzw: F64, left: bool) -> F64:
-        """[3] in the pack's frame. `xyzw` [4] is an FQuat."""
+    def rotation(self, xyzw: F64) -> F64:
+        """[3] in the person's frame. `xyzw` [4] is an FQuat."""
         into = (C.c_double * 3)()
-        self.c.rotation(doubles(xyzw), int(left), into)
+        self.c.rotation(doubles(xyzw), into)
         return np.array(into)
 
-    def box(self, low: F64, high: F64, left: bool) -> tuple[F64, F64]:
+    def box(self, low: F64, high: F64) -> tuple[F64, F64]:
         """Corners in the component's frame."""
         a, b = (C.c_double * 3)(), (C.c_double * 3)()
-        self.c.box(doubles(low), doubles(high), int(left), a, b)
+        self.c.box(doubles(low), doubles(high), a, b)
         return np.array(a), np.array(b)
 
     def camera(self, view: F64, projection: F64, width: int, height: int) -> SeenCamera | None:
@@ -87,11 +85,6 @@ class Core:
         into = SeenCamera()
         seen = self.c.camera(doubles(view), doubles(projection), width, height, C.byref(into))
         return into if seen else None
-
-    def height(self, low: F64, high: F64, scene: F64, camera: SeenCamera) -> float:
-        """Pixels."""
-        found: float = self.c.height(doubles(low), doubles(high), doubles(scene), C.byref(camera))
-        return found
 
 
 class Stage:
@@ -166,11 +159,6 @@ class Stage:
     def error(self) -> str | None:
         """The newest line of the scene."""
         return _text(self.core.c.probe_error(self.probe))
-
-    def level(self, number: int, height: float, now: int) -> int:
-        """The level of an avatar so many pixels high."""
-        found: int = self.core.c.probe_level(self.probe, number, C.c_double(height), now)
-        return found
 
     def close(self) -> None:
         """Gives everything back."""

@@ -4,7 +4,6 @@
 
 #include "unreal_face.h"
 #include "unreal_frames.h"
-#include "unreal_levels.h"
 #include "unreal_names.h"
 #include "unreal_pose.h"
 #include "unreal_scene.h"
@@ -64,14 +63,11 @@ const char* text(Probe* probe, const std::string& line) {
 
 extern "C" {
 
-void place(const double* component, const double* eye, int left, double* into) { scene_from_avatar(component, eye, left != 0, into); }
-void rotation(const double* xyzw, int left, double* into) { pack_rotation(xyzw, left != 0, into); }
-void box(const double* low, const double* high, int left, double* a, double* b) { component_box(low, high, left != 0, a, b); }
+void place(const double* component, const double* eye, double* into) { scene_from_avatar(component, eye, into); }
+void rotation(const double* xyzw, double* into) { person_rotation(xyzw, into); }
+void box(const double* low, const double* high, double* a, double* b) { component_box(low, high, a, b); }
 int camera(const double* view, const double* projection, int32_t width, int32_t height, AvatarCamera* into) {
     return camera_of_view(view, projection, width, height, into) ? 1 : 0;
-}
-double height(const double* low, const double* high, const double* scene, const AvatarCamera* seen) {
-    return height_px(low, high, scene, *seen);
 }
 int channel(AvatarFrame* frame, const char* name, double value) { return set_channel(*frame, name, value) ? 1 : 0; }
 
@@ -152,6 +148,5 @@ uint32_t probe_draw(Probe* probe, const double* view, const double* projection, 
     return drawn.instances;
 }
 const char* probe_error(Probe* probe) { return text(probe, probe->scene.error()); }
-uint32_t probe_level(Probe* probe, uint32_t id, double height, uint32_t now) { return level_of(probe->packs[id].get(), height, now); }
 
 }  // extern "C"

@@ -95,31 +95,29 @@ def scene(core: Core) -> Iterator[Stage]:
         yield made
 
 
-@pytest.mark.parametrize("left", [True, False])
-def test_places_and_boxes_have_unreals_axes_and_the_scenes_metres(core: Core, left: bool) -> None:
+def test_places_and_boxes_have_unreals_axes_and_the_scenes_metres(core: Core) -> None:
     rng = np.random.default_rng(1)
-    axes = UNREAL_FROM_LEFT if left else UNREAL_FROM_RIGHT
+    axes = UNREAL_FROM_RIGHT
     turn = matrix_from_rotvec(rng.normal(size=3))
     eye = FAR_AWAY + np.array([30.2, -150.1, 20.3])
-    placed = core.place(component(FAR_AWAY, turn, 1.7), eye, left)
+    placed = core.place(component(FAR_AWAY, turn, 1.7), eye)
     point = rng.normal(size=3)
     want = (1.7 * turn @ (100 * axes @ point) + FAR_AWAY - eye) / 100
     np.testing.assert_allclose(placed @ [*point, 1], [*want, 1], rtol=0, atol=1e-8)  # 1e6 cm in doubles
     low, high = np.sort(rng.normal(size=(2, 3)), axis=0)
     corners = 100 * axes @ np.stack([low, high], axis=1)
-    found = core.box(low, high, left)
+    found = core.box(low, high)
     np.testing.assert_allclose(found, [corners.min(1), corners.max(1)], rtol=1e-15)
 
 
-@pytest.mark.parametrize("left", [True, False])
-def test_a_joint_turns_as_unreal_says(core: Core, left: bool) -> None:
-    """A rotation about Unreal's axes moves a point of the avatar where Unreal's matrix moves it."""
-    axes = UNREAL_FROM_LEFT if left else UNREAL_FROM_RIGHT
+def test_a_joint_turns_as_unreal_says(core: Core) -> None:
+    """A rotation about Unreal's axes moves a point of the person where Unreal's matrix moves it."""
+    axes = UNREAL_FROM_RIGHT
     point = np.array([0.1, 0.4, -0.5])
     for angle in (0.0, 1e-9, 0.8, np.pi, 5.0):  # about an axis; 5 is the same as 5 - 2 pi
         vector = angle * np.array([0.36, -0.8, 0.48])
         for sign in (1, -1):  # one rotation has two quaternions
-            found = core.rotation(sign * quaternion(vector), left)
+            found = core.rotation(sign * quaternion(vector))
             turned = matrix_from_rotvec(found) @ point
             np.testing.assert_allclose(axes @ turned, matrix_from_rotvec(vector) @ axes @ point, atol=1e-14)
             assert np.linalg.norm(found) < 3.2
@@ -150,23 +148,24 @@ def test_no_camera_without_perspective_or_without_pixels(core: Core) -> None:
     assert core.camera(np.eye(4), pinhole(*SIZE), 0, 80) is None
 
 
-def test_heights_are_those_of_the_projected_box(core: Core) -> None:
-    camera = core.camera(seen(np.eye(3)), pinhole(*SIZE), *SIZE)
-    assert camera is not None
-    low, high = np.array([-0.1, -0.2, -0.05]), np.array([0.1, 0.2, 0.05])
-    pixels = {}
-    for metres in (2.0, -2.0, 0.0):
-        placed = core.place(component(np.array([100 * metres, 0, 0]), np.eye(3)), np.zeros(3), True)
-        pixels[metres] = core.height(low, high, placed, camera)
-    nearest = 2.0 - 0.05  # the face looks along +X: depth is the pack's z
-    assert pixels[2.0] == pytest.approx(0.4 / nearest / (0.35 * SIZE[1] / SIZE[0]) / 2 * SIZE[1], rel=1e-6)
-    assert pixels[-2.0] == 0 and pixels[0.0] == np.inf
-
-
 def test_levels_change_beyond_a_tenth_of_their_border(scene: Stage, packs: dict[str, bytes]) -> None:
+    """The height of the framing's box before the camera decides, from the second frame on."""
+    document = decode_pack(packs["left"], "left")
+    rest = document.document["avatar"]["bounds"]["rest"]
+    low, high = np.array(rest["min"]), np.array(rest["max"])
+    tall, depth = 1.08 * (high - low)[1], (low + high)[2] / 2  # without a stated framing: the box at rest
+    focal = SIZE[0] / (2 * 0.35)
     assert scene.add(1, packs["left"]) is None
-    assert [scene.level(1, BORDER_PX * f, 0) for f in (0.8, 0.95, 1.05, 1.2)] == [1, 0, 0, 0]
-    assert [scene.level(1, BORDER_PX * f, 1) for f in (0.8, 0.95, 1.05, 1.2)] == [1, 1, 1, 0]
+    scene.mix(1)
+    scene.send(1, np.eye(4))
+    changed = []
+    for frame, share in enumerate((1.05, 1.05, 1.05, 0.95, 0.95, 0.8, 0.8, 1.05, 1.05, 1.2, 1.2)):
+        distance = focal * tall / (share * BORDER_PX)
+        eye = np.array([100 * (depth - distance), 0, 0])  # the face looks along +X, and so does the camera
+        scene.draw(seen(np.eye(3)), pinhole(*SIZE), eye, SIZE, frame + 1)
+        changed.append("blend" in scene.runs)
+    # Coarsest; the finest as none was chosen; it stays at 0.95; a frame after 0.8 the coarser; that stays at 1.05.
+    assert changed == [True, True, False, False, False, False, True, False, False, False, True]
     scene.remove(1)
     assert scene.released[-1] == 1
 

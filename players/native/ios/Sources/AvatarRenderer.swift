@@ -43,7 +43,7 @@ final class AvatarRenderer: NSObject, MTKViewDelegate {
             avatar_close(opened)
             throw failure
         }
-        let level = avatar_level_for(pack, Double(UIScreen.main.nativeBounds.height))
+        let level: UInt32 = 0  // the finest: one is uploaded, and fingers come near
         guard let instance = avatar_instance_open(pack, level, nil), avatar_instance_error(instance) == nil else {
             avatar_close(pack)
             throw AvatarFailure(line: "\(name).avatar cannot be played")

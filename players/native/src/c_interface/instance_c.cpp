@@ -6,6 +6,7 @@
 #include "../drive/recording.h"
 #include "../made/constants.h"
 #include "../play/camera.h"
+#include "../play/levels.h"
 #include "../pose/affine.h"
 #include "play_handles.h"
 
@@ -58,6 +59,11 @@ bool AvatarInstance::has_finite_frame() {
 void AvatarInstance::update() {
     poser.update(pose);
     values.set_posed(poser.groups.matrix.data, poser.groups.rotation.data, pose.world_from_avatar.data);
+}
+
+void AvatarInstance::write_placed(double* into) const {
+    std::memcpy(into, place, sizeof(place));
+    for (int row = 0; row < 4 && pack.avatar.left_handed; row++) into[4 * row] = -into[4 * row];
 }
 
 AvatarInstance* avatar_instance_open(const AvatarPack* pack, uint32_t level, const AvatarAllocator* allocator) {
@@ -133,8 +139,9 @@ int avatar_set_joint(AvatarInstance* instance, const char* name, double rx, doub
         if (!is_finite_weight(instance, "joint", name, turn)) return AVATAR_FAILED;
     }
     double* delta = &instance->pose.joint_delta[16 * static_cast<size_t>(index)];
+    const double side = of.left_handed ? -1 : 1;  // a rotation vector keeps x in a mirror
     set_identity(delta, 4);
-    set_rotation(delta, rx, ry, rz);
+    set_rotation(delta, rx, side * ry, side * rz);
     return AVATAR_OK;
 }
 
@@ -230,8 +237,21 @@ int avatar_update_camera(AvatarInstance* instance, const AvatarCamera* camera) {
     if (!ready(instance)) return AVATAR_FAILED;
     if (const char* line = wrong_with(camera)) instance->errors.set("", "%s", line);
     else if (!all_finite(instance->place, 16)) instance->errors.set("place", "has a number that is not finite");
-    else instance->values.set_camera(*camera, instance->place);
-    return instance->errors.any() ? AVATAR_FAILED : AVATAR_OK;
+    if (instance->errors.any()) return AVATAR_FAILED;
+    double placed[16];
+    instance->write_placed(placed);
+    instance->values.set_camera(*camera, placed);
+    return AVATAR_OK;
+}
+
+double avatar_height_px(const AvatarInstance* instance, const AvatarCamera* camera) {
+    if (instance == nullptr || instance->unusable || wrong_with(camera) != nullptr) return HUGE_VAL;
+    if (!all_finite(instance->place, 16) || !all_finite(instance->pose.world_from_avatar.data, 16)) return HUGE_VAL;
+    double placed[16], posed[12];
+    instance->write_placed(placed);
+    multiply(posed, placed, instance->pose.world_from_avatar.data);
+    for (int row = 0; row < 3 && instance->pack.avatar.left_handed; row++) posed[4 * row] = -posed[4 * row];
+    return height_px(instance->pack.avatar.framing.whole, posed, *camera);
 }
 
 const float* avatar_pose_floats(const AvatarInstance* instance, uint32_t* count) {

@@ -1,5 +1,6 @@
 // The functions of avatar_player.h that read a pack.
 #include "../made/shader_texts.h"
+#include "../play/levels.h"
 #include "handles.h"
 
 using namespace avatar;
@@ -161,11 +162,12 @@ int avatar_level(const AvatarPack* pack, uint32_t index, AvatarLevel* out) {
 
 uint32_t avatar_level_for(const AvatarPack* pack, double height_px) {
     const Avatar* of = sound(pack);
-    uint32_t best = 0;
-    for (uint32_t i = 1; of != nullptr && i < of->levels.size; i++) {
-        if (height_px <= of->levels[i].height_px) best = i;  // a level without a height compares false
-    }
-    return best;
+    return of != nullptr ? level_for(of->levels, height_px) : 0;
+}
+
+uint32_t avatar_next_level(const AvatarPack* pack, double height_px, uint32_t level) {
+    const Avatar* of = sound(pack);
+    return of != nullptr ? next_level(of->levels, height_px, level) : 0;
 }
 
 int avatar_chunk(const AvatarPack* pack, uint32_t level, uint32_t chunk, AvatarChunk* out) {

@@ -114,8 +114,9 @@ Span<Expression> read_expressions(Json avatar, Arena& arena, Arena& scratch);
 Span<Group> read_groups(Json level, Arena& arena);
 bool read_driving(Json document, Arena& arena, Arena& scratch, Driving& into);
 Span<LevelInfo> read_levels(Json document, Arena& arena);
-Framing read_framing(Json document);
-bool read_bounds(Json avatar, double* low, double* high);
+/// Right-handed, also of a left-handed pack.
+Framing read_framing(Json document, bool left);
+bool read_bounds(Json avatar, bool left, double* low, double* high);
 bool read_background(Json avatar, double* into);
 Rules read_rules(Json avatar, Arena& arena);
 

@@ -31,7 +31,7 @@ struct FrameValues {
     /// Takes the results of stage joints: group tables [G, 3, 4] and the pose's world matrix [4, 4].
     void set_posed(const float* group_matrix, const float* group_rotation, const double* world_from_avatar);
 
-    /// Takes the camera, seen from the avatar's own space: `world` [4, 4] places the avatar in the scene. Any affine
+    /// Takes the camera, seen from the pack's own space: `world` [4, 4] places the pack in the scene. Any affine
     /// matrix will do, also one that scales or mirrors. A singular one draws nothing: every Gaussian is at depth 0.
     void set_camera(const AvatarCamera& camera, const double* world);
 

@@ -15,21 +15,11 @@ namespace AvatarExport.Core
         /// </summary>
         public static byte[] Draw(Avatar avatar, int size)
         {
-            RestSplats splats = RestSplats.Of(avatar, LevelFor(avatar, size));
+            RestSplats splats = RestSplats.Of(avatar, Levels.For(avatar.Levels, size));
             var canvas = new Canvas(avatar, splats, size);
             int[] order = FarToNear(splats, canvas.Front);
             for (int i = 0; i < order.Length; i++) canvas.Add(splats, order[i]);
             return canvas.Bytes();
-        }
-
-        private static int LevelFor(Avatar avatar, int size)
-        {
-            for (int level = avatar.Levels.Length - 1; level > 0; level--)
-            {
-                double? height = avatar.Levels[level].HeightPx;
-                if (height.HasValue && height.Value >= size) return level;
-            }
-            return 0;
         }
 
         private static int[] FarToNear(RestSplats splats, double[] front)
@@ -51,7 +41,7 @@ namespace AvatarExport.Core
         {
             internal readonly double[] Front;
             private readonly double[] right = new double[3];
-            private readonly double[] up;
+            private readonly double[] up; // these three in the frame of the pack
             private readonly double centreX, centreY; // along right and up, metres
             private readonly double pixelsPerMetre;
             private readonly int size;
@@ -61,13 +51,16 @@ namespace AvatarExport.Core
             {
                 this.size = size;
                 rgba = new double[4 * size * size];
-                Front = avatar.Framing.Front;
-                up = avatar.Framing.Up;
-                double side = avatar.Handedness == "left" ? -1 : 1;
+                Front = (double[])avatar.Framing.Front.Clone();
+                up = (double[])avatar.Framing.Up.Clone();
                 for (int i = 0; i < 3; i++)
                 {
                     int j = (i + 1) % 3, k = (i + 2) % 3;
-                    right[i] = side * (up[j] * Front[k] - up[k] * Front[j]);
+                    right[i] = up[j] * Front[k] - up[k] * Front[j];
+                }
+                foreach (double[] axis in new[] { right, up, Front })
+                {
+                    if (avatar.Handedness == "left") axis[0] = -axis[0];
                 }
                 double width, height;
                 centreX = Middle(splats, right, out width);

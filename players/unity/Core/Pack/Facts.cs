@@ -118,10 +118,15 @@ namespace AvatarExport.Core
             return error.Optional("psnr_mask_db", psnr => psnr.Optional("mean", mean => (double?)mean.Number(), null), null);
         }
 
-        /// <summary>The box that culling uses; or null.</summary>
-        public static Box Bounds(Json avatar)
+        /// <summary>The box that culling uses, right-handed; or null.</summary>
+        public static Box Bounds(Json avatar, bool left)
         {
-            return avatar.Optional("bounds", bounds => ReadBox(bounds.At("swept")), null);
+            Box box = avatar.Optional("bounds", bounds => ReadBox(bounds.At("swept")), null);
+            if (box == null || !left) return box;
+            double lowest = box.Low[0];
+            box.Low[0] = -box.High[0];
+            box.High[0] = -lowest;
+            return box;
         }
 
         private static Box ReadBox(Json said)
@@ -129,8 +134,8 @@ namespace AvatarExport.Core
             return new Box { Low = said.At("min").Vector(), High = said.At("max").Vector() };
         }
 
-        /// <summary>Where to look. Without a stated frame, it is the box at rest.</summary>
-        public static Framing Framing(Json document)
+        /// <summary>Where to look, right-handed. Without a stated frame, it is the box at rest.</summary>
+        public static Framing Framing(Json document, bool left)
         {
             Framing framing = document.Optional("framing", ReadFraming, new Framing
             {
@@ -138,6 +143,11 @@ namespace AvatarExport.Core
                 Front = new double[] { 0, 0, 1 },
             });
             framing.Whole = framing.Whole ?? AroundRest(document.At("avatar"));
+            double[] head = framing.Head == null ? null : framing.Head.Target;
+            foreach (double[] vector in new[] { framing.Up, framing.Front, framing.Whole.Target, head })
+            {
+                if (left && vector != null) vector[0] = -vector[0];
+            }
             return framing;
         }
 

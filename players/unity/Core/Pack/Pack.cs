@@ -62,12 +62,13 @@ namespace AvatarExport.Core
             CheckDriving(driving, expressions, late, skeleton);
             int jointCount = skeleton == null ? 0 : joints.Length;
             long limit = Inflated.MostOf(bytes);
+            string handedness = said.At("frame").At("handedness").One("right", "left");
             return new Avatar
             {
                 Name = said.At("name").Name(),
                 License = Statement(said, "licence"),
                 Consent = Statement(said, "consent"),
-                Handedness = said.At("frame").At("handedness").One("right", "left"),
+                Handedness = handedness,
                 Expressions = expressions,
                 LateMorphs = late,
                 Skeleton = skeleton,
@@ -76,8 +77,8 @@ namespace AvatarExport.Core
                 Clips = Clips.Read(said.At("clips"), arrays, expressions.Length, late.Length, jointCount, limit),
                 Driving = driving,
                 Levels = Facts.Levels(document),
-                Framing = Facts.Framing(document),
-                Bounds = Facts.Bounds(said),
+                Framing = Facts.Framing(document, handedness == "left"),
+                Bounds = Facts.Bounds(said, handedness == "left"),
                 Background = Facts.Background(said),
                 Preview = Preview(arrays),
                 Triangles = Rig.Triangles(arrays, vertices),

@@ -61,7 +61,7 @@ namespace AvatarExport.Core
         }
 
         /// <summary>
-        /// Takes the camera, seen from the avatar's own space: "world" [4, 4] row-major places the avatar in the scene.
+        /// Takes the camera, seen from the pack's own space: "world" [4, 4] row-major places the pack in the scene.
         /// Any affine matrix will do, also one that scales or mirrors. A singular matrix draws nothing: every Gaussian
         /// is at depth 0.
         /// </summary>

@@ -14,7 +14,10 @@ namespace AvatarExport.Core
         /// <summary>Set it before UpdatePose.</summary>
         public readonly Pose Pose;
 
-        /// <summary>Scene from avatar: row-major 4x4, any affine matrix. The pose's own movement comes first.</summary>
+        /// <summary>
+        /// Scene from the person: row-major 4x4, any affine matrix. The person's frame is right-handed for every pack:
+        /// +Y up, the face looks along +Z, +X is the person's left. The pose's own movement comes first.
+        /// </summary>
         public readonly double[] World = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
 
         /// <summary>For PassList.Set.</summary>
@@ -23,6 +26,8 @@ namespace AvatarExport.Core
         /// <summary>The content of buffer Pose; empty if there is none.</summary>
         public readonly float[] PoseFloats;
 
+        private readonly double[] placed = new double[16]; // scene from the pack's frame
+        private readonly double[] posed = new double[12]; // scene from the person at rest
         private readonly Poser poser;
         private int level;
 
@@ -59,19 +64,6 @@ namespace AvatarExport.Core
             get { return Avatar.Program.Levels[level]; }
         }
 
-        /// <summary>
-        /// The coarsest level of an avatar that is meant for an image of it that is so many pixels high.
-        /// </summary>
-        public static int LevelFor(Avatar avatar, double heightPx)
-        {
-            int best = 0;
-            for (int i = 1; i < avatar.Levels.Length; i++)
-            {
-                if (heightPx <= avatar.Levels[i].HeightPx) best = i; // a level without a height compares false
-            }
-            return best;
-        }
-
         /// <summary>Stage joints and the camera.</summary>
         public void Update(Camera camera)
         {
@@ -88,7 +80,29 @@ namespace AvatarExport.Core
         /// <summary>The values of a camera: again for each camera that sees the same pose.</summary>
         public void UpdateCamera(Camera camera)
         {
-            Values.SetCamera(camera, World);
+            Place();
+            Values.SetCamera(camera, placed);
+        }
+
+        /// <summary>
+        /// How tall the avatar stands in the image of a camera, as it is placed and posed now: the physical pixels that
+        /// Framing.Whole.Size[1] covers, facing the camera. Infinite where it is not before the camera.
+        /// </summary>
+        public double HeightPx(Camera camera)
+        {
+            Place();
+            Affine.Multiply(posed, 0, placed, 0, Pose.WorldFromAvatar, 0);
+            for (int at = 0; at < 12 && Avatar.Handedness == "left"; at += 4) posed[at] = -posed[at];
+            return Levels.HeightPx(Avatar.Framing.Whole, posed, camera);
+        }
+
+        /// <summary>
+        /// The one place where a left-handed pack is mirrored: x of its frame points the other way than the person's.
+        /// </summary>
+        private void Place()
+        {
+            Array.Copy(World, placed, 16);
+            for (int at = 0; at < 16 && Avatar.Handedness == "left"; at += 4) placed[at] = -placed[at];
         }
     }
 }

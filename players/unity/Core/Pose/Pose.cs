@@ -4,7 +4,8 @@ using System.Collections.Generic;
 namespace AvatarExport.Core
 {
     /// <summary>
-    /// A pose of one avatar. Its arrays may be written directly; no method allocates, but for its errors.
+    /// A pose of one avatar. Its arrays are in the frame of the pack and may be written directly. No method allocates,
+    /// but for its errors.
     /// </summary>
     public sealed class Pose
     {
@@ -23,11 +24,13 @@ namespace AvatarExport.Core
         public readonly double[] WorldFromAvatar = new double[16];
 
         private readonly PoseNames names;
+        private readonly double side; // a rotation vector keeps x in a mirror
 
         /// <summary>The rest pose of an avatar.</summary>
         public Pose(Avatar avatar)
         {
             names = PoseNames.Of(avatar);
+            side = avatar.Handedness == "left" ? -1 : 1;
             ExpressionWeights = new float[avatar.Expressions.Length];
             LateWeights = new float[avatar.LateMorphs.Length];
             JointDelta = new double[16 * names.Joints.Count];
@@ -72,8 +75,9 @@ namespace AvatarExport.Core
         }
 
         /// <summary>
-        /// Turns a joint by a rotation vector (axis times angle, radians) in the joint's rest frame. Its own
-        /// translation and scale are reset. Throws AvatarError for an unknown name and an angle that is not finite.
+        /// Turns a joint by a rotation vector (axis times angle, radians) in the joint's rest frame, right-handed for
+        /// every pack. Its own translation and scale are reset. Throws AvatarError for an unknown name and an angle
+        /// that is not finite.
         /// </summary>
         public void SetJoint(string name, double rx, double ry, double rz)
         {
@@ -81,7 +85,7 @@ namespace AvatarExport.Core
             if (!names.Joints.TryGetValue(name, out index)) throw Unknown("joint", name, names.Joints.Keys);
             Finite("joint", name, rx + ry + rz);
             Affine.SetIdentity(JointDelta, 16 * index, 4);
-            Affine.SetRotation(JointDelta, 16 * index, rx, ry, rz);
+            Affine.SetRotation(JointDelta, 16 * index, rx, side * ry, side * rz);
         }
 
         private static AvatarError Unknown(string what, string name, IEnumerable<string> known)

@@ -73,7 +73,7 @@ namespace AvatarExport
             {
                 GaussianAvatar one = avatars[i];
                 if (!one.IsSeenBy(camera, planes) && !(stereo && one.IsSeenBy(camera, rightPlanes))) continue;
-                Resident resident = one.ResidentFor(camera);
+                Resident resident = one.ResidentForCamera();
                 if (resident != null) seen.Add(resident);
             }
             return seen.Count > 0;
@@ -121,7 +121,7 @@ namespace AvatarExport
             matrices.Write(view.View[eye], view.Projection[eye], reversed, view.Width, view.Height, camera);
             for (int i = 0; i < seen.Count; i++)
             {
-                seen[i].Instance.UpdateCamera(camera);
+                seen[i].See(camera);
                 seen[i].RecordView(commands);
             }
             sorted.Record(commands);

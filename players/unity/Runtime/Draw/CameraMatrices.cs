@@ -49,17 +49,17 @@ namespace AvatarExport
         }
 
         /// <summary>
-        /// Writes scene from avatar of an object's matrix, [4, 4] row-major. Unity is left-handed: the x of a
-        /// right-handed avatar is mirrored.
+        /// Writes Instance.World from an object's matrix, [4, 4] row-major. Unity is left-handed: x of the person's
+        /// frame points the other way.
         /// </summary>
-        public static void WriteWorld(Matrix4x4 worldFromObject, bool rightHanded, double[] into)
+        public static void WriteWorld(Matrix4x4 worldFromObject, double[] into)
         {
             for (int row = 0; row < 4; row++)
             {
                 for (int column = 0; column < 4; column++)
                 {
                     float value = worldFromObject[row, column];
-                    into[4 * row + column] = rightHanded && column == 0 ? -value : value;
+                    into[4 * row + column] = column == 0 ? -value : value;
                 }
             }
         }

@@ -25,6 +25,7 @@ namespace AvatarExport
         private readonly ProxyVertices given; // posed vertices from outside, in place of the passes of mesh
         private bool posed = true; // the pose has changed since it was recorded
         private bool ran; // all passes have been recorded once
+        private double seenHeightPx; // the largest of all cameras since TakeHeightPx; 0: no camera saw it
 
         /// <summary>Uploads the avatar. Throws AvatarError where a buffer exceeds a limit of this device.</summary>
         public Resident(Core.Instance instance, ProxyVertices given)
@@ -60,6 +61,21 @@ namespace AvatarExport
                 foreach (Core.Run chunk in Level.Chunks) count += chunk.Count;
                 return count;
             }
+        }
+
+        /// <summary>Takes the camera that RecordView projects for.</summary>
+        public void See(Core.Camera camera)
+        {
+            Instance.UpdateCamera(camera);
+            seenHeightPx = Math.Max(seenHeightPx, Instance.HeightPx(camera));
+        }
+
+        /// <summary>The largest height in the image of a camera since the last call, pixels; 0: no camera saw it.</summary>
+        public double TakeHeightPx()
+        {
+            double height = seenHeightPx;
+            seenHeightPx = 0;
+            return height;
         }
 
         /// <summary>Records what changes with the pose, if it has changed since the last call.</summary>

@@ -108,11 +108,10 @@ namespace AvatarExport
                     high[i] = whole.Target[i] + whole.Size[i];
                 }
             }
-            float sign = avatar.Handedness == "right" ? -1 : 1;
             Vector3 centre = Vector3.zero, size = Vector3.zero;
             for (int i = 0; i < 3; i++)
             {
-                centre[i] = (i == 0 ? sign : 1) * (float)(low[i] + high[i]) / 2;
+                centre[i] = (i == 0 ? -1 : 1) * (float)(low[i] + high[i]) / 2; // Unity is left-handed
                 size[i] = (float)(high[i] - low[i]);
             }
             return new Bounds(centre, size);

@@ -58,7 +58,7 @@ namespace AvatarExport
         }
 
         /// <summary>
-        /// A joint of scripts, as Core.Pose.SetJoint in the frame of the pack. Throws AvatarError as SetExpression.
+        /// A joint of scripts, as Core.Pose.SetJoint. Throws AvatarError as SetExpression.
         /// </summary>
         public void SetJoint(string name, double rx, double ry, double rz)
         {

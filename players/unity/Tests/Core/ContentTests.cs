@@ -25,6 +25,9 @@ namespace AvatarExport.Tests
                 object[] groups = avatar.Groups
                     .Select(one => new object[] { one.Name, one.First, one.Count, one.Binding }).ToArray();
                 Assert.AreEqual(want.At("groups").Value, groups, name + " groups");
+                Assert.AreEqual(want.At("target").Vector(), avatar.Framing.Whole.Target, name);
+                Assert.AreEqual(want.At("low").Vector(), avatar.Bounds.Low, name);
+                Assert.AreEqual(want.At("high").Vector(), avatar.Bounds.High, name);
                 Assert.AreEqual(Cases.Bytes(name, "pack.avatar").Length, avatar.Bytes, name);
             }
         }

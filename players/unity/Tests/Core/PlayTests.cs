@@ -1,3 +1,4 @@
+using System;
 using System.Collections.Generic;
 using System.Linq;
 using AvatarExport.Core;
@@ -25,12 +26,49 @@ namespace AvatarExport.Tests
         }
 
         [Test]
-        public void TheCoarsestLevelThatIsMeantForAHeightIsChosen()
+        public void LevelsOfTheVectorsAreChosen()
         {
-            double?[] heights = { null, 400, 100, null };
-            var avatar = new Core.Avatar { Levels = heights.Select(one => new LevelInfo { HeightPx = one }).ToArray() };
-            double[] seen = { 1000, 400.5, 400, 101, 100, 1, 0 };
-            Assert.AreEqual(new[] { 0, 0, 1, 1, 2, 2, 2 }, seen.Select(height => Instance.LevelFor(avatar, height)));
+            Json[] sequences = Cases.Read("height_px.json").At("sequences").List();
+            for (int i = 0; i < sequences.Length; i++)
+            {
+                LevelInfo[] levels = Pack.Read(Cases.Bytes("levels_" + i + ".avatar"), "levels").Levels;
+                int level = (int)sequences[i].At("shown").Number(); // -1: none
+                foreach (Json step in sequences[i].At("steps").List())
+                {
+                    level = Levels.Next(levels, Height(step.List()[0]), level);
+                    Assert.AreEqual(step.List()[1].Int(), level, sequences[i].At("name").Text());
+                }
+            }
+        }
+
+        [TestCase("right")]
+        [TestCase("left")]
+        public void HeightsAreThoseOfTheVectors(string hand)
+        {
+            var instance = new Instance(Pack.Read(Cases.Bytes("height_" + hand + ".avatar"), hand), 0);
+            var camera = new Core.Camera();
+            foreach (Json one in Cases.Read("height_px.json").At("heights").List())
+            {
+                double[] pose = Numbers(one.At("pose")); // arrays of a pose are in the frame of the pack
+                if (hand == "left") pose = pose.Select((m, i) => (i < 4) != (i % 4 == 0) ? -m : m).ToArray();
+                Array.Copy(Numbers(one.At("place")), instance.World, 16);
+                Array.Copy(pose, instance.Pose.WorldFromAvatar, 16);
+                float[] clip = Numbers(one.At("clip_from_world")).Select(m => (float)m).ToArray();
+                int[] pixels = Numbers(one.At("image_px")).Select(m => (int)m).ToArray();
+                camera.SetMatrices(camera.CameraFromWorld, clip, new float[3], new[] { 1f, 1f }, pixels[0], pixels[1]);
+                double want = Height(one.At("height_px")), found = instance.HeightPx(camera);
+                Assert.IsTrue(found == want || Math.Abs(found / want - 1) < 1e-5, one.At("name").Text() + " " + found);
+            }
+        }
+
+        private static double[] Numbers(Json said)
+        {
+            return said.List().Select(one => one.Number()).ToArray();
+        }
+
+        private static double Height(Json said)
+        {
+            return said.Value == null ? double.PositiveInfinity : said.Number();
         }
 
         [Test]

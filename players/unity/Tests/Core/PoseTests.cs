@@ -118,6 +118,15 @@ namespace AvatarExport.Tests
         }
 
         [Test]
+        public void AJointThatIsTurnedByNameTurnsAlikeInPacksOfBothHandednesses()
+        {
+            Core.Pose right = new Core.Pose(Cases.Loaded("joints")), left = new Core.Pose(Cases.Loaded("left"));
+            foreach (Core.Pose pose in new[] { right, left }) pose.SetJoint("jaw", 0.3, -0.7, 0.5);
+            double[] mirrored = right.JointDelta.Select((m, i) => (i % 16 < 4) != (i % 4 == 0) ? -m : m).ToArray();
+            Near.Check(left.JointDelta, mirrored, 1e-15, "jaw"); // S M S
+        }
+
+        [Test]
         public void UnknownNamesListNearOnes()
         {
             var pose = new Core.Pose(Cases.Loaded("joints"));

@@ -73,16 +73,14 @@ namespace AvatarExport.Tests
         }
 
         [Test]
-        public void RightHandedAvatarsAreMirrored()
+        public void UnitysWorldIsTheMirrorOfThePersons()
         {
             Matrix4x4 matrix = View();
-            double[] left = new double[16], right = new double[16];
-            CameraMatrices.WriteWorld(matrix, false, left);
-            CameraMatrices.WriteWorld(matrix, true, right);
+            var world = new double[16];
+            CameraMatrices.WriteWorld(matrix, world);
             for (int i = 0; i < 16; i++)
             {
-                Assert.AreEqual(matrix[i / 4, i % 4], left[i], 0);
-                Assert.AreEqual(i % 4 == 0 ? -left[i] : left[i], right[i], 0);
+                Assert.AreEqual((i % 4 == 0 ? -1 : 1) * matrix[i / 4, i % 4], world[i], 0);
             }
         }
 

@@ -108,13 +108,11 @@ export class AvatarScene {
   }
 
   private draw(): void {
-    // A pack is right-handed or left-handed, and so is a scene; where they differ, the avatar's x is mirrored.
-    const handedness = this.scene.useRightHandedSystem ? "right" : "left";
     for (let i = 0; i < this.heads.length; i++) {
       const head = this.heads[i] as AvatarNode;
       const { instance } = head;
       instance.visible = head.isEnabled();
-      setWorld(instance.world, head.getWorldMatrix().m, instance.avatar.handedness !== handedness);
+      setWorld(instance.world, head.getWorldMatrix().m, !this.scene.useRightHandedSystem);
     }
     this.host?.draw();
   }

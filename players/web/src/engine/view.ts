@@ -73,7 +73,7 @@ export class EngineView {
   }
 }
 
-/** Writes `world` [4, 4] row-major from a host's column-major matrix. `mirror`: the avatar's x points the other way. */
+/** Writes `Instance.world` from the column-major matrix of a node. `mirror`: the host's scene is left-handed. */
 export function setWorld(world: Float64Array, columns: Numbers, mirror: boolean): void {
   for (let row = 0; row < 4; row++) {
     world[4 * row] = (mirror ? -1 : 1) * (columns[row] as number);

@@ -52,11 +52,12 @@ function readAvatar(
   const triangles = arrays.get("rig.triangles");
   const preview = arrays.get("preview");
   const provenance = said.at("provenance");
+  const handedness = said.at("frame").at("handedness").one(["right", "left"]);
   return {
     name: said.at("name").name(),
     license: provenance.value === undefined ? null : provenance.optional("licence", statement),
     consent: provenance.value === undefined ? null : provenance.optional("consent", statement),
-    handedness: said.at("frame").at("handedness").one(["right", "left"]),
+    handedness,
     expressions,
     lateMorphs,
     skeleton,
@@ -65,8 +66,8 @@ function readAvatar(
     clips: readClips(said.at("clips"), arrays, sizes, mostOf(bytes)),
     driving,
     levels: facts.readLevels(document),
-    framing: facts.readFraming(document),
-    bounds: facts.readBounds(said),
+    framing: facts.readFraming(document, handedness === "left"),
+    bounds: facts.readBounds(said, handedness === "left"),
     background: facts.readBackground(said),
     preview: preview?.values instanceof Uint8Array ? preview.values : null,
     triangles: triangles?.values instanceof Uint32Array ? triangles.values : null,

@@ -110,9 +110,12 @@ function psnrInMask(error: Json): number | null {
   return error.optional("psnr_mask_db", (psnr) => psnr.optional("mean", (mean) => mean.number()));
 }
 
-/** The box that culling uses. */
-export function readBounds(avatar: Json): { low: Vector; high: Vector } | null {
-  return avatar.optional("bounds", (bounds) => readBox(bounds.at("swept")));
+/** The box that culling uses, right-handed. */
+export function readBounds(avatar: Json, left: boolean): { low: Vector; high: Vector } | null {
+  const box = avatar.optional("bounds", (bounds) => readBox(bounds.at("swept")));
+  if (box === null || !left) return box;
+  const [x, y, z] = box.low, [right, top, front] = box.high;
+  return { low: [-right, y, z], high: [-x, top, front] };
 }
 
 type Vector = [number, number, number];
@@ -121,19 +124,21 @@ function readBox(said: Json): { low: Vector; high: Vector } {
   return { low: said.at("min").vector(), high: said.at("max").vector() };
 }
 
-/** Where to look. Without a stated frame, it is the box at rest. */
-export function readFraming(document: Json): Framing {
+/** Where to look, right-handed. Without a stated frame, it is the box at rest. */
+export function readFraming(document: Json, left: boolean): Framing {
+  const turned = ([x, y, z]: Vector): Vector => [left ? -x : x, y, z];
   const part = (said: Json): { target: Vector; size: Vector } => ({
-    target: said.at("target").vector(),
+    target: turned(said.at("target").vector()),
     size: said.at("size").vector(),
   });
   const framing = document.optional("framing", (said) => ({
-    up: said.at("up").vector(),
-    front: said.at("front").vector(),
+    up: turned(said.at("up").vector()),
+    front: turned(said.at("front").vector()),
     whole: said.optional("whole", part),
     head: said.optional("head", part),
   }));
-  const whole = framing?.whole ?? aroundRest(document.at("avatar"));
+  const rest = aroundRest(document.at("avatar"));
+  const whole = framing?.whole ?? { ...rest, target: turned(rest.target) };
   return { up: framing?.up ?? [0, 1, 0], front: framing?.front ?? [0, 0, 1], whole, head: framing?.head ?? null };
 }
 

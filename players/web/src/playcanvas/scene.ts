@@ -128,7 +128,7 @@ export class AvatarScene {
       const head = this.heads[i] as AvatarNode;
       const { instance } = head;
       instance.visible = head.enabled;
-      setWorld(instance.world, head.getWorldTransform().data, instance.avatar.handedness === "left");
+      setWorld(instance.world, head.getWorldTransform().data, false);
     }
     this.host?.draw(camera);
   }

@@ -5,7 +5,10 @@ import { setIdentity, setRotation } from "./affine.js";
 const MOST_WEIGHT = 3.4028234663852886e38; // float32
 const VECTOR = new Float64Array(3);
 
-/** A pose of one avatar. Its arrays may be written directly; no method allocates. */
+/**
+ * A pose of one avatar. Its arrays are in the frame of the pack and may be written directly; what goes by name is
+ * right-handed for every pack. No method allocates.
+ */
 export class Pose {
   /** Weights of the expressions, [K], in the avatar's order. */
   readonly expressionWeights: Float32Array;
@@ -16,8 +19,10 @@ export class Pose {
   /** Rigid transform of the posed avatar as a whole, [4, 4] row-major. */
   readonly worldFromAvatar = new Float64Array(16);
   private readonly names: Names;
+  private readonly side: 1 | -1; // a rotation vector keeps x in a mirror
 
   constructor(avatar: Avatar) {
+    this.side = avatar.handedness === "left" ? -1 : 1;
     this.names = namesOf(avatar);
     this.expressionWeights = new Float32Array(avatar.expressions.length);
     this.lateWeights = new Float32Array(avatar.lateMorphs.length);
@@ -56,17 +61,33 @@ export class Pose {
   }
 
   /**
-   * Turns a joint by a rotation vector (axis times angle, radians) in the joint's rest frame. Its own translation and
-   * scale are reset. Throws AvatarError for an unknown name and an angle that is not finite.
+   * Turns a joint by a rotation vector (axis times angle, radians) in the joint's rest frame, right-handed: the same
+   * vector shows the same for packs of both handednesses. Its own translation and scale are reset. Throws AvatarError
+   * for an unknown name and an angle that is not finite.
    */
   setJoint(name: string, rx: number, ry: number, rz: number): void {
     const at = 16 * indexOf("joint of this avatar", name, this.names.joints);
     finite("joint", name, rx + ry + rz);
     setIdentity(this.jointDelta, at, 4);
     VECTOR[0] = rx;
-    VECTOR[1] = ry;
-    VECTOR[2] = rz;
+    VECTOR[1] = this.side * ry;
+    VECTOR[2] = this.side * rz;
     setRotation(this.jointDelta, at, VECTOR, 0);
+  }
+
+  /** Writes the rotation vector of a joint into `out` [3], as `setJoint` takes it. Throws AvatarError as it does. */
+  readJoint(name: string, out: Float64Array): void {
+    const m = this.jointDelta;
+    const at = 16 * indexOf("joint of this avatar", name, this.names.joints);
+    const x = (m[at + 9] as number) - (m[at + 6] as number);
+    const y = (m[at + 2] as number) - (m[at + 8] as number);
+    const z = (m[at + 4] as number) - (m[at + 1] as number);
+    const sine = Math.hypot(x, y, z) / 2;
+    const cosine = ((m[at] as number) + (m[at + 5] as number) + (m[at + 10] as number) - 1) / 2;
+    const scale = sine > 1e-12 ? Math.atan2(sine, cosine) / (2 * sine) : 0.5;
+    out[0] = x * scale;
+    out[1] = this.side * y * scale;
+    out[2] = this.side * z * scale;
   }
 }
 

@@ -117,7 +117,7 @@ export class AvatarScene extends Mesh<BufferGeometry, MeshBasicMaterial> {
       const head = this.heads[i] as AvatarObject;
       const { instance } = head;
       instance.visible = head.layers.test(camera.layers) && isShown(head, scene);
-      setWorld(instance.world, head.matrixWorld.elements, instance.avatar.handedness === "left");
+      setWorld(instance.world, head.matrixWorld.elements, false);
     }
   }
 }

@@ -19,6 +19,8 @@ for (const name of PACKS) {
     const clips = avatar.clips.map((clip) => ({ name: clip.name, ...Object.fromEntries(arrays.map((one) => [one, sha(clip[one])])) }));
     assert.deepEqual(clips, want.clips);
     assert.deepEqual(avatar.skeleton && skeletonOf(avatar), want.skeleton);
+    const { target, low, high } = want;
+    assert.deepEqual([avatar.framing.whole.target, avatar.bounds.low, avatar.bounds.high], [target, low, high]);
     assert.equal(avatar.bytes, bytes(name, "pack.avatar").length);
   });
 }

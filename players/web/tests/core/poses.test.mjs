@@ -106,6 +106,19 @@ test("a joint that is flat cannot turn", async () => {
   assert.throws(() => new core.Driver(flat), { name: "AvatarError", field: "joint neck" });
 });
 
+test("a joint that is turned by name turns alike in packs of both handednesses", async () => {
+  const [right, left] = await Promise.all(["joints", "left"].map(async (name) => new core.Pose(await loaded(name))));
+  const turn = [0.3, -0.7, 0.5];
+  for (const pose of [right, left]) pose.setJoint("jaw", ...turn);
+  const mirrored = right.jointDelta.map((value, i) => (i % 16 < 4 !== (i % 4 === 0) ? -value : value)); // S M S
+  near(left.jointDelta, mirrored, 1e-15, "jaw");
+  for (const pose of [right, left]) {
+    const found = new Float64Array(3);
+    pose.readJoint("jaw", found);
+    near(found, turn, 1e-14, "read");
+  }
+});
+
 test("names and aliases set weights, and unknown names list near ones", async () => {
   const avatar = await loaded("joints");
   const pose = new core.Pose(avatar);

@@ -105,10 +105,10 @@ export function jointSection(avatar: Avatar, pose: Pose): ChannelSection | null 
   if (names.length === 0) return null;
   return {
     title: "Joints",
-    groups: names.map((name, joint) => ({
+    groups: names.map((name) => ({
       title: name,
       words: name.toLowerCase(),
-      make: () => jointChannels(name, joint, pose),
+      make: () => jointChannels(name, pose),
     })),
     reset() {
       for (const name of names) pose.setJoint(name, 0, 0, 0);
@@ -116,7 +116,7 @@ export function jointSection(avatar: Avatar, pose: Pose): ChannelSection | null 
   };
 }
 
-function jointChannels(name: string, joint: number, pose: Pose): Channel[] {
+function jointChannels(name: string, pose: Pose): Channel[] {
   const vector = new Float64Array(3); // radians
   return ["x", "y", "z"].map((axis, i) => ({
     label: axis,
@@ -125,28 +125,15 @@ function jointChannels(name: string, joint: number, pose: Pose): Channel[] {
     step: 1,
     unit: "°",
     read() {
-      rotationVector(pose.jointDelta, 16 * joint, vector);
+      pose.readJoint(name, vector);
       return vector[i]! * DEGREES;
     },
     write(value: number) {
-      rotationVector(pose.jointDelta, 16 * joint, vector);
+      pose.readJoint(name, vector);
       vector[i] = value / DEGREES;
       pose.setJoint(name, vector[0]!, vector[1]!, vector[2]!);
     },
   }));
-}
-
-/** The rotation vector, radians, of the row-major 4x4 that begins at `at`. */
-export function rotationVector(matrix: Float64Array, at: number, out: Float64Array): void {
-  const x = matrix[at + 9]! - matrix[at + 6]!;
-  const y = matrix[at + 2]! - matrix[at + 8]!;
-  const z = matrix[at + 4]! - matrix[at + 1]!;
-  const sine = Math.hypot(x, y, z) / 2;
-  const cosine = (matrix[at]! + matrix[at + 5]! + matrix[at + 10]! - 1) / 2;
-  const scale = sine > 1e-12 ? Math.atan2(sine, cosine) / (2 * sine) : 0.5;
-  out[0] = x * scale;
-  out[1] = y * scale;
-  out[2] = z * scale;
 }
 
 /** The state of the ARKit sliders: what the avatar's driving turns into a pose. */

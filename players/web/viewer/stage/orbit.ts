@@ -126,11 +126,6 @@ export class Orbit {
     this.moved();
   }
 
-  /** Height of a thing of `metres` at the target, in pixels of the canvas. */
-  pixels(metres: number): number {
-    return (metres * this.height) / (2 * this.distance * Math.tan(FOV_Y / 2));
-  }
-
   /** Goes on turning after a swipe. True while it moves. */
   step(nowMs: number): boolean {
     const past = Math.min(50, nowMs - this.lastStep);

@@ -62,6 +62,7 @@ export class Stage {
   private settling = false;
   private readonly stillContext: CanvasRenderingContext2D | null;
   private first = true; // no picture of this avatar yet
+  private chosen = -1; // level by the height in the image; -1: none yet
   private lastFrameMs = 0;
   private wasMoving = false;
 
@@ -113,6 +114,7 @@ export class Stage {
     this.instance = next;
     this.avatar = avatar;
     this.first = true;
+    this.chosen = -1;
     this.ask();
     return next;
   }
@@ -147,8 +149,8 @@ export class Stage {
 
   private draw(): void {
     if (this.player === null || this.instance === null) return;
-    this.chooseLevel();
     this.orbit.place(this.camera);
+    this.chooseLevel();
     this.player.frame(this.camera, this.colour);
     this.frames++;
   }
@@ -225,18 +227,11 @@ export class Stage {
     return this.instance?.level !== before;
   }
 
-  /** The coarsest level that is meant for the avatar's height in the image, unless a person chose one. */
+  /** The coarsest level that serves the avatar's height in the image, unless a person chose one. */
   private chooseLevel(): void {
     const { instance, avatar } = this;
     if (instance === null || avatar === null || this.first) return;
-    let level = this.level ?? 0;
-    if (this.level === null) {
-      const height = this.orbit.pixels(avatar.framing.whole.size[1]);
-      for (let i = 1; i < avatar.levels.length; i++) {
-        const most = avatar.levels[i]!.heightPx;
-        if (most !== null && height <= most) level = i;
-      }
-    }
+    const level = this.level ?? (this.chosen = instance.levelFor(this.camera, this.chosen));
     if (level < avatar.levels.length && level !== instance.level) instance.level = level;
   }
 

@@ -5,24 +5,18 @@
 namespace avatar_unreal {
 namespace {
 
-/// Component from pack: unreal = (z, x, y) of a left-handed pack, whose x is the negative x of a right-handed one.
+/// Component from person: unreal = (z, -x, y). Its determinant is -1.
 struct Axis {
     int row;     // Unreal's
-    int column;  // the pack's
+    int column;  // the person's
     double sign;
 };
 
-void axes_of(bool left_handed, Axis (&axes)[3]) {
-    axes[0] = {0, 2, 1.0};
-    axes[1] = {1, 0, left_handed ? 1.0 : -1.0};
-    axes[2] = {2, 1, 1.0};
-}
+constexpr Axis axes[3] = {{0, 2, 1.0}, {1, 0, -1.0}, {2, 1, 1.0}};
 
 }  // namespace
 
-void scene_from_avatar(const double* unreal_from_component, const double* eye, bool left_handed, double* into) {
-    Axis axes[3];
-    axes_of(left_handed, axes);
+void scene_from_avatar(const double* unreal_from_component, const double* eye, double* into) {
     const double* m = unreal_from_component;
     for (int row = 0; row < 3; ++row) {
         // Rows of an FMatrix are the images of the axes. Metres in, metres out: the centimetres cancel.
@@ -32,20 +26,16 @@ void scene_from_avatar(const double* unreal_from_component, const double* eye, b
     for (int column = 0; column < 4; ++column) into[12 + column] = column == 3 ? 1 : 0;
 }
 
-void pack_rotation(const double* xyzw, bool left_handed, double* into) {
-    Axis axes[3];
-    axes_of(left_handed, axes);
+void person_rotation(const double* xyzw, double* into) {
     const double shorter = xyzw[3] < 0 ? -1 : 1;
     const double sine = std::sqrt(xyzw[0] * xyzw[0] + xyzw[1] * xyzw[1] + xyzw[2] * xyzw[2]);  // of half the angle
     const double angle = 2 * std::atan2(sine, std::fabs(xyzw[3]));
     // B exp([w]) B^-1 = exp(det(B) [B w]): a mirrored rotation turns the other way.
     const double factor = sine > 0 ? shorter * angle / sine : 0;
-    for (const Axis& axis : axes) into[axis.column] = (left_handed ? factor : -factor) * axis.sign * xyzw[axis.row];
+    for (const Axis& axis : axes) into[axis.column] = -factor * axis.sign * xyzw[axis.row];
 }
 
-void component_box(const double* low, const double* high, bool left_handed, double* into_low, double* into_high) {
-    Axis axes[3];
-    axes_of(left_handed, axes);
+void component_box(const double* low, const double* high, double* into_low, double* into_high) {
     for (const Axis& axis : axes) {
         const double a = centimetres * axis.sign * low[axis.column], b = centimetres * axis.sign * high[axis.column];
         into_low[axis.row] = a < b ? a : b;
@@ -56,7 +46,7 @@ void component_box(const double* low, const double* high, bool left_handed, doub
 void pack_box(const AvatarPack* pack, double* into_low, double* into_high) {
     AvatarFacts facts = {};
     avatar_facts(pack, &facts);
-    component_box(facts.bounds_low, facts.bounds_high, facts.left_handed != 0, into_low, into_high);
+    component_box(facts.bounds_low, facts.bounds_high, into_low, into_high);
 }
 
 bool camera_of_view(const double* view_rotation, const double* projection, int32_t width, int32_t height,

@@ -3,8 +3,9 @@
 
 namespace avatar_unreal {
 
-// Unreal counts centimetres in a left-handed frame: +X forward, +Y right, +Z up. A pack counts metres: +Y up, the face
-// looks along +Z. The face of an avatar looks along +X of its component, as Unreal's characters do.
+// Unreal counts centimetres in a left-handed frame: +X forward, +Y right, +Z up. The player counts metres in the person's
+// frame, right-handed for every pack: +Y up, the face looks along +Z. The face of an avatar looks along +X of its
+// component, as Unreal's characters do.
 // The scene that the player draws has Unreal's axes, counts metres and begins at the eye: so no number is large, however
 // far an actor is from the origin of the level.
 // Matrices of Unreal (FMatrix) are for row vectors; those of the player are for column vectors.
@@ -13,15 +14,14 @@ constexpr double centimetres = 100;  // in a metre
 
 /// Where an avatar stands in the scene of one eye: scene from avatar, [4, 4].
 /// `unreal_from_component` is the FMatrix of the component's transform, row-major [4, 4]; `eye` [3] in Unreal's world.
-/// A right-handed pack is mirrored here, so both kinds show the same picture.
-void scene_from_avatar(const double* unreal_from_component, const double* eye, bool left_handed, double* into);
+void scene_from_avatar(const double* unreal_from_component, const double* eye, double* into);
 
-/// A rotation of Unreal (FQuat: x, y, z, w [4], of any length but 0) as a rotation vector [3] in the frame of the pack,
+/// A rotation of Unreal (FQuat: x, y, z, w [4], of any length but 0) as a rotation vector [3] in the person's frame,
 /// radians, the shorter way round.
-void pack_rotation(const double* xyzw, bool left_handed, double* into);
+void person_rotation(const double* xyzw, double* into);
 
-/// The box [3], [3] of a pack in its component's frame: lowest and highest corner in centimetres.
-void component_box(const double* low, const double* high, bool left_handed, double* into_low, double* into_high);
+/// The box [3], [3] of a person in the component's frame: lowest and highest corner in centimetres.
+void component_box(const double* low, const double* high, double* into_low, double* into_high);
 
 /// The same of a pack's bounds over all poses.
 void pack_box(const AvatarPack* pack, double* into_low, double* into_high);

@@ -94,7 +94,7 @@ bool PoseLayers::weight(Layer& layer, const char* name, double value) {
 
 bool PoseLayers::joint(Layer& layer, const char* name, const double* rotation) {
     double turned[3];
-    pack_rotation(rotation, facts.left_handed != 0, turned);
+    person_rotation(rotation, turned);
     const std::string own = joint_name(pack.get(), name);
     if (avatar_set_joint(instance, own.c_str(), turned[0], turned[1], turned[2]) != AVATAR_OK) return fail();
     const auto index = static_cast<size_t>(avatar_joint_index(pack.get(), own.c_str()));

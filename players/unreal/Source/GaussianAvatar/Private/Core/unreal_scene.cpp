@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "unreal_frames.h"
-#include "unreal_levels.h"
 #include "unreal_passes.h"
 
 namespace avatar_unreal {
@@ -28,6 +27,7 @@ struct Scene::Member {
     PassList mesh;
     std::unique_ptr<PassList> deform, view;  // of `level`
     uint32_t level = 0;
+    uint32_t chosen = UINT32_MAX;  // level by the height; none yet
     BufferUse pose_buffer = {};
     double unreal_from_component[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     double height = 0;  // pixels, the largest of this frame
@@ -74,9 +74,9 @@ void Scene::begin_frame(uint64_t frame) {
     newest = frame;
     for (auto& [id, member] : members) {
         const bool known = member->deform != nullptr;
-        const uint32_t level = level_of(member->pack.get(), member->height, member->level);
+        if (known) member->chosen = avatar_next_level(member->pack.get(), member->height, member->chosen);
         // The first picture comes at the coarsest level: it is the cheapest, and stands for one frame.
-        const uint32_t wanted = known ? level : member->facts.levels - 1;
+        const uint32_t wanted = known ? member->chosen : member->facts.levels - 1;
         member->height = 0;
         if (known && wanted == member->level) continue;
         member->level = wanted;
@@ -165,9 +165,8 @@ Drawn Scene::draw(const View& view, uint64_t frame, Device& device) {
             member->shown = false;  // it is told once, until its next pose
             continue;
         }
-        scene_from_avatar(member->unreal_from_component, view.eye, member->facts.left_handed != 0, place);
-        const double height = height_px(member->facts.bounds_low, member->facts.bounds_high, place, camera);
-        member->height = std::max(member->height, height);
+        scene_from_avatar(member->unreal_from_component, view.eye, place);
+        member->height = std::max(member->height, avatar_height_px(member->instance, &camera));
         project(*member, camera, device);
     }
     Sorted* now = sorted();

@@ -99,7 +99,8 @@ JNIEXPORT jboolean JNICALL Java_org_avatarexport_player_NativeAvatar_draw(JNIEnv
     app->camera_line =
         avatar_camera_orbit(&camera, app->facts.whole_target, distance, turn, tilt, field_of_view, width, height);
     if (app->camera_line != nullptr) return JNI_FALSE;
-    avatar_set_level(app->instance, avatar_level_for(app->pack, height * zoom));
+    const double tall = avatar_height_px(app->instance, &camera);
+    avatar_set_level(app->instance, avatar_next_level(app->pack, tall, avatar_instance_level(app->instance)));
     const bool drawn = avatar_gles_pose(app->gles) == AVATAR_OK && avatar_gles_draw(app->gles, &camera, nullptr) == AVATAR_OK &&
                        avatar_gles_composite(app->gles, 0, background, 0) == AVATAR_OK;
     return drawn ? JNI_TRUE : JNI_FALSE;

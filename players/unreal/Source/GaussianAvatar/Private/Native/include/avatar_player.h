@@ -17,8 +17,10 @@
  * Memory. All memory comes from the allocator that a handle was opened with. Where it gives none, the handle fails
  * with a line. Functions that say "allocates nothing" do not call it.
  *
- * Matrices are row-major for column vectors. Metres, radians. The frame is that of the pack: +Y up, the face looks
- * along +Z, right-handed or left-handed as avatar_facts says. */
+ * Matrices are row-major for column vectors. Metres, radians. There are two frames, both with +Y up and the face along
+ * +Z. The person's is right-handed for every pack, +X is the person's left: places, boxes, what a camera may look at, and
+ * the turns of avatar_set_joint are in it. Arrays of a pack or a pose are in the pack's own: right-handed, or left-handed
+ * (+X is the person's right) as avatar_facts says. So a host treats both kinds alike, and both show the same. */
 #ifndef AVATAR_PLAYER_H
 #define AVATAR_PLAYER_H
 
@@ -70,7 +72,7 @@ typedef struct AvatarFacts {
     const char* name;
     const char* license;   /* what it may be used for */
     const char* consent;   /* what the person agreed to */
-    int left_handed;       /* 1: everything of it is in a left-handed frame */
+    int left_handed;       /* 1: its arrays, and those of its poses, are in a left-handed frame */
     uint32_t expressions;  /* K */
     uint32_t eyelids;      /* L, late morphs */
     uint32_t joints;       /* J; 0 without a rig */
@@ -140,12 +142,14 @@ AVATAR_API int avatar_clip(const AvatarPack* pack, uint32_t index, AvatarClip* o
 typedef struct AvatarLevel {
     uint32_t count;   /* Gaussians */
     uint32_t chunks;
-    double height_px; /* the height of the avatar in the image up to which it is meant; below 0: any */
+    double height_px; /* avatar_height_px up to which it is meant; below 0: any */
     double psnr_db;   /* of its images against the source, inside the mask; below 0: not measured */
 } AvatarLevel;
 AVATAR_API int avatar_level(const AvatarPack* pack, uint32_t index, AvatarLevel* out);
-/* The coarsest level that is meant for an avatar so many pixels high; of a NaN the finest. */
+/* The coarsest level that serves an avatar so many pixels high; of a NaN the finest. */
 AVATAR_API uint32_t avatar_level_for(const AvatarPack* pack, double height_px);
+/* The level to show after `level`: it stays where the height is within a tenth of its borders. */
+AVATAR_API uint32_t avatar_next_level(const AvatarPack* pack, double height_px, uint32_t level);
 
 /* A chunk of the Gaussians of a level: rows that one dispatch takes. Its splats, as stage project writes them, are in
  * buffer `projected`. */
@@ -185,13 +189,13 @@ AVATAR_API const char* avatar_instance_error(const AvatarInstance* instance);
 AVATAR_API void avatar_reset_pose(AvatarInstance* instance);
 AVATAR_API int avatar_set_expression(AvatarInstance* instance, const char* name, double weight);
 AVATAR_API int avatar_set_eyelid(AvatarInstance* instance, const char* name, double weight);
-/* Turns a joint by a rotation vector (axis times angle, radians) in the joint's rest frame. */
+/* Turns a joint by a rotation vector (axis times angle, radians) in the joint's rest frame, right-handed for every pack. */
 AVATAR_API int avatar_set_joint(AvatarInstance* instance, const char* name, double rx, double ry, double rz);
 AVATAR_API float* avatar_expression_weights(AvatarInstance* instance); /* [K] */
 AVATAR_API float* avatar_eyelid_weights(AvatarInstance* instance);     /* [L] */
 AVATAR_API double* avatar_joint_delta(AvatarInstance* instance); /* [J, 4, 4]: parent_from_joint = rest_local delta */
 AVATAR_API double* avatar_world_from_avatar(AvatarInstance* instance); /* [4, 4] rigid, of the pose */
-AVATAR_API double* avatar_place(AvatarInstance* instance); /* [4, 4] scene from avatar, affine; the pose comes first */
+AVATAR_API double* avatar_place(AvatarInstance* instance); /* [4, 4] scene from the person, affine; the pose comes first */
 AVATAR_API int avatar_set_level(AvatarInstance* instance, uint32_t level);
 AVATAR_API uint32_t avatar_instance_level(const AvatarInstance* instance);
 
@@ -272,6 +276,10 @@ AVATAR_API const char* avatar_camera_opengl(AvatarCamera* camera, const double* 
 AVATAR_API int avatar_update_pose(AvatarInstance* instance);
 /* The values of a camera: again for each camera that sees the same pose. Allocates nothing. */
 AVATAR_API int avatar_update_camera(AvatarInstance* instance, const AvatarCamera* camera);
+/* How tall the avatar stands in the image of a camera, as it is placed and posed now: the physical pixels that its
+ * whole_size[1] covers, facing the camera. Infinite where it is not before the camera, and where avatar_update_pose or
+ * avatar_update_camera refuse. */
+AVATAR_API double avatar_height_px(const AvatarInstance* instance, const AvatarCamera* camera);
 /* The content of buffer "Pose" after avatar_update_pose: weights [K], features [9 C], late weights [L], skin matrices
  * [J, 3, 4]. `count` may be 0: then there is no buffer Pose. */
 AVATAR_API const float* avatar_pose_floats(const AvatarInstance* instance, uint32_t* count);

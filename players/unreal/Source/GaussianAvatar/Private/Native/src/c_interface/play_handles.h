@@ -10,6 +10,9 @@ struct AvatarInstance : avatar::HandleBase {
 
     /// Stage joints: the floats and the values of the pose.
     void update();
+    /// Scene from the pack's frame, [4, 4]: the one place where a left-handed pack is mirrored. Its x points the other way
+    /// than the person's.
+    void write_placed(double* into) const;
     /// Whether every number of the pose is finite. Sets the error.
     bool has_finite_pose();
     /// Whether the results of stage joints are. Sets the error.

@@ -153,23 +153,34 @@ static void read_box(Json said, double* low, double* high) {
     said.at("max").vector(high);
 }
 
-bool read_bounds(Json avatar, double* low, double* high) {
+bool read_bounds(Json avatar, bool left, double* low, double* high) {
     const Json bounds = avatar.at("bounds");
     if (bounds.given()) read_box(bounds.at("swept"), low, high);
+    if (left) {
+        const double lowest = low[0];
+        low[0] = -high[0];
+        high[0] = -lowest;
+    }
     return bounds.given();
 }
 
-static FramedPart read_part(Json said) {
+/// A vector [3] of a pack, right-handed.
+static void read_vector(Json said, bool left, double* into) {
+    said.vector(into);
+    if (left) into[0] = -into[0];
+}
+
+static FramedPart read_part(Json said, bool left) {
     FramedPart part = {};
     part.given = said.given();
     if (!part.given) return part;
-    said.at("target").vector(part.target);
+    read_vector(said.at("target"), left, part.target);
     said.at("size").vector(part.size);
     return part;
 }
 
 /// Without a stated frame, the box at rest.
-static FramedPart around_rest(Json avatar) {
+static FramedPart around_rest(Json avatar, bool left) {
     double low[3] = {-0.5, -0.5, -0.5}, high[3] = {0.5, 0.5, 0.5};
     const Json bounds = avatar.at("bounds");
     if (bounds.given()) read_box(bounds.at("rest"), low, high);
@@ -179,20 +190,21 @@ static FramedPart around_rest(Json avatar) {
         part.target[i] = (low[i] + high[i]) / 2;
         part.size[i] = (high[i] - low[i]) * frame_margin;
     }
+    if (left) part.target[0] = -part.target[0];
     return part;
 }
 
-Framing read_framing(Json document) {
+Framing read_framing(Json document, bool left) {
     Framing framing = {};
     framing.up[1] = framing.front[2] = 1;
     const Json said = document.at("framing");
     if (said.given()) {
-        said.at("up").vector(framing.up);
-        said.at("front").vector(framing.front);
-        framing.whole = read_part(said.at("whole"));
-        framing.head = read_part(said.at("head"));
+        read_vector(said.at("up"), left, framing.up);
+        read_vector(said.at("front"), left, framing.front);
+        framing.whole = read_part(said.at("whole"), left);
+        framing.head = read_part(said.at("head"), left);
     }
-    if (!framing.whole.given) framing.whole = around_rest(document.at("avatar"));
+    if (!framing.whole.given) framing.whole = around_rest(document.at("avatar"), left);
     return framing;
 }
 

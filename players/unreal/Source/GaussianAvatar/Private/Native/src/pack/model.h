@@ -199,7 +199,7 @@ struct FramedPart {
     double size[3];
 };
 
-/// Where to look at rest.
+/// Where to look at rest, right-handed for every pack.
 struct Framing {
     double up[3];
     double front[3];
@@ -230,7 +230,7 @@ struct Avatar {
     Span<LevelInfo> levels;  // finest first
     Framing framing;
     bool has_bounds;
-    double bounds_low[3], bounds_high[3];
+    double bounds_low[3], bounds_high[3];  // right-handed for every pack
     bool has_background;
     double background[3];
     Span<uint8_t> preview;

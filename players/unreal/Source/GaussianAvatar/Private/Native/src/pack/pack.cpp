@@ -236,8 +236,8 @@ static bool read_document(const Reading& reading, Avatar& avatar) {
     avatar.clips = read_clips(said.at("clips"), arrays, avatar, reading.most_bytes, arena);
     if (errors.any()) return false;
     avatar.levels = read_levels(document, arena);
-    avatar.framing = read_framing(document);
-    avatar.has_bounds = read_bounds(said, avatar.bounds_low, avatar.bounds_high);
+    avatar.framing = read_framing(document, avatar.left_handed);
+    avatar.has_bounds = read_bounds(said, avatar.left_handed, avatar.bounds_low, avatar.bounds_high);
     avatar.has_background = read_background(said, avatar.background);
     const HeldArray* preview = arrays.find("preview");
     if (preview != nullptr && preview->type == "u8") {

@@ -1,0 +1,1 @@
+"""Packs of both handednesses, by every player."""
