@@ -8,7 +8,10 @@ import socket
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
@@ -111,6 +114,22 @@ def test_packets_of_the_recording_move_the_avatar(head: Path, measured: Measure)
     median = re.search(r"packet to picture (\d+) ms \(median\)", err)
     assert code == 0 and median, err
     measured("web webgl2, live, packet to picture, median ms", float(median[1]))
+
+
+def test_a_published_folder_opens_under_its_title(head: Path, run: Run, tmp_path: Path) -> None:
+    """Twice: published anew, the page shows the new title."""
+    site = tmp_path / "site"
+    handler = partial(SimpleHTTPRequestHandler, directory=str(site))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        for title in ("Ada", "Ada's <head>"):
+            assert run("publish", head, "-o", site, "--title", title, "--force")[0] == 0
+            with visit(f"http://127.0.0.1:{server.server_port}/index.html{BACKEND}") as page:
+                first = line(page)
+            assert float(str(first["covered"])) > COVERED and first["ready"] == f"{title} · Avatar viewer", (
+                first
+            )
+        server.shutdown()
 
 
 def test_one_file_opens_by_double_click(head: Path, run: Run, tmp_path: Path) -> None:

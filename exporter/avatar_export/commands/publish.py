@@ -13,6 +13,7 @@ from avatar_export.commands import arguments, inputs
 from avatar_export.commands.console import Steps, messages, output
 from avatar_export.commands.view import Sources
 from avatar_export.serving import publish as publishing
+from avatar_export.serving import site_folder
 from avatar_export.serving.sources import sources_of
 from avatar_runtime.io.text_files import refuse_existing, write_text
 
@@ -49,10 +50,10 @@ def publish(
     if single:
         refuse_existing(out, force)
     else:
-        publishing.refuse_other(out, force)
+        site_folder.expect_replaceable(out, force)
     notes: list[str] = []
     with TemporaryDirectory(prefix="avatar-export-") as work, Steps() as step:
-        taken = publishing.RESERVED
+        taken = site_folder.FOLDERS
         avatars = [
             source.load(step, clip or (), notes.append) for source in sources_of(sources, Path(work), taken)
         ]
@@ -63,7 +64,10 @@ def publish(
             size = len(page.encode())
         else:
             files = publishing.site(avatars, address, title)
-            publishing.write_site(out, files, force)
+            for path in site_folder.write_site(out, files, force):
+                notes.append(
+                    f"{path} was changed after it was published and stays as it is; delete it to get a new one"
+                )
             size = sum(map(len, files.values()))
     for note in notes:
         messages.print(f"note: {note}")
@@ -82,7 +86,13 @@ def publish(
 
 
 def _absolute(url: str) -> str:
-    """An absolute address of a folder, with a slash at its end. Raises a usage error for anything else."""
+    """An absolute address of a folder, with a slash at its end. Raises a usage error for anything else, which repeats
+    no password."""
+    if "@" in url.partition("//")[2].partition("/")[0] or ("@" in url and not URL.fullmatch(url)):
+        raise typer.BadParameter(
+            "holds a name or a password before an @, and every page would show it; leave it out",
+            param_hint="--url",
+        )
     if not URL.fullmatch(url):
         raise typer.BadParameter(
             f"{url!r} is not an address such as https://example.org/head/", param_hint="--url"

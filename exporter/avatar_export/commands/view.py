@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from avatar_export.commands import arguments
-from avatar_export.commands.console import messages
+from avatar_export.commands.console import Steps, messages
 from avatar_export.live.ports import LIVE_LINK_PORT, OSC_PORT, Ports
 from avatar_export.serving.sources import sources_of
 from avatar_runtime.io.errors import printable
@@ -63,7 +63,7 @@ def view(
     try:
         with TemporaryDirectory(prefix="avatar-export-") as work:
             given = sources_of(sources, Path(work))
-            voice = run.Voice(_print_now, messages.print)
+            voice = run.Voice(_print_now, messages.print, Steps)
             run.view(given, run.Choices(port, lan, not no_open), voice, receiver)
     finally:
         if receiver is not None:

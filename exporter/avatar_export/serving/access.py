@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
@@ -17,6 +18,7 @@ from http import HTTPStatus
 EVENTS, LIVE = "events", "live"
 METHODS = ("GET", "HEAD")
 PLAIN = "text/plain; charset=utf-8"
+RANGE = re.compile("bytes *= *([0-9]{0,18})-([0-9]{0,18})")  # one range; of several the whole file is given
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,8 @@ class Asked:
     path: str  # as it came, with the query
     host: str | None
     origin: str | None
+    range: str | None = None
+    if_range: str | None = None  # a version that the range is of; files have none here
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,11 @@ class Door:
     sockets: Collection[str]  # names of WebSockets below the token
     find: Callable[[str], File | None]  # the file at an address below the token, as "packs/head.avatar"
 
+    def knows(self, asked: Asked) -> bool:
+        """Whether the request has the token."""
+        start = asked.path.partition("?")[0].removeprefix("/").partition("/")[0]
+        return hmac.compare_digest(start.encode("utf-8", "replace"), self.token.encode())
+
     def answer(self, asked: Asked) -> Answer:
         """The answer to a request."""
         if not self._is_here(asked.host):
@@ -68,8 +77,8 @@ class Door:
                 HTTPStatus.METHOD_NOT_ALLOWED, "Only GET and HEAD.", {"Allow": ", ".join(METHODS)}
             )
         path = asked.path.partition("?")[0]
-        start, _, name = path.removeprefix("/").partition("/")
-        if not hmac.compare_digest(start.encode("utf-8", "replace"), self.token.encode()):
+        name = path.removeprefix("/").partition("/")[2]
+        if not self.knows(asked):
             return _refused(HTTPStatus.NOT_FOUND, "Nothing is here.")
         if path == f"/{self.token}":
             return _refused(HTTPStatus.PERMANENT_REDIRECT, "", {"Location": f"/{self.token}/"})
@@ -80,10 +89,10 @@ class Door:
             return _refused(HTTPStatus.NOT_FOUND, "Nothing is here.")
         headers = {
             "Content-Type": file.type,
-            "Content-Length": str(len(file.data)),
+            "Accept-Ranges": "bytes",
             **safe_headers(f"ws://{asked.host}"),
         }
-        return Answer(HTTPStatus.OK, headers, file.data if asked.method == "GET" else b"")
+        return _part(file.data, asked, headers)
 
     def _is_here(self, host: str | None) -> bool:
         name, colon, port = (host or "").rpartition(":")
@@ -114,6 +123,26 @@ def safe_headers(socket: str) -> dict[str, str]:
         "Cache-Control": "no-store",
         "Connection": "close",
     }
+
+
+def _part(data: bytes, asked: Asked, headers: Mapping[str, str]) -> Answer:
+    """The whole of a file, or the range that was asked for (RFC 9110, section 14)."""
+    size = len(data)
+    if asked.method == "HEAD":
+        return Answer(HTTPStatus.OK, {"Content-Length": str(size), **headers}, b"")
+    found = RANGE.fullmatch((asked.range or "").strip().lower())
+    if found is None or found.groups() == ("", "") or asked.if_range is not None:
+        return Answer(HTTPStatus.OK, {"Content-Length": str(size), **headers}, data)
+    first, last = found.groups()
+    if first and last and int(last) < int(first):
+        return Answer(HTTPStatus.OK, {"Content-Length": str(size), **headers}, data)
+    start = int(first) if first else max(0, size - int(last))
+    end = min(size, int(last) + 1) if first and last else size
+    if start >= end:
+        said = {"Content-Length": "0", "Content-Range": f"bytes */{size}", **headers}
+        return Answer(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, said, b"")
+    said = {"Content-Length": str(end - start), "Content-Range": f"bytes {start}-{end - 1}/{size}", **headers}
+    return Answer(HTTPStatus.PARTIAL_CONTENT, said, data[start:end])
 
 
 def _refused(status: HTTPStatus, text: str, more: Mapping[str, str] | None = None) -> Answer:

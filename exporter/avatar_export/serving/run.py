@@ -8,7 +8,7 @@ import signal
 import socket
 import webbrowser
 from collections.abc import Callable, Sequence
-from contextlib import closing, suppress
+from contextlib import AbstractContextManager, closing, suppress
 from dataclasses import dataclass
 from functools import partial
 
@@ -29,6 +29,7 @@ class Voice:
 
     address: Say  # addresses of the page, which a script may read
     say: Say
+    steps: Callable[[], AbstractContextManager[Say]]  # shows the progress of long work
 
 
 @dataclass(frozen=True)
@@ -79,14 +80,19 @@ class Viewing:
 def view(given: Sequence[Source], choices: Choices, voice: Voice, receiver: Receiver | None = None) -> None:
     """Shows avatars until Ctrl+C or a request to end; `receiver` sends them motion.
 
-    Raises AvatarError for a source that is unsound at the start, and for a port that is in use.
+    Raises AvatarError for a source that is unsound at the start, and for a port that is in use; KeyboardInterrupt for a
+    Ctrl+C while they are loaded.
     """
-    with (
-        closing(server.listening_socket(choices.port, choices.lan)) as listening,
-        suppress(KeyboardInterrupt),
-    ):
+    with closing(server.listening_socket(choices.port, choices.lan)) as listening:
         watched = [(source, source.stamp()) for source in given]
-        viewing = Viewing([source.load(voice.say) for source in given], receiver is not None)
+        with voice.steps() as step:
+
+            def progress(text: str) -> None:
+                voice.say(text)
+                step(text)
+
+            loaded = [source.load(progress) for source in given]
+        viewing = Viewing(loaded, receiver is not None)
         asyncio.run(_serve(watched, viewing, listening, choices, voice, receiver))
 
 

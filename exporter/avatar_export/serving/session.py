@@ -43,6 +43,9 @@ MOST_A_SECOND = 60  # live frames to a page
 IN_FLIGHT = 3  # live frames that a page has not acknowledged
 LONGEST_ID = 48  # letters
 NOT_IN_ID = re.compile("[^a-z0-9]+")
+DEVICES = re.compile(
+    "con|prn|aux|nul|(com|lpt)[0-9]"
+)  # Windows opens no file of such a name, with any suffix
 
 
 @dataclass(frozen=True)
@@ -107,6 +110,8 @@ def identity(name: str, taken: Collection[str]) -> str:
     """An id from any text, safe as a file name and in an address, and not among those `taken`."""
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
     base = NOT_IN_ID.sub("-", plain)[:LONGEST_ID].strip("-") or "avatar"
+    if DEVICES.fullmatch(base):
+        base = f"avatar-{base}"
     number, found = 1, base
     while found in taken:
         number += 1

@@ -69,5 +69,8 @@ async def _load(source: Source, message: Callable[[str], None]) -> Shown:
             await packing.wait()
     if packing.returncode:
         last = said.decode(errors="replace").strip().rpartition("\n")[2]
-        raise AvatarError(last.removeprefix("avatar-export: ") or "cannot be packed")
+        # It names the command, since it may advise options of it.
+        raise AvatarError(
+            f"`avatar-export pack` says: {last.removeprefix('avatar-export: ') or 'it cannot be packed'}"
+        )
     return await asyncio.to_thread(source.packed)

@@ -121,7 +121,7 @@ export class Instance {
 function checkedLevel(avatar: Avatar, level: number): number {
   const levels = avatar.program.levels.length;
   if (!Number.isInteger(level) || level < 0 || level >= levels) {
-    throw new AvatarError(`there is no level ${level}; it has ${levels}, counted from 0`, {
+    throw new AvatarError(`there is no level ${level}; the last one is level ${levels - 1}`, {
       owner: avatar.name,
       field: "level",
     });

@@ -94,7 +94,7 @@ class Navigation {
 
   private open(entry: Entry, again: boolean): void {
     this.current = entry;
-    void this.page.open(sourceOf(entry), entry.name, { preview: entry.preview, again });
+    void this.page.open(sourceOf(entry), entry.name, { preview: entry.preview, again, called: entry.name });
   }
 }
 

@@ -23,6 +23,7 @@ const NARROW = "(max-width: 719px)"; // as in viewer.css
 export interface Opening {
   readonly preview: string | null; // address of a still picture
   readonly again: boolean; // the same avatar, made anew: pose, view and clip go on
+  readonly called: string | null; // its name on the page; null: its own
 }
 
 /** The page around one avatar. */
@@ -41,6 +42,7 @@ export class Page {
   private readonly video: Video;
   private inputs: ArkitInputs | null = null;
   private recordings: { name: string; recording: Recording }[] = [];
+  private called = ""; // the name that the page shows
   private shownAt = 0;
   private resolve: () => void = () => undefined;
   private reject: (error: Error) => void = () => undefined;
@@ -76,7 +78,7 @@ export class Page {
   }
 
   /** Loads and shows an avatar. Errors become messages, and what was shown before stays. */
-  async open(source: Source, name: string, { preview, again }: Opening): Promise<void> {
+  async open(source: Source, name: string, { preview, again, called }: Opening): Promise<void> {
     byId("empty").hidden = true;
     if (!again) this.loading.setPoster(preview);
     try {
@@ -88,6 +90,7 @@ export class Page {
       }
       if (!again && preview === null) this.loading.setPoster(avatar.preview);
       this.messages.clear();
+      this.called = called ?? avatar.name;
       this.show(avatar, again);
     } catch (error) {
       if (this.stage.avatar !== null) this.loading.hidePoster();
@@ -131,8 +134,8 @@ export class Page {
     if (this.play && !again && !this.live.follow && !this.clips.playing) this.clips.toggle();
     this.fillPanel(avatar, pose);
     byId("frame-button").hidden = !this.stage.orbit.hasHead;
-    setText(byId("name"), avatar.name);
-    document.title = `${avatar.name} · Avatar viewer`;
+    setText(byId("name"), this.called);
+    document.title = `${this.called} · Avatar viewer`;
   }
 
   private inputsOf(avatar: Avatar, pose: Pose): ArkitInputs | null {
@@ -250,7 +253,7 @@ export class Page {
     press("help-button", () => byId<HTMLDialogElement>("help").showModal());
     press("help-close", () => byId<HTMLDialogElement>("help").close());
     listenForFiles({
-      avatar: (file) => this.open(file, file.name, { preview: null, again: false }),
+      avatar: (file) => this.open(file, file.name, { preview: null, again: false, called: null }),
       recording: (name, text) => this.record(name, text),
       failed: (error) => this.messages.error(errorText(error)),
     });

@@ -58,7 +58,7 @@ def move(partial: Path, out: Path, *, force: bool) -> None:
 
     Raises AvatarError if `out` exists without `force`, OSError if it cannot be done.
     """
-    _sync(partial)
+    sync(partial)
     try:
         _name(partial, out)
     except OSError:
@@ -133,7 +133,7 @@ def _replace(partial: Path, out: Path) -> None:
     remove(old)
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
     """Waits until a file, or a folder with all that is in it, is on the disk."""
     if not path.is_dir():
         _sync_file(path)

@@ -163,25 +163,34 @@ def test_publish_writes_a_folder_a_gallery_and_a_page(head: Path, run: Run, tmp_
     other.write_bytes(packed("Other", "CC0"))
     code, out, err = run("publish", head, "-o", tmp_path / "site")
     assert code == 0 and "copy the folder to a web server" in out and "Head: no licence is stated" in err
-    assert (tmp_path / "site" / "packs" / "head.avatar").read_bytes() == packed()
+    (tmp_path / "site" / "CNAME").write_text("example.org")
+    [pack] = (tmp_path / "site" / "packs").iterdir()
+    assert pack.read_bytes() == packed()
     code, out, err = run("publish", head, other, "-o", tmp_path / "both", "--url", "https://example.org/x")
     assert code == 0 and "2 avatars" in out
-    assert (
-        'content="https://example.org/x/previews/head.jpg"' in (tmp_path / "both" / "index.html").read_text()
-    )
+    assert 'content="https://example.org/x/previews/head.' in (tmp_path / "both" / "index.html").read_text()
     code, out, _ = run("publish", other, "-o", tmp_path / "one.html", "--single", "--title", "Me")
     assert code == 0 and "MB; open it by double-click" in out
     assert "<title>Me</title>" in (tmp_path / "one.html").read_text()
     for arguments, message in (
-        ((head, "-o", tmp_path / "site"), "site: exists; pass --force to replace it"),
+        ((head, "-o", tmp_path / "site"), "site: exists; pass --force to replace what was published"),
         ((head, "-o", tmp_path), "exists and is not a published folder; it is not replaced"),
         ((head, "-o", tmp_path / "one.html", "--single"), "one.html: exists; name another or pass --force"),
         ((head, other, "-o", tmp_path / "two.html", "--single"), "one file holds one avatar"),
         ((head, "-o", tmp_path / "x", "--url", "example.org"), "is not an address such as https://"),
         ((head, "-o", tmp_path / "x", "--url", 'https://a/"><script>'), "is not an address such as https://"),
+        ((head, "-o", tmp_path / "x", "--url", "https://me:PW@a.org/"), "a name or a password before an @"),
+        ((head, "-o", tmp_path / "x", "--url", "ftp://me:PW@a.org"), "a name or a password before an @"),
+        ((head, "-o", tmp_path / "x", "--url", "https:me:PW@a.org"), "a name or a password before an @"),
         ((head, "-o", tmp_path / "x.html", "--single", "--url", "https://a/"), "--single has no address"),
     ):
         code, out, err = run("publish", *arguments)
         assert (code, out) == (2, "") and message in " ".join(err.replace("│", " ").split())
+        assert "PW" not in err
+    assert run("publish", head, "-o", tmp_path / "at", "--url", "https://medium.com/@me")[0] == 0
+    (tmp_path / "site" / "index.html").write_text("mine")
+    code, _, err = run("publish", other, "-o", tmp_path / "site", "--force")
+    assert code == 0 and "note: index.html was changed after it was published and stays as it is" in err
+    (tmp_path / "site" / "index.html").unlink()
     assert run("publish", other, "-o", tmp_path / "site", "--force")[0] == 0
-    assert not (tmp_path / "site" / "packs" / "head.avatar").exists()
+    assert not pack.exists() and (tmp_path / "site" / "CNAME").read_text() == "example.org"

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import io
 import json
+import re
+from collections.abc import Mapping
 from dataclasses import replace
+from fnmatch import fnmatch
 from html.parser import HTMLParser
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -15,7 +19,8 @@ from PIL import Image
 
 from avatar_export.serving import publish
 from avatar_export.serving.page import page_files
-from avatar_runtime.io.errors import AvatarError
+from avatar_export.serving.session import identity
+from avatar_export.serving.sources import sources_of
 from tests.exporter.serving.packs import HOSTILE, of, packed
 
 URL = "https://example.org/people/"
@@ -56,11 +61,21 @@ def addresses(seen: Seen) -> list[str]:
     return [address for address in found if address and not address.startswith(("#", "data:,"))]
 
 
+def hashed(path: str, data: bytes) -> bool:
+    """Whether a path names its contents: NAME.HASH.SUFFIX."""
+    return hashlib.sha256(data).hexdigest().startswith(path.split(".")[-2]) and len(path.split(".")[-2]) == 16
+
+
 def inline(seen: Seen) -> Any:
     [element] = [a for a in seen.all("script") if a.get("id") == "session"]
     assert element["type"] == "application/json"
     [text] = [t for t in seen.text["script"] if t.startswith("{")]
     return json.loads(text)
+
+
+def one(files: Mapping[str, bytes], pattern: str) -> bytes:
+    [path] = [path for path in files if fnmatch(path, pattern)]
+    return files[path]
 
 
 def data(address: str) -> bytes:
@@ -69,11 +84,12 @@ def data(address: str) -> bytes:
 
 def test_one_avatar_is_the_page_itself() -> None:
     files = publish.site([of("head", licence="CC BY 4.0")])
-    assert set(files) == {
-        *("index.html", "session.json", "packs/head.avatar", "previews/head.webp", publish.MARK),
+    assert {re.sub(r"[.][0-9a-f]{16}[.]", ".", path) for path in files} == {
+        *("index.html", "packs/head.avatar", "previews/head.webp"),
         *(f"viewer/{name}" for name in page_files() if name != "index.html"),
     }
-    said = json.loads(files["session.json"])
+    assert all(hashed(path, data) for path, data in files.items() if path != "index.html")
+    said = inline(Seen(files["index.html"].decode()))
     assert (said["live"], said["events"]) == (False, False)
     assert files[said["avatars"][0]["file"]] == packed("Head", "CC BY 4.0")
     assert files[said["avatars"][0]["preview"]][8:12] == b"WEBP"
@@ -92,8 +108,7 @@ def test_several_avatars_make_a_gallery_and_have_pages_of_their_own() -> None:
     for own, name in (("head", "Head"), ("body", "Body")):
         page = Seen(files[f"{own}/index.html"].decode())
         assert page.text["title"] == [name]
-        said = json.loads(files[f"{own}/session.json"])
-        [avatar] = said["avatars"]
+        [avatar] = inline(page)["avatars"]
         assert avatar["id"] == own
         for address in (*addresses(page), avatar["file"], avatar["preview"]):
             assert address.startswith("../") and address.removeprefix("../") in files
@@ -108,12 +123,13 @@ def test_link_previews_are_absolute_and_jpeg() -> None:
     ):
         metas = Seen(files[page].decode()).metas()
         assert metas["og:title"] == title and metas["og:url"] == URL + own
-        assert metas["og:image"] == f"{URL}previews/{picture}.jpg"
+        card = str(metas["og:image"]).removeprefix(URL)
+        assert re.fullmatch(rf"previews/{picture}\.[0-9a-f]{{16}}\.jpg", card) and hashed(card, files[card])
         assert (
             metas["twitter:card"] == "summary_large_image" and metas["og:description"] == metas["description"]
         )
     assert "CC BY 4.0" in str(Seen(files["head/index.html"].decode()).metas()["og:description"])
-    with Image.open(io.BytesIO(files["previews/head.jpg"])) as image:
+    with Image.open(io.BytesIO(one(files, "previews/head.*.jpg"))) as image:
         assert (image.format, image.size) == ("JPEG", (1200, 630))
         assert len(image.convert("L").getcolors(1 << 16) or []) > 20, "the avatar is drawn"
 
@@ -131,7 +147,7 @@ def test_hostile_names_stay_text(name: str) -> None:
     assert "".join(Seen(files["x/index.html"].decode()).text["title"]) == name
     assert "".join(Seen(files["index.html"].decode()).text["strong"]) == name + "Head"
     assert Seen(files["x/index.html"].decode()).metas()["og:title"] == name
-    assert json.loads(files["x/session.json"])["avatars"][0]["name"] == name
+    assert inline(Seen(files["x/index.html"].decode()))["avatars"][0]["name"] == name
     assert all(".." not in PurePosixPath(path).parts and not path.startswith("/") for path in files)
     seen = Seen(publish.single(avatar))
     assert inline(seen)["avatars"][0]["name"] == inline(seen)["avatars"][0]["license"] == name
@@ -141,7 +157,7 @@ def test_hostile_names_stay_text(name: str) -> None:
 @pytest.mark.more
 def test_an_avatar_without_a_preview_is_drawn() -> None:
     files = publish.site([replace(of("head"), preview=None)], URL)
-    with Image.open(io.BytesIO(files["previews/head.webp"])) as image:
+    with Image.open(io.BytesIO(one(files, "previews/head.*.webp"))) as image:
         assert len(image.convert("L").getcolors(1 << 16) or []) > 20
 
 
@@ -160,31 +176,20 @@ def test_a_single_page_holds_everything() -> None:
     assert types == {"data:text/javascript", "data:text/css"}
 
 
-def test_an_existing_folder_is_replaced_only_if_it_is_ours(tmp_path: Path) -> None:
-    out, files = tmp_path / "site", publish.site([of("head")])
-    out.mkdir()
-    publish.write_site(out, files, False)
-    assert {p.relative_to(out).as_posix(): p.read_bytes() for p in out.rglob("*") if p.is_file()} == files
-    with pytest.raises(AvatarError, match="exists; pass --force"):
-        publish.write_site(out, files, False)
-    publish.write_site(out, {publish.MARK: b"{}"}, True)
-    assert [p.name for p in out.iterdir()] == [publish.MARK] and [p.name for p in tmp_path.iterdir()] == [
-        "site"
-    ]
-    (tmp_path / "photos").mkdir()
-    (tmp_path / "photos" / "me.jpg").write_bytes(b"x")
-    (tmp_path / "file").write_bytes(b"x")
-    for name in ("photos", "file"):
-        with pytest.raises(AvatarError, match="is not a published folder; it is not replaced"):
-            publish.write_site(tmp_path / name, files, True)
-    assert (tmp_path / "photos" / "me.jpg").read_bytes() == b"x"
+@pytest.mark.parametrize("one_file", [True, False])
+def test_the_title_is_the_name_that_the_page_shows(one_file: bool) -> None:
+    page = (
+        publish.single(of("head"), "Me")
+        if one_file
+        else publish.site([of("head")], URL, "Me")["index.html"].decode()
+    )
+    seen = Seen(page)
+    assert seen.text["title"] == ["Me"] and inline(seen)["avatars"][0]["name"] == "Me"
+    assert one_file or seen.metas()["og:title"] == "Me"
 
 
-def test_a_failure_leaves_what_was_there(tmp_path: Path) -> None:
-    out = tmp_path / "site"
-    publish.write_site(out, {publish.MARK: b"{}", "index.html": b"old"}, False)
-    too_long = {publish.MARK: b"{}", "index.html": b"new", "x" * 300: b""}
-    with pytest.raises(AvatarError, match="site: cannot be written"):
-        publish.write_site(out, too_long, True)
-    assert (out / "index.html").read_bytes() == b"old"
-    assert [p.name for p in tmp_path.iterdir()] == ["site"]
+@pytest.mark.parametrize("name", ["con", "CON", "aux", "nul", "prn", "com1", "LPT9", "com\u00b9"])
+def test_no_id_is_a_device_of_windows(name: str, tmp_path: Path) -> None:
+    found = [source.id for source in sources_of([tmp_path / f"{name}.avatar", tmp_path / name], tmp_path)]
+    assert found == [f"avatar-{name.lower().replace(chr(0xB9), '1')}", f"{found[0]}-2"]
+    assert identity("console", ()) == "console" and identity("com10", ()) == "com10"

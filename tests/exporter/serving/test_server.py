@@ -5,9 +5,10 @@ from __future__ import annotations
 import socket
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -182,33 +183,161 @@ def test_garbage_ends_its_own_connection_only(here: Running, garbage: bytes) -> 
     assert here.get(here.start)[0] == 200
 
 
-def test_who_asks_nothing_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server, "REQUEST_TIME", 0.2)
-    monkeypatch.setattr(server, "MOST_CONNECTIONS", 20)
-    with running([of("head")]) as one:
-        start = time.monotonic()
-        assert one.raw(b"GET /") == b""
-        assert time.monotonic() - start < 3
-        idle = [socket.create_connection(("127.0.0.1", one.port)) for _ in range(60)]
-        time.sleep(0.5)
+def request(one: Running, path: str) -> bytes:
+    return f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{one.port}\r\n\r\n".encode()
+
+
+def ended(connection: socket.socket) -> bool:
+    """Whether the other side has closed: a write is refused, not only that nothing more comes."""
+    connection.setblocking(False)
+    try:
+        for _ in range(2):
+            connection.sendall(b"x")
+            time.sleep(0.05)
+    except OSError:
+        return True
+    return False
+
+
+@pytest.mark.parametrize(
+    "asks", ["nothing", "half a line", "a wrong token", "a wrong token, a byte at a time"]
+)
+def test_connections_without_the_token_lock_nobody_out(asks: str) -> None:
+    """500 of them, held open; a request with the token is answered."""
+    with running([of("head")]) as one, ExitStack() as held:
+        line = {"nothing": b"", "half a line": b"GET /"}.get(asks, request(one, "/wrong/"))
+        for _ in range(500):
+            stranger = held.enter_context(socket.create_connection(("127.0.0.1", one.port), timeout=5))
+            with suppress(OSError):  # cut in favour of a newer one
+                for part in [line[:9], line[9:]] if asks.endswith("time") else [line]:
+                    stranger.sendall(part)
+        assert [one.get(one.start)[0] for _ in range(5)] == [200] * 5
+
+
+@pytest.mark.parametrize("asks", ["", "GET /", "/wrong/", "TOKEN", "TOKENpacks/head.avatar", "TOKENevents"])
+def test_idle_and_finished_connections_are_closed(monkeypatch: pytest.MonkeyPatch, asks: str) -> None:
+    """Though the client holds them open: with nothing asked, a wrong token, or an answer that is over."""
+    assert server.IDLE + 2 * server.LOOK <= 10
+    monkeypatch.setattr(server, "IDLE", 0.2)
+    monkeypatch.setattr(server, "LOOK", 0.1)
+    with running([of("head")]) as one, socket.create_connection(("127.0.0.1", one.port), timeout=5) as held:
+        path = asks.replace("TOKEN", one.start)
+        held.sendall(request(one, path) if path.startswith("/") else path.encode())
+        answer = b""
+        while part := held.recv(1 << 16):
+            answer += part
+        assert bool(answer) == path.startswith("/")
+        wait = time.monotonic() + 5
+        while not ended(held):
+            assert time.monotonic() < wait
+            time.sleep(0.1)
+        held.close()
+
+
+def test_pages_stay_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "IDLE", 0.1)
+    monkeypatch.setattr(server, "LOOK", 0.1)
+    with running([of("head")]) as one, connect(one.events) as page:
+        time.sleep(0.6)
+        assert page.ping().wait(2)
+
+
+def test_those_with_the_token_stay_when_there_are_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "MOST_CONNECTIONS", 8)
+    with running([of("head")]) as one, ExitStack() as held:
+        pages = [held.enter_context(connect(one.events)) for _ in range(7)]
+        for _ in range(30):
+            held.enter_context(socket.create_connection(("127.0.0.1", one.port)))
         assert one.get(one.start)[0] == 200
-        for connection in idle:
-            connection.close()
+        assert all(page.ping().wait(2) for page in pages)
 
 
-def test_a_slow_reader_gets_a_large_file_whole() -> None:
-    large = replace(of("head"), pack=bytes(range(256)) * 40_000)
-    with running([large]) as one, socket.create_connection(("127.0.0.1", one.port)) as slow:
+def test_a_client_that_takes_nothing_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "STALLED", 0.3)
+    monkeypatch.setattr(server, "LOOK", 0.1)
+    cut, is_cut = server._Connection.cut, Event()
+
+    def seen(connection: server._Connection) -> None:
+        cut(connection)
+        is_cut.set()
+
+    monkeypatch.setattr(server._Connection, "cut", seen)
+    large = replace(of("head"), pack=bytes(16 << 20))
+    with running([large]) as one, socket.socket() as slow:
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 14)
-        slow.sendall(
-            f"GET {one.start}packs/head.avatar HTTP/1.1\r\nHost: 127.0.0.1:{one.port}\r\n\r\n".encode()
-        )
-        time.sleep(0.3)
+        slow.connect(("127.0.0.1", one.port))
+        slow.settimeout(5)
+        slow.sendall(request(one, f"{one.start}packs/head.avatar"))
+        assert is_cut.wait(30)
+        size = 0
+        with suppress(ConnectionResetError):
+            while part := slow.recv(1 << 16):
+                size += len(part)
+        assert size < 8 << 20
+
+
+def test_a_slow_reader_gets_a_large_file_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though it takes a hundred times as long as an idle connection may stay."""
+    monkeypatch.setattr(server, "IDLE", 0.05)
+    monkeypatch.setattr(server, "LOOK", 0.05)
+    large = replace(of("head"), pack=bytes(range(256)) * 8_000)
+    with running([large]) as one, socket.socket() as slow:
+        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 14)
+        slow.connect(("127.0.0.1", one.port))
+        slow.sendall(request(one, f"{one.start}packs/head.avatar"))
         assert one.get(one.start)[0] == 200, "others are served meanwhile"
         data = b""
-        while part := slow.recv(1 << 20):
+        while part := slow.recv(1 << 13):
             data += part
+            time.sleep(0.02)
     assert data.partition(b"\r\n\r\n")[2] == large.pack
+
+
+LAST = len(packed()) - 1
+
+
+@pytest.mark.parametrize(
+    ("asked", "part"),
+    [
+        ("bytes=0-0", (0, 0)),
+        ("bytes=0-99", (0, 99)),
+        ("Bytes = 100-", (100, LAST)),
+        (f"bytes={LAST}-", (LAST, LAST)),
+        ("bytes=-10", (LAST - 9, LAST)),
+        (f"bytes=-{10**17}", (0, LAST)),
+        (f"bytes=5-{10**17}", (5, LAST)),
+        (f"bytes={LAST + 1}-", None),
+        ("bytes=-0", None),
+        *(
+            (whole, ())
+            for whole in (
+                "bytes=9-5",
+                "bytes=-",
+                "bytes=0-1,5-6",
+                "items=0-1",
+                "bytes=a-b",
+                "bytes=\u0663-",
+                "",
+            )
+        ),
+    ],
+)
+def test_a_range_of_a_file(here: Running, asked: str, part: tuple[int, int] | tuple[()] | None) -> None:
+    path = f"{here.start}packs/head.avatar"
+    wanted = asked.encode().decode("latin-1")
+    status, headers, body = here.get(path, headers={"Range": wanted})
+    assert headers["accept-ranges"] == "bytes" and int(headers["content-length"]) == len(body)
+    if part is None:
+        assert (status, body, headers["content-range"]) == (416, b"", f"bytes */{LAST + 1}")
+    elif part == ():
+        assert (status, body) == (200, packed()) and "content-range" not in headers
+    else:
+        first, last = part
+        assert (status, body) == (206, packed()[first : last + 1])
+        assert headers["content-range"] == f"bytes {first}-{last}/{LAST + 1}"
+    assert "default-src 'none'" in headers["content-security-policy"]
+    assert here.get(path, headers={"Range": wanted, "If-Range": '"1"'})[::2] == (200, packed())
+    assert here.get(path, "HEAD", {"Range": wanted})[::2] == (200, b"")
 
 
 def test_a_port_in_use_is_one_line(here: Running) -> None:

@@ -80,7 +80,7 @@ KILLS: dict[str, dict[str, Any]] = {
     "between two renames": {"exchange": without_exchange, "rename": 2},
     "before two renames": {"exchange": without_exchange, "rename": 1},
     "after two renames": {"exchange": without_exchange, "remove": dies},
-    "before anything is synced": {"_sync": dies},
+    "before anything is synced": {"sync": dies},
 }
 
 

@@ -19,7 +19,9 @@ export class Clip {
   constructor(avatar: Avatar, index: number) {
     const data = avatar.clips[index];
     if (data === undefined) {
-      throw new AvatarError(`there is no clip ${index}; it has ${avatar.clips.length}, counted from 0`, {
+      const last = avatar.clips.length - 1;
+      const have = last < 0 ? "this avatar has none" : `the last one is clip ${last}`;
+      throw new AvatarError(`there is no clip ${index}; ${have}`, {
         owner: avatar.name,
         field: "clips",
       });
