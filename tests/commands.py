@@ -8,7 +8,9 @@ from collections.abc import Callable
 import pytest
 
 from avatar_export import cli
+from avatar_export.commands import console
 
+QUIET = 1e6  # seconds: no lines of progress, however slow the machine is
 Run = Callable[..., tuple[int, str, str]]
 
 
@@ -17,6 +19,7 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
     """(exit code, standard output, standard error) of one command."""
 
     def command(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(console, "SECONDS", QUIET)
         monkeypatch.setattr(sys, "argv", ["avatar-export", *map(str, arguments)])
         capsys.readouterr()
         try:

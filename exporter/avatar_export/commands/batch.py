@@ -13,7 +13,7 @@ from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElaps
 
 from avatar_export.batch import expect_extra
 from avatar_export.commands import arguments
-from avatar_export.commands.console import messages, output
+from avatar_export.commands.console import Steps, messages, output
 from avatar_runtime.io.errors import AvatarError, printable
 
 if TYPE_CHECKING:
@@ -99,7 +99,8 @@ def finish(results: Sequence[Result], out: str) -> None:
 
 
 class BatchProgress:
-    """Shows the progress of `total` rows: on a terminal a line for all and one a worker, elsewhere a line a row."""
+    """Shows the progress of `total` rows: on a terminal a line for all and one a worker; elsewhere a line a row,
+    and one every few seconds (see `Steps`)."""
 
     def __init__(self, total: int, console: Console = messages) -> None:
         self._total, self._console = total, console
@@ -111,6 +112,7 @@ class BatchProgress:
             transient=True,
             disable=not console.is_terminal,
         )
+        self._steps = Steps(console)
         self._lines: dict[str, TaskID] = {}  # by worker
         self._at: dict[str, str] = {}  # row -> worker
         self._over: dict[str, bool] = {}  # row that ended -> whether it is done
@@ -119,13 +121,17 @@ class BatchProgress:
 
     def __enter__(self) -> BatchProgress:
         self._bar.start()
-        self._bar.update(self._all, description=self._counted())
+        if self._bar.disable:
+            self._steps.__enter__()
+        self._count()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._bar.stop()
+        if self._bar.disable:
+            self._steps.__exit__()
         if isinstance(error, KeyboardInterrupt | SystemExit):
             self.note(f"stopped: {self._counted()} came to their end; --resume does what is missing")
 
@@ -150,7 +156,7 @@ class BatchProgress:
             if self._total == len(self._over) + len(self._at):  # no row is left that could begin
                 for idle in self._lines.keys() - self._at.values():
                     self._show(idle, gone=True)
-            self._bar.update(self._all, description=self._counted())
+            self._count()
         if not result.ok:
             self.note(f"{result.name}: {result.state}: {result.message}; {result.remedy}")
         elif not self._console.is_terminal:
@@ -173,6 +179,10 @@ class BatchProgress:
             self._bar.reset(self._lines[worker], description=text)
         else:
             self._lines[worker] = self._bar.add_task(text)
+
+    def _count(self) -> None:
+        self._steps.step(self._counted())
+        self._bar.update(self._all, description=self._counted())
 
     def _counted(self) -> str:
         failed = list(self._over.values()).count(False)

@@ -8,7 +8,10 @@ from __future__ import annotations
 import json
 import re
 import sys
+import threading
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from rich.console import Console
@@ -16,6 +19,8 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from avatar_runtime.io.errors import printable
+
+SECONDS = 10.0  # between two lines of progress where there is no terminal
 
 
 class CleanConsole(Console):
@@ -31,23 +36,46 @@ output = CleanConsole(highlight=False, markup=False, soft_wrap=not sys.stdout.is
 
 
 class Steps:
-    """A spinner on a terminal, nothing elsewhere; `with Steps() as step: step("reading")`."""
+    """Progress of work that may be long: on a terminal a spinner, elsewhere a line every SECONDS on standard error.
 
-    def __enter__(self) -> Callable[[str], None]:
+    `with Steps() as step: step("reading")`.
+    """
+
+    def __init__(self, console: Console = messages) -> None:
+        self._console = console
+        self._text, self._began, self._over = "", time.monotonic(), threading.Event()
         self._bar = Progress(
             SpinnerColumn(),
             TextColumn("{task.description}", markup=False),
             TimeElapsedColumn(),
-            console=messages,
+            console=console,
             transient=True,
-            disable=not sys.stderr.isatty(),
+            disable=not console.file.isatty(),
         )
+        self._task = self._bar.add_task("")
+        self._speaker = threading.Thread(target=self._speak, daemon=True)
+
+    def __enter__(self) -> Callable[[str], None]:
         self._bar.start()
-        task = self._bar.add_task("")
-        return lambda text: self._bar.update(task, description=printable(text))
+        if self._bar.disable:
+            with suppress(RuntimeError):  # memory has no room for a thread: the work may still fit
+                self._speaker.start()
+        return self.step
 
     def __exit__(self, *_: object) -> None:
+        self._over.set()
         self._bar.stop()
+        if self._speaker.is_alive():
+            self._speaker.join()
+
+    def step(self, text: str) -> None:
+        """What is done now."""
+        self._text = printable(text)
+        self._bar.update(self._task, description=self._text)
+
+    def _speak(self) -> None:
+        while not self._over.wait(SECONDS):
+            self._console.print(f"{self._text or 'working'}, {time.monotonic() - self._began:.0f} s so far")
 
 
 def facts_table(facts: dict[str, Any]) -> Table:

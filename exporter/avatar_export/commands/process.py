@@ -7,6 +7,7 @@ where whatever read standard output was gone.
 
 from __future__ import annotations
 
+import _thread
 import errno
 import importlib
 import io
@@ -14,6 +15,8 @@ import os
 import signal
 import sys
 import threading
+import time
+import weakref
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from types import FrameType
@@ -24,8 +27,10 @@ from avatar_export.commands.memory import Need, need_of, shortage
 LITTLE_MEMORY = 3  # exit code
 BY_SIGNAL = 128  # exit code of a process that a signal ended: this plus the signal's number
 PIPE = 13  # number of SIGPIPE, which Windows does not have
-AGAIN = 0.05  # seconds after which an interrupt that something swallowed is sent again
+AGAIN = 0.05  # seconds after which a signal is sent again that something swallowed, or that came too early
 ENDING = ("SIGTERM", "SIGHUP")
+ENDS = (KeyboardInterrupt, SystemExit)
+IMPORTLIB = "<frozen importlib._bootstrap>"  # the file of Python's frames that load modules
 
 
 def start(program: str, module: str, needs: Mapping[str, Need]) -> None:
@@ -109,49 +114,98 @@ class _Output(io.TextIOWrapper):
 
 
 @contextmanager
-def ending_by_signals() -> Iterator[None]:
-    """Signals that end the process raise an exception in the block, so that nothing is left half-written.
+def ending_by_signals(program: str) -> Iterator[None]:
+    """Signals that end the process raise an exception in the block, so that nothing is left half-written. After it come
+    one line and SystemExit.
 
-    Ctrl+C: KeyboardInterrupt; SIGTERM and SIGHUP: SystemExit. One that a destructor or a library's callback swallows
-    is sent again. What the parent process has ignored stays ignored. Changes nothing outside of the main thread.
+    Ctrl+C: KeyboardInterrupt; SIGTERM and SIGHUP: SystemExit. While a module is loaded the exception waits: native
+    libraries swallow it, or print it. One that is swallowed elsewhere comes again. What the parent process has ignored
+    stays ignored. Changes nothing outside of the main thread.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    handlers: dict[int, Any] = {signal.SIGINT: signal.default_int_handler}
-    handlers |= {getattr(signal, name): _end for name in ENDING if hasattr(signal, name)}
-    before = {number: signal.getsignal(number) for number in handlers}
+    ending = _Ending()
+    numbers = [signal.SIGINT, *(getattr(signal, name) for name in ENDING if hasattr(signal, name))]
+    before = {number: signal.getsignal(number) for number in numbers}
     hook = sys.unraisablehook
-
-    def again(lost: sys.UnraisableHookArgs) -> None:
-        if isinstance(lost.exc_value, KeyboardInterrupt | SystemExit):
-            code = lost.exc_value.code if isinstance(lost.exc_value, SystemExit) else None
-            number = code - BY_SIGNAL if isinstance(code, int) else int(signal.SIGINT)
-            threading.Timer(AGAIN, _send, [number]).start()
-        else:
-            hook(lost)
-
     try:
-        for number, handler in handlers.items():
+        for number in numbers:
             if before[number] not in (signal.SIG_IGN, None):  # None: set by C code
-                signal.signal(number, handler)
-        sys.unraisablehook = again
+                signal.signal(number, ending.asked)
+        sys.unraisablehook = lambda lost: None if isinstance(lost.exc_value, ENDS) else hook(lost)
         yield
+    except BaseException:
+        if ending.number is None:
+            raise
     finally:
+        ending.over = True
         sys.unraisablehook = hook
         for number, handler in before.items():
             if handler is not None:
                 signal.signal(number, handler)
+    if ending.number is not None:
+        print(f"{program}: ended by {_name(ending.number)}", file=sys.stderr)
+        raise SystemExit(BY_SIGNAL + ending.number)
 
 
-def _end(number: int, _: FrameType | None) -> NoReturn:
-    raise SystemExit(BY_SIGNAL + number)
+class _Terminated(SystemExit):
+    """A signal other than Ctrl+C."""
 
 
-def _send(number: int) -> None:
-    """Sends a signal to the main thread, which may be waiting; Windows can only send it to a thread that runs."""
-    main = threading.main_thread().ident
-    if hasattr(signal, "pthread_kill") and main is not None:
-        signal.pthread_kill(main, number)
-    else:
-        signal.raise_signal(number)
+class _Interrupted(KeyboardInterrupt):
+    """Ctrl+C. A class of its own, since weak references need one that is made in Python."""
+
+
+class _Ending:
+    """The signal that ends a block, until the block has ended."""
+
+    def __init__(self) -> None:
+        self.number: int | None = None
+        self.over = False
+        self._main = threading.get_ident()
+        self._raised: weakref.ref[BaseException] | None = None
+
+    def asked(self, number: int, frame: FrameType | None) -> None:
+        """The handler of the signals."""
+        self.number = number
+        if _loads(frame):
+            self._again()
+            return
+        error = _Interrupted() if number == signal.SIGINT else _Terminated(BY_SIGNAL + number)
+        # It lives as long as it ends something. If it dies before the block has ended, something has swallowed it.
+        self._raised = weakref.ref(error, lambda _: self._again())
+        try:
+            raise error
+        finally:
+            del error  # else the error and this frame keep each other alive
+
+    def _again(self) -> None:
+        """Sends the signal once more, soon. A bare thread: handlers run anywhere, inside `threading` too."""
+        if not self.over:
+            with suppress(
+                RuntimeError
+            ):  # no memory for a thread: the end of the block still ends the process
+                _thread.start_new_thread(self._send, ())
+
+    def _send(self) -> None:
+        time.sleep(AGAIN)
+        if self.over or self.number is None:
+            return
+        if hasattr(signal, "pthread_kill"):  # wakes a main thread that waits; Windows cannot
+            signal.pthread_kill(self._main, self.number)
+        else:
+            signal.raise_signal(self.number)
+
+
+def _loads(frame: FrameType | None) -> bool:
+    """Whether a module is being loaded."""
+    while frame is not None:
+        if frame.f_code.co_filename == IMPORTLIB:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _name(number: int) -> str:
+    return "Ctrl+C" if number == signal.SIGINT else signal.Signals(number).name

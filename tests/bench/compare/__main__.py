@@ -56,7 +56,7 @@ def main() -> None:
     if revision is None:
         stop("no release is tagged here; name what to compare with: --against REVISION")
     with (
-        ending_by_signals(),
+        ending_by_signals("tests.bench.compare"),
         checked_out(ROOT, revision) as earlier,
         tempfile.TemporaryDirectory() as scratch,
     ):

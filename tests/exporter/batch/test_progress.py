@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import threading
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -109,6 +110,20 @@ def test_a_stop_says_how_to_go_on(stop: Callable[[], BaseException]) -> None:
         shown.progress.ended(Result("anna", "done"))
         raise stop()
     assert shown.rest() == ["stopped: 1 of 5 rows came to their end; --resume does what is missing"]
+
+
+def test_without_a_terminal_a_line_comes_every_few_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("avatar_export.commands.console.SECONDS", 0.05)
+    written = io.StringIO()
+    with BatchProgress(
+        2, CleanConsole(file=written, force_terminal=False, width=80, soft_wrap=True)
+    ) as progress:
+        while "\n" not in written.getvalue():
+            threading.Event().wait(0.05)
+        progress.ended(Result("anna", "done"))
+        while "1 of 2 rows, 0 s so far" not in written.getvalue():
+            threading.Event().wait(0.05)
+    assert written.getvalue().startswith("0 of 2 rows, 0 s so far\n")
 
 
 def test_without_a_terminal_each_row_is_a_line() -> None:

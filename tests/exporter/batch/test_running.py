@@ -90,7 +90,7 @@ def test_ctrl_c_ends_it_and_resume_does_what_is_missing(
     out, command = tmp_path / "out", ("batch", tmp_path / "list.csv", "-o", tmp_path / "out")
     when(out, 4, lambda: os.kill(os.getpid(), signal.SIGINT))
     code, _, said = run(*command, "--scheduler", address)
-    assert code == 130 and "--resume does what is missing" in said.splitlines()[-1]
+    assert code == 130 and "--resume does what is missing" in said.splitlines()[-2]
     states = [row["state"] for row in report(out).values()]
     assert 1 <= states.count("done") < 12 and states.count("done") + states.count("not done") == 12
     code, _, said = run(*command, "--scheduler", address)

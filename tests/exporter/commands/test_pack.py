@@ -81,7 +81,7 @@ def test_commands_take_a_pack(packed: Path, run: Run, tmp_path: Path) -> None:
         images.append(np.asarray(Image.open(png)).astype(int))
     assert np.abs(images[0] - images[1]).max() > 3
     code, _, err = run("render", packed, "-o", tmp_path / "2.png", "--level", 2)
-    assert code == 2 and "level: has no level 2; it has 2, counted from 0" in err
+    assert code == 2 and "level: there is no level 2; the last one is level 1" in err
     assert (
         run(
             "convert", packed, "-o", tmp_path / "again", "--no-engine-files", "--no-preview", "--no-reference"

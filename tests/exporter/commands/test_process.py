@@ -10,7 +10,9 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,10 @@ from tests.commands import Run
 
 PLAIN = ("--no-preview", "--no-engine-files", "--no-reference")
 ENDS = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}
+
+
+def ended(name: str) -> str:
+    return f"avatar-export: ended by {'Ctrl+C' if name == 'SIGINT' else name}\n"
 
 
 @pytest.fixture
@@ -49,7 +55,7 @@ def test_a_signal_leaves_nothing_half_written(
     broken = tuple(replace(w, pieces=pieces) if w.path == "rig.safetensors" else w for w in table.WRITERS)
     monkeypatch.setattr(bundle, "WRITERS", broken)
     code, out, error = run("convert", sample_lam, "-o", tmp_path / "out", *PLAIN)
-    assert (code, out, error) == (ENDS[name], "", "")
+    assert (code, out, error) == (ENDS[name], "", ended(name))
     assert not list(tmp_path.iterdir())
 
 
@@ -69,7 +75,109 @@ def test_an_interrupt_that_a_destructor_swallows_comes_again(
     monkeypatch.setattr("avatar_export.summary.inspect", inspect)
     began = time.monotonic()
     code, _, error = run("inspect", "x")
-    assert (code, error) == (130, "") and time.monotonic() - began < 20
+    assert (code, error) == (130, ended("SIGINT")) and time.monotonic() - began < 20
+
+
+@pytest.mark.parametrize("name", ENDS)
+@pytest.mark.parametrize("last", [True, False])
+@pytest.mark.usefixtures("handlers")
+def test_a_signal_that_a_library_swallows_ends_the_process(
+    run: Run, monkeypatch: pytest.MonkeyPatch, name: str, last: bool
+) -> None:
+    """In the middle of the work, or as the last thing that it does."""
+
+    def inspect(*_: object) -> dict[str, Any]:
+        with suppress(BaseException):
+            signal.raise_signal(getattr(signal, name))
+        if not last:
+            threading.Event().wait(20)
+        return {}
+
+    monkeypatch.setattr("avatar_export.summary.inspect", inspect)
+    code, out, error = run("inspect", "x", "--json")
+    assert (code, error) == (ENDS[name], ended(name)) and (last or out == "")
+
+
+@pytest.mark.usefixtures("handlers")
+def test_one_signal_raises_once(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """However long it takes to tidy up: a second exception would break that off."""
+
+    def inspect(*_: object) -> None:
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        finally:
+            threading.Event().wait(0.5)
+            (tmp_path / "tidy").touch()
+
+    monkeypatch.setattr("avatar_export.summary.inspect", inspect)
+    assert run("inspect", "x") == (143, "", ended("SIGTERM")) and (tmp_path / "tidy").exists()
+
+
+# A native library: an exception that comes while it loads is printed, and then it goes on.
+SWALLOWS = """
+import os, signal, sys, time
+try:
+    os.kill(os.getpid(), signal.{name})
+    time.sleep(0.3)
+except BaseException:
+    sys.excepthook(*sys.exc_info())
+"""
+
+
+@pytest.mark.parametrize("name", ENDS)
+@pytest.mark.usefixtures("handlers")
+def test_a_signal_while_a_module_is_loaded_waits_for_it(
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str
+) -> None:
+    (tmp_path / "swallows_signals.py").write_text(SWALLOWS.format(name=name))
+    monkeypatch.syspath_prepend(tmp_path)
+    went_on = []
+
+    def inspect(*_: object) -> dict[str, Any]:
+        import_module("swallows_signals")
+        threading.Event().wait(20)
+        went_on.append(True)
+        return {}
+
+    monkeypatch.setattr("avatar_export.summary.inspect", inspect)
+    try:
+        assert run("inspect", "x") == (ENDS[name], "", ended(name)) and not went_on
+    finally:
+        sys.modules.pop("swallows_signals", None)
+
+
+# `convert` that gets a signal before the n-th module of OpenUSD is loaded.
+USD = """
+import os, signal, sys
+left = [int(sys.argv[1])]
+signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell has ignored stays ignored
+def hook(event, values):
+    if event == "import" and str(values[0]).startswith("pxr"):
+        left[0] -= 1
+        if left[0] == 0:
+            os.kill(os.getpid(), signal.{name})
+sys.addaudithook(hook)
+sys.argv[0:2] = ["avatar-export"]
+from avatar_export.__main__ import main
+try:
+    main()
+finally:
+    assert left[0] <= 0, "the library was not loaded"
+"""
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGINT"])
+@pytest.mark.parametrize("module", [1, 3, 7, 12])
+def test_a_signal_while_openusd_loads_ends_convert(
+    sample_lam: Path, tmp_path: Path, name: str, module: int
+) -> None:
+    words = ("convert", sample_lam, "-o", tmp_path / "out", "--no-preview", "--no-reference")
+    done = subprocess.run(
+        [sys.executable, "-c", USD.format(name=name), str(module), *words],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout, done.stderr) == (ENDS[name], "", ended(name))
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.usefixtures("handlers")

@@ -52,7 +52,14 @@ def train_command(name: str) -> Callable[..., None]:
             Path, typer.Option("--out", "-o", help="Folder to write; a run that is there is resumed.")
         ],
         iterations: Annotated[int | None, typer.Option(help="Iterations, one image each.", min=1)] = None,
-        gaussians: Annotated[int | None, typer.Option(help="Gaussians at the start.", min=1)] = None,
+        gaussians: Annotated[
+            int | None,
+            typer.Option(
+                help="Gaussians at the start; of gaussian_blendshapes those on the face, beside mouth_gaussians in "
+                "each set of teeth.",
+                min=1,
+            ),
+        ] = None,
         sh_degree: Annotated[int | None, typer.Option(help="Highest SH degree.", min=0, max=3)] = None,
         size: Annotated[int, typer.Option(help="Pixels of the longer side; 0: as captured.", min=0)] = 0,
         seed: Annotated[int, typer.Option(help="Seed of all random numbers.", min=0)] = 0,
@@ -172,7 +179,9 @@ def _read(folder: Path, out: Path, settings: TrainSettings, resume: bool, accept
 
 def _evaluate(system: System, scene: Capture, out: Path, iteration: int, by: Drawing) -> None:
     """Measure the held-out frames, write OUT/evaluation.json and print the means."""
-    result = evaluate(system, scene, by)
+    with Steps() as step:
+        step("measuring")
+        result = evaluate(system, scene, by)
     with disk_advice(out):
         run.write(out, {"iteration": iteration, **result}, run.EVALUATION)
     output.print(table(result))

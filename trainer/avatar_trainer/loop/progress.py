@@ -8,9 +8,7 @@ from datetime import timedelta
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from avatar_export.commands.console import messages
-
-SECONDS = 10.0  # between two lines
+from avatar_export.commands.console import SECONDS, messages
 
 
 def note(text: str) -> None:
