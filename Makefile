@@ -61,7 +61,7 @@ fuzz: .venv/tested
 	$(BIN)/python -m tests.fuzz.faults --each $(FAULTS)
 	AVATAR_FUZZ=$(FUZZ) $(PYTEST) -m hypothesis
 
-# The site, into out/site.
+# The site, into build/docs.
 docs: .venv/documented
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
@@ -72,7 +72,7 @@ dist: .venv/tested
 	$(BIN)/python -m tests.packaging.dist dist
 
 clean:
-	rm -rf .venv .venv-3.* $(OUT) dist tests/interop/node_modules
+	rm -rf .venv .venv-3.* $(OUT) build/docs dist tests/interop/node_modules
 
 .venv/installed: pyproject.toml
 	sh .ci/packages

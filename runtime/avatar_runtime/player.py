@@ -174,7 +174,7 @@ def at_level(avatar: Avatar, level: int) -> Avatar:
     levels = 1 if avatar.packed is None else avatar.packed.levels
     if not 0 <= level < levels or avatar.packed is None:
         raise AvatarError(
-            f"has no level {level}; it has {levels}, counted from 0", owner=avatar.name, field="level"
+            f"there is no level {level}; the last one is level {levels - 1}", owner=avatar.name, field="level"
         )
     return avatar if level == avatar.packed.level else avatar.packed.at(level)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from avatar_export.clips import gltf_clip
 from avatar_export.clips.poses import clip_from_poses
+from avatar_export.driving import expression_json
 from avatar_export.driving.frames import frame_rate
 from avatar_export.formats.file_set import MAX_FILE_BYTES, FileSet, holds_together
 from avatar_export.formats.gltf.animation import clip_names, read_clip
@@ -17,7 +18,7 @@ from avatar_runtime.codec.glb import Glb
 from avatar_runtime.io.whole_files import read_bytes
 
 SKIN = "skin.glb"  # of a LAM zip
-CLIPS, EXPRESSIONS = "animation.glb", "bsData.json"  # optional
+CLIPS, EXPRESSIONS = "animation.glb", expression_json.FILE  # optional
 FPS = 30.0  # frames per second of a clip whose keys are not evenly spaced
 RATES = (5.0, 240.0)  # range of key rates that become the rate of a clip
 

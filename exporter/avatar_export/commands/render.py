@@ -33,7 +33,9 @@ def render(
     eyelid: arguments.Eyelids = None,
     drive: Annotated[
         Path | None,
-        typer.Option(help="Recording to play: Live Link Face CSV or UDP packets, or bsData.json of LAM."),
+        typer.Option(
+            help="Recording to play: Live Link Face CSV or UDP packets, or bsData.json of LAM, alone or in a zip."
+        ),
     ] = None,
     clip: Annotated[
         str | None,

@@ -17,6 +17,7 @@ from avatar_runtime.avatar import F64
 from avatar_runtime.driving.arkit import CHANNELS, canonical
 from avatar_runtime.io.errors import AvatarError, no_such
 
+FILE = "bsData.json"  # its name in a zip
 MAX_BYTES = 64 << 20  # about half an hour at 30 frames a second
 RATES = (1.0, 1000.0)  # range of frames per second
 RATE_ERROR = 0.01  # by which the times may leave metadata.fps

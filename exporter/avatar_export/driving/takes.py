@@ -6,10 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from avatar_export.driving.expression_json import is_expression_json, read_expression_json
+from avatar_export.driving.expression_json import FILE, is_expression_json, read_expression_json
 from avatar_export.driving.frames import DrivingTake
 from avatar_export.driving.live_link_csv import is_live_link_csv, read_live_link_csv
 from avatar_export.driving.live_link_udp import is_live_link_udp, read_live_link_udp
+from avatar_export.formats.file_set import FileSet, holds_together
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
 
@@ -33,7 +34,12 @@ TAKE_READERS: tuple[TakeReader, ...] = (
 
 
 def read_take(path: Path | str) -> DrivingTake:
-    """The take in the file `path`, its format recognised by content. Raises AvatarError for anything else."""
+    """The take in the file `path`, its format recognised by content, or in a zip or folder with a bsData.json.
+
+    Raises AvatarError for anything else.
+    """
+    if holds_together(Path(path), (FILE,)):
+        return take_of(FileSet(Path(path), (FILE,)).read(FILE), FILE)
     return take_of(read_bytes(Path(path), MAX_FILE_BYTES), Path(path).name)
 
 

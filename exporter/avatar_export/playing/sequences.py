@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from avatar_export.clips import gltf_files
 from avatar_export.clips.other_avatar import parts_of
 from avatar_export.clips.poses import clip_poses
 from avatar_export.clips.sources import clip_notes, clips_from
@@ -16,7 +17,7 @@ from avatar_export.images import arkit_pose
 from avatar_export.playing.meshes import read_meshes
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.driving.arkit import ARKIT_NAMES, canonical
-from avatar_runtime.io.errors import no_such
+from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.pose import Pose, joint_rotation
 
 TURNTABLE_SECONDS = 2.0
@@ -72,6 +73,10 @@ def recorded(avatar: Avatar, path: Path) -> PoseSequence:
 
     Raises AvatarError for a damaged recording, and for an avatar that ARKit cannot drive.
     """
+    if gltf_files.holds_gltf(path) and gltf_files.expressions_of(path) is None:
+        raise AvatarError(
+            f"holds no {gltf_files.EXPRESSIONS}, so no recording; --clip plays its animation", file=path
+        )
     take = takes.read_take(path)
     notes = []
     missing = drive.unreached(avatar)

@@ -113,9 +113,9 @@ def test_levels_play_alone_and_by_the_player(context: moderngl.Context) -> None:
             player = Player(fine, "gl", level=level, context=context)
             assert np.abs(player.frame(pose, seen, (0, 0, 0)).image.colour - cpu.colour).max() <= 1 / 255
             assert player.backend.interpreter.level.rows == player.avatar.gaussians.count
-        with pytest.raises(AvatarError, match="level: has no level 2; it has 2, counted from 0"):
+        with pytest.raises(AvatarError, match="level: there is no level 2; the last one is level 1"):
             Player(fine, "reference", level=2)
-    with pytest.raises(AvatarError, match="has no level 1; it has 1"):
+    with pytest.raises(AvatarError, match="there is no level 1; the last one is level 0"):
         Player(full_avatar(3), "reference", level=1)
 
 

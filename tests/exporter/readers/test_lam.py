@@ -12,6 +12,7 @@ import pytest
 
 from avatar_export.formats import file_set
 from avatar_export.options import ReadOptions
+from avatar_export.playing.sequences import recorded
 from avatar_export.readers import lam
 from avatar_export.readers.table import expect_bundle, find
 from avatar_runtime.codec import glb
@@ -83,6 +84,33 @@ def test_expressions_in_the_zip_are_a_clip(tmp_path: Path) -> None:
     unpacked = lam.read(tmp_path / "arkitWithBSData", ReadOptions())
     assert np.array_equal(unpacked.clips[0].expression_weights, clip.expression_weights)
     assert "bsData.json" in {entry["path"] for entry in unpacked.provenance["source_files"]}
+
+
+def test_expressions_in_the_zip_are_a_recording(tmp_path: Path) -> None:
+    """`render --drive talk.zip`, or a zip with that file alone; without it a line says what plays the zip."""
+    frames = [{"weights": [k / 4], "time": k / 25, "rotation": []} for k in range(4)]
+    told = json.dumps(
+        {"names": ["jawOpen"], "metadata": {"fps": 25, "frame_count": 4}, "frames": frames}
+    ).encode()
+    whole = lam_files.write_zip(tmp_path / "talk.zip", lam_files.files(expressions=told))
+    avatar = lam.read(whole, ReadOptions())
+    alone = lam_files.write_zip(tmp_path / "alone.zip", {"bsData.json": told})
+    with zipfile.ZipFile(whole) as archive:
+        archive.extractall(tmp_path / "unpacked")
+    (tmp_path / "bare.json").write_bytes(told)
+    wanted = recorded(avatar, tmp_path / "bare.json")
+    for path in (whole, alone, tmp_path / "unpacked"):
+        found = recorded(avatar, path)
+        assert (found.fps, [pose.expressions for pose in found.poses]) == (
+            25,
+            [p.expressions for p in wanted.poses],
+        )
+    assert any(any(pose.expressions.values()) for pose in wanted.poses)
+    silent = lam_files.write_zip(tmp_path / "silent.zip", lam_files.files())
+    with pytest.raises(
+        AvatarError, match=r"silent\.zip: holds no bsData\.json, so no recording; --clip plays"
+    ):
+        recorded(avatar, silent)
 
 
 def test_a_truncated_zip_is_called_truncated(made: Path, tmp_path: Path) -> None:

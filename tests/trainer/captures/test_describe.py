@@ -19,7 +19,7 @@ def described(folder: Path, rows: list[list[float]]) -> str:
             entry["split"] = "train" if t < 4 else "test"
             entry["joints"] = {"jaw": [np.radians(10.0 * t), 0, 0]}
 
-    return describe(load(folders.changed(folders.own(folder), change)))
+    return "\n".join(describe(load(folders.changed(folders.own(folder), change))))
 
 
 def test_ranges_are_told_by_split(tmp_path: Path) -> None:
@@ -40,6 +40,6 @@ def test_ranges_are_told_by_split(tmp_path: Path) -> None:
 
 def test_a_capture_without_held_out_frames_says_so(tmp_path: Path) -> None:
     take = folders.own(tmp_path / "take", 4)
-    text = describe(load(take))
+    text = "\n".join(describe(load(take)))
     assert "4 to train on, none held out: nothing will be measured" in text
     assert "moving" in text and "test" not in text

@@ -12,6 +12,9 @@ from pathlib import Path
 import pytest
 
 from avatar_export.writers.bundle import write_bundle
+from avatar_runtime.io.errors import AvatarError
+from avatar_trainer.captures.describe import describe
+from avatar_trainer.captures.load import load
 from avatar_trainer.loop import resume
 from tests.avatars import full_avatar
 from tests.trainer import toy
@@ -240,3 +243,19 @@ def test_memory_that_ran_out_is_one_line(
 def test_check_says_what_is_there(folder: Path, avatar_train: Train) -> None:
     code, said, _ = avatar_train("check", folder)
     assert code == 0 and "9 to train on, 3 held out" in said
+    assert said.splitlines() == describe(load(folder)) and len(said.splitlines()) > 5, "a fact a line"
+
+
+def test_advice_of_the_exporter_names_its_program(
+    folder: Path, tmp_path: Path, avatar_train: Train, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An option that only `avatar-export` has."""
+    write_bundle(full_avatar(), tmp_path / "bundle", preview=False, engine_files=False, reference=False)
+
+    def fails(*_: object) -> None:
+        raise AvatarError("pass it with --driving FILE")
+
+    monkeypatch.setattr("avatar_trainer.commands.stability.sequences.clip", fails)
+    code, _, err = avatar_train("stability", tmp_path / "bundle", "--clip", "x.csv")
+    said = "`stability` has no --driving: run `avatar-export pack` with it first, and give `stability` what it writes"
+    assert (code, err) == (2, f"avatar-train: pass it with --driving FILE; {said}\n")

@@ -44,6 +44,17 @@ def poses(avatar: Avatar, size: float) -> list[Pose]:
     ]
 
 
+def test_an_avatar_without_a_training_clip_says_what_it_is_for(avatar: Avatar) -> None:
+    other = replace(avatar, clips=tuple(clip for clip in avatar.clips if clip.name != "training"))
+    with pytest.raises(AvatarError) as refused:
+        stability(other, poses(avatar, 1))
+    assert (
+        "has no clip 'training', by which its splats' stretch is judged: `avatar-train export` adds it"
+        in str(refused.value)
+    )
+    assert "--clip training.csv" in str(refused.value)
+
+
 def torn_by_loops(avatar: Avatar, shown: list[Pose]) -> float:
     """The definition, one splat after the other."""
     player = Player(avatar, "reference")

@@ -13,7 +13,7 @@ SEEN = 0.05  # an expression whose weight stays below was not seen
 LISTED = 60  # names in a line
 
 
-def describe(capture: Capture) -> str:
+def describe(capture: Capture) -> list[str]:
     """Lines for `avatar-train check`: frames and split, size, cameras, joints, expressions with their ranges.
 
     An expression counts as seen in training if its weight exceeds SEEN in a training frame.
@@ -32,7 +32,7 @@ def describe(capture: Capture) -> str:
         *_weights("eyelids", capture.late_morph_names, train, test),
     ]
     lines += [f"{key:<12} {text}" for key, text in capture.rights.items()]
-    return "\n".join([*lines, *(f"note         {note}" for note in capture.notes)])
+    return [*lines, *(f"note         {note}" for note in capture.notes)]
 
 
 def _span(frames: Sequence[Frame]) -> str:

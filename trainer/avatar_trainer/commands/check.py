@@ -34,7 +34,8 @@ def check(
             count = overlays.write(scene, pictures)
         step("comparing mesh and images")
         verdict = judge(scene)
-    output.print(describe(scene))
+    for line in describe(scene):
+        output.print(line)
     if pictures is not None:
         output.print(f"{pictures}: {count} overlays")
     for text in verdict.odd:

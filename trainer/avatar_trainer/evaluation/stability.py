@@ -54,6 +54,12 @@ def stability(avatar: Avatar, poses: Sequence[Pose], capture: Capture | None = N
     capture: that of its training, whose mesh has nothing that training added; default: the avatar's own mesh. Raises
     AvatarError for an avatar without a training clip, and for a capture of another mesh or skeleton.
     """
+    if TRAINING not in (clip.name for clip in avatar.clips):
+        raise AvatarError(
+            f"has no clip {TRAINING!r}, by which its splats' stretch is judged: `avatar-train export` adds it. Of an "
+            f"avatar that was not trained here, convert it with --clip {TRAINING}.csv, a recording of its training",
+            owner=avatar.name,
+        )
     player = Player(avatar)
     stretch = Stretch(avatar, player)
     limit = np.zeros(avatar.gaussians.count)

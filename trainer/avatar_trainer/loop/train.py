@@ -64,6 +64,8 @@ def train(
         trainer = Trainer(system, capture, settings)
         done = go_on(trainer, out, facts, resume)
         run.write(out, facts)
+        if not done:
+            _say_start(trainer, system_settings)
         trained = _loop(trainer, out, facts, done)
         if upstream:
             trained = replace(trained, upstream=_save(system, out, settings.iterations))
@@ -92,6 +94,17 @@ def go_on(trainer: Trainer, out: Path, facts: dict[str, Any], resume: bool) -> i
     trainer.load_state(found.state)
     note(f"resumes from {found.path}")
     return found.iteration
+
+
+def _say_start(trainer: Trainer, settings: Any) -> None:
+    """A line if there are more Gaussians than were asked for: those of the mouth have a setting of their own."""
+    asked, in_mouth = getattr(settings, "gaussians", 0), getattr(settings, "mouth_gaussians", 0)
+    more = trainer.gaussians() - asked
+    if in_mouth and more:
+        note(
+            f"{asked + more} Gaussians at the start: {asked} on the face (--gaussians) and {more} in the mouth "
+            f"({in_mouth} in each set of teeth; --set mouth_gaussians=N)"
+        )
 
 
 def _clear(out: Path) -> None:

@@ -52,7 +52,7 @@ namespace AvatarExport.Core
                 int levels = Avatar.Program.Levels.Length;
                 if (value < 0 || value >= levels)
                 {
-                    throw new AvatarError($"there is no level {value}; it has {levels}, counted from 0", Avatar.Name, "level");
+                    throw new AvatarError($"there is no level {value}; the last one is level {levels - 1}", Avatar.Name, "level");
                 }
                 level = value;
             }

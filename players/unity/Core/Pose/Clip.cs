@@ -15,7 +15,9 @@ namespace AvatarExport.Core
         {
             if (index < 0 || index >= avatar.Clips.Length)
             {
-                throw new AvatarError($"there is no clip {index}; it has {avatar.Clips.Length}, counted from 0", avatar.Name, "clips");
+                int last = avatar.Clips.Length - 1;
+                string have = last < 0 ? "this avatar has none" : $"the last one is clip {last}";
+                throw new AvatarError($"there is no clip {index}; {have}", avatar.Name, "clips");
             }
             data = avatar.Clips[index];
             Name = data.Name;

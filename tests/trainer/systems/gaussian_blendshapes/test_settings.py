@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from avatar_trainer.loop.train import train
+from avatar_trainer.settings import TrainSettings
 from avatar_trainer.systems.gaussian_blendshapes.system import (
     PAPER,
     RULES,
     Settings,
+    create,
 )
+from tests.trainer.systems.gaussian_blendshapes.subjects import FACE, MOUTH, capture, settings
 
 BAD: list[dict[str, Any]] = [
     {"sh_degree": 4},
@@ -40,3 +46,18 @@ def test_the_papers_settings_are_the_papers() -> None:
     for name, rule in RULES.items():
         assert rule.paper == elsewhere.get(name, PAPER.rules[name])
     assert Settings().rules == {name: rule.default for name, rule in RULES.items()}
+
+
+def test_a_line_says_why_there_are_more_gaussians_than_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own, scene = settings(iterations=1), capture(tmp_path)
+    again = partial(train, create(scene, own, 0), scene, TrainSettings(iterations=1), tmp_path / "out")
+    again(system_settings=own, upstream=False)
+    said = (
+        f"note: {FACE + 2 * MOUTH} Gaussians at the start: {FACE} on the face (--gaussians) and {2 * MOUTH} in the "
+        f"mouth ({MOUTH} in each set of teeth; --set mouth_gaussians=N)\n"
+    )
+    assert said in capsys.readouterr().err
+    again(system_settings=own, upstream=False)
+    assert said not in capsys.readouterr().err, "a run that goes on has said it"

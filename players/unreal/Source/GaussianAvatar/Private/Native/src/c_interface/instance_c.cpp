@@ -30,7 +30,7 @@ AvatarInstance::AvatarInstance(const AvatarAllocator& given, const AvatarPack& o
 }
 
 void AvatarInstance::set_no_level(uint32_t at) {
-    errors.set("level", "there is no level %u; it has %zu, counted from 0", at, pack.avatar.levels.size);
+    errors.set("level", "there is no level %u; the last one is level %zu", at, pack.avatar.levels.size - 1);
 }
 
 /// The place of the first number that is not finite. Sets the error.
@@ -178,7 +178,8 @@ int avatar_set_clip(AvatarInstance* instance, uint32_t clip, double seconds) {
     if (!ready(instance)) return AVATAR_FAILED;
     const Span<ClipData> clips = instance->pack.avatar.clips;
     if (clip >= clips.size) {
-        instance->errors.set("clips", "there is no clip %u; it has %zu, counted from 0", clip, clips.size);
+        if (clips.size == 0) instance->errors.set("clips", "there is no clip %u; this avatar has none", clip);
+        else instance->errors.set("clips", "there is no clip %u; the last one is clip %zu", clip, clips.size - 1);
         return AVATAR_FAILED;
     }
     sample_clip(clips[clip], seconds, instance->pose);

@@ -1,0 +1,43 @@
+"""Commands that pages name agree with one another."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path, PurePosixPath
+
+ROOT = Path(__file__).parents[2]
+TRAIN = 'pip install ".[train]"'
+PAGES = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("trainer/*.md")]
+
+
+def test_no_page_writes_where_make_docs_builds_the_site() -> None:
+    """MkDocs empties that folder: it once held a published avatar."""
+    [site] = re.findall(r"^site_dir: (\S+)", (ROOT / "mkdocs.yml").read_text("utf-8"), re.MULTILINE)
+    text = "\n".join(page.read_text("utf-8") for page in PAGES)
+    text += "\n".join(
+        e["run"] for e in tomllib.loads((ROOT / "docs/tools/examples.toml").read_text("utf-8"))["example"]
+    )
+    written = {PurePosixPath(path) for path in re.findall(r"(?:-o|--out|--export|-B) ([\w./-]+)", text)}
+    assert PurePosixPath("out/site") in written
+    built = PurePosixPath(site)
+    assert not [path for path in written if path == built or built in path.parents]
+
+
+def test_where_torch_is_installed_the_small_build_comes_first() -> None:
+    named = [page for page in PAGES if TRAIN in page.read_text("utf-8")]
+    assert len(named) >= 2
+    for page in named:
+        before, _, after = page.read_text("utf-8").partition(TRAIN)
+        assert 'pip install torch --index-url "$CPU"' in before[-200:], page
+        assert "`$CPU` stands for the address" in after, page
+
+
+def test_functions_of_the_native_library_are_not_called_programs() -> None:
+    """`avatar_play` is a program; what the header declares is not."""
+    header = (ROOT / "players/native/include/avatar_player.h").read_text("utf-8")
+    functions = set(re.findall(r"AVATAR_API [^;(]*?\b(avatar_\w+)\(", header))
+    assert "avatar_conform" in functions
+    page = " ".join((ROOT / "docs/native.md").read_text("utf-8").split())
+    for name in re.findall(r"`(avatar_\w+)`", page):
+        assert name not in functions or f"function `{name}`" in page, name
