@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from avatar_export.levels.height import height_px, level_psnr
+from avatar_export.levels.height import heights_px, served
 from avatar_export.levels.level import coarser
 
-__all__ = ["coarser", "height_px", "level_psnr"]
+__all__ = ["coarser", "heights_px", "served"]

@@ -26,8 +26,6 @@ FRONT_SHARE = 0.8  # of the views, within FRONT of the front; the others lie all
 FRONT = np.radians(70.0)
 PITCH = np.radians(20.0)
 SEED = 7
-JUDGING_POSES = 8
-JUDGING_YAWS = tuple(np.radians([0.0, 40.0, -40.0]))
 GOLDEN = (np.sqrt(5) - 1) / 2
 SILVER = np.sqrt(2) - 1
 
@@ -61,17 +59,10 @@ def views(
 
 def fitting_poses(avatar: Avatar, count: int = POSES) -> list[Pose]:
     """`count` poses: at rest, moments of the avatar's clips, random ones within its ranges; none moves in the world."""
-    return [Pose(), *_poses(avatar, count - 1, 0.5, SEED)]
+    return [Pose(), *some_poses(avatar, count - 1, 0.5, SEED)]
 
 
-def judging_views(avatar: Avatar, size: int) -> list[View]:
-    """Other poses than those of the fit, each from three sides, in images of `size` x `size` pixels."""
-    poses = _poses(avatar, JUDGING_POSES, 0.0, SEED + 1)
-    box = posed_box(avatar, poses)
-    return [View(pose, frame_camera(box, size, size, yaw)) for pose in poses for yaw in JUDGING_YAWS]
-
-
-def _poses(avatar: Avatar, count: int, phase: float, seed: int) -> list[Pose]:
+def some_poses(avatar: Avatar, count: int, phase: float, seed: int) -> list[Pose]:
     """Moments of the clips at `phase` of their interval, then random poses within the ranges; `count` in all."""
     rng = np.random.default_rng(seed)
     frames = [(clip, frame) for clip in avatar.clips for frame in range(clip.frames)]

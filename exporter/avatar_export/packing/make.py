@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from avatar_export.levels import coarser, height_px
+from avatar_export.levels import coarser, served
 from avatar_export.measure.framing import framing, left_framing, preview_webp
 from avatar_export.measure.poses import poses
 from avatar_export.measure.report import report_html
@@ -83,7 +83,7 @@ def make_pack(
     source = replace(source, packed=None)
     shown = poses(source)
     yardstick = Yardstick(source, shown, views(source, SIZE, shown), default_backend())
-    levels = _levels(reduced(source, choices.sh_degree), choices, progress)
+    levels, left_out = _levels(reduced(source, choices.sh_degree), choices, progress)
     packer = _Packer(choices, preview_webp(levels[0]) if choices.preview else None)
     fine, found = None if choices.exact else Fineness(), None
     if choices.max_bytes is not None or choices.min_psnr is not None:
@@ -95,8 +95,13 @@ def make_pack(
     prepared = packer.prepare(levels, fine)
     played = [packer.right(level) for level in prepared.levels]
     progress("measuring")
+    served_by = served(played)
+    if served_by.notes:  # rounding took what made a level worth its bytes
+        left_out += served_by.notes
+        prepared = packer.prepare([levels[index] for index in served_by.kept], fine)
+        played = [packer.right(level) for level in prepared.levels]
     measured = tuple(yardstick.measure(level) for level in played)
-    facts = _facts(source, played, measured, choices, found)
+    facts = _facts(played, served_by.heights, measured, choices, found)
     packing = write(prepared, facts, packer.preview, choices.handedness)
     decode_pack(packing.file, str(out))  # numbers that no reader takes are refused before they are written
     parts = by_part(packing)
@@ -122,7 +127,7 @@ def make_pack(
         measured,
         counts,
         _met(packing, measured[0], choices),
-        _notes(source, found),
+        (*left_out, *_notes(source, found)),
         facts,
     )
 
@@ -149,12 +154,16 @@ class _Packer:
         return self.right(prepared.levels[0]), len(packing.file) + FIGURES * (1 + len(levels))
 
 
-def _levels(avatar: Avatar, choices: Choices, progress: Callable[[str], None]) -> list[Avatar]:
+def _levels(
+    avatar: Avatar, choices: Choices, progress: Callable[[str], None]
+) -> tuple[list[Avatar], tuple[str, ...]]:
+    """The levels that are worth their bytes, and notes on the others."""
     levels = [avatar]
     for part in choices.levels[1:]:
         progress(f"merging to {part:g} of the Gaussians")
         levels.append(coarser(avatar, part))
-    return levels
+    shown = served(levels)
+    return [levels[index] for index in shown.kept], shown.notes
 
 
 def _met(packing: Packing, measured: Measured, choices: Choices) -> bool:
@@ -182,8 +191,8 @@ def reduced(avatar: Avatar, degree: int | None) -> Avatar:
 
 
 def _facts(
-    source: Avatar,
     played: Sequence[Avatar],
+    heights: Sequence[int | None],
     measured: Sequence[Measured],
     choices: Choices,
     found: Found | None,
@@ -194,8 +203,8 @@ def _facts(
         "framing": framing(finest),
         "error": measured[0].as_json(),
         "levels": [
-            {"error": one.as_json(), "height_px": height_px(source, level) if index else None}
-            for index, (level, one) in enumerate(zip(played, measured, strict=True))
+            {"error": one.as_json(), "height_px": height}
+            for height, one in zip(heights, measured, strict=True)
         ],
         "packing": {
             "exact": choices.exact,

@@ -51,6 +51,14 @@ class Backend(Stages, Protocol):
         ...
 
 
+class SplatBackend(Backend, Protocol):
+    """A backend that draws what its `animate` gave: several cameras share one deformation."""
+
+    def draw(self, splats: Splats, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
+        """Stages from `project` on. Raises as `frame`."""
+        ...
+
+
 @dataclass(frozen=True)
 class Row:
     """The module of a backend, and what must be installed to run it."""

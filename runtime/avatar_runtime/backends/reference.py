@@ -58,7 +58,11 @@ class ReferenceBackend:
 
     def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
         """All stages."""
-        splats, avatar = self.animate(posed, clock), self.avatar
+        return self.draw(self.animate(posed, clock), camera, background, profile, clock)
+
+    def draw(self, splats: Splats, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
+        """Stages from `project` on."""
+        avatar = self.avatar
         projected = clock.timed("project", lambda: project(splats, camera, avatar.raster, avatar.sh_degree))
         order = clock.timed("sort", lambda: sort(projected))
         return clock.timed("raster", lambda: raster(projected, order, camera, background, profile))

@@ -32,12 +32,25 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def packed(bundle: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A pack with two levels, its report and its reference."""
+    """A pack with two levels, its report and its reference; the coarser is kept, bad as it is."""
     from avatar_export.packing.make import Choices, make_pack
 
     out = tmp_path_factory.mktemp("packs") / "head.avatar"
-    make_pack(load(bundle), out, Choices(levels=(1.0, 0.5)), report=out.with_suffix(".html"), reference=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("avatar_export.levels.height.heights_px", lambda *_: [100])
+        make_pack(
+            load(bundle), out, Choices(levels=(1.0, 0.5)), report=out.with_suffix(".html"), reference=True
+        )
     return out
+
+
+def test_a_level_that_would_never_be_shown_is_left_out_and_said(
+    bundle: Path, run: Run, tmp_path: Path
+) -> None:
+    out = tmp_path / "out.avatar"
+    code, _, err = run("pack", bundle, "-o", out, "--levels", "1,0.1", "--no-preview")
+    assert code == 0 and "Gaussians is left out: it can be told from full detail" in err
+    assert len(document(out)["levels"]) == 1 and load(out).packed.levels == 1
 
 
 def document(path: Path) -> Any:
@@ -49,7 +62,7 @@ def test_a_pack_is_small_says_its_error_and_carries_what_players_need(packed: Pa
     assert packed.stat().st_size < 0.3 * (bundle / "gaussians.ply").stat().st_size + 30_000
     assert said["error"]["psnr_mask_db"]["mean"] > 40 and said["error"]["position_error"]["metres"] < 1e-3
     assert len(said["error"]["poses"]) == 8 and len(said["error"]["views"]) == 3
-    assert said["levels"][1]["count"] == 24 and said["levels"][1]["height_px"] > 0
+    assert said["levels"][1]["count"] == 24 and said["levels"][1]["height_px"] == 100
     assert said["framing"]["whole"]["size"][1] > 0 and said["avatar"]["bounds"]["swept"]
     assert pack.preview is not None and pack.preview[8:12] == b"WEBP"
     source = load(bundle)

@@ -9,20 +9,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avatar_export.levels import coarser, height_px
+from avatar_export.levels import coarser
 from avatar_export.levels.compositing import Flat, contribution, squared_error
 from avatar_export.levels.embed import embedded
-from avatar_export.levels.height import psnr_db
 from avatar_export.levels.level import largest_contribution
 from avatar_export.levels.merge import merged, merging
 from avatar_export.levels.mixing import unit
-from avatar_export.levels.views import flattened, judging_views
+from avatar_export.levels.views import flattened
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.player import Player
 from avatar_runtime.subset import subset
 from tests.avatars import assert_same
+from tests.bench.levels import judging_views, psnr_db
 
 TRAINED = Path(__file__).parents[3] / "samples" / "trained"
 
@@ -128,15 +128,6 @@ def test_the_gradient_is_that_of_the_squared_error(monkeypatch: pytest.MonkeyPat
         ]
         expected = float(np.sum(getattr(gradient, name) * 2 * step))
         assert ends[0] - ends[1] == pytest.approx(expected, rel=0.15, abs=2e-4), name
-
-
-def test_a_level_that_is_the_source_may_be_shown_at_any_height(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("avatar_export.levels.height.SIZES", (32, 64))
-    source, level = trained("body_splatting"), body_level()
-    whole = height_px(source, source)
-    assert 40 < whole <= 64
-    assert height_px(source, level, 0.0) == whole
-    assert height_px(source, level, 200.0) <= whole
 
 
 def _rows(avatar: Avatar, rows: np.ndarray) -> Avatar:

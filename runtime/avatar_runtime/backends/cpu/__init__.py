@@ -68,17 +68,12 @@ class CpuBackend:
         """All stages."""
         with self._turn:
             self._animate(posed, self._out, clock)
-            splats, avatar = self._out.splats(), self.avatar
-            return draw(
-                splats,
-                camera,
-                avatar.raster,
-                avatar.sh_degree,
-                background,
-                profile,
-                self.threads,
-                clock,
-            )
+            return self.draw(self._out.splats(), camera, background, profile, clock)
+
+    def draw(self, splats: Splats, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
+        """Stages from `project` on."""
+        raster, degree = self.avatar.raster, self.avatar.sh_degree
+        return draw(splats, camera, raster, degree, background, profile, self.threads, clock)
 
     def release(self) -> None:
         """Nothing: arrays go with the backend, threads belong to the process."""
