@@ -10,7 +10,7 @@ import numpy.typing as npt
 from avatar_export.levels.neighbours import close_pairs
 from avatar_runtime.avatar import F32, F64, I64
 
-SHAPE_WEIGHT = 0.02  # of the Bhattacharyya distance against squared differences of colour
+SHAPE_WEIGHT = 0.04  # of the Bhattacharyya distance against squared differences of colour
 MOTION_WEIGHT = 0.02  # of the distance in the pose that parts a pair most, in squared sizes
 GROWTH_WEIGHT = 0.05  # of the largest difference of growth, squared
 ROUND_SHARE = 0.3  # of the clusters that one round may merge away; more would take poor partners

@@ -76,6 +76,22 @@ def shown(flat: Flat, width: int, height: int) -> F64:
     return total
 
 
+def error_shares(flat: Flat, target_rgb: F32, target_transmittance: F32) -> F64:
+    """[n] sum over the pixels that the target covers of transmittance times alpha times the squared error there."""
+    height, width = target_transmittance.shape
+    total = np.zeros(len(flat.row))
+    for pairs in _bands(flat, width, height):
+        window = slice(pairs.first_row, pairs.first_row + pairs.rows)
+        weight = pairs.alpha * pairs.before
+        error = -target_rgb[window].reshape(-1, 3)
+        for k in range(3 if len(pairs.start) else 0):
+            error[pairs.filled, k] += np.add.reduceat(weight * flat.rgb[pairs.splat, k], pairs.start)
+        square = np.sum(error**2, axis=1)
+        square[target_transmittance[window].reshape(-1) > 0.5] = 0
+        total += np.bincount(pairs.splat, weight * square[pairs.pixel], len(total))
+    return total
+
+
 def squared_error(flat: Flat, target_rgb: F32, target_transmittance: F32) -> tuple[float, FlatGradient]:
     """(sum of squared errors, its gradient) of the image of `flat` over black against [H, W, 3] and [H, W]."""
     height, width = target_transmittance.shape

@@ -1,7 +1,7 @@
 """Fits a merged avatar to images of its source: colours, opacities, scales and rotations, by the gradient.
 
-Means stay where merging put them. Moving them was tried and made other poses worse: a Gaussian high above a mesh
-moves on a lever, differently in every pose.
+Means stay where merging put them. Moving them was tried, in the world and along each Gaussian's own axes, and made
+other poses worse where Gaussians are embedded: one high above a mesh moves on a lever, differently in every pose.
 """
 
 from __future__ import annotations
@@ -20,13 +20,17 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
 from avatar_runtime.rotation import matrix_from_quat, quat_multiply
 from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.raster import Image
 from avatar_schema import constants
 
-STRIDE = 3  # of the pixels across and down that a step looks at, another of the 9 parts each time
+# A step looks at every first, second or third pixel across and down, so that about this many show the avatar: bodies
+# are thin. Which ones changes from step to step.
+LOOKED_AT, STRIDE = 9000, 3
 # The largest change of a step: of log scales, of radians about a Gaussian's own axes, of opacity logits, of DC colour.
 RATES = {"log_scale": 0.03, "turn": 0.03, "opacity_logit": 0.1, "colour": 0.01}
-# Pixels along the edge of the images, in turn. The rasteriser's low-pass dilates small Gaussians in small images.
-SIZES = (SIZE, SIZE, SIZE, SIZE, SIZE, 160)
+# Pixels along the edge of the images, in turn. The rasteriser's low-pass dilates small Gaussians in small images, which
+# are those that coarse levels are shown in.
+SIZES = (SIZE, SIZE, SIZE, 160, SIZE, 80)
 LAST_RATE = 0.1  # of the first, at the end of a half cosine
 FIRST_DECAY, SECOND_DECAY = 0.8, 0.95  # Adam's
 QUIET = 0.3  # of the mean gradient: what lies well below it hardly moves
@@ -44,9 +48,11 @@ def fitted(source: Avatar, level: Avatar, steps: int) -> Avatar:
     second = {name: np.zeros(shape) for name, shape in shapes.items()}
     truth, rng = Player(source), np.random.default_rng(SEED)
     for step, view in enumerate(views(source, steps, SIZES, LEVEL_POSES)):
-        stride = STRIDE if view.camera.width == SIZE else 1
+        image = truth.frame(view.pose, view.camera, BLACK).image
+        covered = int(np.count_nonzero(image.transmittance < 0.5))
+        stride = min(STRIDE, max(1, round(np.sqrt(covered / LOOKED_AT))))
         x, y = rng.integers(0, stride, 2).tolist()
-        gradient = _gradient(level, truth, view, stride, (x, y))
+        gradient = _gradient(level, image, view, stride, (x, y))
         rate = LAST_RATE + (1 - LAST_RATE) * (1 + np.cos(np.pi * step / steps)) / 2
         change = {}
         for name, slope in gradient.items():
@@ -89,9 +95,8 @@ def _multiplied(quat: F32, turn: F64) -> F32:
     return result
 
 
-def _gradient(level: Avatar, truth: Player, view: View, stride: int, first: tuple[int, int]) -> Change:
-    """The gradient of the squared error at every `stride`-th pixel from `first` on, by the names of RATES."""
-    image = truth.frame(view.pose, view.camera, BLACK).image
+def _gradient(level: Avatar, image: Image, view: View, stride: int, first: tuple[int, int]) -> Change:
+    """The gradient of the squared error against `image` at every `stride`-th pixel from `first` on, by RATES."""
     x, y = first
     splats = Player(level).animate(view.pose)
     flat = flattened(level, splats, view.camera, stride, first)

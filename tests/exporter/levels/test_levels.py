@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from avatar_export.levels import coarser
-from avatar_export.levels.compositing import Flat, contribution, squared_error
+from avatar_export.levels.compositing import Flat, contribution, error_shares, squared_error
 from avatar_export.levels.embed import embedded
 from avatar_export.levels.level import largest_contribution
 from avatar_export.levels.merge import merged, merging
@@ -128,6 +128,41 @@ def test_the_gradient_is_that_of_the_squared_error(monkeypatch: pytest.MonkeyPat
         ]
         expected = float(np.sum(getattr(gradient, name) * 2 * step))
         assert ends[0] - ends[1] == pytest.approx(expected, rel=0.15, abs=2e-4), name
+
+
+def test_gaussians_stay_apart_where_a_trial_looked_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = _rows(trained("body_splatting"), np.arange(0, 12000, 20))
+    top = float(np.median(source.gaussians.mean[:, 1]))
+
+    def above(level: Avatar) -> int:
+        return int(np.count_nonzero(level.gaussians.mean[:, 1] > top))
+
+    counts = []
+    for wrong in (1.0, 1e-3):  # errors above the middle, against 1 below it
+        monkeypatch.setattr(
+            "avatar_export.levels.level.largest_error",
+            lambda _, level, wrong=wrong: np.where(level.gaussians.mean[:, 1] > top, wrong, 1e-3 / wrong),
+        )
+        counts.append(above(coarser(source, 0.4, steps=1)))
+    assert counts[0] > 1.2 * counts[1], counts
+
+
+def test_shares_of_the_error_add_up_to_what_the_image_lacks() -> None:
+    source = trained("body_splatting")
+    view = judging_views(source, 128)[1]
+    player = Player(source)
+    flat = flattened(source, player.animate(view.pose), view.camera)
+    image = player.frame(view.pose, view.camera, (0.0, 0.0, 0.0)).image
+    target = image.colour.copy()
+    target[40:60, 50:70] += 0.1
+    wrong = np.zeros((128, 128))
+    wrong[40:60, 50:70] = 3 * 0.1**2
+    wrong *= (1 - image.transmittance) * (image.transmittance <= 0.5)
+    shares = error_shares(flat, target, image.transmittance)
+    assert shares.sum() == pytest.approx(wrong.sum(), rel=0.02)
+    x, y = flat.centre.T
+    near = (x > 45) & (x < 75) & (y > 35) & (y < 65)
+    assert shares[near].sum() > 0.9 * shares.sum() > 0
 
 
 def _rows(avatar: Avatar, rows: np.ndarray) -> Avatar:
