@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -52,10 +53,12 @@ def _pack(path: Path) -> dict[str, Any]:
         "kernels": document["shaders"],
         "handedness": handedness(document["avatar"]),
         "bytes": path.stat().st_size,
-        "levels": [_level(level) for level in document["levels"]],
+        "levels": [
+            _level(level, document if index == 0 else level) for index, level in enumerate(document["levels"])
+        ],
         "error": {
             name: document.get("error", {}).get(name)
-            for name in ("psnr_db", "psnr_mask_db", "position_error")
+            for name in ("psnr_mask_db", "pixel_mask", "psnr_db", "position_error")
         },
         "packing": document.get("packing"),
         "framing": document.get("framing"),
@@ -65,8 +68,8 @@ def _pack(path: Path) -> dict[str, Any]:
     }
 
 
-def _level(level: dict[str, Any]) -> dict[str, Any]:
-    inside = level.get("error", {}).get("psnr_mask_db", {}).get("mean")
+def _level(level: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]:
+    inside = measured.get("error", {}).get("psnr_mask_db")  # the finest level's stands in the document
     return {"gaussians": level["count"], "psnr_mask_db": inside, "height_px": level.get("height_px")}
 
 

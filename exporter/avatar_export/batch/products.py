@@ -97,8 +97,7 @@ def make(job: Job, source: Path, arguments: Mapping[str, Any], folder: Path, wor
 def _pack(products: Products) -> None:
     out = products.file(".avatar")
     made = make_pack(products.avatar, out, Choices(handedness=products.handedness))
-    first = made.measured[0]
-    products.psnr = first.psnr if first.psnr_inside is None else first.psnr_inside
+    products.psnr = made.measured[0].mean
     products.sizes["pack"] = len(made.file)
 
 

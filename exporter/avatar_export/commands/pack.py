@@ -14,6 +14,7 @@ from avatar_export import conversion
 from avatar_export.clips.sources import clip_notes
 from avatar_export.commands import arguments, inputs
 from avatar_export.commands.console import Steps, messages, output, print_json
+from avatar_export.measure.yardstick import Measured
 from avatar_export.packing.make import Choices, Made, make_pack
 from avatar_runtime.handedness import HANDEDNESS
 
@@ -36,7 +37,8 @@ def pack(
     min_psnr: Annotated[
         float | None,
         typer.Option(
-            help="Least mean PSNR in dB, inside the avatar's outline at 512x512. The smallest file is chosen.",
+            help="Least mean PSNR in dB, inside the avatar's outline at 512x512, in every kind of poses. The smallest "
+            "file is chosen.",
             min=10,
             max=120,
         ),
@@ -126,18 +128,23 @@ def pack(
 
 def _print(out: Path, made: Made, notes: Sequence[str]) -> None:
     for index, measured in enumerate(made.measured):
-        count = made.counts[index]
-        inside = "no figure" if measured.psnr_inside is None else f"{measured.psnr_inside:.1f} dB"
+        count, figures = made.counts[index], _figures(measured)
         output.print(
-            f"{out}: {len(made.file) / 1e6:.2f} MB, {count} Gaussians, {inside} inside the outline "
-            f"({measured.psnr:.1f} dB whole, worst {measured.worst_psnr:.1f})"
+            f"{out}: {len(made.file) / 1e6:.2f} MB, {count} Gaussians, {figures}"
             if index == 0
-            else f"  level {index}: {count} Gaussians, {inside} inside the outline"
+            else f"  level {index}: {count} Gaussians, {figures}"
         )
     for part, size in made.parts.items():
         output.print(f"  {size / 1e3:9.1f} kB  {part}")
     for note in (*notes, *made.notes):
         messages.print(f"note: {note}")
+
+
+def _figures(measured: Measured) -> str:
+    pixel = measured.worst_pixel
+    return f"mean {measured.mean:.1f} dB, worst {measured.worst:.1f} dB {measured.region}" + (
+        "" if pixel is None else f", no pixel off by more than {255 * pixel:.0f} of 255"
+    )
 
 
 def byte_count(text: str) -> int:

@@ -31,6 +31,7 @@ class NamedPose:
 
     name: str
     pose: Pose
+    kind: str = ""
 
 
 def poses(avatar: Avatar, count: int = COUNT) -> list[NamedPose]:
@@ -45,7 +46,7 @@ def poses(avatar: Avatar, count: int = COUNT) -> list[NamedPose]:
     if count < 1:
         raise ValueError(f"expected a count of at least 1, not {count}")
     frames = sum(clip.frames for clip in avatar.clips)
-    expressions = len(_movable(avatar))
+    expressions = len(movable(avatar))
     mixable = expressions > 0 or _has_eyelids(avatar)
     turnable = avatar.rig is not None and avatar.rig.joint_count > 0
     most = {
@@ -68,9 +69,9 @@ def _shared_out(pattern: Iterable[str], most: dict[str, int], count: int) -> Cou
     return shares
 
 
-def _movable(avatar: Avatar) -> npt.NDArray[np.int64]:
+def movable(avatar: Avatar) -> npt.NDArray[np.int64]:
     """Columns of the expressions that change something, the one that moves most first."""
-    ends = _ends(avatar)
+    ends = far_ends(avatar)
     strength = np.zeros(len(ends))
     b, rig = avatar.blendshapes, avatar.rig
     parts = [(b.geometry, "mean"), (b.geometry, "quat_wxyz")]
@@ -97,13 +98,14 @@ def _has_eyelids(avatar: Avatar) -> bool:
     return avatar.blendshapes.late_morphs.entries > 0 or (rig is not None and rig.late_morphs.entries > 0)
 
 
-def _ends(avatar: Avatar) -> F64:
+def far_ends(avatar: Avatar) -> F64:
     """[K] the end of each expression's range that is farther from 0."""
-    ranges = _ranges(avatar)
+    ranges = expression_ranges(avatar)
     return np.where(np.abs(ranges[:, 0]) > np.abs(ranges[:, 1]), ranges[:, 0], ranges[:, 1])
 
 
-def _ranges(avatar: Avatar) -> F64:
+def expression_ranges(avatar: Avatar) -> F64:
+    """[K, 2] the range of each expression, clamped to +-LARGEST_WEIGHT."""
     ranges = np.array([e.range for e in avatar.expressions], np.float64).reshape(-1, 2)
     return np.clip(ranges, -LARGEST_WEIGHT, LARGEST_WEIGHT)
 
@@ -123,7 +125,7 @@ def _frames(avatar: Avatar, count: int) -> list[NamedPose]:
 
 def _singles(avatar: Avatar, count: int) -> list[NamedPose]:
     """Single expressions at the far end of their range, evenly spread over the stronger half."""
-    order, ends = _movable(avatar), _ends(avatar)
+    order, ends = movable(avatar), far_ends(avatar)
     half = max(count, -(-len(order) // 2))
     found = []
     for column in order[(np.arange(count) * half) // max(count, 1)]:
@@ -134,18 +136,18 @@ def _singles(avatar: Avatar, count: int) -> list[NamedPose]:
 
 def _mixtures(avatar: Avatar, count: int) -> list[NamedPose]:
     """Each a quarter of all expressions, and all eyelids, at different places of their ranges."""
-    columns, ranges = np.sort(_movable(avatar)), _ranges(avatar)
+    columns, ranges = np.sort(movable(avatar)), expression_ranges(avatar)
     taken = max(min(MIXED, len(columns)), len(columns) // SHARE)
     found = []
     for number in range(count):
-        chosen = columns[np.argsort(_spread(len(columns), number), kind="stable")[:taken]]
-        at = _spread(taken, 2 * number + 1)
+        chosen = columns[np.argsort(spread(len(columns), number), kind="stable")[:taken]]
+        at = spread(taken, 2 * number + 1)
         weights = ranges[chosen, 0] + at * (ranges[chosen, 1] - ranges[chosen, 0])
         names = [avatar.expressions[column].name for column in chosen]
         eyelids = dict(
             zip(
                 avatar.late_morph_names,
-                _spread(len(avatar.late_morph_names), 2 * number).tolist(),
+                spread(len(avatar.late_morph_names), 2 * number).tolist(),
                 strict=True,
             )
         )
@@ -158,10 +160,10 @@ def _turned(avatar: Avatar, count: int) -> list[NamedPose]:
     """All joints rotated within the ranges that they have in the clips."""
     rig = avatar.rig
     assert rig is not None
-    low, high = _joint_ranges(avatar)
+    low, high = joint_ranges(avatar)
     found = []
     for number in range(count):
-        at = np.stack([_spread(rig.joint_count, 3 * number + axis) for axis in range(3)], axis=1)
+        at = np.stack([spread(rig.joint_count, 3 * number + axis) for axis in range(3)], axis=1)
         delta = homogeneous(matrix_from_rotvec(low + at * (high - low)))
         found.append(
             NamedPose(f"joints {number + 1}", Pose(joints=dict(zip(rig.joint_names, delta, strict=True))))
@@ -169,7 +171,7 @@ def _turned(avatar: Avatar, count: int) -> list[NamedPose]:
     return found
 
 
-def _joint_ranges(avatar: Avatar) -> tuple[F64, F64]:
+def joint_ranges(avatar: Avatar) -> tuple[F64, F64]:
     """([J, 3], [J, 3]) least and largest rotation vectors of the joints, radians."""
     assert avatar.rig is not None
     if not avatar.clips:
@@ -190,7 +192,7 @@ def _rotvec(matrix: F64) -> F64:
     return result
 
 
-def _spread(count: int, offset: int) -> F64:
+def spread(count: int, offset: int) -> F64:
     """`count` different numbers in 0..1, others for each `offset`."""
     result: F64 = ((np.arange(count) + 1) * GOLDEN + (offset + 1) * np.sqrt(2)) % 1
     return result

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 
 import numpy as np
 import numpy.typing as npt
 
 from avatar_export.measure.framing import webp
-from avatar_export.measure.yardstick import LARGEST_DB, Measured, Pair, Yardstick
+from avatar_export.measure.views import Shot
+from avatar_export.measure.yardstick import LARGEST_DB, Measured, Pair, pairs
 from avatar_runtime.avatar import F32, Avatar
 
 SHOWN = 0.15  # brightness that the typical error has in the images of differences
@@ -56,8 +57,9 @@ POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 
 def report_html(
-    yardstick: Yardstick,
+    source: Avatar,
     other: Avatar,
+    shots: Sequence[Shot],
     measured: Measured,
     parts: Mapping[str, int],
     *,
@@ -66,8 +68,8 @@ def report_html(
 ) -> str:
     """One HTML page that stands alone: no scripts, no files beside it, images inside.
 
-    `measured` is `yardstick.measure(other)`; the images of `other` are drawn once more. `parts`: bytes of each part of
-    the file, in the order of the table. `facts`: label -> text, shown above the tables.
+    `measured` is of `other` against `source` in `shots`; the worst and a typical shot of each kind are drawn once more.
+    `parts`: bytes of each part of the file, in the order of the table. `facts`: label -> text, shown above the tables.
     """
     factor = difference_factor(measured)
     body = [
@@ -75,14 +77,15 @@ def report_html(
         _explanation(measured),
         _cards(measured, sum(parts.values())),
         *([_facts(facts)] if facts else []),
-        "<h2>Error by pose and view</h2>",
+        "<h2>Error by kind of poses</h2>",
         _figures(measured),
         "<h2>Bytes by part</h2>",
         _parts(parts),
         "<h2>Images</h2>",
-        "<p>Each row shows the source, the pack, and their difference: the absolute difference of each colour "
-        f"channel, <b>{factor} times amplified</b>. Black means no error.</p>",
-        *_images(yardstick, other, measured, factor),
+        "<p>The worst image of each kind of poses, and a typical one. Each row shows the source, the pack, and their "
+        f"difference: the absolute difference of each colour channel, <b>{factor} times amplified</b>. Black means no "
+        "error.</p>",
+        *_images(source, other, shots, measured, factor),
     ]
     return (
         "<!doctype html>\n"
@@ -96,31 +99,31 @@ def report_html(
 
 def difference_factor(measured: Measured) -> int:
     """By how much differences are amplified, 1 to 1000, so that the typical error inside the mask is visible."""
-    level = measured.psnr if measured.psnr_inside is None else measured.psnr_inside
-    wanted = SHOWN * 10 ** (level / 20)  # the root of the mean squared error is 10^(-dB / 20)
+    wanted = SHOWN * 10 ** (measured.mean / 20)  # the root of the mean squared error is 10^(-dB / 20)
     return max((factor for factor in FACTORS if factor <= wanted), default=FACTORS[0])
 
 
 def _explanation(measured: Measured) -> str:
     width, height = measured.size
     return (
-        f"<p>The pack was played against its source in {len(measured.poses)} poses and {len(measured.views)} views, "
-        f"at {width} × {height} pixels with backend <code>{escape(measured.backend)}</code>. PSNR compares the colours "
-        "over black before any rounding; higher is better. If every colour is wrong by one step of an 8-bit image "
-        "(1/255), the PSNR is 48.1 dB. “Inside the mask” counts only pixels that the source covers by more than "
-        "half.</p>"
+        f"<p>The pack was played against its source in {len(measured.shots)} poses that the search for its steps did "
+        f"not see, at {width} × {height} pixels with backend <code>{escape(measured.backend)}</code>. PSNR compares "
+        "the colours over black before any rounding; higher is better. If every colour is off by one step of an 8-bit "
+        "image (1/255), the PSNR is 48.1 dB. “Inside the outline” counts only pixels that the source covers by more "
+        "than half. The mean is that of the kind of poses that comes out worst.</p>"
     )
 
 
 def _cards(measured: Measured, total: int) -> str:
     cards = [
         ("size", _size(total)),
-        ("PSNR inside the mask, mean", _db(measured.psnr_inside)),
-        ("PSNR inside the mask, worst", _db(measured.worst_inside)),
-        ("PSNR of the whole image, mean", _db(measured.psnr)),
+        (f"PSNR {measured.region}, mean", _db(measured.mean)),
+        (f"PSNR {measured.region}, worst", _db(measured.worst)),
     ]
+    if measured.worst_pixel is not None:
+        cards.append(("largest error of a pixel", f"{255 * measured.worst_pixel:.0f} of 255"))
     if measured.position_error is not None:
-        cards.append(("largest position error", _length(float(measured.position_error.max()))))
+        cards.append(("largest position error", _length(float(np.nanmax(measured.position_error)))))
     return (
         '<div class="cards">'
         + "".join(f'<div><span class="soft">{a}</span><b>{b}</b></div>' for a, b in cards)
@@ -136,21 +139,14 @@ def _facts(facts: Mapping[str, str]) -> str:
 
 
 def _figures(measured: Measured) -> str:
-    with_position = measured.position_error is not None
-    head = "".join(f"<th>{escape(view)}</th>" for view in measured.views)
-    head += "<th>largest position error</th>" if with_position else ""
-    rows = []
-    for index, pose in enumerate(measured.poses):
-        cells = [
-            f"<td>{_db(inside)}<small>{_db(whole)}</small></td>"
-            for inside, whole in zip(measured.inside[index], measured.whole[index], strict=True)
-        ]
-        if measured.position_error is not None:
-            cells.append(f"<td>{_length(float(measured.position_error[index]))}</td>")
-        rows.append(f"<tr><td>{escape(pose)}</td>{''.join(cells)}</tr>")
+    rows = [
+        f"<tr><td>{escape(kind)}</td><td>{measured.kinds.count(kind)}</td><td>{_db(mean)}</td>"
+        f"<td>{_db(float(measured.told[at]))}<small>{escape(measured.shots[at])}</small></td></tr>"
+        for kind, mean, at in measured.by_kind()
+    ]
     return (
-        "<p>Large: PSNR inside the mask. Small: PSNR of the whole image.</p>"
-        f'<div class="scroll"><table><thead><tr><th>pose</th>{head}</tr></thead>'
+        f"<p>PSNR {measured.region}.</p>"
+        '<div class="scroll"><table><thead><tr><th>poses</th><th>images</th><th>mean</th><th>worst</th></tr></thead>'
         f"<tbody>{''.join(rows)}</tbody></table></div>"
     )
 
@@ -171,26 +167,33 @@ def _parts(parts: Mapping[str, int]) -> str:
     )
 
 
-def _images(yardstick: Yardstick, other: Avatar, measured: Measured, factor: int) -> Iterator[str]:
-    for pair in yardstick.pairs(other):
-        if pair.view == 0:
-            yield f"<h3>{escape(measured.poses[pair.pose])}</h3>"
-        yield _row(pair, measured, factor)
+def _images(
+    source: Avatar, other: Avatar, shots: Sequence[Shot], measured: Measured, factor: int
+) -> Iterator[str]:
+    chosen = []
+    for kind, mean, worst in measured.by_kind():
+        others = [at for at, one in enumerate(measured.kinds) if one == kind and at != worst]
+        chosen += [worst, *sorted(others, key=lambda at: abs(float(measured.told[at]) - mean))[:1]]
+    for at, pair in zip(
+        chosen, pairs(source, other, [shots[at] for at in chosen], measured.backend), strict=True
+    ):
+        yield f"<h3>{escape(measured.shots[at])}</h3>"
+        yield _row(pair, measured, at, factor)
 
 
-def _row(pair: Pair, measured: Measured, factor: int) -> str:
-    view = measured.views[pair.view]
-    name = f"{measured.poses[pair.pose]}, {view}"
+def _row(pair: Pair, measured: Measured, at: int, factor: int) -> str:
     with np.errstate(all="ignore"):
         difference = np.abs(pair.other - pair.source) * np.float32(factor)
     shown = {"source": pair.source, "pack": pair.other, f"difference × {factor}": difference}
     figures = "".join(
-        f'<figure><img alt="{escape(f"{label} of {name}")}" loading="lazy" src="{_data_uri(image)}">'
+        f'<figure><img alt="{escape(f"{label} of {measured.shots[at]}")}" loading="lazy" src="{_data_uri(image)}">'
         f"<figcaption>{label}</figcaption></figure>"
         for label, image in shown.items()
     )
-    figure = _db(measured.inside[pair.pose, pair.view])
-    return f'<p class="view">{escape(view)} · {figure} inside the mask</p><div class="three">{figures}</div>'
+    return (
+        f'<p class="view">{measured.kinds[at]} · {_db(float(measured.told[at]))} {measured.region}</p>'
+        f'<div class="three">{figures}</div>'
+    )
 
 
 def _data_uri(image: F32) -> str:

@@ -24,6 +24,24 @@ class NamedView:
     camera: Camera
 
 
+@dataclass(frozen=True)
+class Shot:
+    """A pose through a view."""
+
+    pose: NamedPose
+    view: NamedView
+
+    @property
+    def name(self) -> str:
+        """Both names, for people."""
+        return f"{self.pose.name}, {self.view.name}"
+
+
+def in_turn(shown: Sequence[NamedPose], through: Sequence[NamedView]) -> list[Shot]:
+    """One shot a pose, through each view in turn."""
+    return [Shot(pose, through[at % len(through)]) for at, pose in enumerate(shown)]
+
+
 def views(avatar: Avatar, size: int = SIZE, shown: Sequence[NamedPose] | None = None) -> list[NamedView]:
     """Cameras in front of the avatar and 40 degrees to each side, square images of `size` pixels.
 

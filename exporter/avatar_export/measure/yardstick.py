@@ -1,189 +1,237 @@
-"""How far an avatar is from its source: PSNR of images, and distances of positions."""
+"""How far an avatar is from its source: PSNR of images, single pixels, and distances of positions."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from avatar_export.measure.poses import NamedPose
-from avatar_export.measure.views import NamedView
+from avatar_export.measure.views import Shot
 from avatar_runtime.avatar import F32, F64, Avatar
-from avatar_runtime.camera import Camera
 from avatar_runtime.player import ABSURD, Player
-from avatar_runtime.posed import Clock, Posed
+from avatar_runtime.posed import Clock
 
 MASK_ALPHA = 0.5
 LARGEST_DB = 150.0  # float32 images cannot show less; images that are equal have this figure
 BLACK = np.zeros(3, np.float32)
+NOWHERE = np.zeros((0, 3), np.float32)
+POSITIONS = 4  # of so many shots one compares positions
 Mask = npt.NDArray[np.bool_]
+
+# A claim rests on some fifty images. In hundreds, one is worse by so many standard deviations.
+TAIL = 3.0
 
 
 @dataclass(frozen=True)
 class Measured:
-    """The figures of one avatar against its source. PSNR: -10 log10 of the mean squared error of RGB, in dB."""
+    """The figures of one avatar against its source in S shots. PSNR: -10 log10 of the mean squared error of RGB, in dB.
 
-    poses: tuple[str, ...]  # [P] names
-    views: tuple[str, ...]  # [V] names
-    whole: F64  # [P, V] PSNR of the whole image
-    inside: F64  # [P, V] PSNR where the source's alpha is above 0.5; NaN where that is nowhere
-    position_error: F64 | None  # [P] metres, the largest; None where the numbers of Gaussians differ
+    The mean is that of the kind of poses that comes out worst, so that no mixture of kinds is on the average worse.
+    """
+
+    shots: tuple[str, ...]  # [S] names of pose and view
+    kinds: tuple[str, ...]  # [S] of the poses
+    whole: F64  # [S] PSNR of the whole image
+    inside: F64  # [S] PSNR where the source's alpha is above 0.5; NaN where that is nowhere
+    largest: F64  # [S] the largest error of one channel of a pixel there, of 1; NaN where that is nowhere
+    position_error: (
+        F64 | None
+    )  # [S] metres, the largest; NaN in shots without; None where the numbers of Gaussians differ
     size: tuple[int, int]  # width and height of the first view, pixels
     backend: str
     profile: str  # of the rasteriser
+    allowance: float = (
+        0.0  # dB between mean and worst at least: rare images are worse than those that were drawn
+    )
 
     @property
-    def psnr(self) -> float:
-        """Mean PSNR of the whole image."""
-        return float(self.whole.mean())
+    def region(self) -> str:
+        """Where `mean` and `worst` are measured: in whole images if the source covers nothing."""
+        return "of the whole image" if np.isnan(self.inside).all() else "inside the outline"
 
     @property
-    def worst_psnr(self) -> float:
-        """The lowest PSNR of a whole image."""
-        return float(self.whole.min())
+    def told(self) -> F64:
+        """[S] PSNR of each shot, as `region` says."""
+        return self.whole if np.isnan(self.inside).all() else self.inside
 
     @property
-    def psnr_inside(self) -> float | None:
-        """Mean PSNR inside the source's mask; None where the source covers nothing."""
-        return None if np.isnan(self.inside).all() else float(np.nanmean(self.inside))
+    def mean(self) -> float:
+        """Mean PSNR of the kind of poses that comes out worst."""
+        return min(mean for _, mean, _ in self.by_kind())
 
     @property
-    def worst_inside(self) -> float | None:
-        """The lowest PSNR inside the source's mask; None where the source covers nothing."""
-        return None if np.isnan(self.inside).all() else float(np.nanmin(self.inside))
+    def worst(self) -> float:
+        """The lowest PSNR of one shot. With an `allowance` it is TAIL standard deviations about the means of the kinds
+        less, and at least `allowance` below the mean."""
+        lowest = float(np.nanmin(self.told))
+        if not self.allowance or not np.isfinite(lowest):
+            return lowest
+        own = {kind: mean for kind, mean, _ in self.by_kind()}
+        off = self.told - np.array([own[kind] for kind in self.kinds])
+        return min(lowest - TAIL * float(np.sqrt(np.nanmean(off**2))), self.mean - self.allowance)
+
+    @property
+    def worst_pixel(self) -> float | None:
+        """The largest error of one channel of one pixel inside the outline, of 1; None where that is nowhere."""
+        return None if np.isnan(self.largest).all() else float(np.nanmax(self.largest))
+
+    def by_kind(self) -> list[tuple[str, float, int]]:
+        """(kind, its mean PSNR, index of its worst shot) of every kind, in the order of the shots."""
+        found = []
+        for kind in dict.fromkeys(self.kinds):
+            at = [i for i, one in enumerate(self.kinds) if one == kind and not np.isnan(self.told[i])]
+            if at:
+                found.append((kind, float(self.told[at].mean()), min(at, key=lambda i: self.told[i])))
+        return found
 
     def as_json(self) -> dict[str, Any]:
         """The figures as JSON values, rounded to 0.001 dB and six digits of a metre; None stands for no figure."""
-        rows: list[dict[str, Any]] = [
-            {"name": name, "psnr_db": _rounded(whole), "psnr_mask_db": _rounded(inside)}
-            for name, whole, inside in zip(self.poses, self.whole, self.inside, strict=True)
-        ]
+        covered = self.region == "inside the outline"
         position = None
         if self.position_error is not None:
-            worst = int(np.argmax(self.position_error))
-            position = {"metres": _digits(self.position_error[worst]), "pose": self.poses[worst]}
-            for row, error in zip(rows, self.position_error, strict=True):
-                row["position_error"] = _digits(error)
+            worst = int(np.nanargmax(self.position_error))
+            position = {"metres": _digits(self.position_error[worst]), "pose": self.shots[worst]}
+        pixel = self.worst_pixel
         return {
             "size": list(self.size),
             "backend": self.backend,
             "profile": self.profile,
-            "views": list(self.views),
-            "psnr_db": {"mean": _db(self.psnr), "worst": _db(self.worst_psnr)},
-            "psnr_mask_db": {"mean": _db(self.psnr_inside), "worst": _db(self.worst_inside)},
+            "psnr_db": {"mean": _db(float(self.whole.mean())), "worst": _db(float(self.whole.min()))},
+            "psnr_mask_db": {
+                "mean": _db(self.mean) if covered else None,
+                "worst": _db(self.worst) if covered else None,
+            },
+            "pixel_mask": None if pixel is None else _digits(pixel),
             "position_error": position,
-            "poses": rows,
+            "kinds": [
+                {
+                    "name": kind,
+                    "shots": self.kinds.count(kind),
+                    "mean_db": _db(mean),
+                    "worst_db": _db(float(self.told[at])),
+                    "worst_shot": self.shots[at],
+                }
+                for kind, mean, at in self.by_kind()
+            ],
         }
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Both images of one pose and view, over black, not clamped."""
+    """Both images of one shot, over black, not clamped."""
 
-    pose: int  # index
-    view: int  # index
     source: F32  # [H, W, 3]
     mask: Mask  # [H, W] the source's alpha is above 0.5
     other: F32  # [H, W, 3]
 
 
 class Yardstick:
-    """Measures avatars against one source, whose images are drawn once and kept (13 bytes a pixel, pose and view)."""
+    """Measures many avatars against one source, whose images are drawn once and kept (13 bytes a pixel and shot)."""
 
-    def __init__(
-        self,
-        source: Avatar,
-        poses: Sequence[NamedPose],
-        views: Sequence[NamedView],
-        backend: str = "cpu",
-    ) -> None:
-        """Draws the source. Raises ValueError without poses or views, AvatarError where the backend is missing."""
-        if not poses or not views:
-            raise ValueError("needs at least one pose and one view")
-        self.poses, self.views, self.backend = tuple(poses), tuple(views), backend
-        player = Player(source, backend)
-        self.profile = player.backend.profiles[0]
-        self._means: list[F32] = []
-        self._images: list[list[tuple[F32, Mask]]] = []
-        for mean, images in self._drawn(player):
-            self._means.append(mean)
-            self._images.append([(image, alpha > MASK_ALPHA) for image, alpha in images])
+    def __init__(self, source: Avatar, shots: Sequence[Shot], backend: str = "cpu") -> None:
+        """Draws the source. Raises ValueError without shots, AvatarError where the backend is missing."""
+        self.shots, self.backend = tuple(shots), backend
+        self._drawn = list(_masked(_drawn(Player(source, backend), self.shots)))
+
+    def first(self, count: int) -> Yardstick:
+        """The same in the first `count` shots alone."""
+        some = copy(self)
+        some.shots, some._drawn = self.shots[:count], self._drawn[:count]
+        return some
 
     def measure(self, other: Avatar) -> Measured:
         """The figures of `other`, which must have the names that the poses use. Raises AvatarError if it has not."""
-        shape = (len(self.poses), len(self.views))
-        whole, inside = np.empty(shape), np.empty(shape)
-        positions: list[float] | None = []
-        for pose, (mean, images) in enumerate(self._drawn(Player(other, self.backend))):
-            if positions is not None:
-                same = mean.shape == self._means[pose].shape
-                positions = [*positions, distance(self._means[pose], mean)] if same else None
-            for view, (image, _) in enumerate(images):
-                whole[pose, view], inside[pose, view] = psnr(*self._images[pose][view], image)
-        camera = self.views[0].camera
-        return Measured(
-            tuple(named.name for named in self.poses),
-            tuple(named.name for named in self.views),
-            whole,
-            inside,
-            None if positions is None else np.array(positions),
-            (camera.width, camera.height),
-            self.backend,
-            self.profile,
-        )
-
-    def pairs(self, other: Avatar) -> Iterator[Pair]:
-        """Both images of every pose and view, one pair at a time."""
-        for pose, (_, images) in enumerate(self._drawn(Player(other, self.backend))):
-            for view, (image, _) in enumerate(images):
-                yield Pair(pose, view, *self._images[pose][view], image)
-
-    def _drawn(self, player: Player) -> Iterator[tuple[F32, Iterator[tuple[F32, F32]]]]:
-        """Of each pose the positions [N, 3], and of each view the image over black [H, W, 3] and its alpha [H, W]."""
-        for named in self.poses:
-            posed = player.posed(named.pose)
-            images = (_image(player, posed, view.camera, self.profile) for view in self.views)
-            yield _mean(player, posed), images
+        return _compared(iter(self._drawn), [other], self.shots, self.backend)[0]
 
 
 def compare(
-    source: Avatar,
-    other: Avatar,
-    poses: Sequence[NamedPose],
-    views: Sequence[NamedView],
-    backend: str = "cpu",
-) -> Measured:
-    """The figures of `other` against `source`. To measure several avatars against one source, keep a `Yardstick`."""
-    return Yardstick(source, poses, views, backend).measure(other)
+    source: Avatar, others: Sequence[Avatar], shots: Sequence[Shot], backend: str = "cpu"
+) -> list[Measured]:
+    """The figures of each of `others` against `source`; no image is kept. Raises as `Yardstick`."""
+    return _compared(_masked(_drawn(Player(source, backend), shots)), others, shots, backend)
+
+
+def pairs(source: Avatar, other: Avatar, shots: Sequence[Shot], backend: str = "cpu") -> Iterator[Pair]:
+    """Both images of every shot, one pair at a time."""
+    first, second = (_drawn(Player(avatar, backend), shots) for avatar in (source, other))
+    for (_, source_image, mask), (_, image, _) in zip(_masked(first), second, strict=True):
+        yield Pair(source_image, mask, image)
+
+
+def _compared(
+    source: Iterator[tuple[F32, F32, Mask]], others: Sequence[Avatar], shots: Sequence[Shot], backend: str
+) -> list[Measured]:
+    players = [Player(other, backend) for other in others]
+    drawn = [_drawn(player, shots) for player in players]
+    figures: list[list[tuple[float, float, float]]] = [[] for _ in others]
+    positions: list[list[float] | None] = [[] for _ in others]
+    for mean, image, mask in source:
+        for at, images in enumerate(drawn):
+            other_mean, other_image, _ = next(images)
+            figures[at].append(psnr(image, mask, other_image))
+            kept = positions[at]
+            if kept is None or other_mean.shape != mean.shape:
+                positions[at] = None
+            else:
+                kept.append(distance(mean, other_mean) if len(mean) else float("nan"))
+    camera = shots[0].view.camera
+    found = []
+    for figure, position in zip(figures, positions, strict=True):
+        whole, inside, largest = np.array(figure).T
+        found.append(
+            Measured(
+                tuple(shot.name for shot in shots),
+                tuple(shot.pose.kind for shot in shots),
+                whole,
+                inside,
+                largest,
+                None if position is None else np.array(position),
+                (camera.width, camera.height),
+                backend,
+                players[0].backend.profiles[0],
+            )
+        )
+    return found
+
+
+def _masked(drawn: Iterator[tuple[F32, F32, F32]]) -> Iterator[tuple[F32, F32, Mask]]:
+    return ((mean, image, alpha > MASK_ALPHA) for mean, image, alpha in drawn)
+
+
+def _drawn(player: Player, shots: Sequence[Shot]) -> Iterator[tuple[F32, F32, F32]]:
+    """Of each shot the positions [N, 3] (of most none), the image over black [H, W, 3] and its alpha [H, W]."""
+    if not shots:
+        raise ValueError("needs at least one shot")
+    return (_shown(player, shot, at % POSITIONS == 0) for at, shot in enumerate(shots))
 
 
 @ABSURD
-def _mean(player: Player, posed: Posed) -> F32:
-    return player.backend.animate(posed, Clock()).mean
+def _shown(player: Player, shot: Shot, with_mean: bool) -> tuple[F32, F32, F32]:
+    backend, posed = player.backend, player.posed(shot.pose.pose)
+    mean = backend.animate(posed, Clock()).mean if with_mean else NOWHERE
+    image = backend.frame(posed, shot.view.camera, BLACK, backend.profiles[0], Clock())
+    return mean, image.colour, 1 - image.transmittance
 
 
-@ABSURD
-def _image(player: Player, posed: Posed, camera: Camera, profile: str) -> tuple[F32, F32]:
-    image = player.backend.frame(posed, camera, BLACK, profile, Clock())
-    return image.colour, 1 - image.transmittance
+def psnr(source: F32, mask: Mask, other: F32) -> tuple[float, float, float]:
+    """PSNR of images [H, W, 3] in dB, peak 1: whole, inside `mask` [H, W]; and the largest error of one channel there.
 
-
-def psnr(source: F32, mask: Mask, other: F32) -> tuple[float, float]:
-    """PSNR of images [H, W, 3] in dB, peak 1: whole, and inside `mask` [H, W] (NaN for an empty mask).
-
-    At most LARGEST_DB; an error that is not finite counts as -LARGEST_DB.
+    NaN inside an empty mask. At most LARGEST_DB; an error that is not finite counts as -LARGEST_DB, and as infinite.
     """
     with np.errstate(all="ignore"):
         error = other - source
         square = np.einsum("hwc,hwc->hw", error, error)  # [H, W]
         whole = square.sum(dtype=np.float64) / (3 * mask.size)
         inside = square[mask]
-    return _psnr(whole), (
-        _psnr(inside.sum(dtype=np.float64) / (3 * inside.size)) if inside.size else float("nan")
-    )
+        if not inside.size:
+            return _psnr(whole), float("nan"), float("nan")
+        largest = float(np.abs(error[mask]).max())
+    mean = inside.sum(dtype=np.float64) / (3 * inside.size)
+    return _psnr(whole), _psnr(mean), largest if np.isfinite(largest) else float("inf")
 
 
 def distance(a: F32, b: F32) -> float:
@@ -198,10 +246,6 @@ def _psnr(mean_square: float) -> float:
     if not np.isfinite(mean_square):
         return -LARGEST_DB
     return float(min(LARGEST_DB, -10 * np.log10(max(mean_square, 1e-300))))
-
-
-def _rounded(values: F64) -> list[float | None]:
-    return [_db(float(value)) for value in values]
 
 
 def _db(value: float | None) -> float | None:

@@ -14,8 +14,8 @@ from PIL import Image
 
 from avatar_export.measure.poses import poses
 from avatar_export.measure.report import difference_factor, report_html
-from avatar_export.measure.views import views
-from avatar_export.measure.yardstick import Measured, Yardstick
+from avatar_export.measure.views import Shot, in_turn, views
+from avatar_export.measure.yardstick import Measured, compare, pairs
 from avatar_runtime.avatar import Avatar
 from tests.avatars import full_avatar
 
@@ -56,21 +56,23 @@ def other() -> Avatar:
 
 
 @pytest.fixture(scope="module")
-def yardstick() -> Yardstick:
-    chosen = poses(full_avatar())[3:5]
-    return Yardstick(full_avatar(), chosen, views(full_avatar(), SIZE, chosen), "reference")
+def shots() -> list[Shot]:
+    """Seven shots, five of a kind `a` and two of a kind `b`."""
+    chosen = [
+        replace(named, kind=kind) for named, kind in zip(poses(full_avatar(), 7), "aaaaabb", strict=True)
+    ]
+    return in_turn(chosen, views(full_avatar(), SIZE, chosen))
 
 
 @pytest.fixture(scope="module")
-def measured(yardstick: Yardstick, other: Avatar) -> Measured:
-    return yardstick.measure(other)
+def measured(shots: list[Shot], other: Avatar) -> Measured:
+    return compare(full_avatar(), [other], shots, "reference")[0]
 
 
 @pytest.fixture(scope="module")
-def text(yardstick: Yardstick, other: Avatar, measured: Measured) -> str:
-    return report_html(
-        yardstick, other, measured, PARTS, title="A <head> & more", facts={"licence": "<CC & BY>"}
-    )
+def text(shots: list[Shot], other: Avatar, measured: Measured) -> str:
+    facts = {"licence": "<CC & BY>"}
+    return report_html(full_avatar(), other, shots, measured, PARTS, title="A <head> & more", facts=facts)
 
 
 def test_it_stands_alone_and_is_well_formed(text: str) -> None:
@@ -89,13 +91,16 @@ def test_text_from_an_avatar_is_escaped(text: str) -> None:
 
 
 def test_images_are_source_pack_and_amplified_difference(
-    text: str, yardstick: Yardstick, other: Avatar, measured: Measured
+    text: str, shots: list[Shot], other: Avatar, measured: Measured
 ) -> None:
     images = Page(text).images()
-    assert len(images) == 2 * 3 * 3
+    assert len(images) == 2 * 2 * 3, "the worst of each kind, and a typical one"
+    named = re.findall("<h3>(.*?)</h3>", text)
+    assert [named[0], named[2]] == [measured.shots[at] for _, _, at in measured.by_kind()]
+    drawn = [shot for name in named for shot in shots if shot.name == name]
     factor = difference_factor(measured)
     assert f"difference × {factor}<" in text and f"{factor} times amplified" in text
-    for index, pair in enumerate(yardstick.pairs(other)):
+    for index, pair in enumerate(pairs(full_avatar(), other, drawn, "reference")):
         want = (pair.source, pair.other, np.abs(pair.other - pair.source) * factor)
         for image, wanted in zip(images[3 * index : 3 * index + 3], want, strict=True):
             assert image.shape == (SIZE, SIZE, 3)
@@ -105,8 +110,13 @@ def test_images_are_source_pack_and_amplified_difference(
 
 
 def test_figures_and_bytes_stand_in_tables(text: str, measured: Measured) -> None:
-    for value in (*measured.inside.ravel(), *measured.whole.ravel()):
-        assert f"{value:.1f} dB" in text
+    for kind, mean, at in measured.by_kind():
+        row = f"<tr><td>{kind}</td><td>{measured.kinds.count(kind)}</td><td>{mean:.1f} dB</td>"
+        assert row + f"<td>{measured.inside[at]:.1f} dB<small>" in text
+    claimed, worst = f"<b>{measured.mean:.1f} dB</b>", f"<b>{measured.worst:.1f} dB</b>"
+    assert text.index(f"inside the outline, mean</span>{claimed}") < text.index(
+        f"outline, worst</span>{worst}"
+    )
     rows = [re.sub("<[^>]*>", " ", row).split() for row in re.findall("<tr>.*?</tr>", text)]
     assert ["Gaussians", "&lt;raw&gt;", "12,345", "12.3%"] in rows
     assert ["rig", "87,655", "87.7%"] in rows and ["all", "100,000"] in rows
@@ -119,9 +129,11 @@ def test_the_factor_makes_a_typical_error_visible(measured: Measured, decibel: f
     assert difference_factor(at) == factor
 
 
-def test_figures_that_are_not_there(yardstick: Yardstick, other: Avatar, measured: Measured) -> None:
-    bare = replace(measured, inside=np.full_like(measured.inside, np.nan), position_error=None)
-    text = report_html(yardstick, other, bare, {}, title="empty")
+def test_figures_that_are_not_there(shots: list[Shot], other: Avatar, measured: Measured) -> None:
+    nowhere = np.full_like(measured.inside, np.nan)
+    bare = replace(measured, inside=nowhere, largest=nowhere, position_error=None)
+    text = report_html(full_avatar(), other, shots, bare, {}, title="empty")
     assert "nan" not in text.partition("<h2>Images")[0] and "position error" not in text
+    assert "PSNR of the whole image, mean" in text and "inside the outline, mean" not in text
     equal = replace(measured, inside=np.full_like(measured.inside, 150.0), whole=measured.whole * np.inf)
-    assert "equal" in report_html(yardstick, other, equal, {}, title="equal")
+    assert "equal" in report_html(full_avatar(), other, shots, equal, {}, title="equal")

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from avatar_export.measure.poses import NamedPose, poses
-from avatar_export.measure.views import NamedView, views
-from avatar_export.measure.yardstick import LARGEST_DB, Yardstick, compare, distance, psnr
+from avatar_export.measure.poses import poses
+from avatar_export.measure.views import Shot, views
+from avatar_export.measure.yardstick import LARGEST_DB, Yardstick, compare, distance, pairs, psnr
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends.reference import ReferenceBackend
 from avatar_runtime.player import Player
@@ -31,18 +31,15 @@ def source() -> Avatar:
 
 
 @pytest.fixture(scope="module")
-def chosen(source: Avatar) -> list[NamedPose]:
-    return poses(source)[1::3]
+def shots(source: Avatar) -> list[Shot]:
+    """Three poses of two kinds, each through three views."""
+    chosen = [replace(named, kind=kind) for named, kind in zip(poses(source)[1::3], "aab", strict=True)]
+    return [Shot(named, view) for named in chosen for view in views(source, SIZE, chosen)]
 
 
 @pytest.fixture(scope="module")
-def cameras(source: Avatar, chosen: list[NamedPose]) -> list[NamedView]:
-    return views(source, SIZE, chosen)
-
-
-@pytest.fixture(scope="module")
-def yardstick(source: Avatar, chosen: list[NamedPose], cameras: list[NamedView]) -> Yardstick:
-    return Yardstick(source, chosen, cameras, "reference")
+def yardstick(source: Avatar, shots: list[Shot]) -> Yardstick:
+    return Yardstick(source, shots, "reference")
 
 
 def moved(avatar: Avatar, metres: float) -> Avatar:
@@ -58,28 +55,43 @@ def decibel(error: npt.NDArray[np.float64]) -> float:
     return -10 * math.log10(math.fsum(squares) / len(squares))
 
 
-def test_figures_are_those_of_the_formula(
-    source: Avatar, chosen: list[NamedPose], cameras: list[NamedView], yardstick: Yardstick
-) -> None:
+def test_figures_are_those_of_the_formula(source: Avatar, shots: list[Shot], yardstick: Yardstick) -> None:
     other = moved(source, 0.01)
     measured = yardstick.measure(other)
-    assert measured.whole.shape == measured.inside.shape == (3, 3)
-    whole, inside = [], []
-    for named in chosen:
-        for view in cameras:
-            a, b = (
-                Player(x, "reference").frame(named.pose, view.camera, (0.0, 0.0, 0.0)).image
-                for x in (source, other)
-            )
-            error = b.colour.astype(np.float64) - a.colour
-            whole.append(decibel(error))
-            inside.append(decibel(error[1 - a.transmittance > 0.5]))
-    np.testing.assert_allclose(measured.whole.ravel(), whole, rtol=1e-6)
-    np.testing.assert_allclose(measured.inside.ravel(), inside, rtol=1e-6)
-    assert measured.psnr == pytest.approx(np.mean(whole), rel=1e-6)
-    assert measured.psnr_inside == pytest.approx(np.mean(inside), rel=1e-6)
-    assert measured.worst_psnr == pytest.approx(min(whole), rel=1e-6)
-    assert measured.worst_inside == pytest.approx(min(inside), rel=1e-6)
+    whole, inside, largest = [], [], []
+    for shot in shots:
+        a, b = (
+            Player(x, "reference").frame(shot.pose.pose, shot.view.camera, (0.0, 0.0, 0.0)).image
+            for x in (source, other)
+        )
+        error = b.colour.astype(np.float64) - a.colour
+        mask = 1 - a.transmittance > 0.5
+        whole.append(decibel(error))
+        inside.append(decibel(error[mask]))
+        largest.append(max(abs(float(e)) for e in error[mask].ravel()))
+    np.testing.assert_allclose(measured.whole, whole, rtol=1e-6)
+    np.testing.assert_allclose(measured.inside, inside, rtol=1e-6)
+    np.testing.assert_allclose(measured.largest, largest, rtol=1e-5)
+    assert measured.mean == pytest.approx(min(np.mean(inside[:6]), np.mean(inside[6:])), rel=1e-6)
+    assert measured.worst == pytest.approx(min(inside), rel=1e-6)
+    assert measured.worst_pixel == pytest.approx(max(largest), rel=1e-5)
+    assert measured.region == "inside the outline" and measured.worst <= measured.mean
+
+
+def test_the_mean_is_that_of_the_kind_that_comes_out_worst(yardstick: Yardstick, source: Avatar) -> None:
+    inside = np.array([60.0, 62, 61, 60, 62, 61, 50, 54, 55])
+    measured = replace(yardstick.measure(source), inside=inside, whole=inside + 10)
+    assert (measured.mean, measured.worst) == (53.0, 50.0)
+    assert measured.by_kind() == [("a", 61.0, 0), ("b", 53.0, 6)]
+    found = measured.as_json()
+    assert found["psnr_mask_db"] == {"mean": 53.0, "worst": 50.0}
+    assert found["kinds"][1] == {
+        "name": "b",
+        "shots": 3,
+        "mean_db": 53.0,
+        "worst_db": 50.0,
+        "worst_shot": measured.shots[6],
+    }
 
 
 def test_the_background_of_training_plays_no_part(yardstick: Yardstick, source: Avatar) -> None:
@@ -90,54 +102,64 @@ def test_the_background_of_training_plays_no_part(yardstick: Yardstick, source: 
 def test_the_largest_distance_of_posed_positions(source: Avatar, yardstick: Yardstick) -> None:
     measured = yardstick.measure(moved(source, 0.01))  # nothing scales the group `hair`
     assert measured.position_error is not None
-    np.testing.assert_allclose(measured.position_error, 0.01, rtol=1e-5)
+    np.testing.assert_allclose(measured.position_error[::4], 0.01, rtol=1e-5)
+    assert np.isnan(measured.position_error[1:4]).all(), "one shot of four compares positions"
 
 
 def test_an_avatar_of_fewer_gaussians_has_no_position_error(source: Avatar, yardstick: Yardstick) -> None:
     assert source.rig is not None
     fewer = subset(source, np.arange(0, source.gaussians.count, 2), source.rig.anchor_vertices).avatar
     measured = yardstick.measure(fewer)
-    assert measured.position_error is None and measured.psnr < 60
-    found = measured.as_json()
-    assert found["position_error"] is None and "position_error" not in found["poses"][0]
+    assert measured.position_error is None and measured.mean < 60
+    assert measured.as_json()["position_error"] is None
 
 
 def test_the_json_says_which_pose_is_worst(yardstick: Yardstick, source: Avatar) -> None:
     measured = yardstick.measure(moved(source, 0.01))
-    errors = np.array([1e-3, 3e-3, 2e-3])
+    errors = np.full(9, np.nan)
+    errors[[0, 4, 8]] = 1e-3, 3e-3, 2e-3
     found = replace(measured, position_error=errors).as_json()
     assert json.loads(json.dumps(found, allow_nan=False)) == found
-    assert found["position_error"] == {"metres": 3e-3, "pose": measured.poses[1]}
-    assert found["psnr_db"] == {"mean": round(measured.psnr, 3), "worst": round(measured.worst_psnr, 3)}
-    assert [row["name"] for row in found["poses"]] == list(measured.poses)
-    assert found["poses"][2]["psnr_mask_db"] == [round(x, 3) for x in measured.inside[2].tolist()]
-    assert found["views"] == ["front", "40 degrees left", "40 degrees right"]
+    assert found["position_error"] == {"metres": 3e-3, "pose": measured.shots[4]}
+    whole = measured.whole.tolist()
+    assert found["psnr_db"] == {"mean": round(sum(whole) / 9, 3), "worst": round(min(whole), 3)}
+    assert found["pixel_mask"] == pytest.approx(measured.worst_pixel, rel=1e-5)
     assert (found["size"], found["backend"], found["profile"]) == ([SIZE, SIZE], "reference", "trainer")
 
 
-def test_no_figure_where_the_source_covers_nothing(source: Avatar, chosen: list[NamedPose]) -> None:
+def test_no_figure_inside_where_the_source_covers_nothing(source: Avatar, shots: list[Shot]) -> None:
     clear = replace(
         source,
         gaussians=replace(source.gaussians, opacity_logit=source.gaussians.opacity_logit - 10),
     )
-    measured = compare(clear, source, chosen[:1], views(source, SIZE, chosen)[:1], "reference")
-    assert measured.psnr_inside is None and measured.worst_inside is None
+    measured = compare(clear, [source], shots[:1], "reference")[0]
+    assert measured.region == "of the whole image" and measured.mean == measured.worst == measured.whole[0]
+    assert measured.worst_pixel is None
     assert measured.as_json()["psnr_mask_db"] == {"mean": None, "worst": None}
     json.dumps(measured.as_json(), allow_nan=False)
+
+
+def test_several_at_once_are_measured_as_one_by_one(
+    source: Avatar, shots: list[Shot], yardstick: Yardstick
+) -> None:
+    others = [source, moved(source, 0.01)]
+    for other, measured in zip(others, compare(source, others, shots, "reference"), strict=True):
+        assert measured.as_json() == yardstick.measure(other).as_json()
+    first = yardstick.first(2).measure(others[1])
+    np.testing.assert_array_equal(first.inside, yardstick.measure(others[1]).inside[:2])
 
 
 def test_a_broken_avatar_gets_the_lowest_figure(source: Avatar, yardstick: Yardstick) -> None:
     mean = np.full_like(source.gaussians.mean, np.nan)
     assert distance(source.gaussians.mean, mean) == np.inf
     image = np.zeros((2, 2, 3), np.float32)
-    assert psnr(image, np.ones((2, 2), bool), image + np.float32(np.nan)) == (-LARGEST_DB, -LARGEST_DB)
+    broken = psnr(image, np.ones((2, 2), bool), image + np.float32(np.nan))
+    assert broken == (-LARGEST_DB, -LARGEST_DB, np.inf)
     found = replace(yardstick.measure(source), position_error=np.array([0.0, np.inf, 0.0])).as_json()
-    assert found["position_error"] == {"metres": None, "pose": yardstick.poses[1].name}
+    assert found["position_error"] == {"metres": None, "pose": yardstick.shots[1].name}
 
 
-def test_each_image_is_drawn_once(
-    monkeypatch: pytest.MonkeyPatch, source: Avatar, chosen: list[NamedPose], cameras: list[NamedView]
-) -> None:
+def test_each_image_is_drawn_once(monkeypatch: pytest.MonkeyPatch, source: Avatar, shots: list[Shot]) -> None:
     count = {"frame": 0, "animate": 0}
     for name in count:
         plain: Callable[..., Splats] = getattr(ReferenceBackend, name)
@@ -149,20 +171,22 @@ def test_each_image_is_drawn_once(
             return plain(self, *args)
 
         monkeypatch.setattr(ReferenceBackend, name, counted)
-    yardstick = Yardstick(source, chosen, cameras, "reference")
+    yardstick = Yardstick(source, shots, "reference")
     yardstick.measure(source)
     yardstick.measure(source)
-    assert count["frame"] == 3 * len(chosen) * len(cameras)
+    assert count["frame"] == 3 * len(shots)
 
 
-def test_pairs_are_the_images_that_were_measured(yardstick: Yardstick, source: Avatar) -> None:
+def test_pairs_are_the_images_that_were_measured(
+    yardstick: Yardstick, source: Avatar, shots: list[Shot]
+) -> None:
     other = moved(source, 0.01)
     measured = yardstick.measure(other)
-    for pair in yardstick.pairs(other):
+    for at, pair in enumerate(pairs(source, other, shots, "reference")):
         found = psnr(pair.source, pair.mask, pair.other)
-        assert found == (measured.whole[pair.pose, pair.view], measured.inside[pair.pose, pair.view])
+        assert found == (measured.whole[at], measured.inside[at], measured.largest[at])
 
 
-def test_no_pose_or_view_is_refused(source: Avatar, chosen: list[NamedPose]) -> None:
-    with pytest.raises(ValueError, match="one view"):
-        Yardstick(source, chosen, [], "reference")
+def test_no_shot_is_refused(source: Avatar) -> None:
+    with pytest.raises(ValueError, match="one shot"):
+        Yardstick(source, [], "reference")
