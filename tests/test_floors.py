@@ -51,7 +51,7 @@ HEAVY: dict[str, tuple[str, ...]] = {  # library: the folders that may import it
     "distributed": ("exporter/avatar_export/batch",),
     "fsspec": ("exporter/avatar_export/batch",),
 }
-SAMPLES_THAT_TRAIN = ("asm", "by_hand", "capture", "trained.py")  # rooms and files of samples/
+SAMPLES_THAT_TRAIN = ("asm", "by_hand", "capture", "closeups.py", "trained.py")  # rooms and files of samples/
 
 
 @cache

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from PIL import Image
 
 from samples.by_hand.compact import (
@@ -35,6 +34,7 @@ from samples.by_hand.compact import (
 )
 from samples.by_hand.compact import HEAD as HEAD_SKIN
 from samples.by_hand.texture_scan import FAR_LIMIT_CM, Scan, load_scan, scan_colour
+from samples.capture.eyes import texels
 from samples.subjects.colour import surface_colour
 from samples.subjects.head import DATA, Head, Mesh, load_head, smoothstep
 from samples.subjects.surface import Samples
@@ -60,25 +60,6 @@ def packed_uv(uv: Array, part: Array, part_names: tuple[str, ...]) -> Array:
     tile[part == part_names.index("right_eye")] = RIGHT
     x, y, w, h = (PLACES[tile] / SIZE).T[:, :, None]
     return np.stack([x + w * (uv[:, :, 0] % 1), y + h * (1 - uv[:, :, 1] % 1)], axis=-1)
-
-
-@njit(cache=True)
-def texels(corner: Array, size: int, face: Array, bary: Array) -> None:
-    """The triangle under each texel's centre (face [size, size], -1 for none), and the position in it."""
-    for f in range(len(corner)):
-        a, b, c = corner[f] * size - 0.5
-        area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-        if area == 0:
-            continue
-        low = np.minimum(np.minimum(a, b), c)
-        high = np.maximum(np.maximum(a, b), c)
-        for y in range(max(int(np.ceil(low[1])), 0), min(int(np.floor(high[1])) + 1, size)):
-            for x in range(max(int(np.ceil(low[0])), 0), min(int(np.floor(high[0])) + 1, size)):
-                v = ((x - a[0]) * (c[1] - a[1]) - (y - a[1]) * (c[0] - a[0])) / area
-                w = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / area
-                if v >= 0 and w >= 0 and v + w <= 1:
-                    face[y, x] = f
-                    bary[y, x, 0], bary[y, x, 1], bary[y, x, 2] = 1 - v - w, v, w
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from samples.capture.body import write_body
 from samples.capture.extras import EXTRAS
 from samples.capture.head import write_head
 from samples.capture.shots import Noise
+from samples.capture.unseen import write_unseen
 
 
 def main() -> None:
@@ -54,6 +55,19 @@ def main() -> None:
         metavar="N",
         help="training frames of the head before the take, each with a random expression and camera",
     )
+    parser.add_argument(
+        "--close",
+        type=int,
+        default=0,
+        metavar="N",
+        help="training frames of the head with random expressions, the camera close to eyes or mouth",
+    )
+    parser.add_argument(
+        "--unseen",
+        type=int,
+        metavar="N",
+        help="instead: the truth of N poses of the head that no sample is trained on, for samples.closeups",
+    )
     for name in EXTRAS:
         parser.add_argument(
             f"--{name}", dest="worn", action="append_const", const=name, help="put on the head; made by code"
@@ -63,11 +77,14 @@ def main() -> None:
     noise = Noise(given.tracking_noise, given.calibration_noise, given.seed)
     held_out = tuple(name for name in given.hold_out.split(",") if name)
     worn = tuple(given.worn or ())
-    if given.subject == "head":
+    if given.subject == "head" and given.unseen is not None:
+        print(write_unseen(given.out, given.size, given.unseen, worn))
+    elif given.subject == "head":
         yaw = np.radians(given.yaw)
-        print(write_head(given.out, given.size, given.frames, noise, held_out, yaw, worn, given.jitter))
-    elif given.jitter:
-        parser.error("--jitter is of the head")
+        more = given.jitter, given.close
+        print(write_head(given.out, given.size, given.frames, noise, held_out, yaw, worn, *more))
+    elif given.jitter or given.close or given.unseen is not None:
+        parser.error("--jitter, --close and --unseen are of the head")
     elif worn:
         parser.error(f"the body wears no {' and no '.join(worn)}")
     else:

@@ -18,6 +18,7 @@ from avatar_runtime.camera import Camera
 from avatar_trainer.captures.mesh_raster import MeshImage, Surface, draw
 from avatar_trainer.captures.own import Shot, write
 from samples.capture.extras import EXTRAS, Extra, worn_with
+from samples.capture.eyes import closing_lids, lid_shade, painted_eyes
 from samples.capture.shots import Noise, rays_per_pixel, shot, splits
 from samples.capture.tracking_mesh import tracking_body
 from samples.subjects.body_files import save_body
@@ -38,6 +39,9 @@ JITTER_SEED, JITTERED, FULL = (
     (0.7, 1.0),
 )  # share of a recorded frame that is kept; weight of one more
 GOLDEN = (5**0.5 - 1) / 2  # of the path between the cameras of two such frames
+# Frames of `--close`: the camera looks at what their expression moves, so near (metres), so far aside (radians).
+NEAR, ASIDE = (0.26, 0.48), (0.75, 0.3)
+EYES_MOVE, EYE_AHEAD, MOUTH = ("eye", "brow"), (0.0, 0.0, 0.012), (0.0, -0.028, 0.09)  # name prefixes; metres
 TOGETHER = 1.5  # sum of the weights of the expressions that are exercised in one frame, at most
 # The camera: how far it swings (radians), how often over the capture, where it begins.
 YAW, PITCH, ROLL = (np.radians(40.0), 5.0, 0.3), (0.26, 7.0, 1.1), (0.06, 3.0, 2.0)
@@ -45,7 +49,6 @@ WIDE = (0.16, 0.23, 0.35, 0.42)  # shares of the capture between which a wider y
 DISTANCE, NEARER = 0.86, (0.05, 4.0, 0.7)  # metres; share of it
 TARGET = (0.0, -0.025, 0.0)
 FOV_Y = 0.43
-BLINK_GAIN = 1.2  # ICT's eyeBlink leaves a slit open
 # The light stands before the subject's left temple and turns with the head, as the head's pose lives in the camera.
 LIGHT = unit(np.array([0.35, 0.55, 0.76]))
 DARK, LIT, WRAP = 0.80, 0.26, 0.3
@@ -78,7 +81,7 @@ class Model:
         """(image f32 [h, w, 3], uv f32 [F, 3, 2])."""
         image = np.asarray(Image.open(DATA / "head_texture.webp").convert("RGB"), np.float32) / 255
         with np.load(DATA / "head_uv.npz", allow_pickle=False) as file:
-            return image, file["uv"]
+            return painted_eyes(self.head, image, file["uv"]), file["uv"]
 
     @cached_property
     def opacity(self) -> Array:
@@ -119,6 +122,8 @@ class Model:
         mesh = Mesh(posed_vertices(self.body, take, frame), self.head.triangles)
         texture, uv = self.texture
         gain, shine = _lit(mesh, camera, *self.gloss)
+        shade = lid_shade(self.head, mesh)
+        gain, shine = shade * gain, shade * shine
         surface = Surface(
             mesh.vertices,
             mesh.triangles,
@@ -145,11 +150,7 @@ def _lit(mesh: Mesh, camera: Camera, strength: Array, exponent: Array) -> tuple[
 
 def blinking_head() -> Head:
     """The head of samples/data, its eyes shut by eyeBlink."""
-    head = load_head()
-    expressions = head.expressions.copy()
-    for name in ("eyeBlinkLeft", "eyeBlinkRight"):
-        expressions[head.expression_names.index(name)] *= BLINK_GAIN
-    return replace(head, expressions=expressions)
+    return closing_lids(load_head())
 
 
 def jittered(names: tuple[str, ...], count: int, held_out: tuple[str, ...]) -> Array:
@@ -232,10 +233,40 @@ def perform(body: BodyModel, frames: int, held_out: tuple[str, ...], jitter: int
     )
 
 
-def cameras(frames: int, size: int, yaw: float, jitter: int) -> list[tuple[Array, Array, Array]]:
-    """(K, R, t) of `jitter` frames anywhere on the camera's path, then of every frame of the take."""
+def cameras(
+    head: Head, frames: int, size: int, yaw: float, jitter: int, close: int = 0
+) -> list[tuple[Array, Array, Array]]:
+    """(K, R, t) of `jitter` frames anywhere on the camera's path, of `close` ones, then of every frame of the take."""
     places = [(0.5 + k * GOLDEN) % 1 * frames for k in range(jitter)]
-    return [camera_at(place, frames, size, yaw) for place in (*places, *range(frames))]
+    near = [close_camera(head, jitter + k, size) for k in range(close)]
+    path = [camera_at(place, frames, size, yaw) for place in (*places, *range(frames))]
+    return path[:jitter] + near + path[jitter:]
+
+
+def close_camera(head: Head, frame: int, size: int) -> tuple[Array, Array, Array]:
+    """(K, R, t) that looks closely at the eye, or the mouth, that the lone expression of a jittered frame moves."""
+    name = sorted(head.expression_names)[frame % len(head.expression_names)]
+    side = int(name.endswith("Right"))
+    target = head.eye_centres[side] + EYE_AHEAD if name.startswith(EYES_MOVE) else np.array(MOUTH)
+    aside, above, away = (((frame + 0.5) * GOLDEN**power) % 1 for power in (1, 2, 3))
+    near, far = NEAR
+    camera = Camera.orbit(
+        target,
+        near + (far - near) * away,
+        ASIDE[0] * (2 * aside - 1),
+        ASIDE[1] * (2 * above - 1),
+        FOV_Y,
+        size,
+        size,
+    )
+    view = camera.camera_from_world.astype(np.float64)
+    return focal_matrix(size), view[:3, :3], view[:3, 3]
+
+
+def focal_matrix(size: int) -> Array:
+    """K [3, 3] of the capture's camera for square images of `size` pixels."""
+    focal = size / (2 * np.tan(FOV_Y / 2))
+    return np.array([[focal, 0, size / 2], [0, focal, size / 2], [0, 0, 1]])
 
 
 def camera_at(frame: float, frames: int, size: int, yaw: float = YAW[0]) -> tuple[Array, Array, Array]:
@@ -264,9 +295,7 @@ def camera_at(frame: float, frames: int, size: int, yaw: float = YAW[0]) -> tupl
     view = camera.camera_from_world.astype(np.float64)
     roll = swing(ROLL)
     turn = np.array([[np.cos(roll), -np.sin(roll), 0], [np.sin(roll), np.cos(roll), 0], [0, 0, 1]])
-    focal = size / (2 * np.tan(FOV_Y / 2))
-    k = np.array([[focal, 0, size / 2], [0, focal, size / 2], [0, 0, 1]])
-    return k, turn @ view[:3, :3], turn @ view[:3, 3]
+    return focal_matrix(size), turn @ view[:3, :3], turn @ view[:3, 3]
 
 
 def write_head(
@@ -278,17 +307,20 @@ def write_head(
     yaw: float = YAW[0],
     worn: tuple[str, ...] = (),
     jitter: int = 0,
+    close: int = 0,
 ) -> Path:
     """Write the head's capture into the folder `out`: capture.json, images/, masks/, body/, driving.json.
 
     Expressions `held_out` are seen in test frames only; `yaw`: see `camera_at`; `jitter` frames for training, of random
-    expressions and cameras, come first. With things `worn` (names of EXTRAS) also regions/: the share of each pixel
-    that shows them. Returns the path of capture.json. Raises ValueError for an unknown expression and for fewer than
+    expressions and cameras, come first, then `close` ones whose camera is near. With things `worn` (names of EXTRAS)
+    also regions/: the share of each pixel that shows them. Returns the path of capture.json. Raises ValueError for an
+    unknown expression and for fewer than
     two frames.
     """
     head = blinking_head()
     model = Model(head, build_body_model(head), tuple(EXTRAS[name](head) for name in worn))
-    take, seen = perform(model.body, frames, held_out, jitter), cameras(frames, size, yaw, jitter)
+    take = perform(model.body, frames, held_out, jitter + close)
+    seen = cameras(head, frames, size, yaw, jitter, close)
     body = tracking_body(head, model.body)
     save_body(body, np.zeros(0), out / "body")
     if worn:
@@ -307,7 +339,7 @@ def write_head(
             "eyelids": "body",
             "anchor_faces": "body/back_of_head.txt",
         },
-        frames=shots(model, take, size, noise, seen, ["train"] * jitter + splits(frames)),
+        frames=shots(model, take, size, noise, seen, ["train"] * (jitter + close) + splits(frames)),
         source=SOURCE,
         licence=LICENCE,
         author=AUTHOR,

@@ -180,7 +180,7 @@ def test_jitter_shows_each_expression_nearly_at_full_from_many_sides(body: BodyM
     assert greatest.pop("cheekPuff") == 0 and min(greatest.values()) >= 0.7
     close, jaw = names.index("mouthClose"), names.index("jawOpen")
     assert (shown[:, jaw] >= shown[:, close]).all()
-    seen = capture_head.cameras(120, 64, np.radians(110), count)
+    seen = capture_head.cameras(load_head(), 120, 64, np.radians(110), count)
     assert len(seen) == count + 120
     sides = [np.degrees(np.arctan2(*(-r.T @ t)[[0, 2]])) for _, r, t in seen[:count]]
     assert min(sides) < -30 and max(sides) > 30

@@ -82,7 +82,17 @@ def test_points_are_drawn_where_the_mesh_holds_still(capture: Capture) -> None:
     """Every second triangle turns; the points off the mesh are on the others, whose normals lead to the same places."""
     rig = capture.rig
     turned = np.where(np.arange(len(rig.triangles)) % 2, 1.0, 0.0)
-    found = sample_points(rig, "all", 2000, 0.5, 0.03, np.random.default_rng(0), Motion(0 * turned, turned))
+    found = sample_points(
+        rig,
+        "all",
+        2000,
+        0.5,
+        0.03,
+        np.ones(len(rig.triangles)),
+        np.ones(len(rig.triangles)),
+        np.random.default_rng(0),
+        Motion(0 * turned, turned),
+    )
     assert len(found.triangle) == 2000 and found.off_mesh.sum() == 1000
     far = found.off_mesh & (found.displacement > 0.005)
     assert (turned[found.triangle[far]] == 0).mean() > 0.95

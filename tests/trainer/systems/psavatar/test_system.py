@@ -37,7 +37,16 @@ def test_points_begin_on_the_mesh_by_area_and_off_it_along_the_normal(capture: C
         1 + 9 * capture.rig.vertices[:, :1].clip(0, None)
     )  # larger triangles to one side
     rig = replace(capture.rig, vertices=wide)
-    found = sample_points(rig, "all", 40_000, 0.25, 0.03, np.random.default_rng(0))
+    found = sample_points(
+        rig,
+        "all",
+        40_000,
+        0.25,
+        0.03,
+        np.ones(len(rig.triangles)),
+        np.ones(len(rig.triangles)),
+        np.random.default_rng(0),
+    )
     assert found.off_mesh.sum() == 10_000 and (found.displacement[~found.off_mesh] == 0).all()
     r = np.sort(found.displacement[found.off_mesh])
     assert np.abs(r - 0.03 * (np.arange(10_000) + 0.5) / 10_000).max() < 0.03 * 0.025  # U[0, r_max]
@@ -309,7 +318,16 @@ def test_regions_are_those_of_the_body_model(capture: Capture) -> None:
     assert not face[:20].any() and face.sum() < head.sum() and (face <= head).all()
     with pytest.raises(AvatarError, match="back of the head"):
         REGIONS["face"](bound)
-    found = sample_points(bound, "head", 500, 0.0, 0.1, np.random.default_rng(1))
+    found = sample_points(
+        bound,
+        "head",
+        500,
+        0.0,
+        0.1,
+        np.ones(len(bound.triangles)),
+        np.ones(len(bound.triangles)),
+        np.random.default_rng(1),
+    )
     assert head[found.triangle].all()
 
 

@@ -39,16 +39,21 @@ class View:
 
 
 def sampled(
-    triangles: npt.NDArray[np.integer], vertices: F32, count: int, how: str, rng: np.random.Generator
+    triangles: npt.NDArray[np.integer],
+    vertices: F32,
+    count: int,
+    how: str,
+    density: F64,
+    rng: np.random.Generator,
 ) -> tuple[I64, F64]:
     """(triangle [count], barycentric [count, 3]) at random, uniform within a triangle.
 
     `how`: `uniform`, every triangle alike, as in the paper, which puts most points where the mesh is finest; `area`, by
-    area. Triangles without area get none. Raises ValueError if no triangle has an area.
+    area; times `density` [F] (`detail`). Triangles without area get none. Raises ValueError if no triangle has an area.
     """
     corner = vertices.astype(np.float64)[triangles]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
-    chance = SAMPLING[how](area)
+    chance = SAMPLING[how](area) * density
     if not chance.sum() > 0:
         raise ValueError("no triangle of the mesh has an area")
     triangle = rng.choice(len(triangles), count, p=chance / chance.sum())

@@ -146,6 +146,9 @@ class Settings:
     # learned of that expression is smaller in proportion; 0: the paper.
     supported: float = 0.25
     decay: float = 1e-3  # of the learned differences, share an iteration; 0: the paper
+    longest: float = (
+        5.0  # times its middle axis, that a Gaussian's longest may be in the neutral face; 0: the paper
+    )
     least_mask: float = 0.01  # nothing is learned where the mask of Eq. 2 is at most this; 0: the paper
     sh_every: int = 500  # iterations until the next degree is used
     # Metres: of what 3DGS calls the scene; scales rates and density control. A choice of ours.
@@ -181,6 +184,7 @@ class Settings:
                 "supported": (0, 1),
                 "decay": (0, 1 / SETTLED_EVERY),
                 "extent": (ABOVE_ZERO, math.inf),
+                "longest": (0, MOST),
             },
         )
         if not 0 <= self.delta_sh_degree <= self.sh_degree <= 3:
@@ -209,6 +213,7 @@ PAPER = Settings(
     sh_every=1000,
     supported=0.0,
     decay=0.0,
+    longest=0.0,
     least_mask=0.0,
     colours="grey",
     unseen=1.0,

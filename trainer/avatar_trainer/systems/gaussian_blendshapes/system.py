@@ -23,6 +23,8 @@ from avatar_trainer.kernels import skinned_cpu
 from avatar_trainer.parameters import stored
 from avatar_trainer.parameters.densify import Density
 from avatar_trainer.stages.rotation import matrix_from_quat
+from avatar_trainer.systems.common.detail import BY_AREA, detail
+from avatar_trainer.systems.common.needles import shorten
 from avatar_trainer.systems.gaussian_blendshapes.blend import (
     turned_by_entry,
     turned_sum,
@@ -73,7 +75,7 @@ def create(capture: Capture, settings: Settings, seed: int) -> GaussianBlendshap
             file=capture.folder,
             field="body",
         )
-    density = np.ones(len(rig.triangles))
+    density = detail(capture, BY_AREA)
     if settings.unseen < 1:
         density[~seen_triangles(capture)] = settings.unseen
     x, y, z, radius, half = settings.mouth_cylinder
@@ -212,6 +214,7 @@ class GaussianBlendshapes:
         if s.opacity_resets and density.opacity_reset_due(iteration):
             limit = math.log(RESET_OPACITY / (1 - RESET_OPACITY))
             self.table.set("opacity_logit", self.table["opacity_logit"].detach().clamp(max=limit))
+        shorten(self.table["log_scale"], s.longest)
         if s.decay and self._learns and iteration % SETTLED_EVERY == 0:
             self._settle()
         if iteration % s.sh_every == 0:

@@ -36,23 +36,31 @@ def sample_points(
     count: int,
     off_mesh: float,
     r_max: float,
+    density: F64,
+    stretched: F64,
     rng: np.random.Generator,
     motion: Motion | None = None,
     swing: float = 0.0,
 ) -> Sampled:
     """`count` points, the share `off_mesh` of them off the mesh by U[0, r_max] metres.
 
-    With a `motion`, points off the mesh are the steadiest of CANDIDATES times as many (`steady.steadiest`), and all
-    have a limit by it and `swing`, metres. region: one of REGIONS. Raises AvatarError for a region that the body model
-    does not define, or without area.
+    `density` [F]: of the points on each triangle (`detail`); those on the mesh are `stretched` [F] times as dense. With
+    a `motion`, points off the mesh are the steadiest of CANDIDATES times as many (`steady.steadiest`), all with a limit
+    by it and `swing`, metres. region: one of REGIONS. Raises AvatarError for a region that the body model does not
+    define, or without area.
     """
     inside = np.flatnonzero(REGIONS[region](rig))
     away = round(off_mesh * count)
     drawn = count if motion is None else count + (CANDIDATES - 1) * away
+    mesh, weight = (rig.triangles[inside], rig.vertices), density[inside]
     try:
-        rows, barycentric = sampled(rig.triangles[inside], rig.vertices, drawn, "area", rng)
+        parts = [
+            sampled(*mesh, some, "area", one, rng)
+            for some, one in ((count - away, weight * stretched[inside]), (drawn - (count - away), weight))
+        ]
     except ValueError as error:
         raise AvatarError(f"{error} in region {region!r}", field="region") from None
+    rows, barycentric = (np.concatenate(part) for part in zip(*parts, strict=True))
     off = np.arange(drawn) >= count - away
     distance = np.where(off, rng.uniform(0, r_max, drawn), 0.0)
     triangle = inside[rows]

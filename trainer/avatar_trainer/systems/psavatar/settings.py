@@ -91,7 +91,9 @@ class Settings:
     # swing: metres that the captured motion may move a point off the mesh, or half as far again as at the start.
     # smoothing, decay: of the learned bases, shares an iteration: of the way to their neighbours' mean, of the way to
     # 0; both fall as the bases' learning rate does.
+    # longest: times its middle axis, that a Gaussian's longest may be.
     swing: float = 3e-3
+    longest: float = 5.0
     smoothing: float = 0.005
     decay: float = 1e-4
     enhancer: bool = False  # whether a U-Net that improves images is trained too (section 3.3)
@@ -112,6 +114,7 @@ class Settings:
                 **dict.fromkeys(("off_mesh", "least_visibility", "enhancing"), (0, 1)),
                 **dict.fromkeys(("smoothing", "decay"), (0, MOST_SHARE)),
                 **dict.fromkeys(("r_max", "swing"), (0, 1)),
+                "longest": (0, MOST),
                 **dict.fromkeys(("dssim", "vgg", "scale"), (0, MOST_WEIGHT)),
             },
         )

@@ -27,11 +27,12 @@ from avatar_trainer.kernels.smooth import Edges, smoothed
 from avatar_trainer.normals import vertex_normals
 
 NEIGHBOURS = 40  # candidates among which a point is one of the steadiest: those within about 10 mm
-NEAR = 5e-3  # metres off the mesh, that every point may stand
-LOOKED_AT = 96  # poses at most
+NEAR = 1.5e-3  # metres off the mesh, that every point may stand: eyeballs are farther behind their lids
+LOOKED_AT = 256  # poses at most
 USUAL = 95.0  # percent of them
 SPARE = 1.5  # times the swing of a point at the start
 LEAST_TURN = 1e-6
+MOST_STRETCH, LEAST_AREA = 4.0, 1e-12
 
 
 class Motion(NamedTuple):
@@ -62,8 +63,7 @@ def motion(rig: Rig, poses: Sequence[PoseArrays]) -> Motion:
     holder, rest = _holders(rig), rig.vertices.astype(np.float64)
     still = vertex_normals(rest, rig.triangles)
     moved, turned = [], []
-    for k in np.unique(np.linspace(0, len(poses) - 1, LOOKED_AT).round().astype(int)):
-        pose = poses[k]
+    for pose in _looked_at(poses):
         state = joints(rig, pose)
         back = np.linalg.inv(state.skin_matrix.astype(np.float64))[holder]
         vertices = posed_mesh(rig, pose, state).astype(np.float64)
@@ -73,6 +73,32 @@ def motion(rig: Rig, poses: Sequence[PoseArrays]) -> Motion:
     return Motion(
         *(np.percentile(part, USUAL, axis=0)[rig.triangles].max(axis=1) for part in (moved, turned))
     )
+
+
+def stretch(rig: Rig, poses: Sequence[PoseArrays]) -> F64:
+    """[F] by how much these poses, or LOOKED_AT of them, stretch each triangle: its largest area over that at rest.
+
+    1 to MOST_STRETCH. Closing lids unfold; Gaussians that keep their size leave holes there if they are spread by the
+    area at rest.
+    """
+    rest = _areas(rig.vertices, rig.triangles)
+    largest = rest.copy()
+    for pose in _looked_at(poses):
+        largest = np.maximum(largest, _areas(posed_mesh(rig, pose, joints(rig, pose)), rig.triangles))
+    ratio: F64 = np.clip(largest / np.maximum(rest, LEAST_AREA), 1, MOST_STRETCH)
+    return ratio
+
+
+def _areas(vertices: npt.NDArray[np.floating], triangles: npt.NDArray[np.integer]) -> F64:
+    """[F] twice the areas."""
+    a, b, c = np.moveaxis(vertices.astype(np.float64)[triangles], 1, 0)
+    area: F64 = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return area
+
+
+def _looked_at(poses: Sequence[PoseArrays]) -> list[PoseArrays]:
+    """LOOKED_AT of the poses, evenly spread."""
+    return [poses[k] for k in np.unique(np.linspace(0, len(poses) - 1, LOOKED_AT).round().astype(int))]
 
 
 def steadiest(place: F64, swing: F64, share: float) -> npt.NDArray[np.bool_]:

@@ -32,7 +32,9 @@ from avatar_trainer.stages.activate import SHORTEST
 from avatar_trainer.stages.rotation import quat_multiply
 from avatar_trainer.stages.skin import transform
 from avatar_trainer.stages.surface import surface_mesh
+from avatar_trainer.systems.common.detail import BY_AREA, detail
 from avatar_trainer.systems.common.first_points import View, colours
+from avatar_trainer.systems.common.needles import shorten
 from avatar_trainer.systems.common.rigid import moved
 from avatar_trainer.systems.psavatar.enhancer import measured_enhancer
 from avatar_trainer.systems.psavatar.files import Checkpoint, coefficient_names, save
@@ -40,7 +42,7 @@ from avatar_trainer.systems.psavatar.initial import mean_spacing, sample_points
 from avatar_trainer.systems.psavatar.losses import image_terms, read_vgg
 from avatar_trainer.systems.psavatar.mesh import Bodies, posed, used_coefficients
 from avatar_trainer.systems.psavatar.settings import RULES, UNITS, Settings, played_rules
-from avatar_trainer.systems.psavatar.steady import motion, settle
+from avatar_trainer.systems.psavatar.steady import motion, settle, stretch
 from avatar_trainer.tensors import Points, Rendered, Splats
 
 __all__ = ["RULES", "PSAvatar", "Settings", "create"]
@@ -104,13 +106,11 @@ class PSAvatar:
         settings, rig = self.settings, self.capture.rig
         n, rng = settings.gaussians, np.random.default_rng(self.seed)
         how = settings.region, n, settings.off_mesh, settings.r_max
-        found = sample_points(rig, *how, rng, self.motion, settings.swing)
-        self._place(
-            torch.from_numpy(found.triangle),
-            torch.from_numpy(found.barycentric),
-            torch.from_numpy(found.off_mesh),
-            torch.from_numpy(found.limit),
-        )
+        density = detail(self.capture, BY_AREA)
+        stretched = stretch(rig, [frame.pose for frame in self.capture.train])
+        found = sample_points(rig, *how, density, stretched, rng, self.motion, settings.swing)
+        placed_as = (found.triangle, found.barycentric, found.off_mesh, found.limit)
+        self._place(*map(torch.from_numpy, placed_as))
         rates = settings.learning_rates
         bases = torch.zeros(len(self.used), len(rig.vertices), 3)
         self.table.add("bases", bases, rates.bases, "bases")
@@ -123,7 +123,8 @@ class PSAvatar:
         radius = RADIUS_PER_SPACING * mean_spacing(rig, settings.region, on_mesh or n)
         logit = torch.where(self.off_mesh, _logit(FIRST_OFF_OPACITY), _logit(FIRST_OPACITY)).float()
         dc = (self._first_colours() - 0.5) / SH_C0
-        self._appearance(torch.full((n,), math.log(radius)), logit, dc[:, None])
+        log_radius = math.log(radius) - 0.5 * np.log(density[found.triangle])
+        self._appearance(torch.from_numpy(log_radius.astype(np.float32)), logit, dc[:, None])
 
     def splats(self, pose: PoseArrays) -> Splats | Points:
         """The avatar in one pose, metres, differentiable with respect to the table."""
@@ -314,9 +315,11 @@ class PSAvatar:
 
     @torch.no_grad()
     def _hold_together(self, iteration: int) -> None:
-        """Points stay within their limits; the bases settle."""
+        """Points stay within their limits, Gaussians no needles; the bases settle."""
         settings, displacement = self.settings, self.table["displacement"]
         torch.clamp(displacement, -self.limit, self.limit, out=displacement)
+        if not self.acquiring:
+            shorten(self.table["log_scale"], settings.longest)
         if share := settings.settles(iteration):
             settle(self.table["bases"], self.edges, share * settings.smoothing, share * settings.decay)
 
@@ -381,13 +384,8 @@ class PSAvatar:
         foot = mesh_points_cpu(vertices, torch.zeros(len(self.triangle)), self.placed)
         above = mesh_points_cpu(vertices, torch.ones(len(self.triangle)), self.placed)
         point = mesh_points_cpu(vertices, self.table["displacement"], self.placed)
-        return View(
-            target.image,
-            target.mask,
-            frame.camera,
-            transform(world[:3], point),
-            (above - foot) @ world[:3, :3].T,
-        )
+        normal = (above - foot) @ world[:3, :3].T
+        return View(target.image, target.mask, frame.camera, transform(world[:3], point), normal)
 
 
 def normalised(quat_wxyz: Tensor) -> Tensor:

@@ -32,6 +32,7 @@ from avatar_trainer.parameters.densify import SPLIT_COPIES, SPLIT_SHRINK, Densit
 from avatar_trainer.parameters.table import Table
 from avatar_trainer.stages.rotation import matrix_from_quat
 from avatar_trainer.stages.surface import PosedMesh, surface_mesh
+from avatar_trainer.systems.common.detail import detail
 from avatar_trainer.systems.common.first_points import View, colours, neighbour_scale, sampled
 from avatar_trainer.systems.common.rigid import moved
 from avatar_trainer.systems.splatting_avatar.embedding import EMBEDDINGS, ROWS, Samples
@@ -103,7 +104,12 @@ class SplattingAvatar:
         rng = np.random.default_rng(self.seed)
         settings, rates = self.settings, self.settings.learning_rates
         triangle, barycentric = sampled(
-            self.triangles, self.canonical_vertices, settings.gaussians, settings.sampling, rng
+            self.triangles,
+            self.canonical_vertices,
+            settings.gaussians,
+            settings.sampling,
+            detail(self.capture),
+            rng,
         )
         count = settings.gaussians
         self._embed(torch.from_numpy(triangle), torch.from_numpy(barycentric.astype(np.float32)))
