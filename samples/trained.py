@@ -42,27 +42,32 @@ class Recipe:
         ]
 
 
-HEAD = ("--subject", "head", "--size", "256", "--frames", "360", "--yaw", "110")
+# Jittered and close frames show each expression, one after the other, twice or three times.
+HEAD = (
+    *("--subject", "head", "--size", "512", "--frames", "360", "--yaw", "110"),
+    *("--jitter", "51", "--close", "153"),
+)
 BODY = ("--subject", "body", "--size", "256", "--frames", "200")
 GLASSES = (
-    *("--subject", "head", "--glasses", "--size", "256", "--frames", "300", "--yaw", "110"),
-    *("--jitter", "102"),
+    *("--subject", "head", "--glasses", "--size", "512", "--frames", "300", "--yaw", "110"),
+    *("--jitter", "102", "--close", "153"),
 )
 RECIPES = {
     "head_blendshapes": Recipe(
         HEAD,
         "gaussian_blendshapes",
         (
-            *("--gaussians", "8000", "--set", "mouth_gaussians=600", "--set", "density.max_gaussians=10500"),
-            *("--iterations", "6000", "--sh-degree", "0", "--seed", "1"),
+            *("--gaussians", "10500", "--set", "mouth_gaussians=600", "--set", "density.max_gaussians=12800"),
+            *("--set", "density.densify_until=4500"),
+            *("--iterations", "8000", "--sh-degree", "0", "--seed", "1"),
         ),
     ),
     "head_splatting": Recipe(
         HEAD,
         "splatting_avatar",
         (
-            *("--gaussians", "8000", "--set", "density.max_gaussians=14000"),
-            *("--iterations", "5000", "--seed", "1"),
+            *("--gaussians", "10000", "--set", "density.max_gaussians=18000"),
+            *("--iterations", "7000", "--seed", "1"),
         ),
     ),
     "body_splatting": Recipe(
@@ -77,8 +82,8 @@ RECIPES = {
         GLASSES,
         "psavatar",
         (
-            *("--gaussians", "26000", "--set", "off_mesh=0.6", "--sh-degree", "0"),
-            *("--iterations", "5000", "--seed", "1"),
+            *("--gaussians", "38000", "--set", "off_mesh=0.6", "--set", "r_max=0.06", "--sh-degree", "0"),
+            *("--iterations", "8000", "--seed", "1"),
         ),
     ),
 }

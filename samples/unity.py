@@ -1,6 +1,6 @@
 """The packs of the Unity package's samples: `python -m samples.unity` writes them anew.
 
-They are made from trained sample avatars, left-handed as Unity is, with one coarser level.
+They are made from trained sample avatars, left-handed as Unity is.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ PACKS = {  # below FOLDER: the bundle in samples/trained
     "Body/Resources/sample_body.avatar": "body_splatting",
     "Face/Resources/sample_face.avatar": "head_blendshapes",  # each sample is imported alone
 }
-OPTIONS = ("--levels", "1,0.4", "--handedness", "left", "--force")
+OPTIONS = ("--handedness", "left", "--force")
 
 
 def main(folder: Path = FOLDER) -> None:

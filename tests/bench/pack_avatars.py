@@ -131,12 +131,12 @@ def arrays_sha256(avatar: Avatar) -> str:
 
 
 AVATARS: Mapping[str, Pinned] = {
-    "head_blendshapes": Pinned(trained("head_blendshapes"), 1.2, "157b3a93431f"),
-    "head_splatting": Pinned(trained("head_splatting"), 0.75, "33459ed40b54"),
+    "head_blendshapes": Pinned(trained("head_blendshapes"), 1.44, "2c94c0d264a0"),
+    "head_splatting": Pinned(trained("head_splatting"), 0.9, "500c727a54b0"),
     "body_splatting": Pinned(trained("body_splatting"), 0.4, "d7641740861d"),
-    "head_points": Pinned(trained("head_points"), 1.7, "85c084718989"),
+    "head_points": Pinned(trained("head_points"), 2.04, "139dc815ab3d"),
     "asm_face": Pinned(trained("head_bones.npz"), 1.2, "53453f967ed1"),
-    "head_70000": Pinned(sample_head, 5.2, "86fa3028726c"),
+    "head_70000": Pinned(sample_head, 5.2, "f8886cc9805e"),
     "head_70000_sh_deltas": Pinned(lambda folder: with_sh_deltas(sample_head(folder)), 11, "b40d22d9455e"),
     "head_70000_global_basis": Pinned(lambda folder: global_basis(sample_head(folder)), 45, "0c22a8039894"),
 }

@@ -26,7 +26,7 @@ def test_a_pack_is_its_avatar(bundle: str) -> None:
     document, played = read_pack(FOLDER / names[0]).document, load(FOLDER / names[0])
     source = load(TRAINED / bundle)
     assert document["avatar"]["frame"]["handedness"] == "left"
-    assert document["packing"]["levels"] == [1.0, 0.4]
+    assert document["packing"]["levels"] == [1.0]
     for field in ("expressions", "late_morph_names", "joint_names", "groups", "rules"):
         assert getattr(played, field, None) == getattr(source, field, None), field
     for field in ("licence", "consent", "author"):

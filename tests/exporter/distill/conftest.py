@@ -43,8 +43,8 @@ def small_body() -> Avatar:
 
 @pytest.fixture(scope="session")
 def head_dumps(small_head: Avatar, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Dumps of the head: 110 random poses, and 8 more that are held out; not to be changed."""
-    takes = [random_poses(small_head, 110, 8.0), random_poses(small_head, 8, 8.0, seed=8)]
+    """Dumps of the head: 120 random poses, and 8 more that are held out; not to be changed."""
+    takes = [random_poses(small_head, 120, 8.0), random_poses(small_head, 8, 8.0, seed=8)]
     rights = {"licence": "CC BY 4.0", "consent": "signed"}
     return made_once(
         tmp_path_factory, "head_dumps", lambda folder: write_dumps(small_head, takes, folder, **rights)

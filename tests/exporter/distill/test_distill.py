@@ -202,8 +202,8 @@ def test_a_driver_that_was_not_exercised_is_named(head_dumps: Path, tmp_path: Pa
     values = open_dumps(folder).drivers.drivers.copy()
     values[:, 3] = 0
     drivers = open_dumps(with_arrays(folder, drivers=values)).drivers
-    assert 3 not in exercised(drivers, np.arange(110)) and 3 in exercised(
-        open_dumps(head_dumps).drivers, np.arange(110)
+    assert 3 not in exercised(drivers, np.arange(120)) and 3 in exercised(
+        open_dumps(head_dumps).drivers, np.arange(120)
     )
 
 
@@ -239,6 +239,6 @@ def test_the_command_writes_a_sound_bundle_and_a_report(
 
 def test_check_counts_and_says(head_dumps: Path, few: Path, run: Run) -> None:
     done = run("check", head_dumps)
-    assert done[0] == 0 and "118 frames" in done[1] and "5 joints, 53 drivers" in done[1]
+    assert done[0] == 0 and "128 frames" in done[1] and "5 joints, 53 drivers" in done[1]
     done = run("check", few)
     assert done[0] == 0 and "warning: there are 4 frames to learn from" in done[1]

@@ -102,13 +102,13 @@ def test_nonsense_from_a_page_is_passed_over(here: Running) -> None:
 def test_a_page_that_reads_nothing_is_cut_off(here: Running) -> None:
     """Its messages would wait for ever."""
     with connect(here.events, max_queue=1, close_timeout=0.1) as lazy:
-        for _ in range(400):
+        for _ in range(1000):
             here.call(here.hub.message, "head", "x" * 50_000)
         with connect(here.events) as page:
             here.call(here.hub.changed, "head")
             kinds = [json.loads(page.recv(5))["type"] for _ in range(2)]
         assert kinds == ["message", "changed"]
         with pytest.raises(ConnectionClosed) as closed:
-            for _ in range(400):
+            for _ in range(1000):
                 lazy.recv(5)
         assert closed.value.rcvd is not None and closed.value.rcvd.code == hub.CLOSED

@@ -59,7 +59,7 @@ namespace AvatarExport.Tests
             Assert.AreEqual(AnimatorCullingMode.AlwaysAnimate, owner.GetComponent<Animator>().cullingMode);
             var component = owner.GetComponent<GaussianAvatar>();
             Assert.AreEqual(file, component.Asset.Bytes);
-            Assert.AreEqual(10500, component.Asset.Load().Levels[0].Count);
+            Assert.AreEqual(12800, component.Asset.Load().Levels[0].Count);
             Assert.AreEqual(new[] { "root", "neck", "jaw", "leftEye", "rightEye" }, component.Bones.Select(bone => bone.name).ToArray());
             Assert.IsFalse(component.Proxy.enabled);
             Assert.AreSame(context.Objects["mesh"], component.Proxy.sharedMesh);

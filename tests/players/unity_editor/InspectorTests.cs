@@ -33,7 +33,7 @@ namespace AvatarExport.Tests
         public void TheFileSaysWhatIsInIt()
         {
             new AvatarImporterEditor().Draw(Asset(TestPacks.Head()));
-            StringAssert.Contains("Splats: 10,500", Drawn());
+            StringAssert.Contains("Splats: 12,800", Drawn());
             StringAssert.Contains("held_out: 2.37 s", Drawn());
             Assert.IsFalse(Drawn().Contains("trained from"), "ranges are folded");
         }
@@ -72,7 +72,7 @@ namespace AvatarExport.Tests
         public void TheFieldTakesTheFileItself()
         {
             GaussianAvatar component = WithDragged("prefab", EventType.DragPerform);
-            Assert.AreEqual(10500, component.Avatar.Levels[0].Count);
+            Assert.AreEqual(12800, component.Avatar.Levels[0].Count);
             Assert.AreEqual(EventType.Used, Event.current.type);
         }
 
@@ -132,7 +132,7 @@ namespace AvatarExport.Tests
             AvatarReimport.Reload(new[] { "other.avatar" });
             Assert.AreEqual(48, inScene.Avatar.Levels[0].Count);
             AvatarReimport.Reload(new[] { "asset.avatar" });
-            Assert.AreEqual(10500, inScene.Avatar.Levels[0].Count);
+            Assert.AreEqual(12800, inScene.Avatar.Levels[0].Count);
             Assert.AreEqual(48, ofPrefab.Avatar.Levels[0].Count);
         }
 

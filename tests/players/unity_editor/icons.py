@@ -32,16 +32,16 @@ def write_icons(folder: Path) -> None:
         (FOLDER / path).read_bytes()
         for path in ("Head/Resources/sample_head.avatar", "Body/Resources/sample_body.avatar")
     )
-    files = {  # the file, and the level that suits the size
-        "head": (head, 1),
-        "body": (body, 1),
-        "by_normal": (packed(mirrored(plain(surface_avatar())), "left"), 0),
-        "in_triangles": (packed(plain(surface_avatar(rules=IN_TRIANGLES)), "right"), 0),
+    files = {
+        "head": head,
+        "body": body,
+        "by_normal": packed(mirrored(plain(surface_avatar())), "left"),
+        "in_triangles": packed(plain(surface_avatar(rules=IN_TRIANGLES)), "right"),
     }
-    for name, (file, level) in files.items():
+    for name, file in files.items():
         (folder / f"{name}.avatar").write_bytes(file)
         with (folder / f"{name}.safetensors").open("wb") as out:
-            out.writelines(safetensors.encode({"rgba": drawn(file, name, level)}))
+            out.writelines(safetensors.encode({"rgba": drawn(file, name)}))
     (folder / "icons.json").write_text(
         json.dumps({"icons": [{"name": name, "size": SIZE} for name in files]})
     )
@@ -64,11 +64,11 @@ def packed(avatar: Avatar, handedness: str) -> bytes:
     return write(prepare([avatar], Fineness()), handedness=handedness).file
 
 
-def drawn(file: bytes, name: str, level: int) -> F32:
+def drawn(file: bytes, name: str) -> F32:
     """[SIZE, SIZE, 4], framed by the places of the Gaussians."""
     pack = decode_pack(file, name)
     avatar = pack.avatar
-    player = Player(avatar, "reference", level=level)
+    player = Player(avatar, "reference")
     vertices = None if avatar.embedding is None else avatar.embedding.canonical_vertices
     places = np.sort(player.animate(Pose(), posed_vertices=vertices).mean, axis=0)
     outside = int(OUTLIERS * len(places))

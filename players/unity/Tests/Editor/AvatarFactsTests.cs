@@ -19,15 +19,15 @@ namespace AvatarExport.Tests
         {
             Core.Avatar avatar = Core.Pack.Read(TestPacks.Head(), "head");
             Dictionary<string, string> rows = Of(avatar);
-            Assert.AreEqual("10,500", rows["Splats"]);
+            Assert.AreEqual("12,800", rows["Splats"]);
             Assert.AreEqual("51", rows["Expressions"]);
             Assert.AreEqual("5", rows["Bones"]);
             Assert.AreEqual("left, right", rows["Eyelids"]);
             Assert.AreEqual("yes", rows["ARKit input"]);
-            StringAssert.Contains("4,200 up to ", rows["Levels"]);
+            Assert.AreEqual("12,800", rows["Levels"]);
             StringAssert.Contains("CC BY 3.0", rows["Licence"]);
             StringAssert.Contains("Lee Perry-Smith", rows["Consent"]);
-            Assert.AreEqual(new[] { "held_out: 2.37 s, 30 frames a second", "training: 9.57 s, 30 frames a second" }, AvatarFacts.Clips(avatar));
+            Assert.AreEqual(new[] { "held_out: 2.37 s, 30 frames a second", "training: 16.37 s, 30 frames a second" }, AvatarFacts.Clips(avatar));
             Assert.AreEqual(51, AvatarFacts.Ranges(avatar).Count);
             Assert.AreEqual("browDownLeft: trained from 0 to 1", AvatarFacts.Ranges(avatar)[0]);
         }

@@ -6,7 +6,7 @@ namespace AvatarExport.Tests
     /// <summary>Packs that lie in this package.</summary>
     internal static class TestPacks
     {
-        /// <summary>Bytes of the head of the samples: left-handed, 51 expressions, 2 eyelids, 5 bones, 2 clips, 2 levels.</summary>
+        /// <summary>Bytes of the head of the samples: left-handed, 51 expressions, 2 eyelids, 5 bones, 2 clips.</summary>
         public static byte[] Head()
         {
             return File.ReadAllBytes(Path.Combine(Package(), "Samples~", "Head", "Resources", "sample_head.avatar"));
