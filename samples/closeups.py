@@ -57,8 +57,8 @@ class Limits:
     smooth_db: float  # in the worst of the smooth blocks
 
 
-# By the last word of a region's name; stated before the samples were trained. A lid is an eye that is shut: on smooth
-# skin less shows through.
+# By the last word of a region's name. Set on earlier samples, trained at 256x256, which miss them, and on blurred
+# truth, not on the samples that are shipped. A lid is an eye that is shut: on smooth skin less shows through.
 LIMITS = {
     "head": Limits(29, 28, 0.95, 0.94, 20, 24),
     "face": Limits(27, 25, 0.93, 0.91, 16, 24),

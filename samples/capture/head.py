@@ -327,10 +327,26 @@ def write_head(
         write_regions(out / "regions", model, take, size, seen)
     names = tuple(sorted(body.expression_names))
     (out / "driving.json").write_text(json.dumps(driving(body, names), indent=1) + "\n")
+    frames_of = shots(model, take, size, noise, seen, ["train"] * (jitter + close) + splits(frames))
+    name = ", ".join(["scanned head, synthetic", *worn])
+    return write_frames(out, body, frames_of, name=name, fps=FPS, source=SOURCE, licence=LICENCE)
+
+
+def write_frames(
+    out: Path,
+    body: BodyModel,
+    frames: Iterator[tuple[str, Shot]],
+    *,
+    name: str,
+    fps: float,
+    source: str,
+    licence: str,
+) -> Path:
+    """capture.json and the frames of the head on its body model, which lies in `out`/body; the path of capture.json."""
     return write(
         out,
-        name=", ".join(["scanned head, synthetic", *worn]),
-        fps=FPS,
+        name=name,
+        fps=fps,
         head_pose_in="camera",
         expressions=body.expression_names[:GAUSSIAN_SHAPES],
         body={
@@ -339,9 +355,9 @@ def write_head(
             "eyelids": "body",
             "anchor_faces": "body/back_of_head.txt",
         },
-        frames=shots(model, take, size, noise, seen, ["train"] * (jitter + close) + splits(frames)),
-        source=SOURCE,
-        licence=LICENCE,
+        frames=frames,
+        source=source,
+        licence=licence,
         author=AUTHOR,
         consent=CONSENT,
     )

@@ -18,13 +18,12 @@ from avatar_export.driving.takes import read_take
 from avatar_runtime.camera import Camera
 from avatar_runtime.driving.arkit import CHANNELS
 from avatar_runtime.io.errors import AvatarError
-from avatar_trainer.captures.own import write
 from samples.capture.extras import EXTRAS
-from samples.capture.head import AUTHOR, CONSENT, Model, blinking_head, shots
+from samples.capture.head import Model, blinking_head, shots, write_frames
 from samples.capture.shots import Noise
 from samples.capture.tracking_mesh import tracking_body
 from samples.subjects.body_files import save_body
-from samples.subjects.body_model import GAUSSIAN_SHAPES, build_body_model
+from samples.subjects.body_model import build_body_model
 from samples.subjects.head import Head
 from samples.subjects.take import RECORDING, Take, performed, posed_vertices
 
@@ -187,21 +186,6 @@ def write_unseen(out: Path, size: int, count: int, worn: tuple[str, ...] = ()) -
     boxes = {f"{k:05d}": crops(model, worn, take, k, seen[k], bool(k % 2), size) for k in range(2, len(seen))}
     save_body(body, np.zeros(0), out / "body")
     (out / CROPS).write_text(json.dumps(boxes, indent=1) + "\n")
-    return write(
-        out,
-        name=", ".join(["scanned head, unseen poses, synthetic", *worn]),
-        fps=60.0,
-        head_pose_in="camera",
-        expressions=body.expression_names[:GAUSSIAN_SHAPES],
-        body={
-            "kind": "body_model",
-            "model": "body/body_model.npz",
-            "eyelids": "body",
-            "anchor_faces": "body/back_of_head.txt",
-        },
-        frames=shots(model, take, size, Noise(), seen, ["train"] * 2 + ["test"] * (2 * count)),
-        source=SOURCE,
-        licence=LICENCE,
-        author=AUTHOR,
-        consent=CONSENT,
-    )
+    frames = shots(model, take, size, Noise(), seen, ["train"] * 2 + ["test"] * (2 * count))
+    name = ", ".join(["scanned head, unseen poses, synthetic", *worn])
+    return write_frames(out, body, frames, name=name, fps=60.0, source=SOURCE, licence=LICENCE)

@@ -136,5 +136,14 @@ def made() -> dict[str, Any]:
     return {"framing_whole": whole, "heights": list(cases()), "sequences": sequences}
 
 
+def text(document: dict[str, Any]) -> str:
+    """JSON with a line for each case."""
+    parts = []
+    for key, value in document.items():
+        lines = ",\n".join("  " + json.dumps(one) for one in value) if isinstance(value, list) else ""
+        parts.append(f' "{key}": ' + (f"[\n{lines}\n ]" if lines else json.dumps(value)))
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
 if __name__ == "__main__":
-    FILE.write_text(json.dumps(made(), indent=1) + "\n", "utf-8")
+    FILE.write_text(text(made()), "utf-8")

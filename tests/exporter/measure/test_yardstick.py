@@ -190,3 +190,14 @@ def test_pairs_are_the_images_that_were_measured(
 def test_no_shot_is_refused(source: Avatar) -> None:
     with pytest.raises(ValueError, match="one shot"):
         Yardstick(source, [], "reference")
+
+
+def test_a_claim_leaves_room_for_rare_images(source: Avatar, yardstick: Yardstick) -> None:
+    """Three standard deviations, about the means of the kinds, below the worst; or the allowance below the mean."""
+    measured = yardstick.measure(moved(source, 0.003))
+    told = np.array([60.0, 61, 62, 60, 61, 62, 70, 71, 72])  # kind a: 61, kind b: 71
+    spread = replace(measured, whole=told, inside=told)
+    assert [mean for _, mean, _ in spread.by_kind()] == [61, 71]
+    assert spread.worst == 60
+    assert replace(spread, allowance=1.0).worst == pytest.approx(60 - 3 * math.sqrt(2 / 3))
+    assert replace(spread, allowance=9.0).worst == 52

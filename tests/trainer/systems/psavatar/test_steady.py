@@ -9,11 +9,22 @@ import pytest
 import torch
 
 from avatar_runtime.pose import PoseArrays
+from avatar_runtime.posed import posed_mesh
+from avatar_runtime.stages.joints import joints
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.kernels.neighbours import nearest_others
 from avatar_trainer.kernels.smooth import edges_of
 from avatar_trainer.systems.psavatar.initial import sample_points
-from avatar_trainer.systems.psavatar.steady import NEAR, Motion, _holders, motion, settle, steadiest
+from avatar_trainer.systems.psavatar.steady import (
+    MOST_STRETCH,
+    NEAR,
+    Motion,
+    _holders,
+    motion,
+    settle,
+    steadiest,
+    stretch,
+)
 from tests.trainer.systems.psavatar import scene
 from tests.trainer.systems.splatting_avatar import scene as sheet
 
@@ -143,3 +154,19 @@ def test_the_nearest_others_are_those_of_all_distances() -> None:
     assert np.array_equal(nearest_others(place, 8), np.argsort(apart, axis=1)[:, :8])
     assert nearest_others(place[:3], 8).shape == (3, 2)
     assert nearest_others(place[:1], 8).shape == (1, 0)
+
+
+def test_stretch_is_the_largest_area_over_that_at_rest(capture: Capture) -> None:
+    rig, poses = capture.rig, [unturned(frame.pose) for frame in capture.train]
+    still = replace(poses[0], expression_weights=np.zeros_like(poses[0].expression_weights))
+    assert stretch(rig, [still]) == pytest.approx(1, abs=1e-5)
+
+    def area(pose: PoseArrays) -> np.ndarray:  # Heron's formula, of the lengths of the edges
+        corner = posed_mesh(rig, pose, joints(rig, pose)).astype(np.float64)[rig.triangles]
+        a, b, c = (np.linalg.norm(corner[:, i] - corner[:, j], axis=1) for i, j in ((0, 1), (1, 2), (2, 0)))
+        half = (a + b + c) / 2
+        return np.sqrt(np.maximum(half * (half - a) * (half - b) * (half - c), 0))
+
+    want = np.max([area(pose) / area(still) for pose in [*poses, still]], axis=0).clip(1, MOST_STRETCH)
+    assert want.max() > 1.001
+    assert stretch(rig, poses) == pytest.approx(want, rel=1e-3)
