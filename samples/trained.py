@@ -82,7 +82,7 @@ RECIPES = {
         GLASSES,
         "psavatar",
         (
-            *("--gaussians", "38000", "--set", "off_mesh=0.6", "--set", "r_max=0.06", "--sh-degree", "0"),
+            *("--gaussians", "34000", "--set", "off_mesh=0.45", "--set", "r_max=0.06", "--sh-degree", "0"),
             *("--iterations", "8000", "--seed", "1"),
         ),
     ),

@@ -134,7 +134,7 @@ AVATARS: Mapping[str, Pinned] = {
     "head_blendshapes": Pinned(trained("head_blendshapes"), 1.44, "2c94c0d264a0"),
     "head_splatting": Pinned(trained("head_splatting"), 0.9, "500c727a54b0"),
     "body_splatting": Pinned(trained("body_splatting"), 0.4, "d7641740861d"),
-    "head_points": Pinned(trained("head_points"), 2.04, "139dc815ab3d"),
+    "head_points": Pinned(trained("head_points"), 2.04, "38f84513c810"),
     "asm_face": Pinned(trained("head_bones.npz"), 1.2, "53453f967ed1"),
     "head_70000": Pinned(sample_head, 5.2, "f8886cc9805e"),
     "head_70000_sh_deltas": Pinned(lambda folder: with_sh_deltas(sample_head(folder)), 11, "b40d22d9455e"),

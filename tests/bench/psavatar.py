@@ -39,7 +39,9 @@ from avatar_trainer.systems.psavatar.system import create
 SIZE, FRAMES, SEED = 128, 120, 3
 WORN = {"glasses": ("--glasses",), "hair": ("--hair",), "heldout": (), "acquisition": ("--hair",)}
 # What is not the paper's is off: the rows compare what the paper says.
-SETTINGS = Settings(iterations=1500, gaussians=8000, sh_degree=0, swing=0.0, smoothing=0.0, decay=0.0)
+SETTINGS = Settings(
+    iterations=1500, gaussians=8000, sh_degree=0, swing=0.0, smoothing=0.0, decay=0.0, thin=0.0
+)
 ACQUISITION = 300  # iterations
 JUDGED, JUDGED_EVERY = 8, 10  # training frames, iterations
 ERRORS = (0.05, 0.04, 0.03, 0.025, 0.02, 0.0175)  # mean absolute difference of the training frames

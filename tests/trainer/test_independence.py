@@ -106,15 +106,19 @@ PARITY = {
     ),
     "kernels/neighbours.py": (
         "all distances",
-        "systems/psavatar/test_steady.py::test_the_nearest_others_are_those_of_all_distances",
+        "kernels/test_neighbours.py::test_the_nearest_others_are_those_of_all_distances",
     ),
     "kernels/skin.py": ("stages.bind.bind_skin and stages.activate", "kernels/test_parity.py::test_skin"),
     "kernels/smooth.py": (
         "means by hand",
-        "systems/psavatar/test_steady.py::test_bases_go_towards_the_mean_of_their_neighbours",
+        "systems/psavatar/test_steady.py::test_bases_go_towards_the_mean_of_their_neighbours_and_to_0",
     ),
     "kernels/ssim.py": ("losses.ssim_definition", "kernels/test_parity.py::test_ssim"),
     "kernels/surface.py": ("stages.surface.pose_mesh and embed", "kernels/test_parity.py::test_surface"),
+    "systems/psavatar/anchors.py": (
+        "the roots of a cubic",
+        "systems/psavatar/test_anchors.py::test_places_are_held_by_the_steadiest_triangle",
+    ),
     **dict.fromkeys(
         (f"raster/{name}_backward.py" for name in ("colour", "composite", "geometry", "project")),
         ("raster.definition", "raster/test_cpu.py::test_gradients_are_the_definitions"),

@@ -99,7 +99,8 @@ def test_learned_bases_are_added_to_those_of_the_body_model(run: Path) -> None:
 def test_what_hardly_moves_a_vertex_is_left_out_unless_exact(tmp_path: Path) -> None:
     a = {**A, "basis": A["basis"].copy()}
     a["basis"][1] = 0  # expression/exp_001
-    a["basis"][1, 7] = (5e-8, -9e-8, 0)
+    a["basis"][1, 8] = (2e-9, 0, 0)
+    a["basis"][1, 7] = (5e-10, -9e-10, 0)
     write_run(tmp_path, a)
     plain = dense(rig_of(tmp_path).morphs)[7, 1]
     found = {
@@ -108,6 +109,7 @@ def test_what_hardly_moves_a_vertex_is_left_out_unless_exact(tmp_path: Path) -> 
     }
     assert found[False] is not None and found[True] is not None
     assert np.array_equal(dense(found[False].morphs)[7, 1], plain)
+    assert np.array_equal(dense(found[False].morphs)[8, 1], dense(found[True].morphs)[8, 1])
     wanted = plain.astype(float) + a["basis"][1, 7]
     assert np.array_equal(dense(found[True].morphs)[7, 1], wanted.astype("f4"))
 

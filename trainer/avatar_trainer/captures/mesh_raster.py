@@ -78,6 +78,21 @@ def draw(surface: Surface, camera: Camera, samples: int = 3, near: float = NEAR)
     return _pixels(colour, through, samples)
 
 
+def depth_of(vertices: F64, triangles: I64, camera: Camera) -> F64:
+    """[H, W] depth (camera z, metres) of a posed mesh at the middle of each pixel; infinite where it is not.
+
+    Vertices [V, 3] in world space. Raises ValueError for a camera with skew.
+    """
+    view = camera.camera_from_world.astype(np.float64)
+    placed = vertices @ view[:3, :3].T + view[:3, 3]
+    size = camera.width, camera.height
+    planes, box = _planes(placed[triangles], intrinsics(camera), 1, size, NEAR)
+    depth = np.full((camera.height, camera.width), np.inf)
+    face, front = np.full(depth.shape, -1, np.int32), np.zeros_like(depth)
+    _nearest(planes, box, np.arange(len(triangles)), *ray_grid(camera, 1), NEAR, front, depth, face)
+    return depth
+
+
 def _check(surface: Surface) -> None:
     v, f = len(surface.vertices), len(surface.triangles)
     shapes = {

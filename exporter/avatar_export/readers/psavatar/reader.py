@@ -58,7 +58,7 @@ RECORDED_RULES = {
     "order": ("mesh_first",),
     "displacement": ("off_mesh", "all"),
 }
-LEAST_SHIFT = 1e-7  # metres; smaller shifts are dropped, as they are rounding of float32 on a head
+LEAST_SHIFT = 1e-9  # metres; smaller shifts are dropped. Points far off a mesh move a hundred times as far
 TURNED = 1e-4  # tolerance between a joint's rest frame and the mesh's
 
 

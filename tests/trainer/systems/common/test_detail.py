@@ -14,8 +14,9 @@ from samples.capture.shots import Noise
 from avatar_runtime.camera import Camera
 from avatar_trainer.captures.load import load
 from avatar_trainer.captures.model import Capture
-from avatar_trainer.systems.common.detail import MOST, detail
+from avatar_trainer.systems.common.detail import LEAST_BUSY, MOST, MOST_BUSY, busy, detail
 from avatar_trainer.systems.common.needles import shorten
+from tests.trainer.systems.splatting_avatar import scene as sheet
 
 F64 = npt.NDArray[np.float64]
 
@@ -38,6 +39,22 @@ def test_close_frames_ask_for_more(tmp_path: Path) -> None:
     assert density[eye].mean() > 1.3 and (density[middle[:, 2] < -0.02] == 1).all()
     steeper = detail(seen([*take, *(close_camera(head, k, 512) for k in range(102))]), 2.0)
     assert np.array_equal(steeper, density**2)
+
+
+def test_more_begin_where_colours_change(tmp_path: Path) -> None:
+    """A sheet with a black and white pattern on the right: its triangles ask for more than the even ones."""
+    size, image = sheet.SIZE, np.full((sheet.SIZE, sheet.SIZE, 3), 128, np.uint8)
+    image[:, size // 2 :] += (
+        (64 * np.sin(np.arange(size - size // 2) * 1.1)).astype(np.int8).view(np.uint8)[None, :, None]
+    )
+    capture = load(
+        sheet.folder(tmp_path / "sheet", [(image, np.full((size, size), 255, np.uint8))] * sheet.FRAMES)
+    )
+    found = busy(capture)
+    middle = capture.rig.vertices[capture.rig.triangles].mean(axis=1)
+    right, left = found[middle[:, 0] > 0.03], found[middle[:, 0] < -0.03]
+    assert right.mean() > 2 * left.mean() and found.min() >= LEAST_BUSY and found.max() <= MOST_BUSY
+    assert (busy(sheet.blank(tmp_path / "blank")) == 1).all()
 
 
 def test_needles_are_shortened_and_disks_are_not() -> None:

@@ -102,6 +102,6 @@ def test_training_takes_it_where_it_is_given(tmp_path: Path) -> None:
     capture = sheet.blank(tmp_path / "sheet", frames=2)
     system = scene.system_of(capture, vgg=0.1, vgg_weights=str(path), dssim=0.0)
     step = scene.trainer_of(system).step(1, scene.read(capture.train[0]))
-    assert set(step.terms) == {"l1", "vgg", "scale"} and step.terms["vgg"] > 0
+    assert set(step.terms) == {"l1", "vgg", "scale", "thin"} and step.terms["vgg"] > 0
     with pytest.raises(AvatarError, match="cannot be read"):
         scene.system_of(capture, vgg=0.1, vgg_weights=str(tmp_path / "none.safetensors"))

@@ -22,6 +22,7 @@ from avatar_trainer.systems.psavatar.initial import REGIONS
 UNITS = 4.0
 PAPER_OFFSET = 0.30  # r_max, training units
 SETTLED_EVERY = 10  # iterations: how often bases are smoothed and decay
+CLEARED = 0.75  # share of the iterations after which what `thin` made invisible is removed
 MOST_SHARE = 1 / SETTLED_EVERY
 MOST_RATE, MOST_WEIGHT = 1e3, 1e6  # largest learning rates and weights of losses; larger ones are mistakes
 
@@ -87,15 +88,16 @@ class Settings:
     vgg: float = 0.0  # lambda_1 of Eq. 15; the paper: 0.1
     vgg_weights: str = ""  # .safetensors with features.0 and features.2 (weight, bias) of VGG
     scale: float = 0.1  # lambda_2 of Eq. 15
+    thin: float = 0.03  # weight of the mean opacity off the mesh; 0: the paper
     # Against motion that no image shows (`steady.py`); 0: the paper, which has none of it.
     # swing: metres that the captured motion may move a point off the mesh, or half as far again as at the start.
-    # smoothing, decay: of the learned bases, shares an iteration: of the way to their neighbours' mean, of the way to
-    # 0; both fall as the bases' learning rate does.
+    # smoothing, decay: of the learned bases, an iteration: a share of the way to their neighbours' mean, and metres
+    # towards 0; both fall as the bases' learning rate does.
     # longest: times its middle axis, that a Gaussian's longest may be.
     swing: float = 3e-3
     longest: float = 5.0
     smoothing: float = 0.005
-    decay: float = 1e-4
+    decay: float = 4e-6
     enhancer: bool = False  # whether a U-Net that improves images is trained too (section 3.3)
     enhancing: float = 0.2  # share of the iterations, the last, in which it is
     sh_degree_every: int = 1000  # iterations between active degrees, once the shape is acquired
@@ -112,10 +114,10 @@ class Settings:
                 "removals": (0, MOST),
                 "acquiring": (0, 0.9),
                 **dict.fromkeys(("off_mesh", "least_visibility", "enhancing"), (0, 1)),
-                **dict.fromkeys(("smoothing", "decay"), (0, MOST_SHARE)),
-                **dict.fromkeys(("r_max", "swing"), (0, 1)),
+                "smoothing": (0, MOST_SHARE),
+                **dict.fromkeys(("r_max", "swing", "decay"), (0, 1)),
                 "longest": (0, MOST),
-                **dict.fromkeys(("dssim", "vgg", "scale"), (0, MOST_WEIGHT)),
+                **dict.fromkeys(("dssim", "vgg", "scale", "thin"), (0, MOST_WEIGHT)),
             },
         )
         if self.region not in REGIONS:
@@ -129,6 +131,11 @@ class Settings:
     def acquired_after(self) -> int:
         """The last iteration of shape acquisition."""
         return round(self.acquiring * self.iterations)
+
+    @property
+    def cleared_at(self) -> int:
+        """The iteration after which Gaussians that have become invisible are removed; 0: none."""
+        return round(CLEARED * self.iterations) if self.thin else 0
 
     def enhances(self, iteration: int) -> bool:
         """Whether the enhancer is trained in this iteration."""

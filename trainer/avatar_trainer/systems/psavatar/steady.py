@@ -2,7 +2,7 @@
 
 - Points stand off the mesh where the captured motion holds them steady. Along the normal of a closing lid or a turning
   lip, a point 50 mm off swings by as much; learned bases hide that in the trained frames alone. Of the triangles whose
-  normals lead to a place, the steadiest get the points.
+  normals lead to a place, the steadiest holds it (`anchors`).
 - The learned bases P' and E' follow what the captures support. Adam moves a vertex that no image explains as far as one
   that many do, each in a direction of its own, and the vertex normals then scatter whatever stands off the mesh. Bases
   are therefore smoothed over the mesh and decay.
@@ -22,11 +22,9 @@ from avatar_runtime.avatar import F32, F64, I64, Rig
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints
-from avatar_trainer.kernels.neighbours import nearest_others
 from avatar_trainer.kernels.smooth import Edges, smoothed
 from avatar_trainer.normals import vertex_normals
 
-NEIGHBOURS = 40  # candidates among which a point is one of the steadiest: those within about 10 mm
 NEAR = 1.5e-3  # metres off the mesh, that every point may stand: eyeballs are farther behind their lids
 LOOKED_AT = 256  # poses at most
 USUAL = 95.0  # percent of them
@@ -101,13 +99,6 @@ def _looked_at(poses: Sequence[PoseArrays]) -> list[PoseArrays]:
     return [poses[k] for k in np.unique(np.linspace(0, len(poses) - 1, LOOKED_AT).round().astype(int))]
 
 
-def steadiest(place: F64, swing: F64, share: float) -> npt.NDArray[np.bool_]:
-    """[N] the steadiest `share` of the points [N, 3] everywhere: those with at most so many steadier neighbours."""
-    steadier = swing[nearest_others(place, NEIGHBOURS)] < swing[:, None]
-    result: npt.NDArray[np.bool_] = steadier.sum(axis=1) < share * NEIGHBOURS
-    return result
-
-
 def _holders(rig: Rig) -> I64:
     """[V] the joint that holds each vertex most, or its parent if it is a leaf."""
     ptr = rig.skin.row_ptr.astype(np.int64)
@@ -124,7 +115,8 @@ def _holders(rig: Rig) -> I64:
 @torch.no_grad()
 def settle(bases: Tensor, edges: Edges, smoothing: float, decay: float) -> None:
     """Move each vector of `bases` [U, V, 3], in place, by the share `smoothing` to the mean of its neighbours, and
-    then by the share `decay` to 0."""
+    then by `decay` metres to 0: what no image asks for becomes 0, and takes no bytes."""
     smooth = torch.empty_like(bases)
     smoothed(bases.detach().numpy(), edges, smoothing, smooth.numpy())
-    bases.copy_(smooth.mul_(1 - decay))
+    length = torch.linalg.vector_norm(smooth, dim=2, keepdim=True)
+    bases.copy_(smooth.mul_((1 - decay / length.clamp_min(1e-12)).clamp_min(0)))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -32,12 +33,13 @@ from avatar_trainer.stages.activate import SHORTEST
 from avatar_trainer.stages.rotation import quat_multiply
 from avatar_trainer.stages.skin import transform
 from avatar_trainer.stages.surface import surface_mesh
-from avatar_trainer.systems.common.detail import BY_AREA, detail
+from avatar_trainer.systems.common.detail import BY_AREA, busy, detail
 from avatar_trainer.systems.common.first_points import View, colours
 from avatar_trainer.systems.common.needles import shorten
 from avatar_trainer.systems.common.rigid import moved
 from avatar_trainer.systems.psavatar.enhancer import measured_enhancer
 from avatar_trainer.systems.psavatar.files import Checkpoint, coefficient_names, save
+from avatar_trainer.systems.psavatar.hull import seen
 from avatar_trainer.systems.psavatar.initial import mean_spacing, sample_points
 from avatar_trainer.systems.psavatar.losses import image_terms, read_vgg
 from avatar_trainer.systems.psavatar.mesh import Bodies, posed, used_coefficients
@@ -54,9 +56,7 @@ FIRST_OFF_OPACITY = 0.1  # of points off the mesh, most of which lie in free air
 RADIUS_PER_SPACING = 1.2  # so that discs on the mesh close
 SCALE_PER_RADIUS = 1 / math.sqrt(6)  # a Gaussian of the variance that 1 - r^2 / R^2 has on a disc
 COLOUR_FRAMES = 8
-OBSERVED = (
-    100  # after this many images (or all, if there are fewer), points that none of them showed are removed
-)
+OBSERVED = 100  # images, or all if there are fewer, after which points that none of them showed are removed
 IN_METRES = ("displacement", "bases")
 AS_POINTS = ("opacity_logit", "sh_dc", "log_radius")  # that `_appearance` puts into the table
 AS_GAUSSIANS = ("opacity_logit", "sh_dc", "sh_rest", "log_scale", "rotation")
@@ -106,11 +106,11 @@ class PSAvatar:
         settings, rig = self.settings, self.capture.rig
         n, rng = settings.gaussians, np.random.default_rng(self.seed)
         how = settings.region, n, settings.off_mesh, settings.r_max
-        density = detail(self.capture, BY_AREA)
+        density = detail(self.capture, BY_AREA) * busy(self.capture)
         stretched = stretch(rig, [frame.pose for frame in self.capture.train])
-        found = sample_points(rig, *how, density, stretched, rng, self.motion, settings.swing)
-        placed_as = (found.triangle, found.barycentric, found.off_mesh, found.limit)
-        self._place(*map(torch.from_numpy, placed_as))
+        steady = self.motion, settings.swing, partial(seen, self.capture, UNITS)
+        found = sample_points(rig, *how, density, stretched, rng, *steady)
+        self._place(*map(torch.from_numpy, (found.triangle, found.barycentric, found.off_mesh, found.limit)))
         rates = settings.learning_rates
         bases = torch.zeros(len(self.used), len(rig.vertices), 3)
         self.table.add("bases", bases, rates.bases, "bases")
@@ -121,7 +121,7 @@ class PSAvatar:
         self.table.add("displacement", torch.from_numpy(found.displacement), rates.displacement, ROWS)
         on_mesh = n - int(found.off_mesh.sum())
         radius = RADIUS_PER_SPACING * mean_spacing(rig, settings.region, on_mesh or n)
-        logit = torch.where(self.off_mesh, _logit(FIRST_OFF_OPACITY), _logit(FIRST_OPACITY)).float()
+        logit = torch.where(self.off_mesh, FIRST_OFF_OPACITY, FIRST_OPACITY).float().logit()
         dc = (self._first_colours() - 0.5) / SH_C0
         log_radius = math.log(radius) - 0.5 * np.log(density[found.triangle])
         self._appearance(torch.from_numpy(log_radius.astype(np.float32)), logit, dc[:, None])
@@ -172,6 +172,8 @@ class PSAvatar:
             terms |= {f"{name}_enhanced": term for name, term in better.items()}
         if settings.scale:
             terms["scale"] = settings.scale * self._mean_scale()
+        if settings.thin:
+            terms["thin"] = settings.thin * (self.table["opacity_logit"].sigmoid() * self.off_mesh).mean()
         return terms
 
     def observe(self, rendered: Rendered, screen_gradient: Tensor) -> None:
@@ -199,11 +201,13 @@ class PSAvatar:
         """Removal of points that are hardly seen; the change to Gaussians; SH degree."""
         settings = self.settings
         self._hold_together(iteration)
-        enough = min(len(self.capture.train), OBSERVED)
-        if self.acquiring and settings.removal_due(iteration) and self.observed >= enough:
+        enough = self.observed >= min(len(self.capture.train), OBSERVED)
+        if self.acquiring and settings.removal_due(iteration) and enough:
             self.remove(self.visibility < settings.least_visibility)
         if self.acquiring and iteration >= settings.acquired_after:
             self._become_gaussians()
+        if iteration == settings.cleared_at:
+            self.remove(self.table["opacity_logit"].sigmoid() < settings.least_visibility)
         self.enhancing = settings.enhances(iteration)
         if not self.acquiring:
             after = iteration - settings.acquired_after
@@ -392,7 +396,3 @@ def normalised(quat_wxyz: Tensor) -> Tensor:
     """Quaternions [N, 4] of length 1."""
     length: Tensor = torch.linalg.vector_norm(quat_wxyz, dim=1, keepdim=True)
     return quat_wxyz / length.clamp_min(SHORTEST)
-
-
-def _logit(p: float) -> float:
-    return math.log(p / (1 - p))
