@@ -17,7 +17,7 @@ CORE := tests/test_floors.py tests/test_released.py tests/schema tests/conforman
 # Compiled modules are kept, since the tests start about 200 processes.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo view check test test-more players fuzz bench docs dist clean
+.PHONY: demo view unity check test test-more players fuzz bench docs dist size clean
 
 demo: .venv/installed
 	$(BIN)/python -m samples.demo $(OUT)/demo
@@ -25,6 +25,10 @@ demo: .venv/installed
 # The sample in a browser.
 view: .venv/installed
 	$(BIN)/python -m avatar_export view samples/trained/head_blendshapes
+
+# A Unity project for work on the package: hand-written files are links into this checkout.
+unity: .venv/installed
+	$(BIN)/python -m tools.unity_project $(OUT)/unity
 
 check: .venv/tested
 	$(BIN)/ruff check --quiet .
@@ -61,7 +65,7 @@ fuzz: .venv/tested
 	$(BIN)/python -m tests.fuzz.faults --each $(FAULTS)
 	AVATAR_FUZZ=$(FUZZ) $(PYTEST) -m hypothesis
 
-# The site, into build/docs.
+# The site, into build/docs. It shows the help of every command, also of those that need torch.
 docs: .venv/documented
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
@@ -70,6 +74,10 @@ bench: .venv/tested
 
 dist: .venv/tested
 	$(BIN)/python -m tests.packaging.dist dist
+
+# Tracked files and lines by kind, pages and words.
+size:
+	@$(PYTHON) -m tools.size
 
 clean:
 	rm -rf .venv .venv-3.* $(OUT) build/docs dist tests/interop/node_modules
@@ -89,7 +97,7 @@ clean:
 	$(BIN)/python -m tests.trainer.compile
 	touch $@
 
-.venv/documented: .venv/installed
+.venv/documented: .venv/tested
 	$(BIN)/python -m pip install --quiet --group docs
 	touch $@
 

@@ -13,6 +13,7 @@ pytest_plugins = [
     "tests.commands",
     "tests.measured",
     "tests.samples_made",
+    "tests.session.assembled",
     "tests.session.collector",
     "tests.session.cost",
 ]

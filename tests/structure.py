@@ -21,6 +21,7 @@ SOURCES = {  # import package: the folder that holds it
     "avatar_trainer": "trainer",
     "samples": ".",
     "tests": ".",
+    "tools": ".",
 }
 PUBLIC = tuple(SOURCES)[:5]  # packages whose public names need a docstring
 MOST_MODULES = 20  # handwritten Python modules in one folder

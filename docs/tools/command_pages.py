@@ -1,4 +1,7 @@
-"""One page a command, from its `--help` and the examples of examples.toml."""
+"""One page a command, from its `--help` and the examples of examples.toml, for the site: no file of the checkout.
+
+`python docs/tools/command_pages.py FOLDER` writes them into a folder, to read them without the site.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +19,8 @@ from pathlib import Path
 from engine_tables import table
 
 HERE = Path(__file__).resolve().parent
-FOLDER = HERE.parent / "reference" / "commands"
+FOLDER = "reference/commands"  # in the site
 MODULES = {"avatar-export": "avatar_export", "avatar-train": "avatar_trainer"}
-MADE = (
-    "<!-- Made by `python docs/tools/generate.py` from `{command} --help` and docs/tools/examples.toml. -->\n"
-)
 # What typer's versions call the same kinds of value.
 KINDS = {
     "path": "PATH",
@@ -40,12 +40,10 @@ class Help:
     sections: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
 
 
-def pages() -> dict[Path, str]:
-    """The page of every command, and the list of them."""
+def pages() -> dict[str, str]:
+    """{path below FOLDER: text} of the list of commands, and of the page of each, in the order of the help."""
     commands = [command for program in MODULES for command in leaves(program)]
-    result = {page_of(command): page(command) for command in commands}
-    result[FOLDER / "index.md"] = index(commands)
-    return result
+    return {"index.md": index(commands)} | {page_of(command): page(command) for command in commands}
 
 
 def leaves(command: str) -> list[str]:
@@ -60,14 +58,22 @@ _HELP: dict[str, Help] = {}
 
 
 def help_of(command: str) -> Help:
-    """The parsed `--help` of a command, run in this process: importing the trainer takes seconds."""
+    """The parsed `--help` of a command, run in this process: importing the trainer takes seconds.
+
+    Raises ValueError where the command cannot run: avatar-train needs torch.
+    """
     if command not in _HELP:
         program, *rest = command.split()
         arguments, said = sys.argv, io.StringIO()
         sys.argv = [program, *rest, "--help"]
         try:
-            with contextlib.redirect_stdout(said), contextlib.suppress(SystemExit), plain_terminal():
+            with contextlib.redirect_stdout(said), plain_terminal():
                 runpy.run_module(MODULES[program], run_name="__main__", alter_sys=True)
+        except SystemExit as end:
+            if end.code:
+                raise ValueError(
+                    f"{command} --help ends with {end.code}, so its page cannot be made"
+                ) from end
         finally:
             sys.argv = arguments
         _HELP[command] = parse(said.getvalue())
@@ -106,16 +112,16 @@ def parse(text: str) -> Help:
     return found
 
 
-def page_of(command: str) -> Path:
-    """Where a command's page is."""
+def page_of(command: str) -> str:
+    """Where a command's page is, below FOLDER."""
     program, *rest = command.split()
-    return FOLDER / program / f"{'_'.join(rest)}.md"
+    return f"{program}/{'_'.join(rest)}.md"
 
 
 def page(command: str) -> str:
     """The whole page of a command."""
     said, sections = help_of(command).text, help_of(command).sections
-    lines = [f"# {command}\n", MADE.format(command=command), f"{said}\n", "## Examples\n"]
+    lines = [f"# {command}\n", f"{said}\n", "## Examples\n"]
     for example in examples().get(command, []):
         mark = (
             f"*Not run by the tests: {example['not_run']}.*"
@@ -174,7 +180,7 @@ def examples() -> dict[str, list[dict[str, str]]]:
 
 def index(commands: list[str]) -> str:
     """The list of all commands."""
-    lines = ["# Commands\n\n<!-- Made by `python docs/tools/generate.py` from the commands' help. -->\n"]
+    lines = ["# Commands\n"]
     lines.append(
         "Every command takes `--help`. Bad data ends with one line and exit code 2; "
         "[SECURITY.md](../../../SECURITY.md) lists all exit codes.\n"
@@ -182,7 +188,7 @@ def index(commands: list[str]) -> str:
     for program in MODULES:
         rows = [
             [
-                f"[`{command}`]({page_of(command).relative_to(FOLDER).as_posix()})",
+                f"[`{command}`]({page_of(command)})",
                 escape(first_sentence(command)),
             ]
             for command in commands
@@ -197,3 +203,14 @@ def index(commands: list[str]) -> str:
 def first_sentence(command: str) -> str:
     """What a command does, in short."""
     return re.split(r"(?<=\.)\s|;", help_of(command).text)[0].rstrip(".") + "."
+
+
+def main(folder: Path) -> None:
+    """Writes the pages."""
+    for name, text in pages().items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, "utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,6 +1,6 @@
 """Makes what the documents do not say by hand: `python docs/tools/generate.py` writes, `--check` names what differs.
 
-A page is made whole (each command's), or has sections between `<!-- made: NAME -->` and `<!-- end -->`.
+Made sections stand between `<!-- made: NAME -->` and `<!-- end -->`. The pages of commands are made with the site.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import re
 import sys
 from pathlib import Path
 
-import command_pages
 import engine_tables
 import figures
 import worked_numbers
@@ -23,19 +22,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 if anything differs")
     check = parser.parse_args().check
-    differing = [
-        path for path, text in made().items() if not path.exists() or path.read_text("utf-8") != text
-    ]
-    differing += leftovers()
-    for path in differing:
+    differing = {path: text for path, text in made().items() if path.read_text("utf-8") != text}
+    for path, text in differing.items():
         print(f"{'differs' if check else 'made'}: {path.relative_to(ROOT)}")
-        if check:
-            continue
-        if path in made_cache:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(made_cache[path], "utf-8")
-        else:
-            path.unlink()
+        if not check:
+            path.write_text(text, "utf-8")
     sys.exit(1 if check and differing else 0)
 
 
@@ -59,18 +50,18 @@ def unity_steps() -> str:
     return text.partition("<!-- steps -->")[2].partition("<!-- end steps -->")[0]
 
 
-made_cache: dict[Path, str] = {}
-
-
 def made() -> dict[Path, str]:
-    """Every made page, and every page with a made section, as it should be."""
-    if not made_cache:
-        made_cache.update(command_pages.pages())
-        beside = sorted((ROOT / "players" / "unity" / "Documentation~").glob("*.md"))
-        for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), *beside):
-            if page not in made_cache and SECTION.search(text := page.read_text("utf-8")):
-                made_cache[page] = SECTION.sub(lambda match, page=page: filled(match, page), text)
-    return made_cache
+    """Every page with a made section, as it should be."""
+    beside = sorted((ROOT / "players" / "unity" / "Documentation~").glob("*.md"))
+    texts = {
+        page: page.read_text("utf-8")
+        for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), *beside)
+    }
+    return {
+        page: SECTION.sub(lambda match, page=page: filled(match, page), text)
+        for page, text in texts.items()
+        if SECTION.search(text)
+    }
 
 
 def filled(match: re.Match[str], page: Path) -> str:
@@ -79,11 +70,6 @@ def filled(match: re.Match[str], page: Path) -> str:
     if match[2] not in contents:
         sys.exit(f"{page.relative_to(ROOT)}: nothing makes section {match[2]}")
     return f"{match[1]}\n{contents[match[2]](page).strip()}\n\n{match[3]}"
-
-
-def leftovers() -> list[Path]:
-    """Pages of commands that are gone."""
-    return [page for page in sorted(command_pages.FOLDER.rglob("*.md")) if page not in made()]
 
 
 if __name__ == "__main__":

@@ -1,22 +1,27 @@
-"""MkDocs hook: files outside docs/ that a page links to join the site under repository/, at their own path.
+"""MkDocs hook: pages of commands, and files outside docs/, join the site.
 
-So a link such as `../schema/SPEC.md` works on a forge, in an editor and in the site, and is written once. Markdown
-files become pages, whose own links are followed too; a link to a folder means its README.md. Other files are copied.
+The page of each command is made here (command_pages.py), and the navigation lists it. A file outside docs/ that a page
+links to joins under repository/, at its own path. So a link such as `../schema/SPEC.md` works on a forge, in an editor
+and in the site, and is written once. Markdown files become pages, whose own links are followed too; a link to a folder
+means its README.md. Other files are copied.
 """
 
 from __future__ import annotations
 
 import os
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
+import command_pages
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 OUTSIDE = "repository/"
+COMMANDS = "Commands"  # the entry of the navigation that gets the pages of commands
 
 # Targets of links and images; code is masked before.
 LINK = re.compile(r"(\]\(\s*|<(?:img|a|source)[^>]*?(?:src|href)=\")([^)\s\"]+)")
@@ -25,16 +30,42 @@ FENCE = re.compile(r"^(```\w+) [\w ]+$", re.MULTILINE)
 CODE = re.compile(r"^(```|~~~).*?^\1|`[^`\n]+`", re.MULTILINE | re.DOTALL)
 
 
+def on_config(config: Any) -> Any:
+    """List the pages of commands in the navigation."""
+    config["nav"] = filled(config["nav"])
+    return config
+
+
+def filled(nav: Any) -> Any:
+    """The navigation with the pages of commands below the entry COMMANDS."""
+    if isinstance(nav, list):
+        return [filled(item) for item in nav]
+    if isinstance(nav, dict):
+        return {
+            title: list(made_pages()) if title == COMMANDS else filled(below) for title, below in nav.items()
+        }
+    return nav
+
+
+@cache
+def made_pages() -> dict[str, str]:
+    """{path in the site: text} of the pages of commands; `mkdocs serve` makes them once."""
+    return {f"{command_pages.FOLDER}/{name}": text for name, text in command_pages.pages().items()}
+
+
 def on_files(files: Files, config: Any) -> Files:
-    """Add what the pages link to outside docs/, and what those files link to."""
-    pages = [Path(file.abs_src_path) for file in files.documentation_pages() if file.abs_src_path]
+    """Add the pages of commands, what the pages link to outside docs/, and what those files link to."""
+    for name, text in made_pages().items():
+        files.append(File.generated(config, name, content=text))
+    made = [path for name, text in made_pages().items() for path in outside_targets(DOCS / name, text)]
+    pages = [Path(file.abs_src_path) for file in files.documentation_pages() if file.abs_src_path] + made
     pages += [ROOT / path for path in nav_paths(config["nav"])]
     known: set[Path] = set()
     while pages:
         page = pages.pop()
         found = {page} if not page.is_relative_to(DOCS) else set()
         if page.suffix == ".md":
-            found |= set(outside_targets(page))
+            found |= set(outside_targets(page, page.read_text("utf-8")))
         for path in found - known:
             known.add(path)
             files.append(File.generated(config, site_path(path), abs_src_path=str(path)))
@@ -44,7 +75,7 @@ def on_files(files: Files, config: Any) -> Files:
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:
     """Point links at where the site has their targets."""
-    source = Path(page.file.abs_src_path)
+    source = Path(page.file.abs_src_path or DOCS / page.file.src_uri)
 
     def moved(match: re.Match[str]) -> str:
         target, _, anchor = match[2].partition("#")
@@ -69,8 +100,8 @@ def outside_code(markdown: str, change: Any) -> str:
     return "".join([*result, change(markdown[end:])])
 
 
-def outside_targets(page: Path) -> list[Path]:
-    """Existing files outside docs/ that a page links to."""
+def outside_targets(page: Path, text: str) -> list[Path]:
+    """Existing files outside docs/ that a page with this text links to."""
     found: list[Path] = []
 
     def note(text: str) -> str:
@@ -78,7 +109,7 @@ def outside_targets(page: Path) -> list[Path]:
         found.extend(path for path in paths if path and not path.is_relative_to(DOCS))
         return text
 
-    outside_code(page.read_text("utf-8"), note)
+    outside_code(text, note)
     return found
 
 

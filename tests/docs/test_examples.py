@@ -15,7 +15,6 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs" / "tools" / "examples.toml"
-PAGES = ROOT / "docs" / "reference" / "commands"
 PROGRAMS = {"avatar-export": "avatar_export", "avatar-train": "avatar_trainer"}
 FEWEST = 2  # examples a command
 REASON = 10  # letters of a reason at least
@@ -25,9 +24,11 @@ def document() -> dict[str, Any]:
     return tomllib.loads(EXAMPLES.read_text("utf-8"))
 
 
-def test_every_command_has_examples_that_run_or_say_why_not() -> None:
+def test_every_command_has_examples_that_run_or_say_why_not(command_pages: Path) -> None:
     commands = [example["command"] for example in document()["example"]]
-    pages = {page.relative_to(PAGES).with_suffix("").as_posix() for page in PAGES.glob("*/*.md")}
+    pages = {
+        page.relative_to(command_pages).with_suffix("").as_posix() for page in command_pages.glob("*/*.md")
+    }
     assert {command.replace(" ", "/", 1).replace(" ", "_") for command in commands} == pages
     assert not [command for command in set(commands) if commands.count(command) < FEWEST]
     for example in document()["example"]:

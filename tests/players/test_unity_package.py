@@ -7,16 +7,16 @@ import re
 import shutil
 import subprocess
 import tarfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.session.needed import need
+from avatar_schema.version import __version__
 
 ROOT = Path(__file__).parents[2]
-PACKAGE = ROOT / "players" / "unity"
+WRITTEN = ROOT / "players" / "unity"  # by hand; the package is put together from it
 HIDDEN = "~"  # Unity imports no folder whose name ends so; a sample is copied into Assets and imported there
 GUID = re.compile(r"\bguid: ([0-9a-f]{32})\b")
 BUILT_IN = "0000000000000000"  # how the identifiers of Unity's own resources begin
@@ -34,7 +34,7 @@ OPTIONAL = {  # assemblies of packages that a project may lack; a version define
 }
 
 
-def assets(folder: Path = PACKAGE) -> Iterator[Path]:
+def assets(folder: Path) -> Iterator[Path]:
     """Files and folders that Unity sees as assets, those of samples too, each once."""
     for path in sorted(folder.iterdir()):
         if path.suffix == ".meta" or path.name.startswith("."):
@@ -45,10 +45,10 @@ def assets(folder: Path = PACKAGE) -> Iterator[Path]:
             yield from assets(path)
 
 
-def metas() -> dict[str, Path]:
+def metas(package: Path) -> dict[str, Path]:
     """Identifier -> asset."""
     found: dict[str, Path] = {}
-    for asset in assets():
+    for asset in assets(package):
         match = GUID.search(meta_of(asset).read_text("utf-8"))
         assert match, asset
         assert match[1] not in found, f"{asset} has the identifier of {found.get(match[1])}"
@@ -60,21 +60,21 @@ def meta_of(asset: Path) -> Path:
     return asset.with_name(asset.name + ".meta")
 
 
-def name_of(path: Path) -> str:
-    return path.relative_to(PACKAGE).as_posix()
+def names(folder: Path, paths: Iterable[Path]) -> list[str]:
+    return sorted(path.relative_to(folder).as_posix() for path in paths)
 
 
-def manifest() -> dict[str, Any]:
-    document: dict[str, Any] = json.loads((PACKAGE / "package.json").read_text("utf-8"))
+def manifest(package: Path) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads((package / "package.json").read_text("utf-8"))
     return document
 
 
-def assemblies() -> dict[Path, dict[str, Any]]:
-    return {path: json.loads(path.read_text("utf-8")) for path in PACKAGE.rglob("*.asmdef")}
+def assemblies(package: Path) -> dict[Path, dict[str, Any]]:
+    return {path: json.loads(path.read_text("utf-8")) for path in package.rglob("*.asmdef")}
 
 
-def sources(folder: str) -> list[Path]:
-    return sorted((PACKAGE / folder).rglob("*.cs"))
+def sources(folder: Path) -> list[Path]:
+    return sorted(folder.rglob("*.cs"))
 
 
 def without_text(source: str) -> str:
@@ -87,68 +87,41 @@ def without_text(source: str) -> str:
     )
 
 
-def test_every_asset_has_a_meta_and_every_meta_an_asset() -> None:
-    wanted = {meta_of(asset) for asset in assets()}
-    present = {path for path in PACKAGE.rglob("*.meta") if f"Documentation{HIDDEN}" not in path.parts}
+def test_every_asset_has_a_meta_and_every_meta_an_asset(unity_package: Path) -> None:
+    wanted = {meta_of(asset) for asset in assets(unity_package)}
+    present = set(unity_package.rglob("*.meta"))
     assert len(wanted) > 100
-    assert sorted(map(name_of, wanted - present)) == [], "no .meta: python -m avatar_shaders"
-    assert sorted(map(name_of, present - wanted)) == [], "a .meta without its asset"
-    assert not list((PACKAGE / f"Documentation{HIDDEN}").rglob("*.meta"))
+    assert names(unity_package, wanted ^ present) == []
 
 
-def test_identifiers_are_unique() -> None:
-    assert len(metas()) == len(list(assets()))
+def test_identifiers_are_unique(unity_package: Path) -> None:
+    assert len(metas(unity_package)) == len(list(assets(unity_package)))
 
 
-def test_identifiers_that_were_committed_are_kept() -> None:
-    """A changed identifier breaks every scene that uses the file, so this compares with the last commit."""
-    folder = PACKAGE.relative_to(ROOT).as_posix()
-    listed = git(
-        "grep",
-        "-h",
-        "--full-name",
-        "--null",
-        "--no-line-number",
-        "-H",
-        "guid: ",
-        "HEAD",
-        "--",
-        f"{folder}/*.meta",
-    )
-    committed = dict(re.findall(r"HEAD:([^\0\n]+)\0guid: ([0-9a-f]{32})", listed))
-    for path, guid in committed.items():
-        if (ROOT / path).is_file():
-            assert GUID.findall((ROOT / path).read_text("utf-8")) == [guid], path
-
-
-def git(*command: str) -> str:
-    done = subprocess.run(["git", *command], cwd=ROOT, capture_output=True, text=True, check=False)
-    need({"a checkout of git": done.returncode <= 1})
-    return done.stdout
-
-
-def test_the_manifest_is_one_that_unity_reads() -> None:
-    document = manifest()
+def test_the_manifest_is_one_that_unity_reads(unity_package: Path) -> None:
+    document = manifest(unity_package)
+    assert list(document)[:2] == ["name", "version"] and document["version"] == __version__
     assert re.fullmatch(r"[a-z0-9-]+(\.[a-z0-9-]+){2,}", document["name"]) and len(document["name"]) <= 50
     assert re.fullmatch(r"\d+\.\d+\.\d+(-[\w.-]+)?", document["version"])
     assert re.fullmatch(r"\d{4}\.\d+", document["unity"]) and re.fullmatch(
         r"\d+[abf]\d+", document["unityRelease"]
     )
     assert all(name.startswith("com.unity.") for name in document["dependencies"])
-    assert f"## [{document['version']}]" in (PACKAGE / "CHANGELOG.md").read_text("utf-8")
+    assert f"## [{document['version']}]" in (unity_package / "CHANGELOG.md").read_text("utf-8")
     for sample in document["samples"]:
         assert set(sample) == {"displayName", "description", "path"}
-        assert (PACKAGE / sample["path"]).is_dir()
-    folders = {path.name for path in (PACKAGE / f"Samples{HIDDEN}").iterdir() if path.is_dir()}
+        assert (unity_package / sample["path"]).is_dir()
+    folders = {path.name for path in (unity_package / f"Samples{HIDDEN}").iterdir() if path.is_dir()}
     assert folders == {Path(sample["path"]).name for sample in document["samples"]}
 
 
-def test_the_licence_is_the_repositorys() -> None:
-    assert (PACKAGE / "LICENSE.md").read_text("utf-8") == (ROOT / "LICENSE").read_text("utf-8")
+def test_licence_and_notices_are_in_it(unity_package: Path) -> None:
+    assert "Cesium" in (unity_package / "Third Party Notices.md").read_text("utf-8")
+    assert (unity_package / "LICENSE.md").read_text("utf-8") == (ROOT / "LICENSE").read_text("utf-8")
 
 
-def test_references_of_assemblies_resolve() -> None:
-    found = assemblies()
+def test_references_of_assemblies_resolve(unity_package: Path) -> None:
+    found = assemblies(unity_package)
     own = {document["name"] for document in found.values()}
     assert len(own) == len(found)
     for path, document in found.items():
@@ -162,23 +135,23 @@ def test_references_of_assemblies_resolve() -> None:
             assert defined & set(document["defineConstraints"]), f"{path.name} compiles without its package"
 
 
-def test_core_knows_no_engine() -> None:
-    core = json.loads((PACKAGE / "Core" / "AvatarExport.Core.asmdef").read_text("utf-8"))
+def test_core_knows_no_engine(unity_package: Path) -> None:
+    core = json.loads((unity_package / "Core" / "AvatarExport.Core.asmdef").read_text("utf-8"))
     assert core["noEngineReferences"] and core["references"] == []
     assert [
         path.name
-        for path in sources("Core")
+        for path in sources(unity_package / "Core")
         if re.search(r"\bUnity(Engine|Editor)\b", path.read_text("utf-8"))
     ] == []
 
 
-def test_nothing_is_unsafe_or_native() -> None:
+def test_nothing_is_unsafe_or_native(unity_package: Path) -> None:
     named = re.compile(r"\b(unsafe|stackalloc|DllImport|fixed|Marshal)\b")
-    assert [
-        name_of(path) for path in sources(".") if named.search(without_text(path.read_text("utf-8")))
-    ] == []
+    assert not [
+        path for path in sources(unity_package) if named.search(without_text(path.read_text("utf-8")))
+    ]
     libraries = {".dll", ".so", ".dylib", ".bundle", ".a", ".jar", ".aar"}
-    assert not [path for path in PACKAGE.rglob("*") if path.suffix in libraries]
+    assert not [path for path in unity_package.rglob("*") if path.suffix in libraries]
 
 
 def test_words_in_comments_and_texts_are_no_code() -> None:
@@ -189,20 +162,21 @@ def test_words_in_comments_and_texts_are_no_code() -> None:
 
 
 def scenes() -> list[Path]:
-    return sorted((PACKAGE / f"Samples{HIDDEN}").rglob("*.unity"))
+    return sorted((WRITTEN / f"Samples{HIDDEN}").rglob("*.unity"))
 
 
-def test_each_sample_is_whole() -> None:
-    for sample in manifest()["samples"]:
-        folder = PACKAGE / sample["path"]
+def test_each_sample_is_whole(unity_package: Path) -> None:
+    for sample in manifest(unity_package)["samples"]:
+        folder = unity_package / sample["path"]
         kinds = {path.suffix for path in folder.rglob("*") if path.is_file()}
         assert {".avatar", ".unity", ".cs", ".md"} <= kinds, folder.name
 
 
 @pytest.mark.parametrize("scene", scenes(), ids=lambda path: path.stem)
-def test_what_a_scene_points_at_is_there(scene: Path) -> None:
+def test_what_a_scene_points_at_is_there(unity_package: Path, scene: Path) -> None:
     """Objects of the file itself by number, scripts of the same sample or the package by identifier."""
-    text, known = scene.read_text("utf-8"), metas()
+    scene = unity_package / scene.relative_to(WRITTEN)
+    text, known = scene.read_text("utf-8"), metas(unity_package)
     assert text.startswith("%YAML 1.1\n%TAG !u! tag:unity3d.com,2011:\n")
     objects = dict(re.findall(r"^--- !u!(\d+) &(\d+)$", text, re.MULTILINE)[::-1])
     numbers = re.findall(r"^--- !u!\d+ &(\d+)$", text, re.MULTILINE)
@@ -213,21 +187,23 @@ def test_what_a_scene_points_at_is_there(scene: Path) -> None:
     assert scripts
     for number, guid in scripts:
         assert number == SCRIPT and known[guid].suffix == ".cs"
-        sample = scene.relative_to(PACKAGE).parts[1]
-        assert known[guid].is_relative_to(PACKAGE / "Runtime") or sample in known[guid].parts, known[guid]
+        sample = scene.relative_to(unity_package).parts[1]
+        assert known[guid].is_relative_to(unity_package / "Runtime") or sample in known[guid].parts, known[
+            guid
+        ]
         assert re.search(rf"\bclass {known[guid].stem}\b", known[guid].read_text("utf-8"))
     for guid in GUID.findall(text):
         assert guid in known or guid.startswith(BUILT_IN), guid
 
 
-def test_npm_packs_it(tmp_path: Path) -> None:
-    """`npm pack` runs no script and asks nobody; the archive has what git has."""
+def test_npm_packs_it(unity_package: Path, tmp_path: Path) -> None:
+    """`npm pack` runs no script and asks nobody; the archive has all files."""
     npm = shutil.which("npm")
     assert npm, "npm is needed"
     command = [
         npm,
         "pack",
-        str(PACKAGE),
+        str(unity_package),
         "--ignore-scripts",
         "--offline",
         "--silent",
@@ -237,6 +213,5 @@ def test_npm_packs_it(tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
     with tarfile.open(next(tmp_path.glob("*.tgz"))) as archive:
-        names = {name.removeprefix("package/") for name in archive.getnames()}
-    present = {name_of(path) for path in PACKAGE.rglob("*") if path.is_file()}
-    assert names == present
+        packed = sorted(name.removeprefix("package/") for name in archive.getnames())
+    assert packed == names(unity_package, (path for path in unity_package.rglob("*") if path.is_file()))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import re
 import struct
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -22,16 +22,13 @@ from avatar_shaders.reflect import interface
 from avatar_shaders.tools import ShaderError, compile_file, cross, spirv
 from tests.shaders import dxc, gl_process
 
-UNREAL = PACKAGE.parent.parent / "players" / "unreal"
-UNITY = PACKAGE.parent.parent / "players" / "unity" / "Shaders"
-UNITY_KERNELS = UNITY / "Resources" / "AvatarExport"
-UNITY_OPTION = f"-I{UNITY}"  # the texts of passes are compiled in another folder
 SHIMS = Path(__file__).parent / "shims"
 UNREAL_DRAWS = ("unreal_depth_pixel", "unreal_composite_pixel")  # written by hand, for Unreal alone
 UNREAL_OPTIONS = (f"-I{SHIMS / 'unreal'}",)
 COMPUTE = [name for name, row in ENTRIES.items() if row.kind == "compute"]
 COPY_TO_TEXTURE = "quad_texels"  # written by hand, for Unity alone
-MATERIAL = UNITY_KERNELS / "AvatarSplat.shader"
+UNITY_KERNELS = "Resources/AvatarExport"  # in Made, and in Shaders what is written by hand
+MATERIAL = PACKAGE.parent.parent / "players" / "unity" / "Shaders" / UNITY_KERNELS / "AvatarSplat.shader"
 PASSES = {"Splat": 0, "Composite": 1}
 KEYWORDS = re.findall(r"multi_compile_local _ (\w+)", MATERIAL.read_text("utf-8"))
 KINDS = {"vert": "vertex", "frag": "fragment"}
@@ -40,13 +37,33 @@ PROFILES = {"compute": "cs_6_0", "vertex": "vs_6_0", "fragment": "ps_6_0"}
 Array = npt.NDArray[Any]
 
 
-def unity_kernel(entry: str) -> bytes:
-    return compile_file(UNITY_KERNELS / f"{entry}.compute", entry, "compute")
+@pytest.fixture(scope="module")
+def unity_package(unity_package: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The package in a project: includes that leave a folder begin there, and may pass through links."""
+    name = json.loads((unity_package / "package.json").read_text("utf-8"))["name"]
+    place = tmp_path_factory.mktemp("project") / "Packages" / name
+    place.parent.mkdir()
+    place.symlink_to(unity_package)
+    return place
 
 
-def unreal_shader(entry: str) -> bytes:
+def unity_options(package: Path) -> tuple[str, ...]:
+    """Where includes are looked for: from the project, and from Shaders, for passes are compiled in another folder."""
+    return f"-I{package.parents[1]}", f"-I{package / 'Shaders'}"
+
+
+def unity_kernel_file(package: Path, entry: str) -> Path:
+    folder = "Shaders" if entry == COPY_TO_TEXTURE else "Made"
+    return package / folder / UNITY_KERNELS / f"{entry}.compute"
+
+
+def unity_kernel(package: Path, entry: str) -> bytes:
+    return compile_file(unity_kernel_file(package, entry), entry, "compute", unity_options(package))
+
+
+def unreal_shader(plugin: Path, entry: str) -> bytes:
     row = (ENTRIES | HLSL_ONLY)[entry]
-    return compile_file(UNREAL / f"Shaders/{Path(row.hlsl).stem}.usf", entry, row.kind, UNREAL_OPTIONS)
+    return compile_file(plugin / f"Shaders/{Path(row.hlsl).stem}.usf", entry, row.kind, UNREAL_OPTIONS)
 
 
 def unity_text(folder: Path, name: str) -> Path:
@@ -57,9 +74,9 @@ def unity_text(folder: Path, name: str) -> Path:
     return path
 
 
-def unity_pass(folder: Path, name: str, entry: str, *options: str) -> bytes:
+def unity_pass(package: Path, folder: Path, name: str, entry: str, *options: str) -> bytes:
     """SPIR-V of `vert` or `frag` of a pass."""
-    return compile_file(unity_text(folder, name), entry, KINDS[entry], (UNITY_OPTION, *options))
+    return compile_file(unity_text(folder, name), entry, KINDS[entry], (*unity_options(package), *options))
 
 
 def blocks(module: bytes) -> list[dict[str, Any]]:
@@ -81,23 +98,25 @@ def packed(module: bytes, values: dict[str, Any]) -> bytes:
 
 
 @pytest.mark.parametrize("entry", [*COMPUTE, COPY_TO_TEXTURE])
-def test_unity_kernel_compiles_and_is_declared(entry: str) -> None:
-    text = (UNITY_KERNELS / f"{entry}.compute").read_text("utf-8")
+def test_unity_kernel_compiles_and_is_declared(unity_package: Path, entry: str) -> None:
+    text = unity_kernel_file(unity_package, entry).read_text("utf-8")
     assert re.findall(r"^#pragma kernel (\w+)$", text, re.MULTILINE) == [entry]
-    assert unity_kernel(entry)
+    assert unity_kernel(unity_package, entry)
 
 
-def test_unity_has_a_kernel_file_an_entry() -> None:
-    assert sorted(path.stem for path in UNITY_KERNELS.glob("*.compute")) == sorted(
-        [*COMPUTE, COPY_TO_TEXTURE]
-    )
+def test_unity_has_a_kernel_file_an_entry(unity_package: Path) -> None:
+    entries = [*COMPUTE, COPY_TO_TEXTURE]
+    wanted = sorted(unity_kernel_file(unity_package, entry) for entry in entries)
+    assert sorted(unity_package.rglob("*.compute")) == wanted
 
 
 @pytest.mark.parametrize("keyword", [*KEYWORDS, "NONE"])
-def test_unity_material_compiles_with_every_keyword(tmp_path: Path, keyword: str) -> None:
+def test_unity_material_compiles_with_every_keyword(
+    unity_package: Path, tmp_path: Path, keyword: str
+) -> None:
     """The vertex stage knows one of them, the fragment stage the other."""
     vertex, pixel = (
-        json.loads(cross(unity_pass(tmp_path, "Splat", entry, f"-D{keyword}=1"), "reflect"))
+        json.loads(cross(unity_pass(unity_package, tmp_path, "Splat", entry, f"-D{keyword}=1"), "reflect"))
         for entry in KINDS
     )
     assert len(KEYWORDS) == 2
@@ -120,8 +139,8 @@ def test_unity_material_takes_nothing_from_a_render_pipeline() -> None:
 
 
 @pytest.mark.parametrize("entry", ENTRIES | HLSL_ONLY)
-def test_unreal_shader_compiles_with_loose_parameters(entry: str) -> None:
-    module = unreal_shader(entry)
+def test_unreal_shader_compiles_with_loose_parameters(unreal_plugin: Path, entry: str) -> None:
+    module = unreal_shader(unreal_plugin, entry)
     plain = blocks(spirv(HLSL, entry))
     loose = blocks(module)
     assert [b["members"] for b in loose] == [b["members"] for b in plain]
@@ -129,8 +148,8 @@ def test_unreal_shader_compiles_with_loose_parameters(entry: str) -> None:
 
 
 @pytest.mark.parametrize("entry", UNREAL_DRAWS)
-def test_what_draws_in_unreal_compiles(entry: str) -> None:
-    module = compile_file(UNREAL / "Shaders/unreal_draw.usf", entry, "fragment", UNREAL_OPTIONS)
+def test_what_draws_in_unreal_compiles(unreal_plugin: Path, entry: str) -> None:
+    module = compile_file(unreal_plugin / "Shaders/unreal_draw.usf", entry, "fragment", UNREAL_OPTIONS)
     told = json.loads(cross(module, "reflect"))
     textures = {
         "unreal_depth_pixel": ["scene_depth"],
@@ -139,23 +158,23 @@ def test_what_draws_in_unreal_compiles(entry: str) -> None:
     assert sorted(image["name"] for image in told["separate_images"]) == textures[entry]
 
 
-def test_dxc_takes_the_engines_texts(tmp_path: Path) -> None:
+def test_dxc_takes_the_engines_texts(unity_package: Path, unreal_plugin: Path, tmp_path: Path) -> None:
     if dxc.library() is None:
         pytest.skip("libdxcompiler is not here (AVATAR_DXC names it; the compushady package holds one)")
     jobs: list[dxc.Job] = [
-        (str(UNITY_KERNELS / f"{entry}.compute"), entry, "cs_6_0", ())
+        (str(unity_kernel_file(unity_package, entry)), entry, "cs_6_0", unity_options(unity_package))
         for entry in [*COMPUTE, COPY_TO_TEXTURE]
     ]
     for name in PASSES:
         text = str(unity_text(tmp_path, name))
-        jobs += [(text, entry, PROFILES[kind], (UNITY_OPTION,)) for entry, kind in KINDS.items()]
+        jobs += [(text, entry, PROFILES[kind], unity_options(unity_package)) for entry, kind in KINDS.items()]
     unreal = {entry: (Path(row.hlsl).stem, row.kind) for entry, row in (ENTRIES | HLSL_ONLY).items()}
     for entry, (file, kind) in (unreal | dict.fromkeys(UNREAL_DRAWS, ("unreal_draw", "fragment"))).items():
         # The engine serves paths that begin with /Engine; this compiler looks on the disk.
-        text = (UNREAL / f"Shaders/{file}.usf").read_text("utf-8")
+        text = (unreal_plugin / f"Shaders/{file}.usf").read_text("utf-8")
         path = tmp_path / f"{entry}.usf"
         path.write_text(text.replace('"/Engine/', f'"{SHIMS}/unreal/Engine/'), "utf-8")
-        jobs.append((str(path), entry, PROFILES[kind], (f"-I{UNREAL / 'Shaders'}", "-HV", "2021")))
+        jobs.append((str(path), entry, PROFILES[kind], (f"-I{unreal_plugin / 'Shaders'}", "-HV", "2021")))
     refused = {job[0]: said for job, said in zip(jobs, dxc.messages(jobs), strict=True) if said}
     assert not refused
 
@@ -198,11 +217,13 @@ def run(module: bytes, entry: str) -> list[Array]:
 
 
 @pytest.mark.parametrize("entry", CASES)
-def test_engine_kernels_compute_what_the_plain_ones_do(entry: str) -> None:
+def test_engine_kernels_compute_what_the_plain_ones_do(
+    unity_package: Path, unreal_plugin: Path, entry: str
+) -> None:
     plain = run(spirv(HLSL, entry), entry)
     changed = CASES[entry]()[1][-1]
     assert np.count_nonzero(plain[-1] != changed) > 400 and np.isfinite(plain[-1]).all()
-    for engine in (unity_kernel, unreal_shader):
+    for engine in (partial(unity_kernel, unity_package), partial(unreal_shader, unreal_plugin)):
         for got, wanted in zip(run(engine(entry), entry), plain, strict=True):
             np.testing.assert_array_equal(got, wanted)
 
@@ -252,6 +273,7 @@ def sampler(text: str, name: str) -> str:
 
 
 def unity_image(
+    package: Path,
     folder: Path,
     *,
     direct3d: bool,
@@ -262,7 +284,7 @@ def unity_image(
 ) -> Array:
     """Rows as they lie in memory, bottom row first: [H, W, 4]. The scene is flat, at depth `scene`."""
     defines = ("-DAVATAR_QUAD_TEXTURE=1",) if texture else ()
-    vertex, pixel = (unity_pass(folder, "Splat", entry, *defines) for entry in KINDS)
+    vertex, pixel = (unity_pass(package, folder, "Splat", entry, *defines) for entry in KINDS)
     texts = texts_of(vertex, pixel, direct3d)
     textures = {sampler(texts[1], "_CameraDepthTexture"): np.full((SIZE[1], SIZE[0], 1), scene, np.float32)}
     # What lies behind the last splat is of no splat.
@@ -285,17 +307,19 @@ def unity_image(
 
 
 @pytest.mark.parametrize(("direct3d", "texture"), [(True, False), (False, True)])
-def test_unity_material_draws_the_plain_image(tmp_path: Path, direct3d: bool, texture: bool) -> None:
+def test_unity_material_draws_the_plain_image(
+    unity_package: Path, tmp_path: Path, direct3d: bool, texture: bool
+) -> None:
     """On each kind of API the rows lie in memory as in Unity's render textures."""
     plain = plain_image()[..., :4]
     assert plain[..., 3].max() > 0.5 and np.abs(plain - plain[::-1]).max() > 0.5
-    image = unity_image(tmp_path, direct3d=direct3d, texture=texture)
+    image = unity_image(unity_package, tmp_path, direct3d=direct3d, texture=texture)
     # Pixel centres are counted from the other side: the same numbers, except for the rounding of rows - y.
     np.testing.assert_allclose(image[::-1], plain, atol=1e-6)
 
 
-def test_unity_copies_quads_to_the_texture_that_vertices_read() -> None:
-    module = unity_kernel(COPY_TO_TEXTURE)
+def test_unity_copies_quads_to_the_texture_that_vertices_read(unity_package: Path) -> None:
+    module = unity_kernel(unity_package, COPY_TO_TEXTURE)
     count = ROW + 5  # a second row
     held = np.random.default_rng(9).normal(0, 1, (count + 3, 12)).astype(np.float32)  # three are of no splat
     groups = -(-3 * count // 64)
@@ -306,40 +330,46 @@ def test_unity_copies_quads_to_the_texture_that_vertices_read() -> None:
     np.testing.assert_array_equal(found.reshape(-1, 12), wanted)
 
 
-def test_unity_texts_for_phones_compile_in_opengl_es(tmp_path: Path) -> None:
+def test_unity_texts_for_phones_compile_in_opengl_es(unity_package: Path, tmp_path: Path) -> None:
     """Where the vertex stage has no storage buffers. Unity's type for textures of 32 bits stands for a plain one."""
     phone = ("-DSHADER_API_GLES3=1", "-DTexture2D_float=Texture2D<float4>")
-    programs = [{"compute": cross(unity_kernel(COPY_TO_TEXTURE), "glsl310es")}]
+    programs = [{"compute": cross(unity_kernel(unity_package, COPY_TO_TEXTURE), "glsl310es")}]
     for name, options in (("Splat", ("-DAVATAR_QUAD_TEXTURE=1",)), ("Composite", ())):
-        vertex, pixel = (unity_pass(tmp_path, name, entry, *phone, *options) for entry in KINDS)
+        vertex, pixel = (
+            unity_pass(unity_package, tmp_path, name, entry, *phone, *options) for entry in KINDS
+        )
         texts = cross(vertex, "glsl310es", vertex=True), cross(pixel, "glsl310es")
         programs.append(dict(zip(("vertex", "fragment"), texts, strict=True)))
     assert not any(gl_process.refusals("glsl310es", programs))
 
 
 @pytest.mark.parametrize("api", ["GLES3", "VULKAN", "METAL"])
-def test_unity_reads_textures_with_32_bits_on_phones(tmp_path: Path, api: str) -> None:
+def test_unity_reads_textures_with_32_bits_on_phones(unity_package: Path, tmp_path: Path, api: str) -> None:
     """Without Unity's type for them each pass is refused: no other texture is read, but a slice of depth an eye."""
     for name in ("Splat", "Composite"):
         with pytest.raises(ShaderError, match=r"hlsl:.*declaration"):
-            unity_pass(tmp_path, name, "frag", f"-DSHADER_API_{api}=1")
+            unity_pass(unity_package, tmp_path, name, "frag", f"-DSHADER_API_{api}=1")
 
 
 @pytest.mark.parametrize("reversed_z", [False, True])
-def test_unity_material_hides_what_the_scene_hides(tmp_path: Path, reversed_z: bool) -> None:
+def test_unity_material_hides_what_the_scene_hides(
+    unity_package: Path, tmp_path: Path, reversed_z: bool
+) -> None:
     """Depths fall from 0.9 to 0.1 along the quads: those of 10 are nearer than 0.5."""
     alone = plain_image(0, 10) if reversed_z else plain_image(10, 10)
-    image = unity_image(tmp_path, direct3d=True, texture=False, scene=0.5, reversed_z=reversed_z)
+    image = unity_image(
+        unity_package, tmp_path, direct3d=True, texture=False, scene=0.5, reversed_z=reversed_z
+    )
     assert np.abs(alone[..., :4] - plain_image()[..., :4]).max() > 0.3
     np.testing.assert_allclose(image[::-1], alone[..., :4], atol=1e-6)
 
 
 @pytest.mark.parametrize("top_row_first", [1, 0])
 def test_unity_composite_finds_its_rows_and_its_part_of_the_target(
-    tmp_path: Path, top_row_first: int
+    unity_package: Path, tmp_path: Path, top_row_first: int
 ) -> None:
     """The image is a part of the target: from column 8 and from row 4 counted from the bottom."""
-    vertex, pixel = (unity_pass(tmp_path, "Composite", entry) for entry in KINDS)
+    vertex, pixel = (unity_pass(unity_package, tmp_path, "Composite", entry) for entry in KINDS)
     texts = texts_of(vertex, pixel, True)
     width, height, left, bottom = 24, 16, 8, 4
     accumulated = np.random.default_rng(8).uniform(0, 1, (height, width, 4)).astype(np.float32)
@@ -356,8 +386,8 @@ def test_unity_composite_finds_its_rows_and_its_part_of_the_target(
     np.testing.assert_array_equal(part, accumulated)
 
 
-def test_unreal_material_draws_the_plain_image() -> None:
-    vertex, pixel = unreal_shader("raster_vertex_fetch"), unreal_shader("raster_pixel")
+def test_unreal_material_draws_the_plain_image(unreal_plugin: Path) -> None:
+    vertex, pixel = (unreal_shader(unreal_plugin, name) for name in ("raster_vertex_fetch", "raster_pixel"))
     texts = cross(vertex, "glsl430", vertex=True, options=("--flip-vert-y",)), cross(pixel, "glsl430")
     constants = packed(vertex, {"image_size": SIZE, "flip_y": 1})
     got = gl_process.draw(*texts, constants, SIZE, 20, storage=[quads()])

@@ -174,8 +174,8 @@ def test_left_over_files_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(command, "ENGINES", engines)
     monkeypatch.setattr(command, "PACKAGE", engines / "avatar_shaders")
     made = [engines / "avatar_shaders/msl/old.metal"]
-    made += [tmp_path / "players" / name for name in ("unreal/Shaders/old.ush", "web/src/made/old.ts")]
-    for path in (*made, tmp_path / "players/unity/Shaders/by_hand.shader"):
+    made += [tmp_path / "players" / name for name in ("web/src/made/old.ts", "native/src/made/old.cpp")]
+    for path in (*made, tmp_path / "players/unity/Core/Made/by_hand.cs"):
         path.parent.mkdir(parents=True)
         path.write_text(f"// {command.MADE}.\n" if path in made else "// mine\n", "utf-8")
     assert command.stale({}) == made

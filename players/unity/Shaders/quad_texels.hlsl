@@ -1,7 +1,7 @@
 // Copies quads into a texture, for vertex shaders without storage buffers. One thread a texel.
 // Reads: Quads. Writes: QuadTexels.
-#include "platform_core.hlsl"
-#include "raster_core.hlsl"
+#include "Packages/com.avatar-export.player/Made/platform_core.hlsl"
+#include "Packages/com.avatar-export.player/Made/raster_core.hlsl"
 
 StructuredBuffer<float4> Quads; // [3 quad_count], as raster_gather writes them
 RWTexture2D<float4> QuadTexels; // [rows, 3 AVATAR_QUAD_ROW]

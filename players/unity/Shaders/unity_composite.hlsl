@@ -4,7 +4,7 @@
 #define AVATAR_UNITY_COMPOSITE_HLSL
 
 #include "unity_textures.hlsl"
-#include "composite.hlsl"
+#include "Packages/com.avatar-export.player/Made/composite.hlsl"
 
 float4 _ProjectionParams; // x: -1 where the Built-in pipeline draws upside down, into a texture
 float2 target_first; // the pixel of the target, counted from its bottom row, that shows the image's bottom left corner

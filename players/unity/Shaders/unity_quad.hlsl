@@ -7,7 +7,7 @@
 #define AVATAR_UNITY_QUAD_HLSL
 
 #include "unity_textures.hlsl"
-#include "raster.hlsl"
+#include "Packages/com.avatar-export.player/Made/raster.hlsl"
 
 #ifdef AVATAR_DEPTH_ARRAY
 Texture2DArray<float> _CameraDepthTexture; // one slice an eye

@@ -1,0 +1,11 @@
+"""The files of the web player."""
+
+from __future__ import annotations
+
+from avatar_export.players.sources import folder
+
+
+def web_files() -> dict[str, bytes]:
+    """{path below the player's folder: content}."""
+    root = folder("web")
+    return {path.relative_to(root).as_posix(): path.read_bytes() for path in root.rglob("*") if path.is_file()}

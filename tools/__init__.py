@@ -1,0 +1,1 @@
+"""What builds releases. Nothing of it is installed."""
