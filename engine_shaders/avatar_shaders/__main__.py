@@ -1,8 +1,7 @@
 """`python -m avatar_shaders`: makes everything that is made from hlsl/ and from the tables of avatar_schema.
 
 That is hlsl/constants.hlsli, hlsl/rules.hlsli, glsl430/, glsl310es/, msl/, wgsl/ and reflection.json, and in a checkout
-the modules of the web player, the tables of the Unity player, the tables and texts of the native player, and of the
-Unreal plugin the shaders, the shader classes and the copied sources.
+the modules of the web player, and the tables of the players for Unity and of the native player.
 """
 
 from __future__ import annotations
@@ -13,20 +12,18 @@ from pathlib import Path
 
 from avatar_shaders.cpp import cpp_files
 from avatar_shaders.csharp import csharp_files
-from avatar_shaders.engines import engine_files
 from avatar_shaders.entries import LANGUAGES
 from avatar_shaders.generate import HLSL, PACKAGE, generate_all
 from avatar_shaders.headers import made_headers
 from avatar_shaders.tools import ShaderError
-from avatar_shaders.unreal import NATIVE, UNREAL, unreal_files
 from avatar_shaders.web import web_files
 
 ENGINES = PACKAGE.parent
 ROOT = ENGINES.parent
 WEB = "players/web/src/made"
 CSHARP = "players/unity/Core/Made"
-CPP = f"{NATIVE}/src/made"
-IN_CHECKOUT = (ROOT / "players" / "unreal").is_dir()  # an installed package has no engine folders
+CPP = "players/native/src/made"
+IN_CHECKOUT = (ROOT / "players").is_dir()  # an installed package has none
 MADE = "by `python -m avatar_shaders`; do not edit"
 
 
@@ -65,8 +62,6 @@ def made_files() -> dict[str, str]:
         files |= {f"{WEB}/{name}": text for name, text in web_files(texts).items()}
         files |= {f"{CSHARP}/{name}": text for name, text in csharp_files(texts).items()}
         files |= {f"{CPP}/{name}": text for name, text in cpp_files(texts).items()}
-        files |= engine_files()
-        files |= unreal_files(ROOT, files)
     return files
 
 
@@ -80,7 +75,7 @@ def differing() -> list[str]:
 def stale(files: dict[str, str]) -> list[Path]:
     """Made files that are no longer made."""
     folders = [PACKAGE / language for language in LANGUAGES]
-    folders += [ROOT / UNREAL, ROOT / WEB, ROOT / CSHARP, ROOT / CPP] if IN_CHECKOUT else []
+    folders += [ROOT / WEB, ROOT / CSHARP, ROOT / CPP] if IN_CHECKOUT else []
     present = [path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()]
     made = [path for path in present if MADE.encode() in path.read_bytes()]
     return [path for path in made if str(path.relative_to(ROOT)) not in files]

@@ -1,4 +1,4 @@
-"""The made files of players/native/src/made: interfaces, constants and texts of the shaders as C++."""
+"""The made files of players/native/src/made: interfaces and constants of the shaders as C++. A build has no Python."""
 
 from __future__ import annotations
 
@@ -7,21 +7,17 @@ import re
 from typing import Any
 
 from avatar_shaders import VERSION
-from avatar_shaders.entries import ENTRIES, path_of
 from avatar_shaders.headers import table
 from avatar_shaders.web import macros
 
-TEXTS = ("glsl430", "glsl310es", "msl")
 _MADE = "// Made from the HLSL of avatar_shaders by `python -m avatar_shaders`; do not edit.\n"
-_PIECE = 12000  # letters of a literal: some compilers take 16 KB
 _BLOCK = {"uint": "uint", "float": "float1", "float2": "float2", "float3": "float3", "float4": "float4"}
 
 
 def cpp_files(made: dict[str, str]) -> dict[str, str]:
     """{file name: text} of every file. `made` is what generate_all() makes."""
     rows: dict[str, dict[str, Any]] = json.loads(made["reflection.json"])["entries"]
-    files = {"interfaces.cpp": _MADE + _interfaces(rows), "constants.h": _MADE + _constants()}
-    return files | {f"{language}.cpp": _MADE + _texts(made, language) for language in TEXTS}
+    return {"interfaces.cpp": _MADE + _interfaces(rows), "constants.h": _MADE + _constants()}
 
 
 def _interfaces(rows: dict[str, dict[str, Any]]) -> str:
@@ -164,19 +160,6 @@ def _constants() -> str:
 
 def _constant(kind: str, name: str, value: str, about: str) -> str:
     return f"/// {about[0].upper() + about[1:].rstrip('.')}.\nconstexpr {kind} {name} = {value};\n"
-
-
-def _texts(made: dict[str, str], language: str) -> str:
-    """The texts of all entries in a language, compute entries and those that draw."""
-    rows = []
-    for entry in ENTRIES:
-        text = made[path_of(entry, language)]
-        pieces = [text[at : at + _PIECE] for at in range(0, len(text), _PIECE)]
-        literals = "\n".join(f'R"~({piece})~"' for piece in pieces)
-        rows.append(f"{{{_text(entry)}, {literals}}},\n")
-    head = '#include "shader_texts.h"\n\nnamespace avatar {\n\n'
-    body = f"const ShaderText {language}_texts[] = {{\n{''.join(rows)}}};\n"
-    return head + body + f"const uint32_t {language}_text_count = {len(rows)};\n\n}}  // namespace avatar\n"
 
 
 def _text(value: str | None) -> str:

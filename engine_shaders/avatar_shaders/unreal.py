@@ -1,24 +1,29 @@
-"""The made files of players/unreal: shader classes of the interfaces, and copies of the native player's sources.
+"""The made files of the Unreal plugin: the HLSL under Unreal's names, and shader classes of the interfaces.
 
-Unreal needs the parameters of a shader as a C++ struct when it compiles. A plugin is copied into a project as a folder,
-and Unreal builds what lies in its modules. So the sources of players/native are copied into it, but for the texts of
-shaders, which Unreal does not use.
+Unreal accepts .usf and .ush only: `x.hlsli` becomes x_core.ush, `x.hlsl` becomes x.ush, and beside it lies x.usf, a few
+lines that name its entries. It needs the parameters of a shader as a C++ struct when it compiles.
 """
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-UNREAL = "players/unreal"
-NATIVE = "players/native"
-MODULE = f"{UNREAL}/Source/GaussianAvatar/Private"
-_MADE = "// Made from the HLSL of avatar_shaders by `python -m avatar_shaders`; do not edit.\n"
-_COPY = "// Copy of {path} by `python -m avatar_shaders`; do not edit.\n"
-_TEXTS = ("glsl430", "glsl310es", "msl")
+from avatar_shaders.copies import copies
+from avatar_shaders.entries import ENTRIES, HLSL_ONLY
+from avatar_shaders.generate import HLSL
+from avatar_shaders.texts import reflection
+
+_COPY = "// Copy of engine_shaders/avatar_shaders/hlsl/{name}: change it there.\n"
+_STAGE = """\
+// Stage `{stage}` for Unreal, made of engine_shaders/avatar_shaders/entries.py. Entries: {entries}.
+// Parameters are loose and gathered by name.
+#include "/Engine/Public/Platform.ush"
+#define AVATAR_LOOSE_CONSTANTS 1
+#include "{file}.ush"
+"""
+_MADE = "// Made of engine_shaders/avatar_shaders/reflection.json.\n"
 _CPP = {
     "uint": "uint32",
     "float": "float",
@@ -35,28 +40,36 @@ _COMPILED = """
 		return IsFeatureLevelSupported(Parameters.Platform, ERHIFeatureLevel::SM5);
 	}
 """
-_DRAWS = f"{UNREAL}/Shaders/unreal_draw.usf"  # written by hand
 _LOOSE = re.compile(r"^(Texture2D|float\d?) (\w+);", re.MULTILINE)
 _ENTRY = re.compile(r"^float4? (unreal_\w+)\(.*?^\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
 _QUADS = {"name": "Quads", "binding": 0, "type": "float4", "readonly": True}
 
 
-def unreal_files(root: Path, files: Mapping[str, str]) -> dict[str, str]:
-    """{path below the checkout `root`: text}. `files` are all other made files: those of the native player are new."""
-    rows: dict[str, dict[str, Any]] = json.loads(files["engine_shaders/avatar_shaders/reflection.json"])[
-        "entries"
-    ]
+def unreal_shaders(hlsl: Path = HLSL) -> dict[str, str]:
+    """{file name: text} of the shaders of the plugin, but for the one that is written by hand."""
+    texts = copies(hlsl, "_core.ush", ".ush", _COPY)
+    entries = ENTRIES | HLSL_ONLY
+    for file in dict.fromkeys(row.hlsl for row in entries.values()):
+        names = [name for name, row in entries.items() if row.hlsl == file]
+        texts[f"{Path(file).stem}.usf"] = _STAGE.format(
+            stage=entries[names[0]].stage, entries=", ".join(names), file=Path(file).stem
+        )
+    return texts
+
+
+def unreal_kernels(draws: str) -> dict[str, str]:
+    """{file name: text} of the shader classes. `draws` is unreal_draw.usf, which is written by hand."""
+    rows = reflection("msl")  # languages differ in the names of entry points alone
     entries = {name: row for name, row in rows.items() if row["kind"] == "compute"}
     drawn = {
         _FETCH: rows["raster_vertex"] | {"storage": [_QUADS]},
         "raster_pixel": rows["raster_pixel"],
-        **_drawing((root / _DRAWS).read_text("utf-8"), rows["composite_pixel"]),
+        **_drawing(draws, rows["composite_pixel"]),
     }
-    engine = {
+    return {
         "GaussianAvatarKernels.h": _MADE + _header(entries, drawn),
         "GaussianAvatarKernels.cpp": _MADE + _code(entries, drawn),
     }
-    return {f"{MODULE}/Engine/{name}": text for name, text in engine.items()} | _copies(root, files)
 
 
 def _drawing(text: str, composite: dict[str, Any]) -> dict[str, dict[str, Any]]:
@@ -78,26 +91,6 @@ def _drawing(text: str, composite: dict[str, Any]) -> dict[str, dict[str, Any]]:
             "uniform_blocks": [{"members": members}],
         }
     return rows
-
-
-def _copies(root: Path, files: Mapping[str, str]) -> dict[str, str]:
-    """The header and the sources of the native player, as they will be."""
-    present = {str(path.relative_to(root)) for path in (root / NATIVE).rglob("*") if path.is_file()}
-    wanted = sorted(
-        path for path in present | set(files) if path.startswith((f"{NATIVE}/src/", f"{NATIVE}/include/"))
-    )
-    left_out = {f"{NATIVE}/src/made/{language}.cpp" for language in _TEXTS}
-    copies = {}
-    for path in wanted:
-        if path not in left_out:
-            text = files[path] if path in files else (root / path).read_text("utf-8")
-            copies[f"{MODULE}/Native{path.removeprefix(NATIVE)}"] = _COPY.format(path=path) + text
-    empty = "".join(
-        f"const ShaderText {name}_texts[] = {{{{nullptr, nullptr}}}};\nconst uint32_t {name}_text_count = 0;\n"
-        for name in _TEXTS
-    )
-    texts = f'#include "shader_texts.h"\n\nnamespace avatar {{\n\n{empty}\n}}  // namespace avatar\n'
-    return copies | {f"{MODULE}/Native/src/made/no_texts.cpp": _MADE + texts}
 
 
 def _header(entries: dict[str, Any], drawn: dict[str, Any]) -> str:

@@ -31,11 +31,6 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("copy")
     for name in SOURCES:
         shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
-    draws = Path(
-        "players", "unreal", "Shaders", "unreal_draw.usf"
-    )  # of a checkout: copies for engines are made
-    (root / draws).parent.mkdir(parents=True)
-    shutil.copy(ROOT / draws, root / draws)
     made_up_rule.patch(root)
     for module in ("avatar_schema", "avatar_shaders"):
         run(root, "-m", module)
@@ -70,7 +65,7 @@ def test_commands_put_it_into_schemas_and_shaders(copy: Path) -> None:
         )
         assert made_up_rule.NAME in schema["properties"]["rules"]["properties"]["scale"]["enum"]
     assert run(copy, "-m", "avatar_schema", "--check") == ""
-    header = (copy / "players/unreal/Shaders/rules_core.ush").read_text("utf-8")
+    header = (copy / "engine_shaders/avatar_shaders/hlsl/rules.hlsli").read_text("utf-8")
     assert "#define AVATAR_SCALE_SQRT_AREA 3\n" in header
     glsl = (copy / "engine_shaders/avatar_shaders/glsl430/bind_surface.comp").read_text("utf-8")
     assert "constants.scale_rule == 3u" in glsl

@@ -6,7 +6,7 @@ import hashlib
 import subprocess
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from filelock import FileLock
@@ -32,6 +32,21 @@ def sources() -> list[Path]:
     return sorted((NATIVE / "src").glob("*/*.cpp"))
 
 
+@cache
+def shader_texts() -> Path:
+    """The texts of the shaders for the sources, made as for any build without CMake."""
+    BUILT.mkdir(parents=True, exist_ok=True)
+    script = NATIVE / "cmake" / "shader_texts.cmake"
+    with FileLock(BUILT / "shader_texts.lock"):
+        _run(["cmake", "-D", f"TO={BUILT}", "-P", str(script)])
+    return BUILT / "avatar_shader_texts.inc"
+
+
+def includes() -> list[str]:
+    """The folders in which the sources and programs find what they include."""
+    return [f"-I{NATIVE / 'include'}", f"-I{shader_texts().parent}"]
+
+
 def build(
     name: str, files: Sequence[Path], flags: Sequence[str], link: Sequence[str] = (), *, gles: bool = False
 ) -> Path:
@@ -53,7 +68,6 @@ def build(
 
 def library(flags: Sequence[str], gles: bool = False) -> list[Path]:
     """The library in a few objects, which are kept until a source or the flags change. A warning is an error."""
-    BUILT.mkdir(parents=True, exist_ok=True)
     kinds = [kind for kind in UNITS if gles or kind != "gles"]
     return _side_by_side([partial(_unit, kind, flags) for kind in kinds])
 
@@ -88,7 +102,7 @@ def one_unit() -> str:
 
 def _digest(files: Sequence[Path], flags: Sequence[str]) -> str:
     found = hashlib.sha256(repr(tuple(flags)).encode())
-    for path in [*files, *sorted(NATIVE.rglob("*.h"))]:
+    for path in [*files, *sorted(NATIVE.rglob("*.h")), shader_texts()]:
         found.update(path.name.encode() + path.read_bytes())
     return found.hexdigest()[:16]
 
@@ -103,7 +117,7 @@ def _compiled(path: Path, flags: Sequence[str], out: Path) -> Path:
         language = ["clang", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
     else:
         language = ["clang++", *LANGUAGE, *WARNINGS]
-    _run([*language, *flags, f"-I{NATIVE / 'include'}", "-c", str(path), "-o", str(out)])
+    _run([*language, *flags, *includes(), "-c", str(path), "-o", str(out)])
     return out
 
 

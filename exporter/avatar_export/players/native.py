@@ -1,11 +1,40 @@
-"""The files of the native player."""
+"""The source archive of the native player, which CMake builds without this repository and without Python."""
 
 from __future__ import annotations
 
-from avatar_export.players.sources import folder
+import re
+from pathlib import Path
+
+from avatar_export.players.sources import folder, licence
+from avatar_schema.version import __version__
+from avatar_shaders.entries import ENTRIES, path_of
+from avatar_shaders.texts import source
+
+LANGUAGES = ("glsl430", "glsl310es", "msl")  # that cmake/shader_texts.cmake embeds
+_KEPT = ("CMakeLists.txt", "README.md", "android", "cmake", "gles", "include", "ios", "play", "src")
+_LOCAL = re.compile(
+    r"(^|/)(\.[^/]*|build|head\.avatar|local\.properties)(/|$)"
+)  # made by whoever builds there
 
 
 def native_files() -> dict[str, bytes]:
-    """{path below the player's folder: content}."""
-    root = folder("native")
-    return {path.relative_to(root).as_posix(): path.read_bytes() for path in root.rglob("*") if path.is_file()}
+    """{path below the player's folder: content}. Tests, fuzzers and measurements stay in the repository."""
+    texts = {
+        f"shaders/{path_of(entry, lang)}": source(entry, lang) for entry in ENTRIES for lang in LANGUAGES
+    }
+    made = {"VERSION": f"{__version__}\n"} | texts
+    return (
+        native_sources(*_KEPT) | {path: text.encode() for path, text in made.items()} | {"LICENSE": licence()}
+    )
+
+
+def native_sources(*names: str) -> dict[str, bytes]:
+    """{path below the player's folder: content} of these files and folders: what is by hand, and the tables."""
+    return written(folder("native"), *names)
+
+
+def written(root: Path, *names: str) -> dict[str, bytes]:
+    """{path below `root`: content} of these files and folders, without what a build or an editor leaves there."""
+    found = [path for name in names for path in (root / name, *(root / name).rglob("*")) if path.is_file()]
+    paths = {path.relative_to(root).as_posix(): path for path in found}
+    return {name: path.read_bytes() for name, path in paths.items() if not _LOCAL.search(name)}

@@ -14,8 +14,9 @@ from tests.session.needed import need
 
 
 def need_compilers() -> None:
-    """clang with its sanitizers, and g++. See `need`."""
-    need({"clang++ (clang, libclang-rt-14-dev)": shutil.which("clang++"), "g++": shutil.which("g++")})
+    """clang with its sanitizers, g++ and CMake. See `need`."""
+    tools = {"clang++ (clang, libclang-rt-14-dev)": "clang++", "g++": "g++", "cmake": "cmake"}
+    need({name: shutil.which(tool) for name, tool in tools.items()})
 
 
 def probe() -> Path:

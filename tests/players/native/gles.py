@@ -29,8 +29,9 @@ DRIVERS = (
 
 
 def need_gl() -> None:
-    """clang++ and EGL's header. See `need`."""
-    need({"clang++": shutil.which("clang++"), "EGL/egl.h (libegl-dev)": EGL_HEADER.exists()})
+    """clang++, CMake and EGL's header. See `need`."""
+    tools = {name: shutil.which(name) for name in ("clang++", "cmake")}
+    need({**tools, "EGL/egl.h (libegl-dev)": EGL_HEADER.exists()})
 
 
 def _unit(name: str, files: Sequence[Path], head: str) -> Path:

@@ -13,7 +13,7 @@ from tests.fuzz.native import PACKS, executions, fuzz, try_once
 from tests.fuzz.native_seeds import tiny
 from tests.players.native import need_compilers, run
 from tests.session.fuzz import FACTOR
-from tests.session.native import LANGUAGE, LIMIT_S, NATIVE, SANITIZED, WARNINGS, build, one_unit
+from tests.session.native import LANGUAGE, LIMIT_S, NATIVE, SANITIZED, WARNINGS, build, includes, one_unit
 
 TARGETS = ("x86_64-linux-gnu", "aarch64-linux-gnu", "x86_64-windows-gnu", "x86_64-macos", "aarch64-macos")
 SECONDS = 5
@@ -39,7 +39,7 @@ def test_gcc_takes_the_library_without_a_warning(tmp_path: Path) -> None:
     need_compilers()
     unit = tmp_path / "library.cpp"
     unit.write_text(one_unit())
-    compiled(["g++", *LANGUAGE, *WARNINGS, "-fsyntax-only", str(unit)])
+    compiled(["g++", *LANGUAGE, *WARNINGS, *includes(), "-fsyntax-only", str(unit)])
 
 
 def test_the_program_of_the_page_runs(tmp_path: Path) -> None:
@@ -72,7 +72,7 @@ def test_two_threads_pose_two_avatars(tmp_path: Path) -> None:
     unit.write_text(one_unit())
     own = [
         str(NATIVE / "tests" / "threads.cpp"),
-        f"-I{NATIVE / 'include'}",
+        *includes(),
         "-fsanitize=thread",
         "-O1",
         "-g1",
@@ -89,4 +89,6 @@ def test_the_library_compiles_for(target: str, tmp_path: Path) -> None:
     unit = tmp_path / "library.cpp"
     unit.write_text(one_unit())
     zig = [sys.executable, "-m", "ziglang", "c++", "-target", target]
-    compiled([*zig, *LANGUAGE, *WARNINGS, "-O1", "-c", str(unit), "-o", str(tmp_path / "library.o")])
+    compiled(
+        [*zig, *LANGUAGE, *WARNINGS, *includes(), "-O1", "-c", str(unit), "-o", str(tmp_path / "library.o")]
+    )

@@ -136,6 +136,19 @@ def test_gradle_and_its_manifest_name_what_exists() -> None:
     assert "-DANDROID_SUPPORT_FLEXIBLE_PAGE_SIZES=ON" in build and 'ndkVersion = "27.' in build
 
 
+def test_androids_build_finds_the_texts_of_the_shaders(tmp_path: Path) -> None:
+    """Configured for this machine: nothing is compiled."""
+    need({"cmake": shutil.which("cmake"), "clang++": shutil.which("clang++")})
+    options = ["-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", "-DCMAKE_CXX_COMPILER=clang++"]
+    command = ["cmake", "-S", str(JNI.parent), "-B", str(tmp_path), *options]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-3000:]
+    rows = json.loads((tmp_path / "compile_commands.json").read_text("utf-8"))
+    (row,) = (row for row in rows if row["file"].endswith("shader_texts.cpp"))
+    folders = re.findall(r"-I(\S+)", row["command"])
+    assert [path for path in folders if (Path(path) / "avatar_shader_texts.inc").is_file()]
+
+
 def test_the_pages_name_files_that_exist_and_begin_with_the_truth() -> None:
     for project in (ANDROID, IOS):
         page = (project / "README.md").read_text("utf-8")

@@ -1,4 +1,7 @@
-"""Compiles the Unreal plugin here: its engine layer against stubs, and the rest as a library that tests call."""
+"""Compiles the Unreal plugin here: its engine layer against stubs, and the rest as a library that tests call.
+
+`plugin` is the folder of the plugin, put together.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +12,9 @@ from pathlib import Path
 
 from tests.session.native import BUILT, build
 
-ROOT = Path(__file__).parents[3]
-PLUGIN = ROOT / "players" / "unreal"
-MODULES = PLUGIN / "Source"
-PRIVATE = MODULES / "GaussianAvatar" / "Private"
+WRITTEN = Path(__file__).parents[3] / "players" / "unreal"
+MODULE = "Source/GaussianAvatar"
+EDITOR = "Source/GaussianAvatarEditor"
 STUBS = Path(__file__).parent / "stubs"
 OLDEST, NEWEST = 4, 8  # of UE 5
 HEADERS = {  # headers of the engine that the plugin includes: the stub that stands for them
@@ -38,27 +40,23 @@ WARNINGS = ("-Wall", "-Wextra", "-Wno-unused-parameter", "-Wno-comma", "-Wno-unu
 _CLASS = re.compile(r"^class (?:\w+_API )?(\w+) : public (\w+)", re.MULTILINE)
 
 
-def layer() -> list[Path]:
+def layer(plugin: Path) -> list[Path]:
     """Sources and headers of the layer over the engine that are written by hand."""
-    folders = [
-        MODULES / "GaussianAvatar/Public",
-        PRIVATE / "Engine",
-        MODULES / "GaussianAvatarEditor/Private",
-    ]
-    files = [path for folder in folders for path in sorted(folder.iterdir())]
+    folders = [f"{MODULE}/Public", f"{MODULE}/Private/Engine", f"{EDITOR}/Private"]
+    files = [path for folder in folders for path in sorted((plugin / folder).iterdir())]
     return [path for path in files if "GaussianAvatarKernels" not in path.name]
 
 
-def check_layer(folder: Path, minor: int) -> str:
+def check_layer(plugin: Path, folder: Path, minor: int) -> str:
     """Compile the layer, and the made kernels, against the stubs as UE 5.`minor`. Returns what the compiler says."""
-    _write_headers(folder)
-    sources = [
-        path for path in (*layer(), PRIVATE / "Engine/GaussianAvatarKernels.cpp") if path.suffix == ".cpp"
-    ]
+    _write_headers(plugin, folder)
+    private = plugin / MODULE / "Private"
+    kernels = private / "Engine/GaussianAvatarKernels.cpp"
+    sources = [path for path in (*layer(plugin), kernels) if path.suffix == ".cpp"]
     whole = folder / f"whole_{minor}.cpp"  # one run of the compiler: it reads the stubs once
     whole.write_text("".join(f'#include "{path}"\n' for path in sources), "utf-8")
-    includes = [folder, MODULES / "GaussianAvatar/Public", PRIVATE / "Engine", PRIVATE / "Core"]
-    includes += [PRIVATE / "Native/include", MODULES / "GaussianAvatarEditor/Private"]
+    includes = [folder, plugin / MODULE / "Public", private / "Engine", private / "Core"]
+    includes += [private / "Native/include", plugin / EDITOR / "Private"]
     options = ["-std=c++20", "-fsyntax-only", "-fno-exceptions", "-fno-rtti", *WARNINGS]
     command = [
         "g++",
@@ -70,14 +68,29 @@ def check_layer(folder: Path, minor: int) -> str:
     return subprocess.run(command, capture_output=True, text=True, check=False).stderr
 
 
-def _write_headers(folder: Path) -> None:
+def check_rest(plugin: Path, folder: Path) -> str:
+    """Compile all that includes no header of the engine, as the module's build file says. Returns what is said."""
+    module = plugin / MODULE
+    rules = (module / "GaussianAvatar.Build.cs").read_text("utf-8")
+    options = [f"-D{one}" for one in re.findall(r'PrivateDefinitions\.Add\("(.+?)"\)', rules)]
+    options += [f"-I{module / one}" for one in re.findall(r'\(ModuleDirectory, "(.+?)"\)', rules)]
+    parts = [
+        path for name in ("Core", "Native") for path in sorted((module / "Private" / name).rglob("*.cpp"))
+    ]
+    whole = folder / "whole.cpp"
+    whole.write_text("".join(f'#include "{path}"\n' for path in parts), "utf-8")
+    command = ["g++", "-std=c++20", "-fsyntax-only", "-fno-exceptions", "-fno-rtti", *WARNINGS, *options]
+    return subprocess.run([*command, str(whole)], capture_output=True, text=True, check=False).stderr
+
+
+def _write_headers(plugin: Path, folder: Path) -> None:
     """Headers by the engine's names, and what Unreal Header Tool would make."""
     for stub, names in HEADERS.items():
         for name in names.split():
             path = folder / f"{name}.h"
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(f'#pragma once\n#include "{STUBS / stub}.h"\n', "utf-8")
-    for path in layer():
+    for path in layer(plugin):
         if path.suffix == ".h" and "GENERATED_BODY" in path.read_text("utf-8"):
             (folder / f"{path.stem}.generated.h").write_text(_generated(path), "utf-8")
 
@@ -95,11 +108,15 @@ def _generated(path: Path) -> str:
 
 
 def library() -> Path:
-    """The part of the plugin that knows no engine, with the native player and the probe, to be called by ctypes."""
-    parts = [*sorted((PRIVATE / "Core").iterdir()), Path(__file__).parent / "probe.cpp"]
+    """The part of the plugin that knows no engine, with the native player and the probe, to be called by ctypes.
+
+    From where it is written: programs are kept by the paths of their sources.
+    """
+    core = WRITTEN / MODULE / "Private/Core"
+    parts = [*sorted(core.iterdir()), Path(__file__).parent / "probe.cpp"]
     digest = hashlib.sha256("".join(path.read_text("utf-8") for path in parts).encode()).hexdigest()
     text = f"// {digest}\n" + "".join(f'#include "{path}"\n' for path in parts if path.suffix == ".cpp")
     BUILT.mkdir(parents=True, exist_ok=True)
     unit = BUILT / f"unreal_{digest[:16]}.cpp"
     unit.write_text(text, "utf-8")
-    return build("unreal_probe", [unit], ["-O0", "-fPIC", f"-I{PRIVATE / 'Core'}"], ["-shared"])
+    return build("unreal_probe", [unit], ["-O0", "-fPIC", f"-I{core}"], ["-shared"])

@@ -13,7 +13,7 @@ android {
         minSdk = 26
         targetSdk = 35
         versionCode = 1
-        versionName = "0.1.0"
+        versionName = "1.0" // of this app
         ndk { abiFilters += listOf("arm64-v8a", "x86_64") }
         // Devices with memory pages of 16 KB load only libraries that are aligned to them; NDK 27 has to be told.
         externalNativeBuild {

@@ -1,7 +1,7 @@
 // The functions of avatar_player.h that read a pack.
-#include "../made/shader_texts.h"
 #include "../play/levels.h"
 #include "handles.h"
+#include "shader_texts.h"
 
 using namespace avatar;
 
@@ -221,20 +221,17 @@ const uint32_t* avatar_triangles(const AvatarPack* pack, uint32_t* count) {
 }
 
 const char* avatar_shader_at(uint32_t language, uint32_t index, const char** entry) {
-    const ShaderText* texts = language == AVATAR_GLSL430 ? glsl430_texts : language == AVATAR_GLSL310ES ? glsl310es_texts : msl_texts;
-    const uint32_t count = language == AVATAR_GLSL430     ? glsl430_text_count
-                           : language == AVATAR_GLSL310ES ? glsl310es_text_count
-                           : language == AVATAR_MSL       ? msl_text_count
-                                                          : 0;
-    if (index >= count) return nullptr;
-    if (entry != nullptr) *entry = texts[index].entry;
-    return texts[index].text;
+    for (const ShaderText* one = shader_texts; one->entry != nullptr; one++) {
+        if (one->language != language || index-- > 0) continue;
+        if (entry != nullptr) *entry = one->entry;
+        return one->text;
+    }
+    return nullptr;
 }
 
 const char* avatar_shader(uint32_t language, const char* entry) {
-    const char* name = nullptr;
-    for (uint32_t i = 0;; i++) {
-        const char* text = avatar_shader_at(language, i, &name);
-        if (text == nullptr || (entry != nullptr && Text(name) == entry)) return text;
+    for (const ShaderText* one = shader_texts; entry != nullptr && one->entry != nullptr; one++) {
+        if (one->language == language && Text(one->entry) == entry) return one->text;
     }
+    return nullptr;
 }

@@ -1,0 +1,70 @@
+# The texts of the shaders as rows of C++, for src/c_interface/shader_texts.cpp. For a build without CMake:
+#   cmake -D TO=FOLDER -P shader_texts.cmake    and FOLDER is an include folder of the build
+# A source archive has the texts in shaders/, a checkout in engine_shaders/.
+foreach(folder ../shaders ../../../engine_shaders/avatar_shaders)
+  get_filename_component(AVATAR_SHADERS ${CMAKE_CURRENT_LIST_DIR}/${folder} ABSOLUTE)
+  if(EXISTS ${AVATAR_SHADERS}/glsl430)
+    break()
+  endif()
+endforeach()
+
+set(AVATAR_PIECE 12000) # bytes of a literal; MSVC takes 16,380
+set(AVATAR_MOST 65000)  # bytes of the literals of a text, joined; MSVC takes 65,535
+
+# Writes avatar_shader_texts.inc into a folder, unless it is there as it would be. OUT: the files of which it is made.
+# CONFIGURE_DEPENDS may follow, but not in a script.
+function(avatar_write_shader_texts FOLDER OUT)
+  set(rows "")
+  set(all "")
+  foreach(language glsl430 glsl310es msl)
+    file(GLOB files ${ARGN} ${AVATAR_SHADERS}/${language}/*)
+    if(NOT files)
+      message(FATAL_ERROR "avatar_player: ${AVATAR_SHADERS}/${language} has no shader texts: take the whole source "
+        "archive, or the whole repository")
+    endif()
+    list(APPEND all ${files})
+    string(TOUPPER "AVATAR_${language}" number)
+    foreach(file ${files})
+      get_filename_component(entry ${file} NAME_WE)
+      file(READ ${file} text)
+      string(LENGTH "${text}" length)
+      string(FIND "${text}" ")~\"" end)
+      if(length GREATER AVATAR_MOST OR NOT end EQUAL -1)
+        message(FATAL_ERROR "avatar_player: ${file} is longer than ${AVATAR_MOST} bytes, or )~\" is in it: some compilers "
+          "would refuse it as a string")
+      endif()
+      string(APPEND rows "{${number}, \"${entry}\",\n")
+      set(at 0)
+      while(at LESS length)
+        string(SUBSTRING "${text}" ${at} ${AVATAR_PIECE} piece)
+        string(APPEND rows "R\"~(${piece})~\"\n")
+        math(EXPR at "${at} + ${AVATAR_PIECE}")
+      endwhile()
+      string(APPEND rows "},\n")
+    endforeach()
+  endforeach()
+  set(path ${FOLDER}/avatar_shader_texts.inc)
+  set(old "")
+  if(EXISTS ${path})
+    file(READ ${path} old)
+  endif()
+  if(NOT old STREQUAL rows)
+    file(WRITE ${path} "${rows}")
+  endif()
+  set(${OUT} ${all} PARENT_SCOPE)
+endfunction()
+
+# Gives the texts to a target that compiles src/. CMake runs again where a text changes or one comes.
+function(avatar_add_shader_texts TARGET)
+  set(folder ${CMAKE_CURRENT_BINARY_DIR}/shader_texts)
+  avatar_write_shader_texts(${folder} files CONFIGURE_DEPENDS)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${files})
+  target_include_directories(${TARGET} PRIVATE ${folder})
+endfunction()
+
+if(CMAKE_SCRIPT_MODE_FILE STREQUAL CMAKE_CURRENT_LIST_FILE)
+  if(NOT TO)
+    message(FATAL_ERROR "cmake -D TO=FOLDER -P shader_texts.cmake: TO is missing")
+  endif()
+  avatar_write_shader_texts(${TO} files)
+endif()
