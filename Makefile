@@ -3,6 +3,7 @@ BIN := .venv/bin
 OUT ?= out
 NODE_CLIENTS := tests/interop/node_modules/.package-lock.json
 WEB_PLAYER := players/web/node_modules/.package-lock.json
+WEB_BUILT := players/web/dist/index.js
 
 # Worker processes of pytest, each of about 2 GB. Tests are stolen from the end of another worker's list: files stay
 # together, so that what a module or a session makes is made once a worker.
@@ -36,7 +37,7 @@ check: .venv/tested
 	$(BIN)/mypy
 	$(PYTEST) --quiet $(CORE)
 
-test: .venv/tested $(NODE_CLIENTS) $(WEB_PLAYER)
+test: .venv/tested $(NODE_CLIENTS) $(WEB_BUILT)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -72,8 +73,9 @@ docs: .venv/documented
 bench: .venv/tested
 	$(BIN)/python -m tests.bench
 
-dist: .venv/tested
-	$(BIN)/python -m tests.packaging.dist dist
+# Wheels, sdists, and an archive of each player.
+dist: .venv/tested $(WEB_BUILT)
+	$(BIN)/python -m tools.dist dist
 
 # Tracked files and lines by kind, pages and words.
 size:
@@ -104,6 +106,9 @@ clean:
 $(WEB_PLAYER): players/web/package-lock.json | .venv/tested
 	npm ci --prefix players/web --ignore-scripts --loglevel=error
 	touch $@
+
+$(WEB_BUILT): $(WEB_PLAYER) $(shell find players/web/src players/web/*.mjs players/web/tsconfig.json -type f)
+	node players/web/build.mjs package
 
 $(NODE_CLIENTS): tests/interop/package-lock.json | .venv/tested
 	npm ci --prefix tests/interop --ignore-scripts --loglevel=error

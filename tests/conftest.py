@@ -12,6 +12,7 @@ from tests.session import fuzz
 pytest_plugins = [
     "tests.commands",
     "tests.measured",
+    "tests.packaging.built_web",
     "tests.samples_made",
     "tests.session.assembled",
     "tests.session.collector",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests import structure
+from tests.structure import players
 
 # Rooms of each package, from the ground up. A room may import what stands before it, never what stands after.
 # fmt: off
@@ -51,6 +52,36 @@ def test_the_rooms_of_a_package_stand_in_their_order(package: str) -> None:
 def test_folders_and_files_stay_small() -> None:
     assert not [f for f, count in structure.full_folders().items() if count > structure.MOST_MODULES]
     assert not [f for f, lines in structure.long_files().items() if lines > structure.MOST_LINES]
+
+
+def test_players_import_nothing_in_a_circle() -> None:
+    assert not players.file_circles() + players.namespace_circles() + players.assembly_circles()
+
+
+def test_folders_and_files_of_players_stay_small() -> None:
+    assert not [f for f, count in players.full_folders().items() if count > structure.MOST_MODULES]
+    assert not [f for f, lines in players.long_files().items() if lines > structure.MOST_LINES]
+
+
+def test_circles_of_players_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also one that is closed by a type, by an import at run time, by a header or by a namespace."""
+    texts = {
+        "players/a/x.ts": 'import {\n  one,\n} from "./y.js";\n',
+        "players/a/y.ts": 'import type { X } from "../a/x.js";\n',
+        "players/a/z.ts": 'export { x } from "./x.js";\nconst w = await import("./w.js");\n',
+        "players/a/w.ts": 'import worker from "inline-worker:./z.js";\n',
+        "players/b/include/p.h": '#include "../src/q.h"\n',
+        "players/b/src/q.h": '#include "p.h"\n',
+        "players/c/A.cs": "using N.B;\n\nnamespace N.A\n{\n}\n",
+        "players/c/B.cs": "using N.A;\n\nnamespace N.B\n{\n}\n",
+    }
+    monkeypatch.setattr(players, "files", lambda: texts)
+    assert sorted(players.file_circles()) == [
+        ["players/a/w.ts", "players/a/z.ts"],
+        ["players/a/x.ts", "players/a/y.ts"],
+        ["players/b/include/p.h", "players/b/src/q.h"],
+    ]
+    assert players.namespace_circles() == [["N.A", "N.B"]]
 
 
 def test_every_public_name_has_a_docstring() -> None:

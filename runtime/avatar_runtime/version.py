@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from importlib.metadata import PackageNotFoundError, version
 
-DISTRIBUTIONS = (
-    "avatar-runtime",
-    "avatar-export",
-)  # the second contains this package if the first is not installed
+from avatar_schema.extras import DISTRIBUTIONS
+
 UNKNOWN = "0+unknown"  # of a source tree that was never installed
 
 
 def installed_version() -> str:
-    """The version of the first of DISTRIBUTIONS that is installed, or UNKNOWN."""
+    """That of the first of DISTRIBUTIONS that is installed, or UNKNOWN; a checkout installs as the second alone."""
     for name in DISTRIBUTIONS:
         try:
             return version(name)

@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parents[2]
-TRAIN = 'pip install ".[train]"'
+TRAIN = 'pip install -e ".[train]"'
 PAGES = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("trainer/*.md")]
 
 

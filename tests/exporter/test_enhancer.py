@@ -123,7 +123,7 @@ def test_facts_that_are_not_the_file_s_are_a_problem(bundle: Path) -> None:
 
 def test_without_the_libraries_validate_says_so(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _without(monkeypatch, "onnxruntime")
-    message = "was not checked: that needs onnxruntime: pip install 'avatar-export[enhance]'"
+    message = 'was not checked: that needs onnxruntime: pip install -e ".[enhance]"'
     assert problems(whole) == [(FILE, message, True)]
 
 
@@ -185,7 +185,7 @@ def test_what_cannot_be_enhanced_is_one_line(
     code, _, error = run("render", whole, *enhance)
     assert (code, error) == (
         2,
-        "avatar-export: enhancer: needs onnxruntime: pip install 'avatar-export[enhance]'\n",
+        'avatar-export: enhancer: needs onnxruntime: pip install -e ".[enhance]"\n',
     )
     assert not (tmp_path / "out.png").exists()
     assert run("render", whole, *enhance[:-1])[0] == 0

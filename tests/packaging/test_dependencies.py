@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
-
-from tests.packaging import dist
+from tools import dist
 
 PART_OF = {"llvmlite": "numba"}  # numba asks for the one llvmlite that fits it
 BY_NAME = {"torch.utils.tensorboard": "tensorboard"}  # a module of torch that imports another library
@@ -80,8 +79,15 @@ def test_what_is_imported_is_what_is_asked_for(name: str) -> None:
 
 def test_extras_are_passed_on() -> None:
     rows = dist.distributions()
-    for extra in rows["avatar-runtime"].extras:
-        assert rows["avatar-export"].extras[extra] == [f"avatar-runtime[{extra}]=={dist.version()}"]
+    for extra in rows["avatar-export-runtime"].extras.keys() - {"fast"}:
+        assert rows["avatar-export"].extras[extra] == [f"avatar-export-runtime[{extra}]=={dist.version()}"]
     assert rows["avatar-export"].extras.keys() == {"all", "batch", "enhance", "fast", "fbx", "gl", "train"}
     [line] = rows["avatar-export"].extras["all"]
-    assert Requirement(line).extras == rows["avatar-export"].extras.keys() - {"all"}
+    assert Requirement(line).extras == rows["avatar-export"].extras.keys() - {"all", "fast"}
+
+
+def test_numba_comes_with_the_exporter_and_is_an_extra_of_the_runtime() -> None:
+    rows = dist.distributions()
+    [numba] = [line for line in rows["avatar-export"].dependencies if line.startswith("numba")]
+    assert rows["avatar-export-runtime"].extras["fast"] == [numba]
+    assert rows["avatar-export"].extras["fast"] == []

@@ -12,13 +12,18 @@ from email import message_from_bytes
 from pathlib import Path
 
 import pytest
+from tools import dist
 
 import avatar_export
-from tests.packaging import dist
 from tests.released import DATA
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+PACKAGES = {
+    Path(folder).name: ROOT / folder
+    for row in PROJECT["tool"]["distributions"].values()
+    for folder in row["packages"]
+}
 EDITABLE = "import sys, hatchling.build; print(hatchling.build.build_editable(sys.argv[1]))"
 
 
@@ -26,20 +31,17 @@ def test_both_carry_the_one_version(built: dict[str, list[Path]]) -> None:
     files = sorted(file.name for pair in built.values() for file in pair)
     assert files == [
         f"avatar_{name}-{dist.version()}{end}"
-        for name in ("export", "runtime")
+        for name in ("export", "export_runtime")
         for end in ("-py3-none-any.whl", ".tar.gz")
     ]
-    assert f"avatar-runtime=={dist.version()}" in dist.distributions()["avatar-export"].dependencies
+    assert f"avatar-export-runtime=={dist.version()}" in dist.distributions()["avatar-export"].dependencies
 
 
 def test_the_version_stands_in_one_place() -> None:
     assert avatar_export.__version__ == dist.version()
     assert "version" not in PROJECT["project"]
     literal = re.compile(rf"(?<![\d.]){re.escape(dist.version())}(?![\d.])")
-    folders = [
-        Path(folder) for row in PROJECT["tool"]["distributions"].values() for folder in row["packages"]
-    ]
-    files = [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
+    files = [path for folder in PACKAGES.values() for path in sorted(folder.rglob("*.py"))]
     where = [path.name for path in files if literal.search(path.read_text("utf-8"))]
     assert where == ["version.py"]
     for line in (ROOT / "pyproject.toml").read_text("utf-8").splitlines():
@@ -57,7 +59,7 @@ def test_bundles_name_their_writer_as_ever() -> None:
 
 def test_the_same_checkout_gives_the_same_bytes(built: dict[str, list[Path]], tmp_path: Path) -> None:
     """Of sdists; that an sdist builds the same wheel, `dist.make` has seen."""
-    given = dist.distributions()["avatar-runtime"]
+    given = dist.distributions()["avatar-export-runtime"]
     [again] = dist.build(dist.assemble(given, tmp_path), tmp_path, "sdist")
     assert again.read_bytes() == built[given.name][0].read_bytes()
 
@@ -68,10 +70,7 @@ def test_each_package_is_in_one_distribution(wheels: dict[str, Path]) -> None:
         with zipfile.ZipFile(wheel) as archive:
             for top in {entry.partition("/")[0] for entry in archive.namelist()}:
                 tops.setdefault(top, []).append(name)
-    packages = {
-        Path(folder).name for folder in PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
-    }
-    assert {top for top in tops if not top.endswith(".dist-info")} == packages
+    assert {top for top in tops if not top.endswith(".dist-info")} == PACKAGES.keys()
     assert all(len(owners) == 1 for owners in tops.values())
 
 
@@ -80,7 +79,7 @@ def test_the_check_sees_faults(
     fault: str, built: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A file too many, a file too few, metadata that an index refuses."""
-    given = dist.distributions()["avatar-runtime"]
+    given = dist.distributions()["avatar-export-runtime"]
     files = dist.sources(given)
     if fault == "more":
         monkeypatch.setattr(dist, "sources", lambda _: dict(list(files.items())[1:]))
@@ -91,13 +90,11 @@ def test_the_check_sees_faults(
     with pytest.raises(
         dist.DistError, match={"more": "holds also", "less": "lacks", "address": "depends on"}[fault]
     ):
-        dist.check(given, *built["avatar-runtime"])
+        dist.check(given, *built["avatar-export-runtime"])
 
 
 def test_a_stray_file_in_a_package_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "some_package").mkdir()
-    (tmp_path / "some_package" / "notes.txt").write_text("mine")
-    monkeypatch.setattr(dist, "ROOT", tmp_path)
+    monkeypatch.setattr(dist, "checkout", lambda: {"some_package/notes.txt": tmp_path})
     given = replace(dist_row(), packages=("some_package",))
     with pytest.raises(dist.DistError, match=r"some_package/notes.txt: not a file of a package"):
         dist.sources(given)
@@ -108,16 +105,18 @@ def dist_row() -> dist.Distribution:
 
 
 def test_a_checkout_installs_as_one(tmp_path: Path) -> None:
-    """`pip install .`: all five packages, every dependency, no avatar-runtime that an index would be asked for."""
+    """`pip install .`: all five packages, every dependency, no distribution that an index would be asked for."""
     wheel = root_wheel(tmp_path)
     with zipfile.ZipFile(wheel) as archive:
         held = {name for name in archive.namelist() if ".dist-info/" not in name}
         info = message_from_bytes(archive.read(f"avatar_export-{dist.version()}.dist-info/METADATA"))
     assert held == {name for given in dist.distributions().values() for name in dist.sources(given)}
+    for folder in PACKAGES.values():
+        assert {path.relative_to(folder.parent).as_posix() for path in folder.rglob("*.py")} <= held
     base = {line for line in info.get_all("Requires-Dist", []) if "extra ==" not in line}
     split = {line for given in dist.distributions().values() for line in given.dependencies}
-    assert base == {line for line in split if not line.startswith("avatar-runtime")}
-    assert info["Classifier"] == "Private :: Do Not Upload"
+    assert base == {line for line in split if not line.startswith("avatar-export-runtime")}
+    assert "Private :: Do Not Upload" in info.get_all("Classifier", [])
 
 
 def root_wheel(out: Path) -> Path:
@@ -133,5 +132,4 @@ def test_an_editable_install_sees_every_source_root(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / done.stdout.decode().split()[-1]) as archive:
         [path_file] = [name for name in archive.namelist() if name.endswith(".pth")]
         roots = archive.read(path_file).decode().split()
-    packages = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
-    assert {Path(root).resolve() for root in roots} == {(ROOT / package).parent for package in packages}
+    assert {Path(root).resolve() for root in roots} == {folder.parent for folder in PACKAGES.values()}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from tools import dist
 
-from tests.packaging import dist
 from tests.packaging.environments import Environment, empty
 from tests.released import DATA
 
@@ -19,8 +19,8 @@ print(*sorted(d.metadata["Name"] for d in distributions() if d.metadata["Name"].
 """
 SEEN_FROM = "import avatar_export, avatar_runtime; print(avatar_export.__file__, avatar_runtime.__file__)"
 INSTALLS = {  # how: the distributions that are there then
-    "wheels": "avatar-export avatar-runtime",
-    "sdists": "avatar-export avatar-runtime",
+    "wheels": "avatar-export avatar-export-runtime",
+    "sdists": "avatar-export avatar-export-runtime",
     "checkout": "avatar-export",
     "editable": "avatar-export",
 }
@@ -62,4 +62,4 @@ def test_without_its_dependencies_a_wheel_is_refused(wheels: dict[str, Path], tm
     environment = empty(tmp_path)
     environment.lend(["numpy"])
     with pytest.raises(AssertionError, match="jsonschema"):
-        environment.install(wheels["avatar-runtime"])
+        environment.install(wheels["avatar-export-runtime"])

@@ -78,7 +78,7 @@ def test_libraries_that_are_missing(monkeypatch: pytest.MonkeyPatch, library: st
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == library else found(name))
     with pytest.raises(AvatarError) as caught:
         Player(full_avatar(), "reference", enhance=True)
-    assert str(caught.value) == f"enhancer: needs {library}: pip install 'avatar-export[enhance]'"
+    assert str(caught.value) == f'enhancer: needs {library}: pip install -e ".[enhance]"'
     Player(full_avatar(), "reference").frame(Pose(), CAMERA)
 
 

@@ -87,7 +87,7 @@ def test_importing_loads_nothing_heavy() -> None:
 @pytest.mark.parametrize(
     ("installed", "want"),
     [
-        ({"avatar-runtime": "2.1", "avatar-export": "2.0"}, "2.1"),
+        ({"avatar-export-runtime": "2.1", "avatar-export": "2.0"}, "2.1"),
         ({"avatar-export": "2.0"}, "2.0"),
         ({}, version.UNKNOWN),
     ],

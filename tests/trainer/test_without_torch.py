@@ -19,4 +19,4 @@ def test_without_torch_it_says_what_to_install() -> None:
     program = PROGRAM.format(hidden=("torch", "tensorboard"))
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.returncode == 2 and done.stdout == ""
-    assert done.stderr == 'avatar-train: needs torch, tensorboard: pip install "avatar-export[train]"\n'
+    assert done.stderr == 'avatar-train: needs torch, tensorboard: pip install -e ".[train]"\n'

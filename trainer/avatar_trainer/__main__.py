@@ -8,6 +8,7 @@ import sys
 
 from avatar_export.commands.memory import TRAIN
 from avatar_export.commands.process import start
+from avatar_schema.extras import how_to_install
 
 NEEDED = ("torch", "numba", "tensorboard")
 
@@ -16,9 +17,7 @@ def main() -> None:
     """Entry point; one line and exit code 2 if a library of the trainer is not installed."""
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
-        print(
-            f'avatar-train: needs {", ".join(missing)}: pip install "avatar-export[train]"', file=sys.stderr
-        )
+        print(f"avatar-train: needs {', '.join(missing)}: {how_to_install('train')}", file=sys.stderr)
         sys.exit(2)
     # torch and Numba each have a pool of threads that spins while it waits by default. The pools take the cores from
     # each other, and an iteration takes several times as long. Read once, when the first of them is loaded.

@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from avatar_runtime.io.errors import AvatarError
+from avatar_schema.extras import how_to_install
 
 if TYPE_CHECKING:
     from avatar_export.batch.job import Job
@@ -25,7 +26,7 @@ _LIBRARIES = ("dask", "distributed", "fsspec")
 def expect_extra() -> None:
     """Raise AvatarError if a library of the extra [batch] is not installed."""
     if any(find_spec(name) is None for name in _LIBRARIES):
-        raise AvatarError("a batch needs the extra [batch]: pip install 'avatar-export[batch]'")
+        raise AvatarError(f"a batch needs the extra [batch]: {how_to_install('batch')}")
 
 
 def __getattr__(name: str) -> Any:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import _thread
 import errno
 import importlib
+import importlib.util
 import io
 import os
 import signal
@@ -17,12 +18,13 @@ import sys
 import threading
 import time
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, NoReturn
 
 from avatar_export.commands.memory import Need, need_of, shortage
+from avatar_schema.extras import how_to_install
 
 LITTLE_MEMORY = 3  # exit code
 BY_SIGNAL = 128  # exit code of a process that a signal ended: this plus the signal's number
@@ -30,6 +32,7 @@ PIPE = 13  # number of SIGPIPE, which Windows does not have
 AGAIN = 0.05  # seconds after which a signal is sent again that something swallowed, or that came too early
 ENDING = ("SIGTERM", "SIGHUP")
 ENDS = (KeyboardInterrupt, SystemExit)
+DRAW = {"convert", "batch", "pack", "view", "publish", "conform", "render", "distill"}  # commands
 IMPORTLIB = "<frozen importlib._bootstrap>"  # the file of Python's frames that load modules
 
 
@@ -40,10 +43,21 @@ def start(program: str, module: str, needs: Mapping[str, Need]) -> None:
     if lacking:
         print(f"{program}: {lacking}", file=sys.stderr)
         sys.exit(LITTLE_MEMORY)
+    slow = without_numba(sys.argv[1:])
+    if slow:
+        print(f"{program}: {slow}", file=sys.stderr)
     # While modules are loaded, Ctrl+C ends the process at once: nothing is begun, and libraries swallow exceptions.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     importlib.import_module(module).main()
+
+
+def without_numba(arguments: Sequence[str]) -> str | None:
+    """One line if a command line draws by backend `cpu` where that is installed, and it is not."""
+    asked = any(word.startswith("--backend") for word in arguments)
+    if asked or not {*arguments[:1]} & DRAW or importlib.util.find_spec("numba"):
+        return None
+    return f"without Numba drawing takes some 40 times as long, and so does `pack --levels`: {how_to_install('fast')}"
 
 
 def open_streams() -> None:

@@ -1,11 +1,42 @@
-"""The files of the web player."""
+"""The npm package of the web player: what `node build.mjs package` built, its manifest with the version, the licences.
+
+Building needs Node and what `npm ci` brings, so nothing is built here: a wheel holds what was built.
+"""
 
 from __future__ import annotations
 
-from avatar_export.players.sources import folder
+import json
+from pathlib import Path
+
+from avatar_export.players.sources import folder, licence
+from avatar_runtime.io.errors import AvatarError
+from avatar_schema.version import __version__
+
+MANIFEST = "package.json"
+BUILT = "dist"
+WRITTEN = ("README.md", "NOTICE.md")  # by hand
+SOURCES = ("src", "build.mjs", "bundle.mjs", "package-lock.json", "tsconfig.json")  # of what is built
+BUILD = "run `npm ci` and `npm run build` in players/web, which needs Node"
 
 
 def web_files() -> dict[str, bytes]:
-    """{path below the player's folder: content}."""
+    """{path below the package: content}: what `npm pack` holds there. Raises AvatarError where nothing is built."""
     root = folder("web")
-    return {path.relative_to(root).as_posix(): path.read_bytes() for path in root.rglob("*") if path.is_file()}
+    built = [path for path in (root / BUILT).rglob("*") if path.is_file()]
+    if not built:
+        raise AvatarError(f"the web player is not built: {BUILD}", file=BUILT)
+    sources = [
+        path for name in SOURCES for path in (root / name, *(root / name).rglob("*")) if path.is_file()
+    ]
+    if max(map(_time, sources), default=0) > max(map(_time, built)):
+        raise AvatarError(f"the web player was built before its sources changed: {BUILD}", file=BUILT)
+    files = [*built, *(root / name for name in WRITTEN)]
+    held = {path.relative_to(root).as_posix(): path.read_bytes() for path in files}
+    manifest = json.loads((root / MANIFEST).read_text("utf-8"))
+    name = {"name": manifest.pop("name"), "version": __version__}
+    text = json.dumps(name | manifest, indent=2, ensure_ascii=False) + "\n"
+    return held | {MANIFEST: text.encode(), "LICENSE": licence()}
+
+
+def _time(path: Path) -> int:
+    return path.stat().st_mtime_ns

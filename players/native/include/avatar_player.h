@@ -59,13 +59,10 @@ typedef struct AvatarReport AvatarReport;       /* what avatar_conform found */
  * `name`. `allocator` may be NULL: malloc. It must live as long as the handle. Returns NULL only where not even the
  * handle gets memory. */
 AVATAR_API AvatarPack* avatar_open(const void* file, size_t bytes, const char* name, const AvatarAllocator* allocator);
-
 /* Instances, passes and conformance reports of a pack must be closed before it. NULL is taken. */
 AVATAR_API void avatar_close(AvatarPack* pack);
-
 /* NULL for a sound pack; else the line. A NULL handle has a line, too. */
 AVATAR_API const char* avatar_error(const AvatarPack* pack);
-
 /* What a person may want to know. A text or pointer is NULL where the pack does not say. */
 typedef struct AvatarFacts {
     const char* name;
@@ -95,21 +92,17 @@ typedef struct AvatarFacts {
     size_t file_bytes;
 } AvatarFacts;
 AVATAR_API void avatar_facts(const AvatarPack* pack, AvatarFacts* out);
-
 /* Names by index; NULL beyond the last. */
 AVATAR_API const char* avatar_expression_name(const AvatarPack* pack, uint32_t index);
 AVATAR_API const char* avatar_eyelid_name(const AvatarPack* pack, uint32_t index);
 AVATAR_API const char* avatar_joint_name(const AvatarPack* pack, uint32_t index);
 AVATAR_API const char* avatar_group_name(const AvatarPack* pack, uint32_t index);
-
 /* Other names of an expression, by index; NULL beyond the last. */
 AVATAR_API const char* avatar_expression_alias(const AvatarPack* pack, uint32_t expression, uint32_t index);
-
 /* Indices by name (of expressions, also by another name of theirs); -1: there is none. */
 AVATAR_API int32_t avatar_expression_index(const AvatarPack* pack, const char* name);
 AVATAR_API int32_t avatar_eyelid_index(const AvatarPack* pack, const char* name);
 AVATAR_API int32_t avatar_joint_index(const AvatarPack* pack, const char* name);
-
 /* The trained range of an expression. */
 AVATAR_API void avatar_expression_range(const AvatarPack* pack, uint32_t index, double* low, double* high);
 /* [J] the parent of each joint, -1 for a root, a parent before its children; NULL without a rig. */
@@ -149,7 +142,6 @@ AVATAR_API int avatar_level(const AvatarPack* pack, uint32_t index, AvatarLevel*
 AVATAR_API uint32_t avatar_level_for(const AvatarPack* pack, double height_px);
 /* The level to show after `level`: it stays where the height is within a tenth of its borders. */
 AVATAR_API uint32_t avatar_next_level(const AvatarPack* pack, double height_px, uint32_t level);
-
 /* A chunk of the Gaussians of a level: rows that one dispatch takes. Its splats, as stage project writes them, are in
  * buffer `projected`. */
 typedef struct AvatarChunk {
@@ -158,7 +150,6 @@ typedef struct AvatarChunk {
     uint32_t projected; /* index of a buffer */
 } AvatarChunk;
 AVATAR_API int avatar_chunk(const AvatarPack* pack, uint32_t level, uint32_t chunk, AvatarChunk* out);
-
 /* A storage buffer. One with content is never written by a pass; the others begin with zeros. Buffer "Pose" is
  * written by the host: avatar_pose_floats. */
 typedef struct AvatarBuffer {
@@ -171,7 +162,6 @@ AVATAR_API int avatar_buffer(const AvatarPack* pack, uint32_t index, AvatarBuffe
 AVATAR_API int32_t avatar_buffer_index(const AvatarPack* pack, const char* name);
 /* Writes all bytes of a buffer with content into memory, such as mapped memory of a GPU. Allocates nothing. */
 AVATAR_API int avatar_buffer_content(const AvatarPack* pack, uint32_t index, void* into);
-
 /* The mesh of the rig: triangles [3, F] (all first corners, then all second ones), where the pack has them. */
 AVATAR_API const uint32_t* avatar_triangles(const AvatarPack* pack, uint32_t* count);
 
@@ -182,7 +172,6 @@ AVATAR_API AvatarInstance* avatar_instance_open(const AvatarPack* pack, uint32_t
 AVATAR_API void avatar_instance_close(AvatarInstance* instance);
 /* The newest line; NULL: nothing has failed yet. */
 AVATAR_API const char* avatar_instance_error(const AvatarInstance* instance);
-
 /* The pose. The arrays may be written directly: avatar_update_pose and avatar_update_camera refuse what is not finite in
  * them. None of these functions allocates. */
 AVATAR_API void avatar_reset_pose(AvatarInstance* instance);
@@ -197,10 +186,8 @@ AVATAR_API double* avatar_world_from_avatar(AvatarInstance* instance); /* [4, 4]
 AVATAR_API double* avatar_place(AvatarInstance* instance); /* [4, 4] scene from the person, affine; the pose comes first */
 AVATAR_API int avatar_set_level(AvatarInstance* instance, uint32_t level);
 AVATAR_API uint32_t avatar_instance_level(const AvatarInstance* instance);
-
 /* Writes the pose of a clip at a time. Times beyond its ends are those of the ends. Allocates nothing. */
 AVATAR_API int avatar_set_clip(AvatarInstance* instance, uint32_t clip, double seconds);
-
 /* A captured frame of a face. Weights are in the order of avatar_arkit_name. Angles are yaw, pitch and roll, radians.
  * left_eye has the channels leftEye* of a recorder: the subject's right eye. */
 typedef struct AvatarFrame {
@@ -209,7 +196,6 @@ typedef struct AvatarFrame {
     double left_eye[3];
     double right_eye[3];
 } AvatarFrame;
-
 /* ARKit's names [52], then the nine angles: headYaw, headPitch, headRoll, leftEyeYaw, ... NULL beyond. Any thread. */
 AVATAR_API const char* avatar_arkit_name(uint32_t channel);
 /* The channel that a name spells, as tools spell them ("BS_node.jawOpen", "eyeBlink_L"); -1: none. Any thread. */
@@ -217,14 +203,12 @@ AVATAR_API int32_t avatar_arkit_channel(const char* name);
 /* Takes the face of a UDP packet of Live Link Face. Returns 0, and leaves the frame as it is, for a packet without a
  * face or one that is not understood to its last byte. Allocates nothing. Any thread. */
 AVATAR_API int avatar_read_packet(const void* packet, size_t bytes, AvatarFrame* frame);
-
 /* Lets captured frames drive the instance. `within_range` limits expressions to their trained ranges and eyelids to
  * 0..1. Fails where ARKit cannot drive the avatar, and for a joint that cannot turn. Only the first call of either kind
  * allocates. */
 AVATAR_API int avatar_enable_driving(AvatarInstance* instance, int within_range);
 /* Writes the pose of a frame; what the frame does not move is at rest. Allocates nothing. */
 AVATAR_API int avatar_drive(AvatarInstance* instance, const AvatarFrame* frame);
-
 /* A recording: the text of a CSV file of Live Link Face. `name` is what errors call it. NULL as avatar_open. */
 AVATAR_API AvatarRecording* avatar_recording_open(const char* text, size_t bytes, const char* name,
                                                   const AvatarAllocator* allocator);
@@ -253,7 +237,6 @@ typedef struct AvatarCamera {
     int32_t width;             /* pixels */
     int32_t height;
 } AvatarCamera;
-
 /* These three return NULL, or a line that belongs to the library; then the camera stays as it is. Sides of an image are 1
  * to 32768 pixels. Any thread; they allocate nothing. */
 /* Looks at a target [3] from a distance. yaw about +Y, positive towards +X, pitch upwards; the vertical field of view, more
@@ -285,7 +268,6 @@ AVATAR_API const float* avatar_pose_floats(const AvatarInstance* instance, uint3
 /* Of each group [G, 3, 4]: mesh from binding mesh, and the rotation of its Gaussians with a last column of 0. */
 AVATAR_API const float* avatar_group_matrix(const AvatarInstance* instance);
 AVATAR_API const float* avatar_group_rotation(const AvatarInstance* instance);
-
 /* Which buffer a binding of a kernel has. */
 typedef struct AvatarBinding {
     const char* name;   /* the shader's */
@@ -294,14 +276,12 @@ typedef struct AvatarBinding {
     int read_only;
     int32_t index;      /* of the pack's buffer; of avatar_sort_buffer for lists of a sort; -1: another avatar's buffer */
 } AvatarBinding;
-
 enum { AVATAR_UINT = 0, AVATAR_FLOAT = 1, AVATAR_FLOAT2 = 2, AVATAR_FLOAT3 = 3, AVATAR_FLOAT4 = 4 };
 typedef struct AvatarConstant {
     const char* name; /* the shader's, for hosts that set constants by name */
     uint32_t type;    /* AVATAR_UINT .. AVATAR_FLOAT4 */
     uint32_t offset;  /* bytes from the beginning of the dispatch's block */
 } AvatarConstant;
-
 /* One dispatch of one kernel. */
 typedef struct AvatarDispatch {
     const char* entry; /* the kernel */
@@ -316,11 +296,9 @@ typedef struct AvatarDispatch {
     uint32_t block_offset;  /* in avatar_passes_blocks; a multiple of AVATAR_BLOCK_ALIGN */
     uint32_t block_bytes;
 } AvatarDispatch;
-
 /* Mesh passes pose the rig's mesh, deform passes the Gaussians (both once a pose, in this order), view passes project
  * them (once a camera). A dispatch may read what an earlier one wrote. */
 enum { AVATAR_MESH = 0, AVATAR_DEFORM = 1, AVATAR_VIEW = 2 };
-
 /* The passes of one list of a level (of AVATAR_MESH all levels have the same). NULL as avatar_open. */
 AVATAR_API AvatarPasses* avatar_passes_open(const AvatarPack* pack, uint32_t level, uint32_t list,
                                             const AvatarAllocator* allocator);
@@ -346,7 +324,6 @@ typedef struct AvatarSceneChunk {
     const char* buffer;
     uint32_t count;
 } AvatarSceneChunk;
-
 /* The sort of all splats of a scene (front to back), and the gather that writes the quads that draw them (back to
  * front). NULL as avatar_open; fails for more splats than one dispatch has. */
 AVATAR_API AvatarSort* avatar_sort_open(const AvatarSceneChunk* chunks, uint32_t count, const AvatarAllocator* allocator);

@@ -18,27 +18,10 @@
 
 #include "../gles/avatar_gles.h"
 #include "../play/egl.h"
+#include "desk_tools.h"
 #include "gles_refused.h"
 
 namespace {
-
-using Bytes = std::vector<char>;
-
-/// An allocator that counts.
-struct Counted {
-    long calls = 0, live_bytes = 0;
-
-    static void* take(void* user, size_t bytes) {
-        Counted* self = static_cast<Counted*>(user);
-        self->calls++;
-        self->live_bytes += static_cast<long>(bytes);
-        return std::malloc(bytes);
-    }
-    static void give(void* user, void* memory, size_t bytes) {
-        static_cast<Counted*>(user)->live_bytes -= static_cast<long>(bytes);
-        std::free(memory);
-    }
-};
 
 struct Shown {
     AvatarPack* pack;
@@ -55,25 +38,6 @@ struct Desk {
     std::vector<Shown> shown;
     AvatarCamera camera = {};
 };
-
-[[noreturn]] void stop(const std::string& line) {
-    std::fprintf(stderr, "%s\n", line.c_str());
-    std::exit(3);
-}
-
-void must(int good, const char* line) {
-    if (good == 0) stop(line != nullptr ? line : "failed without a line");
-}
-
-Bytes read_file(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file) stop(path + ": cannot be read");
-    return Bytes(std::istreambuf_iterator<char>(file), {});
-}
-
-void write_file(const std::string& path, const void* from, size_t size) {
-    std::ofstream(path, std::ios::binary).write(static_cast<const char*>(from), static_cast<std::streamsize>(size));
-}
 
 /// Functions of GL that the tests themselves need.
 template <class... Parameters>

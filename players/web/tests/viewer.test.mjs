@@ -1,181 +1,17 @@
 // The viewer page, used as a person uses it: node --test tests/viewer.test.mjs. BACKEND=webgpu takes the other backend.
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
-import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { dirname, join } from "node:path";
+import { readFile } from "node:fs/promises";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { fileURLToPath } from "node:url";
-import { gunzipSync, gzipSync } from "node:zlib";
-import { launch, serve } from "./browser.mjs";
-
-const HERE = dirname(fileURLToPath(import.meta.url));
-const PACKS = join(HERE, "../../../tests/data/packs/1.0");
-const RECORDING = join(HERE, "../../../samples/drive/live_link_face_rom_300.csv");
-const BACKEND = process.env.BACKEND ?? "webgl2";
-const SMALL = { width: 340, height: 260 }; // of the window: the canvas is smaller
-const WAIT_MS = 60_000;
+import {
+  BACKEND, PACKS, RECORDING, WAIT_MS, begin, changes, columnOf, drag, drop, edited, end, errors, imageOf, message,
+  middle, newPage, open, opened, page, picture, server, settled, slider, undriven, valueOf, visible,
+} from "./viewer_page.mjs";
 
 const check = (name, run) => test(name, { timeout: 240_000 }, run);
 
-let browser, server, folder, page, errors;
-
-/** A pack with another document: `change` edits it. */
-function edited(bytes, change) {
-  const body = gunzipSync(bytes);
-  const size = Number(body.readBigUInt64LE(0));
-  const header = JSON.parse(body.subarray(8, 8 + size));
-  const document = JSON.parse(header.__metadata__.pack);
-  change(document);
-  header.__metadata__.pack = JSON.stringify(document);
-  const text = Buffer.from(JSON.stringify(header));
-  const padded = Buffer.concat([text, Buffer.alloc((8 - (text.length % 8)) % 8, " ")]);
-  const length = Buffer.alloc(8);
-  length.writeBigUInt64LE(BigInt(padded.length));
-  return gzipSync(Buffer.concat([length, padded, body.subarray(8 + size)]));
-}
-
-/** ARKit cannot drive it. */
-function undriven(document) {
-  document.avatar.driving = { mode: "none" };
-  delete document.driving;
-}
-
-before(async () => {
-  folder = await mkdtemp(join(tmpdir(), "viewer-"));
-  execFileSync(process.execPath, [join(HERE, "../build.mjs"), "page", "--out", folder]);
-  const joints = await readFile(join(PACKS, "joints.avatar"));
-  const files = {
-    "joints.avatar": joints,
-    "surface.avatar": await readFile(join(PACKS, "surface.avatar")),
-    "cut.avatar": joints.subarray(0, joints.length / 2),
-    "right.avatar": await readFile(join(PACKS, "../../mole/right.avatar")),
-    "left.avatar": await readFile(join(PACKS, "../../mole/left.avatar")),
-    "newer.avatar": edited(joints, (document) => (document.asset.minVersion = "99.0")),
-    "nothing.avatar": Buffer.from("nothing"),
-  };
-  for (const [name, bytes] of Object.entries(files)) await writeFile(join(folder, name), bytes);
-  const entry = (id) => ({ id, name: id, file: `${id}.avatar`, preview: null, bytes: files[`${id}.avatar`].length, license: "CC0-1.0", consent: null });
-  const session = { avatars: ["joints", "surface", "cut", "newer", "nothing", "right", "left"].map(entry), live: true, events: true };
-  const served = { "/session.json": Buffer.from(JSON.stringify(session)) };
-  served["/published/session.json"] = Buffer.from(JSON.stringify({ ...session, live: false, events: false }));
-  for (const name of ["index.html", "viewer.js", "viewer.css", ...Object.keys(files)]) {
-    served[`/${name}`] = served[`/published/${name}`] = join(folder, name);
-  }
-  server = await serve(served);
-  browser = await launch({ webgpu: BACKEND === "webgpu" });
-});
-
-after(async () => {
-  await browser?.close();
-  server?.close();
-  if (folder) await rm(folder, { recursive: true });
-});
-
-/** Opens the page and waits for the first picture. */
-async function open(avatar, size = SMALL) {
-  await page?.close();
-  page = await browser.newPage();
-  errors = [];
-  page.on("pageerror", (error) => errors.push(error.message));
-  await page.setViewport(size);
-  await page.evaluateOnNewDocument(fakeSocket);
-  await page.goto(`${server.address}/index.html?backend=${BACKEND}&play=0&avatar=${avatar}`);
-}
-
-/** In the page: a WebSocket that a test can speak through. */
-function fakeSocket() {
-  window.said = [];
-  window.WebSocket = class extends EventTarget {
-    static OPEN = 1;
-    readyState = 1;
-    constructor() {
-      super();
-      window.hear = (value) => this.dispatchEvent(new MessageEvent("message", { data: JSON.stringify(value) }));
-    }
-    send(text) {
-      window.said.push(JSON.parse(text));
-    }
-  };
-}
-
-async function opened(avatar, size) {
-  await open(avatar, size);
-  await page.evaluate(() => window.avatarViewer.ready);
-}
-
-/** The image without its background, as [size, sum of |x| weighted by place, alpha]. */
-async function picture() {
-  await settled();
-  return page.evaluate(async () => {
-    const { player } = window.avatarViewer;
-    await player.finished();
-    const pixels = await player.readPixels();
-    let place = 0;
-    let alpha = 0;
-    for (let i = 0; i < pixels.length; i += 4) {
-      alpha += pixels[i + 3];
-      place += (pixels[i] + 2 * pixels[i + 1] + 3 * pixels[i + 2]) * (1 + (i % 997));
-    }
-    return { floats: pixels.length, place, alpha };
-  });
-}
-
-/** Waits until no frame was drawn for a while. */
-async function settled() {
-  await page.evaluate(async () => {
-    let seen = -1;
-    while (seen !== window.avatarViewer.frames) {
-      seen = window.avatarViewer.frames;
-      await new Promise((done) => setTimeout(done, 150));
-    }
-  });
-}
-
-async function changes(act) {
-  const old = await picture();
-  await act();
-  const now = await picture();
-  assert.ok(Math.abs(old.place - now.place) > 1e-6 * Math.abs(old.place), "the picture did not change");
-  return now;
-}
-
-async function message(part) {
-  await page.waitForFunction((text) => document.querySelector("#messages").innerText.includes(text), { timeout: WAIT_MS }, part);
-}
-
-/** Texts of the elements that a person sees. */
-function visible(selector) {
-  return page.$$eval(selector, (all) => all.filter((one) => one.checkVisibility()).map((one) => one.innerText));
-}
-
-const slider = (label) => `input[type=range][aria-label="${label}"]`;
-const valueOf = (label) => page.$eval(slider(label), (input) => input.valueAsNumber);
-
-/** Drops files onto the page. */
-async function drop(...files) {
-  await page.evaluate((given) => {
-    const transfer = new DataTransfer();
-    for (const [name, base64] of given) {
-      transfer.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
-    }
-    window.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, cancelable: true, bubbles: true }));
-  }, files.map(([name, bytes]) => [name, bytes.toString("base64")]));
-}
-
-async function drag(from, to, options = {}) {
-  await page.mouse.move(...from);
-  await page.mouse.down(options);
-  await page.mouse.move(...to, { steps: 4 });
-  await new Promise((done) => setTimeout(done, 60)); // held still: no inertia
-  await page.mouse.up(options);
-}
-
-/** The middle of the canvas. */
-async function middle() {
-  const box = await (await page.$("#stage")).boundingBox();
-  return [box.x + box.width / 2, box.y + box.height / 2];
-}
+before(begin);
+after(end);
 
 check("shows the avatar, draws only after changes", async () => {
   await opened("joints");
@@ -436,8 +272,7 @@ check("on a phone the controls are a sheet at the bottom", async () => {
 check("a published avatar with clips moves as soon as it is there", async () => {
   const label = () => page.$eval("#play-button", (button) => button.getAttribute("aria-label"));
   for (const [motion, expected] of [["no-preference", "Pause"], ["reduce", "Play"]]) {
-    await page.close();
-    page = await browser.newPage();
+    await newPage();
     await page.emulateMediaFeatures([{ name: "prefers-reduced-motion", value: motion }]);
     await page.goto(`${server.address}/published/index.html?backend=${BACKEND}&avatar=joints`);
     await page.evaluate(() => window.avatarViewer.ready);
@@ -446,8 +281,7 @@ check("a published avatar with clips moves as soon as it is there", async () => 
 });
 
 check("says what is missing without WebGPU and WebGL2", async () => {
-  await page.close();
-  page = await browser.newPage();
+  await newPage();
   await page.evaluateOnNewDocument(() => {
     HTMLCanvasElement.prototype.getContext = () => null;
     Object.defineProperty(Navigator.prototype, "gpu", { value: undefined });
@@ -456,29 +290,6 @@ check("says what is missing without WebGPU and WebGL2", async () => {
   await page.goto(`${server.address}/index.html?avatar=joints`);
   await message("neither WebGPU nor WebGL2");
 });
-
-/** The rgba floats of the page's image, and its width. */
-async function imageOf() {
-  await settled();
-  return page.evaluate(async () => {
-    const { player } = window.avatarViewer;
-    await player.finished();
-    return { pixels: [...(await player.readPixels())], width: player.canvas.width };
-  });
-}
-
-/** Column of what is red, or has another channel above the others, as a share of the width. */
-function columnOf({ pixels, width }, channel) {
-  let sum = 0, column = 0;
-  for (let i = 0; i < pixels.length; i += 4) {
-    const others = [0, 1, 2].filter((other) => other !== channel).map((other) => pixels[i + other]);
-    const weight = Math.max(0, pixels[i + channel] - Math.max(...others) - 0.15);
-    sum += weight;
-    column += weight * ((i / 4) % width);
-  }
-  assert.ok(sum > 1, `nothing of channel ${channel}`);
-  return column / sum / width;
-}
 
 check("packs of both handednesses show the person alike, and so do their sliders", async () => {
   const images = [];

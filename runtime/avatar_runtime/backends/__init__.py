@@ -17,6 +17,7 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import Image
+from avatar_schema.extras import how_to_install
 
 Arrays = Mapping[str, npt.NDArray[Any]]
 
@@ -65,11 +66,11 @@ class Row:
 
     module: str
     library: str | None  # the library that it needs besides NumPy
-    extra: str | None  # the extra of this package that installs it
+    extra: str  # the extra of this package that installs it
 
 
 BACKENDS: Mapping[str, Row] = {
-    "reference": Row("avatar_runtime.backends.reference", None, None),
+    "reference": Row("avatar_runtime.backends.reference", None, ""),
     "cpu": Row("avatar_runtime.backends.cpu", "numba", "fast"),
     "gl": Row("avatar_runtime.backends.gl", "moderngl", "gl"),
 }
@@ -88,8 +89,6 @@ def make_backend(name: str | None, avatar: Avatar, **options: Any) -> Backend:
     name = arguments.text("backend", default_backend() if name is None else name, BACKENDS)
     row = BACKENDS[name]
     if row.library and importlib.util.find_spec(row.library) is None:
-        raise AvatarError(
-            f"needs {row.library}: pip install 'avatar-export[{row.extra}]'", field=f"backend {name}"
-        )
+        raise AvatarError(f"needs {row.library}: {how_to_install(row.extra)}", field=f"backend {name}")
     backend: Backend = importlib.import_module(row.module).make(avatar, **options)
     return backend

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from avatar_runtime.io.errors import AvatarError
+from avatar_schema.extras import how_to_install
 
 if TYPE_CHECKING:
     from avatar_runtime.avatar import F32, Enhancer
@@ -19,7 +20,7 @@ Enhance = Callable[["F32"], "F32"]  # colour [H, W, 3] -> colour [H, W, 3], not 
 def missing_libraries() -> str | None:
     """The missing libraries and the command that installs them; None if none is missing."""
     missing = [library for library in LIBRARIES if importlib.util.find_spec(library) is None]
-    return f"{' and '.join(missing)}: pip install 'avatar-export[enhance]'" if missing else None
+    return f"{' and '.join(missing)}: {how_to_install('enhance')}" if missing else None
 
 
 def make_enhance(enhancer: Enhancer | None) -> Enhance:

@@ -165,7 +165,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
 
 def test_without_the_extra_its_name_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(AvatarError, match=r"needs the extra \[fbx\]: pip install 'avatar-export\[fbx\]'"):
+    with pytest.raises(AvatarError, match=r"needs the extra \[fbx\]: pip install -e .*\[fbx\]"):
         open_fbx(_written(tmp_path, fbx_files.fbx()))
 
 

@@ -1,4 +1,4 @@
-"""Processes that are forked from one that played: they refuse to play, instead of hanging or being ended."""
+"""Processes that are forked from one that played: `gl` refuses to play, instead of hanging; the others play on."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from avatar_runtime import AvatarError, Camera, Player, Pose
 from tests.avatars import full_avatar
 backend, again = sys.argv[1:]
 camera = Camera.orbit(np.zeros(3), 2.0, 0.0, 0.0, 0.5, 16, 16)
-player = Player(full_avatar(), backend)
+options = {"threads": 2} if backend == "cpu" else {}
+player = Player(full_avatar(), backend, **options)
 player.frame(Pose(), camera)
 child = os.fork()
 if not child:
     try:
-        (Player(full_avatar(), backend) if again == "new" else player).frame(Pose(), camera)
+        (Player(full_avatar(), backend, **options) if again == "new" else player).frame(Pose(), camera)
         print("played")
     except AvatarError as error:
         print(error)
@@ -32,7 +33,7 @@ player.frame(Pose(), camera)
 
 @pytest.mark.parametrize("again", ["same", "new"])
 @pytest.mark.parametrize("backend", ["reference", "cpu", "gl"])
-def test_a_forked_process_is_refused_where_it_could_not_play(backend: str, again: str) -> None:
+def test_a_forked_process_plays_or_is_refused(backend: str, again: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, backend, again],
         capture_output=True,
@@ -42,9 +43,8 @@ def test_a_forked_process_is_refused_where_it_could_not_play(backend: str, again
     )
     child, parent = done.stdout.splitlines()
     assert parent == "ended 0", done.stderr
-    if backend == "reference":
-        assert child == "played"
-    elif child != "played":  # numba's other pools survive a fork
-        assert child.startswith(f"backend {backend}: this process was forked from one ")
+    if backend == "gl":
+        assert child.startswith("backend gl: this process was forked from one ")
         assert "'spawn' or 'forkserver'" in child
-    assert backend != "gl" or child != "played"
+    else:
+        assert child == "played"

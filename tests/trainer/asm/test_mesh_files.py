@@ -161,7 +161,7 @@ def test_without_trimesh_one_line_says_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "trimesh", None)
-    with pytest.raises(AvatarError, match=r"needs trimesh: pip install \"avatar-export\[train\]\""):
+    with pytest.raises(AvatarError, match=r"needs trimesh: pip install -e .*\[train\]"):
         read_points(written(tmp_path, "a.obj", exported(".obj")))
     np.savez(tmp_path / "a.npz", vertices=POINTS, faces=TRIANGLES)
     points, triangles = read_points(tmp_path / "a.npz")

@@ -159,7 +159,7 @@ def test_an_avatar_that_was_changed_on_its_way_is_noticed(exported: Exported) ->
 def test_backends_that_training_does_not_need_may_be_missing(
     exported: Exported, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """`pip install avatar-export[train]` brings no moderngl: the others are compared, and a line says so."""
+    """The extra [train] brings no moderngl: the others are compared, and a line says so."""
     _, bundle = exported("splatting")
     avatar, found = load(bundle), importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "moderngl" else found(name))

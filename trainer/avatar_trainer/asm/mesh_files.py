@@ -22,6 +22,7 @@ from avatar_runtime.avatar import F64, I64
 from avatar_runtime.codec.glb import decode
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
+from avatar_schema.extras import how_to_install
 
 FORMATS = (".obj", ".ply", ".stl", ".off", ".glb")  # by trimesh
 NUMBERED = (".obj", ".npz")  # by the exporter, as they are numbered in the file
@@ -94,9 +95,7 @@ def _by_trimesh(data: bytes, suffix: str, path: Path) -> Mesh:
     try:
         import trimesh
     except ImportError:
-        raise AvatarError(
-            f'reading {suffix} needs trimesh: pip install "avatar-export[train]"', file=path
-        ) from None
+        raise AvatarError(f"reading {suffix} needs trimesh: {how_to_install('train')}", file=path) from None
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # what it has to say is said below, in one line
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):

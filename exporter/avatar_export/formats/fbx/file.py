@@ -22,6 +22,7 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F64, I64
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
+from avatar_schema.extras import how_to_install
 
 MAX_FILE_BYTES = 512 << 20
 MAX_SECONDS = 300
@@ -107,9 +108,7 @@ def open_fbx(path: Path) -> FbxFile:
     [fbx] is not installed.
     """
     if importlib.util.find_spec("ufbx") is None:
-        raise AvatarError(
-            "reading .fbx needs the extra [fbx]: pip install 'avatar-export[fbx]'", file=path.name
-        )
+        raise AvatarError(f"reading .fbx needs the extra [fbx]: {how_to_install('fbx')}", file=path.name)
     fields = _Fields(path.name, _unpacked(_run(read_bytes(path, MAX_FILE_BYTES), path.name), path.name))
     unit = fields.number(fields.header, "unit_metres")
     if not UNIT_METRES[0] <= unit <= UNIT_METRES[1]:

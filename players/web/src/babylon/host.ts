@@ -2,16 +2,10 @@
 
 import type { Scene } from "@babylonjs/core/scene.js";
 import { AvatarError } from "../errors.js";
-import type { AvatarHost } from "../engine/host.js";
-
-/** Draws avatars of one scene. */
-export interface Host extends AvatarHost {
-  /** Draws what the scene's active camera sees into what the engine draws into now. */
-  draw(): void;
-}
+import type { DrawingHost } from "../engine/host.js";
 
 /** Throws AvatarError for an engine that draws with neither WebGL2 nor WebGPU. */
-export async function hostOf(scene: Scene, synchronous: boolean, onUpdate: () => void): Promise<Host> {
+export async function hostOf(scene: Scene, synchronous: boolean, onUpdate: () => void): Promise<DrawingHost<[]>> {
   const engine = scene.getEngine();
   if (engine.isWebGPU) {
     const { WebGpuHost } = await import("./webgpu.js");

@@ -4,11 +4,11 @@ import { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
 import type { Observer } from "@babylonjs/core/Misc/observable.js";
 import type { Scene } from "@babylonjs/core/scene.js";
 import type { Avatar } from "../avatar.js";
-import { madeOf, type AvatarSceneOptions } from "../engine/host.js";
+import { madeOf, type DrawingHost, type AvatarSceneOptions } from "../engine/host.js";
 import { setWorld } from "../engine/view.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
-import { hostOf, type Host } from "./host.js";
+import { hostOf } from "./host.js";
 
 /** An avatar in the scene. Its transform may be any, and any node may be its parent. */
 export class AvatarNode extends TransformNode {
@@ -62,7 +62,7 @@ export class AvatarScene {
 
   private constructor(
     readonly scene: Scene,
-    private host: Host | null,
+    private host: DrawingHost<[]> | null,
   ) {
     this.observers = [
       scene.onAfterDrawPhaseObservable.add(() => this.draw()),
@@ -103,7 +103,7 @@ export class AvatarScene {
     this.host = null;
   }
 
-  private get made(): Host {
+  private get made(): DrawingHost<[]> {
     return madeOf(this.host);
   }
 

@@ -4,11 +4,11 @@ import type { Scene } from "@babylonjs/core/scene.js";
 import { AvatarError } from "../errors.js";
 import { GlScene } from "../engine/gl_scene.js";
 import { EngineView } from "../engine/view.js";
-import type { Host } from "./host.js";
+import type { DrawingHost } from "../engine/host.js";
 import { setView } from "./view.js";
 
 /** Draws at the end of the scene's draw phase, into the framebuffer that is bound. */
-export class WebGlHost extends GlScene implements Host {
+export class WebGlHost extends GlScene implements DrawingHost<[]> {
   private readonly view = new EngineView();
 
   constructor(private readonly scene: Scene, synchronous: boolean, onUpdate: () => void) {

@@ -4,7 +4,7 @@ import type { Scene } from "@babylonjs/core/scene.js";
 import { AvatarError } from "../errors.js";
 import { GpuScene } from "../engine/gpu_scene.js";
 import { EngineView } from "../engine/view.js";
-import type { Host } from "./host.js";
+import type { DrawingHost } from "../engine/host.js";
 import { setView } from "./view.js";
 
 /** What we read of WebGPUEngine besides its public names. */
@@ -26,7 +26,7 @@ interface Internals {
 const METHODS = ["_getCurrentRenderPass", "_getCurrentRenderPassWrapper", "flushFramebuffer"] as const;
 
 /** Draws at the end of the scene's draw phase: ends the engine's pass, and draws over what it drew. */
-export class WebGpuHost extends GpuScene implements Host {
+export class WebGpuHost extends GpuScene implements DrawingHost<[]> {
   private readonly view = new EngineView();
 
   constructor(private readonly scene: Scene) {

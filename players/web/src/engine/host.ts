@@ -25,8 +25,14 @@ export interface AvatarHost {
   dispose(): void;
 }
 
+/** Draws avatars; `Seen` names the camera: [its type], or [] where the engine has an active one. */
+export interface DrawingHost<Seen extends readonly unknown[]> extends AvatarHost {
+  /** Draws what the camera sees into what the engine draws into now. */
+  draw(...seen: Seen): void;
+}
+
 /** What draws. Throws AvatarError after `dispose`. */
-export function madeOf<Host extends AvatarHost>(host: Host | null): Host {
+export function madeOf<Host extends object>(host: Host | null): Host {
   if (host === null) throw new AvatarError("was disposed; create another", { owner: "AvatarScene" });
   return host;
 }

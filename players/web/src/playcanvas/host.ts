@@ -2,16 +2,10 @@
 
 import type { AppBase, CameraComponent } from "playcanvas";
 import { AvatarError } from "../errors.js";
-import type { AvatarHost } from "../engine/host.js";
-
-/** Draws avatars of one application. */
-export interface Host extends AvatarHost {
-  /** Draws what the camera sees into what the device draws into now. */
-  draw(camera: CameraComponent): void;
-}
+import type { DrawingHost } from "../engine/host.js";
 
 /** `layer`: after which avatars are drawn. Throws AvatarError for a device with neither WebGL2 nor WebGPU. */
-export async function hostOf(app: AppBase, layer: number, synchronous: boolean, onUpdate: () => void): Promise<Host> {
+export async function hostOf(app: AppBase, layer: number, synchronous: boolean, onUpdate: () => void): Promise<DrawingHost<[CameraComponent]>> {
   const device = app.graphicsDevice;
   if (device.isWebGPU) {
     const { WebGpuHost } = await import("./webgpu.js");

@@ -2,11 +2,11 @@
 
 import { GraphNode, LAYERID_WORLD, type AppBase, type CameraComponent, type EventHandle, type Layer } from "playcanvas";
 import type { Avatar } from "../avatar.js";
-import { madeOf, type AvatarSceneOptions as SharedOptions } from "../engine/host.js";
+import { madeOf, type DrawingHost, type AvatarSceneOptions as SharedOptions } from "../engine/host.js";
 import { setWorld } from "../engine/view.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
-import { hostOf, type Host } from "./host.js";
+import { hostOf } from "./host.js";
 
 /** Options of `AvatarScene.create`. */
 export interface AvatarSceneOptions extends SharedOptions {
@@ -69,7 +69,7 @@ export class AvatarScene {
 
   private constructor(
     readonly app: AppBase,
-    private host: Host | null,
+    private host: DrawingHost<[CameraComponent]> | null,
     private readonly layer: number,
   ) {
     this.handles = [
@@ -114,7 +114,7 @@ export class AvatarScene {
     this.host = null;
   }
 
-  private get made(): Host {
+  private get made(): DrawingHost<[CameraComponent]> {
     return madeOf(this.host);
   }
 

@@ -4,11 +4,11 @@ import type { CameraComponent, GraphicsDevice } from "playcanvas";
 import { AvatarError } from "../errors.js";
 import { GlScene } from "../engine/gl_scene.js";
 import { EngineView } from "../engine/view.js";
-import type { Host } from "./host.js";
+import type { DrawingHost } from "../engine/host.js";
 import { setView } from "./view.js";
 
 /** Draws between two layers, into the framebuffer that is bound. */
-export class WebGlHost extends GlScene implements Host {
+export class WebGlHost extends GlScene implements DrawingHost<[CameraComponent]> {
   private readonly view = new EngineView();
 
   constructor(private readonly device: GraphicsDevice, synchronous: boolean, onUpdate: () => void) {

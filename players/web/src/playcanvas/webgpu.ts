@@ -4,7 +4,7 @@ import type { CameraComponent, GraphicsDevice, Layer } from "playcanvas";
 import { AvatarError } from "../errors.js";
 import { GpuScene } from "../engine/gpu_scene.js";
 import { EngineView } from "../engine/view.js";
-import type { Host } from "./host.js";
+import type { DrawingHost } from "../engine/host.js";
 import { setView } from "./view.js";
 
 /** What we read of WebgpuGraphicsDevice besides its public names. */
@@ -39,7 +39,7 @@ interface Pass {
 const METHODS = ["startRenderPass", "submit", "getCommandEncoder", "setupPassEncoderDefaults"] as const;
 
 /** Draws between two layers: ends the pass of the device there, draws over it, and goes on with a pass that keeps all. */
-export class WebGpuHost extends GpuScene implements Host {
+export class WebGpuHost extends GpuScene implements DrawingHost<[CameraComponent]> {
   private readonly view = new EngineView();
   private readonly device: Device;
   private readonly restore: () => void;

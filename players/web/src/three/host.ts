@@ -3,17 +3,11 @@
 import type { Camera, WebGLRenderer } from "three";
 import type { WebGPURenderer } from "three/webgpu";
 import { AvatarError } from "../errors.js";
-import type { AvatarHost } from "../engine/host.js";
+import type { DrawingHost } from "../engine/host.js";
 import type { Backend } from "./context.js";
 
-/** Draws avatars with one renderer. */
-export interface Host extends AvatarHost {
-  /** Draws what the camera sees into what the renderer draws into now. */
-  draw(camera: Camera): void;
-}
-
 /** Throws AvatarError for a renderer that draws with neither WebGL2 nor WebGPU. */
-export async function hostOf(renderer: WebGLRenderer | WebGPURenderer, synchronous: boolean, onUpdate: () => void): Promise<Host> {
+export async function hostOf(renderer: WebGLRenderer | WebGPURenderer, synchronous: boolean, onUpdate: () => void): Promise<DrawingHost<[Camera]>> {
   if ("isWebGPURenderer" in renderer) {
     await renderer.init();
     const backend = renderer.backend as unknown as Backend;

@@ -5,10 +5,9 @@ import type { WebGPURenderer } from "three/webgpu";
 import type { Avatar } from "../avatar.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
-import type { AvatarSceneOptions } from "../engine/host.js";
-import { madeOf } from "../engine/host.js";
+import { madeOf, type DrawingHost, type AvatarSceneOptions } from "../engine/host.js";
 import { setWorld } from "../engine/view.js";
-import { hostOf, type Host } from "./host.js";
+import { hostOf } from "./host.js";
 
 const LAST = 1e6; // render order: after the transparent meshes
 
@@ -51,7 +50,7 @@ export class AvatarScene extends Mesh<BufferGeometry, MeshBasicMaterial> {
   /** Called when there is a newer picture than the one shown: for pages that draw on demand only. */
   onUpdate: (() => void) | null = null;
   private readonly heads: AvatarObject[] = [];
-  private host: Host | null = null;
+  private host: DrawingHost<[Camera]> | null = null;
 
   private constructor() {
     super(nothing(), new MeshBasicMaterial({ transparent: true, colorWrite: false, depthWrite: false, depthTest: false }));
@@ -102,7 +101,7 @@ export class AvatarScene extends Mesh<BufferGeometry, MeshBasicMaterial> {
     super.dispose();
   }
 
-  private get made(): Host {
+  private get made(): DrawingHost<[Camera]> {
     return madeOf(this.host);
   }
 

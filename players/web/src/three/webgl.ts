@@ -3,13 +3,13 @@
 import { LinearSRGBColorSpace, Vector2, Vector4, type Camera, type WebGLRenderer } from "three";
 import { GlScene } from "../engine/gl_scene.js";
 import { EngineView } from "../engine/view.js";
-import type { Host } from "./host.js";
+import type { DrawingHost } from "../engine/host.js";
 
 const SIZE = new Vector2();
 const VIEWPORT = new Vector4();
 
 /** Draws in the middle of the renderer's pass, into the framebuffer that is bound. */
-export class WebGlHost extends GlScene implements Host {
+export class WebGlHost extends GlScene implements DrawingHost<[Camera]> {
   private readonly view = new EngineView();
 
   constructor(private readonly renderer: WebGLRenderer, synchronous: boolean, onUpdate: () => void) {

@@ -5,10 +5,10 @@ import type { WebGPURenderer } from "three/webgpu";
 import { GpuScene } from "../engine/gpu_scene.js";
 import { EngineView } from "../engine/view.js";
 import { contextOf, setView, unknown, type Backend, type RenderContext } from "./context.js";
-import type { Host } from "./host.js";
+import type { DrawingHost } from "../engine/host.js";
 
 /** Draws right after the renderer has submitted a pass in which the avatars are visible. */
-export class WebGpuHost extends GpuScene implements Host {
+export class WebGpuHost extends GpuScene implements DrawingHost<[Camera]> {
   private readonly view = new EngineView();
   private readonly cameras = new WeakMap<RenderContext, Camera | null>(); // of passes under way
 

@@ -21,7 +21,7 @@ from avatar_runtime.backends.cpu.deform import single_stage
 from avatar_runtime.backends.cpu.deform.bindings import Binding, EmbeddedBinding, SkinnedBinding
 from avatar_runtime.backends.cpu.draw.frame import RUN as DRAW_RUN
 from avatar_runtime.backends.cpu.draw.frame import draw
-from avatar_runtime.backends.cpu.threads import thread_count, using
+from avatar_runtime.backends.cpu.threads import thread_count
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.stages.activate import Splats
@@ -87,12 +87,7 @@ class CpuBackend:
     def _animate(self, posed: Posed, out: Out, clock: Clock) -> None:
         vertices = self._vertices(posed, clock)
         p = self._posed(posed)
-
-        def run() -> None:
-            with using(self.threads):
-                self._binding.animate(p, vertices, out, self.threads)
-
-        clock.timed("bind", run)
+        clock.timed("bind", lambda: self._binding.animate(p, vertices, out, self.threads))
 
     def _morph(self, posed: PosedArrays) -> F32:
         rig = self._rig

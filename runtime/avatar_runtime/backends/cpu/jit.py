@@ -15,8 +15,11 @@ from avatar_schema import constants, rules
 Scalar = Any
 F = TypeVar("F", bound=Callable[..., Any])
 
+NJIT: Any = numba.njit  # its types leave out the options of INNER
 # IEEE arithmetic in the order written; a division by 0 gives infinity or NaN, and raises nothing.
-OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": False, "error_model": "numpy"}
+# No way in from C: it takes longer to compile than many a kernel.
+OPTIONS = {"nogil": True, "fastmath": False, "error_model": "numpy", "no_cfunc_wrapper": True}
+INNER = {"no_cpython_wrapper": True}  # nor one from Python, of what only kernels call
 
 
 def kernel(*, parallel: bool = False) -> Callable[[F], F]:
@@ -26,7 +29,7 @@ def kernel(*, parallel: bool = False) -> Callable[[F], F]:
     """
 
     def compiled(function: F) -> F:
-        dispatcher: Any = numba.njit(parallel=parallel, **OPTIONS)(function)
+        dispatcher: Any = NJIT(parallel=parallel, **OPTIONS)(function)
         if dispatcher is function:  # NUMBA_DISABLE_JIT=1
             return function
         try:
@@ -42,8 +45,14 @@ def kernel(*, parallel: bool = False) -> Callable[[F], F]:
 
 
 def inlined(function: F) -> F:
-    """Compiled into every kernel that calls it."""
-    result: F = numba.njit(forceinline=True, **OPTIONS)(function)
+    """Compiled into every kernel that calls it. Python must not call it: that would end the process."""
+    result: F = NJIT(forceinline=True, **INNER, **OPTIONS)(function)
+    return result
+
+
+def called(function: F) -> F:
+    """A function of its own that kernels call; Python must not, as of one that is inlined."""
+    result: F = NJIT(**INNER, **OPTIONS)(function)
     return result
 
 

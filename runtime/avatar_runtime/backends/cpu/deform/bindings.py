@@ -23,6 +23,7 @@ from avatar_runtime.backends.cpu.deform.embedded import animate_embedded, bind_e
 from avatar_runtime.backends.cpu.deform.mesh import vertex_matrices
 from avatar_runtime.backends.cpu.deform.skinned import animate_skinned, bind_skinned
 from avatar_runtime.backends.cpu.deform.surface import triangle_turns, vertex_sums
+from avatar_runtime.backends.cpu.threads import share
 from avatar_runtime.rules import RIGGED_ROTATIONS, code
 from avatar_runtime.stages.surface import prepare
 from avatar_schema import constants
@@ -55,7 +56,7 @@ class SkinnedBinding:
 
     def animate(self, posed: PosedArrays, vertices: F32 | None, out: Out, threads: int) -> None:
         """See `Binding`; `vertices` are not read."""
-        animate_skinned(*self._blendable, *self._bound, posed, out, threads)
+        share(animate_skinned, threads, threads, *self._blendable, *self._bound, posed, out)
 
     def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
         """See `Binding`; `vertices` are not read."""
@@ -104,7 +105,8 @@ class EmbeddedBinding:
         """See `Binding`."""
         with self._turn:
             given = self._pose_mesh(vertices, posed)
-            animate_embedded(*self._blended, *self._bound, self._posed_mesh, given, posed, out, threads)
+            arrays = (*self._blended, *self._bound, self._posed_mesh, given, posed, out)
+            share(animate_embedded, threads, threads, *arrays)
 
     def bind(self, blended: Base, posed: PosedArrays, vertices: F32 | None) -> Out:
         """See `Binding`."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from avatar_runtime.avatar import F32
@@ -32,8 +31,10 @@ SAME, LOG_AREA = code("scale", "none"), code("scale", "log_area")
 LINEAR = code("scale", "linear_area")  # and triangle_linear
 
 
-@kernel(parallel=True)
+@kernel()
 def animate_embedded(
+    thread: int,
+    threads: int,
     base: Base,
     shape: Deltas,
     colour: Deltas,
@@ -44,46 +45,11 @@ def animate_embedded(
     vertices: F32,  # [V, 3] posed
     posed: PosedArrays,
     out: Out,
-    threads: int,
 ) -> None:
-    """Writes the splats of a frame into `out`; the same bits whatever the number of threads.
+    """Writes every `threads`-th block of splats from block `thread`; the same bits for any number of threads.
 
     Only the mesh moves embedded Gaussians, so no deltas of mean and quaternion are needed.
     """
-    for thread in numba.prange(threads):
-        # A call, since Numba drops a loop whose own stores go to the arrays of a tuple.
-        animate_share(
-            thread,
-            threads,
-            base,
-            shape,
-            colour,
-            embedded,
-            mesh,
-            rules,
-            posed_mesh,
-            vertices,
-            posed,
-            out,
-        )
-
-
-@inlined
-def animate_share(
-    thread: int,
-    threads: int,
-    base: Base,
-    shape: Deltas,
-    colour: Deltas,
-    embedded: Embedded,
-    mesh: Mesh,
-    rules: EmbeddedRules,
-    posed_mesh: PosedMesh,
-    vertices: F32,
-    posed: PosedArrays,
-    out: Out,
-) -> None:
-    """Every `threads`-th block from block `thread`."""
     n = len(base.mean)
     planes = np.empty(PLANES, np.float32)
     fine = np.empty(GAUSSIAN_PLANES, np.float64)

@@ -1,8 +1,7 @@
-"""Stages `blend`, `bind` and `activate` in one pass over the Gaussians, in one parallel region."""
+"""Stages `blend`, `bind` and `activate` in one pass over the Gaussians."""
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from avatar_runtime.avatar import F32, U32
@@ -29,41 +28,8 @@ from avatar_runtime.backends.cpu.deform.planes import MEAN, PLANES, QUAT, SHAPE,
 from avatar_runtime.backends.cpu.jit import inlined, kernel
 
 
-@kernel(parallel=True)
+@kernel()
 def animate_skinned(
-    base: Base,
-    geometry: Deltas,
-    shape: Deltas,
-    colour: Deltas,
-    correctives: Offsets,
-    late_morphs: Offsets,
-    skin: Influences,
-    blocks: Blocks,
-    posed: PosedArrays,
-    out: Out,
-    threads: int,
-) -> None:
-    """Writes the splats of a frame into `out`; the same bits whatever the number of threads."""
-    for thread in numba.prange(threads):
-        # A call, since Numba drops a loop whose own stores go to the arrays of a tuple.
-        animate_share(
-            thread,
-            threads,
-            base,
-            geometry,
-            shape,
-            colour,
-            correctives,
-            late_morphs,
-            skin,
-            blocks,
-            posed,
-            out,
-        )
-
-
-@inlined
-def animate_share(
     thread: int,
     threads: int,
     base: Base,
@@ -77,7 +43,7 @@ def animate_share(
     posed: PosedArrays,
     out: Out,
 ) -> None:
-    """Every `threads`-th block from block `thread`."""
+    """Writes every `threads`-th block of splats from block `thread`; the same bits for any number of threads."""
     planes = np.empty(PLANES, np.float32)
     entry = np.empty(max(geometry.room, shape.room, colour.room), np.uint32)
     end = np.empty(BLOCK, np.int64)

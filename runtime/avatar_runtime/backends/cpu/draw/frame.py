@@ -24,7 +24,6 @@ from avatar_runtime.backends.cpu.draw.screen import (
 )
 from avatar_runtime.backends.cpu.draw.sort import sort
 from avatar_runtime.backends.cpu.draw.tiles import tile_lists
-from avatar_runtime.backends.cpu.threads import using
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock
 from avatar_runtime.stages.activate import Splats
@@ -54,12 +53,9 @@ def draw(
     """
     _check(profile)
     _check_splats(splats, sh_degree)
-    with using(threads):
-        screen = clock.timed(
-            "project", lambda: project(splats, camera, settings, sh_degree, profile, threads)
-        )
-        order = clock.timed("sort", lambda: sort(screen.depth, screen.radius))
-        return clock.timed("raster", lambda: composite(screen, order, camera, background, profile, threads))
+    screen = clock.timed("project", lambda: project(splats, camera, settings, sh_degree, profile, threads))
+    order = clock.timed("sort", lambda: sort(screen.depth, screen.radius))
+    return clock.timed("raster", lambda: composite(screen, order, camera, background, profile, threads))
 
 
 def composite(
@@ -139,8 +135,7 @@ def _project(avatar: Avatar, x: Arrays, camera: Camera | None, profile: str, thr
     assert camera is not None
     splats = Splats.of(x)
     _check_splats(splats, avatar.sh_degree)
-    with using(threads):
-        screen = project(splats, camera, avatar.raster, avatar.sh_degree, profile, threads)
+    screen = project(splats, camera, avatar.raster, avatar.sh_degree, profile, threads)
     return {
         "centre": screen.splats[:, CENTRE_X : CENTRE_X + 2],
         "depth": screen.depth,
@@ -163,8 +158,7 @@ def _raster(avatar: Avatar, x: Arrays, camera: Camera | None, profile: str, thre
     none, no_tiles = np.zeros(n, np.float32), np.zeros((n, 4), np.int32)
     projected = Projected(x["centre"], none, x["conic"], x["opacity"], x["rgb"], x["radius"], none, no_tiles)
     screen, order = screen_of(projected, x["order"], camera, profile)
-    with using(threads):
-        image = composite(screen, order, camera, x["background"], profile, threads)
+    image = composite(screen, order, camera, x["background"], profile, threads)
     return {"colour": image.colour, "transmittance": image.transmittance}
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from avatar_runtime.avatar import F32, I64, RasterSettings
 from avatar_runtime.backends.cpu.arrays import read_only
@@ -37,6 +36,7 @@ from avatar_runtime.backends.cpu.draw.screen import (
 )
 from avatar_runtime.backends.cpu.jit import inlined, kernel
 from avatar_runtime.backends.cpu.lanes import take_next
+from avatar_runtime.backends.cpu.threads import share
 from avatar_runtime.camera import Camera
 from avatar_runtime.stages.activate import Splats
 
@@ -93,33 +93,21 @@ def project(
     """Screen-space splats, and the tiles that `profile` touches."""
     screen = Screen.empty(len(splats.mean), camera, workers)
     view = View.of(camera, settings)
-    project_splats(SplatArrays.of(splats), view, (sh_degree + 1) ** 2, profile == "engine", screen)
+    counter, coefficients = np.zeros(1, np.int64), (sh_degree + 1) ** 2
+    given, engine = SplatArrays.of(splats), profile == "engine"
+    share(project_share, workers, counter, given, view, coefficients, engine, screen)
     return screen
 
 
-@kernel(parallel=True)
-def project_splats(
+@kernel()
+def project_share(
+    worker: int,
+    counter: I64,  # [1] the next chunk of groups; all workers take from it
     given: SplatArrays,
     view: View,
     coefficients: int,  # of the SH degree
     engine: bool,  # the engine profile's tiles, not the trainer's
     screen: Screen,  # filled; its counts are zeros before
-) -> None:
-    """Fills the arrays of `screen`. The workers take chunks of groups from one counter."""
-    counter = np.zeros(1, np.int64)
-    for worker in prange(len(screen.counts)):
-        _work(counter, given, view, coefficients, engine, screen, worker)
-
-
-@kernel()
-def _work(
-    counter: I64,
-    given: SplatArrays,
-    view: View,
-    coefficients: int,
-    engine: bool,
-    screen: Screen,
-    worker: int,
 ) -> None:
     """Project chunks until none is left."""
     group = np.empty(GROUP_FLOATS, np.float32)

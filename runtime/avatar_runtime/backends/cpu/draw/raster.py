@@ -7,10 +7,7 @@ operations; a block is left out only if every alpha is certainly below 1/255 (se
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numba import prange
 
 from avatar_runtime.avatar import F32, I32, I64, U32
 from avatar_runtime.backends.cpu.draw.screen import (
@@ -29,8 +26,9 @@ from avatar_runtime.backends.cpu.draw.screen import (
     U_OF_V,
     V_OF_U,
 )
-from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime.backends.cpu.jit import called, inlined, kernel
 from avatar_runtime.backends.cpu.lanes import exponential, fma, lanes_above, lowest_bit, prefetch, take_next
+from avatar_runtime.backends.cpu.threads import share
 from avatar_schema import constants
 
 f32, u32, u64 = np.float32, np.uint32, np.uint64
@@ -45,7 +43,6 @@ BLOCK = 5 * LANES
 CACHE_LINE = 64  # bytes; a vector that lies across two lines costs twice
 
 
-@kernel(parallel=True)
 def composite_tiles(
     splats: F32,  # [N, COLUMNS] as `screen.py` says
     members: U32,  # [P] ids, tile by tile, front to back
@@ -57,20 +54,32 @@ def composite_tiles(
     colour: F32,  # [H, W, 3] out
     transmittance: F32,  # [H, W] out
     last: I32,  # [H, W] out
-) -> Any:
+) -> int:
     """Composite every tile; returns the number of exponents computed. The workers take tiles from one counter."""
-    counter = np.zeros(1, np.int64)
-    evaluations = np.zeros(workers, np.int64)
-    for worker in prange(workers):
-        evaluations[worker] = _work(
-            counter, splats, members, starts, background, stop, closed, colour, transmittance, last
-        )
-    return evaluations.sum()
+    counter, evaluations = np.zeros(1, np.int64), np.zeros(workers, np.int64)
+    share(
+        composite_share,
+        workers,
+        counter,
+        evaluations,
+        splats,
+        members,
+        starts,
+        background,
+        stop,
+        closed,
+        colour,
+        transmittance,
+        last,
+    )
+    return int(evaluations.sum())
 
 
 @kernel()
-def _work(
+def composite_share(
+    worker: int,
     counter: I64,
+    evaluations: I64,
     splats: F32,
     members: U32,
     starts: I64,
@@ -80,8 +89,8 @@ def _work(
     colour: F32,
     transmittance: F32,
     last: I32,
-) -> int:
-    """Composite tiles until none is left."""
+) -> None:
+    """Composite tiles until none is left; the exponents computed go into evaluations[worker]."""
     columns = -(-transmittance.shape[1] // TILE)
     state = aligned(LANES * BLOCK)
     batch = aligned(BATCH * COLUMNS).reshape(BATCH, COLUMNS)
@@ -91,7 +100,8 @@ def _work(
     while True:
         tile = take_next(counter)
         if tile >= len(starts) - 1:
-            return blocks * LANES
+            evaluations[worker] = blocks * LANES
+            return
         x0, y0 = TILE * (tile % columns), TILE * (tile // columns)
         mine = members[starts[tile] : starts[tile + 1]]
         blocks += _composite(
@@ -108,7 +118,7 @@ def aligned(count: int) -> F32:
     return room[skip : skip + count]
 
 
-@kernel()
+@called
 def _composite(
     state: F32,
     positions: I32,
@@ -225,7 +235,7 @@ def _open(state: F32, closed: np.float32) -> np.uint32:
     return mask
 
 
-@kernel()
+@called
 def _write(
     state: F32, positions: I32, x0: int, y0: int, background: F32, colour: F32, transmittance: F32, last: I32
 ) -> None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from avatar_runtime.avatar import F32, I32, I64, U32
-from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime.backends.cpu.jit import called, inlined, kernel
 from avatar_runtime.backends.cpu.lanes import rough_log
 from avatar_runtime.camera import Camera
 from avatar_schema import constants
@@ -43,7 +43,7 @@ class Screen(NamedTuple):
     @staticmethod
     def empty(count: int, camera: Camera, workers: int) -> Screen:
         """Room for `count` splats; the counts are zeros, the other arrays are uninitialised."""
-        columns, rows = tile_grid(camera.width, camera.height)
+        columns, rows = -(-camera.width // TILE), -(-camera.height // TILE)
         return Screen(
             np.empty((count, COLUMNS), np.float32),
             np.empty(count, np.float32),
@@ -87,7 +87,7 @@ def touch_engine(tiles: I32, splats: F32, i: int, columns: int, rows: int) -> No
     tiles[i, 2], tiles[i, 3] = tile_end(x + half_x, columns), tile_end(y + half_y, rows)
 
 
-@kernel()
+@called
 def _exact_box(
     a: np.float64, b: np.float64, c: np.float64, opacity: np.float32
 ) -> tuple[np.float32, np.float32]:

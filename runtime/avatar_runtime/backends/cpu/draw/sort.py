@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, I32, U32
 from avatar_runtime.backends.cpu.arrays import read_only
-from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime.backends.cpu.jit import called, inlined, kernel
 from avatar_runtime.backends.cpu.lanes import float_bits
 
 u32, u64 = np.uint32, np.uint64
@@ -61,7 +61,7 @@ def _key(depth: np.float32) -> np.uint32:
     return u32(~bits) if bits < 0 else u32(bits) | u32(0x80000000)
 
 
-@kernel()
+@called
 def _pass(keys: U64, out: U64, low: np.uint64, shift: np.uint64, width: int) -> None:
     """One stable counting sort by `width` bits from `shift` on of key - low."""
     mask = u64((1 << width) - 1)

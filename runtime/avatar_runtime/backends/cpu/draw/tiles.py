@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
 
 from avatar_runtime.avatar import I32, I64, U32
 from avatar_runtime.backends.cpu.jit import kernel
 from avatar_runtime.backends.cpu.lanes import prefetch
+from avatar_runtime.backends.cpu.threads import share
 
 AHEAD = 16  # splats between asking for one and using it
 WORTH_A_THREAD = 250_000  # pairs, about a millisecond; to start threads on a busy core can cost several
@@ -26,7 +26,7 @@ def tile_lists(tiles: I32, order: U32, counts: I64, columns: int, workers: int) 
         fill_band(tiles, order, next_place, 0, rows, columns, members)
     else:
         bands = _bands(starts[::columns], workers)
-        fill_bands(tiles, order, next_place, bands, columns, members)
+        share(fill_band_of, workers, tiles, order, next_place, bands, columns, members)
     return members, starts
 
 
@@ -37,8 +37,9 @@ def _bands(row_starts: I64, workers: int) -> I64:
     return bands
 
 
-@kernel(parallel=True)
-def fill_bands(
+@kernel()
+def fill_band_of(
+    worker: int,
     tiles: I32,  # [N, 4]
     order: U32,  # [drawn] ids, front to back
     next_place: I64,  # [tiles] where each tile's list begins; changed
@@ -46,16 +47,15 @@ def fill_bands(
     columns: int,
     members: U32,  # [P] out
 ) -> None:
-    """Append each splat to the lists of its tiles, one worker a band of tile rows."""
-    for worker in prange(len(bands) - 1):
-        fill_band(tiles, order, next_place, bands[worker], bands[worker + 1], columns, members)
+    """Append each splat to the lists of its tiles that lie in the worker's band of tile rows."""
+    fill_band(tiles, order, next_place, bands[worker], bands[worker + 1], columns, members)
 
 
 @kernel()
 def fill_band(
     tiles: I32, order: U32, next_place: I64, begin: int, end: int, columns: int, members: U32
 ) -> None:
-    """The same for the tile rows from `begin` to `end`."""
+    """Append each splat to the lists of its tiles in the tile rows from `begin` to `end`."""
     for k in range(len(order)):
         i = order[k]
         prefetch(tiles, 4 * np.int64(order[min(k + AHEAD, len(order) - 1)]))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SOURCES = {  # import package: the folder that holds it
     "avatar_schema": "schema",
     "avatar_shaders": "engine_shaders",
@@ -193,29 +193,3 @@ def _methods(module: str, owner: ast.ClassDef) -> Iterator[str]:
 
 def _overload(node: ast.FunctionDef) -> bool:
     return any(isinstance(d, ast.Name) and d.id == "overload" for d in node.decorator_list)
-
-
-def main() -> None:
-    """Print the figures and whatever lies beyond a limit."""
-    rooms, files, bare = room_circles(), file_circles(), without_docstring()
-    folders, lengths = full_folders(), long_files()
-    fullest, longest = next(iter(folders)), next(iter(lengths))
-    print(f"room circles: {len(rooms)}")
-    print(f"file circles: {len(files)}")
-    print(
-        f"handwritten Python modules in the fullest folder: {folders[fullest]} ({fullest}; limit {MOST_MODULES})"
-    )
-    print(f"lines of the longest handwritten Python file: {lengths[longest]} ({longest}; limit {MOST_LINES})")
-    print(f"public names without docstring: {len(bare)}")
-    for label, circle in [("rooms", c) for c in rooms] + [("files", c) for c in files]:
-        print(f"  circle of {label}: {', '.join(circle)}")
-    for folder in (name for name, count in folders.items() if count > MOST_MODULES):
-        print(f"  full: {folder} {folders[folder]}")
-    for file in (name for name, lines in lengths.items() if lines > MOST_LINES):
-        print(f"  long: {file} {lengths[file]}")
-    for name in bare:
-        print(f"  no docstring: {name}")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""Makes what a release holds: `python -m tests.packaging.dist [OUT]` writes sdist and wheel of both distributions.
+"""Makes what a release holds: `python -m tools.dist [OUT]` writes both distributions and an archive of each player.
 
 A checkout installs as one distribution with all five packages. For publishing, the table [tool.distributions] in
 pyproject.toml splits it: each distribution gets a source tree with a plain pyproject.toml, from which its sdist and its
@@ -21,16 +21,21 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from hatchling.builders.wheel import WheelBuilder
 from packaging.metadata import Metadata
 from packaging.requirements import Requirement
 
-ROOT = Path(__file__).parents[2]
+from avatar_runtime.io.errors import AvatarError
+from tools import archives
+
+ROOT = Path(__file__).parents[1]
 LICENCES = ("LICENSE", "NOTICE.md")
 SUFFIXES = {  # of files that may be in a package
     *(".py", ".typed", ".json", ".hlsl", ".hlsli"),
     *(".comp", ".vert", ".frag", ".metal", ".wgsl", ".hpp"),
     *(".html", ".css", ".js"),
 }
+PLAYERS = "avatar_export/players/files/"  # of engines: any file
 ENDS = {"sdist": ".tar.gz", "wheel": "-py3-none-any.whl"}
 
 
@@ -79,6 +84,7 @@ def distributions() -> dict[str, Distribution]:
     made = {}
     for name, row in rows.items():
         passed_on = {x: [f"{owner[x]}[{x}]=={version()}"] for x in extras if owner[x] in row["dependencies"]}
+        own = {"fast": [bounds[dependency] for dependency in row["fast"]]} if "fast" in row else {}
         packages = {Path(folder).name for folder in row["packages"]}
         made[name] = Distribution(
             name,
@@ -87,7 +93,7 @@ def distributions() -> dict[str, Distribution]:
             row.get("readme", project["readme"]),
             tuple(row["packages"]),
             tuple(bounds[dependency] for dependency in row["dependencies"]),
-            {x: extras[x] for x in row["extras"]} | passed_on,
+            {x: extras[x] for x in row["extras"]} | passed_on | own,
             {s: at for s, at in project.get("scripts", {}).items() if at.partition(".")[0] in packages},
             {key: project[key] for key in ("license", "requires-python", "classifiers")}
             | document["build-system"],
@@ -124,19 +130,20 @@ def pyproject(given: Distribution) -> str:
     return "\n".join(blocks)
 
 
+def checkout() -> dict[str, Path]:
+    """What the checkout installs as one distribution, by the path in its wheel."""
+    files = WheelBuilder(str(ROOT)).recurse_included_files()
+    return {file.distribution_path: Path(file.path) for file in files}
+
+
 def sources(given: Distribution) -> dict[str, Path]:
     """The files of its packages, by their path in a wheel. Raises DistError for one that does not belong there."""
-    found = {}
-    for folder in given.packages:
-        for path in sorted((ROOT / folder).rglob("*")):
-            if path.is_dir() or "__pycache__" in path.parts:
-                continue
-            if path.suffix not in SUFFIXES:
-                raise DistError(
-                    f"{path.relative_to(ROOT)}: not a file of a package; remove it, or add to SUFFIXES"
-                )
-            found[path.relative_to((ROOT / folder).parent).as_posix()] = path
-    return found
+    packages = {Path(folder).name for folder in given.packages}
+    found = {name: path for name, path in checkout().items() if name.partition("/")[0] in packages}
+    for name in found:
+        if not name.startswith(PLAYERS) and Path(name).suffix not in SUFFIXES:
+            raise DistError(f"{name}: not a file of a package; remove it, or add to SUFFIXES")
+    return dict(sorted(found.items()))
 
 
 def assemble(given: Distribution, folder: Path) -> Path:
@@ -207,7 +214,7 @@ def _check_metadata(given: Distribution, file: Path, data: bytes) -> None:
     requires = metadata.requires_dist or []
     if any(requirement.url for requirement in requires):
         raise DistError(f"{file.name}: an index refuses dependencies with an address")
-    base = {str(requirement) for requirement in requires if requirement.marker is None}
+    base = {str(requirement) for requirement in requires if "extra ==" not in str(requirement.marker)}
     if base != {str(Requirement(line)) for line in given.dependencies}:
         raise DistError(f"{file.name}: depends on {', '.join(sorted(base))}")
     if message_from_bytes(data)["Description-Content-Type"] != "text/markdown" or not metadata.description:
@@ -215,17 +222,23 @@ def _check_metadata(given: Distribution, file: Path, data: bytes) -> None:
 
 
 def main() -> None:
-    """Empties OUT (default `dist`) of earlier builds, writes both distributions, prints the files."""
+    """Empties OUT (default `dist`) of earlier builds, writes distributions and archives, prints the files."""
     out = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "dist")
+    out.mkdir(parents=True, exist_ok=True)
     for name in ("avatar_*.whl", "avatar_*.tar.gz"):
         for old in out.glob(name):
             old.unlink()
     try:
+        _say(archives.write(out))  # first: it knows whether the npm package, which the wheel holds, is built
         for given in distributions().values():
-            for file in make(given, out):
-                print(f"{file}  {file.stat().st_size:,} bytes")
-    except DistError as error:
+            _say(make(given, out))
+    except (DistError, AvatarError) as error:
         sys.exit(f"dist: {error}")
+
+
+def _say(files: list[Path]) -> None:
+    for file in files:
+        print(f"{file}  {file.stat().st_size:,} bytes")
 
 
 if __name__ == "__main__":
