@@ -18,7 +18,7 @@ ORDER = {
     "avatar_export": (
         "options", "provenance", "sparse", "version", "formats", "driving", "bodies", "asm", "ops", "images",
         "measure", "levels", "clips", "fit", "rigs", "readers", "writers", "packing", "checks", "playing", "conversion",
-        "summary", "distill", "live", "serving", "players", "batch", "commands", "cli", "__main__",
+        "summary", "distill", "live", "owned", "serving", "players", "drop", "batch", "commands", "cli", "__main__",
     ),
     "avatar_trainer": (
         "settings", "tensors", "normals", "captures", "enhancer", "parameters", "stages", "kernels", "raster", "losses",

@@ -11,13 +11,13 @@ from avatar_export.commands.batch import batch
 from avatar_export.commands.conform import conform
 from avatar_export.commands.convert import convert
 from avatar_export.commands.distill import check, distill
-from avatar_export.commands.inspect import inspect
+from avatar_export.commands.drop import drop
+from avatar_export.commands.inspect import inspect, systems
 from avatar_export.commands.pack import pack
 from avatar_export.commands.pose import pose
 from avatar_export.commands.poses import poses
 from avatar_export.commands.publish import publish
 from avatar_export.commands.render import render
-from avatar_export.commands.systems import systems
 from avatar_export.commands.validate import validate
 from avatar_export.commands.view import view
 from avatar_export.readers.table import READERS
@@ -28,6 +28,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     pack,
     view,
     publish,
+    drop,
     inspect,
     validate,
     conform,

@@ -23,6 +23,8 @@ from random import Random
 from samples.make import make_lam
 
 from tests import bundles
+from tests.exporter.drop.projects import UNITY, contents, lay
+from tests.exporter.serving.packs import packed
 
 ROOT = Path(__file__).parents[2]
 LIMIT = 180.0  # seconds of one run
@@ -117,6 +119,25 @@ def _trained(out: Path) -> bool:
     return not said
 
 
+def _game(out: Path) -> Path:
+    """A project of Unity at `out`; what an earlier run put there is away, so that there is something to do."""
+    subprocess.run(["rm", "-rf", out / "Packages", out / "Assets"], check=True)
+    return lay(out, UNITY)
+
+
+def _dropped(out: Path) -> bool:
+    from avatar_export.players.assemble import assemble
+    from avatar_runtime.packs import read_pack
+
+    own = {f"Packages/com.avatar-export.player/{path}": data for path, data in assemble("unity").items()}
+    player = {
+        path: data for path, data in contents(out).items() if path.startswith(("Packages/com", "Packages/."))
+    }
+    for pack in out.rglob("Assets/**/*.avatar"):
+        read_pack(pack)
+    return player in ({}, own)
+
+
 TOY = ("--iterations", "30", "--checkpoint-every", "5")
 COMMANDS: dict[str, Command] = {
     "convert": Command(
@@ -137,6 +158,10 @@ COMMANDS: dict[str, Command] = {
         _image,
         out="out.png",
     ),
+    "drop": Command(
+        lambda at, out: ["avatar_export", "drop", str(at / "pack.avatar"), "--into", str(_game(out))],
+        _dropped,
+    ),
     "train": Command(
         lambda at, out: ["tests.trainer.train_toy", "toy", str(at / "toy"), "-o", str(out), *TOY],
         _trained,
@@ -154,6 +179,7 @@ def inputs(folder: Path) -> Path:
     make_lam(folder)
     bundles.write(folder / "bundle")
     capture_folder(folder / "toy")
+    (folder / "pack.avatar").write_bytes(packed())
     return folder
 
 

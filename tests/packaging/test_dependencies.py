@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+
 from tools import dist
 
 PART_OF = {"llvmlite": "numba"}  # numba asks for the one llvmlite that fits it

@@ -12,10 +12,10 @@ from email import message_from_bytes
 from pathlib import Path
 
 import pytest
-from tools import dist
 
 import avatar_export
 from tests.released import DATA
+from tools import dist
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))

@@ -6,10 +6,10 @@ import shlex
 from pathlib import Path
 
 import pytest
-from tools import dist
 
 from avatar_schema.extras import how_to_install
 from tests.packaging.environments import Environment, empty
+from tools import dist
 
 SEEN_FROM = "import avatar_schema; print(avatar_schema.__file__)"
 HERE = ("--no-index", "--no-deps", "--no-build-isolation")  # what it needs is there

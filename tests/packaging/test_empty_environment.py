@@ -9,11 +9,11 @@ import json
 from pathlib import Path
 
 import pytest
-from tools import dist
 
 from tests.exporter.readers import lam_files
 from tests.packaging.environments import Environment, empty
 from tests.released import DATA
+from tools import dist
 
 pytestmark = pytest.mark.more
 BUNDLE = DATA / "0.1.0" / "every_field.avatar.zip"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tools import dist
 
 from tests.packaging.environments import Environment, empty
 from tests.released import DATA
+from tools import dist
 
 pytestmark = pytest.mark.more
 BUNDLE = DATA / "0.1.0" / "lam.avatar.zip"

@@ -11,11 +11,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from tools import archives, dist
 
 from avatar_export.players.assemble import PLAYERS, assemble
 from avatar_schema.version import __version__
 from tests.packaging.environments import empty
+from tools import archives, dist
 
 ASSEMBLE = """
 import hashlib, json

@@ -32,7 +32,7 @@ _TORCH = Need(950 * MIB, 8 * MIB, 350 * MIB)
 # First argument of the command line -> need; "" for every other one.
 EXPORT = {
     **dict.fromkeys(("convert", "validate", "batch"), _USD),
-    **dict.fromkeys(("render", "pack", "conform", "view", "publish", "distill"), _NUMBA),
+    **dict.fromkeys(("render", "pack", "conform", "view", "publish", "drop", "distill"), _NUMBA),
     "": Need(300 * MIB, 0, 100 * MIB),
 }
 TRAIN = {

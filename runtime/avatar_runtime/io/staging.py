@@ -59,6 +59,11 @@ def move(partial: Path, out: Path, *, force: bool) -> None:
     Raises AvatarError if `out` exists without `force`, OSError if it cannot be done.
     """
     sync(partial)
+    put(partial, out, force=force)
+
+
+def put(partial: Path, out: Path, *, force: bool) -> None:
+    """`move` of what is on the disk already."""
     try:
         _name(partial, out)
     except OSError:

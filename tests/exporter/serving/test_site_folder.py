@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from avatar_export.serving.site_folder import FORMAT, MARK, addressed, write_site
+from avatar_export.serving.site_folder import MARK, addressed, write_site
 from avatar_runtime.io.errors import AvatarError
 
 MINE = {
@@ -107,6 +107,13 @@ def test_a_listed_file_that_the_user_changed_is_kept_and_named(tmp_path: Path) -
     assert write_site(tmp_path, NEW, True) == [pack], "it stays the user's"
 
 
+def test_a_changed_file_is_replaced_where_that_is_asked_for(tmp_path: Path) -> None:
+    write_site(tmp_path, OLD, False)
+    lay(tmp_path, {"head/index.html": b"my own words", "body/index.html": b"of a page that goes"})
+    assert write_site(tmp_path, NEW, True, overwrite=True) == ["body/index.html"]
+    assert (tmp_path / "head/index.html").read_bytes() == NEW["head/index.html"]
+
+
 def test_a_page_that_is_kept_finds_what_it_loads(tmp_path: Path) -> None:
     write_site(tmp_path, OLD, False)
     edited = OLD["head/index.html"] + b"my own words\n"
@@ -130,6 +137,7 @@ def test_a_file_of_the_user_is_not_overwritten(tmp_path: Path) -> None:
     assert contents(tmp_path) == {**before, "hand/index.html": b"mine"}
 
 
+FORMAT = "avatar-export-site"
 NO_LIST = "holds no list of the published files"
 
 
@@ -250,26 +258,14 @@ def test_two_that_publish_at_once_do_not_mix(tmp_path: Path) -> None:
     assert contents(tmp_path) == OLD
 
 
-# A process that publishes again and ends, without any clean-up, before its n-th change of the disk.
 KILLED = """
-import os, sys
+import sys
 from pathlib import Path
 from avatar_export.serving import site_folder
 from tests.exporter.serving.test_site_folder import NEW, OLD, broken, contents, lay, MINE
+from tests.session.kills import killed_before
 
-CHANGES = {"os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.truncate", "shutil.rmtree"}
-top, count = Path(sys.argv[1]), 0
-
-def limit(at):
-    left = [at]
-    def hook(event, values):
-        writes = event == "open" and isinstance(values[1], str) and set(values[1]) & set("wax+")
-        if event in CHANGES or writes:
-            left[0] -= 1
-            if left[0] < 0:
-                os._exit(9)
-    sys.addaudithook(hook)
-
+top = Path(sys.argv[1])
 for first in (False, True):
     at = 0
     while True:
@@ -277,20 +273,14 @@ for first in (False, True):
         if not first:
             site_folder.write_site(out, OLD, False)
             lay(out, MINE)
-        process = os.fork()
-        if process == 0:
-            limit(at)
-            site_folder.write_site(out, NEW, not first)
-            os._exit(0)
-        code = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+        killed = killed_before(at, lambda: site_folder.write_site(out, NEW, not first))
         mine = {} if first else MINE
-        assert code in (0, 9), code
         assert not broken(out), (first, at, broken(out))
         found = contents(out)
         assert {path: found.get(path) for path in mine} == mine, (first, at)
         if not first:
             assert found["index.html"] in (OLD["index.html"], NEW["index.html"]), (first, at)
-        if code == 0:
+        if not killed:
             assert found == {**NEW, **mine}
             break
         assert site_folder.write_site(out, NEW, True) == []

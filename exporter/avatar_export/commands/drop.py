@@ -1,0 +1,97 @@
+"""`avatar-export drop`: an avatar and its player into the project of an engine."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from avatar_export.commands import arguments, inputs
+from avatar_export.commands.console import Steps, messages, output
+from avatar_export.drop import dropping
+from avatar_export.drop.contents import Source
+from avatar_export.drop.placing import KEEP, NEW, REMOVE, SAME, UPDATE
+
+DONE = {NEW: "new", UPDATE: "updated", SAME: "unchanged", REMOVE: "removed", KEEP: "kept"}
+
+
+def drop(
+    source: Annotated[
+        Path, typer.Argument(help="A bundle, a pack, or the output of training (see `systems`).")
+    ],
+    into: Annotated[
+        Path,
+        typer.Option(
+            help="Folder of the project: Unity, Unreal, Godot (the rig alone), npm, or a folder with web pages."
+        ),
+    ],
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="List what would change, and change nothing.")
+    ] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace files of player and avatar that you changed.")
+    ] = False,
+    system: arguments.System = None,
+    body_model: inputs.BodyModel = None,
+    body_scale: inputs.BodyScale = None,
+    shape: inputs.Shape = None,
+    eyelids: inputs.Eyelids = None,
+    anchor_faces: inputs.AnchorFaces = None,
+    dataset: inputs.Dataset = None,
+    rig: inputs.Rig = None,
+    mesh: inputs.Mesh = None,
+    poses: inputs.Poses = None,
+    units: inputs.Units = None,
+    mesh_scaling: inputs.MeshScaling = None,
+    sh_direction: inputs.ShDirection = None,
+    sh_degree: inputs.ShDegree = None,
+    quaternion_sign: inputs.QuaternionSign = None,
+    no_rig: inputs.NoRig = False,
+    accept_misfit: inputs.AcceptMisfit = False,
+    rotation: inputs.Rotation = None,
+    driving: inputs.Driving = None,
+    clip: inputs.Clip = None,
+    exact: inputs.Exact = False,
+    name: inputs.Name = None,
+    licence: inputs.Licence = None,
+    author: inputs.Author = None,
+    consent: inputs.Consent = None,
+) -> None:
+    """Put an avatar and the player for it into the project of an engine, and say what to do next there.
+
+    Run again, it updates both. What you changed stays, and is named. A pack is taken as it is; anything else is packed
+    as the engine wants it.
+    """
+    options = inputs.read_options(locals())
+    given = Source(source, options, system, driving, tuple(clip or ()), licence, author, consent)
+    with Steps() as step:
+        done = dropping.drop(given, into, force=force, dry_run=dry_run, progress=step)
+    output.print(f"{into}: {done.project.text()}; {done.support}")
+    if dry_run:
+        for path, word in sorted(done.words.items()):
+            if word != SAME:
+                output.print(f"{word:6}  {path}")
+    else:
+        _print(done)
+    for path in done.kept:
+        messages.print(
+            f"note: {path} was changed after it was dropped and stays as it is; --force replaces it"
+        )
+    for note in done.notes:
+        messages.print(f"note: {note}")
+    if not dry_run:
+        output.print("Next:")
+        for number, text in enumerate(done.steps, 1):
+            output.print(f"{number}. {text}")
+
+
+def _print(done: dropping.Dropped) -> None:
+    """One line for the player, one for the avatar."""
+    inside = f"{done.player}/"
+    words = [word for path, word in done.words.items() if path == done.player or path.startswith(inside)]
+    if done.player:
+        counts = ", ".join(f"{count} {DONE[word]}" for word, count in Counter(words).items())
+        output.print(f"  player  {done.player}: {counts}")
+    output.print(f"  avatar  {done.asset}: {DONE[done.words[done.asset]]}")

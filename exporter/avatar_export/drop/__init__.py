@@ -1,0 +1,1 @@
+"""An avatar and its player put into the project of an engine."""

@@ -1,0 +1,113 @@
+"""What is put into a project: the player's files, and the avatar as a pack, a rig or a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from avatar_export.clips.sources import clip_notes
+from avatar_export.conversion import read_source
+from avatar_export.drop.hosts import PACK, RIG, Project
+from avatar_export.drop.placing import Delivery
+from avatar_export.options import ReadOptions
+from avatar_export.packing.make import Choices, make_pack
+from avatar_export.players.archive import tarball
+from avatar_export.players.assemble import assemble
+from avatar_export.serving.session import identity
+from avatar_export.writers.rig_glb import rig_glb
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.whole_files import read_bytes
+from avatar_runtime.packs import FILE_LIMIT, decode_pack, is_pack
+
+SUFFIXES = {PACK: "avatar", RIG: "glb"}
+
+
+@dataclass(frozen=True)
+class Source:
+    """An avatar on the disk, and the inputs that `conversion.read_source` takes beside it."""
+
+    path: Path
+    options: ReadOptions = field(default_factory=ReadOptions)
+    system: str | None = None
+    driving: Path | None = None
+    clips: Sequence[Path] = ()
+    licence: str | None = None
+    author: str | None = None
+    consent: str | None = None
+
+    @property
+    def id(self) -> str:
+        """The name of its files, from that of the avatar or of the source."""
+        return identity(self.options.name or self.path.resolve().name.split(".")[0], ())
+
+    def is_whole(self) -> bool:
+        """Whether it is a pack that stays as it is. Raises AvatarError if nothing is there."""
+        if not self.path.exists():
+            raise AvatarError("no such file or folder", file=self.path)
+        return is_pack(self.path) and self == Source(self.path)
+
+    def read(self, progress: Callable[[str], None]) -> Avatar:
+        """The avatar. Raises AvatarError as `read_source`."""
+        return read_source(
+            self.path,
+            self.options,
+            system=self.system,
+            driving=self.driving,
+            clips=self.clips,
+            licence=self.licence,
+            author=self.author,
+            consent=self.consent,
+            progress=progress,
+        )
+
+    def pack(self, choices: Choices, progress: Callable[[str], None]) -> tuple[bytes, list[str]]:
+        """The pack by these choices, and notes on it; a pack without further inputs as it is, whatever its frame.
+
+        Raises AvatarError for an unsound source.
+        """
+        if self.is_whole():
+            data = read_bytes(self.path, FILE_LIMIT)
+            decode_pack(data, str(self.path))
+            return data, []
+        avatar = self.read(progress)
+        notes = [note for path in self.clips for note in clip_notes(avatar, path)]
+        with TemporaryDirectory(prefix="avatar-export-") as work:
+            made = make_pack(avatar, Path(work) / "pack.avatar", choices, progress=progress)
+        return made.file, [*notes, *made.notes]
+
+    def rig(self, progress: Callable[[str], None]) -> bytes:
+        """The file rig.glb. Raises AvatarError for an unsound source, and for an avatar without a rig."""
+        pieces = rig_glb(self.read(progress))
+        if pieces is None:
+            raise AvatarError(
+                "has no rig, and there is no player that shows its Gaussians there", file=self.path
+            )
+        return b"".join(pieces)
+
+
+def player_files(project: Project) -> dict[str, bytes]:
+    """The files of the project's player, none where there is none. Raises AvatarError if they were not installed."""
+    if project.host.player is None:
+        return {}
+    try:
+        return assemble(project.host.player)
+    except FileNotFoundError as error:
+        raise AvatarError(f"{error}; install avatar-export again", owner="avatar-export") from None
+
+
+def asset_path(project: Project, source: Source) -> str:
+    """Where the avatar's file goes, below the project."""
+    folder = project.host.assets(project.folder)
+    return "/".join(filter(None, (folder, f"{source.id}.{SUFFIXES[project.host.asset]}")))
+
+
+def delivery(project: Project, player: dict[str, bytes], path: str, asset: bytes | None) -> Delivery:
+    """All that goes into a project of an engine; `asset` is the file of the avatar at `path`, None for a plan alone."""
+    host = project.host
+    files: dict[str, bytes | None] = {path: asset}
+    if host.tarball is not None:
+        return Delivery("", {}, {host.tarball: tarball(player), **files}, host.moved)
+    return Delivery("" if host.folder is None else host.folder(player), player, files, host.moved)

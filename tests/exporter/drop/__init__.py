@@ -1,0 +1,1 @@
+"""Avatars put into the projects of engines."""

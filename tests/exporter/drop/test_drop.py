@@ -1,0 +1,239 @@
+"""The command itself, into projects as each engine creates them."""
+
+from __future__ import annotations
+
+import io
+import json
+import tarfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from avatar_export.drop import contents as drop_contents
+from avatar_export.drop.placing import DROPPED
+from avatar_export.packing.make import Choices, Made
+from avatar_export.players import assemble as assembling
+from avatar_export.players.assemble import assemble
+from avatar_export.serving.site_folder import MARK
+from avatar_runtime.avatar import Avatar
+from tests import bundles
+from tests.commands import Run
+from tests.exporter.drop.projects import GODOT, NPM, UNITY, UNREAL, WEB, contents, lay
+from tests.exporter.serving.packs import packed
+from tests.session.rights import as_anybody
+
+ROOT = Path(__file__).parents[3]
+PLAYER = "Packages/com.avatar-export.player"
+HEAD = ROOT / "samples/trained/head_blendshapes"
+
+
+@pytest.fixture
+def pack(tmp_path: Path) -> Path:
+    """A small pack."""
+    return lay(tmp_path, {"head.avatar": packed()}) / "head.avatar"
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Players of two files each: what they hold is not the matter here."""
+    package = {"name": "avatar-export-player", "unity": "2022.3", "peerDependencies": {"three": ">=0.187.0"}}
+    files = {"package.json": json.dumps(package).encode(), "dist/index.js": b"export {};\n"}
+    for name in assembling.PLAYERS:
+        monkeypatch.setitem(assembling.PLAYERS, name, lambda: dict(files))
+
+
+def added(project: Path, before: Mapping[str, str]) -> dict[str, bytes]:
+    """What was put into a project that began with the files `before`, which must not have changed."""
+    held = contents(project)
+    assert {path: held.pop(path) for path in before} == {path: text.encode() for path, text in before.items()}
+    return held
+
+
+def test_unity_gets_the_whole_player_and_the_pack(run: Run, pack: Path, tmp_path: Path) -> None:
+    project = lay(tmp_path / "game", UNITY)
+    code, text, notes = run("drop", pack, "--into", project)
+    assert code == 0 and not notes
+    held = added(project, UNITY)
+    player = {p.removeprefix(f"{PLAYER}/"): data for p, data in held.items() if p.startswith(PLAYER)}
+    assert player == assemble("unity"), "file by file what `make dist` packs"
+    assert {p for p in held if not p.startswith(PLAYER)} == {"Assets/Avatars/head.avatar", DROPPED.mark}
+    assert held["Assets/Avatars/head.avatar"] == packed()
+    lines = text.splitlines()
+    assert lines[0] == f"{project}: Unity 2022.3.20f1 project; the player supports it (2022.3 to 6.x)"
+    assert f"{PLAYER}: {len(player)} new" in lines[1] and "Assets/Avatars/head.avatar: new" in lines[2]
+    assert [line[:2] for line in lines[4:]] == ["1.", "2.", "3."]
+    assert "Drag Assets/Avatars/head.avatar from the Project window" in text
+
+
+def test_again_after_the_users_change_and_forced(run: Run, small: None, pack: Path, tmp_path: Path) -> None:
+    project, player = lay(tmp_path / "game", UNITY), "Packages/avatar-export-player"
+    run("drop", pack, "--into", project)
+    lay(project, {f"{player}/dist/index.js": b"mine", "Assets/Avatars/head.avatar.meta": b"guid: 1"})
+    pack.write_bytes(packed("Another"))
+    code, text, notes = run("drop", pack, "--into", project, "--dry-run")
+    assert code == 0 and added(project, UNITY)["Assets/Avatars/head.avatar"] == packed()
+    assert text.splitlines()[1:] == [
+        "update  Assets/Avatars/head.avatar",
+        f"keep    {player}/dist/index.js",
+    ]
+    note = f"note: {player}/dist/index.js was changed after it was dropped and stays as it is; --force replaces it\n"
+    assert notes == note
+    code, text, notes = run("drop", pack, "--into", project)
+    assert (code, notes) == (0, note) and f"{player}: 1 kept, 1 unchanged" in text
+    held = added(project, UNITY)
+    assert held["Assets/Avatars/head.avatar"] == packed("Another")
+    assert held[f"{player}/dist/index.js"] == b"mine"
+    assert held["Assets/Avatars/head.avatar.meta"] == b"guid: 1"
+    code, text, notes = run("drop", pack, "--into", project, "--force")
+    assert code == 0 and not notes and f"{player}: 1 updated, 1 unchanged" in text
+    assert added(project, UNITY)[f"{player}/dist/index.js"] == b"export {};\n"
+
+
+def test_unreal_gets_a_plugin_and_a_file_to_import(run: Run, pack: Path, tmp_path: Path) -> None:
+    project = lay(tmp_path / "game", UNREAL)
+    code, text, _ = run("drop", pack, "--into", project)
+    held = added(project, UNREAL)
+    assert code == 0 and "Unreal 5.4 project; the player supports it (5.4 to 5.8)" in text
+    plugin = {
+        p.removeprefix("Plugins/GaussianAvatar/"): d for p, d in held.items() if p.startswith("Plugins")
+    }
+    assert plugin == assemble("unreal") and "GaussianAvatar.uplugin" in plugin
+    assert held["Avatars/head.avatar"] == packed() and "Import > Avatars/head.avatar" in text
+    assert "C++ toolchain" in text
+
+
+def test_godot_gets_the_rig(run: Run, tmp_path: Path) -> None:
+    project = lay(tmp_path / "game", GODOT)
+    code, text, _ = run("drop", HEAD, "--into", project, "--name", "Anna")
+    held = added(project, GODOT)
+    assert code == 0 and "there is no player for Godot yet, so the rig is put there" in text
+    assert set(held) == {"avatars/anna.glb", DROPPED.mark} and held["avatars/anna.glb"].startswith(b"glTF")
+    lay(project, {"avatars/anna.glb.import": b"settings"})
+    code, text, _ = run("drop", HEAD, "--into", project, "--name", "Anna")
+    assert code == 0 and "avatars/anna.glb: unchanged" in text
+    assert added(project, GODOT)["avatars/anna.glb.import"] == b"settings"
+
+
+def test_npm_gets_a_tarball_and_the_line_to_run(run: Run, small: None, pack: Path, tmp_path: Path) -> None:
+    project = lay(tmp_path / "shop", NPM)
+    code, text, _ = run("drop", pack, "--into", project)
+    held = added(project, NPM)
+    assert code == 0 and set(held) == {"avatar-export-player.tgz", "public/head.avatar", DROPPED.mark}
+    with tarfile.open(fileobj=io.BytesIO(held["avatar-export-player.tgz"])) as archive:
+        entries = archive.getmembers()
+        assert {(e.name, e.mtime, e.uid, e.mode) for e in entries} == {
+            ("package/package.json", 0, 0, 0o644),
+            ("package/dist/index.js", 0, 0, 0o644),
+        }
+        index = archive.extractfile("package/dist/index.js")
+        assert index is not None and index.read() == b"export {};\n"
+    assert f"In {project}: npm install ./avatar-export-player.tgz" in text
+    code, text, _ = run("drop", pack, "--into", project)
+    assert "avatar-export-player.tgz: 1 unchanged" in text, "same files, same bytes"
+
+
+def test_a_web_folder_gets_a_page(run: Run, pack: Path, tmp_path: Path) -> None:
+    project = lay(tmp_path / "site", WEB)
+    code, text, notes = run("drop", pack, "--into", project)
+    held = added(project, WEB)
+    assert code == 0 and {path.split("/")[0] for path in held} == {"head"}
+    assert packed() in held.values() and f"head/{MARK}" in held
+    assert '<iframe src="head/index.html"' in text and "no licence is stated" in notes
+    lay(project, {"head/index.html": b"mine", "head/notes.txt": b"mine"})
+    code, text, notes = run("drop", pack, "--into", project)
+    assert code == 0 and "head/index.html was changed after it was dropped and stays" in notes
+    assert "head/index.html: kept" in text and (project / "head/index.html").read_bytes() == b"mine"
+    code, text, notes = run("drop", pack, "--into", project, "--force")
+    assert "was changed" not in notes and added(project, WEB) == {**held, "head/notes.txt": b"mine"}
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        ({"notes.txt": ""}, "is no project that is known here; looked for"),
+        ({"game/project.godot": ""}, "holds"),
+        (
+            {**UNITY, "ProjectSettings/ProjectVersion.txt": "m_EditorVersion: 2021.3.5f1\n"},
+            "is a Unity 2021.3.5f1 project, but the player needs 2022.3 or newer",
+        ),
+        ({**UNREAL, "Game.uproject": '{"EngineAssociation": "5.3"}'}, "the player needs 5.4 or newer"),
+        ({**WEB, "head/mine.txt": "mine"}, "head: exists and is not a published folder; it is not replaced"),
+    ],
+)
+def test_what_is_refused_changes_nothing(
+    run: Run, small: None, pack: Path, tmp_path: Path, files: Mapping[str, str], message: str
+) -> None:
+    project = lay(tmp_path / "project", files)
+    for more in ((), ("--dry-run",)):
+        code, text, error = run("drop", pack, "--into", project, *more)
+        assert (code, text, error.count("\n")) == (2, "", 1) and message in error
+    assert added(project, files) == {}
+
+
+@pytest.mark.parametrize("dry", [(), ("--dry-run",)])
+def test_a_source_that_is_unsound_changes_nothing(
+    run: Run, small: None, tmp_path: Path, dry: tuple[str, ...]
+) -> None:
+    project = lay(tmp_path / "game", UNITY)
+    bad = lay(tmp_path, {"bad.avatar": packed()[:900]}) / "bad.avatar"
+    for source in (bad, tmp_path / "nowhere", project / "Assets"):
+        code, text, error = run("drop", source, "--into", project, *dry)
+        assert (code, text, error.count("\n")) == (2, "", 1)
+    assert added(project, UNITY) == {}
+
+
+def test_a_folder_of_a_page_that_is_a_link_is_refused(run: Run, pack: Path, tmp_path: Path) -> None:
+    project = lay(tmp_path / "site", WEB)
+    run("publish", pack, "-o", tmp_path / "outside")
+    (project / "head").symlink_to(tmp_path / "outside")
+    before = contents(tmp_path / "outside")
+    code, _, error = run("drop", pack, "--into", project, "--force")
+    assert code == 2 and "head: is a link, and nothing outside of the project is touched" in error
+    assert contents(tmp_path / "outside") == before
+
+
+def test_a_project_that_may_not_be_written(run: Run, small: None, pack: Path, tmp_path: Path) -> None:
+    project = lay(tmp_path / "game", UNITY)
+    project.chmod(0o555)
+    code, _, error = as_anybody(lambda: run("drop", pack, "--into", project))
+    assert code == 2 and error.endswith(
+        "cannot be written (Permission denied); close it in its engine, or make it writable\n"
+    )
+    assert added(project, UNITY) == {}
+
+
+def test_an_installation_without_players_says_so(
+    run: Run, pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing() -> dict[str, bytes]:
+        raise FileNotFoundError("this installation has no files of the unity player")
+
+    monkeypatch.setitem(assembling.PLAYERS, "unity", missing)
+    code, _, error = run("drop", pack, "--into", lay(tmp_path / "game", UNITY))
+    assert code == 2 and "no files of the unity player; install avatar-export again" in error
+
+
+def test_another_source_is_packed_as_the_engine_wants_it(
+    run: Run, small: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """How packs are made is tested where it is done, and takes a minute."""
+    asked: list[tuple[Avatar, Choices]] = []
+
+    def made(avatar: Avatar, _out: Path, choices: Choices, **_: object) -> Made:
+        asked.append((avatar, choices))
+        return Made(packed(avatar.name), {}, (), (), True, ("a level was left out",))
+
+    monkeypatch.setattr(drop_contents, "make_pack", made)
+    bundle = bundles.write(tmp_path / "bundle")
+    for files, frame, path in (
+        (UNITY, "left", "Assets/Avatars/anna-bell.avatar"),
+        (UNREAL, "right", "Avatars/anna-bell.avatar"),
+    ):
+        project = lay(tmp_path / frame, files)
+        code, text, notes = run("drop", bundle, "--into", project, "--licence", "CC0", "--name", "Anna Bell")
+        avatar, choices = asked.pop()
+        assert (code, notes) == (0, "note: a level was left out\n") and f"avatar  {path}: new" in text
+        assert (choices.handedness, choices.levels) == (frame, (1, 0.5, 0.25))
+        assert (avatar.name, avatar.provenance["licence"]) == ("Anna Bell", "CC0")
+        assert (project / path).read_bytes() == packed("Anna Bell")
