@@ -63,11 +63,11 @@ def test_an_unbuilt_and_an_outdated_package_are_refused(
     later = 2 * (tmp_path / "web" / "dist" / "index.js").stat().st_mtime_ns
     os.utime(tmp_path / "web" / "src" / "pose" / "pose.ts", ns=(later, later))
     with pytest.raises(
-        AvatarError, match=r"^dist: the web player was built before its sources changed: run `npm"
+        AvatarError, match=r"^dist: the web player was built before its sources changed: with Node"
     ):
         web.web_files()
     shutil.rmtree(tmp_path / "web" / "dist")
     with pytest.raises(
-        AvatarError, match=r"^dist: the web player is not built: run `npm ci` and `npm run build`"
+        AvatarError, match=r"^dist: the web player is not built: with Node, run `npm ci` and `npm run build`"
     ):
         web.web_files()

@@ -10,6 +10,7 @@ import typer
 
 from avatar_export.commands import arguments, inputs
 from avatar_export.commands.console import Steps, messages, output
+from avatar_export.commands.pack import level_parts
 from avatar_export.drop import dropping
 from avatar_export.drop.contents import Source
 from avatar_export.drop.placing import KEEP, NEW, REMOVE, SAME, UPDATE
@@ -33,6 +34,12 @@ def drop(
     force: Annotated[
         bool, typer.Option("--force", help="Replace files of player and avatar that you changed.")
     ] = False,
+    levels: Annotated[
+        str | None,
+        typer.Option(
+            help="Levels of detail, as of `pack`; 1 takes seconds. Default: 1,0.5,0.25 for Unity and Unreal."
+        ),
+    ] = None,
     system: arguments.System = None,
     body_model: inputs.BodyModel = None,
     body_scale: inputs.BodyScale = None,
@@ -66,8 +73,9 @@ def drop(
     """
     options = inputs.read_options(locals())
     given = Source(source, options, system, driving, tuple(clip or ()), licence, author, consent)
+    parts = None if levels is None else level_parts(levels)
     with Steps() as step:
-        done = dropping.drop(given, into, force=force, dry_run=dry_run, progress=step)
+        done = dropping.drop(given, into, levels=parts, force=force, dry_run=dry_run, progress=step)
     output.print(f"{into}: {done.project.text()}; {done.support}")
     if dry_run:
         for path, word in sorted(done.words.items()):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from avatar_export.drop.contents import Source, asset_path, delivery, player_files
@@ -35,21 +35,26 @@ def drop(
     source: Source,
     into: Path,
     *,
+    levels: tuple[float, ...] | None = None,
     force: bool = False,
     dry_run: bool = False,
     progress: Progress = lambda _: None,
 ) -> Dropped:
     """Put the avatar `source` and the player for it into the project in the folder `into`.
 
-    `force` replaces files of player and avatar that the user changed. `dry_run` changes nothing, and does not pack.
+    `levels` are those of the pack, by default what the engine wants. `force` replaces files of player and avatar that
+    the user changed. `dry_run` changes nothing, and does not pack.
     Raises AvatarError for a folder that is no project, a version that the player does not support, an unsound source,
     and where a file cannot be written; each of player and avatar is whole then, old or new.
     """
     project = project_at(into)
+    if levels is not None:
+        choices = replace(project.host.choices, levels=levels)
+        project = replace(project, host=replace(project.host, choices=choices))
     player = player_files(project)
     support = project.host.support(project.mark, player)
     if support.known is False:
-        raise AvatarError(f"is a {project.text()}, but {support.text}", file=into)
+        raise AvatarError(f"is a project of {project.text()}, but {support.text}", file=into)
     put = _page if project.host.asset == PAGE else _files
     if dry_run:
         source.read(progress)  # an unsound one is found

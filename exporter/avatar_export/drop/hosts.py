@@ -48,8 +48,8 @@ class Project:
     mark: Path
 
     def text(self) -> str:
-        """`Unity 2022.3.20f1 project`."""
-        return " ".join(filter(None, (self.host.name, self.host.version(self.mark), "project")))
+        """`Unity 2022.3.20f1`."""
+        return " ".join(filter(None, (self.host.name, self.host.version(self.mark))))
 
 
 def _package_name(player: Files) -> str:

@@ -54,12 +54,12 @@ def godot_version(mark: Path) -> str:
 def npm_version(mark: Path) -> str:
     """Name and version of a package. Raises AvatarError for a file that holds no JSON object."""
     said = json_object(mark)
-    return " ".join(str(said[key]) for key in ("name", "version") if key in said)
+    return " ".join(["package", *(str(said[key]) for key in ("name", "version") if key in said)])
 
 
 def web_version(mark: Path) -> str:
     """The page by which the folder was recognised."""
-    return mark.name
+    return f"folder with {mark.name}"
 
 
 def unity_support(mark: Path, player: Files) -> Support:

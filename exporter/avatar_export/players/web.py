@@ -16,7 +16,7 @@ MANIFEST = "package.json"
 BUILT = "dist"
 WRITTEN = ("README.md", "NOTICE.md")  # by hand
 SOURCES = ("src", "build.mjs", "bundle.mjs", "package-lock.json", "tsconfig.json")  # of what is built
-BUILD = "run `npm ci` and `npm run build` in players/web, which needs Node"
+BUILD = "with Node, run `npm ci` and `npm run build` in players/web"
 
 
 def web_files() -> dict[str, bytes]:
@@ -24,7 +24,8 @@ def web_files() -> dict[str, bytes]:
     root = folder("web")
     built = [path for path in (root / BUILT).rglob("*") if path.is_file()]
     if not built:
-        raise AvatarError(f"the web player is not built: {BUILD}", file=BUILT)
+        then = "" if (root / SOURCES[0]).exists() else " of a checkout, and install that"
+        raise AvatarError(f"the web player is not built: {BUILD}{then}", file=BUILT)
     sources = [
         path for name in SOURCES for path in (root / name, *(root / name).rglob("*")) if path.is_file()
     ]

@@ -159,4 +159,4 @@ def test_without_the_extra_the_message_names_it(
 ) -> None:
     monkeypatch.setattr("avatar_export.batch.find_spec", lambda name: None)
     code, _, said = run("batch", tmp_path, "-o", tmp_path / "out")
-    assert code == 2 and "avatar-export[batch]" in said
+    assert code == 2 and "the extra [batch]" in said

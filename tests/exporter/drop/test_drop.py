@@ -60,7 +60,7 @@ def test_unity_gets_the_whole_player_and_the_pack(run: Run, pack: Path, tmp_path
     assert {p for p in held if not p.startswith(PLAYER)} == {"Assets/Avatars/head.avatar", DROPPED.mark}
     assert held["Assets/Avatars/head.avatar"] == packed()
     lines = text.splitlines()
-    assert lines[0] == f"{project}: Unity 2022.3.20f1 project; the player supports it (2022.3 to 6.x)"
+    assert lines[0] == f"{project}: Unity 2022.3.20f1; the player supports it (2022.3 to 6.x)"
     assert f"{PLAYER}: {len(player)} new" in lines[1] and "Assets/Avatars/head.avatar: new" in lines[2]
     assert [line[:2] for line in lines[4:]] == ["1.", "2.", "3."]
     assert "Drag Assets/Avatars/head.avatar from the Project window" in text
@@ -94,7 +94,7 @@ def test_unreal_gets_a_plugin_and_a_file_to_import(run: Run, pack: Path, tmp_pat
     project = lay(tmp_path / "game", UNREAL)
     code, text, _ = run("drop", pack, "--into", project)
     held = added(project, UNREAL)
-    assert code == 0 and "Unreal 5.4 project; the player supports it (5.4 to 5.8)" in text
+    assert code == 0 and "Unreal 5.4; the player supports it (5.4 to 5.8)" in text
     plugin = {
         p.removeprefix("Plugins/GaussianAvatar/"): d for p, d in held.items() if p.startswith("Plugins")
     }
@@ -155,7 +155,7 @@ def test_a_web_folder_gets_a_page(run: Run, pack: Path, tmp_path: Path) -> None:
         ({"game/project.godot": ""}, "holds"),
         (
             {**UNITY, "ProjectSettings/ProjectVersion.txt": "m_EditorVersion: 2021.3.5f1\n"},
-            "is a Unity 2021.3.5f1 project, but the player needs 2022.3 or newer",
+            "is a project of Unity 2021.3.5f1, but the player needs 2022.3 or newer",
         ),
         ({**UNREAL, "Game.uproject": '{"EngineAssociation": "5.3"}'}, "the player needs 5.4 or newer"),
         ({**WEB, "head/mine.txt": "mine"}, "head: exists and is not a published folder; it is not replaced"),
@@ -237,3 +237,5 @@ def test_another_source_is_packed_as_the_engine_wants_it(
         assert (choices.handedness, choices.levels) == (frame, (1, 0.5, 0.25))
         assert (avatar.name, avatar.provenance["licence"]) == ("Anna Bell", "CC0")
         assert (project / path).read_bytes() == packed("Anna Bell")
+        run("drop", bundle, "--into", project, "--levels", "1,0.3")
+        assert asked.pop()[1].levels == (1, 0.3)

@@ -22,12 +22,12 @@ PLAYER = {
     ).encode()
 }
 PROJECTS: dict[str, tuple[Mapping[str, str], str]] = {
-    "Unity": (UNITY, "Unity 2022.3.20f1 project"),
-    "Unreal": (UNREAL, "Unreal 5.4 project"),
-    "Godot": (GODOT, "Godot 4.4 project"),
-    "npm": (NPM, "npm shop 1.2.3 project"),
-    "web": (WEB, "web index.html project"),
-    "web without a first page": ({"about.html": "<p>"}, "web about.html project"),
+    "Unity": (UNITY, "Unity 2022.3.20f1"),
+    "Unreal": (UNREAL, "Unreal 5.4"),
+    "Godot": (GODOT, "Godot 4.4"),
+    "npm": (NPM, "npm package shop 1.2.3"),
+    "web": (WEB, "web folder with index.html"),
+    "web without a first page": ({"about.html": "<p>"}, "web folder with about.html"),
 }
 
 

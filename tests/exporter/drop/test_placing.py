@@ -292,8 +292,14 @@ def test_a_full_disk_changes_nothing(
     assert (project / "Assets/Avatars").exists() == dropped
 
 
+@pytest.mark.parametrize("dropped", [False, True])
 @pytest.mark.parametrize("shut", ["", "Packages", "Assets"])
-def test_a_folder_that_may_not_be_written(project: Path, shut: str) -> None:
+def test_a_folder_that_may_not_be_written(project: Path, shut: str, dropped: bool) -> None:
+    if dropped and shut == "Assets":
+        shut = "Assets/Avatars"
+        put(project, Delivery(BASE, NEW.player, OLD.files))  # the player is what it will be
+    elif dropped:
+        put(project, OLD)
     before = contents(project)
     (project / shut).chmod(0o555)
     try:

@@ -1,7 +1,6 @@
 """How many threads the kernels use: each backend chooses, not the process.
 
-The kernels of this package are plain functions that let other threads run, each called once a worker (`share`). Loops
-that Numba itself spreads took as long again to compile. The trainer still has such loops (`using`).
+The kernels of this package run on threads of Python (`workers`), those of the trainer on Numba's own (`using`).
 """
 
 from __future__ import annotations
@@ -9,10 +8,8 @@ from __future__ import annotations
 import operator
 import os
 import threading
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
-from typing import Any
 
 import numba
 from numba.core import config
@@ -28,8 +25,6 @@ FORKED = (
 
 _TURN = threading.Lock()
 _forked = False  # whether this process inherited threads of OpenMP that it does not have
-_pool: ThreadPoolExecutor | None = None
-_pool_lock = threading.Lock()
 
 
 def thread_count(threads: int | None) -> int:
@@ -60,26 +55,8 @@ def _layer() -> str:
     return str(numba.threading_layer())  # type: ignore[attr-defined]  # numba marks its types, and leaves this one out
 
 
-def share(work: Callable[..., None], workers: int, *arguments: Any) -> None:
-    """Calls `work(worker, *arguments)` for each worker below `workers`, each on a thread; one is the caller's."""
-    others = [_threads().submit(work, worker, *arguments) for worker in range(1, workers)]
-    work(0, *arguments)
-    for other in others:
-        other.result()
-
-
-def _threads() -> ThreadPoolExecutor:
-    """This process's threads. They start when first needed, and wait without using a core."""
-    global _pool
-    if _pool is None:
-        with _pool_lock:
-            _pool = _pool or ThreadPoolExecutor(_most(), "avatar cpu")
-    return _pool
-
-
 def _note_fork() -> None:
-    global _forked, _pool, _pool_lock
-    _pool, _pool_lock = None, threading.Lock()
+    global _forked
     try:
         layer = _layer()
     except ValueError:

@@ -23,7 +23,7 @@ from avatar_runtime.backends.cpu.deform.embedded import animate_embedded, bind_e
 from avatar_runtime.backends.cpu.deform.mesh import vertex_matrices
 from avatar_runtime.backends.cpu.deform.skinned import animate_skinned, bind_skinned
 from avatar_runtime.backends.cpu.deform.surface import triangle_turns, vertex_sums
-from avatar_runtime.backends.cpu.threads import share
+from avatar_runtime.backends.cpu.workers import share
 from avatar_runtime.rules import RIGGED_ROTATIONS, code
 from avatar_runtime.stages.surface import prepare
 from avatar_schema import constants

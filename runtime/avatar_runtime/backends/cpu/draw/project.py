@@ -36,7 +36,7 @@ from avatar_runtime.backends.cpu.draw.screen import (
 )
 from avatar_runtime.backends.cpu.jit import inlined, kernel
 from avatar_runtime.backends.cpu.lanes import take_next
-from avatar_runtime.backends.cpu.threads import share
+from avatar_runtime.backends.cpu.workers import share
 from avatar_runtime.camera import Camera
 from avatar_runtime.stages.activate import Splats
 

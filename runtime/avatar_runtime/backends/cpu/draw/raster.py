@@ -28,7 +28,7 @@ from avatar_runtime.backends.cpu.draw.screen import (
 )
 from avatar_runtime.backends.cpu.jit import called, inlined, kernel
 from avatar_runtime.backends.cpu.lanes import exponential, fma, lanes_above, lowest_bit, prefetch, take_next
-from avatar_runtime.backends.cpu.threads import share
+from avatar_runtime.backends.cpu.workers import share
 from avatar_schema import constants
 
 f32, u32, u64 = np.float32, np.uint32, np.uint64

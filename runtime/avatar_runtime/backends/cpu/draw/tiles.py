@@ -7,7 +7,7 @@ import numpy as np
 from avatar_runtime.avatar import I32, I64, U32
 from avatar_runtime.backends.cpu.jit import kernel
 from avatar_runtime.backends.cpu.lanes import prefetch
-from avatar_runtime.backends.cpu.threads import share
+from avatar_runtime.backends.cpu.workers import share
 
 AHEAD = 16  # splats between asking for one and using it
 WORTH_A_THREAD = 250_000  # pairs, about a millisecond; to start threads on a busy core can cost several
