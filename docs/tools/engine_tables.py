@@ -14,8 +14,11 @@ ENGINES_FOLDER = HERE.parent / "engines"
 
 def engines() -> list[dict[str, Any]]:
     """The rows of engines.toml."""
-    rows: list[dict[str, Any]] = tomllib.loads((HERE / "engines.toml").read_text("utf-8"))["engine"]
-    return rows
+    return _file()["engine"]
+
+
+def _file() -> dict[str, list[dict[str, Any]]]:
+    return tomllib.loads((HERE / "engines.toml").read_text("utf-8"))
 
 
 def link(engine: dict[str, Any], page: Path) -> str:
@@ -36,10 +39,16 @@ def table(head: list[str], rows: list[list[str]]) -> str:
     )
 
 
+def summary(_: Path) -> str:
+    """What moves where, in four rows."""
+    rows = [[row["where"], row["moves"], row["run"]] for row in _file()["summary"]]
+    return table(["where", "what moves", "run here?"], rows)
+
+
 def moves(page: Path) -> str:
-    """What moves where today."""
-    rows = [[link(e, page), e["mesh"], e["gaussians"], e["run"]] for e in engines()]
-    return table(["engine", "mesh, shapes, clips", "Gaussians", "run here?"], rows)
+    """What moves where, and what of it was run."""
+    rows = [[link(e, page), e["mesh"], e["gaussians"], e["ran"] or "nothing", e["never"]] for e in engines()]
+    return table(["where", "mesh, shapes, clips", "Gaussians", "run here", "never run"], rows)
 
 
 def imports(page: Path) -> str:
@@ -56,4 +65,4 @@ def imports(page: Path) -> str:
     )
 
 
-SECTIONS: dict[str, Callable[[Path], str]] = {"moves": moves, "imports": imports}
+SECTIONS: dict[str, Callable[[Path], str]] = {"summary": summary, "moves": moves, "imports": imports}

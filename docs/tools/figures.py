@@ -48,15 +48,6 @@ def accuracy(group: str) -> str:
     return table(["compared", "at least" if group == "profiles" else "limit asked", "measured"], lines)
 
 
-def every_figure(_: Path) -> str:
-    """All that tests measured."""
-    lines = [
-        [m["figure"].replace("|", "\\|"), number(m["limit"]) if m["limit"] else "", number(m["worst"])]
-        for m in measured()
-    ]
-    return table(["figure", "limit asked", "worst"], lines)
-
-
 def number(value: float | str) -> str:
     """At most three digits that count; no exponent where it is short without."""
     plain = float(value)
@@ -80,21 +71,25 @@ def performance(name: str) -> str:
 
 
 def misfits(_: Path) -> str:
-    """What `convert` says of inputs that do not belong together, before these checks and now."""
+    """What `convert` says of inputs that do not belong together, in short."""
     with MISFITS.open(newline="", encoding="utf-8") as file:
         found = list(csv.DictReader(file))
-    lines = [
-        [escaped(row[key] or ("nothing" if key == "before" else "")) for key in ("misfit", "before", "now")]
-        for row in found
-    ]
-    counts = (sum(bool(row[key]) for row in found) for key in ("now", "before"))
-    now, before = counts
-    said = f"Of {len(found)} misfits {now} are found now; {before} were warned of before."
-    return f"{said}\n\n{table(['input', 'said before', 'said now'], lines)}"
+    lines = [[escaped(row["misfit"]), *map(escaped, verdict(row["now"]))] for row in found]
+    counts = f"Of {len(found)} misfits {sum(bool(row['now']) for row in found)} are found."
+    return f"{counts}\n\n{table(['input', 'what happens', 'what is named'], lines)}"
+
+
+def verdict(said: str) -> tuple[str, str]:
+    """refused or warning, and what is named: the mistake that explains the distance, else the first line."""
+    short = re.sub(r"; --accept-misfit [^/]*| gaussian_blendshapes:| splatting_avatar:", "", said)
+    kind, _, text = short.partition(": ")
+    explained = re.search(r"it would be .*?mm ((?:if|with) .*?)(?= / |$)", text)
+    first = re.split(r" / |: correlation|; face lies|; there is|: there is|, although", text)[0]
+    return kind, f"it would fit {explained[1]}" if explained else first
 
 
 def wrong_captures(_: Path) -> str:
-    """What `avatar-train check` says of captures with a mistake, before these checks and now, and of right ones."""
+    """What `avatar-train check` says of captures with a mistake, in short, and of right ones."""
     with CAPTURES.open(newline="", encoding="utf-8") as file:
         found = list(csv.DictReader(file))
     wrong, right = ([row for row in found if row["wrong"] == kind] for kind in ("yes", "no"))
@@ -103,17 +98,15 @@ def wrong_captures(_: Path) -> str:
     lines = [
         [
             escaped(row["capture"]),
-            escaped(row["before"] or "nothing"),
             f"{row['found']} of {row['subjects']}",
-            escaped(row["now"]),
+            escaped(re.split(r" (?:As stated|So read), ", row["now"])[0]),
         ]
         for row in wrong
     ]
     alarms = [f"- {row['capture']}: {escaped(row['now'])}" for row in right if row["now"]]
-    said = f"Of {len(wrong)} mistakes {named} are named on every subject."
+    counts = f"Of {len(wrong)} mistakes {named} are named on every subject."
     silent = f"Of {len(right)} right captures {len(quiet)} give no alarm: {'; '.join(quiet)}."
-    head = ["mistake", "said before", "named on", "said now"]
-    return "\n\n".join([said, table(head, lines), silent, *alarms])
+    return "\n\n".join([counts, table(["mistake", "named on", "what is said"], lines), silent, *alarms])
 
 
 def escaped(text: str) -> str:
@@ -122,7 +115,6 @@ def escaped(text: str) -> str:
 
 
 SECTIONS: dict[str, Callable[[Path], str]] = {
-    "every-figure": every_figure,
     "misfits": misfits,
     "wrong-captures": wrong_captures,
     **{f"accuracy-{group}": lambda _, group=group: accuracy(group) for group in rows().get("accuracy", {})},

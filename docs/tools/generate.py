@@ -35,7 +35,6 @@ PORTER = {
     "reader": lambda _: fenced("js", ROOT / "engine_shaders" / "web" / "read_reference.mjs"),
     "skin_numbers": lambda _: worked_numbers.skin_numbers(),
     "surface_numbers": lambda _: worked_numbers.surface_numbers(),
-    "unity_steps": lambda _: unity_steps(),
 }
 
 
@@ -44,18 +43,10 @@ def fenced(language: str, file: Path) -> str:
     return f"```{language}\n{file.read_text('utf-8').strip()}\n```"
 
 
-def unity_steps() -> str:
-    """The steps of docs/unity.md, for the page that Unity's Package Manager opens."""
-    text = (ROOT / "docs" / "unity.md").read_text("utf-8")
-    return text.partition("<!-- steps -->")[2].partition("<!-- end steps -->")[0]
-
-
 def made() -> dict[Path, str]:
     """Every page with a made section, as it should be."""
-    beside = sorted((ROOT / "players" / "unity" / "Documentation~").glob("*.md"))
     texts = {
-        page: page.read_text("utf-8")
-        for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), *beside)
+        page: page.read_text("utf-8") for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
     }
     return {
         page: SECTION.sub(lambda match, page=page: filled(match, page), text)

@@ -1,7 +1,7 @@
 """Still images of one head from many sides: `python -m samples.capture.views OUT --views 20 --identity SEED`.
 
 The data that a phone and a landmark detector give of a person who keeps still: images, the 2D positions of 68
-landmarks, masks, the camera's K; no poses. trainer/CAPTURE.md has the layout (views.json). The true
+landmarks, masks, the camera's K; no poses. schema/CAPTURE.md has the layout (views.json). The true
 cameras and mesh are in truth.json and truth.npz, only for measuring; no fit may read them.
 
 The head is the scanned one with the identity modes of ICT-FaceKit added, textured as in samples.capture. The light

@@ -23,7 +23,7 @@ DERIVED = {top(writer.path) for writer in WRITERS if writer.derived} | {"referen
 NORMATIVE = {top(writer.path) for writer in WRITERS if not writer.derived}
 
 
-@pytest.mark.parametrize("page", ["docs/formats/bundle.md", "schema/SPEC.md"])
+@pytest.mark.parametrize("page", ["schema/BUNDLE.md", "schema/SPEC.md"])
 def test_tables_of_the_bundle(page: str) -> None:
     listed: dict[str, bool] = {}
     for line in (ROOT / page).read_text("utf-8").splitlines():
@@ -34,13 +34,3 @@ def test_tables_of_the_bundle(page: str) -> None:
     assert {name for name, derived in listed.items() if derived} >= DERIVED
     assert not {name for name, derived in listed.items() if derived} & NORMATIVE
     assert listed["enhancer.onnx"] is False
-
-
-def test_the_readme_lists_them() -> None:
-    text = (ROOT / "README.md").read_text("utf-8")
-    found = re.search(
-        r"derived files may be deleted: ([^:]*?)\.\s+`avatar-export convert .*? `enhancer.onnx` is not", text
-    )
-    assert found is not None
-    assert set(NAME.findall(found[1])) == DERIVED
-    assert "enhancer.onnx" in {writer.path for writer in WRITERS if not writer.derived}

@@ -10,7 +10,7 @@ import pytest
 
 TESTS = Path(__file__).parents[1]
 DOCS = TESTS.parent / "docs" / "engines"
-ENGINES = ("unity-gltfast", "unity-unitygltf", "unreal", "godot", "blender", "three", "babylon", "usd")
+ENGINES = ("unity", "unreal", "godot", "blender", "three", "babylon", "usd")
 OTHERS = ("README", "engine_pose")
 SECTIONS = (
     "1. What to import",
@@ -36,8 +36,8 @@ TOPICS = (  # of section 2, in this order
     "joints and root",
     "animations",
 )
-TESTED = re.compile(r"\*\*\[tested here:\s*([\w,\s]+)\]\*\*")
-MARK = re.compile(r"\*\*\[(tested here:\s*[\w,\s]+|source:\s*[^\]]+|unchecked)\]\*\*")
+TESTED = re.compile(r"\*\*\[tested here\]\*\*<!-- ([\w, ]+) -->")  # readers see no name of a test
+MARK = re.compile(TESTED.pattern + r"|\*\*\[(source:\s*[^\]]+|unchecked)\]\*\*")
 
 
 def text_of(page: str) -> str:
@@ -89,7 +89,7 @@ def test_a_page_has_the_sections_and_topics(page: str) -> None:
     assert headings == SECTIONS
     rows = re.findall(r"^\| (.*?) \|", section(page, 2), re.MULTILINE)
     assert tuple(rows[1:]) == TOPICS
-    assert 60 <= len(text_of(page).splitlines()) <= 125
+    assert 60 <= len(text_of(page).splitlines()) <= 140
 
 
 @pytest.mark.parametrize("page", ENGINES)

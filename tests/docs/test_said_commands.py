@@ -31,13 +31,3 @@ def test_where_torch_is_installed_the_small_build_comes_first() -> None:
         before, _, after = page.read_text("utf-8").partition(TRAIN)
         assert 'pip install torch --index-url "$CPU"' in before[-200:], page
         assert "`$CPU` stands for the address" in after, page
-
-
-def test_functions_of_the_native_library_are_not_called_programs() -> None:
-    """`avatar_play` is a program; what the header declares is not."""
-    header = (ROOT / "players/native/include/avatar_player.h").read_text("utf-8")
-    functions = set(re.findall(r"AVATAR_API [^;(]*?\b(avatar_\w+)\(", header))
-    assert "avatar_conform" in functions
-    page = " ".join((ROOT / "docs/native.md").read_text("utf-8").split())
-    for name in re.findall(r"`(avatar_\w+)`", page):
-        assert name not in functions or f"function `{name}`" in page, name

@@ -10,6 +10,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from PIL import Image
+
+from tests.players.web import PROGRAMS, need_chromium
 
 ROOT = Path(__file__).parents[2]
 # What a page loads by itself; links that a reader follows may lead anywhere.
@@ -52,6 +55,30 @@ def test_the_search_knows_the_pages(site: Path) -> None:
     index = (site / "search" / "search_index.json").read_text("utf-8")
     for words in ("Jaw and correctives", "avatar-export convert", "Quaternions are (w, x, y, z)"):
         assert words in index, words
+
+
+@pytest.mark.more
+def test_the_search_works_in_a_page_that_was_opened_from_disk(site: Path, tmp_path: Path) -> None:
+    page = f"{(site / 'index.html').as_uri()}?q=correctives"
+    flags = [
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--virtual-time-budget=20000",
+        f"--user-data-dir={tmp_path}",
+    ]
+    need_chromium()
+    browser = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, PROGRAMS)))
+    command = [browser, *flags, "--dump-dom", page]
+    seen = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True).stdout
+    assert re.search(r"\d+ matching documents", seen) and "artist/jaw.html" in seen
+
+
+@pytest.mark.more
+def test_the_first_page_shows_an_avatar_that_moves(site: Path) -> None:
+    [picture] = re.findall(r"<img [^>]*src=\"([^\"]+\.webp)\"", (site / "index.html").read_text("utf-8"))
+    with Image.open(site / picture) as image:
+        assert getattr(image, "n_frames", 1) > 1
 
 
 @pytest.mark.more

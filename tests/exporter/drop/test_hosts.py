@@ -102,16 +102,20 @@ def test_a_project_whose_version_cannot_be_read(
         project.host.support(project.mark, PLAYER)
 
 
-PAGES = ("unity.md", "unreal.md", "engines/godot.md")
+PAGES = {
+    "unity": "players/unity/Documentation~/index.md",
+    "unreal": "players/unreal/README.md",
+    "godot": "docs/engines/godot.md",
+}
 
 
 def test_the_versions_are_those_of_the_pages() -> None:
     oldest, newest = versions.UNREAL
-    said = {name: " ".join((ROOT / "docs" / name).read_text("utf-8").split()) for name in PAGES}
-    assert f"For Unreal Engine {oldest} to {newest}." in said["unreal.md"]
+    said = {name: " ".join((ROOT / page).read_text("utf-8").split()) for name, page in PAGES.items()}
+    assert f"For Unreal Engine {oldest} to {newest}." in said["unreal"]
     package = json.loads((ROOT / "players/unity/package.json").read_text("utf-8"))
-    assert f"For Unity {package['unity']} to 6.x" in said["unity.md"]
-    assert f"Godot {versions.GODOT} and later" in said["engines/godot.md"]
+    assert f"For Unity {package['unity']} to 6.x" in said["unity"]
+    assert f"Godot {versions.GODOT} and later" in said["godot"]
 
 
 def test_a_folder_that_is_none(tmp_path: Path) -> None:

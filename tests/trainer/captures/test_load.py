@@ -55,7 +55,7 @@ def test_every_image_is_decoded_when_asked_for(tmp_path: Path) -> None:
         check_pixels(capture)
 
 
-DOCUMENT = Path(__file__).parents[3] / "trainer" / "CAPTURE.md"
+DOCUMENT = Path(__file__).parents[3] / "schema" / "CAPTURE.md"
 
 
 def test_the_documents_example_is_of_the_schema() -> None:

@@ -47,7 +47,7 @@ def train_command(name: str) -> Callable[..., None]:
     """The command that trains the system `name` of `SYSTEMS`."""
 
     def command(
-        capture: Annotated[Path, typer.Argument(help="Folder of the captured frames (trainer/CAPTURE.md).")],
+        capture: Annotated[Path, typer.Argument(help="Folder of the captured frames (schema/CAPTURE.md).")],
         out: Annotated[
             Path, typer.Option("--out", "-o", help="Folder to write; a run that is there is resumed.")
         ],

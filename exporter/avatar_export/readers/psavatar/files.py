@@ -1,6 +1,6 @@
 """psavatar.npz: the binding of PSAvatar's Gaussians to their mesh, and the learned bases that move the mesh.
 
-The layout is described in trainer/PSAVATAR.md.
+The layout is described in schema/PSAVATAR.md.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """PSAvatar (arXiv 2401.12900): Gaussians sampled on and off a morphable mesh with learned deformations.
 
-Its repository has no code: the layout is that of avatar-train (trainer/PSAVATAR.md). Scale, opacity and colour come
+Its repository has no code: the layout is that of avatar-train (schema/PSAVATAR.md). Scale, opacity and colour come
 from point_cloud.ply; its x y z and rot_* are those on the mesh at rest, which psavatar.npz gives too.
 """
 

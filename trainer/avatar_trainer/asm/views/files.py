@@ -1,4 +1,4 @@
-"""Images of one still head from many sides, as views.json names them: see CAPTURE.md beside this package."""
+"""Images of one still head from many sides, as views.json names them: see schema/CAPTURE.md."""
 
 from __future__ import annotations
 
