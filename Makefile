@@ -46,7 +46,7 @@ test: .venv/tested $(NODE_CLIENTS) $(WEB_BUILT)
 # The site, every documented command, and the numbers as other processors and Python versions compute them.
 test-more: .venv/tested $(NODE_CLIENTS) $(WEB_PLAYER) docs
 	$(PYTEST) -m more
-	$(BIN)/python -m tests.session.machines
+	$(BIN)/python -m tools.machines
 
 # What the players draw of every sample and every avatar, on every backend that runs here.
 players: .venv/tested $(WEB_PLAYER)
@@ -60,10 +60,10 @@ NATIVE_INPUTS ?= 10000000
 FAULTS ?= 100
 FUZZ ?= 20
 fuzz: .venv/tested
-	$(BIN)/python -m tests.fuzz --inputs $(INPUTS) --workers $(WORKERS)
-	$(BIN)/python -m tests.fuzz.guided
-	$(BIN)/python -m tests.fuzz.native --runs $(NATIVE_INPUTS)
-	$(BIN)/python -m tests.fuzz.faults --each $(FAULTS)
+	$(BIN)/python -m tools.fuzz --inputs $(INPUTS) --workers $(WORKERS)
+	$(BIN)/python -m tools.fuzz.guided
+	$(BIN)/python -m tools.fuzz.native --runs $(NATIVE_INPUTS)
+	$(BIN)/python -m tools.fuzz.faults --each $(FAULTS)
 	AVATAR_FUZZ=$(FUZZ) $(PYTEST) -m hypothesis
 
 # The site, into build/docs. It shows the help of every command, also of those that need torch.
@@ -71,7 +71,7 @@ docs: .venv/documented
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 bench: .venv/tested
-	$(BIN)/python -m tests.bench
+	$(BIN)/python -m bench
 
 # Wheels, sdists, and an archive of each player.
 dist: .venv/tested $(WEB_BUILT)
@@ -96,7 +96,7 @@ clean:
 	sh .ci/packages tests
 	$(BIN)/python -m pip install --quiet --group dev
 	$(BIN)/python -m pip install --quiet --no-deps slangtorch==1.3.22
-	$(BIN)/python -m tests.trainer.compile
+	$(BIN)/python -m tools.compile_kernels
 	touch $@
 
 .venv/documented: .venv/tested

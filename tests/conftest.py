@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from tests.session import threads  # isort: skip  # before NumPy
 
+import signal
+
 import pytest
 
 from tests.golden import ON, UNPACK, BlendshapesGolden
@@ -21,7 +23,9 @@ pytest_plugins = [
 
 
 def pytest_configure() -> None:
-    """Before any test module is imported."""
+    """Before any test module is imported. Tests in the background of a shell hear Ctrl+C again, and what they start."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     fuzz.load_profile()
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests import structure
+from tools import structure
 
 ROOT = Path(__file__).parents[1]
 # package: (folder, what it may import besides the standard library)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from tools.structure import players
 
-from tests import structure
-from tests.structure import players
+from tools import structure
 
 # Rooms of each package, from the ground up. A room may import what stands before it, never what stands after.
 # fmt: off

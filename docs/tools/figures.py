@@ -1,4 +1,4 @@
-"""Tables of figures, from what tests and benches wrote: tests/results/accuracy.csv, tests/bench/results/*.csv."""
+"""Tables of figures, from what tests and benches wrote: tests/results/accuracy.csv, bench/results/*.csv."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from engine_tables import table
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 ACCURACY = ROOT / "tests" / "results" / "accuracy.csv"
-BENCH = ROOT / "tests" / "bench" / "results" / "AMD-EPYC-2-cores.csv"
+BENCH = ROOT / "bench" / "results" / "AMD-EPYC-2-cores.csv"
 MISFITS = ROOT / "tests" / "results" / "misfits.csv"
 CAPTURES = ROOT / "tests" / "results" / "wrong_captures.csv"
 LOWEST_IS_WORST = "dB"

@@ -7,7 +7,6 @@ import tomllib
 from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parents[2]
-TRAIN = 'pip install -e ".[train]"'
 PAGES = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("trainer/*.md")]
 
 
@@ -22,12 +21,3 @@ def test_no_page_writes_where_make_docs_builds_the_site() -> None:
     assert PurePosixPath("out/site") in written
     built = PurePosixPath(site)
     assert not [path for path in written if path == built or built in path.parents]
-
-
-def test_where_torch_is_installed_the_small_build_comes_first() -> None:
-    named = [page for page in PAGES if TRAIN in page.read_text("utf-8")]
-    assert len(named) >= 2
-    for page in named:
-        before, _, after = page.read_text("utf-8").partition(TRAIN)
-        assert 'pip install torch --index-url "$CPU"' in before[-200:], page
-        assert "`$CPU` stands for the address" in after, page

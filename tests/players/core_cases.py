@@ -30,9 +30,10 @@ from avatar_runtime.stages.joints import joints
 from avatar_shaders import VERSION
 from tests.avatars import full_avatar
 from tests.players.heights.height_cases import write_height_cases
+from tests.players.hostile.packs import write_hostile
 
 GOLDEN = Path(__file__).parents[1] / "data" / "packs" / "1.0"
-FOUND = sorted((Path(__file__).parents[1] / "fuzz" / "corpus" / "pack").glob("*/x.avatar"))
+FOUND = sorted((Path(__file__).parents[1] / "data" / "fuzz" / "pack").glob("*/x.avatar"))
 RECORDING = Path(__file__).parents[2] / "samples" / "drive" / "live_link_face_rom_300.csv"
 POSES = 12  # random ones of each pack
 Array = np.ndarray[Any, Any]
@@ -72,6 +73,8 @@ def write_cases(folder: Path) -> None:
     (folder / "found").mkdir()
     for index, path in enumerate(FOUND):
         (folder / "found" / f"{index}.avatar").write_bytes(path.read_bytes())
+    (folder / "hostile").mkdir()
+    write_hostile({case.name: case.file for case in cases}, folder / "hostile")
     write_height_cases(folder)
     (folder / "cameras.json").write_text(json.dumps(list(cameras())))
     (folder / "recording.csv").write_bytes(RECORDING.read_bytes())

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bench.pack_avatars import AVATARS
 
 from avatar_export.measure.poses import poses
 from avatar_export.measure.views import views
@@ -13,7 +14,6 @@ from avatar_export.ops.active_sh import with_active_sh
 from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
 from avatar_runtime.packs import decode_pack
-from tests.bench.pack_avatars import AVATARS
 from tests.exporter.packing.cases import COARSE
 from tests.measured import Measure
 from tests.players.played_cases import HEAD, vectors

@@ -14,10 +14,10 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
+from bench.pack_avatars import AVATARS
 
 from avatar_export.ops.active_sh import with_active_sh
 from avatar_export.packing.write import pack
-from tests.bench.pack_avatars import AVATARS
 from tests.commands import Run
 from tests.exporter.commands.test_view import view
 from tests.exporter.live.senders import live_link_packets

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from bench.pack_avatars import AVATARS
 
 from avatar_export.measure.poses import poses
 from avatar_export.measure.views import views
@@ -14,7 +15,6 @@ from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
 from avatar_runtime.packs import decode_pack
 from avatar_runtime.player import Player
-from tests.bench.pack_avatars import AVATARS
 from tests.measured import Measure
 from tests.players.test_web_played import IMAGE_LIMIT
 from tests.players.web import BACKENDS, Job, ask, shot

@@ -1,4 +1,4 @@
-"""What the Unity player's core must find beside `core_cases`: proxy meshes, hostile packs, mutated packs."""
+"""What the Unity player's core must find beside `core_cases`: proxy meshes, mutated packs."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from random import Random
 from typing import Any
 
 import numpy as np
+from tools.fuzz.mutate import mutated
 
 from avatar_runtime.avatar import Avatar, Rig, SparseRows
 from avatar_runtime.codec import safetensors
 from avatar_runtime.packs import decode_pack
-from tests.fuzz.mutate import mutated
 from tests.players.core_cases import FOUND, Case, facts
-from tests.players.unity_hostile import write_hostile
 from tests.players.unity_pose_cases import write_pose_cases
 from tests.session.fuzz import FACTOR
 
@@ -42,8 +41,6 @@ def write_unity_cases(core: Path, folder: Path) -> None:
         if avatar.rig is not None:
             data = b"".join(safetensors.encode(proxy(avatar, avatar.rig)))
             (folder / name / "proxy.safetensors").write_bytes(data)
-    (folder / "hostile").mkdir()
-    write_hostile(files, folder / "hostile")
     write_mutated(list(files.values()), folder / "mutated.bin")
     write_pose_cases(folder, files)
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
+from tools.fuzz.mutate import other, places
 
 from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
@@ -21,7 +22,6 @@ from avatar_schema.validate import MOST_PROBLEMS, schema_problems
 from tests import bundles
 from tests.avatars import surface_avatar
 from tests.exporter.packing.cases import opened
-from tests.fuzz.mutate import other, places
 from tests.runtime.conformance import made
 from tests.session.fuzz import examples
 from tests.trainer.captures import folders

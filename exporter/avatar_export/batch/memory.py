@@ -30,7 +30,7 @@ class Measured:
     cpu_seconds: float
 
 
-# python -m tests.bench.batch.rows FOLDER
+# python -m bench.batch.rows FOLDER
 MEASURED = (
     Measured("dump", False, 62561664, 279052288, 9.6),
     Measured("dump", True, 62561664, 520916992, 29.1),

@@ -76,7 +76,7 @@ async function makeAvatars() {
   const folder = join(BUILD, "avatars");
   const names = ["head", ...(options.lam ? ["lam"] : [])];
   if (!names.every((name) => existsSync(join(folder, `${name}.ply`)))) {
-    const args = ["-m", "tests.bench.web_avatars", folder];
+    const args = ["-m", "bench.web_avatars", folder];
     if (options.samples) args.push("--samples", options.samples);
     if (options.lam) args.push("--lam", options.lam);
     execFileSync(options.python, args, { cwd: REPOSITORY, stdio: "inherit" });

@@ -6,11 +6,11 @@ import json
 import sys
 from pathlib import Path
 
+from bench.batch.lists import ROWS
 from samples.make import make_body, make_gaussian_blendshapes, make_lam
 
 from avatar_export.asm.files import save
 from tests.asm_faces import small_face
-from tests.bench.batch.lists import ROWS
 from tests.exporter.readers import psavatar_run, splatting_files
 
 GAUSSIANS = 300

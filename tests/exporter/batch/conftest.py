@@ -7,10 +7,10 @@ import signal
 from collections.abc import Iterator
 
 import pytest
+from bench.batch.lists import Row, rows_of
 from distributed import Client
 
 from avatar_export.batch import cluster, row
-from tests.bench.batch.lists import Row, rows_of
 from tests.exporter.batch import avatars
 from tests.session.shared_folder import made_once
 

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from bench.batch.lists import Row, write_list
 
 from avatar_export.batch import stores
 from avatar_export.batch.job import Job
@@ -21,7 +22,6 @@ from avatar_export.options import ReadOptions
 from avatar_export.readers.table import read
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
-from tests.bench.batch.lists import Row, write_list
 from tests.exporter.readers import splatting_files
 
 QUICK = {"preview": False, "engine_files": False, "reference": False}

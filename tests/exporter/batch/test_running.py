@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from bench.batch.lists import Row, mostly_cheap, write_list
 from distributed import Client
 
 from avatar_export.batch import row_options
 from avatar_export.batch.jobs import read_list
 from avatar_export.conversion import convert
-from tests.bench.batch.lists import Row, mostly_cheap, write_list
 from tests.commands import Run
 from tests.exporter.batch.conftest import kill_worker
 

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import dask
 import pytest
+from bench.batch.lists import Row, write_list
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from distributed import LocalCluster
 from distributed.security import Security
 
-from tests.bench.batch.lists import Row, write_list
 from tests.commands import Run
 
 PREFIX = "DASK_DISTRIBUTED__COMM__TLS__"  # of the variables that docs/batch.md names

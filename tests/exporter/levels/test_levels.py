@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bench.levels import judging_views, psnr_db
 
 from avatar_export.levels import coarser
 from avatar_export.levels.compositing import Flat, contribution, error_shares, squared_error
@@ -22,7 +23,6 @@ from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.player import Player
 from avatar_runtime.subset import subset
 from tests.avatars import assert_same
-from tests.bench.levels import judging_views, psnr_db
 
 TRAINED = Path(__file__).parents[3] / "samples" / "trained"
 

@@ -1,12 +1,9 @@
-"""NAME.avatar: what is written is read, the same input gives the same bytes, and hostile files get one line."""
+"""NAME.avatar: what is written is read, and the same input gives the same bytes."""
 
 from __future__ import annotations
 
 import gzip
-import json
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,10 +11,9 @@ import safetensors.numpy
 
 from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
-from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.packs import decode_pack
 from tests.avatars import assert_same
-from tests.exporter.packing.cases import AVATARS, COARSE, closed, levels_of, opened
+from tests.exporter.packing.cases import AVATARS, COARSE, levels_of, opened
 
 FILES = {name: pack([avatar], COARSE).file for name, avatar in AVATARS.items()}
 
@@ -88,77 +84,3 @@ def test_the_coarse_level_lies_before_the_fine_one() -> None:
     coarse = [i for i, name in enumerate(order) if name.startswith("level1/")]
     fine = [i for i, name in enumerate(order) if name.startswith("BlendStatic.0/")]
     assert coarse and max(coarse) < min(fine)
-
-
-def spoiled(change: Callable[[dict[str, Any], dict[str, Any]], None]) -> bytes:
-    header, document, tensors = opened(FILES["surface"])
-    change(header, document)
-    return closed(header, document, tensors)
-
-
-def set_first(document: dict[str, Any], key: str, value: Any) -> None:
-    next(b for b in document["program"]["buffers"] if "sections" in b)["sections"][0][key] = value
-
-
-def set_incidence(document: dict[str, Any], count: int) -> None:
-    """Gives the triangles around each vertex that many vertices; the section itself comes later."""
-    listed = next(
-        b["sections"]
-        for b in document["program"]["buffers"]
-        if any(s["name"] == "vertex_triangle" for s in b.get("sections", []))
-    )
-    ptr = next(s for s in listed if s["name"] == "vertex_triangle_ptr")
-    ptr["count"] = count
-    listed.remove(ptr)
-    listed.append(ptr)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda h, d: d["asset"].update(version="2.0", minVersion="2.0"), r"\$\.asset\.version: is 2\.0"),
-        (lambda h, d: d.update(shaders=2), r"\$\.shaders: needs kernels of version 2"),
-        (lambda h, d: d.pop("levels"), "'levels' is a required property"),
-        (lambda h, d: set_first(d, "codec", "zstd"), "'zstd' is unknown to this reader"),
-        (lambda h, d: set_first(d, "tensor", "nowhere"), "tensor 'nowhere' is missing"),
-        (lambda h, d: set_first(d, "count", 4_000_000_000), "takes more than|elements of"),
-        (lambda h, d: d["program"]["mesh"][0].update(entry="explode"), "explode"),
-        (lambda h, d: d["program"]["mesh"][0].update(rows=10**9), "mesh"),
-        (lambda h, d: d["program"]["mesh"][0]["buffers"].update(Pose="Nothing"), "Nothing"),
-        (lambda h, d: d["program"]["levels"][0]["view"][0]["constants"].update(eye="ear"), "ear"),
-        (lambda h, d: d["program"]["levels"][0]["view"][0]["constants"].update(count=49), "count"),
-        (lambda h, d: h[min(h)].update(data_offsets=[0, 1 << 40]), "claims 1099511627776 bytes"),
-        (lambda h, d: h[min(h)].update(dtype="F32"), "does not fit the file"),
-        (lambda h, d: d["avatar"]["rules"].update(rotation="twist"), "'twist' is unknown to this reader"),
-        (lambda h, d: d["avatar"].update(joints=[]), "joint"),
-        (lambda h, d: d["avatar"]["clips"][0].update(frames=10**9), "the clips decode to [0-9]+ bytes"),
-        (lambda h, d: set_incidence(d, 1 << 30), "is for 1073741823 vertices"),
-    ],
-)
-def test_a_hostile_document_gets_one_line(change: Callable[..., None], message: str) -> None:
-    with pytest.raises(AvatarError, match=message) as caught:
-        decode_pack(spoiled(change), "some.avatar")
-    assert str(caught.value).startswith("some.avatar: ") and "\n" not in str(caught.value)
-
-
-def test_a_cut_or_longer_file_is_refused() -> None:
-    file = FILES["joints"]
-    for data, message in (
-        (file[: len(file) // 2], "ends .* too early"),
-        (file[:-4], "ends|goes on|damaged"),
-        (file + b"x", "goes on after"),
-        (b"PK" + file, "does not begin as a gzip file"),
-        (file[:200] + bytes(8) + file[208:], "damaged|JSON|ends|not"),
-    ):
-        with pytest.raises(AvatarError, match=message):
-            decode_pack(data, "x")
-
-
-def test_a_gzip_bomb_is_refused_before_memory_is_taken() -> None:
-    size = 900 << 20
-    text = json.dumps({"t": {"dtype": "U8", "shape": [size], "data_offsets": [0, size]}}).encode()
-    bomb = gzip.compress(len(text).to_bytes(8, "little") + text + bytes(1 << 20))
-    with pytest.raises(AvatarError, match="claims 943718400 bytes in a file of"):
-        decode_pack(bomb, "x")
-    with pytest.raises(AvatarError, match="claims a header of"):
-        decode_pack(gzip.compress((1 << 40).to_bytes(8, "little")), "x")

@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from tools.fuzz.native import PACKS, executions, fuzz, try_once
+from tools.fuzz.native_seeds import tiny
 
-from tests.fuzz.native import PACKS, executions, fuzz, try_once
-from tests.fuzz.native_seeds import tiny
 from tests.players.native import need_compilers, run
 from tests.session.fuzz import FACTOR
 from tests.session.native import LANGUAGE, LIMIT_S, NATIVE, SANITIZED, WARNINGS, build, includes, one_unit

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bench.pack_avatars import AVATARS
 
 from avatar_export.measure.poses import poses
 from avatar_export.measure.views import views
@@ -14,7 +15,6 @@ from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
 from avatar_runtime.packs import decode_pack
 from avatar_runtime.player import Player
-from tests.bench.pack_avatars import AVATARS
 from tests.measured import Measure
 from tests.players.native.gles import Job, desk_program
 from tests.players.native.test_native_gles import BYTE, KINDS

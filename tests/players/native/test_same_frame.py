@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import PIL.Image
 import pytest
+from bench.pack_avatars import AVATARS
 
 from avatar_export.measure.framing import framing
 from avatar_export.ops.active_sh import with_active_sh
@@ -19,7 +20,6 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.packs import decode_pack
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, clip_pose
-from tests.bench.pack_avatars import AVATARS
 from tests.exporter.packing.cases import COARSE
 from tests.measured import Measure
 from tests.players.native.gles import play_program, run_gl

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bench.backends import busy_pose
 
 from avatar_export.images import frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.player import Player
 from avatar_runtime.stages.raster import PROFILES
-from tests.bench.backends import busy_pose
 from tests.measured import Measure
 
 SAME, FLIPPED = 1e-4, 4e-3  # a pixel; one where alpha at 1/255 or T at 1e-4 was decided the other way

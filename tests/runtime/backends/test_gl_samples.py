@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import moderngl
 import numpy as np
 import pytest
+from bench.backends import busy_pose
 
 from avatar_export.images import frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
@@ -14,7 +15,6 @@ from avatar_runtime.backends.gl.context import own_context
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
 from avatar_runtime.posed import Clock
-from tests.bench.backends import busy_pose
 from tests.measured import Measure
 from tests.runtime.backends.gl_cases import BACKGROUND, IMAGE_LIMIT, backend, check_stage, stage_inputs
 

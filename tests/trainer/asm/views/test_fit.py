@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from bench.asm_views import Truth, rmse_mm
 from samples.asm.data import load_asm_head
 from samples.capture.views import write_views
 
@@ -14,7 +15,6 @@ from avatar_export.asm.files import load, save
 from avatar_export.asm.maths import posed
 from avatar_trainer import cli
 from avatar_trainer.asm.template.files import at_rest
-from tests.bench.asm_views import Truth, rmse_mm
 
 Command = Callable[..., tuple[int, str]]
 FIT = ("--set", "iterations=32")

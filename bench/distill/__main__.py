@@ -1,0 +1,171 @@
+"""Prints what was asked, what a prototype reached and what is reached: `python -m bench.distill [ROW ...]`.
+
+Truth is the dump drawn by backend `cpu` from three cameras in turn (front, 40 degrees to each side), 256x256.
+Foreground is alpha above 0.5 in the truth; takes are held out whole. Pictures (truth, distilled, difference times 20)
+go to --out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from PIL import Image
+from samples.dumps import clip_poses, random_poses, write_dumps
+from tests.shared_data import ROOT
+
+from avatar_export.distill import make
+from avatar_export.distill.measure import box_of, pictures
+from avatar_export.readers.table import read
+from avatar_export.writers.bundle import write_bundle
+from avatar_runtime.avatar import Avatar
+from avatar_runtime.pose import Pose
+from bench.distill import boxes
+from bench.distill.driven import driven_map
+from bench.distill.large import large
+
+NORMATIVE = ("gaussians.ply", "blendshapes.safetensors", "embedding.safetensors", "rig.safetensors")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table."""
+
+    name: str
+    make: boxes.Make
+    takes: boxes.Takes
+    asked: str
+    prototype: str
+    with_rig: bool = False
+    network: bool = False
+
+
+def rows() -> list[Row]:
+    """The table, without the rows `lam` and `large`."""
+    head, splat, body = boxes.head_blendshapes(), boxes.head_splatting(), boxes.body_splatting()
+    clip = clip_poses(splat, "training")
+    neural = boxes.clip_only(head, 216, 72) | boxes.randoms(head, 216, 48, 8.0)
+    return [
+        Row("blendshapes_clip", lambda: head, boxes.clip_only(head, 96, 24), "0.03 / 62", "0.020 / 63.4"),
+        Row("blendshapes_random", lambda: head, boxes.randoms(head, 96, 24, 8.0), "0.1 / 50", "0.118 / 48.6"),
+        Row("splatting_clip", lambda: splat, boxes.clip_only(splat, 144, 56), "0.04 / 62", "0.041 / 61.3", True),
+        Row(
+            "splatting_random", lambda: splat,
+            {"clip": boxes.spread(clip, 96)} | boxes.randoms(splat, 60, 24, 8.0), "0.2 / 40", "0.22 / 36.2", True,
+        ),
+        Row("body", lambda: body, _body(body), "0.6 / 40", "0.64 / 38.6", True),
+        Row("neural", lambda: head, neural, "- / 36; - / 31.5", "- / 36.3; - / 31.9", network=True),
+    ]  # fmt: skip
+
+
+def _body(body: Avatar) -> boxes.Takes:
+    return {"walk": clip_poses(body, "walk")[:48]} | boxes.randoms(body, 100, 24, 15.0)
+
+
+def measure(row: Row, out: Path) -> None:
+    """Print one row and write its pictures."""
+    avatar = row.make()
+    change = boxes.network(avatar) if row.network else None
+    names = list(row.takes)
+    held = [index for index, name in enumerate(names) if name.startswith("held")]
+    with TemporaryDirectory() as folder:
+        dumps = Path(folder) / "dumps"
+        write_dumps(avatar, list(row.takes.values()), dumps, change=change, take_names=names, held_out=held)
+        spent = time.process_time()
+        result = make.distill(
+            dumps,
+            rig=avatar.rig if row.with_rig else None,
+            morph_names=avatar.expression_names if row.with_rig else (),
+            accept_error=True,
+        )
+        spent = time.process_time() - spent
+        small, original = _bytes(result.avatar, Path(folder) / "a"), _bytes(avatar, Path(folder) / "b")
+        _save(result, out / f"{row.name}.png")
+    errors, take = result.errors, result.task.dumps.drivers.take
+    reached = []
+    for index in held:
+        at = take[errors.frames] == index
+        reached.append(
+            f"{np.sqrt(np.square(errors.rms_mm[at]).mean()):.4f} / {np.nanmean(errors.foreground_db[at]):.1f}"
+        )
+    print(f"{row.name}: {len(result.frames.fitted)} + {len(result.frames.held_out)} frames, {result.form}")
+    print(
+        f"  asked {row.asked} | prototype {row.prototype} | reached {'; '.join(reached)}  (mm / dB, held out)"
+    )
+    for one in result.tried:
+        print(f"  tried: {one.form} {one.errors.rms:.4f} mm, {one.errors.decibels:.1f} dB")
+    if result.baked is not None:
+        at = [take[result.baked.frames] == index for index in held]
+        baked = "; ".join(f"{np.nanmean(result.baked.foreground_db[one]):.1f}" for one in at)
+        print(f"  baked, an upper bound and not held out: {baked} dB")
+    print(
+        f"  normative bytes {small:,}, original {original:,}: {small / original:.2f} times; {spent:.0f} s CPU"
+    )
+
+
+def _bytes(avatar: Avatar, folder: Path) -> int:
+    manifest = write_bundle(avatar, folder, preview=False, engine_files=False, reference=False)
+    return sum(entry["bytes"] for entry in manifest["files"] if entry["path"] in NORMATIVE)
+
+
+def _save(result: make.Distilled, file: Path) -> None:
+    held = result.errors.frames
+    some = held[np.linspace(0, len(held) - 1, 3).astype(int)]
+    shown = [
+        np.concatenate([one.truth, one.distilled, 20 * np.abs(one.truth - one.distilled)], axis=1)
+        for one, _, _ in pictures(result.task, result.avatar, some, box_of(result.task, some))
+    ]
+    Image.fromarray((np.clip(np.concatenate(shown), 0, 1) * 255).astype(np.uint8)).save(file)
+
+
+def lam(out: Path) -> None:
+    """A real LAM head, distilled from its own dumps and compared with what LAM's reader plays."""
+    data = os.environ.get("AVATAR_TEST_DATA", ROOT.parent / "shared" / "data")
+    path = Path(data) / "lam" / "p2-1.zip"
+    if not path.exists():
+        print("lam: optional test data is not here")
+        return
+    avatar = read(path)
+    poses: list[Pose] = []
+    if avatar.clips:
+        poses = boxes.spread(clip_poses(avatar, avatar.clips[0].name), 60)
+    takes = {
+        "clip": poses,
+        "random": random_poses(avatar, 120, 8.0),
+        "held_random": random_poses(avatar, 24, 8.0, 8),
+    }
+    takes = {name: take for name, take in takes.items() if take}
+    measure(Row("lam", lambda: avatar, takes, "-", "-"), out)
+
+
+def main() -> None:
+    """Measure the rows that are named, or all."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("row", nargs="*")
+    parser.add_argument("--out", type=Path, default=Path("distill_pictures"))
+    parser.add_argument(
+        "--map", action="store_true", help="measure a map that would drive residual bases, and no row"
+    )
+    given = parser.parse_args()
+    if given.map:
+        driven_map()
+        return
+    given.out.mkdir(parents=True, exist_ok=True)
+    for row in rows():
+        if not given.row or row.name in given.row:
+            measure(row, given.out)
+    if not given.row or "lam" in given.row:
+        lam(given.out)
+    if not given.row or "large" in given.row:
+        large()
+    print(f"peak memory of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""The packs that Python and every player must refuse."""
