@@ -16,8 +16,9 @@ ORDER = {
         "player", "conformance",
     ),
     "avatar_export": (
-        "options", "provenance", "sparse", "version", "formats", "driving", "bodies", "asm", "ops", "images",
-        "measure", "levels", "clips", "fit", "rigs", "readers", "writers", "packing", "checks", "playing", "conversion",
+        "notes", "options", "provenance", "sparse", "version", "formats", "driving", "bodies", "asm", "ops", "images",
+        "measure", "levels", "clips", "fit", "rigs", "readers", "writers", "packing", "checks", "playing",
+        "convert_options", "conversion",
         "summary", "distill", "live", "owned", "serving", "players", "drop", "batch", "commands", "cli", "__main__",
     ),
     "avatar_trainer": (

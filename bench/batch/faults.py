@@ -137,7 +137,7 @@ def different(jobs: tuple[Job, ...], sources: tuple[Job, ...], work: Path) -> in
     for job, local in zip(jobs, sources, strict=True):
         paths = {role: Path(location) for role, location in local.inputs.items()}
         expected = work / "converted" / job.name
-        convert(local.source, expected, force=True, **row_options.arguments(local.options, paths))
+        convert(local.source, expected, row_options.arguments(local.options, paths), force=True)
         found += contents(stores.bundle_of(job.output) or "") != contents(str(expected))
     return found
 

@@ -1,7 +1,6 @@
 """Reads trained avatars and writes bundles.
 
-The public face: `read`, `convert`, `validate`, `ReadOptions`, `READERS`, `AvatarError`. Nothing heavy is loaded before
-one of these names is used.
+The names in `__all__` are the public face. Nothing heavy is loaded before one of them is used.
 """
 
 from __future__ import annotations
@@ -14,13 +13,20 @@ from avatar_export.version import GENERATOR, __version__
 if TYPE_CHECKING:
     from avatar_export.checks.bundle import validate
     from avatar_export.conversion import convert
+    from avatar_export.convert_options import ConvertOptions
     from avatar_export.options import ReadOptions
     from avatar_export.readers.table import READERS, read
     from avatar_runtime.io.errors import AvatarError
 
-__all__ = ["GENERATOR", "READERS", "AvatarError", "ReadOptions", "__version__", "convert", "read", "validate"]
+# fmt: off
+__all__ = [
+    "GENERATOR", "READERS", "AvatarError", "ConvertOptions", "ReadOptions", "__version__", "convert", "read",
+    "validate",
+]
+# fmt: on
 _HOMES = {
     "AvatarError": "avatar_runtime.io.errors",
+    "ConvertOptions": "avatar_export.convert_options",
     "READERS": "avatar_export.readers.table",
     "ReadOptions": "avatar_export.options",
     "convert": "avatar_export.conversion",

@@ -43,7 +43,7 @@ class OwnList:
         try:
             found = json.loads(read_bytes(mark, MOST_LISTED))
         except (ValueError, RecursionError):
-            raise AvatarError(f"is no JSON; {self.cure}", file=mark) from None
+            raise AvatarError(f"is not JSON; {self.cure}", file=mark) from None
         files = found.get("files") if isinstance(found, dict) and found.get("format") == mark.stem else None
         if not isinstance(files, dict):
             raise AvatarError(

@@ -12,10 +12,8 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
 
-UNSAID = "assumed, nothing says otherwise"  # in a note of the provenance: no file states this setting
 BODY_RESTRICTION = "the rig derives from the body model given; its licence goes with this bundle"
 UNCHECKED = "unchecked: this reader follows the released code, but was never tried on a released file"
-DOUBT = "doubtful: "  # begins a note of the provenance that says something may be wrong
 
 
 def source_files(files: Mapping[str, Path]) -> list[dict[str, Any]]:

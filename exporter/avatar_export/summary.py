@@ -40,7 +40,7 @@ def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
             "files": files,
         }
     reader = find(path, system)
-    avatar = read_with(reader, path, reader.without_rig)
+    avatar, _ = read_with(reader, path, reader.without_rig)
     return {"kind": "source", "note": f"convert it to get {MANIFEST}", **summary(avatar)}
 
 

@@ -144,9 +144,9 @@ def _rotation(value: Any) -> F64:
     with np.errstate(over="ignore", invalid="ignore"):
         off = float(np.abs(found @ found.T - np.eye(3)).max())
     if not off <= ROTATION_TOLERANCE:
-        raise ValueError(f"rotation is none: an entry of R R^T - I is {off:.3g}")
+        raise ValueError(f"rotation is not a rotation matrix: an entry of R R^T - I is {off:.3g}")
     if np.linalg.det(found) < 0:
-        raise ValueError("rotation is none: its determinant is -1, it mirrors")
+        raise ValueError("rotation is not a rotation matrix: its determinant is -1, it mirrors")
     return found
 
 

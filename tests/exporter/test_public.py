@@ -7,13 +7,14 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import avatar_export
-from avatar_export import AvatarError, ReadOptions, convert, read, validate
+from avatar_export import AvatarError, ConvertOptions, ReadOptions, convert, read, validate
 from avatar_runtime.bundle import load
 
 
@@ -29,18 +30,13 @@ def test_a_user_reads_converts_and_validates(sample_splatting_head: Path, tmp_pa
     source, body = sample_splatting_head / "run", sample_splatting_head / "body" / "body_model.npz"
     avatar = read(source, ReadOptions(no_rig=True))
     assert avatar.provenance["system"] == "splatting_avatar" and avatar.rig is None
-    out = convert(
-        str(source),
-        tmp_path / "head.avatar.zip",
-        options=ReadOptions(body_model=body, name="Ada"),
-        licence="CC0-1.0",
-        engine_files=False,
-        reference=False,
-        preview=False,
-    )
-    assert out == tmp_path / "head.avatar.zip"
+    out = tmp_path / "head.avatar.zip"
+    plain = ConvertOptions(engine_files=False, reference=False, preview=False)
+    made = convert(str(source), out, replace(plain, body_model=body, name="Ada", licence="CC0-1.0"))
     assert [problem for problem in validate(out) if not problem.warning] == []
     again = load(out)
+    assert made.manifest["provenance"] == again.provenance
+    assert {"settings", "files"} <= {note.kind for note in made.notes}
     assert (again.name, again.provenance["licence"]) == ("Ada", "CC0-1.0")
     assert again.rig is not None
     with pytest.raises(AvatarError, match="exists; pass --force to replace it"):
@@ -52,13 +48,13 @@ HEAD: Any = "head"
 MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
     (lambda: convert(NONE, HEAD), TypeError, "source is None; a path is needed"),
     (lambda: convert(HEAD, NONE), TypeError, "out is None; a path is needed"),
-    (lambda: convert(HEAD, HEAD, options={"no_rig": True}), TypeError, "options is a dict; a ReadOptions"),
+    (lambda: convert(HEAD, HEAD, options={"no_rig": True}), TypeError, "options is a dict; a ConvertOptions"),
     (lambda: ReadOptions(body_scale=0), ValueError, "body_scale is 0; 1e-06 to 1e+06"),
-    (lambda: convert(HEAD, HEAD, clips=HEAD), TypeError, "clips is the text 'head'; a list of paths is needed"),
-    (lambda: convert(HEAD, HEAD, clips=[NONE]), TypeError, "clips[0] is None; a path is needed"),
-    (lambda: convert(HEAD, HEAD, driving=3), TypeError, "driving is an int; a path is needed"),
-    (lambda: convert(HEAD, HEAD, author=3), TypeError, "author is an int; a text is needed"),
-    (lambda: convert(HEAD, HEAD, influences=5), ValueError, "influences is 5; 4 or 8 is needed"),
+    (lambda: ConvertOptions(clips=HEAD), TypeError, "clips is the text 'head'; a list of paths is needed"),
+    (lambda: ConvertOptions(clips=[NONE]), TypeError, "clips[0] is None; a path is needed"),
+    (lambda: ConvertOptions(driving=3), TypeError, "driving is an int; a path is needed"),
+    (lambda: ConvertOptions(author=3), TypeError, "author is an int; a text is needed"),
+    (lambda: ConvertOptions(influences=5), ValueError, "influences: '5' is not one of 4, 8"),
     (lambda: read(NONE), TypeError, "path is None; a path is needed"),
     (lambda: read(HEAD, HEAD), TypeError, "options is the text 'head'; a ReadOptions is needed"),
     (lambda: read(HEAD, system=3), TypeError, "system is an int; a text is needed"),
@@ -97,15 +93,14 @@ def test_bad_data_and_bad_calls(tmp_path: Path, sample_splatting_head: Path) -> 
     with pytest.raises(AvatarError, match="unknown system 'splatting'"):
         read(sample_splatting_head / "run", system="splatting")
     with pytest.raises(ValueError, match="'up' is not one of right, left"):
-        convert(sample_splatting_head / "run", tmp_path / "out", handedness="up")
-    assert not (tmp_path / "out").exists()
+        ConvertOptions(handedness="up")
 
 
 def test_importing_the_package_is_light() -> None:
     program = (
         "import sys, avatar_export;"
         "before = {m.partition('.')[0] for m in sys.modules};"
-        "from avatar_export import READERS, AvatarError, ReadOptions, convert, read, validate;"
+        "from avatar_export import READERS, AvatarError, ConvertOptions, ReadOptions, convert, read, validate;"
         "after = {m.partition('.')[0] for m in sys.modules};"
         "print('numpy' in before, sorted(after & {'pxr', 'torch', 'numba', 'typer', 'moderngl', 'ufbx'}))"
     )

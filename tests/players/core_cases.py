@@ -34,6 +34,7 @@ from tests.players.hostile.packs import write_hostile
 
 GOLDEN = Path(__file__).parents[1] / "data" / "packs" / "1.0"
 FOUND = sorted((Path(__file__).parents[1] / "data" / "fuzz" / "pack").glob("*/x.avatar"))
+assert FOUND, "the corpus of packs that the fuzzer found is not where it was"
 RECORDING = Path(__file__).parents[2] / "samples" / "drive" / "live_link_face_rom_300.csv"
 POSES = 12  # random ones of each pack
 Array = np.ndarray[Any, Any]

@@ -172,7 +172,7 @@ def _context(security: Security) -> ssl.SSLContext:
         found = security.get_connection_args("client").get("ssl_context")
     except OSError as error:
         raise AvatarError(
-            f"the certificates that Dask is told to use cannot be read ({error.strerror or error})",
+            f"the certificates that Dask's settings name cannot be read ({error.strerror or error})",
             field="--scheduler",
         ) from None
     if not isinstance(found, ssl.SSLContext):
@@ -199,7 +199,7 @@ def _knock(host: str, port: int, context: ssl.SSLContext | None) -> None:
                 said += more
         if len(said) < GREETED or int.from_bytes(said, "little") > LONGEST_GREETING:
             other = "" if context else ", or one whose address begins with tls://"
-            raise OSError(f"what listens there is no scheduler{other}")
+            raise OSError(f"the program that listens there is not a scheduler{other}")
 
 
 def look(client: Client, versions: Mapping[str, Any]) -> Workers:

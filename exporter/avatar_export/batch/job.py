@@ -39,9 +39,9 @@ class Job:
                 if name not in known:
                     raise ValueError(no_such(what, str(name), known).message)
         if not self.name.strip() or not self.name.isprintable():
-            raise ValueError(f"{self.name!r} is no name of a row")
+            raise ValueError(f"{self.name!r} cannot be the name of a row")
         if like_url(self.name):
-            raise ValueError("the name of a row is no URL, which could hold a password")
+            raise ValueError("a URL cannot be the name of a row, since it could hold a password")
         options = {
             name: row_options.checked(name, value, ".")
             for name, value in self.options.items()

@@ -73,7 +73,8 @@ def read_rows(location: str, columns: Sequence[str] = COLUMNS) -> Iterator[Row]:
         if not is_url(location) and not os.path.exists(location):
             raise AvatarError("no such file or folder", file=location)
         raise AvatarError(
-            f"is no list; name a .csv, a {' or '.join(JSON_LINES)}, or a local folder to walk", file=location
+            f"is not a list; name a .csv, a {' or '.join(JSON_LINES)}, or a local folder to walk",
+            file=location,
         )
     try:
         text = stores.read_bytes(location, LARGEST).decode("utf-8-sig")
@@ -99,7 +100,7 @@ def _csv(text: str, location: str, known: Sequence[str]) -> Iterator[Row]:
             values = {column: cell.strip() for column, cell in zip(columns, cells, strict=False)}
             yield reader.line_num, {column: value for column, value in values.items() if value}
     except csv.Error as error:
-        raise AvatarError(f"is no CSV ({error})", file=location, field=f"line {reader.line_num}") from None
+        raise AvatarError(f"is not CSV ({error})", file=location, field=f"line {reader.line_num}") from None
 
 
 def _check_columns(columns: Sequence[str], location: str, known: Sequence[str]) -> None:
@@ -159,7 +160,7 @@ def _job(row: Mapping[str, Any], line: int, location: str, out: str) -> Job:
 
 def _text(value: Any) -> str:
     if not isinstance(value, str):
-        raise TypeError(f"{value!r:.40} is no text")
+        raise TypeError(f"{value!r:.40} is not a text")
     return value
 
 
@@ -187,7 +188,7 @@ def _steps(value: Any) -> tuple[str, ...]:
     """Steps from a list, or from a text that separates them by spaces, commas or semicolons."""
     steps = BETWEEN.split(value.strip()) if isinstance(value, str) else value
     if not isinstance(steps, list | tuple) or not all(isinstance(step, str) for step in steps):
-        raise TypeError(f"{value!r:.40} is no list of steps")
+        raise TypeError(f"{value!r:.40} is not a list of steps")
     for step in filter(None, steps):
         if step not in STEPS:
             raise ValueError(no_such("step", step, STEPS).message)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from PIL import Image
 
@@ -18,15 +16,16 @@ from avatar_export.checks import bundle as checks
 from avatar_export.checks.conform import conform_bundle
 from avatar_export.checks.conform_report import verdict
 from avatar_export.checks.pack import validate_pack
+from avatar_export.convert_options import ConvertOptions
 from avatar_export.images import SHEET_SIZE
-from avatar_export.packing.make import Choices, make_pack
+from avatar_export.notes import text
+from avatar_export.packing.choices import Choices
+from avatar_export.packing.make import make_pack
 from avatar_export.playing import frames as playing
 from avatar_export.playing import sequences
-from avatar_export.provenance import DOUBT
 from avatar_export.serving import publish
 from avatar_export.serving.session import identity, shown
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.bundle import load, opener, read_manifest
 from avatar_runtime.io.text_files import write_text
 from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.packs import FILE_LIMIT
@@ -71,23 +70,20 @@ class Products:
         return self.folder / f"{self.job.product}{suffix}"
 
 
-def make(job: Job, source: Path, arguments: Mapping[str, Any], folder: Path, work: Path) -> Products:
+def make(job: Job, source: Path, options: ConvertOptions, folder: Path, work: Path) -> Products:
     """Writes the bundle and the products of the row's steps to `folder`.
 
-    `arguments` are those of `convert`. Raises AvatarError as the commands do, and for a product that fails its checks.
+    Raises AvatarError as the commands do, and for a product that fails its checks.
     """
-    written = conversion.convert(source, folder / job.product, **arguments)
-    avatar, manifest = load(written), read_manifest(opener(written))
-    doubts = [note for note in conversion.conversion_notes(avatar, manifest) if note.startswith(DOUBT)]
-    size = sum(entry["bytes"] for entry in manifest["files"])
+    made = conversion.convert(source, folder / job.product, options)
     products = Products(
         job,
         folder,
         work,
-        avatar,
-        manifest["frame"]["handedness"],
-        {"bundle": size},
-        message="; ".join(note.removeprefix(DOUBT) for note in doubts),
+        made.avatar,
+        options.handedness,
+        {"bundle": made.size},
+        message="; ".join(text(note) for note in made.notes if note.doubt),
     )
     for step in job.steps:
         DO[step](products)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
-from typing import Any
+from dataclasses import asdict, dataclass, field
+from typing import Any, get_type_hints
 
 from avatar_export.batch.locations import cleaned
 from avatar_runtime.io.errors import AvatarError
@@ -48,18 +48,18 @@ class Result:
 
 def from_json(said: Any, file: str) -> Result:
     """The result in JSON data. Raises AvatarError, naming `file`, for a field that is missing or of another type."""
-    known = {one.name: one.type for one in fields(Result)}
+    known = get_type_hints(Result)
     if not isinstance(said, dict) or said.keys() != known.keys():
         raise AvatarError("is not a result of this version; make the row again", file=file)
-    kinds: dict[str, tuple[type, ...]] = {
-        "str": (str,),
-        "bool": (bool,),
-        "int": (int,),
-        "float": (int, float),
-        "float | None": (int, float, type(None)),
-        "Mapping[str, int]": (dict,),
+    kinds: dict[Any, tuple[type, ...]] = {
+        str: (str,),
+        bool: (bool,),
+        int: (int,),
+        float: (int, float),
+        float | None: (int, float, type(None)),
+        Mapping[str, int]: (dict,),
     }
     for name, value in said.items():
-        if not isinstance(value, kinds[str(known[name])]):
+        if not isinstance(value, kinds[known[name]]):
             raise AvatarError("is of another type; make the row again", file=file, field=name)
     return Result(**said)

@@ -232,7 +232,7 @@ def refuse_other(output: str) -> None:
             return
         if read_record(output) is None:
             raise StoreError(
-                "exists and is no result of a batch; it is not replaced", kind="output", file=output
+                "exists and is not a result of a batch; it is not replaced", kind="output", file=output
             )
         return
     if read_record(output) is not None:
@@ -240,7 +240,7 @@ def refuse_other(output: str) -> None:
     store, inside = opened(output)
     with asked(output):
         if store.exists(f"{inside}/{MANIFEST}") or store.isfile(inside):
-            raise StoreError("exists and is no result of a batch", kind="output", file=output)
+            raise StoreError("exists and is not a result of a batch", kind="output", file=output)
 
 
 def read_record(output: str) -> dict[str, Any] | None:

@@ -195,7 +195,9 @@ def _checked(camera: TrackedCamera, file: Path, at: str) -> TrackedCamera:
     turn, k = camera.camera_from_world[:3, :3], camera.intrinsics
     off = float(np.abs(turn @ turn.T - np.eye(3)).max())
     if not off <= ROTATION_TOLERANCE or np.linalg.det(turn) < 0:
-        raise AvatarError(f"its rotation is none: an entry of R R^T - I is {off:.3g}", file=file, field=at)
+        raise AvatarError(
+            f"its matrix is not a rotation: an entry of R R^T - I is {off:.3g}", file=file, field=at
+        )
     if not (k[0, 0] > 0 and k[1, 1] > 0) or (k[2] != (0, 0, 1)).any() or k[1, 0] != 0:
         raise AvatarError(
             "its K is not [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] with fx, fy > 0", file=file, field=at

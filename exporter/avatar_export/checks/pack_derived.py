@@ -164,7 +164,7 @@ def preview_problems(pack: Pack, finest: Avatar) -> Iterator[Problem]:
                 )
             stored = np.asarray(image.convert("RGBA"), np.float64)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        yield Problem("array preview", f"is no still image that can be shown: {str(error)[:200]}")
+        yield Problem("array preview", f"is not a still image that can be shown: {str(error)[:200]}")
         return
     made = preview_image(finest, len(stored)).astype(np.float64)
     covered = (stored[..., 3] > 0) | (made[..., 3] > 0)

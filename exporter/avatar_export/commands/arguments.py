@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from avatar_export.options import Options, option
 from avatar_export.playing.sequences import pose_of
-from avatar_export.readers.table import READERS
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import BACKENDS
 from avatar_runtime.io.errors import AvatarError
@@ -20,32 +20,6 @@ from avatar_runtime.pose import Pose
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace the output if it exists.")]
 Bundle = Annotated[Path, typer.Argument(help="A bundle folder, .avatar.zip, or pack NAME.avatar.")]
-System = Annotated[
-    str | None,
-    typer.Option(
-        help=f"System of the source, if it should not be detected: {', '.join(r.system for r in READERS)}.",
-        metavar="NAME",
-    ),
-]
-Expressions = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--expression", "-e", help="NAME=WEIGHT of one of the avatar's expressions. May be repeated."
-    ),
-]
-Arkit = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--arkit", "-a", help="NAME=WEIGHT of an ARKit shape, through the avatar's driving. May be repeated."
-    ),
-]
-Turns = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--joint", "-j", help="NAME=X,Y,Z: rotation vector of a joint, in degrees. May be repeated."
-    ),
-]
-Eyelids = Annotated[list[str] | None, typer.Option(help="NAME=WEIGHT of an eyelid. May be repeated.")]
 Backend = Annotated[
     str | None,
     typer.Option(
@@ -57,7 +31,7 @@ NUMBER = re.compile("[0-9]{1,6}")
 LARGEST = 1e6  # larger weights and degrees are refused as typing errors
 
 
-def pairs(values: list[str] | None, option: str) -> list[tuple[str, str]]:
+def pairs(values: Sequence[str] | None, option: str) -> list[tuple[str, str]]:
     """NAME=VALUE options as (name, value). Raises AvatarError, which names the `option`."""
     pairs = []
     for value in values or []:
@@ -118,13 +92,6 @@ def one_of(option: str, value: object, known: Collection[object]) -> None:
         raise typer.BadParameter(f"{value!r} is not one of {', '.join(map(str, known))}", param_hint=option)
 
 
-def finite(given: Mapping[str, float]) -> None:
-    """Raise a usage error for an infinite number or NaN."""
-    for name, value in given.items():
-        if not math.isfinite(value):
-            raise typer.BadParameter(f"{value} is not a finite number", param_hint=name)
-
-
 def exclude(given: Mapping[str, object]) -> None:
     """Raise a usage error if more than one of these is given."""
     named = [name for name, value in given.items() if value]
@@ -132,21 +99,35 @@ def exclude(given: Mapping[str, object]) -> None:
         raise typer.BadParameter(f"{' and '.join(named)} cannot be used together")
 
 
-def pose(
-    avatar: Avatar,
-    expression: list[str] | None,
-    arkit: list[str] | None,
-    joint: list[str] | None,
-    eyelid: list[str] | None,
-) -> Pose:
-    """The pose that NAME=VALUE options describe. Raises AvatarError as `pose_of`."""
-    turns = {name: numbers(value, 3, "--joint / -j") for name, value in pairs(joint, "--joint / -j")}
-    weights = [
-        {name: numbers(value, 1, option)[0] for name, value in pairs(given, option)}
-        for given, option in (
-            (expression, "--expression / -e"),
-            (arkit, "--arkit / -a"),
-            (eyelid, "--eyelid"),
-        )
-    ]
-    return pose_of(avatar, weights[0], weights[1], turns, weights[2])
+@dataclass(frozen=True)
+class Posed(Options):
+    """A pose, in options NAME=VALUE."""
+
+    expression: tuple[str, ...] = option(
+        (), "NAME=WEIGHT of one of the avatar's expressions. May be repeated.", ("--expression", "-e")
+    )
+    arkit: tuple[str, ...] = option(
+        (), "NAME=WEIGHT of an ARKit shape, through the avatar's driving. May be repeated.", ("--arkit", "-a")
+    )
+    joint: tuple[str, ...] = option(
+        (), "NAME=X,Y,Z: rotation vector of a joint, in degrees. May be repeated.", ("--joint", "-j")
+    )
+    eyelid: tuple[str, ...] = option((), "NAME=WEIGHT of an eyelid. May be repeated.")
+
+    @property
+    def given(self) -> bool:
+        """Whether there is one."""
+        return self != Posed()
+
+    def pose(self, avatar: Avatar) -> Pose:
+        """The pose of `avatar`. Raises AvatarError as `pose_of`."""
+        turns = {name: numbers(value, 3, "--joint / -j") for name, value in pairs(self.joint, "--joint / -j")}
+        weights = [
+            {name: numbers(value, 1, option)[0] for name, value in pairs(given, option)}
+            for given, option in (
+                (self.expression, "--expression / -e"),
+                (self.arkit, "--arkit / -a"),
+                (self.eyelid, "--eyelid"),
+            )
+        ]
+        return pose_of(avatar, weights[0], weights[1], turns, weights[2])

@@ -10,7 +10,7 @@ import re
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any
 
@@ -18,6 +18,7 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from avatar_export.notes import Note, text
 from avatar_runtime.io.errors import printable
 
 SECONDS = 10.0  # between two lines of progress where there is no terminal
@@ -33,6 +34,12 @@ class CleanConsole(Console):
 
 messages = CleanConsole(stderr=True, highlight=False, markup=False, soft_wrap=True)
 output = CleanConsole(highlight=False, markup=False, soft_wrap=not sys.stdout.isatty())
+
+
+def tell(notes: Iterable[Note]) -> None:
+    """A line for each note, on standard error."""
+    for note in notes:
+        messages.print(f"{'warning' if note.doubt else 'note'}: {text(note)}")
 
 
 class Steps:
@@ -82,8 +89,8 @@ def facts_table(facts: dict[str, Any]) -> Table:
     """Two columns; nested keys are joined by a dot."""
     table = Table(show_header=False, box=None, pad_edge=False)
     for key, value in facts.items():
-        for label, text in _rows(key, value):
-            table.add_row(printable(label), printable(text))
+        for label, shown in _rows(key, value):
+            table.add_row(printable(label), printable(shown))
     return table
 
 

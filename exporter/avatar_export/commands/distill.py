@@ -11,13 +11,15 @@ import typer
 from avatar_export.bodies.body_model import read_body_model
 from avatar_export.bodies.body_rig import bake_rig
 from avatar_export.bodies.subject_files import read_shape
-from avatar_export.commands import arguments, inputs
+from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, messages, output
+from avatar_export.commands.declared import command
 from avatar_export.distill import make
 from avatar_export.distill.dumps.check import check as judged
 from avatar_export.distill.dumps.folder import open_dumps
 from avatar_export.distill.dumps.held import split
 from avatar_export.distill.report import report_html
+from avatar_export.options import Author, BodyModel, Consent, Licence
 from avatar_export.provenance import with_rights
 from avatar_export.rigs.rig_file import read_rig_file
 from avatar_export.writers.bundle import may_replace, write_bundle
@@ -29,6 +31,7 @@ REPORT = ".report.html"
 Dumps = Annotated[Path, typer.Argument(help="Folder with dumps.json, drivers.npz and frames/00000.ply ...")]
 
 
+@command
 def distill(
     dumps: Dumps,
     out: Annotated[
@@ -37,7 +40,7 @@ def distill(
             "--out", "-o", help=f"Bundle folder to write, or FILE.avatar.zip; OUT{REPORT} is put beside it."
         ),
     ],
-    body_model: inputs.BodyModel = None,
+    body_model: BodyModel = None,
     shape: Annotated[
         Path | None,
         typer.Option(help="Identity coefficients for --body-model: a tracked .frame, .npy, .npz or .json."),
@@ -55,9 +58,9 @@ def distill(
             "--accept-error", help="Write the bundle although held-out frames are far off, with a warning."
         ),
     ] = False,
-    licence: inputs.Licence = None,
-    author: inputs.Author = None,
-    consent: inputs.Consent = None,
+    licence: Licence = None,
+    author: Author = None,
+    consent: Consent = None,
     force: arguments.Force = False,
 ) -> None:
     """Learn a portable avatar from posed dumps of any code; its error is measured on held-out frames."""

@@ -8,16 +8,18 @@ from typing import Annotated
 
 import typer
 
-from avatar_export.commands import arguments, inputs
 from avatar_export.commands.console import Steps, messages, output
-from avatar_export.commands.pack import level_parts
+from avatar_export.commands.declared import command
+from avatar_export.convert_options import SourceOptions
 from avatar_export.drop import dropping
 from avatar_export.drop.contents import Source
 from avatar_export.drop.placing import KEEP, NEW, REMOVE, SAME, UPDATE
+from avatar_export.packing.choices import level_parts
 
 DONE = {NEW: "new", UPDATE: "updated", SAME: "unchanged", REMOVE: "removed", KEEP: "kept"}
 
 
+@command
 def drop(
     source: Annotated[
         Path, typer.Argument(help="A bundle, a pack, or the output of training (see `systems`).")
@@ -40,42 +42,19 @@ def drop(
             help="Levels of detail, as of `pack`; 1 takes seconds. Default: 1,0.5,0.25 for Unity and Unreal."
         ),
     ] = None,
-    system: arguments.System = None,
-    body_model: inputs.BodyModel = None,
-    body_scale: inputs.BodyScale = None,
-    shape: inputs.Shape = None,
-    eyelids: inputs.Eyelids = None,
-    anchor_faces: inputs.AnchorFaces = None,
-    dataset: inputs.Dataset = None,
-    rig: inputs.Rig = None,
-    mesh: inputs.Mesh = None,
-    poses: inputs.Poses = None,
-    units: inputs.Units = None,
-    mesh_scaling: inputs.MeshScaling = None,
-    sh_direction: inputs.ShDirection = None,
-    sh_degree: inputs.ShDegree = None,
-    quaternion_sign: inputs.QuaternionSign = None,
-    no_rig: inputs.NoRig = False,
-    accept_misfit: inputs.AcceptMisfit = False,
-    rotation: inputs.Rotation = None,
-    driving: inputs.Driving = None,
-    clip: inputs.Clip = None,
-    exact: inputs.Exact = False,
-    name: inputs.Name = None,
-    licence: inputs.Licence = None,
-    author: inputs.Author = None,
-    consent: inputs.Consent = None,
+    *,
+    options: SourceOptions,
 ) -> None:
     """Put an avatar and the player for it into the project of an engine, and say what to do next there.
 
     Run again, it updates both. What you changed stays, and is named. A pack is taken as it is; anything else is packed
     as the engine wants it.
     """
-    options = inputs.read_options(locals())
-    given = Source(source, options, system, driving, tuple(clip or ()), licence, author, consent)
     parts = None if levels is None else level_parts(levels)
     with Steps() as step:
-        done = dropping.drop(given, into, levels=parts, force=force, dry_run=dry_run, progress=step)
+        done = dropping.drop(
+            Source(source, options), into, levels=parts, force=force, dry_run=dry_run, progress=step
+        )
     output.print(f"{into}: {done.project.text()}; {done.support}")
     if dry_run:
         for path, word in sorted(done.words.items()):

@@ -10,12 +10,15 @@ import typer
 from avatar_export import summary
 from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, facts_table, output, print_json
+from avatar_export.commands.declared import command
+from avatar_export.convert_options import System
 from avatar_export.readers.table import READERS
 
 
+@command
 def inspect(
     path: Annotated[Path, typer.Argument(help="A bundle, a pack or a trained avatar.")],
-    system: arguments.System = None,
+    system: System = None,
     as_json: arguments.AsJson = False,
 ) -> None:
     """Show what a bundle, a pack or a trained avatar contains."""

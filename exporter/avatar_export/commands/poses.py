@@ -8,13 +8,16 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from avatar_export.commands import arguments, inputs
+from avatar_export.commands import arguments
 from avatar_export.commands.console import output
+from avatar_export.commands.declared import command
 from avatar_export.distill import drivers
 from avatar_export.distill.poses import DEGREES, driven, poses_to_dump
+from avatar_export.options import Option, Shape
 from avatar_runtime.io.text_files import refuse_existing
 
 
+@command
 def poses(
     source: Annotated[
         Path,
@@ -25,7 +28,7 @@ def poses(
         ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="FILE.npz to write.")],
-    shape: inputs.Shape = None,
+    shape: Shape = None,
     frames: Annotated[
         int | None,
         typer.Option(
@@ -34,10 +37,10 @@ def poses(
     ] = None,
     degrees: Annotated[
         float,
-        typer.Option(
-            help="How far a joint turns about each of its axes. Jaw and eyes have ranges of their own; roots stay.",
-            min=0,
-            max=90,
+        Option(
+            "How far a joint turns about each of its axes. Jaw and eyes have ranges of their own; roots stay.",
+            least=0,
+            most=90,
         ),
     ] = DEGREES,
     seed: Annotated[int, typer.Option(help="Seed of the random frames.", min=0, max=2**31)] = 0,
@@ -47,7 +50,6 @@ def poses(
 
     The frames show each driver alone, each joint alone at the ends of its range, and random mixtures.
     """
-    arguments.finite({"--degrees": degrees})
     refuse_existing(out, force)
     made = poses_to_dump(driven(source, shape, degrees), frames, seed)
     drivers.write(made, out, force=force)

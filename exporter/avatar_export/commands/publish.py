@@ -9,9 +9,11 @@ from typing import Annotated
 
 import typer
 
-from avatar_export.commands import arguments, inputs
+from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, messages, output
+from avatar_export.commands.declared import command
 from avatar_export.commands.view import Sources
+from avatar_export.options import Clips
 from avatar_export.serving import publish as publishing
 from avatar_export.serving import site_folder
 from avatar_export.serving.sources import sources_of
@@ -21,6 +23,7 @@ URL = re.compile(r"https?://[^\s/?#\"'<>\\]+(?:/[^\s?#\"'<>\\]*)?", re.IGNORECAS
 LARGE = 25_000_000  # bytes of one HTML file, above which mail and chat often refuse it
 
 
+@command
 def publish(
     sources: Sources,
     out: Annotated[
@@ -34,7 +37,7 @@ def publish(
     single: Annotated[
         bool, typer.Option("--single", help="Write one HTML file, which opens by double-click.")
     ] = False,
-    clip: inputs.Clip = None,
+    clip: Clips = (),
     force: arguments.Force = False,
 ) -> None:
     """Write avatars as web pages: a folder for any web server or file host, or one HTML file.
@@ -54,9 +57,7 @@ def publish(
     notes: list[str] = []
     with TemporaryDirectory(prefix="avatar-export-") as work, Steps() as step:
         taken = site_folder.FOLDERS
-        avatars = [
-            source.load(step, clip or (), notes.append) for source in sources_of(sources, Path(work), taken)
-        ]
+        avatars = [source.load(step, clip, notes.append) for source in sources_of(sources, Path(work), taken)]
         step("writing")
         if single:
             page = publishing.single(avatars[0], title)

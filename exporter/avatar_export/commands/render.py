@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +10,8 @@ import typer
 
 from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, messages, output
+from avatar_export.commands.declared import command
+from avatar_export.options import Options, option
 from avatar_export.playing import frames as playing
 from avatar_export.playing import sequences
 from avatar_export.playing.tracked import seen_by, tracked
@@ -19,88 +21,110 @@ from avatar_runtime.backends import BACKENDS
 from avatar_runtime.bundle import load, warnings
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import at_level
+from avatar_runtime.pose import Pose
 from avatar_runtime.stages.raster import PROFILES
 
 
+@dataclass(frozen=True)
+class Motion(Options):
+    """A sequence, and the frames of it that are drawn."""
+
+    drive: Path | None = option(
+        None,
+        "Recording to play: Live Link Face CSV or UDP packets, or bsData.json of LAM, alone or in a zip.",
+    )
+    clip: str | None = option(
+        None,
+        "Clip to play: the name of a clip of the bundle; BUNDLE:NAME, a clip of another avatar with the "
+        "same expressions or ARKit's; or a .glb, .fbx, LAM zip or pose file.",
+        metavar="NAME|BUNDLE:NAME|FILE",
+    )
+    clip_name: str | None = option(None, "Name of the clip in the FILE of --clip. Default: the first.")
+    meshes: tuple[Path, ...] = option(
+        (),
+        "Posed meshes, for Gaussians bound to a surface: an .npz with vertices [frames, V, 3], a folder of "
+        ".obj files in the order of their names, or one .obj each time the option is given.",
+    )
+    mesh_units: float | None = option(
+        None, "Units of --meshes per metre. Default: the avatar's training units.", least=1e-6, most=1e6
+    )
+    every: int = option(1, "Take every N-th frame of the sequence, or of --frames.", least=1)
+    frames: str | None = option(None, "Take the frames FIRST:END of the sequence, as it is stored.")
+    fps: float = option(
+        30.0, "Frames per second of --meshes and --orbit. Clips have their own.", least=0.1, most=240
+    )
+
+    @property
+    def sources(self) -> dict[str, object]:
+        """The options that say what moves, of which one may be given."""
+        return {"--drive": self.drive, "--clip": self.clip, "--meshes": self.meshes}
+
+    def of(self, avatar: Avatar, pose: Pose, turntable: bool) -> sequences.PoseSequence:
+        """The whole sequence; of a single `pose` a turntable or one image. Raises AvatarError."""
+        if self.drive is not None:
+            return sequences.recorded(avatar, self.drive)
+        if self.clip is not None:
+            return sequences.clip(avatar, self.clip, self.clip_name)
+        if self.meshes:
+            return sequences.meshes(avatar, self.meshes, self.mesh_units, self.fps)
+        return sequences.turntable(pose, self.fps) if turntable else sequences.PoseSequence([pose], self.fps)
+
+
+@dataclass(frozen=True)
+class Shot(Options):
+    """Where the camera stands, and what is behind the avatar."""
+
+    camera: Path | None = option(
+        None,
+        "Tracked cameras: a capture's folder, or its capture.json, transforms.json, flame_params.json or "
+        ".frame file. One for each pose, or one for all; a single pose is seen by each.",
+    )
+    camera_frames: str | None = option(None, "Take the cameras FIRST:END of --camera, counted from 0.")
+    size: str | None = option(None, "Size in pixels, N or WxH. Default: 512; with --camera, as tracked.")
+    yaw: float = option(0.0, "Camera yaw in degrees. Positive: from the subject's left.")
+    pitch: float = option(0.0, "Camera pitch in degrees. Positive: from above.")
+    zoom: float = option(1.0, "Camera zoom. 1 shows the whole avatar.", least=0.01)
+    orbit: float = option(
+        0.0, "Degrees that the camera orbits over the sequence. A single pose becomes a turntable."
+    )
+    background: str | None = option(
+        None, "R,G,B from 0 to 1, or `transparent`. Default: the training background."
+    )
+
+    def view(self) -> playing.View:
+        """The view, without tracked cameras. Raises a usage error."""
+        return playing.View(
+            *arguments.size(self.size or "512"),
+            self.yaw,
+            self.pitch,
+            self.zoom,
+            self.orbit,
+            arguments.background(self.background),
+            self.background == "transparent",
+        )
+
+    def tracked(
+        self, shown: sequences.PoseSequence, view: playing.View, every: int
+    ) -> tuple[sequences.PoseSequence, playing.View]:
+        """`shown` and `view` as the cameras of --camera see it; as they are without. Raises AvatarError."""
+        if self.camera is None:
+            return shown, view
+        asked = None if self.size is None else (view.width, view.height)
+        cameras = tracked(self.camera, asked, arguments.frame_slice(self.camera_frames, "--camera-frames"))
+        first = cameras[0]
+        seen = replace(view, width=first.width, height=first.height, cameras=cameras[::every])
+        return seen_by(shown, cameras, self.camera), seen
+
+
+@command
 def render(
     bundle: arguments.Bundle,
     out: Annotated[
         Path, typer.Option("--out", "-o", help="FILE.png, FILE.webp (animated), or a folder for PNG files.")
     ],
-    expression: arguments.Expressions = None,
-    arkit: arguments.Arkit = None,
-    joint: arguments.Turns = None,
-    eyelid: arguments.Eyelids = None,
-    drive: Annotated[
-        Path | None,
-        typer.Option(
-            help="Recording to play: Live Link Face CSV or UDP packets, or bsData.json of LAM, alone or in a zip."
-        ),
-    ] = None,
-    clip: Annotated[
-        str | None,
-        typer.Option(
-            help="Clip to play: the name of a clip of the bundle; BUNDLE:NAME, a clip of another avatar with the "
-            "same expressions or ARKit's; or a .glb, .fbx, LAM zip or pose file.",
-            metavar="NAME|BUNDLE:NAME|FILE",
-        ),
-    ] = None,
-    clip_name: Annotated[
-        str | None, typer.Option(help="Name of the clip in the FILE of --clip. Default: the first.")
-    ] = None,
-    meshes: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="Posed meshes, for Gaussians bound to a surface: an .npz with vertices [frames, V, 3], a folder of "
-            ".obj files in the order of their names, or one .obj each time the option is given."
-        ),
-    ] = None,
-    mesh_units: Annotated[
-        float | None,
-        typer.Option(
-            help="Units of --meshes per metre. Default: the avatar's training units.", min=1e-6, max=1e6
-        ),
-    ] = None,
-    every: Annotated[
-        int, typer.Option(help="Take every N-th frame of the sequence, or of --frames.", min=1)
-    ] = 1,
-    frames: Annotated[
-        str | None, typer.Option(help="Take the frames FIRST:END of the sequence, as it is stored.")
-    ] = None,
-    fps: Annotated[
-        float,
-        typer.Option(
-            help="Frames per second of --meshes and --orbit. Clips have their own.", min=0.1, max=240
-        ),
-    ] = 30.0,
-    camera: Annotated[
-        Path | None,
-        typer.Option(
-            help="Tracked cameras: a capture's folder, or its capture.json, transforms.json, flame_params.json or "
-            ".frame file. One for each pose, or one for all; a single pose is seen by each."
-        ),
-    ] = None,
-    camera_frames: Annotated[
-        str | None, typer.Option(help="Take the cameras FIRST:END of --camera, counted from 0.")
-    ] = None,
-    size: Annotated[
-        str | None, typer.Option(help="Size in pixels, N or WxH. Default: 512; with --camera, as tracked.")
-    ] = None,
-    yaw: Annotated[
-        float, typer.Option(help="Camera yaw in degrees. Positive: from the subject's left.")
-    ] = 0.0,
-    pitch: Annotated[float, typer.Option(help="Camera pitch in degrees. Positive: from above.")] = 0.0,
-    zoom: Annotated[float, typer.Option(help="Camera zoom. 1 shows the whole avatar.", min=0.01)] = 1.0,
-    orbit: Annotated[
-        float,
-        typer.Option(
-            help="Degrees that the camera orbits over the sequence. A single pose becomes a turntable."
-        ),
-    ] = 0.0,
-    background: Annotated[
-        str | None,
-        typer.Option(help="R,G,B from 0 to 1, or `transparent`. Default: the training background."),
-    ] = None,
+    posed: arguments.Posed,
+    motion: Motion,
+    shot: Shot,
     profile: Annotated[
         str | None,
         typer.Option(help=f"Raster profile: {' or '.join(PROFILES)}. Default: the backend's first."),
@@ -113,69 +137,41 @@ def render(
     force: arguments.Force = False,
 ) -> None:
     """Draw a bundle or a pack: one pose, a recording, a clip or posed meshes."""
-    width, height = arguments.size(size or "512")
     arguments.one_of("--profile", profile, PROFILES)
     arguments.one_of("--backend", backend, BACKENDS)
-    arguments.finite({"--yaw": yaw, "--pitch": pitch, "--zoom": zoom, "--orbit": orbit, "--fps": fps})
-    posed = expression or arkit or joint or eyelid
-    if clip_name is not None and (clip is None or not Path(clip).exists()):
-        raise typer.BadParameter("needs --clip FILE", param_hint="--clip-name")
-    moving = {"--drive": drive, "--clip": clip, "--meshes": meshes}
-    arguments.exclude({**moving, "a pose (-e, -a, -j, --eyelid)": posed})
-    placed = (yaw, pitch, zoom, orbit) != (0, 0, 1, 0)
-    arguments.exclude({"--camera": camera, "--yaw, --pitch, --zoom, --orbit": placed})
-    if camera is None and camera_frames is not None:
-        raise typer.BadParameter("needs --camera", param_hint="--camera-frames")
-    if not any(moving.values()) and orbit == 0 and frames is not None:
-        raise typer.BadParameter(
-            "goes with --drive, --clip, --meshes or --orbit; without them there is one image",
-            param_hint="--frames",
-        )
-    view = playing.View(
-        width,
-        height,
-        yaw,
-        pitch,
-        zoom,
-        orbit,
-        arguments.background(background),
-        background == "transparent",
-        profile,
-        backend,
-        enhance,
-    )
-
-    def chosen(avatar: Avatar) -> sequences.PoseSequence:
-        pose = arguments.pose(avatar, expression, arkit, joint, eyelid)
-        if drive is not None:
-            return sequences.recorded(avatar, drive)
-        if clip is not None:
-            return sequences.clip(avatar, clip, clip_name)
-        if meshes:
-            return sequences.meshes(avatar, meshes, mesh_units, fps)
-        turns = orbit != 0 and out.suffix != ".png"
-        return sequences.turntable(pose, fps) if turns else sequences.PoseSequence([pose], fps)
-
+    _expect_one_meaning(posed, motion, shot)
+    view = replace(shot.view(), profile=profile, backend=backend, enhance=enhance)
     with Steps() as step:
         step("loading")
         expect_bundle(bundle)
         avatar = at_level(load(bundle), level)
-        sequence = chosen(avatar)
-        shown = sequence.part(arguments.frame_slice(frames))
-        if camera is not None:
-            asked = None if size is None else (width, height)
-            cameras = tracked(camera, asked, arguments.frame_slice(camera_frames, "--camera-frames"))
-            shown = seen_by(shown, cameras, camera)
-            width, height = cameras[0].width, cameras[0].height
-            view = replace(view, width=width, height=height, cameras=cameras[::every])
-        shown = shown.part(slice(None, None, every))
+        sequence = motion.of(avatar, posed.pose(avatar), shot.orbit != 0 and out.suffix != ".png")
+        part = sequence.part(arguments.frame_slice(motion.frames))
+        shown, view = shot.tracked(part, view, motion.every)
+        shown = shown.part(slice(None, None, motion.every))
         count = len(shown.poses)
         if not count:
             raise AvatarError(
-                f"{frames} holds no frame; the sequence has {len(sequence.poses)}", field="--frames"
+                f"{motion.frames} holds no frame; the sequence has {len(sequence.poses)}", field="--frames"
             )
         images = playing.frames(avatar, shown, view)
         playing.save(out, images, count, shown.fps, force, lambda i: step(f"frame {i} of {count}"))
     for note in (*warnings(bundle), *sequence.notes):
         messages.print(f"note: {note}")
-    output.print(f"{out}: {count} image{'s' * (count > 1)} of {width}x{height}")
+    output.print(f"{out}: {count} image{'s' * (count > 1)} of {view.width}x{view.height}")
+
+
+def _expect_one_meaning(posed: arguments.Posed, motion: Motion, shot: Shot) -> None:
+    """Raise a usage error for options that contradict each other, or lack the one that they belong to."""
+    if motion.clip_name is not None and (motion.clip is None or not Path(motion.clip).exists()):
+        raise typer.BadParameter("needs --clip FILE", param_hint="--clip-name")
+    arguments.exclude({**motion.sources, "a pose (-e, -a, -j, --eyelid)": posed.given})
+    placed = (shot.yaw, shot.pitch, shot.zoom, shot.orbit) != (0, 0, 1, 0)
+    arguments.exclude({"--camera": shot.camera, "--yaw, --pitch, --zoom, --orbit": placed})
+    if shot.camera is None and shot.camera_frames is not None:
+        raise typer.BadParameter("needs --camera", param_hint="--camera-frames")
+    if not any(motion.sources.values()) and shot.orbit == 0 and motion.frames is not None:
+        raise typer.BadParameter(
+            "goes with --drive, --clip, --meshes or --orbit; without them there is one image",
+            param_hint="--frames",
+        )

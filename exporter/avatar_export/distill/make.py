@@ -20,7 +20,7 @@ from avatar_export.distill.mesh import Mesh, check_rest, joint_basis, mesh_of, o
 from avatar_export.distill.refuse import Sweep, refuse, sweep
 from avatar_export.distill.skeleton import Skeleton, skeleton_of
 from avatar_export.levels.level import measured_contribution
-from avatar_export.provenance import DOUBT
+from avatar_export.notes import DOUBT
 from avatar_runtime.avatar import F64, Avatar, Rig
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.io.errors import AvatarError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from avatar_export.driving.frames import DrivingTake
+from avatar_export.notes import Note
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.driving.arkit import ARKIT_NAMES
 from avatar_runtime.driving.driver import Driver
@@ -16,20 +17,16 @@ def poses(avatar: Avatar, take: DrivingTake) -> list[Pose]:
     return [driver.pose(take.frame(row)) for row in range(len(take))]
 
 
-def driving_notes(avatar: Avatar) -> list[str]:
+def driving_notes(avatar: Avatar) -> list[Note]:
     """What a user should know about ARKit driving of an avatar; [] if there is nothing to say."""
     if not avatar.expressions and not avatar.late_morph_names:
         return []
     if avatar.driving.mode == "none":
-        return ["ARKit cannot drive this avatar yet; pass --driving FILE with a matrix from the ARKit names"]
+        return [Note("not_driven")]
     joints = {name.lower(): name for name in (avatar.rig.joint_names if avatar.rig else ())}
     outputs = {output.split("/")[1] for output in linear_map(avatar).outputs if output.startswith("joint/")}
     if "jaw" in joints and joints["jaw"] not in outputs:
-        return [
-            f"the jaw is a joint ({joints['jaw']}), which ARKit names cannot rotate without a driving matrix, so "
-            "jawOpen only moves the skin; "
-            "pass --driving FILE with rows joint/jaw/x if this avatar was trained with a rotating jaw"
-        ]
+        return [Note("jaw_not_driven", {"joint": joints["jaw"]})]
     return []
 
 

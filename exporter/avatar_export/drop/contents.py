@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from avatar_export.clips.sources import clip_notes
 from avatar_export.conversion import read_source
+from avatar_export.convert_options import SourceOptions
 from avatar_export.drop.hosts import PACK, RIG, Project
 from avatar_export.drop.placing import Delivery
-from avatar_export.options import ReadOptions
-from avatar_export.packing.make import Choices, make_pack
+from avatar_export.packing.choices import Choices
+from avatar_export.packing.make import make_pack
 from avatar_export.players.archive import tarball
 from avatar_export.players.assemble import assemble
 from avatar_export.serving.session import identity
@@ -27,16 +28,10 @@ SUFFIXES = {PACK: "avatar", RIG: "glb"}
 
 @dataclass(frozen=True)
 class Source:
-    """An avatar on the disk, and the inputs that `conversion.read_source` takes beside it."""
+    """An avatar on the disk, and what is said of it."""
 
     path: Path
-    options: ReadOptions = field(default_factory=ReadOptions)
-    system: str | None = None
-    driving: Path | None = None
-    clips: Sequence[Path] = ()
-    licence: str | None = None
-    author: str | None = None
-    consent: str | None = None
+    options: SourceOptions = field(default_factory=SourceOptions)
 
     @property
     def id(self) -> str:
@@ -51,17 +46,7 @@ class Source:
 
     def read(self, progress: Callable[[str], None]) -> Avatar:
         """The avatar. Raises AvatarError as `read_source`."""
-        return read_source(
-            self.path,
-            self.options,
-            system=self.system,
-            driving=self.driving,
-            clips=self.clips,
-            licence=self.licence,
-            author=self.author,
-            consent=self.consent,
-            progress=progress,
-        )
+        return read_source(self.path, self.options, progress).avatar
 
     def pack(self, choices: Choices, progress: Callable[[str], None]) -> tuple[bytes, list[str]]:
         """The pack by these choices, and notes on it; a pack without further inputs as it is, whatever its frame.
@@ -73,7 +58,7 @@ class Source:
             decode_pack(data, str(self.path))
             return data, []
         avatar = self.read(progress)
-        notes = [note for path in self.clips for note in clip_notes(avatar, path)]
+        notes = [note for path in self.options.clips for note in clip_notes(avatar, path)]
         with TemporaryDirectory(prefix="avatar-export-") as work:
             made = make_pack(avatar, Path(work) / "pack.avatar", choices, progress=progress)
         return made.file, [*notes, *made.notes]

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from avatar_export.drop import steps, versions
 from avatar_export.drop.versions import Files, Support
-from avatar_export.packing.make import DEFAULT, Choices
+from avatar_export.packing.choices import Choices
+from avatar_export.packing.make import DEFAULT
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.staging import followed
 
@@ -143,15 +144,15 @@ def project_at(into: Path) -> Project:
     around = next((project for above in folder.parents if (project := _recognised(above, engines))), None)
     if around is not None:
         inside = f"lies in the {around.host.name} project {around.folder}; give that folder"
-        raise AvatarError(f"is no project itself, but {inside}", file=into)
+        raise AvatarError(f"is not a project itself, but {inside}", file=into)
     below = [f"{one.folder} ({one.host.name})" for one in _below(folder)]
     if below:
         more = ", ..." if len(below) > MOST_NAMED else ""
         raise AvatarError(
-            f"is no project itself, but holds {', '.join(below[:MOST_NAMED])}{more}; give that folder",
+            f"is not a project itself, but holds {', '.join(below[:MOST_NAMED])}{more}; give that folder",
             file=into,
         )
-    raise AvatarError(f"is no project that is known here; looked for {LOOKED_FOR}", file=into)
+    raise AvatarError(f"is not a project of a known engine; looked for {LOOKED_FOR}", file=into)
 
 
 def _recognised(folder: Path, hosts: Sequence[Host] = HOSTS) -> Project | None:

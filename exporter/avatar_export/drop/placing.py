@@ -172,7 +172,7 @@ def _listed(project: Path) -> Listed:
     if not os.path.lexists(mark):
         return {}
     if mark.is_symlink() or not mark.is_file():
-        raise AvatarError("is no plain file; move it away", file=mark)
+        raise AvatarError("is not a plain file; move it away", file=mark)
     return DROPPED.read(project)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from avatar_export.fit.judge import WARNED, Sides, judged, length, mend, percent
 from avatar_export.fit.known import TIMES, Search, explanation
 from avatar_export.fit.surface import SEARCHED, Mesh, group_fits, size_of
-from avatar_export.provenance import DOUBT
+from avatar_export.notes import DOUBT
 from avatar_runtime.avatar import F64, Avatar
 
 CLOSE = 1e-3  # metres; rounding to six decimals, to float32 and other body model code gives far less

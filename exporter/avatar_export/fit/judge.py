@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from avatar_export.fit.known import Change, unit_of
-from avatar_export.provenance import DOUBT
+from avatar_export.notes import DOUBT
 from avatar_runtime.io.errors import AvatarError
 
 WARNED, REFUSED = 0.05, 0.25  # of the size: medians above are doubtful, and are refused

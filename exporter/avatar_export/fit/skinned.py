@@ -12,7 +12,7 @@ from avatar_export.fit import motion, skeleton
 from avatar_export.fit.identity import better_identity
 from avatar_export.fit.judge import WARNED, Sides, judged, length, mend, percent
 from avatar_export.fit.surface import FEWEST, GroupFit, Mesh, explained, group_fits, opaque_rows, size_of
-from avatar_export.provenance import DOUBT
+from avatar_export.notes import DOUBT
 from avatar_runtime.avatar import F64, Avatar
 
 FEW_COEFFICIENTS = 10  # trackers of faces and bodies write at least so many

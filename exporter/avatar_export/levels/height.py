@@ -56,7 +56,7 @@ def served(levels: Sequence[Avatar]) -> Served:
         who, coarser = f"the level of {levels[index].gaussians.count} Gaussians is left out", heights[index:]
         if height <= LEAST_PX:
             notes.append(
-                f"{who}: it can be told from full detail wherever the avatar is above {LEAST_PX} pixels high"
+                f"{who}: it looks different from full detail wherever the avatar is above {LEAST_PX} pixels high"
             )
         elif height <= max(coarser, default=0):
             notes.append(f"{who}: a coarser one serves up to the same height, {height} pixels")

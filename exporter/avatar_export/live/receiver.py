@@ -46,7 +46,7 @@ class Receiver:
             self._sockets = [undo.enter_context(closing(_udp(port, option))) for port, option in wanted]
             self._recorder = None if record is None else _recorder(record)
             undo.pop_all()
-        logging.getLogger().addFilter(_is_not_about_osc)
+        logging.getLogger().addFilter(_is_not_about_osc)  # the library logs to the root
 
     @property
     def ports(self) -> Ports:
@@ -73,6 +73,7 @@ class Receiver:
 
     def close(self) -> None:
         """Ends the recording and closes the ports; says what was recorded."""
+        logging.getLogger().removeFilter(_is_not_about_osc)
         for one in self._sockets:
             one.close()
         if self._recorder is None:

@@ -8,7 +8,6 @@ the head is that of the neck times that of the head; turns of the spine are not 
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Sequence
 
@@ -26,14 +25,6 @@ TURNED = ("Neck", "Head")  # from the body outwards
 Quaternion = tuple[float, float, float, float]  # w, x, y, z
 STILL: Quaternion = (1.0, 0.0, 0.0, 0.0)
 PATIENCE = 300  # applied frames without an ARKit name, after which a line says so
-
-
-def _own(record: logging.LogRecord) -> bool:
-    """Drops what the OSC library logs: bytes of strangers, as often as they send them."""
-    return "pythonosc" not in record.pathname
-
-
-logging.getLogger().addFilter(_own)  # the library logs to the root
 
 
 class VmcReader:

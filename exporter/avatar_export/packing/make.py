@@ -15,6 +15,7 @@ from avatar_export.measure.views import NamedView, in_turn, views
 from avatar_export.measure.yardstick import Measured, Yardstick, compare
 from avatar_export.ops.active_sh import with_active_sh
 from avatar_export.packing.budget import by_part, coarsest, floor, refuse_below
+from avatar_export.packing.choices import Choices
 from avatar_export.packing.reference import reference_folder, reference_of, refuse_folder, write_folder
 from avatar_export.packing.search import Aims, Found, aims_of, by_aims, by_size
 from avatar_export.packing.steps import Fineness
@@ -30,19 +31,6 @@ SIZE = 512  # pixels of the images that are compared
 SEEN = 4  # of so many poses of a claim one sets the camera
 DRAWS = 2  # claims that are measured, each in other poses: where one is short of the aims, steps become finer once
 FIGURES = 1500  # bytes that the measured figures of a level take in the file, at most
-
-
-@dataclass(frozen=True)
-class Choices:
-    """What a user asks of a pack."""
-
-    exact: bool = False  # float32 throughout
-    max_bytes: int | None = None
-    min_psnr: float | None = None  # dB inside the outline, mean of each kind of poses
-    levels: tuple[float, ...] = (1.0,)  # parts of the Gaussians, finest first
-    sh_degree: int | None = None
-    handedness: str = "right"
-    preview: bool = True
 
 
 DEFAULT = Choices()

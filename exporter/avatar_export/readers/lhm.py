@@ -22,8 +22,9 @@ from avatar_export.fit.judge import Sides
 from avatar_export.fit.surface import Mesh
 from avatar_export.formats.casts import as_float64
 from avatar_export.formats.point_cloud import PointCloud, read_ply
+from avatar_export.notes import DOUBT
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import BODY_RESTRICTION, DOUBT, UNCHECKED, source_files
+from avatar_export.provenance import BODY_RESTRICTION, UNCHECKED, source_files
 from avatar_export.rigs.rig_driving import expressions_named, rig_driving
 from avatar_export.sparse import sparse_rows
 from avatar_runtime.avatar import (

@@ -14,8 +14,8 @@ from avatar_export.fit.judge import Sides
 from avatar_export.fit.skeleton import not_human
 from avatar_export.fit.surface import Mesh
 from avatar_export.formats.obj import TriangleMesh
+from avatar_export.notes import DOUBT
 from avatar_export.options import LEAST_UNITS, MOST_UNITS, ReadOptions
-from avatar_export.provenance import DOUBT
 from avatar_export.rigs.embedded_rig import EmbeddedRig
 from avatar_runtime.avatar import (
     F32,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from avatar_export.formats.archive import TRUNCATED, is_truncated
+from avatar_export.notes import Note, as_note, stored
 from avatar_export.options import ReadOptions
 from avatar_export.readers import asm, bundle, gaussian_avatars, lam, lhm
 from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blendshapes
@@ -82,12 +83,16 @@ def read(path: str | Path, options: ReadOptions | None = None, system: str | Non
         arguments.instance("system", system, str, "a text")
     if not path.exists():
         raise AvatarError("no such file or folder", file=path)
-    return read_with(find(path, system), path, options)
+    return read_with(find(path, system), path, options)[0]
 
 
-def read_with(reader: Reader, path: Path, options: ReadOptions) -> Avatar:
-    """The avatar that `reader` makes of `path`, checked. Raises AvatarError."""
-    return check_avatar(reader.read(path, options))
+def read_with(reader: Reader, path: Path, options: ReadOptions) -> tuple[Avatar, tuple[Note, ...]]:
+    """The avatar that `reader` makes of `path`, checked, and the notes in its provenance. Raises AvatarError."""
+    avatar = reader.read(path, options)
+    notes = tuple(map(as_note, avatar.provenance.get("notes", ())))
+    if notes:
+        avatar = replace(avatar, provenance={**avatar.provenance, "notes": [*map(stored, notes)]})
+    return check_avatar(avatar), notes
 
 
 def find(path: Path, system: str | None = None) -> Reader:

@@ -23,8 +23,8 @@ from avatar_export.fit.embedded import Posed, rig_fit
 from avatar_export.fit.judge import Sides
 from avatar_export.fit.skeleton import joint_faults, not_human
 from avatar_export.fit.surface import Mesh
+from avatar_export.notes import DOUBT
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import DOUBT
 from avatar_export.rigs.rig_driving import expressions_named, rig_driving
 from avatar_export.rigs.rig_file import read_rig_file
 from avatar_export.rigs.vertex_map import VertexMap, vertex_map

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from avatar_export.clips.sources import clip_notes
 from avatar_export.conversion import read_source
-from avatar_export.options import ReadOptions
+from avatar_export.convert_options import SourceOptions
 from avatar_export.packing.make import make_pack
 from avatar_export.serving.session import Shown, identity, shown
 from avatar_runtime.io.errors import AvatarError
@@ -38,17 +38,7 @@ class Source:
         if self.is_whole() and not clips:
             return shown(self.id, read_bytes(self.path, FILE_LIMIT), str(self.path))
         progress(f"packing {self.path}")
-        avatar = read_source(
-            self.path,
-            ReadOptions(),
-            system=None,
-            driving=None,
-            clips=clips,
-            licence=None,
-            author=None,
-            consent=None,
-            progress=lambda _: None,
-        )
+        avatar = read_source(self.path, SourceOptions(clips=tuple(clips)), lambda _: None).avatar
         for path in clips:
             for line in clip_notes(avatar, path):
                 note(f"{avatar.name}: {line}")

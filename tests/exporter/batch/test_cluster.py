@@ -97,7 +97,7 @@ def test_what_is_no_scheduler_is_one_line(greeting: bytes, monkeypatch: pytest.M
         port = server.getsockname()[1]
         with (
             pytest.raises(
-                AvatarError, match=f"no scheduler answers at tcp://127.0.0.1:{port} .*no scheduler"
+                AvatarError, match=f"no scheduler answers at tcp://127.0.0.1:{port} .*not a scheduler"
             ),
             cluster.scheduler_client(f"tcp://127.0.0.1:{port}"),
         ):

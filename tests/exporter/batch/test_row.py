@@ -21,7 +21,7 @@ from avatar_export.batch.job import STEPS, Job
 from avatar_export.batch.result import Result, from_json
 from avatar_export.batch.row import do, is_finished
 from avatar_export.conversion import convert
-from avatar_export.options import ReadOptions
+from avatar_export.convert_options import ConvertOptions
 from avatar_export.packing import make as packing
 from avatar_runtime.io.errors import AvatarError
 from avatar_schema.validate import Problem
@@ -36,7 +36,7 @@ CHEAP_PACKS: dict[str, Any] = {  # most of the time goes into these
     "preview_webp": lambda avatar: None,
     "default_backend": lambda: "reference",
 }
-QUICK = {"preview": False, "engine_files": False, "reference": False}
+QUICK: dict[str, Any] = {"preview": False, "engine_files": False, "reference": False}
 
 
 @pytest.fixture(scope="module")
@@ -67,8 +67,7 @@ def test_the_bundle_is_the_one_that_convert_writes(face: Path, tmp_path: Path) -
     options = {**QUICK, "preview": True, "name": "Somebody", "handedness": "left", "licence": "CC0"}
     result = do(Job("one", str(face), str(tmp_path / "one"), options), "a")
     assert (result.state, result.message) == ("done", "")
-    read, said = ReadOptions(name="Somebody"), {"handedness": "left", "licence": "CC0"}
-    convert(face, tmp_path / "converted", options=read, **said, **{**QUICK, "preview": True})
+    convert(face, tmp_path / "converted", ConvertOptions(**options))
     assert report.preview(result) is not None
     made = contents(tmp_path / "one" / "one")
     assert made == contents(tmp_path / "converted")

@@ -78,7 +78,7 @@ def test_a_killed_worker_changes_no_byte(
     for job in read_list(str(tmp_path / "list.csv"), str(out)):
         paths = {role: Path(location) for role, location in job.inputs.items()}
         expected = tmp_path / "converted" / job.name
-        convert(job.source, expected, **row_options.arguments(job.options, paths))
+        convert(job.source, expected, row_options.arguments(job.options, paths))
         assert files(Path(job.output) / job.product) == files(expected), job.name
     assert not [path for path in out.rglob("*") if "partial" in path.name]
 

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from fsspec import AbstractFileSystem
@@ -20,13 +21,14 @@ from avatar_export.batch.job import Job
 from avatar_export.batch.locations import cleaned
 from avatar_export.batch.row import do, input_files, is_finished
 from avatar_export.conversion import convert
+from avatar_export.convert_options import ConvertOptions
 from avatar_runtime.bundle import load
 from avatar_runtime.io.errors import AvatarError
 from tests.asm_faces import small_face
 from tests.exporter.batch.s3_server import BUCKET, SECRET, Proxy, proxied, store_server
 from tests.exporter.readers import splatting_files
 
-QUICK = {"preview": False, "engine_files": False, "reference": False}
+QUICK: dict[str, Any] = {"preview": False, "engine_files": False, "reference": False}
 Files = dict[str, bytes]
 
 
@@ -66,7 +68,8 @@ def face(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def converted(face: Path, tmp_path_factory: pytest.TempPathFactory) -> Files:
     """The bundle that `convert` makes of it, by path."""
-    out = convert(face, tmp_path_factory.mktemp("converted") / "one", **QUICK)
+    out = tmp_path_factory.mktemp("converted") / "one"
+    convert(face, out, ConvertOptions(**QUICK))
     return {path.relative_to(out).as_posix(): path.read_bytes() for path in out.rglob("*") if path.is_file()}
 
 

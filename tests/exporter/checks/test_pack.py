@@ -13,7 +13,8 @@ import pytest
 from avatar_export.checks.pack import validate_pack
 from avatar_export.measure.framing import framing, preview_webp, webp
 from avatar_export.ops.bounds import bounds, bounds_of_levels
-from avatar_export.packing.make import Choices, make_pack
+from avatar_export.packing.choices import Choices
+from avatar_export.packing.make import make_pack
 from avatar_runtime.packs import decode_pack, placed
 from tests.exporter.packing.cases import AVATARS, COARSE, closed, levels_of, opened, prepare, write
 
@@ -108,8 +109,8 @@ def test_another_version_may_lay_out_its_program_in_another_way(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("preview", "message"),
     [
-        (b"RIFF" + bytes(60), "is no still image that can be shown"),
-        (webp(np.full((64, 32, 4), 255, np.uint8)), "is no still image that can be shown: is 32 x 64"),
+        (b"RIFF" + bytes(60), "is not a still image that can be shown"),
+        (webp(np.full((64, 32, 4), 255, np.uint8)), "is not a still image that can be shown: is 32 x 64"),
         (webp(np.full((64, 64, 4), 255, np.uint8)), "so it shows something else"),
     ],
     ids=["damaged", "not square", "another picture"],

@@ -109,7 +109,7 @@ def test_an_order_of_gaussians_that_look_alike_is_refused(few: Path) -> None:
     for frame in range(6):
         rewritten(few / "frames" / f"{frame:05d}.ply", alike)
     rewritten(few / "frames" / "00004.ply", lambda rows, _: rows[rng.permutation(len(rows))])
-    with pytest.raises(AvatarError, match=r"00004.ply: holds the Gaussians in another order.*told apart"):
+    with pytest.raises(AvatarError, match=r"00004.ply: holds the Gaussians in another order.*distinguished"):
         judged(few)
 
 

@@ -12,7 +12,8 @@ import pytest
 
 from avatar_export.drop import contents as drop_contents
 from avatar_export.drop.placing import DROPPED
-from avatar_export.packing.make import Choices, Made
+from avatar_export.packing.choices import Choices
+from avatar_export.packing.make import Made
 from avatar_export.players import assemble as assembling
 from avatar_export.players.assemble import assemble
 from avatar_export.serving.site_folder import MARK
@@ -151,7 +152,7 @@ def test_a_web_folder_gets_a_page(run: Run, pack: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("files", "message"),
     [
-        ({"notes.txt": ""}, "is no project that is known here; looked for"),
+        ({"notes.txt": ""}, "is not a project of a known engine; looked for"),
         ({"game/project.godot": ""}, "holds"),
         (
             {**UNITY, "ProjectSettings/ProjectVersion.txt": "m_EditorVersion: 2021.3.5f1\n"},

@@ -122,8 +122,9 @@ def test_a_folder_that_is_none(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(AvatarError) as refused:
         project_at(tmp_path)
-    assert "is no project that is known here; looked for ProjectSettings/ProjectVersion.txt (Unity), " in str(
-        refused.value
+    assert (
+        "is not a project of a known engine; looked for ProjectSettings/ProjectVersion.txt (Unity), "
+        in str(refused.value)
     )
     for host in HOSTS:
         assert f"({host.name})" in str(refused.value)
@@ -162,7 +163,7 @@ def test_a_project_inside_a_project_decides_itself(tmp_path: Path) -> None:
 
 def test_a_package_of_unity_is_no_npm_project(tmp_path: Path) -> None:
     lay(tmp_path, {"package.json": '{"name": "com.x.tool", "unity": "2022.3"}'})
-    with pytest.raises(AvatarError, match="is no project that is known"):
+    with pytest.raises(AvatarError, match="is not a project of a known engine"):
         project_at(tmp_path)
 
 

@@ -203,7 +203,7 @@ LINKS: dict[str, tuple[str, str]] = {  # where a link is, and the message
     "the assets": ("Assets", "Assets: is a link or no folder"),
     "the folder of packs": ("Assets/Avatars", "Avatars: is a link or no folder"),
     "the pack": (PACK, "head.avatar: is a link or a folder"),
-    "the list": (DROPPED.mark, "avatar-export-drop.json: is no plain file"),
+    "the list": (DROPPED.mark, "avatar-export-drop.json: is not a plain file"),
 }
 
 
@@ -237,7 +237,7 @@ def test_what_is_no_file_is_not_read(project: Path) -> None:
 @pytest.mark.parametrize(
     ("mark", "message"),
     [
-        ("{", "is no JSON; delete it, and drop again with --force"),
+        ("{", "is not JSON; delete it, and drop again with --force"),
         ("{}", "holds no list of the dropped files"),
         *[
             (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +17,7 @@ from avatar_export.fit.judge import Sides
 from avatar_export.fit.motion import Under, expressions, eyelids, features, joints_shared
 from avatar_export.fit.skeleton import joint_faults
 from avatar_export.fit.surface import Mesh, explained, opaque_rows, size_of
-from avatar_export.provenance import DOUBT
+from avatar_export.notes import DOUBT
 from avatar_runtime.avatar import Avatar
 from tests.exporter.fit.misfits import MISFITS, SOUND, Bases, blendshapes
 from tests.exporter.fit.table import said, stored
@@ -46,13 +47,20 @@ ALWAYS = (  # one of each kind of check; `make test-more` makes all misfits
 )
 
 
+def without_estimates(text: str) -> str:
+    """`text` without an estimated identity and what it would leave: the last digits of the fit follow the processor."""
+    return re.sub(
+        r"[\d.]+ mm with another identity of this body model \([^)]*\)", "# mm with another identity", text
+    )
+
+
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=() if name in ALWAYS else pytest.mark.more) for name in MISFITS]
 )
 def test_it_is_found_as_the_table_says(name: str, bases: Bases, tmp_path: Path) -> None:
     found = said(MISFITS[name](bases, tmp_path))
     assert found.startswith(("refused: ", "warning: "))
-    assert found == stored()[name][1]
+    assert without_estimates(found) == without_estimates(stored()[name][1])
 
 
 def test_the_table_has_these_misfits_and_no_other() -> None:

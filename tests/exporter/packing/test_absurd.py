@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from avatar_export.checks.pack import validate_pack
-from avatar_export.packing.make import Choices, make_pack
+from avatar_export.packing.choices import Choices
+from avatar_export.packing.make import make_pack
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.io.errors import AvatarError

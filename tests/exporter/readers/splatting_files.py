@@ -12,8 +12,8 @@ from plyfile import PlyData, PlyElement
 
 from avatar_export.options import ReadOptions
 from avatar_export.readers.splatting_avatar import reader as splatting_avatar
+from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.checks.avatar import check_avatar
 
 COUNT = 24
 # A lopsided octahedron, as the six decimals of an .obj say it; 0.2 high.
@@ -139,7 +139,7 @@ def write_gaussian_run(run: Path, a: Arrays, *, binding: Any = None, vertices: i
 
 def read_run(path: Path, **options: Any) -> Avatar:
     """The avatar of a run, by default without a rig."""
-    return check_avatar(splatting_avatar.read(path, ReadOptions(**{"no_rig": True, **options})))
+    return read(path, ReadOptions(**{"no_rig": True, **options}), splatting_avatar.SYSTEM)
 
 
 def notes_of(avatar: Avatar) -> list[str]:

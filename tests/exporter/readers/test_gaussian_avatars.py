@@ -125,7 +125,7 @@ def test_units_and_degree_are_options(mesh: Path, tmp_path: Path) -> None:
     assert np.array_equal(two.embedding.local_offset, one.embedding.local_offset)
     assert np.allclose(two.gaussians.log_scale, one.gaussians.log_scale - np.log(2), rtol=0, atol=1e-6)
     assert np.allclose(two.gaussians.mean, one.gaussians.mean / 2, rtol=0, atol=1e-7)
-    with pytest.raises(AvatarError, match="stores SH of degree 3, but --sh-degree says 4"):
+    with pytest.raises(ValueError, match="sh_degree is 4; 0 to 3 is needed"):
         _read(tmp_path, mesh, sh_degree=4)
 
 

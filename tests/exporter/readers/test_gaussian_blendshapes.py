@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avatar_export.conversion import unstored_notes
 from avatar_export.options import ReadOptions
 from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blendshapes
 from avatar_export.readers.table import find, read
@@ -303,7 +302,7 @@ def test_assumptions_that_the_bundle_does_not_record(
     (tmp_path / "model" / "cfg_args").unlink(missing_ok=True)
 
     def assumed(**options: Any) -> list[str]:
-        return unstored_notes(tmp_path / "model", ReadOptions(**options))
+        return find(tmp_path / "model").assumptions(tmp_path / "model", ReadOptions(**options))
 
     unit = "1 training unit a metre (assumed; --body-scale sets another number)"
     colour = "black background (assumed; there is no cfg_args in the model folder)"

@@ -222,7 +222,7 @@ def test_options_without_a_use_are_refused(made: Path) -> None:
     for options, name in (
         (ReadOptions(no_rig=True), "--no-rig"),
         (ReadOptions(body_model=Path("x.npz")), "--body-model"),
-        (ReadOptions(rotation="sideways"), "rotation"),
+        (ReadOptions(rotation="triangle_frame"), "rotation"),
     ):
         with pytest.raises(AvatarError, match=f"lam: {name}"):
             lam.read(made, options)

@@ -221,7 +221,7 @@ def test_a_config_as_omegaconf_saves_it(tmp_path: Path) -> None:
 def test_the_sign_policy_is_an_option(run: Path) -> None:
     assert read_run(run, quaternion_sign="largest_positive").rules.quaternion_sign == "largest_positive"
     for options in ({"quaternion_sign": "up"}, {"sh_direction": "up"}):
-        with pytest.raises(AvatarError, match="'up' is not one of"):
+        with pytest.raises(ValueError, match="'up' is not one of"):
             read_run(run, **options)
 
 

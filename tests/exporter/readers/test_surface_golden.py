@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avatar_export.notes import DOUBT
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import DOUBT
 from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.player import Player

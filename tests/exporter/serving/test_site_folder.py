@@ -147,8 +147,8 @@ NO_LIST = "holds no list of the published files"
         (None, "exists and is not a published folder"),
         ("{}", NO_LIST),
         ("[]", NO_LIST),
-        ("\0", "is no JSON"),
-        ("[" * 100_000, "is no JSON"),
+        ("\0", "is not JSON"),
+        ("[" * 100_000, "is not JSON"),
         (
             json.dumps({"format": FORMAT, "generator": "avatar-export 0.9"}),
             f"{NO_LIST}, as of an older avatar-export",

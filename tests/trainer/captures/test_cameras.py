@@ -67,5 +67,5 @@ def test_cameras_that_are_none(tmp_path: Path) -> None:
     document = json.loads(file.read_text())
     document["frames"][1]["camera"]["R"] = np.diag([1, 1, -1]).tolist()
     file.write_text(json.dumps(document))
-    with pytest.raises(AvatarError, match=r"frames\[1\]: its rotation is none"):
+    with pytest.raises(AvatarError, match=r"frames\[1\]: its matrix is not a rotation"):
         read_cameras(file)

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 import torch
 
-from avatar_export import GENERATOR
+from avatar_export import GENERATOR, READERS, ReadOptions, read
 from avatar_export.driving.matrix import with_driving
 from avatar_export.ops.active_sh import with_active_sh
-from avatar_export.options import ReadOptions
 from avatar_export.provenance import with_rights
-from avatar_export.readers.table import READERS, read
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import F32, Avatar, Clip
 from avatar_runtime.checks.avatar import check_avatar

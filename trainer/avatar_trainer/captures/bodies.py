@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from avatar_export import ReadOptions
 from avatar_export.bodies.body_model import JOINT_NAMES, read_body_model
 from avatar_export.bodies.body_rig import bake_rig, with_static_offset
 from avatar_export.bodies.inputs import Inputs, find_inputs
 from avatar_export.bodies.subject_files import read_eyelids, read_faces, read_shape
-from avatar_export.options import ReadOptions
 from avatar_export.rigs.rig_file import read_rig_file
 from avatar_runtime.avatar import Rig
 from avatar_runtime.io.errors import AvatarError

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from avatar_export import ReadOptions
 from avatar_export.bodies.pose_files import body_clip, read_poses
 from avatar_export.bodies.tracked_cameras import from_world_mat, numbers, pinhole
-from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import F64, Clip
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes

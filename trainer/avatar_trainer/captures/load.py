@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from avatar_export.options import ReadOptions
+from avatar_export import ReadOptions
 from avatar_runtime.avatar import F32
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures import image_files, imavatar, metrical_tracker, own, vhap

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avatar_export import ReadOptions
 from avatar_export.bodies.subject_files import EYELID_FILES
 from avatar_export.formats.npy import ComputedArray, StoredArray
 from avatar_export.formats.pth import read_frame
-from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import F64
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import PoseArrays

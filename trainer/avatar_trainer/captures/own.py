@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from avatar_export import ReadOptions
 from avatar_export.bodies.inputs import Inputs
-from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import F64
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.io.text_files import write_text

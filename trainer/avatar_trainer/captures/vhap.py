@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from avatar_export import ReadOptions
 from avatar_export.bodies.pose_files import BodyPoses, body_clip, read_poses
 from avatar_export.bodies.tracked_cameras import transform_camera
-from avatar_export.options import ReadOptions
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.pose import PoseArrays

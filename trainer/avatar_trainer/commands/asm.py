@@ -10,13 +10,12 @@ from typing import Annotated
 
 import typer
 
+from avatar_export import ReadOptions, read
 from avatar_export.asm.check import NEUTRAL, check_names
 from avatar_export.asm.files import load, save
 from avatar_export.asm.model import AsmFace, Binding
 from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, facts_table, output
-from avatar_export.options import ReadOptions
-from avatar_export.readers.table import read
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.ownership import of_file

@@ -81,7 +81,7 @@ def _refuse_uncertain(dumps: Dumps, index: int, found: places.Match, changes: in
     if found.uncertain:
         raise AvatarError(
             f"holds the Gaussians in another order than {frame_name(index - 1)}, and {found.uncertain} of them look "
-            "too much alike to be told apart: dump all frames in one order",
+            "too much alike to be distinguished: dump all frames in one order",
             file=dumps.frame(index),
             owner=OWNER,
         )

@@ -23,8 +23,9 @@ from avatar_export.formats.point_cloud import (
     read_ply,
     refuse_incomplete,
 )
+from avatar_export.notes import DOUBT, UNSAID, Note, Setting
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import DOUBT, UNSAID, source_files
+from avatar_export.provenance import source_files
 from avatar_export.readers import surface
 from avatar_export.readers.rules_file import RULES_FILE, TrainedRules, read_rules
 from avatar_export.readers.splatting_avatar.files import (
@@ -92,7 +93,7 @@ class Settings:
     units: float
     rules: Rules
     sh_degree: int
-    note: str
+    notes: tuple[Setting, ...]  # the units first
 
 
 def detect(path: Path) -> bool:
@@ -138,11 +139,10 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             background="random",  # as trained (gauss_base.py render_to_camera)
             units=settings.units,
         )
-        if rig.fits:  # the unit is shown to be right
-            settings = replace(
-                settings, note=settings.note.replace(f"metre ({UNSAID})", "metre (assumed; the rig fits so)")
-            )
-        notes = [settings.note, *trained.notes(), *notes]
+        units, *others = settings.notes
+        if rig.fits and units.source == UNSAID:  # the unit is shown to be right
+            units = replace(units, source="assumed; the rig fits so")
+        notes = [Note("settings", {"settings": (units, *others)}), *trained.notes(), *notes]
         notes += surface.fit_notes(avatar, options, mesh_file, SYSTEM)
         notes += [*_position_notes(avatar, splats), *rig.notes]
         files = {NAME: cloud.file, found.name: found, mesh_file.name: mesh_file, **rig.files}
@@ -215,15 +215,19 @@ def _settings(
             quaternion_sign=options.quaternion_sign or "w_positive",
         ),
         surface.degree_of(degree, splats, cloud.file, degree_by),
-        f"{units:g} training units a metre ({units_by}); mesh scaling {scaling} ({scale_by}); "
-        f"SH direction {direction} ({direction_by}); SH degree {degree} ({degree_by})"
-        + "".join(f"; {name} {value} ({RULES_FILE})" for name, value in carried.items()),
+        (
+            Setting(f"{units:g} training units a metre", units_by),
+            Setting(f"mesh scaling {scaling}", scale_by),
+            Setting(f"SH direction {direction}", direction_by),
+            Setting(f"SH degree {degree}", degree_by),
+            *(Setting(f"{name} {value}", RULES_FILE) for name, value in carried.items()),
+        ),
     )
 
 
 def _embedding(
     stored: StoredEmbedding, splats: Gaussians, options: ReadOptions, units: float
-) -> tuple[Embedding, Path, list[str]]:
+) -> tuple[Embedding, Path, list[str | Note]]:
     """(embedding in metres, file of its mesh, notes)."""
     mesh_file = options.mesh or stored.mesh
     if options.mesh is None and not os.path.isfile(mesh_file):
@@ -233,7 +237,9 @@ def _embedding(
         )
     mesh = read_mesh(mesh_file)
     triangle = surface.triangle_rows(stored.triangle, mesh, stored.file, "sample_fidxs")
-    notes = surface.check_barycentric(stored.barycentric, stored.file, stored.weights_key)
+    notes: list[str | Note] = [
+        *surface.check_barycentric(stored.barycentric, stored.file, stored.weights_key)
+    ]
     surface.check_areas(mesh, triangle, mesh_file)
     vertices = surface.in_metres(mesh.vertices, units)
     embedding = Embedding(
