@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
+from types import GenericAlias
 from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
@@ -39,21 +40,24 @@ def command(function: Callable[..., None]) -> Callable[..., None]:
             values[name] = kind(**{key: _value(one, given.pop(key)) for key, one in own.items()})
         function(**given, **values)
 
-    called.__name__, called.__doc__ = function.__name__, function.__doc__
-    called.__signature__ = inspect.Signature([*shown.values()])  # type: ignore[attr-defined]
-    return called
+    made: Any = called
+    made.__name__, made.__doc__ = function.__name__, function.__doc__
+    made.__signature__ = inspect.Signature([*shown.values()])  # that typer reads
+    result: Callable[..., None] = made
+    return result
 
 
 def _parameter(one: Declared) -> inspect.Parameter:
     """The parameter that typer reads."""
-    option, kind, default = one.option, one.kind, one.default
+    option, default = one.option, one.default
+    kind: Any = one.kind
     flags = option.flags
     if option.text is not None:
         kind, default = str, option.shown
     elif option.off:
         default = False
     elif one.several:
-        kind, default = list[one.kind], None  # type: ignore[name-defined]
+        kind, default = GenericAlias(list, (one.kind,)), None
     elif kind is bool and not flags:
         flags = (one.flag,)
     said = typer.Option(*flags, help=option.help, min=option.least, max=option.most, metavar=option.metavar)

@@ -13,7 +13,7 @@ from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.kernels.smooth import edges_of
-from avatar_trainer.systems.psavatar.initial import ITS_OWN, sample_points
+from avatar_trainer.systems.psavatar.initial import APART, ITS_OWN, MOVES, sample_points
 from avatar_trainer.systems.psavatar.steady import (
     MOST_STRETCH,
     NEAR,
@@ -99,6 +99,11 @@ def test_what_stands_off_a_mesh_that_turns_is_held_from_behind(capture: Capture)
     shown = sample_points(*how, Motion(0 * turned, turned), shown=lambda triangle, *_: triangle < f // 4)
     drawn = shown.triangle[shown.off_mesh & (shown.displacement <= ITS_OWN)]
     assert len(drawn) and (drawn < f // 4).all()
+    moving = sample_points(*how, Motion(np.where(turned == 1, 2 * MOVES, 0.0), turned))
+    far = moving.off_mesh & (moving.displacement > ITS_OWN)
+    assert (
+        far.any() and (moving.displacement[far] > 0.02 + APART / 2).all()
+    )  # the front moves: nothing stands close
 
 
 def test_points_stay_within_their_limits(capture: Capture) -> None:
