@@ -14,6 +14,7 @@ from avatar_export.convert_options import SourceOptions
 from avatar_export.drop import dropping
 from avatar_export.drop.contents import Source
 from avatar_export.drop.placing import KEEP, NEW, REMOVE, SAME, UPDATE
+from avatar_export.options import Option
 from avatar_export.packing.choices import level_parts
 
 DONE = {NEW: "new", UPDATE: "updated", SAME: "unchanged", REMOVE: "removed", KEEP: "kept"}
@@ -37,9 +38,10 @@ def drop(
         bool, typer.Option("--force", help="Replace files of player and avatar that you changed.")
     ] = False,
     levels: Annotated[
-        str | None,
-        typer.Option(
-            help="Levels of detail, as of `pack`; 1 takes seconds. Default: 1,0.5,0.25 for Unity and Unreal."
+        tuple[float, ...] | None,
+        Option(
+            "Levels of detail, as of `pack`; 1 takes seconds. Default: 1,0.5,0.25 for Unity and Unreal.",
+            text=level_parts,
         ),
     ] = None,
     *,
@@ -50,10 +52,9 @@ def drop(
     Run again, it updates both. What you changed stays, and is named. A pack is taken as it is; anything else is packed
     as the engine wants it.
     """
-    parts = None if levels is None else level_parts(levels)
     with Steps() as step:
         done = dropping.drop(
-            Source(source, options), into, levels=parts, force=force, dry_run=dry_run, progress=step
+            Source(source, options), into, levels=levels, force=force, dry_run=dry_run, progress=step
         )
     output.print(f"{into}: {done.project.text()}; {done.support}")
     if dry_run:

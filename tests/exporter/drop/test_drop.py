@@ -184,6 +184,15 @@ def test_a_source_that_is_unsound_changes_nothing(
     assert added(project, UNITY) == {}
 
 
+@pytest.mark.parametrize("levels", ["9999999999", "nan", "1,2", ""])
+def test_levels_that_are_none_are_a_usage_error(run: Run, pack: Path, tmp_path: Path, levels: str) -> None:
+    project = lay(tmp_path / "game", UNITY)
+    before = contents(project)
+    code, _, said = run("drop", pack, "--into", project, "--levels", levels)
+    assert code == 2 and "--levels" in said and "is not a list such as 1,0.5,0.25" in " ".join(said.split())
+    assert contents(project) == before
+
+
 def test_a_folder_of_a_page_that_is_a_link_is_refused(run: Run, pack: Path, tmp_path: Path) -> None:
     project = lay(tmp_path / "site", WEB)
     run("publish", pack, "-o", tmp_path / "outside")
