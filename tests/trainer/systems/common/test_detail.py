@@ -16,6 +16,7 @@ from avatar_trainer.captures.load import load
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.systems.common.detail import LEAST_BUSY, MOST, MOST_BUSY, busy, detail
 from avatar_trainer.systems.common.needles import shorten
+from tests.trainer.systems.psavatar import scene as points
 from tests.trainer.systems.splatting_avatar import scene as sheet
 
 F64 = npt.NDArray[np.float64]
@@ -55,6 +56,9 @@ def test_more_begin_where_colours_change(tmp_path: Path) -> None:
     right, left = found[middle[:, 0] > 0.03], found[middle[:, 0] < -0.03]
     assert right.mean() > 2 * left.mean() and found.min() >= LEAST_BUSY and found.max() <= MOST_BUSY
     assert (busy(sheet.blank(tmp_path / "blank")) == 1).all()
+    system = points.system_of(capture, gaussians=2000, off_mesh=0.0)
+    drawn = middle[system.triangle.numpy(), 0]
+    assert (drawn > 0.03).sum() > 1.5 * (drawn < -0.03).sum()
 
 
 def test_needles_are_shortened_and_disks_are_not() -> None:
