@@ -40,7 +40,7 @@ def drop(
     levels: Annotated[
         tuple[float, ...] | None,
         Option(
-            "Levels of detail, as of `pack`; 1 takes seconds. Default: 1,0.5,0.25 for Unity and Unreal.",
+            "Levels of detail, as of `pack`; 1 leaves the coarser ones out. Default: 1,0.5,0.25 for Unity and Unreal.",
             text=level_parts,
         ),
     ] = None,
