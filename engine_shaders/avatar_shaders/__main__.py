@@ -1,6 +1,6 @@
 """`python -m avatar_shaders`: makes everything that is made from hlsl/ and from the tables of avatar_schema.
 
-That is hlsl/constants.hlsli, hlsl/rules.hlsli, glsl430/, glsl310es/, msl/, wgsl/ and reflection.json, and in a checkout
+That is hlsl/constants.hlsli, hlsl/rules.hlsli, glsl/, msl/, wgsl/ and reflection.json, and in a checkout
 the modules of the web player, and the tables of the players for Unity and of the native player.
 """
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from avatar_shaders.cpp import cpp_files
 from avatar_shaders.csharp import csharp_files
-from avatar_shaders.entries import LANGUAGES
+from avatar_shaders.entries import FOLDERS
 from avatar_shaders.generate import HLSL, PACKAGE, generate_all
 from avatar_shaders.headers import made_headers
 from avatar_shaders.tools import ShaderError
@@ -74,7 +74,7 @@ def differing() -> list[str]:
 
 def stale(files: dict[str, str]) -> list[Path]:
     """Made files that are no longer made."""
-    folders = [PACKAGE / language for language in LANGUAGES]
+    folders = [PACKAGE / folder for folder in sorted(set(FOLDERS.values()))]
     folders += [ROOT / WEB, ROOT / CSHARP, ROOT / CPP] if IN_CHECKOUT else []
     present = [path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()]
     made = [path for path in present if MADE.encode() in path.read_bytes()]

@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 LANGUAGES = ("glsl430", "glsl310es", "msl", "wgsl")
+MADE = ("glsl310es", "msl", "wgsl")  # the languages of which there are files
+FOLDERS = {"glsl430": "glsl", "glsl310es": "glsl", "msl": "msl", "wgsl": "wgsl"}
+# The files of glsl/ begin with the first of these. Nothing else differs: GLSL 4.30 ignores the precisions of ES.
+GLSL_VERSIONS = {"glsl310es": "#version 310 es\n", "glsl430": "#version 430\n"}
 
 
 @dataclass(frozen=True)
@@ -42,16 +46,15 @@ HLSL_ONLY: dict[str, Entry] = {  # of which LANGUAGES have no text
     # For the web player, which has it as GLSL ES 3.00.
     "raster_vertex_batch": Entry("raster.hlsl", "vertex", "raster"),
 }
-SUFFIXES = {
-    "glsl430": {"compute": "comp", "vertex": "vert", "fragment": "frag"},
-    "glsl310es": {"compute": "comp", "vertex": "vert", "fragment": "frag"},
+SUFFIXES = {  # by folder
+    "glsl": {"compute": "comp", "vertex": "vert", "fragment": "frag"},
     "msl": {"compute": "metal", "vertex": "metal", "fragment": "metal"},
     "wgsl": {"compute": "wgsl", "vertex": "wgsl", "fragment": "wgsl"},
 }
 
 
 def path_of(entry: str, language: str) -> str:
-    """Where the generated text of an entry lies below this package, e.g. "glsl430/blend.comp".
+    """Where the generated text of an entry lies below this package, e.g. "glsl/blend.comp".
 
     Raises ValueError for an unknown entry or language.
     """
@@ -59,4 +62,5 @@ def path_of(entry: str, language: str) -> str:
         raise ValueError(f"{entry!r} is not one of {', '.join(ENTRIES)}")
     if language not in LANGUAGES:
         raise ValueError(f"{language!r} is not one of {', '.join(LANGUAGES)}")
-    return f"{language}/{entry}.{SUFFIXES[language][ENTRIES[entry].kind]}"
+    folder = FOLDERS[language]
+    return f"{folder}/{entry}.{SUFFIXES[folder][ENTRIES[entry].kind]}"

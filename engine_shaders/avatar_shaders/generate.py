@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from avatar_shaders.contracts import contracts
-from avatar_shaders.entries import ENTRIES, HLSL_ONLY, LANGUAGES, path_of
+from avatar_shaders.entries import ENTRIES, HLSL_ONLY, MADE, path_of
 from avatar_shaders.reflect import interface
 from avatar_shaders.slang import wgsl
 from avatar_shaders.tools import ShaderError, cross, spirv, version, versions
@@ -24,7 +24,7 @@ Texts = dict[tuple[str, str], str]
 
 
 def generate(
-    hlsl: Path = HLSL, entries: Iterable[str] = tuple(ENTRIES), languages: Iterable[str] = LANGUAGES
+    hlsl: Path = HLSL, entries: Iterable[str] = tuple(ENTRIES), languages: Iterable[str] = MADE
 ) -> Texts:
     """{(language, entry): text} of the HLSL in a folder, which may be an altered copy of this package's.
 
@@ -33,7 +33,7 @@ def generate(
     """
     wanted, chosen = tuple(entries), tuple(languages)
     with ThreadPoolExecutor() as pool:
-        # All of them first: what is wrong is then told before slower tools run.
+        # All of them first: what is wrong is then said before slower tools run.
         modules = list(pool.map(lambda entry: spirv(hlsl, entry), wanted))
         found = pool.map(lambda entry, module: _texts(hlsl, entry, module, chosen), wanted, modules)
         return {key: text for texts in found for key, text in texts.items()}
@@ -41,12 +41,24 @@ def generate(
 
 def generate_all(hlsl: Path = HLSL) -> dict[str, str]:
     """{path below the package: text} of all that is generated from a folder of HLSL. Raises tools.ShaderError."""
-    texts = generate(hlsl, ENTRIES, (*LANGUAGES, "reflect"))
-    rows = {e: interface(e, ENTRIES[e], texts["reflect", e], texts["glsl430", e]) for e in ENTRIES}
+    texts = generate(hlsl, ENTRIES, (*MADE, "reflect"))
+    rows = {e: interface(e, ENTRIES[e], texts["reflect", e], texts["glsl310es", e]) for e in ENTRIES}
     for entry, contract in contracts().items():
         rows[entry]["access"] = contract
-    files = {path_of(entry, language): texts[language, entry] for entry in ENTRIES for language in LANGUAGES}
-    return files | {"reflection.json": json.dumps({"tools": versions(), "entries": rows}, indent=1) + "\n"}
+    files = {path_of(entry, language): texts[language, entry] for entry in ENTRIES for language in MADE}
+    return files | {"reflection.json": _json({"tools": versions(), "entries": rows}) + "\n"}
+
+
+def _json(value: object, depth: int = 0) -> str:
+    """JSON in which a part that fits on a line stands on one."""
+    text = json.dumps(value)
+    if depth + len(text) < 116 or not isinstance(value, dict | list):
+        return text
+    keys = [f"{json.dumps(key)}: " for key in value] if isinstance(value, dict) else [""] * len(value)
+    parts = value.values() if isinstance(value, dict) else value
+    inner = ",\n".join(" " * (depth + 1) + k + _json(v, depth + 1) for k, v in zip(keys, parts, strict=True))
+    opened, closed = "{}" if isinstance(value, dict) else "[]"
+    return f"{opened}\n{inner}\n{' ' * depth}{closed}"
 
 
 def _texts(hlsl: Path, entry: str, module: bytes, languages: tuple[str, ...]) -> Texts:

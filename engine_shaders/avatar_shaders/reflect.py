@@ -18,7 +18,7 @@ _SHARED = re.compile(r"^shared (\w+) \w+((?:\[\d+\])*);", re.MULTILINE)
 
 
 def interface(name: str, row: Entry, reflected: str, glsl: str) -> dict[str, Any]:
-    """One row of reflection.json. `glsl` is the GLSL 4.30 of the entry: shared memory is counted in it."""
+    """One row of reflection.json. `glsl` is the GLSL ES 3.10 of the entry: shared memory is counted in it."""
     told = json.loads(reflected)
     types = told.get("types", {})
     result: dict[str, Any] = {

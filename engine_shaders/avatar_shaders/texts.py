@@ -7,12 +7,13 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from avatar_shaders.entries import ENTRIES, LANGUAGES, path_of
+from avatar_shaders.entries import ENTRIES, GLSL_VERSIONS, LANGUAGES, path_of
 
 
 @cache
 def source(entry: str, language: str) -> str:
-    """Text of an entry: the generated file, or for "hlsl" the wrapper file, which includes others of hlsl/.
+    """Text of an entry: the generated file, for "glsl430" with that version in line 1; or for "hlsl" the wrapper
+    file, which includes others of hlsl/.
 
     Raises ValueError for an unknown entry or language.
     """
@@ -20,7 +21,8 @@ def source(entry: str, language: str) -> str:
         path = f"hlsl/{ENTRIES[entry].hlsl}"
     else:
         path = path_of(entry, language)
-    return (files(__package__) / path).read_text("utf-8")
+    text = (files(__package__) / path).read_text("utf-8")
+    return text.replace(GLSL_VERSIONS["glsl310es"], GLSL_VERSIONS.get(language, ""), 1)
 
 
 def reflection(language: str) -> dict[str, Any]:

@@ -67,7 +67,7 @@ def test_commands_put_it_into_schemas_and_shaders(copy: Path) -> None:
     assert run(copy, "-m", "avatar_schema", "--check") == ""
     header = (copy / "engine_shaders/avatar_shaders/hlsl/rules.hlsli").read_text("utf-8")
     assert "#define AVATAR_SCALE_SQRT_AREA 3\n" in header
-    glsl = (copy / "engine_shaders/avatar_shaders/glsl430/bind_surface.comp").read_text("utf-8")
+    glsl = (copy / "engine_shaders/avatar_shaders/glsl/bind_surface.comp").read_text("utf-8")
     assert "constants.scale_rule == 3u" in glsl
 
 

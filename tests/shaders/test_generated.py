@@ -190,7 +190,7 @@ def test_another_folder_is_generated_from_and_into(tmp_path: Path) -> None:
     constants.write_text(text, "utf-8")
     arguments = ["--hlsl", str(altered), "--out", str(tmp_path / "out")]
     subprocess.run([sys.executable, "-m", "avatar_shaders", *arguments], check=True)
-    made = (tmp_path / "out" / "glsl430" / "raster_pixel.frag").read_text("utf-8")
+    made = (tmp_path / "out" / "glsl" / "raster_pixel.frag").read_text("utf-8")
     assert "0.875" in made and "0.875" not in source("raster_pixel", "glsl430")
     assert (tmp_path / "out" / "reflection.json").is_file()
 

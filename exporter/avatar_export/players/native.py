@@ -10,7 +10,7 @@ from avatar_schema.version import __version__
 from avatar_shaders.entries import ENTRIES, path_of
 from avatar_shaders.texts import source
 
-LANGUAGES = ("glsl430", "glsl310es", "msl")  # that cmake/shader_texts.cmake embeds
+LANGUAGES = ("glsl310es", "msl")  # cmake/shader_texts.cmake makes GLSL 4.30 of the first
 _KEPT = ("CMakeLists.txt", "README.md", "android", "cmake", "gles", "include", "ios", "play", "src")
 _LOCAL = re.compile(
     r"(^|/)(\.[^/]*|build|head\.avatar|local\.properties)(/|$)"

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from avatar_export.players.native import LANGUAGES
 from avatar_schema.version import __version__
 from avatar_shaders.entries import ENTRIES
 from avatar_shaders.texts import source
@@ -18,6 +17,7 @@ from tests.session.assembled import assembled
 from tests.session.native import LIMIT_S, NATIVE
 from tests.session.shared_folder import made_once
 
+LANGUAGES = ("glsl430", "glsl310es", "msl")  # as the C header numbers them
 TEXTS = {(language, entry): source(entry, language) for language in LANGUAGES for entry in ENTRIES}
 PROGRAM = r"""
 #include "avatar_gles.h"
@@ -108,7 +108,7 @@ def test_the_archive_has_what_a_build_needs_and_no_more(archive: Path) -> None:
     }
     assert (archive / "VERSION").read_text() == f"{__version__}\n"
     assert (archive / "LICENSE").read_bytes() == (NATIVE.parents[1] / "LICENSE").read_bytes()
-    assert len([name for name in names if name.startswith("shaders/")]) == len(TEXTS)
+    assert len([name for name in names if name.startswith("shaders/")]) == 2 * len(ENTRIES)
     assert not [name for name in names if "head.avatar" in name or "/." in f"/{name}"]
 
 
@@ -139,8 +139,10 @@ def test_a_program_with_the_sources_is_built_again_where_a_text_changes(
     changed.write_text(changed.read_text() + long)
     want = TEXTS | {("msl", "blend"): TEXTS["msl", "blend"] + long}
     assert rebuilt(tmp_path) == want
-    (tmp_path / "player/shaders/glsl430/added.comp").write_text("void main() {}\n")
-    assert rebuilt(tmp_path) == want | {("glsl430", "added"): "void main() {}\n"}
+    (tmp_path / "player/shaders/glsl/added.comp").write_text("void main() {}\n")
+    assert rebuilt(tmp_path) == want | {
+        (language, "added"): "void main() {}\n" for language in ("glsl430", "glsl310es")
+    }
 
 
 def test_a_text_that_compilers_refuse_is_refused(archive: Path, tmp_path: Path) -> None:
@@ -150,7 +152,7 @@ def test_a_text_that_compilers_refuse_is_refused(archive: Path, tmp_path: Path) 
     shutil.copytree(archive / "shaders", tmp_path / "shaders")
     cmake(*script)
     for wrong in ("x" * 65001, 'the end )~" of a literal'):
-        (tmp_path / "shaders/glsl430/blend.comp").write_text(wrong)
+        (tmp_path / "shaders/glsl/blend.comp").write_text(wrong)
         said = refused(*script)
         assert said.returncode and "blend.comp is longer than 65000 bytes, or" in " ".join(
             said.stderr.split()
