@@ -34,3 +34,9 @@ const inlineWorker = {
 export function bundle({ also = [], ...options }) {
   return build({ ...SHARED, plugins: [...also, inlineWorker], ...options });
 }
+
+/** The module that esbuild makes, in this process. */
+export async function imported(options) {
+  const { outputFiles } = await bundle({ write: false, platform: "neutral", ...options });
+  return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
+}

@@ -14,9 +14,11 @@ from avatar_export.packing.write import Prepared, driving_facts, pack, write
 from avatar_export.version import GENERATOR
 from avatar_export.writers.reference_cases import reference_cases
 from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.camera import Camera
 from avatar_runtime.conformance import RUNTIME, driving_cases, encode, encode_driving, make_reference
 from avatar_runtime.packs import decode_pack
 from avatar_runtime.player import Player
+from avatar_runtime.pose import Pose
 from avatar_runtime.subset import subset
 from tests.exporter.distill.avatars import DISTILLED, distilled_avatars
 from tests.exporter.packing.cases import COARSE
@@ -73,7 +75,11 @@ def vectors(avatar: Avatar, names: Container[str] | None = CASES) -> dict[str, b
 
 
 def image_of(avatar: Avatar) -> F32:
+    """[H, W, 4] of the pose and the camera of the cases."""
+    return drawn(avatar, gl_cases.pose_of(avatar), gl_cases.camera())
+
+
+def drawn(avatar: Avatar, pose: Pose, camera: Camera) -> F32:
     """[H, W, 4] premultiplied colour over black and alpha, by backend `gl`."""
-    player = Player(avatar, "gl", target="rgba32f")
-    frame = player.frame(gl_cases.pose_of(avatar), gl_cases.camera(), (0.0, 0.0, 0.0))
-    return np.dstack([frame.image.colour, 1 - frame.image.transmittance])
+    image = Player(avatar, "gl", target="rgba32f").frame(pose, camera, (0.0, 0.0, 0.0)).image
+    return np.dstack([image.colour, 1 - image.transmittance])

@@ -74,24 +74,16 @@ def test_types_are_sound() -> None:
         assert done.returncode == 0, done.stdout
 
 
-def browser_tests() -> list[str]:
-    """The tests in Node that need a browser."""
-    return sorted(path.name for path in (WEB / "tests").glob("*.test.mjs"))
+MORE = {"memory.test.mjs": {"LONG": "1"}, "adapters.test.mjs": {"ADAPTERS": "all"}}
+BROWSER_TESTS = [
+    *((path.name, {}) for path in sorted((WEB / "tests").glob("*.test.mjs"))),
+    *(pytest.param(name, more, marks=pytest.mark.players) for name, more in MORE.items()),
+]
 
 
-@pytest.mark.parametrize("name", browser_tests())
-def test_a_browser_finds_it_sound(name: str) -> None:
-    """The page as a person uses it, shaders as Chromium compiles them, engines, memory."""
-    need_chromium()
-    run_node_test(name)
-
-
-@pytest.mark.players
-@pytest.mark.parametrize(
-    ("name", "more"), [("memory.test.mjs", {"LONG": "1"}), ("adapters.test.mjs", {"ADAPTERS": "all"})]
-)
-def test_a_browser_finds_more_of_it_sound(name: str, more: dict[str, str]) -> None:
-    """WebGPU, which is slow in software; every configuration of every engine."""
+@pytest.mark.parametrize(("name", "more"), BROWSER_TESTS)
+def test_a_browser_finds_it_sound(name: str, more: dict[str, str]) -> None:
+    """The page as a person uses it, engines, memory; with MORE WebGPU, which is slow in software, and all options."""
     need_chromium()
     run_node_test(name, **more)
 

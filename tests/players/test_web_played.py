@@ -32,7 +32,7 @@ def test_all_stages_and_images_of_all_avatars(
         job.references.append(address(name))
         posed = [(f"{address(name)}/{HEAD}", case.avatar, gl_cases.pose_of(case.avatar))]
         job.shots.append(shot(address(name)[1:], posed, gl_cases.camera()))
-        expected[name] = image_of(case.avatar)
+        expected[address(name)[1:]] = image_of(case.avatar)
     answer = ask(job, tmp_path)
     for backend in BACKENDS:
         assert not wrong_stages(answer, backend, measured)
@@ -41,26 +41,20 @@ def test_all_stages_and_images_of_all_avatars(
 
 def wrong_stages(answer: Answer, backend: str, measured: Measure) -> list[str]:
     """Outputs beyond their tolerance."""
-    wrong, used = [], 0.0
-    for (kind, name), report in answer.reports.items():
-        if kind != backend:
-            continue
-        rows = report["rows"]
-        assert rows, name
-        wrong += [f"{name}: {r['case']}/{r['stage']}/{r['output']}" for r in rows if not r["passed"]]
-        used = max(used, *(r["used"] for r in rows))
-    measured(f"web {backend}, stages, share of the tolerance", used, 1)
-    return wrong
+    rows = [
+        (name, r) for (kind, name), said in answer.reports.items() if kind == backend for r in said["rows"]
+    ]
+    assert all(said["rows"] for said in answer.reports.values())
+    measured(f"web {backend}, stages, share of the tolerance", max(row["used"] for _, row in rows), 1)
+    return [f"{name}: {r['case']}/{r['stage']}/{r['output']}" for name, r in rows if not r["passed"]]
 
 
 def wrong_images(
     answer: Answer, backend: str, expected: Mapping[str, F32], measured: Measure
 ) -> dict[str, float]:
     """Images too far from those of `gl`."""
-    apart = {}
-    for name, want in expected.items():
-        image = answer.images[backend, address(name)[1:]]
-        assert image[..., 3].max() > 0.5, name
-        apart[name] = float(np.abs(image - want).max())
+    images = {name: answer.images[backend, name] for name in expected}
+    assert all(image[..., 3].max() > 0.5 for image in images.values())
+    apart = {name: float(np.abs(images[name] - want).max()) for name, want in expected.items()}
     measured(f"web {backend}, image", max(apart.values()), IMAGE_LIMIT)
     return {name: value for name, value in apart.items() if value > IMAGE_LIMIT}

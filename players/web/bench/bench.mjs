@@ -13,16 +13,15 @@ import { loadavg } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { parseArgs } from "node:util";
-import puppeteer from "puppeteer-core";
-import { bundle } from "../bundle.mjs";
-import { chromium, open, serve } from "../tests/browser.mjs";
+import { bundle, imported } from "../bundle.mjs";
+import { PAGE, launch, open, serve } from "../tests/browser.mjs";
 import { installPeers } from "./peers.mjs";
 import { treeSeconds } from "./processes.mjs";
 
 const SIZE = 512; // pixels
 const FOV_Y = 0.5; // radians
 const WARM_FRAMES = 3;
-const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+const FLAGS = ["--use-gl=angle", "--use-angle=swiftshader"];
 const HERE = dirname(fileURLToPath(import.meta.url));
 const BUILD = join(HERE, "../build/bench");
 const REPOSITORY = join(HERE, "../../..");
@@ -112,8 +111,7 @@ async function compare({ name, files }) {
 
 /** Where to look, from the pack: the head if it has one. */
 async function viewOf(file) {
-  const built = await bundle({ entryPoints: [join(HERE, "../src/load.ts")], write: false, platform: "neutral" });
-  const { load } = await import(`data:text/javascript;base64,${Buffer.from(built.outputFiles[0].contents).toString("base64")}`);
+  const { load } = await imported({ entryPoints: [join(HERE, "../src/load.ts")] });
   const { framing } = await load(new Uint8Array(await readFile(file)));
   const { target, size } = framing.head ?? framing.whole;
   return { target, distance: (0.55 * Math.max(size[0], size[1])) / Math.tan(FOV_Y / 2) };
@@ -124,12 +122,13 @@ async function start(renderer, files, setup) {
   const foreign = renderer.form === "avatar" ? {} : { also: [fromPeers], external: ["https://*"] };
   const built = await bundle({ entryPoints, write: false, ...foreign });
   const script = built.outputFiles[0].text.replace(FROM_WEB, "");
-  const html = `<!doctype html><title>bench</title><link rel=icon href=data:,><style>body{margin:0}</style><script type=module src=page.js></script>`;
   const file = files[renderer.form];
   const address = `/avatar.${renderer.form}`;
-  const server = await serve({ "/index.html": Buffer.from(html), "/page.js": Buffer.from(script), [address]: file });
-  const browser = await puppeteer.launch({ executablePath: chromium(), args: FLAGS, protocolTimeout: 600_000, defaultViewport: { width: SIZE, height: SIZE } });
+  const server = await serve({ "/index.html": PAGE, "/page.js": Buffer.from(script), [address]: file });
+  const browser = await launch({ webgpu: false, args: FLAGS });
   const { page, errors } = await open(browser, `${server.address}/index.html${renderer.query ?? ""}`);
+  await page.setViewport({ width: SIZE, height: SIZE });
+  await page.addStyleTag({ content: "body { margin: 0 }" });
   await page.evaluate((given) => window.start(given), { ...setup, url: `${server.address}${address}` });
   return { browser, page, server, errors };
 }

@@ -2,7 +2,7 @@
 import { gzipSync } from "node:zlib";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { bundle } from "../bundle.mjs";
+import { bundle, imported } from "../bundle.mjs";
 
 const HERE = dirname(fileURLToPath(import.meta.url));
 /** Of the script with its shaders, gzipped. */
@@ -21,8 +21,7 @@ export async function sizes() {
   const options = { entryPoints: [join(HERE, "../src/index.ts")], minify: true, write: false };
   const script = await bundle({ ...options, also: [withoutKernels] });
   const whole = await bundle(options);
-  const made = await bundle({ entryPoints: [join(HERE, "../src/made/kernels.ts")], write: false });
-  const { KERNELS } = await import(`data:text/javascript;base64,${Buffer.from(made.outputFiles[0].contents).toString("base64")}`);
+  const { KERNELS } = await imported({ entryPoints: [join(HERE, "../src/made/kernels.ts")] });
   const gzipped = (bytes) => gzipSync(bytes, { level: 9 }).length;
   return {
     script: gzipped(script.outputFiles[0].contents),

@@ -56,7 +56,7 @@ export interface LevelInfo {
   readonly psnrDb: number | null; // inside the mask
 }
 
-/** Where to look at rest, metres: the whole avatar or its head. In the frame of `Instance.world`, for packs of either handedness. */
+/** Where to look at rest, metres: the whole avatar or its head. In the frame of `Instance.place`, for packs of either handedness. */
 export interface Framing {
   readonly up: readonly [number, number, number];
   readonly front: readonly [number, number, number];
@@ -74,7 +74,7 @@ export interface Avatar {
   readonly consent: string | null;
   readonly handedness: "right" | "left";
   readonly expressions: readonly Expression[]; // K
-  readonly lateMorphs: readonly string[]; // L: eyelids
+  readonly eyelids: readonly string[]; // L
   readonly skeleton: Skeleton | null;
   readonly groups: readonly Group[];
   readonly rules: Readonly<Record<string, string | null>>; // `rules` of the manifest

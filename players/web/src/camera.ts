@@ -78,9 +78,7 @@ export class Camera {
   fromOpencv(rotation: Numbers, translation: Numbers, intrinsics: Numbers, width: number, height: number): void {
     checkSize(width, height);
     for (let i = 0; i < 3; i++) {
-      for (let j = 0; j < 3; j++) {
-        VIEW[4 * i + j] = rotation[3 * i + j] as number;
-      }
+      for (let j = 0; j < 3; j++) VIEW[4 * i + j] = rotation[3 * i + j] as number;
       VIEW[4 * i + 3] = translation[i] as number;
     }
     const k = intrinsics as ArrayLike<number>;
@@ -95,26 +93,12 @@ export class Camera {
     this.write(width, height);
   }
 
-  /** A camera whose axis meets the middle of the image. `cameraFromWorld` [4, 4] is row-major and rigid. */
-  set(cameraFromWorld: Numbers, tanHalfFovX: number, tanHalfFovY: number, width: number, height: number): void {
-    checkSize(width, height);
-    for (let i = 0; i < 12; i++) {
-      VIEW[i] = cameraFromWorld[i] as number;
-    }
-    PROJECTION.fill(0);
-    PROJECTION[0] = 1 / tanHalfFovX;
-    PROJECTION[5] = 1 / tanHalfFovY;
-    this.tanHalfFov[0] = tanHalfFovX;
-    this.tanHalfFov[1] = tanHalfFovY;
-    this.write(width, height);
-  }
-
   /**
    * The camera of an engine: `view` (camera from world) and `projection` [4, 4], both column-major, as OpenGL and
    * three.js have them: y up, looking along -z. A projection for cameras that look along +z (Babylon.js) is
    * recognised by its last row. Its depth range does not matter. Throws AvatarError for one without perspective.
    */
-  setFrom(view: Numbers, projection: Numbers, width: number, height: number): void {
+  fromOpengl(view: Numbers, projection: Numbers, width: number, height: number): void {
     checkSize(width, height);
     const along = projection[11] as number; // clip w = along * z of the engine's camera
     if (!(Math.abs(along) > 1e-6) || Math.abs(projection[15] as number) > 1e-6) {
@@ -167,21 +151,15 @@ export class Camera {
     VIEW[15] = 1;
     PROJECTION[10] = DEPTH;
     PROJECTION[11] = -DEPTH * NEAR;
-    for (let i = 0; i < 16; i++) {
-      this.cameraFromWorld[i] = VIEW[i] as number;
-    }
+    for (let i = 0; i < 16; i++) this.cameraFromWorld[i] = VIEW[i] as number;
     for (let row = 0; row < 3; row++) {
       for (let column = 0; column < 4; column++) {
         let sum = 0;
-        for (let k = 0; k < 4; k++) {
-          sum += (PROJECTION[4 * row + k] as number) * (VIEW[4 * k + column] as number);
-        }
+        for (let k = 0; k < 4; k++) sum += (PROJECTION[4 * row + k] as number) * (VIEW[4 * k + column] as number);
         this.clipFromWorld[4 * row + column] = sum;
       }
     }
-    for (let column = 0; column < 4; column++) {
-      this.clipFromWorld[12 + column] = VIEW[8 + column] as number;
-    }
+    for (let column = 0; column < 4; column++) this.clipFromWorld[12 + column] = VIEW[8 + column] as number;
     invertLinear(INVERSE, 0, VIEW, 0);
     for (let i = 0; i < 3; i++) {
       const r = 4 * i;

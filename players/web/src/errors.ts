@@ -47,15 +47,11 @@ export function noSuch(what: string, name: string, known: readonly string[], whe
 
 /** How alike two texts are, 0 to 1: the share of pairs of neighbouring letters that both have. */
 function likeness(a: string, b: string): number {
-  if (a === b) {
-    return 1;
-  }
+  if (a === b) return 1;
   const left = pairs(a);
   const right = pairs(b);
   let shared = 0;
-  for (const [pair, count] of left) {
-    shared += Math.min(count, right.get(pair) ?? 0);
-  }
+  for (const [pair, count] of left) shared += Math.min(count, right.get(pair) ?? 0);
   return (2 * shared) / Math.max(a.length + b.length + 2, 1);
 }
 

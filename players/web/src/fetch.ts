@@ -14,12 +14,8 @@ export async function fetchBytes(url: string | URL, signal?: AbortSignal, onProg
     throw new AvatarError(`cannot be loaded: the server answers ${response.status} ${response.statusText}`.trimEnd());
   }
   const total = lengthOf(response);
-  if (total !== null && total > FILE_LIMIT) {
-    throw new AvatarError(`has ${total} bytes; ${FILE_LIMIT} are the most`);
-  }
-  if (response.body === null) {
-    throw new AvatarError("cannot be loaded: the server sends nothing");
-  }
+  if (total !== null && total > FILE_LIMIT) throw new AvatarError(`has ${total} bytes; ${FILE_LIMIT} are the most`);
+  if (response.body === null) throw new AvatarError("cannot be loaded: the server sends nothing");
   const bytes = await collected(response.body.getReader(), total, signal, onProgress);
   if (total !== null && bytes.length !== total) {
     throw new AvatarError(`was cut off: ${bytes.length} of ${total} bytes arrived; load it again`);
@@ -57,9 +53,7 @@ async function collected(
   onProgress?.(0, total);
   for (;;) {
     const part = await piece(reader, loaded, total, signal);
-    if (part === null) {
-      return bytes.subarray(0, loaded);
-    }
+    if (part === null) return bytes.subarray(0, loaded);
     if (loaded + part.length > (total ?? FILE_LIMIT)) {
       void reader.cancel().catch(() => undefined);
       const most = total === null ? `${FILE_LIMIT} bytes` : `the ${total} bytes that the server states`;

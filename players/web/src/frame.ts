@@ -2,6 +2,7 @@
 
 import type { Camera } from "./camera.js";
 import { FRAME_SOURCES } from "./pack/model.js";
+import { invertLinear, quatFromMatrix } from "./pose/affine.js";
 import type { Posed } from "./pose/poser.js";
 
 const PER_GROUP = "group_";
@@ -45,7 +46,7 @@ export class FrameValues {
   readonly floats: Float32Array;
   private readonly view = new Float64Array(16); // camera from avatar
   private readonly clip = new Float64Array(16);
-  private readonly eye = new Float64Array(3);
+  private readonly inverse = new Float64Array(12);
   // First float of each row: names made in a frame would be new strings.
   private readonly worldRows: readonly number[];
   private readonly cameraRows: readonly number[];
@@ -74,29 +75,44 @@ export class FrameValues {
       this.setRows(this.matrixRows[row] as number, posed.groupMatrix, row);
       this.setRows(this.rotationRows[row] as number, posed.groupRotation, row);
     }
-    quatFromMatrix(posed.worldFromAvatar, this.floats, first["world_quat_wxyz"] as number);
+    quatFromMatrix(this.floats, first["world_quat_wxyz"] as number, posed.worldFromAvatar, 0);
   }
 
   /**
-   * The camera, seen from the pack's own space: `world` [4, 4] row-major places the pack in the scene. Any affine
-   * matrix will do, also one that scales or mirrors. A singular matrix draws nothing: every Gaussian is at depth 0.
+   * The camera, seen from the pack's own space. `place` is scene from pack, [4, 4] row-major: any affine matrix, also one
+   * that scales or mirrors. A singular one draws nothing: every Gaussian is at depth 0.
    */
-  setCamera(camera: Camera, world: Float64Array): void {
+  setCamera(camera: Camera, place: Float64Array): void {
     const { first } = this.layout;
-    multiply(camera.cameraFromWorld, world, this.view);
-    multiply(camera.clipFromWorld, world, this.clip);
-    if (!solve(world, camera.centre, this.eye)) this.view.fill(0);
+    multiply(camera.cameraFromWorld, place, this.view);
+    multiply(camera.clipFromWorld, place, this.clip);
+    if (!this.setEye(place, camera.centre)) this.view.fill(0);
     for (let row = 0; row < 3; row++) this.setRow(this.cameraRows[row] as number, this.view, row);
     for (let row = 0; row < 4; row++) this.setRow(this.clipRows[row] as number, this.clip, row);
-    const eye = first["eye"] as number;
-    for (let i = 0; i < 3; i++) this.floats[eye + i] = this.eye[i] as number;
-    this.floats[eye + 3] = 1;
     const tan = first["tan_half_fov"] as number;
     this.floats[tan] = camera.tanHalfFov[0] as number;
     this.floats[tan + 1] = camera.tanHalfFov[1] as number;
     const size = first["image_size"] as number;
     this.floats[size] = camera.width;
     this.floats[size + 1] = camera.height;
+  }
+
+  /** Where the camera is in the pack's own space; false if `place` is singular. */
+  private setEye(place: Float64Array, centre: Float32Array): boolean {
+    const { inverse } = this;
+    invertLinear(inverse, 0, place, 0);
+    const x = (centre[0] as number) - (place[3] as number);
+    const y = (centre[1] as number) - (place[7] as number);
+    const z = (centre[2] as number) - (place[11] as number);
+    const eye = this.layout.first["eye"] as number;
+    let finite = true;
+    for (let i = 0; i < 3; i++) {
+      const at = (inverse[4 * i] as number) * x + (inverse[4 * i + 1] as number) * y + (inverse[4 * i + 2] as number) * z;
+      finite &&= Math.abs(at) < Infinity;
+      this.floats[eye + i] = finite ? at : 0;
+    }
+    this.floats[eye + 3] = 1;
+    return finite;
   }
 
   private setRow(at: number, matrix: Float64Array, row: number): void {
@@ -120,36 +136,4 @@ function multiply(a: ArrayLike<number>, b: ArrayLike<number>, out: Float64Array)
       out[4 * r + c] = sum;
     }
   }
-}
-
-/** The point whose image under the affine matrix `m` is `point`; false if `m` is singular. */
-function solve(m: Float64Array, point: ArrayLike<number>, out: Float64Array): boolean {
-  const a = m[0] as number, b = m[1] as number, c = m[2] as number;
-  const d = m[4] as number, e = m[5] as number, f = m[6] as number;
-  const g = m[8] as number, h = m[9] as number, i = m[10] as number;
-  const x = (point[0] as number) - (m[3] as number);
-  const y = (point[1] as number) - (m[7] as number);
-  const z = (point[2] as number) - (m[11] as number);
-  const ei = e * i - f * h, fg = f * g - d * i, dh = d * h - e * g;
-  const det = a * ei + b * fg + c * dh;
-  if (!(Math.abs(det) > 0) || !Number.isFinite(det)) return false;
-  out[0] = (x * ei + y * (c * h - b * i) + z * (b * f - c * e)) / det;
-  out[1] = (x * fg + y * (a * i - c * g) + z * (c * d - a * f)) / det;
-  out[2] = (x * dh + y * (b * g - a * h) + z * (a * e - b * d)) / det;
-  return true;
-}
-
-/** Unit quaternion wxyz of the rotation in a row-major 4x4. Its largest component is positive. */
-function quatFromMatrix(m: Float64Array, out: Float32Array, at: number): void {
-  const d0 = m[0] as number, d1 = m[5] as number, d2 = m[10] as number;
-  const a = (m[9] as number) - (m[6] as number), b = (m[2] as number) - (m[8] as number);
-  const c = (m[4] as number) - (m[1] as number), d = (m[4] as number) + (m[1] as number);
-  const e = (m[2] as number) + (m[8] as number), f = (m[9] as number) + (m[6] as number);
-  const w = 1 + d0 + d1 + d2, x = 1 + d0 - d1 - d2, y = 1 - d0 + d1 - d2, z = 1 - d0 - d1 + d2;
-  const most = Math.max(w, x, y, z);
-  const s = 1 / (2 * Math.sqrt(most));
-  out[at] = (most === w ? w : most === x ? a : most === y ? b : c) * s;
-  out[at + 1] = (most === w ? a : most === x ? x : most === y ? d : e) * s;
-  out[at + 2] = (most === w ? b : most === x ? d : most === y ? y : f) * s;
-  out[at + 3] = (most === w ? c : most === x ? e : most === y ? f : z) * s;
 }

@@ -27,7 +27,7 @@ export class Instance {
    * Scene from the person: row-major 4x4, any affine matrix. The person's frame is right-handed for every pack: +Y up,
    * the face looks along +Z, +X is the person's left. The pose's own movement comes first.
    */
-  readonly world = new Float64Array(IDENTITY);
+  readonly place = new Float64Array(IDENTITY);
   /** @internal */
   readonly values: FrameValues;
   /** @internal The content of buffer Pose. */
@@ -81,7 +81,7 @@ export class Instance {
   /** @internal Stage `joints` and the camera. */
   update(camera: Camera): void {
     this.values.setPosed(this.poser.update(this.pose));
-    this.values.setCamera(camera, this.place());
+    this.values.setCamera(camera, this.placeOfPack());
   }
 
   /**
@@ -90,7 +90,7 @@ export class Instance {
    */
   heightPx(camera: Camera): number {
     const { posed } = this;
-    multiply(posed, 0, this.place(), 0, this.pose.worldFromAvatar, 0);
+    multiply(posed, 0, this.placeOfPack(), 0, this.pose.worldFromAvatar, 0);
     // `framing` is right-handed for every pack.
     if (this.avatar.handedness === "left") for (let at = 0; at < 12; at += 4) posed[at] = -(posed[at] as number);
     return heightPx(this.avatar.framing.whole, posed, camera.clipFromWorld, camera.height);
@@ -105,10 +105,10 @@ export class Instance {
   }
 
   /** The one place where a left-handed pack is mirrored: x of its frame points the other way than the person's. */
-  private place(): Float64Array {
-    const { placed, world } = this;
-    placed.set(world);
-    if (this.avatar.handedness === "left") for (let at = 0; at < 16; at += 4) placed[at] = -(world[at] as number);
+  private placeOfPack(): Float64Array {
+    const { placed, place } = this;
+    placed.set(place);
+    if (this.avatar.handedness === "left") for (let at = 0; at < 16; at += 4) placed[at] = -(place[at] as number);
     return placed;
   }
 

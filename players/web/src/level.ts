@@ -7,18 +7,18 @@ const MARGIN = 1.1; // of a border between two levels: an avatar that stands at 
 
 /**
  * The physical pixels that a length of `whole.size[1]` covers, facing the camera, at `whole.target`; how avatar and
- * camera are turned does not matter. `world` [4, 4] places the avatar, `clip` [4, 4] is clip from world, both row-major.
+ * camera are turned does not matter. `place` [4, 4] places the avatar, `clip` [4, 4] is clip from world, both row-major.
  * Infinite where the target is not before the camera. Allocates nothing.
  */
-export function heightPx(whole: Framing["whole"], world: Numbers, clip: Numbers, imageHeightPx: number): number {
+export function heightPx(whole: Framing["whole"], place: Numbers, clip: Numbers, imageHeightPx: number): number {
   let w = clip[15] as number, rowY = 0;
   for (let i = 0; i < 3; i++) {
-    let at = world[4 * i + 3] as number;
-    for (let k = 0; k < 3; k++) at += (world[4 * i + k] as number) * (whole.target[k] as number);
+    let at = place[4 * i + 3] as number;
+    for (let k = 0; k < 3; k++) at += (place[4 * i + k] as number) * (whole.target[k] as number);
     w += (clip[12 + i] as number) * at;
     rowY += (clip[4 + i] as number) ** 2;
   }
-  const scale = Math.cbrt(Math.abs(determinant(world)));
+  const scale = Math.cbrt(Math.abs(determinant(place)));
   const height = (Math.sqrt(rowY) * scale * whole.size[1] * imageHeightPx) / 2 / w;
   return w > 0 && Number.isFinite(height) ? height : Infinity;
 }

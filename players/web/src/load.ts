@@ -36,22 +36,14 @@ export async function load(source: Source, options: LoadOptions = {}): Promise<A
 }
 
 async function bytesOf(source: Source, options: LoadOptions): Promise<Uint8Array> {
-  if (source instanceof Uint8Array) {
-    return source;
-  }
-  if (source instanceof ArrayBuffer) {
-    return new Uint8Array(source);
-  }
-  if (source instanceof Blob) {
-    return readBlob(source);
-  }
+  if (source instanceof Uint8Array) return source;
+  if (source instanceof ArrayBuffer) return new Uint8Array(source);
+  if (source instanceof Blob) return readBlob(source);
   return fetchBytes(source, options.signal, options.onProgress);
 }
 
 async function readBlob(blob: Blob): Promise<Uint8Array> {
-  if (blob.size > FILE_LIMIT) {
-    throw new AvatarError(`has ${blob.size} bytes; ${FILE_LIMIT} are the most`);
-  }
+  if (blob.size > FILE_LIMIT) throw new AvatarError(`has ${blob.size} bytes; ${FILE_LIMIT} are the most`);
   try {
     return new Uint8Array(await blob.arrayBuffer());
   } catch (error) {

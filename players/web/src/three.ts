@@ -5,5 +5,5 @@
  * buffer. They write no depth, cast no shadow and take no light. Tone mapping of the canvas does not change them;
  * post-processing does.
  */
-export { AvatarObject, AvatarScene } from "./three/scene.js";
+export { AvatarObject, AvatarScene, type AvatarSceneEventMap } from "./three/scene.js";
 export type { AvatarSceneOptions } from "./engine/host.js";

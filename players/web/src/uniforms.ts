@@ -95,6 +95,25 @@ export class Uniforms {
   }
 }
 
+/** The uniform block of one entry, whose constants are set by name. */
+export class Block {
+  private readonly uniforms: Uniforms;
+  private readonly first = new Map<string, number>(); // words
+
+  constructor(entry: string, constants: Readonly<Record<string, Constant>>) {
+    this.uniforms = new Uniforms([{ entry, constants }], 16, null);
+    for (const { name } of INTERFACES[entry]?.uniforms?.members ?? []) this.first.set(name, this.uniforms.word(0, entry, name));
+  }
+
+  get words(): Uint32Array {
+    return this.uniforms.words;
+  }
+
+  set(name: string, index: number, value: number): void {
+    this.uniforms.floats[(this.first.get(name) as number) + index] = value;
+  }
+}
+
 /** Copies `count` floats from `first` of `from` to `at` of `to`; returns whether one has changed. Both are float32. */
 export function copied(from: Float32Array, first: number, to: Float32Array, at: number, count: number): boolean {
   let changed = false;

@@ -1,17 +1,15 @@
 // Avatars in three.js, Babylon.js and PlayCanvas: node --test tests/adapters.test.mjs.
 import assert from "node:assert/strict";
-import { dirname, join } from "node:path";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { fileURLToPath } from "node:url";
-import { play, playScene } from "./adapter_scenes.mjs";
-import { launch } from "./browser.mjs";
+import { HERE, PACKS, PAGE, launch, open, scriptOf, serve } from "./browser.mjs";
 
-const PACKS = join(dirname(fileURLToPath(import.meta.url)), "../../../tests/data/packs/1.0");
 const MOLE = join(PACKS, "../../mole"); // a head with a mole on its left cheek, in both frames
 const FILES = { "/first.avatar": join(PACKS, "joints.avatar"), "/second.avatar": join(PACKS, "surface.avatar") };
 for (const hand of ["right", "left"]) FILES[`/${hand}.avatar`] = join(MOLE, `${hand}.avatar`);
 const SIZE = 128;
 const DISTANCE = 0.6; // of the camera
+const PART = [40, 16, 64]; // of a viewport: x, y from below, size
 const WALL = [200, 90, 30];
 const BACKGROUND = [40, 60, 120];
 
@@ -20,6 +18,9 @@ const STEPS = [
   ["wall", null],
   ["add", "/first.avatar"],
   ["picture", "plain"],
+  ["part", ...PART],
+  ["picture", "part"],
+  ["part", 0, 0, SIZE],
   ["wall", 0.2],
   ["picture", "half"],
   ["wall", 0],
@@ -28,9 +29,16 @@ const STEPS = [
   ["add", "/second.avatar"],
   ["place", 1, 0.03, 0, 0.1, 0, 1],
   ["picture", "nearer"],
+  ["attach", 1, false],
+  ["picture", "removed"],
+  ["attach", 1, true],
+  ["picture", "attached"],
+  ["place", 1, 0, 0, 0, 0, 0],
+  ["picture", "flat"],
   ["place", 1, 0.03, 0, -0.1, 0, 1],
   ["picture", "farther"],
   ["place", 1, -0.05, 0.04, -0.1, 0.7, 1.5],
+  ["seen", 1, "seen"],
   ["picture", "placed"],
   ["show", 0, false],
   ["picture", "hidden"],
@@ -39,49 +47,83 @@ const STEPS = [
   ["picture", "disposed"],
   ["dispose", 0],
   ["add", "/right.avatar"],
+  ["seen", 2, "level"],
   ["picture", "right"],
   ["dispose", 2],
+  ["add", "/left.avatar", 1],
+  ["picture", "coarse"],
+  ["dispose", 3],
   ["add", "/left.avatar"],
   ["picture", "left"],
+  ["told", "told"],
+  ["addLevel", 9, "nine"],
   ["disposeAvatars"],
+  ["addLevel", 0, "afterwards"],
   ["wall", 0],
   ["picture", "without"],
 ];
-const COMPARED = ["plain", "nearer", "farther", "placed", "hidden", "disposed", "right", "left"];
+const OF_PLAYER = STEPS.slice(0, -6);
+const SAME = [["plain", "removed", "flat", "disposed"], ["nearer", "attached"]];
+const OTHERS = [["plain", "nearer"], ["nearer", "farther"], ["farther", "placed"], ["placed", "hidden"], ["hidden", "disposed"]];
 
 // Options are spread over the engines; ADAPTERS=all adds the rest.
 const ENGINES = [
-  { stage: "three_webgl", api: "webgl2", antialias: true },
-  { stage: "three_webgpu", api: "webgpu", linear: true },
-  { stage: "babylon_webgl", api: "webgl2", target: true },
-  { stage: "babylon_webgpu", api: "webgpu", target: true, antialias: true },
-  { stage: "playcanvas_webgl", api: "webgl2", synchronous: true, antialias: true },
-  { stage: "playcanvas_webgpu", api: "webgpu", antialias: true },
+  { stage: "three", api: "webgl2", antialias: true },
+  { stage: "three", api: "webgpu", linear: true },
+  { stage: "babylon", api: "webgl2", target: true },
+  { stage: "babylon", api: "webgpu", target: true, antialias: true },
+  { stage: "playcanvas", api: "webgl2", synchronous: true, antialias: true },
+  { stage: "playcanvas", api: "webgpu", antialias: true },
 ];
 const REST = [
-  { stage: "three_webgl", api: "webgl2", reversed: true },
-  { stage: "three_webgpu", api: "webgpu", reversed: true, linear: true },
-  { stage: "three_webgl", api: "webgl2", target: true, synchronous: true, linear: true },
-  { stage: "three_webgpu", api: "webgpu", target: true, antialias: true, linear: true },
-  { stage: "three_webgpu", api: "webgl2", target: true, linear: true }, // WebGPURenderer where there is no WebGPU
-  { stage: "babylon_webgl", api: "webgl2", antialias: true, synchronous: true },
-  { stage: "babylon_webgpu", api: "webgpu" },
-  { stage: "playcanvas_webgl", api: "webgl2", target: true, antialias: true },
-  { stage: "playcanvas_webgpu", api: "webgpu", target: true },
+  { stage: "three", api: "webgl2", reversed: true },
+  { stage: "three", api: "webgpu", reversed: true, linear: true },
+  { stage: "three", api: "webgl2", target: true, synchronous: true, linear: true },
+  { stage: "three", api: "webgpu", target: true, antialias: true, linear: true },
+  { stage: "three", api: "webgl2", fallback: true, target: true, linear: true }, // WebGPURenderer where there is no WebGPU
+  { stage: "babylon", api: "webgl2", antialias: true, synchronous: true },
+  { stage: "babylon", api: "webgpu" },
+  { stage: "playcanvas", api: "webgl2", target: true, antialias: true },
+  { stage: "playcanvas", api: "webgpu", target: true },
 ];
 if (process.env.ADAPTERS === "all") ENGINES.push(...REST);
-const OPTIONS = { distance: DISTANCE, antialias: false, target: false, synchronous: false, linear: false };
+const OPTIONS = { distance: DISTANCE, antialias: false, target: false, synchronous: false };
 
 let browser;
-const expected = {}; // pictures of the player, blended as displayed and in linear light
+const scripts = new Map(); // by entry point and stage
+const expected = {}; // what the player shows, blended as displayed and in linear light
+
+/** Calls `play` of harness/adapters/ENTRY.js, that asks for `stage`, in a page of its own. Returns what it returns, what it posted, and errors. */
+async function play(entry, stage, ...values) {
+  const key = `${entry} ${stage}`;
+  if (!scripts.has(key)) scripts.set(key, await scriptOf(`adapters/${entry}`, { stage: join(HERE, `harness/adapters/${stage}.js`) }));
+  const server = await serve({ ...FILES, "/index.html": PAGE, "/page.js": Buffer.from(scripts.get(key)) });
+  try {
+    const { page, errors } = await open(browser, `${server.address}/index.html`);
+    await page.waitForFunction(() => window.play !== undefined, { timeout: 60_000 }).catch((error) => {
+      throw new Error([error.message, ...errors].join("\n"));
+    });
+    const result = await page.evaluate((all) => window.play(...all), values);
+    await page.close();
+    return [result, Object.fromEntries(server.written), errors];
+  } finally {
+    server.close();
+  }
+}
+
+/** Plays steps with a stage. Returns what was posted: pictures as RGBA bytes, first row on top. */
+async function pictures({ stage, ...options }, steps) {
+  const [errors, posted, others] = await play("page", stage, { ...OPTIONS, ...options }, steps);
+  const lost = steps.some(([what]) => what === "lose");
+  assert.deepEqual([...errors, ...others].filter((error) => !lost || !/context|CONTEXT_LOST/i.test(error)), []);
+  return posted;
+}
 
 before(async () => {
   browser = await launch();
   for (const linear of [false, true]) {
-    const { pictures, errors } = await playScene(browser, "player", { ...OPTIONS, api: "webgl2", linear }, FILES, STEPS.slice(0, -3));
-    assert.deepEqual(errors, []);
-    expected[linear] = pictures;
-    sameForBothHands(pictures);
+    expected[linear] = await pictures({ stage: "player", api: "webgl2", linear }, OF_PLAYER);
+    sameForBothHands(expected[linear]);
   }
 });
 after(() => browser?.close());
@@ -95,16 +137,28 @@ function difference(a, b, inside = () => true) {
   return most;
 }
 
+function near(a, b, what, inside) {
+  assert.ok(difference(a, b, inside) <= 1, `${what}: ${difference(a, b, inside)}`);
+}
+
 /** Packs of both handednesses show the same, the mole on the image's right. */
-function sameForBothHands(pictures) {
-  assert.ok(difference(pictures.left, pictures.right) <= 1, `${difference(pictures.left, pictures.right)}`);
+function sameForBothHands(seen) {
+  near(seen.left, seen.right, "left and right");
   let red = 0, column = 0;
   for (let i = 0; i < SIZE * SIZE; i++) {
-    const weight = Math.max(0, pictures.left[4 * i] - Math.max(pictures.left[4 * i + 1], pictures.left[4 * i + 2]) - 40);
+    const weight = Math.max(0, seen.left[4 * i] - Math.max(seen.left[4 * i + 1], seen.left[4 * i + 2]) - 40);
     red += weight;
     column += weight * (i % SIZE);
   }
   assert.ok(red > 200 && column / red > 0.6 * SIZE, `${red} ${column / red}`);
+}
+
+/** The part of a picture that a viewport of PART shows, from a column and a row on; the rest is black. */
+function cropped(picture, x, y) {
+  return Uint8Array.from({ length: 4 * SIZE * SIZE }, (_, i) => {
+    const [column, row] = [(i >> 2) % SIZE, Math.floor((i >> 2) / SIZE)];
+    return column < PART[2] && row < PART[2] ? picture[4 * (SIZE * (row + y) + column + x) + (i % 4)] : 0;
+  });
 }
 
 const left = (x) => x < SIZE / 2;
@@ -112,58 +166,64 @@ const right = (x) => x >= SIZE / 2;
 const filled = (colour) => Uint8Array.from({ length: 4 * SIZE * SIZE }, (_, i) => colour[i % 4] ?? 255);
 
 for (const engine of ENGINES) {
-  const { stage, ...options } = engine;
-  const name = [stage, ...Object.entries(options).map(([key, value]) => (value === true ? key : value))].join(" ");
-  test(name, { timeout: 240_000 }, async () => {
-    const { pictures: seen, errors } = await playScene(browser, stage, { ...OPTIONS, ...options }, FILES, STEPS);
-    assert.deepEqual(errors, []);
-    const wanted = expected[options.linear === true];
-    for (const picture of COMPARED) {
-      assert.ok(difference(seen[picture], wanted[picture]) <= 1, `${picture}: ${difference(seen[picture], wanted[picture])}`);
+  test(Object.entries(engine).map(([key, value]) => (value === true ? key : value)).join(" "), { timeout: 240_000 }, async () => {
+    const seen = await pictures(engine, STEPS);
+    const wanted = expected[engine.linear === true];
+    for (const picture of Object.keys(wanted).filter((name) => wanted[name].length === seen.plain.length)) {
+      if (!["half", "cut", "part"].includes(picture)) near(seen[picture], wanted[picture], picture);
     }
+    // A viewport holds the middle of the whole picture.
+    near(cropped(seen.part, PART[0], SIZE - PART[1] - PART[2]), cropped(wanted.plain, (SIZE - PART[2]) / 2, (SIZE - PART[2]) / 2), "part");
     sameForBothHands(seen);
-    for (const [one, other] of [["plain", "nearer"], ["nearer", "farther"], ["farther", "placed"], ["placed", "hidden"], ["hidden", "disposed"]]) {
-      assert.ok(difference(seen[one], seen[other]) > 60, `${one} and ${other} are alike`);
+    for (const [one, ...others] of SAME) for (const other of others) near(seen[one], seen[other], `${one} and ${other}`);
+    for (const [one, other] of OTHERS) assert.ok(difference(seen[one], seen[other]) > 60, `${one} and ${other} are alike`);
+    for (const name of ["seen", "level"]) {
+      const [[height, level], want] = [JSON.parse(seen[name]), JSON.parse(wanted[name])];
+      assert.ok(Math.abs(height / want[0] - 1) < 1e-5 && level === want[1], `${name}: ${seen[name]}, not ${wanted[name]}`);
     }
+    // Where a worker computes, the engine's event says that there is a newer picture.
+    assert.equal(String(seen.told), String(engine.api === "webgl2" && engine.synchronous !== true));
+    assert.equal(String(seen.nine), "AvatarError: mole: level: there is no level 9; the last one is level 1");
+    assert.equal(String(seen.afterwards), "AvatarError: AvatarScene: was disposed; create another");
     assert.equal(difference(seen.half, filled(WALL), left), 0);
-    assert.ok(difference(seen.half, seen.plain, right) <= 1);
+    near(seen.half, seen.plain, "half", right);
     // A wall through the middle hides some of the splats, and those before it are seen against it.
     assert.ok(difference(seen.cut, filled(WALL), left) > 60);
-    assert.ok(difference(seen.cut, seen.plain, right) <= 1);
+    near(seen.cut, seen.plain, "cut", right);
     assert.equal(difference(seen.without, filled(WALL), left), 0);
     assert.equal(difference(seen.without, filled(BACKGROUND), right), 0);
   });
 }
 
-for (const stage of ["three_webgl", "babylon_webgl", "playcanvas_webgl"]) {
+for (const stage of ["three", "babylon", "playcanvas"]) {
   test(`${stage}: a context that was lost, and a camera without perspective`, { timeout: 240_000 }, async () => {
     const steps = [...STEPS.slice(0, 3), ["lose"], ["picture", "restored"], ["orthographic", "refused"], ["picture", "again"]];
-    const { pictures, errors } = await playScene(browser, stage, { ...OPTIONS, api: "webgl2" }, FILES, steps);
-    assert.deepEqual(errors.filter((error) => !/context|CONTEXT_LOST/i.test(error)), []);
-    assert.equal(pictures.refused.toString(), "AvatarError: the camera: has no perspective; an orthographic camera cannot show an avatar");
-    for (const name of ["plain", "restored", "again"]) {
-      assert.ok(difference(pictures[name], expected.false.plain) <= 1, `${name}: ${difference(pictures[name], expected.false.plain)}`);
-    }
+    const seen = await pictures({ stage, api: "webgl2" }, steps);
+    assert.equal(String(seen.refused), "AvatarError: the camera: has no perspective; an orthographic camera cannot show an avatar");
+    for (const name of ["plain", "restored", "again"]) near(seen[name], expected.false.plain, name);
   });
 }
 
+test("a clone in three.js shows the avatar where it stood", { timeout: 240_000 }, async () => {
+  const moved = STEPS.slice(0, 3).concat([["place", 0, 0.02, 0, -0.1, 0.5, 1.2], ["picture", "moved"]]);
+  const seen = await pictures({ stage: "three", api: "webgl2" }, [...moved, ["clone", 0], ["dispose", 0], ["picture", "clone"]]);
+  assert.ok(difference(seen.plain, seen.moved) > 60);
+  assert.equal(difference(seen.clone, seen.moved), 0);
+});
+
 test("a left-handed scene shows the avatar as a right-handed one does", { timeout: 240_000 }, async () => {
-  const options = { ...OPTIONS, api: "webgl2", leftHanded: true };
   const hands = ["right", "left"].flatMap((hand, i) => [["dispose", i], ["add", `/${hand}.avatar`], ["picture", hand]]);
-  const { pictures, errors } = await playScene(browser, "babylon_webgl", options, FILES, [...STEPS.slice(0, 3), ...hands]);
-  assert.deepEqual(errors, []);
-  assert.ok(difference(pictures.plain, expected.false.plain) <= 1);
-  sameForBothHands(pictures);
+  const seen = await pictures({ stage: "babylon", api: "webgl2", leftHanded: true }, [...STEPS.slice(0, 3), ...hands]);
+  near(seen.plain, expected.false.plain, "plain");
+  sameForBothHands(seen);
 });
 
 /** Images that GlScene draws without an engine into black targets; near things hide the left half. */
 async function drawn(...cases) {
-  const all = cases.map((one) => ({ distance: DISTANCE, ...one }));
-  const { result, errors } = await play(browser, "context", "player", FILES, "/first.avatar", all);
+  const [result, , errors] = await play("context", "player", "/first.avatar", cases.map((one) => ({ distance: DISTANCE, ...one })));
   assert.deepEqual(errors, []);
   return result.map((one, i) => {
-    assert.deepEqual(one.changed, [], `state of the context that changed: ${JSON.stringify(cases[i])}`);
-    assert.deepEqual(one.errors, []);
+    assert.deepEqual([one.changed, one.errors], [[], []], `state of the context that changed: ${JSON.stringify(cases[i])}`);
     return one.images;
   });
 }
@@ -184,14 +244,4 @@ test("a WebGL2 context is left as it was, and what hides avatars hides them", { 
   assert.equal(difference(direct, black, left), 0);
   assert.ok(difference(direct, plain) <= 8, `${difference(direct, plain)}`);
   others.forEach(([image], i) => assert.equal(difference(image, plain), 0, JSON.stringify(same[i])));
-});
-
-test("a viewport holds the picture of its own camera", { timeout: 240_000 }, async () => {
-  const [x, y, width, height] = [40, 0, 64, 128];
-  const [[whole], [part]] = await drawn({ noDepth: true }, { noDepth: true, part: [x, y, width, height] });
-  const inside = (column) => column >= x && column < x + width;
-  assert.equal(difference(part, black, (column) => !inside(column)), 0);
-  // The narrower camera sees the middle columns of the whole picture.
-  const moved = Uint8Array.from(whole, (_, i) => whole[i + 4 * ((SIZE - width) / 2 - x)] ?? 0);
-  assert.ok(difference(part, moved, inside) <= 1, `${difference(part, moved, inside)}`);
 });

@@ -2,8 +2,16 @@
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
 import { existsSync } from "node:fs";
-import { extname } from "node:path";
+import { dirname, extname, join } from "node:path";
+import { fileURLToPath } from "node:url";
 import puppeteer from "puppeteer-core";
+import { bundle } from "../bundle.mjs";
+
+export const HERE = dirname(fileURLToPath(import.meta.url));
+/** Packs that a released version wrote. */
+export const PACKS = join(HERE, "../../../tests/data/packs/1.0");
+/** An empty page that runs page.js. */
+export const PAGE = Buffer.from("<!doctype html><title>test</title><link rel=icon href=data:,><script type=module src=page.js></script>");
 
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".json": "application/json" };
 // SwiftShader draws on the CPU. With Vulkan there is WebGPU too, but a canvas of the page that presents loses its device.
@@ -12,12 +20,13 @@ const WEBGPU = ["--enable-unsafe-webgpu", "--enable-features=Vulkan", "--use-vul
 const MOST_TRIALS = 5;
 const PROGRAMS = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
 
-/** The program of Chromium, or undefined. */
-export function chromium() {
-  return PROGRAMS.find((path) => path && existsSync(path));
+/** What harness/NAME.js becomes for a page; `alias`: other names of modules. */
+export async function scriptOf(name, alias = {}) {
+  const { outputFiles } = await bundle({ entryPoints: [join(HERE, `harness/${name}.js`)], alias, write: false });
+  return outputFiles[0].text;
 }
 
-/** Serves {path: file name, Buffer or function(request) -> Buffer}; POSTs to /out/NAME go to `written`. */
+/** Serves {path: file name or Buffer}; POSTs to /out/NAME go to `written`. */
 export async function serve(files) {
   const written = new Map();
   const server = createServer(async (request, response) => {
@@ -42,7 +51,7 @@ export async function serve(files) {
 export async function launch({ webgpu = true, args = [] } = {}) {
   const flags = [...PLAIN, ...(webgpu ? WEBGPU : []), ...args];
   for (let trial = 1; ; trial++) {
-    const browser = await puppeteer.launch({ executablePath: chromium(), args: flags, protocolTimeout: 600_000 });
+    const browser = await puppeteer.launch({ executablePath: PROGRAMS.find((path) => path && existsSync(path)), args: flags, protocolTimeout: 600_000 });
     if (!webgpu || trial === MOST_TRIALS || (await hasAdapter(browser))) return browser;
     await browser.close();
   }

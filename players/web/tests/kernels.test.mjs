@@ -1,25 +1,23 @@
 // The scene of WebAssembly kernels without a browser: node --test tests/kernels.test.mjs.
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { dirname, join } from "node:path";
+import { join } from "node:path";
 import { test } from "node:test";
-import { fileURLToPath } from "node:url";
-import { bundle } from "../bundle.mjs";
+import { imported } from "../bundle.mjs";
+import { HERE, PACKS } from "./browser.mjs";
 
-const HERE = dirname(fileURLToPath(import.meta.url));
 const PARTS = `
   export { load } from "./load.ts"; export { KernelScene, kernelProgram } from "./webgl2/kernel_scene.ts";
   export { Camera } from "./camera.ts"; export { Instance } from "./instance.ts";
-  export { KERNELS } from "./made/kernels.ts"; export { bytesOfBase64 } from "./webgl2/base64.ts";`;
+  export { kernelBytes } from "./webgl2/kernel_bytes.ts";`;
 const LOADS = 50;
 const ID = 1;
 
 const stdin = { contents: PARTS, resolveDir: join(HERE, "../src"), loader: "ts" };
-const { outputFiles } = await bundle({ stdin, write: false, platform: "neutral" });
-const made = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
-const module = new WebAssembly.Module(made.bytesOfBase64(made.KERNELS));
+const made = await imported({ stdin });
+const module = new WebAssembly.Module(made.kernelBytes());
 
-const pack = async (name) => new Uint8Array(await readFile(join(HERE, `../../../tests/data/packs/1.0/${name}.avatar`)));
+const pack = async (name) => new Uint8Array(await readFile(join(PACKS, `${name}.avatar`)));
 
 /** A scene of one avatar. `frame(weight)` poses all expressions and returns what the scene made of them. */
 async function scene(name) {

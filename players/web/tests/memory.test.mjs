@@ -1,14 +1,13 @@
-// What frames allocate and what loading leaves behind: node --test tests/memory.test.mjs. LONG=1 adds WebGPU, which is slow in software.
+// What frames compute again and allocate, and what loading leaves behind. LONG=1 measures WebGPU too, which is slow in software.
 import assert from "node:assert/strict";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { allocated, liveBytes } from "./allocation.mjs";
-import { openHarness } from "./pages.mjs";
+import { PACKS, PAGE, launch, open, scriptOf, serve } from "./browser.mjs";
 
-const LONG = process.env.LONG === "1";
-const FRAMES = { webgl2: 1000, webgpu: 1000 };
+const BACKENDS = ["webgl2", "webgpu"];
+const FRAMES = 1000;
 const WARM = { webgl2: 2000, webgpu: 800 };
 const LOADS = 50;
-const PACK = "joints";
 // The smallest object has 12 bytes: a function that made one a frame, or kept one a frame, would reach this over 1,000
 // frames. V8's own tables (feedback, compiled code, the inspector's session) move by some hundred bytes to 4 kB.
 const FLAT = 12_000;
@@ -19,72 +18,106 @@ const TRIALS = 3;
 const BYTES_A_LOAD = 4_000;
 // These functions receive what the browser makes of a message, or make the promise that their caller asked for.
 const OF_CALLER = /onmessage|finished/;
+const SAMPLING = { samplingInterval: 64, includeObjectsCollectedByMajorGC: true, includeObjectsCollectedByMinorGC: true };
 
-let harness;
+let browser, server, script;
 
-before(async () => (harness = await openHarness("memory", [PACK])));
-after(() => harness?.close());
+before(async () => {
+  script = await scriptOf("memory");
+  server = await serve({ "/index.html": PAGE, "/page.js": Buffer.from(script), "/a.avatar": join(PACKS, "joints.avatar") });
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  server?.close();
+});
 
 async function started(backend) {
-  const { page, errors } = await harness.again();
-  await page.evaluate((b, file) => window.start(b, file), backend, `${PACK}.avatar`);
-  const frames = (n = FRAMES[backend]) => page.evaluate((count) => window.frames(count), n);
-  await frames(WARM[backend]); // until V8 has compiled what it will
-  const clients = [await page.createCDPSession(), ...page.workers().map((worker) => worker.client)];
-  const live = async () => {
-    let sum = 0;
-    for (const client of clients) sum += await liveBytes(client);
-    return sum;
-  };
-  return { page, errors, frames, clients, live };
+  const { page, errors } = await open(browser, `${server.address}/index.html`);
+  await page.evaluate((b) => window.start(b, "a.avatar"), backend);
+  return { page, errors };
 }
 
-/** The least number of bytes of some trials; the first below `limit` ends them. */
-async function least(limit, measure) {
+/** Bytes of JavaScript that live after a collection. */
+async function liveBytes(clients) {
+  let sum = 0;
+  for (const client of clients) {
+    for (let i = 0; i < 2; i++) await client.send("HeapProfiler.collectGarbage");
+    sum += (await client.send("Runtime.getHeapUsage")).usedSize;
+  }
+  return sum;
+}
+
+/** Runs `run`; returns ["src/FILE.ts FUNCTION", bytes] of all that was allocated, also what was collected since. */
+async function allocated(client, run) {
+  let file;
+  const files = script.split("\n").map((line) => (file = /^ *\/\/ (\S+\.[jt]s)$/.exec(line)?.[1] ?? file)); // comments of esbuild
+  await client.send("HeapProfiler.startSampling", SAMPLING);
+  await run();
+  const { profile } = await client.send("HeapProfiler.stopSampling");
+  const found = {};
+  const walk = ({ callFrame: { url, lineNumber, functionName }, selfSize, children }) => {
+    const name = `${(url && files[lineNumber]) || "?"} ${functionName || "(anonymous)"}:${lineNumber}`;
+    if (selfSize > 0) found[name] = (found[name] ?? 0) + selfSize;
+    children.forEach(walk);
+  };
+  walk(profile.head);
+  return Object.entries(found);
+}
+
+/** Measures until a number of bytes is below `limit`, at most TRIALS times. */
+async function flat(t, what, limit, measure) {
   let bytes = Infinity;
   for (let trial = 0; trial < TRIALS && bytes >= limit; trial++) bytes = Math.min(bytes, await measure());
-  return bytes;
+  t.diagnostic(`${what}: ${bytes} bytes`);
+  assert.ok(bytes < limit, `${what}: ${bytes} bytes`);
 }
 
-for (const backend of LONG ? ["webgl2", "webgpu"] : ["webgl2"]) {
-  test(`${backend}: frames keep nothing, loads leave nothing`, { timeout: 240_000 }, async (t) => {
-    const { page, errors, frames, clients, live } = await started(backend);
-    let objects;
-    const grown = await least(FLAT, async () => {
-      const before = await live();
-      objects = await frames();
-      return (await live()) - before;
-    });
-    t.diagnostic(`${FRAMES[backend]} frames of 64x64: heap grown by ${grown} bytes`);
-    assert.ok(grown < FLAT, `the heap grew by ${grown} bytes`);
+for (const backend of BACKENDS) {
+  test(`${backend}: after a change of the camera, of the pose, and of nothing, the image is that of all passes`, { timeout: 240_000 }, async () => {
+    const { page, errors } = await started(backend);
+    const image = (pose, camera) => page.evaluate((...given) => window.image(...given), pose, camera);
+    const first = await image(1, 1); // nothing was run before
+    assert.notEqual(await image(1, 0), first, "another camera gives another image");
+    assert.equal(await image(1, 1), first, "camera");
+    assert.notEqual(await image(0, 1), first, "another pose gives another image");
+    assert.equal(await image(1, 1), first, "pose");
+    assert.equal(await image(1, 1), first, "nothing");
+    assert.deepEqual(errors, []);
+    await page.close();
+  });
+}
 
+for (const backend of BACKENDS.slice(0, process.env.LONG === "1" ? 2 : 1)) {
+  test(`${backend}: frames keep nothing, loads leave nothing`, { timeout: 240_000 }, async (t) => {
+    const { page, errors } = await started(backend);
+    const frames = (n = FRAMES) => page.evaluate((count) => window.frames(count), n);
+    await frames(WARM[backend]); // until V8 has compiled what it will
+    const clients = [await page.createCDPSession(), ...page.workers().map((worker) => worker.client)];
+    let objects;
+    await flat(t, `kept of ${FRAMES} frames`, FLAT, async () => {
+      const before = await liveBytes(clients);
+      objects = await frames();
+      return (await liveBytes(clients)) - before;
+    });
     if (backend === "webgl2") {
-      let found, worker;
-      const ours = await least(FLAT, async () => {
-        found = Object.entries(await allocated(clients[0], harness.script, frames)).filter(([name]) => name.startsWith("src/"));
+      await flat(t, "allocated by a function of the page", FLAT, async () => {
+        const found = (await allocated(clients[0], frames)).filter(([name]) => name.startsWith("src/"));
+        assert.ok(found.some(([name]) => OF_CALLER.test(name)), "the sampler sees files of src/");
         return Math.max(0, ...found.filter(([name]) => !OF_CALLER.test(name)).map(([, bytes]) => bytes));
       });
-      t.diagnostic(`bytes of 1,000 frames by functions of the page: ${JSON.stringify(found)}`);
-      assert.ok(found.some(([name]) => OF_CALLER.test(name)), "the sampler sees files of src/");
-      assert.ok(ours < FLAT, `a function of the page allocates ${ours} bytes`);
-      const workers = await least(FLAT, async () => {
-        worker = Object.entries(await allocated(clients[1], "", frames)).filter(([name]) => !/ (\(.*\)|.*onmessage):/.test(name));
-        return worker.reduce((sum, [, bytes]) => sum + bytes, 0);
+      await flat(t, "allocated by the worker's functions", FLAT, async () => {
+        const found = (await allocated(clients[1], frames)).filter(([name]) => !/ (\(.*\)|.*onmessage):/.test(name));
+        return found.reduce((sum, [, bytes]) => sum + bytes, 0);
       });
-      t.diagnostic(`bytes of 1,000 frames by the worker's functions: ${JSON.stringify(worker)}`);
-      assert.ok(workers < FLAT, `the worker's functions allocate ${workers} bytes`);
     }
-
-    const load = (n) => page.evaluate((file, count) => window.loads(file, count), `${PACK}.avatar`, n);
+    const load = (n) => page.evaluate((count) => window.loads("a.avatar", count), n);
     await load(LOADS / 2); // fills the browser's own caches
-    const left = await least(LOADS * BYTES_A_LOAD, async () => {
-      const settled = await live();
+    await flat(t, `left by ${LOADS} loads`, LOADS * BYTES_A_LOAD, async () => {
+      const settled = await liveBytes(clients);
       assert.deepEqual(await load(LOADS), objects, "GPU objects");
-      return (await live()) - settled;
+      return (await liveBytes(clients)) - settled;
     });
-    t.diagnostic(`${LOADS} loads and disposals: heap grown by ${left} bytes`);
-    assert.ok(left < LOADS * BYTES_A_LOAD, `the heap grew by ${left} bytes`);
-
     const end = await page.evaluate(() => window.dispose());
     assert.ok(Object.values(end).every((count) => count === 0), JSON.stringify(end));
     assert.deepEqual(errors, []);

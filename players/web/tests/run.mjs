@@ -1,18 +1,13 @@
 // node tests/run.mjs JOB OUT: plays the shots and references of a job in headless Chromium, and writes what they gave.
 //
-// JOB is JSON: backends; files {address: path}; shots and references for harness/play.ts. OUT gets BACKEND/NAME.f32 of
+// JOB is JSON: backends; files {address: path}; shots and references for harness/play.js. OUT gets BACKEND/NAME.f32 of
 // each shot, float32 [H, W, 4], and report.json: {conform: {BACKEND: {folder: report}}, errors}.
 import { mkdir, readFile, writeFile } from "node:fs/promises";
 import { dirname, join } from "node:path";
-import { fileURLToPath } from "node:url";
-import { launch, open, serve } from "./browser.mjs";
-import { bundle } from "../bundle.mjs";
+import { PAGE, launch, open, scriptOf, serve } from "./browser.mjs";
 
 const [job, out] = [JSON.parse(await readFile(process.argv[2], "utf8")), process.argv[3]];
-const here = dirname(fileURLToPath(import.meta.url));
-const built = await bundle({ entryPoints: [join(here, "harness/play.ts")], write: false });
-const page = "<!doctype html><title>play</title><link rel=icon href=data:,><script type=module src=play.js></script>";
-const server = await serve({ ...job.files, "/index.html": Buffer.from(page), "/play.js": Buffer.from(built.outputFiles[0].contents) });
+const server = await serve({ ...job.files, "/index.html": PAGE, "/page.js": Buffer.from(await scriptOf("play")) });
 const browser = await launch();
 const report = { conform: {}, errors: [] };
 try {

@@ -3,65 +3,44 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
-import { dirname, join } from "node:path";
-import { fileURLToPath } from "node:url";
-import { gunzipSync, gzipSync } from "node:zlib";
-import { launch, serve } from "./browser.mjs";
+import { join } from "node:path";
+import { HERE, PACKS, launch, serve } from "./browser.mjs";
+import { repacked } from "./parts.mjs";
 
-const HERE = dirname(fileURLToPath(import.meta.url));
-export const PACKS = join(HERE, "../../../tests/data/packs/1.0");
 export const RECORDING = join(HERE, "../../../samples/drive/live_link_face_rom_300.csv");
 export const BACKEND = process.env.BACKEND ?? "webgl2";
 const SMALL = { width: 340, height: 260 }; // of the window: the canvas is smaller
-export const WAIT_MS = 60_000;
+const WAIT_MS = 60_000;
 
 export let server, page, errors;
 let browser, folder;
 
-/** A pack with another document: `change` edits it. */
-export function edited(bytes, change) {
-  const body = gunzipSync(bytes);
-  const size = Number(body.readBigUInt64LE(0));
-  const header = JSON.parse(body.subarray(8, 8 + size));
-  const document = JSON.parse(header.__metadata__.pack);
-  change(document);
-  header.__metadata__.pack = JSON.stringify(document);
-  const text = Buffer.from(JSON.stringify(header));
-  const padded = Buffer.concat([text, Buffer.alloc((8 - (text.length % 8)) % 8, " ")]);
-  const length = Buffer.alloc(8);
-  length.writeBigUInt64LE(BigInt(padded.length));
-  return gzipSync(Buffer.concat([length, padded, body.subarray(8 + size)]));
-}
-
-/** ARKit cannot drive it. */
-export function undriven(document) {
-  document.avatar.driving = { mode: "none" };
-  delete document.driving;
+/** A pack that ARKit cannot drive. */
+export function undriven(file) {
+  return repacked(file, ({ document }) => {
+    document.avatar.driving = { mode: "none" };
+    delete document.driving;
+  });
 }
 
 /** Builds the page and serves it with packs that are sound, cut, too new, or none. */
 export async function begin() {
   folder = await mkdtemp(join(tmpdir(), "viewer-"));
   execFileSync(process.execPath, [join(HERE, "../build.mjs"), "page", "--out", folder]);
-  const joints = await readFile(join(PACKS, "joints.avatar"));
-  const files = {
-    "joints.avatar": joints,
-    "surface.avatar": await readFile(join(PACKS, "surface.avatar")),
-    "cut.avatar": joints.subarray(0, joints.length / 2),
-    "right.avatar": await readFile(join(PACKS, "../../mole/right.avatar")),
-    "left.avatar": await readFile(join(PACKS, "../../mole/left.avatar")),
-    "newer.avatar": edited(joints, (document) => (document.asset.minVersion = "99.0")),
-    "nothing.avatar": Buffer.from("nothing"),
-  };
-  for (const [name, bytes] of Object.entries(files)) await writeFile(join(folder, name), bytes);
-  const entry = (id) => ({ id, name: id, file: `${id}.avatar`, preview: null, bytes: files[`${id}.avatar`].length, license: "CC0-1.0", consent: null });
-  const session = { avatars: ["joints", "surface", "cut", "newer", "nothing", "right", "left"].map(entry), live: true, events: true };
-  const served = { "/session.json": Buffer.from(JSON.stringify(session)) };
-  served["/published/session.json"] = Buffer.from(JSON.stringify({ ...session, live: false, events: false }));
-  for (const name of ["index.html", "viewer.js", "viewer.css", ...Object.keys(files)]) {
-    served[`/${name}`] = served[`/published/${name}`] = join(folder, name);
-  }
-  server = await serve(served);
+  const [joints, surface, right, left] = await Promise.all(
+    ["joints", "surface", "../../mole/right", "../../mole/left"].map((name) => readFile(join(PACKS, `${name}.avatar`))),
+  );
+  const newer = repacked(joints, ({ document }) => (document.asset.minVersion = "99.0"));
+  const packs = { joints, surface, cut: joints.subarray(0, joints.length / 2), newer, nothing: Buffer.from("nothing"), right, left };
+  const served = {};
+  for (const name of ["index.html", "viewer.js", "viewer.css"]) served[name] = join(folder, name);
+  for (const [id, bytes] of Object.entries(packs)) await writeFile((served[`${id}.avatar`] = join(folder, `${id}.avatar`)), bytes);
+  const avatars = Object.entries(packs).map(([id, { length }]) => {
+    return { id, name: id, file: `${id}.avatar`, preview: null, bytes: length, license: "CC0-1.0", consent: null };
+  });
+  const at = (place, live) =>
+    Object.entries({ ...served, "session.json": Buffer.from(JSON.stringify({ avatars, live, events: live })) }).map(([name, file]) => [place + name, file]);
+  server = await serve(Object.fromEntries([...at("/", true), ...at("/published/", false)]));
   browser = await launch({ webgpu: BACKEND === "webgpu" });
 }
 
@@ -79,44 +58,58 @@ export async function newPage() {
   page.on("pageerror", (error) => errors.push(error.message));
 }
 
-/** Opens the page and waits for the first picture. */
+/** Opens the page; a test can speak through its WebSocket. */
 export async function open(avatar, size = SMALL) {
   await newPage();
   await page.setViewport(size);
-  await page.evaluateOnNewDocument(fakeSocket);
+  await page.evaluateOnNewDocument(() => {
+    window.said = [];
+    window.WebSocket = class extends EventTarget {
+      static OPEN = 1;
+      readyState = 1;
+      constructor() {
+        super();
+        window.hear = (value) => this.dispatchEvent(new MessageEvent("message", { data: JSON.stringify(value) }));
+      }
+      send(text) {
+        window.said.push(JSON.parse(text));
+      }
+    };
+  });
   await page.goto(`${server.address}/index.html?backend=${BACKEND}&play=0&avatar=${avatar}`);
 }
 
-/** In the page: a WebSocket that a test can speak through. */
-function fakeSocket() {
-  window.said = [];
-  window.WebSocket = class extends EventTarget {
-    static OPEN = 1;
-    readyState = 1;
-    constructor() {
-      super();
-      window.hear = (value) => this.dispatchEvent(new MessageEvent("message", { data: JSON.stringify(value) }));
-    }
-    send(text) {
-      window.said.push(JSON.parse(text));
-    }
-  };
-}
-
+/** Opens the page, all sections unfolded, and waits for the first picture. */
 export async function opened(avatar, size) {
   await open(avatar, size);
   await page.evaluate(() => window.avatarViewer.ready);
+  await page.$$eval("details", (all) => all.forEach((one) => (one.open = true)));
 }
 
-/** The image without its background, as [size, sum of |x| weighted by place, alpha]. */
+/** What a function says in the page, of the viewer. */
+export const viewer = (read, ...given) => page.evaluate(`(${read})(window.avatarViewer, ...${JSON.stringify(given)})`);
+export const until = (condition, ...given) => page.waitForFunction(condition, { timeout: WAIT_MS }, ...given);
+export const message = (part) => until((text) => document.querySelector("#messages").innerText.includes(text), part);
+export const texts = (selector) => page.$eval(selector, (element) => element.textContent);
+export const label = (selector) => page.$eval(selector, (element) => element.getAttribute("aria-label"));
+
+/** Waits until no frame was drawn for a while. */
+export function settled() {
+  return viewer(async (shown) => {
+    for (let seen = -1; seen !== shown.frames; ) {
+      seen = shown.frames;
+      await new Promise((done) => setTimeout(done, 150));
+    }
+  });
+}
+
+/** The image without its background: [numbers, sum weighted by place, alpha]. */
 export async function picture() {
   await settled();
-  return page.evaluate(async () => {
-    const { player } = window.avatarViewer;
+  return viewer(async ({ player }) => {
     await player.finished();
     const pixels = await player.readPixels();
-    let place = 0;
-    let alpha = 0;
+    let place = 0, alpha = 0;
     for (let i = 0; i < pixels.length; i += 4) {
       alpha += pixels[i + 3];
       place += (pixels[i] + 2 * pixels[i + 1] + 3 * pixels[i + 2]) * (1 + (i % 997));
@@ -125,27 +118,11 @@ export async function picture() {
   });
 }
 
-/** Waits until no frame was drawn for a while. */
-export async function settled() {
-  await page.evaluate(async () => {
-    let seen = -1;
-    while (seen !== window.avatarViewer.frames) {
-      seen = window.avatarViewer.frames;
-      await new Promise((done) => setTimeout(done, 150));
-    }
-  });
-}
-
 export async function changes(act) {
   const old = await picture();
   await act();
   const now = await picture();
   assert.ok(Math.abs(old.place - now.place) > 1e-6 * Math.abs(old.place), "the picture did not change");
-  return now;
-}
-
-export async function message(part) {
-  await page.waitForFunction((text) => document.querySelector("#messages").innerText.includes(text), { timeout: WAIT_MS }, part);
 }
 
 /** Texts of the elements that a person sees. */
@@ -153,16 +130,23 @@ export function visible(selector) {
   return page.$$eval(selector, (all) => all.filter((one) => one.checkVisibility()).map((one) => one.innerText));
 }
 
-export const slider = (label) => `input[type=range][aria-label="${label}"]`;
-export const valueOf = (label) => page.$eval(slider(label), (input) => input.valueAsNumber);
+export const slider = (name) => `input[type=range][aria-label="${name}"]`;
+export const valueOf = (name) => page.$eval(slider(name), (input) => input.valueAsNumber);
+
+/** Sets an input as a person does. */
+export async function enter(selector, value) {
+  await page.waitForSelector(selector);
+  await page.$eval(selector, (input, given) => {
+    input.value = given;
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  }, value);
+}
 
 /** Drops files onto the page. */
 export async function drop(...files) {
   await page.evaluate((given) => {
     const transfer = new DataTransfer();
-    for (const [name, base64] of given) {
-      transfer.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
-    }
+    for (const [name, base64] of given) transfer.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
     window.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, cancelable: true, bubbles: true }));
   }, files.map(([name, bytes]) => [name, bytes.toString("base64")]));
 }
@@ -177,18 +161,14 @@ export async function drag(from, to, options = {}) {
 
 /** The middle of the canvas. */
 export async function middle() {
-  const box = await (await page.$("#stage")).boundingBox();
-  return [box.x + box.width / 2, box.y + box.height / 2];
+  const { x, y, width, height } = await (await page.$("#stage")).boundingBox();
+  return [x + width / 2, y + height / 2];
 }
 
 /** The rgba floats of the page's image, and its width. */
 export async function imageOf() {
   await settled();
-  return page.evaluate(async () => {
-    const { player } = window.avatarViewer;
-    await player.finished();
-    return { pixels: [...(await player.readPixels())], width: player.canvas.width };
-  });
+  return viewer(async ({ player }) => ({ pixels: [...(await player.readPixels())], width: player.canvas.width }));
 }
 
 /** Column of what is red, or has another channel above the others, as a share of the width. */

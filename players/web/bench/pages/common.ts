@@ -9,14 +9,11 @@ export interface Setup {
   readonly fovY: number; // radians
 }
 
-/** What the benchmark calls. */
-export interface Page {
-  /** Loads. It resolves when `step` may be called. */
-  start(setup: Setup): Promise<void>;
-  /** Draws frame `i` and resolves when the GPU has drawn it. */
-  step(i: number): Promise<void>;
-  /** Share of pixels that the last frame covers. It draws again if it must. */
-  covered(): Promise<number>;
+/** A renderer that has loaded its avatar. */
+export interface Drawing {
+  readonly gl: WebGL2RenderingContext;
+  /** Draws frame `i`; its promise, if it gives one, resolves when the worker has computed the frame. */
+  draw(i: number): void | Promise<void>;
 }
 
 /** The camera's angle about the vertical in frame `i`, radians. */
@@ -30,24 +27,15 @@ export function eyeOf({ target, distance }: Setup, i: number): [number, number, 
   return [target[0] + distance * Math.sin(yaw), target[1], target[2] + distance * Math.cos(yaw)];
 }
 
-const pixel = new Uint8Array(4);
-
-/** Waits until the context has drawn all that it was told: a read of one pixel. Call it in the task that drew. */
-export function finish(gl: WebGL2RenderingContext): void {
-  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-  gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-}
-
 /** Share of the canvas that differs from its first pixel. Call it in the task that drew. */
-export function coverage(gl: WebGL2RenderingContext): number {
+function coverage(gl: WebGL2RenderingContext): number {
   const { drawingBufferWidth: width, drawingBufferHeight: height } = gl;
   const bytes = new Uint8Array(4 * width * height);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
   let differ = 0;
   for (let at = 0; at < bytes.length; at += 4) {
-    const far = Math.max(...[0, 1, 2].map((c) => Math.abs((bytes[at + c] as number) - (bytes[c] as number))));
-    if (far > 8) differ++;
+    if ([0, 1, 2].some((c) => Math.abs((bytes[at + c] as number) - (bytes[c] as number)) > 8)) differ++;
   }
   return differ / (width * height);
 }
@@ -74,12 +62,39 @@ export function makeCanvas(size: number): HTMLCanvasElement {
   return canvas;
 }
 
-/** Gives the page to the benchmark. */
-export function offer(page: Page): void {
-  Object.assign(window, { start: page.start, step: page.step, covered: page.covered });
-}
-
 /** Lets workers answer. */
 export function pause(milliseconds = 0): Promise<void> {
   return new Promise((done) => setTimeout(done, milliseconds));
+}
+
+/**
+ * Gives the page to the benchmark: `start` loads with `make` and draws for `warmMs`; `step` draws a frame and waits
+ * until the GPU has drawn it; `covered` is the share of pixels that a frame covers.
+ */
+export function offer(make: (setup: Setup) => Promise<Drawing>, warmMs = 800): void {
+  const pixel = new Uint8Array(4);
+  let drawing: Drawing;
+  Object.assign(window, {
+    async start(setup: Setup) {
+      drawing = await make(setup);
+      const end = performance.now() + warmMs;
+      for (let i = 0; performance.now() < end; i++) {
+        await drawing.draw(i);
+        await pause(50);
+      }
+    },
+    async step(i: number) {
+      const { gl } = drawing;
+      await drawing.draw(i);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+      await pause();
+    },
+    async covered() {
+      await drawing.draw(0);
+      await pause(1000); // workers that sort
+      await drawing.draw(0);
+      return coverage(drawing.gl);
+    },
+  });
 }

@@ -1,24 +1,37 @@
 // Avatars as nodes of a Babylon.js scene.
 
+import type { Camera } from "@babylonjs/core/Cameras/camera.js";
 import { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
-import type { Observer } from "@babylonjs/core/Misc/observable.js";
+import { Observable, type Observer } from "@babylonjs/core/Misc/observable.js";
 import type { Scene } from "@babylonjs/core/scene.js";
 import type { Avatar } from "../avatar.js";
-import { madeOf, type DrawingHost, type AvatarSceneOptions } from "../engine/host.js";
-import { setWorld } from "../engine/view.js";
+import type { Camera as Seen } from "../camera.js";
+import { Crowd, type AvatarHost, type AvatarSceneOptions } from "../engine/host.js";
+import { seenAs, setPlace } from "../engine/view.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
 import { hostOf } from "./host.js";
 
-/** An avatar in the scene. Its transform may be any, and any node may be its parent. */
+/**
+ * An avatar in a scene of Babylon.js. Its transform may be any, and any node may be its parent; `setEnabled(false)`
+ * hides it, and `scene.removeTransformNode` does until it is added again.
+ */
 export class AvatarNode extends TransformNode {
-  /** @internal `AvatarScene.add` makes them. */
+  /** @internal `AvatarScene.addAvatar` makes them. */
   constructor(
-    readonly instance: Instance,
+    private readonly instance: Instance,
     scene: Scene,
-    private readonly forget: (one: AvatarNode) => void,
+    private readonly free: (one: AvatarNode) => void,
   ) {
     super(instance.avatar.name, scene);
+  }
+
+  override getClassName(): string {
+    return "AvatarNode";
+  }
+
+  get avatar(): Avatar {
+    return this.instance.avatar;
   }
 
   /** Expressions, joints and the movement of the whole avatar; set it before a picture. */
@@ -35,37 +48,46 @@ export class AvatarNode extends TransformNode {
     this.instance.level = level;
   }
 
-  /** Hides the avatar, as `setEnabled(false)`. */
-  get visible(): boolean {
-    return this.isEnabled(false);
+  /** The coarsest level that shows the avatar to a camera as the finest does, in an image of `height` physical pixels. */
+  levelFor(camera: Camera, height: number): number {
+    return this.instance.levelFor(this.seenBy(camera, height));
   }
 
-  set visible(visible: boolean) {
-    this.setEnabled(visible);
+  /** Physical pixels that the avatar stands tall in an image of `height` of them. Infinite unless it is before the camera. */
+  heightPx(camera: Camera, height: number): number {
+    return this.instance.heightPx(this.seenBy(camera, height));
   }
 
   /** Takes the avatar out of the scene and frees what it holds on the GPU. */
   override dispose(doNotRecurse?: boolean, disposeMaterialAndTextures?: boolean): void {
-    if (this.isDisposed()) return;
-    this.forget(this);
-    this.instance.dispose();
+    this.free(this);
     super.dispose(doNotRecurse, disposeMaterialAndTextures);
+  }
+
+  /** The camera as one of this package; the instance is placed as this node stands now. */
+  private seenBy(camera: Camera, height: number): Seen {
+    setPlace(this.instance.place, this.computeWorldMatrix(true).m, !this.getScene().useRightHandedSystem);
+    return seenAs(camera.getViewMatrix().m, camera.getProjectionMatrix().m, height);
   }
 }
 
 /** All avatars of a scene, sorted together. */
 export class AvatarScene {
-  /** Called when there is a newer picture than the one shown: for pages that draw on demand only. */
-  onUpdate: (() => void) | null = null;
-  private readonly heads: AvatarNode[] = [];
+  /** There is a newer picture than the one shown: for pages that draw on demand only. */
+  readonly onChangeObservable = new Observable<AvatarScene>();
+  private readonly crowd: Crowd<AvatarNode, Scene>;
   private readonly observers: (Observer<Scene> | null)[];
 
   private constructor(
     readonly scene: Scene,
-    private host: DrawingHost<[]> | null,
+    host: AvatarHost<Scene>,
   ) {
+    this.crowd = new Crowd(host, (head, instance) => {
+      instance.visible = head.isEnabled() && scene.transformNodes.includes(head);
+      setPlace(instance.place, head.getWorldMatrix().m, !scene.useRightHandedSystem);
+    });
     this.observers = [
-      scene.onAfterDrawPhaseObservable.add(() => this.draw()),
+      scene.onAfterDrawPhaseObservable.add(() => this.crowd.draw(scene)),
       scene.onDisposeObservable.add(() => this.dispose()),
     ];
   }
@@ -73,47 +95,30 @@ export class AvatarScene {
   /** Throws AvatarError where the engine of the scene cannot draw avatars. */
   static async create(scene: Scene, options: AvatarSceneOptions = {}): Promise<AvatarScene> {
     let made: AvatarScene | null = null;
-    const host = await hostOf(scene, options.synchronous ?? false, () => made?.onUpdate?.());
+    const host = await hostOf(scene, options.synchronous ?? false, () => made?.onChangeObservable.notifyObservers(made));
     return (made = new AvatarScene(scene, host));
   }
 
   /** Resolves with a reason when no more avatars can be drawn. */
   get lost(): Promise<string> {
-    return this.made.lost;
+    return this.crowd.lost;
   }
 
   /** Puts an avatar into the scene. Throws AvatarError where it exceeds a limit of the GPU, or has no such level. */
-  add(avatar: Avatar, options: { readonly level?: number } = {}): AvatarNode {
-    const forget = (one: AvatarNode): void => void this.heads.splice(this.heads.indexOf(one), 1);
-    const head = new AvatarNode(this.made.add(avatar, options.level ?? 0), this.scene, forget);
-    this.heads.push(head);
-    return head;
+  addAvatar(avatar: Avatar, options: { readonly level?: number } = {}): AvatarNode {
+    const free = (one: AvatarNode): void => this.crowd.remove(one);
+    return this.crowd.add(avatar, options.level ?? 0, (instance) => new AvatarNode(instance, this.scene, free));
   }
 
   /** Resolves when all that the last picture asked for is computed. On WebGL2, the next picture shows it. */
   finished(): Promise<void> {
-    return this.host?.finished() ?? Promise.resolve();
+    return this.crowd.finished();
   }
 
-  /** Frees everything on the GPU. The scene goes on. */
+  /** Disposes of all avatars and frees everything on the GPU. The scene goes on. */
   dispose(): void {
     for (const observer of this.observers) observer?.remove();
-    for (const head of [...this.heads]) head.dispose();
-    this.host?.dispose();
-    this.host = null;
-  }
-
-  private get made(): DrawingHost<[]> {
-    return madeOf(this.host);
-  }
-
-  private draw(): void {
-    for (let i = 0; i < this.heads.length; i++) {
-      const head = this.heads[i] as AvatarNode;
-      const { instance } = head;
-      instance.visible = head.isEnabled();
-      setWorld(instance.world, head.getWorldMatrix().m, !this.scene.useRightHandedSystem);
-    }
-    this.host?.draw();
+    this.crowd.dispose((head) => head.dispose());
+    this.onChangeObservable.clear();
   }
 }

@@ -3,8 +3,6 @@
 import type { Scene } from "@babylonjs/core/scene.js";
 import { AvatarError } from "../errors.js";
 import { GpuScene } from "../engine/gpu_scene.js";
-import { EngineView } from "../engine/view.js";
-import type { DrawingHost } from "../engine/host.js";
 import { setView } from "./view.js";
 
 /** What we read of WebGPUEngine besides its public names. */
@@ -26,15 +24,13 @@ interface Internals {
 const METHODS = ["_getCurrentRenderPass", "_getCurrentRenderPassWrapper", "flushFramebuffer"] as const;
 
 /** Draws at the end of the scene's draw phase: ends the engine's pass, and draws over what it drew. */
-export class WebGpuHost extends GpuScene implements DrawingHost<[]> {
-  private readonly view = new EngineView();
-
-  constructor(private readonly scene: Scene) {
+export class WebGpuHost extends GpuScene<Scene> {
+  constructor(scene: Scene) {
     super(internalsOf(scene)._device);
   }
 
-  draw(): void {
-    const engine = this.scene.getEngine() as unknown as Internals;
+  draw(scene: Scene): void {
+    const engine = scene.getEngine() as unknown as Internals;
     engine._getCurrentRenderPass();
     const { renderPassDescriptor, depthTextureFormat, colorAttachmentGPUTextures } = engine._getCurrentRenderPassWrapper();
     const color = (renderPassDescriptor?.colorAttachments as (GPURenderPassColorAttachment | null)[] | undefined)?.[0];
@@ -48,9 +44,9 @@ export class WebGpuHost extends GpuScene implements DrawingHost<[]> {
     over.depthFormat = depthTextureFormat;
     // The engine turns what it draws into textures upside down, as WebGL has them.
     const target = engine._currentRenderTarget;
-    setView(this.view, this.scene, target !== null && !target._disableEngineYFlip ? "bottom" : "top");
+    setView(this.view, scene, target !== null && !target._disableEngineYFlip ? "bottom" : "top");
     engine.flushFramebuffer();
-    this.drawOver(this.view);
+    this.drawOver();
   }
 }
 

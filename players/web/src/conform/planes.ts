@@ -1,83 +1,68 @@
-// Arrays of the stages to and from the planes of Splats, Sh and Projected.
+// Arrays of the stages to and from the buffers Splats, Sh and Projected of a chunk.
 
+import type { Run } from "../pack/model.js";
 import type { Numbers } from "./reference.js";
 
-interface Place {
-  readonly plane: number;
-  readonly first: number; // component
+/** Where component k of a row lies among the floats of `count` rows. */
+export interface Place {
   readonly components: number;
-  readonly byComponent?: boolean; // component k lies in plane + k, at `first`
+  at(row: number, k: number, count: number): number;
 }
 
-export const SPLAT_PLANES = 5, PROJECTED_PLANES = 3;
-const SCALE: Place = { plane: 2, first: 3, components: 3, byComponent: true };
-
-export const SPLAT_PLACES: Readonly<Record<string, Place>> = {
-  mean: { plane: 0, first: 0, components: 3 },
-  opacity_logit: { plane: 0, first: 3, components: 1 },
-  opacity: { plane: 0, first: 3, components: 1 },
-  quat_wxyz: { plane: 1, first: 0, components: 4 },
-  log_scale: SCALE,
-  scale: SCALE,
-};
-export const PROJECTED_PLACES: Readonly<Record<string, Place>> = {
-  centre: { plane: 0, first: 0, components: 2 },
-  depth: { plane: 0, first: 2, components: 1 },
-  opacity: { plane: 0, first: 3, components: 1 },
-  conic: { plane: 1, first: 0, components: 3 },
-  radius: { plane: 1, first: 3, components: 1 },
-  rgb: { plane: 2, first: 0, components: 3 },
-};
-
-function index(place: Place, row: number, k: number, count: number): number {
-  const plane = place.byComponent ? place.plane + k : place.plane;
-  return 4 * (plane * count + row) + place.first + (place.byComponent ? 0 : k);
+/** Components that follow each other in a plane of float4. */
+function inPlane(plane: number, first: number, components: number): Place {
+  return { components, at: (row, k, count) => 4 * (plane * count + row) + first + k };
 }
 
-/** Writes rows first .. first + count of an array into planes. */
-export function putPlanes(planes: Float32Array, place: Place, values: Numbers, first: number, count: number): void {
+/** One component of each of the planes that follow. */
+function acrossPlanes(plane: number, component: number, components: number): Place {
+  return { components, at: (row, k, count) => 4 * ((plane + k) * count + row) + component };
+}
+
+/** [N, terms, 3]: a plane of floats for each. */
+export function shPlace(terms: number): Place {
+  return { components: 3 * terms, at: (row, k, count) => k * count + row };
+}
+
+const SCALE = acrossPlanes(2, 3, 3);
+
+/** How many planes a buffer has, and where its arrays lie. */
+export const LAYOUTS = {
+  Splats: {
+    planes: 5,
+    places: {
+      mean: inPlane(0, 0, 3),
+      opacity_logit: inPlane(0, 3, 1),
+      opacity: inPlane(0, 3, 1),
+      quat_wxyz: inPlane(1, 0, 4),
+      log_scale: SCALE,
+      scale: SCALE,
+      sh_rotation: { components: 9, at: (row, k, count) => 4 * ((2 + Math.floor(k / 3)) * count + row) + (k % 3) },
+    } as Readonly<Record<string, Place>>,
+  },
+  Projected: {
+    planes: 3,
+    places: {
+      centre: inPlane(0, 0, 2),
+      depth: inPlane(0, 2, 1),
+      opacity: inPlane(0, 3, 1),
+      conic: inPlane(1, 0, 3),
+      radius: inPlane(1, 3, 1),
+      rgb: inPlane(2, 0, 3),
+    } as Readonly<Record<string, Place>>,
+  },
+} as const;
+
+/** Writes the rows of a chunk of an array into the chunk's floats. */
+export function putRows(floats: Float32Array, { components, at }: Place, values: Numbers, { first, count }: Run): void {
   for (let row = 0; row < count; row++) {
-    for (let k = 0; k < place.components; k++) {
-      planes[index(place, row, k, count)] = Number(values[(first + row) * place.components + k]);
-    }
+    for (let k = 0; k < components; k++) floats[at(row, k, count)] = Number(values[(first + row) * components + k]);
   }
 }
 
-/** Reads an array of planes into rows first .. first + count of `out`. */
-export function takePlanes(planes: Float32Array, place: Place, out: Float32Array, first: number, count: number): void {
+/** Reads the rows of a chunk of an array from the chunk's floats. */
+export function takeRows(floats: Float32Array, { components, at }: Place, out: Float32Array, { first, count }: Run): void {
   for (let row = 0; row < count; row++) {
-    for (let k = 0; k < place.components; k++) {
-      out[(first + row) * place.components + k] = planes[index(place, row, k, count)] as number;
-    }
-  }
-}
-
-/** sh_rotation [N, 3, 3] lies in the first three components of planes 2 to 4. */
-export function putRotation(planes: Float32Array, values: Numbers, first: number, count: number): void {
-  for (let row = 0; row < count; row++) {
-    for (let k = 0; k < 9; k++) {
-      planes[4 * ((2 + Math.floor(k / 3)) * count + row) + (k % 3)] = Number(values[9 * (first + row) + k]);
-    }
-  }
-}
-
-export function takeRotation(planes: Float32Array, out: Float32Array, first: number, count: number): void {
-  for (let row = 0; row < count; row++) {
-    for (let k = 0; k < 9; k++) {
-      out[9 * (first + row) + k] = planes[4 * ((2 + Math.floor(k / 3)) * count + row) + (k % 3)] as number;
-    }
-  }
-}
-
-/** Sh holds plane 3 k + channel; arrays have [N, terms, 3]. */
-export function putSh(planes: Float32Array, values: Numbers, terms: number, first: number, count: number): void {
-  for (let row = 0; row < count; row++) {
-    for (let t = 0; t < 3 * terms; t++) planes[t * count + row] = Number(values[(first + row) * 3 * terms + t]);
-  }
-}
-
-export function takeSh(planes: Float32Array, out: Float32Array, terms: number, first: number, count: number): void {
-  for (let row = 0; row < count; row++) {
-    for (let t = 0; t < 3 * terms; t++) out[(first + row) * 3 * terms + t] = planes[t * count + row] as number;
+    for (let k = 0; k < components; k++) out[(first + row) * components + k] = floats[at(row, k, count)] as number;
   }
 }

@@ -6,7 +6,7 @@ import type { FrameValues } from "../frame.js";
 import type { Level } from "../pack/model.js";
 import { Pose } from "../pose/pose.js";
 import { Poser } from "../pose/poser.js";
-import * as planes from "./planes.js";
+import { LAYOUTS, putRows, shPlace, takeRows, type Place } from "./planes.js";
 import type { Numbers, Tensors } from "./reference.js";
 
 const JOINT_FLOATS = 12;
@@ -49,7 +49,7 @@ const STAGES: Readonly<Record<string, Stage>> = {
   async blend(runner) {
     await runner.run("blend");
     const taken = await take(runner, "Splats", ["mean", "log_scale", "quat_wxyz", "opacity_logit"]);
-    return { ...taken, sh: await readSh(runner) };
+    return { ...taken, ...(await takeFrom(runner, "Sh", { sh: shPlace(termsOf(runner)) })) };
   },
   async bind(runner, x) {
     put(runner, "Splats", x);
@@ -67,7 +67,7 @@ const STAGES: Readonly<Record<string, Stage>> = {
     put(runner, "Splats", x);
     runner.values.setCamera(camera, IDENTITY);
     await runner.run("project");
-    const taken = await take(runner, "Projected", Object.keys(planes.PROJECTED_PLACES));
+    const taken = await take(runner, "Projected", Object.keys(LAYOUTS.Projected.places));
     return { ...taken, radius: Int32Array.from(taken["radius"] as Float32Array) };
   },
   async sort(runner, x) {
@@ -151,53 +151,38 @@ async function readMesh(runner: StageRunner): Promise<Float32Array> {
   return Float32Array.from({ length: 3 * count }, (_, i) => plane[4 * Math.floor(i / 3) + (i % 3)] as number);
 }
 
+/** Writes what is given of the arrays of a buffer, chunk by chunk; with Splats, Sh. */
 function put(runner: StageRunner, kind: "Splats" | "Projected", x: Tensors): void {
-  const places = kind === "Splats" ? planes.SPLAT_PLACES : planes.PROJECTED_PLACES;
-  const count = kind === "Splats" ? planes.SPLAT_PLANES : planes.PROJECTED_PLANES;
+  const { planes, places } = LAYOUTS[kind];
+  putInto(runner, kind, places, 4 * planes, x);
+  const sh = shPlace(termsOf(runner));
+  if (kind === "Splats" && x["sh"] !== undefined) putInto(runner, "Sh", { sh }, sh.components, x);
+}
+
+function putInto(runner: StageRunner, buffer: string, places: Readonly<Record<string, Place>>, floatsOfRow: number, x: Tensors): void {
   runner.level.chunks.forEach((chunk, i) => {
-    const floats = new Float32Array(4 * count * chunk.count);
+    const floats = new Float32Array(floatsOfRow * chunk.count);
     for (const [name, place] of Object.entries(places)) {
-      if (x[name] !== undefined) planes.putPlanes(floats, place, x[name] as Numbers, chunk.first, chunk.count);
+      if (x[name] !== undefined) putRows(floats, place, x[name] as Numbers, chunk);
     }
-    if (kind === "Splats") {
-      if (x["sh_rotation"] !== undefined) planes.putRotation(floats, x["sh_rotation"], chunk.first, chunk.count);
-      if (x["sh"] !== undefined) {
-        const terms = termsOf(runner);
-        const sh = new Float32Array(3 * terms * chunk.count);
-        planes.putSh(sh, x["sh"], terms, chunk.first, chunk.count);
-        runner.write(`${runner.level.prefix}Sh.${i}`, sh);
-      }
-    }
-    runner.write(`${runner.level.prefix}${kind}.${i}`, floats);
+    runner.write(`${runner.level.prefix}${buffer}.${i}`, floats);
   });
 }
 
-async function take(runner: StageRunner, kind: "Splats" | "Projected", names: readonly string[]): Promise<Record<string, Numbers>> {
-  const rows = runner.level.chunks.reduce((sum, chunk) => sum + chunk.count, 0);
-  const places = kind === "Splats" ? planes.SPLAT_PLACES : planes.PROJECTED_PLACES;
-  const found: Record<string, Numbers> = {};
-  for (const name of names) {
-    found[name] = new Float32Array(rows * (name === "sh_rotation" ? 9 : (places[name]?.components ?? 1)));
-  }
-  for (const [i, chunk] of runner.level.chunks.entries()) {
-    const floats = await runner.read(`${runner.level.prefix}${kind}.${i}`);
-    for (const name of names) {
-      const place = places[name];
-      if (place !== undefined) planes.takePlanes(floats, place, found[name] as Float32Array, chunk.first, chunk.count);
-      else planes.takeRotation(floats, found[name] as Float32Array, chunk.first, chunk.count);
-    }
-  }
-  return found;
+function take(runner: StageRunner, kind: "Splats" | "Projected", names: readonly string[]): Promise<Record<string, Numbers>> {
+  const { places } = LAYOUTS[kind];
+  return takeFrom(runner, kind, Object.fromEntries(names.map((name) => [name, places[name] as Place])));
 }
 
-async function readSh(runner: StageRunner): Promise<Float32Array> {
-  const terms = termsOf(runner);
+async function takeFrom(runner: StageRunner, buffer: string, places: Readonly<Record<string, Place>>): Promise<Record<string, Numbers>> {
   const rows = runner.level.chunks.reduce((sum, chunk) => sum + chunk.count, 0);
-  const out = new Float32Array(3 * terms * rows);
+  const found: Record<string, Float32Array> = {};
+  for (const [name, { components }] of Object.entries(places)) found[name] = new Float32Array(rows * components);
   for (const [i, chunk] of runner.level.chunks.entries()) {
-    planes.takeSh(await runner.read(`${runner.level.prefix}Sh.${i}`), out, terms, chunk.first, chunk.count);
+    const floats = await runner.read(`${runner.level.prefix}${buffer}.${i}`);
+    for (const [name, place] of Object.entries(places)) takeRows(floats, place, found[name] as Float32Array, chunk);
   }
-  return out;
+  return found;
 }
 
 function termsOf(runner: StageRunner): number {

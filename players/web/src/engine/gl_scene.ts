@@ -2,8 +2,6 @@
 
 import type { Avatar } from "../avatar.js";
 import { Instance } from "../instance.js";
-import { KERNELS } from "../made/kernels.js";
-import { bytesOfBase64 } from "../webgl2/base64.js";
 import { GlDraw } from "../webgl2/draw.js";
 import { LocalPort } from "../webgl2/local_port.js";
 import { QuadSource } from "../webgl2/quad_source.js";
@@ -11,7 +9,7 @@ import { startWorker } from "../webgl2/start_worker.js";
 import { GlDepth } from "./gl_depth.js";
 import { GlState } from "./gl_state.js";
 import type { AvatarHost } from "./host.js";
-import type { EngineView } from "./view.js";
+import { EngineView } from "./view.js";
 
 const BLOCKS = 2; // uniform blocks that GlDraw binds
 const UPWARDS = -1; // row 0 of the target is at the bottom of OpenGL's clip space
@@ -22,23 +20,30 @@ const UPWARDS = -1; // row 0 of the target is at the bottom of OpenGL's clip spa
  * copied, splats are drawn into the target itself with its depth test: then 8 bit targets round at every splat, and
  * targets of linear light blend colours that are not. Where the host restores a lost context, avatars are drawn again.
  */
-export class GlScene implements AvatarHost {
+export class GlScene<Seen> implements AvatarHost<Seen> {
   readonly lost: Promise<string>;
   private readonly source: QuadSource;
   private drawing: GlDraw | null = null; // null: the context is lost
   private depth: GlDepth;
   private state: GlState;
   private uploaded = false; // the context has the newest quads
+  private readonly view = new EngineView();
 
   /**
-   * `synchronous`: each picture waits for the kernels. Otherwise a worker computes them, and a picture shows the newest
-   * finished result; `onUpdate` is called when there is a newer one. Throws AvatarError where the context cannot draw into floats.
+   * `look` writes what a camera sees, and what is bound, into a view. `synchronous`: each picture waits for the kernels.
+   * Otherwise a worker computes them, and a picture shows the newest finished result; `onUpdate` is called when there is
+   * a newer one. Throws AvatarError where the context cannot draw into floats.
    */
-  constructor(private readonly gl: WebGL2RenderingContext, synchronous: boolean, onUpdate: () => void) {
+  constructor(
+    private readonly gl: WebGL2RenderingContext,
+    private readonly look: (view: EngineView, seen: Seen) => void,
+    synchronous: boolean,
+    onUpdate: () => void,
+  ) {
     this.state = new GlState(gl, BLOCKS);
     this.depth = new GlDepth(gl);
     this.drawing = this.made();
-    this.source = new QuadSource(synchronous ? new LocalPort() : startWorker(), bytesOfBase64(KERNELS));
+    this.source = new QuadSource(synchronous ? new LocalPort() : startWorker());
     this.lost = this.source.lost;
     this.source.most = this.drawing.most;
     this.source.onQuads = () => {
@@ -66,8 +71,9 @@ export class GlScene implements AvatarHost {
   }
 
   /** Draws into the bound framebuffer. */
-  drawInto(view: EngineView): void {
-    const { drawing, state } = this;
+  draw(seen: Seen): void {
+    const { drawing, state, view } = this;
+    this.look(view, seen);
     if (drawing === null) return;
     this.source.frameIfChanged(view.camera);
     if (!this.uploaded || this.source.count === 0) return;

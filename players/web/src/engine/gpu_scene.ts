@@ -5,7 +5,7 @@ import { Instance } from "../instance.js";
 import type { SceneDepth, Target } from "../webgpu/draw.js";
 import { WebGpuRenderer } from "../webgpu/renderer.js";
 import type { AvatarHost } from "./host.js";
-import type { EngineView } from "./view.js";
+import { EngineView } from "./view.js";
 
 const LATER = undefined as unknown as GPUTextureView; // of each picture
 
@@ -22,9 +22,11 @@ export interface Attachments {
  * Draws avatars over what a host has drawn, against its depth. The host's pass must be ended and submitted, and its
  * depth and all its samples stored.
  */
-export class GpuScene implements AvatarHost {
+export abstract class GpuScene<Seen> implements AvatarHost<Seen> {
   /** To be set for each picture. */
   protected readonly over: Attachments = { color: null, format: "rgba8unorm", samples: 1, depth: null, depthFormat: null };
+  /** To be set for each picture. */
+  protected readonly view = new EngineView();
   private readonly avatars: WebGpuRenderer;
   private readonly depth: SceneDepth = { view: LATER, format: "depth24plus", samples: 1, reversed: false };
   private readonly target: Target = {
@@ -45,13 +47,15 @@ export class GpuScene implements AvatarHost {
     return instance;
   }
 
+  abstract draw(seen: Seen): void;
+
   finished(): Promise<void> {
     return this.avatars.finished();
   }
 
-  /** Submits one picture over what `over` names. */
-  protected drawOver(view: EngineView): void {
-    const { target, depth, over } = this;
+  /** Submits one picture of `view` over what `over` names. */
+  protected drawOver(): void {
+    const { target, depth, over, view } = this;
     const color = over.color as GPURenderPassColorAttachment;
     target.view = color.view as GPUTextureView;
     target.resolve = (color.resolveTarget as GPUTextureView | undefined) ?? null;

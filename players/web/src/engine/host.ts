@@ -14,25 +14,70 @@ export interface AvatarSceneOptions {
   readonly synchronous?: boolean;
 }
 
-/** Avatars on the GPU of an engine. */
-export interface AvatarHost {
+/** Avatars on the GPU of an engine. `Seen` is the engine's camera, or what has one. */
+export interface AvatarHost<Seen> {
   /** Resolves with a reason when no more avatars can be drawn. */
   readonly lost: Promise<string>;
   /** Throws AvatarError where the avatar exceeds a limit of the GPU, or has no such level. */
   add(avatar: Avatar, level: number): Instance;
+  /** Draws what a camera sees into what the engine draws into now. */
+  draw(seen: Seen): void;
   /** Resolves when all that the last picture asked for is computed. */
   finished(): Promise<void>;
   dispose(): void;
 }
 
-/** Draws avatars; `Seen` names the camera: [its type], or [] where the engine has an active one. */
-export interface DrawingHost<Seen extends readonly unknown[]> extends AvatarHost {
-  /** Draws what the camera sees into what the engine draws into now. */
-  draw(...seen: Seen): void;
-}
+/** The avatars of one scene: an engine's node and an instance each, and what draws them. */
+export class Crowd<Node extends object, Seen> {
+  private readonly nodes: Node[] = [];
+  private readonly instances: Instance[] = [];
 
-/** What draws. Throws AvatarError after `dispose`. */
-export function madeOf<Host extends object>(host: Host | null): Host {
-  if (host === null) throw new AvatarError("was disposed; create another", { owner: "AvatarScene" });
-  return host;
+  /** `update` writes where a node is and whether it is shown into its instance, before each picture. */
+  constructor(
+    private host: AvatarHost<Seen> | null,
+    private readonly update: (node: Node, instance: Instance, seen: Seen) => void,
+  ) {}
+
+  /** Throws AvatarError after `dispose`. */
+  get lost(): Promise<string> {
+    return this.made.lost;
+  }
+
+  /** Throws AvatarError where the avatar exceeds a limit of the GPU, has no such level, and after `dispose`. */
+  add(avatar: Avatar, level: number, node: (instance: Instance) => Node): Node {
+    const instance = this.made.add(avatar, level);
+    const made = node(instance);
+    this.nodes.push(made);
+    this.instances.push(instance);
+    return made;
+  }
+
+  /** Frees what a node holds on the GPU. */
+  remove(node: Node): void {
+    const at = this.nodes.indexOf(node);
+    if (at < 0) return;
+    this.nodes.splice(at, 1);
+    this.instances.splice(at, 1)[0]?.dispose();
+  }
+
+  draw(seen: Seen): void {
+    for (let i = 0; i < this.nodes.length; i++) this.update(this.nodes[i] as Node, this.instances[i] as Instance, seen);
+    this.host?.draw(seen);
+  }
+
+  finished(): Promise<void> {
+    return this.host?.finished() ?? Promise.resolve();
+  }
+
+  /** `end` disposes of a node, which calls `remove`. */
+  dispose(end: (node: Node) => void): void {
+    for (let node = this.nodes[0]; node !== undefined; node = this.nodes[0]) end(node);
+    this.host?.dispose();
+    this.host = null;
+  }
+
+  private get made(): AvatarHost<Seen> {
+    if (this.host === null) throw new AvatarError("was disposed; create another", { owner: "AvatarScene" });
+    return this.host;
+  }
 }

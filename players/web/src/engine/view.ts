@@ -26,14 +26,14 @@ export class EngineView {
   }
 
   /**
-   * Takes the host's camera: `view` and `projection` [4, 4] column-major, as for `Camera.setFrom`. The target has
+   * Takes the host's camera: `view` and `projection` [4, 4] column-major, as for `Camera.fromOpengl`. The target has
    * `width` x `height` pixels; the viewport must be set.
    * `firstRow` says what row 0 of the target shows. Throws AvatarError for a projection without perspective.
    */
   setCamera(view: Numbers, projection: Numbers, clipDepth: ClipDepth, firstRow: "top" | "bottom", width: number, height: number): void {
     const { camera } = this;
     this.setProjection(projection, firstRow, width, height);
-    camera.setFrom(view, PROJECTION, width, height);
+    camera.fromOpengl(view, PROJECTION, width, height);
     const clip = camera.clipFromWorld;
     const size = Math.abs(projection[11] as number);
     for (let column = 0; column < 4; column++) {
@@ -73,10 +73,18 @@ export class EngineView {
   }
 }
 
-/** Writes `Instance.world` from the column-major matrix of a node. `mirror`: the host's scene is left-handed. */
-export function setWorld(world: Float64Array, columns: Numbers, mirror: boolean): void {
+/** Writes `Instance.place` from the column-major matrix of a node. `mirror`: the host's scene is left-handed. */
+export function setPlace(place: Float64Array, columns: Numbers, mirror: boolean): void {
   for (let row = 0; row < 4; row++) {
-    world[4 * row] = (mirror ? -1 : 1) * (columns[row] as number);
-    for (let column = 1; column < 4; column++) world[4 * row + column] = columns[4 * column + row] as number;
+    place[4 * row] = (mirror ? -1 : 1) * (columns[row] as number);
+    for (let column = 1; column < 4; column++) place[4 * row + column] = columns[4 * column + row] as number;
   }
+}
+
+const SEEN = new Camera();
+
+/** A host's camera, as for `setCamera`, of an image of `height` pixels. It is the same object every time. */
+export function seenAs(view: Numbers, projection: Numbers, height: number): Camera {
+  SEEN.fromOpengl(view, projection, height, height); // heights and levels do not depend on the width
+  return SEEN;
 }

@@ -53,13 +53,9 @@ export class Access {
     this.stage = row.stage;
     row.storage.forEach((item) => this.storage.set(item.name, item));
     for (const member of row.uniforms?.members ?? []) {
-      if (member.name !== PADDING) {
-        this.types.set(member.name, member.type);
-      }
+      if (member.name !== PADDING) this.types.set(member.name, member.type);
     }
-    for (const told of Object.values(this.contract.sections ?? {})) {
-      this.packedNames.add(told.buffer);
-    }
+    for (const told of Object.values(this.contract.sections ?? {})) this.packedNames.add(told.buffer);
     this.checkNames("buffers", this.storage, one.buffers);
     this.checkNames("constants", this.types, one.constants);
     this.checkBuffers();
@@ -77,9 +73,7 @@ export class Access {
 
   /** Types and ranges of the constants. Throws AvatarError. Names of the frame are not looked at. */
   checkConstants(): void {
-    for (const [name, value] of Object.entries(this.one.constants)) {
-      this.checkType(name, value);
-    }
+    for (const [name, value] of Object.entries(this.one.constants)) this.checkType(name, value);
     const { values, most, rows, fits, pose } = this.contract;
     for (const [name, allowed] of Object.entries(values ?? {})) {
       if (!allowed.includes(this.count(name))) {
@@ -101,18 +95,14 @@ export class Access {
     }
     for (const [name, section] of Object.entries(pose ?? {})) {
       const first = this.poseSection(section).first;
-      if (this.count(name) !== first) {
-        throw this.error(name, `is ${this.count(name)}; ${section} begins at ${first}`);
-      }
+      if (this.count(name) !== first) throw this.error(name, `is ${this.count(name)}; ${section} begins at ${first}`);
     }
   }
 
   /** The value of an expression of the contract. */
   number(expression: string): number {
     let sum = 0;
-    for (const product of parsed(expression)) {
-      sum += product.reduce((value, factor) => value * this.factor(factor), 1);
-    }
+    for (const product of parsed(expression)) sum += product.reduce((value, factor) => value * this.factor(factor), 1);
     return sum;
   }
 
@@ -145,20 +135,14 @@ export class Access {
   ): void {
     const missing = [...wanted.keys()].filter((name) => !Object.hasOwn(given, name)).sort();
     const extra = Object.keys(given).filter((name) => !wanted.has(name)).sort();
-    if (missing.length > 0) {
-      throw this.error(what, `${missing[0]} is missing`);
-    }
-    if (extra.length > 0) {
-      throw this.error(what, `'${(extra[0] as string).slice(0, 80)}' is not known to this entry`);
-    }
+    if (missing.length > 0) throw this.error(what, `${missing[0]} is missing`);
+    if (extra.length > 0) throw this.error(what, `'${(extra[0] as string).slice(0, 80)}' is not known to this entry`);
   }
 
   private checkBuffers(): void {
     for (const [name, bound] of Object.entries(this.one.buffers)) {
       const buffer = this.held.buffers.get(bound);
-      if (buffer === undefined) {
-        throw this.error(name, `'${bound.slice(0, 80)}' is no buffer of the program`);
-      }
+      if (buffer === undefined) throw this.error(name, `'${bound.slice(0, 80)}' is no buffer of the program`);
       if (buffer.sections.length > 0 !== this.packedNames.has(name)) {
         const need = this.packedNames.has(name) ? "a buffer with sections" : "a buffer without sections";
         throw this.error(name, `'${bound}' does not fit; ${need} is needed`);
@@ -169,13 +153,9 @@ export class Access {
   private checkType(name: string, value: Constant): void {
     const kind = this.types.get(name) as string;
     if (kind === "uint") {
-      if (!isU32(value)) {
-        throw this.error(name, `is ${shown(value)}; a whole number of 32 bits is needed`);
-      }
+      if (!isU32(value)) throw this.error(name, `is ${shown(value)}; a whole number of 32 bits is needed`);
     } else if (kind === "float") {
-      if (!isFloat32(value)) {
-        throw this.error(name, `is ${shown(value)}; a finite float32 is needed`);
-      }
+      if (!isFloat32(value)) throw this.error(name, `is ${shown(value)}; a finite float32 is needed`);
     } else if (typeof value !== "string") {
       const floats = Number(kind.slice("float".length));
       if (typeof value === "number" || value.length !== floats || !value.every(isFloat32)) {
@@ -185,17 +165,11 @@ export class Access {
   }
 
   private factor(factor: string): number {
-    if (/^[0-9]+$/.test(factor)) {
-      return Number(factor);
-    }
-    if (!factor.startsWith("#")) {
-      return this.count(factor);
-    }
+    if (/^[0-9]+$/.test(factor)) return Number(factor);
+    if (!factor.startsWith("#")) return this.count(factor);
     const name = factor.slice(1);
     const { pose, sections } = this.contract;
-    if (pose !== undefined && Object.hasOwn(pose, name)) {
-      return this.poseSection(pose[name] as string).items;
-    }
+    if (pose !== undefined && Object.hasOwn(pose, name)) return this.poseSection(pose[name] as string).items;
     const { packed, section } = this.section(name, (sections?.[name] as SectionContract).buffer);
     return packed.rows(section).last;
   }
@@ -213,9 +187,7 @@ export class Access {
     const bound = this.one.buffers[buffer] as string;
     const packed = this.held.packed.get(bound) as Packed;
     const section = packed.section(name);
-    if (section === undefined) {
-      throw this.error(name, `buffer '${bound}' has no section of that name`);
-    }
+    if (section === undefined) throw this.error(name, `buffer '${bound}' has no section of that name`);
     if (this.count(name) !== packed.offsets.get(name)) {
       throw this.error(name, `is ${this.count(name)}; the section begins at word ${packed.offsets.get(name)}`);
     }
@@ -227,9 +199,7 @@ export class Access {
     const wanted = this.number(told.elements);
     const width = told.width === undefined ? 32 : this.count(told.width);
     const widths = told.widths ?? [32];
-    if (!widths.includes(width)) {
-      throw this.error(told.width ?? name, `is ${width}; known are ${widths.join(", ")}`);
-    }
+    if (!widths.includes(width)) throw this.error(told.width ?? name, `is ${width}; known are ${widths.join(", ")}`);
     if (width === 0) {
       if (told.kind !== "signed" && wanted > 0 && (packed.offsets.get(name) as number) >= packed.words) {
         throw this.error(name, "begins at the end of its buffer; one word is read at width 0");
@@ -255,27 +225,21 @@ export class Access {
   private checkKind(name: string, told: SectionContract, packed: Packed, section: Section, width: number): void {
     if (told.kind === "pointer") {
       const rows = packed.rows(section);
-      if (!rows.rises) {
-        throw this.error(name, "does not begin with 0, or falls");
-      }
+      if (!rows.rises) throw this.error(name, "does not begin with 0, or falls");
       if (rows.longest > (told.pointer as number)) {
         throw this.error(name, `gives a row ${rows.longest} entries; ${told.pointer} are the most`);
       }
     } else if (told.kind === "index") {
       this.checkBelow(name, packed.largest(section), this.number(told.below as string));
     } else if (width === 32) {
-      if (!packed.finite(section)) {
-        throw this.error(name, "holds a float that is not finite");
-      }
+      if (!packed.finite(section)) throw this.error(name, "holds a float that is not finite");
     } else {
       this.checkScale(name, told, packed, section, width);
     }
   }
 
   private checkBelow(name: string, largest: number, end: number): void {
-    if (largest >= end) {
-      throw this.error(name, `holds ${largest}; less than ${end} is needed`);
-    }
+    if (largest >= end) throw this.error(name, `holds ${largest}; less than ${end} is needed`);
   }
 
   private checkScale(name: string, told: SectionContract, packed: Packed, section: Section, width: number): void {
@@ -289,9 +253,7 @@ export class Access {
     if (!packed.finite(floats, MOST_SCALE)) {
       throw this.error(scale, `holds a float that is not finite or exceeds 1e+30`);
     }
-    if (told.kind === "table") {
-      this.checkBelow(name, width > 0 ? packed.largest(section) : 0, length);
-    }
+    if (told.kind === "table") this.checkBelow(name, width > 0 ? packed.largest(section) : 0, length);
   }
 }
 

@@ -36,10 +36,10 @@ function readAvatar(
 ): Avatar {
   const said = document.at("avatar");
   const expressions = facts.readExpressions(said);
-  const lateMorphs = said.at("late_morphs").names();
+  const eyelids = said.at("late_morphs").names();
   const joints = said.optional("joints", (names) => names.names());
   const skeleton = joints && readSkeleton(arrays, joints, expressions.length, verticesOf(program));
-  const sizes = { expressions: expressions.length, late: lateMorphs.length, joints: joints?.length ?? 0 };
+  const sizes = { expressions: expressions.length, late: eyelids.length, joints: joints?.length ?? 0 };
   checkPose(program, sizes, skeleton);
   checkGroups(groups, skeleton);
   const rules = facts.readRules(said);
@@ -48,7 +48,7 @@ function readAvatar(
     throw new AvatarError("rule head_bone needs a rotation_joint", { field: "$.avatar.rules.rotation_joint" });
   }
   const driving = facts.readDriving(document);
-  checkDriving(driving, expressions.map((one) => one.name), lateMorphs, skeleton);
+  checkDriving(driving, expressions.map((one) => one.name), eyelids, skeleton);
   const triangles = arrays.get("rig.triangles");
   const preview = arrays.get("preview");
   const provenance = said.at("provenance");
@@ -59,7 +59,7 @@ function readAvatar(
     consent: provenance.value === undefined ? null : provenance.optional("consent", statement),
     handedness,
     expressions,
-    lateMorphs,
+    eyelids,
     skeleton,
     groups,
     rules,
@@ -100,9 +100,7 @@ function checkLevels(program: Program, groups: readonly facts.Groups[]): void {
     }
     const finest = groups[0] ?? [];
     const same = own.length === finest.length && own.every((group, i) => group.binding === finest[i]?.binding);
-    if (!same) {
-      throw new AvatarError("has other groups than the finest level", { field: `$.levels[${index}].groups` });
-    }
+    if (!same) throw new AvatarError("has other groups than the finest level", { field: `$.levels[${index}].groups` });
   });
 }
 
@@ -114,9 +112,7 @@ function checkPose(program: Program, sizes: Sizes, skeleton: Skeleton | null): v
     ["late", joints - late, sizes.late],
     ["joints", program.poseFloats - joints, 12 * sizes.joints],
   ];
-  if (skeleton !== null) {
-    wanted.push(["features", late - features, 9 * skeleton.correctiveJoints.length]);
-  }
+  if (skeleton !== null) wanted.push(["features", late - features, 9 * skeleton.correctiveJoints.length]);
   for (const [name, floats, needed] of wanted) {
     if (floats !== needed) {
       const field = `$.program.pose.${name}`;
@@ -131,9 +127,7 @@ function checkDriving(
   late: readonly string[],
   skeleton: Skeleton | null,
 ): void {
-  if (driving === null) {
-    return;
-  }
+  if (driving === null) return;
   const known = new Set([
     ...expressions.map((name) => `expression/${name}`),
     ...late.map((name) => `eyelid/${name}`),

@@ -60,9 +60,7 @@ class Checker {
     this.checkPose();
     const written = new Set<string>();
     const work = this.checkList("mesh", "mesh", this.program.mesh, written, null);
-    if (this.program.levels.length === 0) {
-      throw new AvatarError("there is none", { field: "levels" });
-    }
+    if (this.program.levels.length === 0) throw new AvatarError("there is none", { field: "levels" });
     this.program.levels.forEach((level, index) => this.checkLevel(`level ${index}`, level, written, work));
     if (new Set(this.program.levels.map((level) => level.prefix)).size < this.program.levels.length) {
       throw new AvatarError("two levels have the same prefix", { field: "levels" });
@@ -90,9 +88,7 @@ class Checker {
   /** Sections of Pose follow each other without a gap. */
   private checkPose(): void {
     const { pose, poseFloats } = this.program;
-    if (pose.weights !== 0) {
-      throw new AvatarError(`weights begins at ${pose.weights}, not at 0`, { field: "pose" });
-    }
+    if (pose.weights !== 0) throw new AvatarError(`weights begins at ${pose.weights}, not at 0`, { field: "pose" });
     POSE_SECTIONS.forEach((name, index) => {
       const next = POSE_SECTIONS[index + 1];
       const end = next === undefined ? poseFloats : pose[next];
@@ -135,9 +131,7 @@ class Checker {
     if (passes.length > MOST_PASSES) {
       throw new AvatarError(`has ${passes.length} passes; ${MOST_PASSES} are the most`, { field: place });
     }
-    if (level !== null && passes.length === 0) {
-      throw new AvatarError("has no passes", { field: place });
-    }
+    if (level !== null && passes.length === 0) throw new AvatarError("has no passes", { field: place });
     const stages: readonly string[] = STAGES[which];
     let work = 0;
     let reached = 0;
@@ -151,9 +145,7 @@ class Checker {
       access.checkConstants();
       this.checkSources(access, which);
       this.checkBound(access, written);
-      if (level !== null) {
-        this.checkChunk(access, level, place.split(",")[0] as string);
-      }
+      if (level !== null) this.checkChunk(access, level, place.split(",")[0] as string);
       work += one.rows + access.checkSections();
     });
     return work;
@@ -161,9 +153,7 @@ class Checker {
 
   private checkSources(access: Access, which: List): void {
     for (const [name, value] of Object.entries(access.one.constants)) {
-      if (typeof value !== "string") {
-        continue;
-      }
+      if (typeof value !== "string") continue;
       const found = SOURCE.exec(value);
       const source = found?.[1] ?? "";
       const row = found?.[2];
@@ -193,27 +183,21 @@ class Checker {
         const bytes = (item?.stride ?? 0) * (touched.get(name) ?? 0);
         this.touched.set(bound, Math.max(this.touched.get(bound) ?? 0, bytes));
         const held = this.program.buffers.get(bound)?.bytes ?? 0;
-        if (bytes > held) {
-          throw access.error(name, `takes ${bytes} bytes; '${bound}' has ${held}`);
-        }
+        if (bytes > held) throw access.error(name, `takes ${bytes} bytes; '${bound}' has ${held}`);
       }
     }
     for (const [name, constants] of Object.entries(access.contract.same ?? {})) {
       this.agree(access, access.one.buffers[name] as string, constants);
     }
     for (const item of access.storage.values()) {
-      if (!item.readonly) {
-        written.add(access.one.buffers[item.name] as string);
-      }
+      if (!item.readonly) written.add(access.one.buffers[item.name] as string);
     }
   }
 
   private checkRole(access: Access, name: string, bound: string, written: ReadonlySet<string>): void {
     const role = this.roles.get(bound) ?? name;
     this.roles.set(bound, role);
-    if (role !== name) {
-      throw access.error(name, `'${bound}' is bound as ${role} elsewhere`);
-    }
+    if (role !== name) throw access.error(name, `'${bound}' is bound as ${role} elsewhere`);
     if (HOST_BUFFERS.includes(name) && bound !== name) {
       throw access.error(name, `is bound to '${bound}'; players write buffer '${name}'`);
     }
@@ -228,18 +212,14 @@ class Checker {
       const value = access.count(constant);
       const first = this.agreed.get(key) ?? value;
       this.agreed.set(key, first);
-      if (first !== value) {
-        throw access.error(constant, `is ${value}; an earlier pass over ${what} has ${first}`);
-      }
+      if (first !== value) throw access.error(constant, `is ${value}; an earlier pass over ${what} has ${first}`);
     }
   }
 
   private checkChunk(access: Access, level: Level, place: string): void {
     this.agree(access, `${place} (${access.one.entry})`, access.contract.level ?? []);
     const constant = access.contract.chunk;
-    if (constant === undefined) {
-      return;
-    }
+    if (constant === undefined) return;
     let chunk = -1;
     for (const kind of CHUNK_BUFFERS) {
       const bound = access.one.buffers[kind];

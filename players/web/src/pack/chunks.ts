@@ -23,7 +23,5 @@ export function checkChunks(place: string, level: Level): void {
     }
     first += run.count;
   });
-  if (first < 1 || first > U32_MAX) {
-    throw new AvatarError(`has ${first} rows`, { field: place });
-  }
+  if (first < 1 || first > U32_MAX) throw new AvatarError(`has ${first} rows`, { field: place });
 }

@@ -31,9 +31,7 @@ export function readClips(listed: Json, arrays: Arrays, sizes: Sizes, limit: num
     const array = (name: string, shape: readonly number[]): Float32Array => {
       const channels = shape.reduce((product, length) => product * length, 1);
       left -= 4 * frames * channels;
-      if (left < 0) {
-        throw new AvatarError(`with it the clips take more than ${limit} bytes`, { field: said.path });
-      }
+      if (left < 0) throw new AvatarError(`with it the clips take more than ${limit} bytes`, { field: said.path });
       const values = readArray(arrays, `clips.${index}.${name}`, frames, shape, channels);
       checkFinite(values, `array clips.${index}.${name}`);
       return values;
@@ -84,9 +82,7 @@ function readArray(
 function moving(scale: Float32Array): number[] {
   const found: number[] = [];
   for (let channel = 0; 2 * channel < scale.length; channel++) {
-    if (scale[2 * channel + 1] !== 0) {
-      found.push(channel);
-    }
+    if (scale[2 * channel + 1] !== 0) found.push(channel);
   }
   return found;
 }
@@ -100,9 +96,7 @@ function decoded(
 ): Float32Array {
   const values = new Float32Array(frames * channels);
   for (let at = 0; at < values.length; at += channels) {
-    for (let channel = 0; channel < channels; channel++) {
-      values[at + channel] = scale[2 * channel] as number;
-    }
+    for (let channel = 0; channel < channels; channel++) values[at + channel] = scale[2 * channel] as number;
   }
   moves.forEach((channel, row) => {
     const low = scale[2 * channel] as number;
@@ -119,9 +113,7 @@ function decoded(
 function checkMatrices(clip: ClipData, field: string): void {
   for (const matrices of [clip.jointDelta, clip.worldFromAvatar]) {
     for (let at = 0; at < matrices.length; at += 16) {
-      if (!hasAffineRow(matrices, at)) {
-        throw new AvatarError("holds a matrix that is not affine", { field });
-      }
+      if (!hasAffineRow(matrices, at)) throw new AvatarError("holds a matrix that is not affine", { field });
     }
   }
   for (let at = 0; at < clip.worldFromAvatar.length; at += 16) {
@@ -137,9 +129,7 @@ function isRigid(m: Float32Array, at: number): boolean {
   for (let i = 0; i < 3; i++) {
     for (let j = 0; j < 3; j++) {
       let dot = i === j ? -1 : 0;
-      for (let k = 0; k < 3; k++) {
-        dot += (m[at + 4 * i + k] as number) * (m[at + 4 * j + k] as number);
-      }
+      for (let k = 0; k < 3; k++) dot += (m[at + 4 * i + k] as number) * (m[at + 4 * j + k] as number);
       off = Math.max(off, Math.abs(dot));
     }
   }

@@ -27,9 +27,7 @@ export function decode(
   record: number,
   where: string,
 ): Elements {
-  if (codec === "pointer") {
-    return pointer(data, count, where);
-  }
+  if (codec === "pointer") return pointer(data, count, where);
   const size = (count * bits) / 8;
   if (data.length !== size) {
     throw new AvatarError(`stores ${data.length} bytes; ${count} elements of ${bits} bits take ${size}`, {
@@ -61,15 +59,11 @@ function gather(data: Uint8Array, into: Elements, record: number): void {
   if (size === 1) {
     into.set(data);
   } else if (record === 1 && into instanceof Uint16Array) {
-    for (let r = 0; r < records; r++) {
-      into[r] = (data[r] as number) | ((data[records + r] as number) << 8);
-    }
+    for (let r = 0; r < records; r++) into[r] = (data[r] as number) | ((data[records + r] as number) << 8);
   } else {
     const bytes = new Uint8Array(into.buffer);
     for (let r = 0, to = 0; r < records; r++) {
-      for (let c = 0, from = r; c < size; c++, from += records) {
-        bytes[to++] = data[from] as number;
-      }
+      for (let c = 0, from = r; c < size; c++, from += records) bytes[to++] = data[from] as number;
     }
   }
 }
@@ -88,9 +82,7 @@ function pointer(data: Uint8Array, count: number, where: string): Uint32Array {
     end += counts[row] as number;
     ends[row + 1] = end;
   }
-  if (end >= 2 ** 32) {
-    throw new AvatarError("counts more than 2^32 entries", { field: where });
-  }
+  if (end >= 2 ** 32) throw new AvatarError("counts more than 2^32 entries", { field: where });
   return ends;
 }
 
@@ -111,9 +103,7 @@ export function incidence(corners: Elements, vertices: number, where: string): I
     }
     ptr[vertex + 1] = (ptr[vertex + 1] as number) + 1;
   }
-  for (let v = 0; v < vertices; v++) {
-    ptr[v + 1] = (ptr[v + 1] as number) + (ptr[v] as number);
-  }
+  for (let v = 0; v < vertices; v++) ptr[v + 1] = (ptr[v + 1] as number) + (ptr[v] as number);
   const next = ptr.slice();
   const triangle = new Uint32Array(corners.length);
   for (let t = 0; t < triangles; t++) {

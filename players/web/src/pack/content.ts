@@ -26,9 +26,7 @@ export function offsetsOf(buffer: Buffer): Map<string, number> {
 /** The words that are uploaded for a buffer with sections. Each begins at a word; the rest of its last word is 0. */
 export function contentOf(buffer: Buffer): Uint32Array {
   let words = 0;
-  for (const section of buffer.sections) {
-    words += wordsOf(section.elements);
-  }
+  for (const section of buffer.sections) words += wordsOf(section.elements);
   const content = new Uint32Array(words);
   const bytes = new Uint8Array(content.buffer);
   let at = 0;

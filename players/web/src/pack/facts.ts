@@ -25,9 +25,7 @@ export function readExpressions(avatar: Json): Expression[] {
 export function readRules(avatar: Json): Record<string, string | null> {
   const found = Object.create(null) as Record<string, string | null>;
   for (const [name, said] of avatar.at("rules").entries()) {
-    if (typeof said.value === "string" || said.value === null) {
-      found[name] = said.value;
-    }
+    if (typeof said.value === "string" || said.value === null) found[name] = said.value;
   }
   return found;
 }
@@ -44,9 +42,7 @@ export function readGroups(level: Json): Group[] {
     next += group.count;
     return group;
   });
-  if (next !== count) {
-    throw new AvatarError(`cover ${next} of ${count} Gaussians`, { field: level.at("groups").path });
-  }
+  if (next !== count) throw new AvatarError(`cover ${next} of ${count} Gaussians`, { field: level.at("groups").path });
   return groups;
 }
 
@@ -70,9 +66,7 @@ export function readDriving(document: Json): Driving | null {
   const mode = avatar.at("mode").one(["names", "matrix", "none"]);
   // The manifest's own matrix is in the frame of the pack; `driving` of the document spells out mode "names".
   const linear = mode === "matrix" ? avatar : document.at("driving");
-  if (mode === "none" || linear.value === undefined) {
-    return null;
-  }
+  if (mode === "none" || linear.value === undefined) return null;
   const inputs = linear.at("inputs").names();
   const outputs = linear.at("outputs").names();
   const joint = (name: string): string | null => avatar.optional(name, (said) => said.name());

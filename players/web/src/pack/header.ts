@@ -28,9 +28,7 @@ export function readHeader(bytes: Uint8Array): Header {
       tensors.set(name, readEntry(said));
     }
   }
-  if (text === null) {
-    throw new AvatarError(`is not a pack: it has no document '${METADATA}' in its metadata`);
-  }
+  if (text === null) throw new AvatarError(`is not a pack: it has no document '${METADATA}' in its metadata`);
   return { document: new Json(parse(text, `document '${METADATA}'`), "$"), tensors };
 }
 

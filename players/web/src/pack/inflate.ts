@@ -44,22 +44,16 @@ export async function inflate(file: Uint8Array): Promise<Inflated> {
 
 /** Throws AvatarError unless a file begins as gzip does. */
 function checkBegin(file: Uint8Array): void {
-  if (file[0] === 0x1f && file[1] === 0x8b) {
-    return;
-  }
+  if (file[0] === 0x1f && file[1] === 0x8b) return;
   if (file.length > LENGTH && file[LENGTH] === 0x7b && file[7] === 0) {
-    throw new AvatarError(
-      "was inflated on its way: the server must send packs as they are, without Content-Encoding",
-    );
+    throw new AvatarError("was inflated on its way: the server must send packs as they are, without Content-Encoding");
   }
   throw new AvatarError("is not a pack: it does not begin as a gzip file");
 }
 
 function endOf(tensors: ReadonlyMap<string, Entry>): number {
   let end = 0;
-  for (const entry of tensors.values()) {
-    end = Math.max(end, entry.end);
-  }
+  for (const entry of tensors.values()) end = Math.max(end, entry.end);
   return end;
 }
 
@@ -79,9 +73,7 @@ class Inflating {
     const taken = new Uint8Array(size);
     let at = 0;
     while (at < size) {
-      if (this.rest.length === 0) {
-        this.rest = await this.next(size - at);
-      }
+      if (this.rest.length === 0) this.rest = await this.next(size - at);
       const part = this.rest.subarray(0, size - at);
       taken.set(part, at);
       at += part.length;
@@ -96,15 +88,11 @@ class Inflating {
     let more = this.rest.length > 0;
     while (!more) {
       const step = await this.read();
-      if (step === null) {
-        break;
-      }
+      if (step === null) break;
       more = step.length > 0;
     }
     const tail = new DataView(this.file.buffer, this.file.byteOffset + this.file.length - 4, 4);
-    if (more || tail.getUint32(0, true) !== this.made % 2 ** 32) {
-      throw new AvatarError("goes on after its last tensor");
-    }
+    if (more || tail.getUint32(0, true) !== this.made % 2 ** 32) throw new AvatarError("goes on after its last tensor");
   }
 
   /** Lets go of the stream, whether it ended or not. */
@@ -114,9 +102,7 @@ class Inflating {
 
   private async next(missing: number): Promise<Uint8Array> {
     const part = await this.read();
-    if (part === null) {
-      throw new AvatarError(`ends ${missing} bytes too early: it was cut off; load it again`);
-    }
+    if (part === null) throw new AvatarError(`ends ${missing} bytes too early: it was cut off; load it again`);
     return part;
   }
 

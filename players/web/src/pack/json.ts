@@ -30,9 +30,7 @@ export class Json {
 
   /** A list of at least `least` and at most `most` values. */
   list(least = 0, most = Infinity): Json[] {
-    if (!Array.isArray(this.value)) {
-      throw this.error("a list is needed");
-    }
+    if (!Array.isArray(this.value)) throw this.error("a list is needed");
     const values: readonly unknown[] = this.value;
     if (values.length < least || values.length > most) {
       throw new AvatarError(`has ${values.length} items; ${least} to ${most} are taken`, { field: this.path });
@@ -56,9 +54,7 @@ export class Json {
   /** Names without duplicates. */
   names(): string[] {
     const found = this.list().map((one) => one.name());
-    if (new Set(found).size !== found.length) {
-      throw new AvatarError("has a name twice", { field: this.path });
-    }
+    if (new Set(found).size !== found.length) throw new AvatarError("has a name twice", { field: this.path });
     return found;
   }
 
@@ -82,17 +78,13 @@ export class Json {
 
   /** A finite number. */
   number(): number {
-    if (typeof this.value !== "number" || !Number.isFinite(this.value)) {
-      throw this.error("a finite number is needed");
-    }
+    if (typeof this.value !== "number" || !Number.isFinite(this.value)) throw this.error("a finite number is needed");
     return this.value;
   }
 
   /** true or false. */
   flag(): boolean {
-    if (typeof this.value !== "boolean") {
-      throw this.error("true or false is needed");
-    }
+    if (typeof this.value !== "boolean") throw this.error("true or false is needed");
     return this.value;
   }
 
@@ -118,11 +110,7 @@ export class Json {
 
 /** A wrong value as a person may read it: short, on one line. */
 export function shown(value: unknown): string {
-  if (typeof value === "string") {
-    return `'${value.slice(0, SHOWN)}'`;
-  }
-  if (typeof value === "object" && value !== null) {
-    return Array.isArray(value) ? "a list" : "an object";
-  }
+  if (typeof value === "string") return `'${value.slice(0, SHOWN)}'`;
+  if (typeof value === "object" && value !== null) return Array.isArray(value) ? "a list" : "an object";
   return String(value).slice(0, SHOWN);
 }

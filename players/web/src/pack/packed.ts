@@ -21,9 +21,7 @@ export class Packed {
   constructor(buffer: Buffer) {
     this.offsets = offsetsOf(buffer);
     this.words = buffer.bytes / WORD;
-    for (const section of buffer.sections) {
-      this.sections.set(section.name, section);
-    }
+    for (const section of buffer.sections) this.sections.set(section.name, section);
   }
 
   /** The section of that name. */
@@ -35,14 +33,10 @@ export class Packed {
   largest(section: Section): number {
     const key = `largest ${section.name}`;
     const known = this.found.get(key);
-    if (typeof known === "number") {
-      return known;
-    }
+    if (typeof known === "number") return known;
     const { elements } = section;
     let most = -1;
-    for (let i = 0; i < elements.length; i++) {
-      most = Math.max(most, elements[i] as number);
-    }
+    for (let i = 0; i < elements.length; i++) most = Math.max(most, elements[i] as number);
     this.found.set(key, most);
     return most;
   }
@@ -51,9 +45,7 @@ export class Packed {
   finite(section: Section, most = MOST_FLOAT32): boolean {
     const key = `finite ${most} ${section.name}`;
     const known = this.found.get(key);
-    if (typeof known === "boolean") {
-      return known;
-    }
+    if (typeof known === "boolean") return known;
     const within = widthOf(section) === 32 && allWithin(floatsOf(section), most);
     this.found.set(key, within);
     return within;
@@ -62,9 +54,7 @@ export class Packed {
   /** The rows of a pointer section. */
   rows(section: Section): Rows {
     const known = this.walked.get(section.name);
-    if (known !== undefined) {
-      return known;
-    }
+    if (known !== undefined) return known;
     const rows = walk(section);
     this.walked.set(section.name, rows);
     return rows;
@@ -81,9 +71,7 @@ function allWithin(values: Float32Array, most: number): boolean {
 }
 
 function walk({ elements }: Section): Rows {
-  if (elements.length === 0) {
-    return { rises: false, last: 0, longest: 0 };
-  }
+  if (elements.length === 0) return { rises: false, last: 0, longest: 0 };
   const last = elements[elements.length - 1] as number;
   let rises = elements[0] === 0;
   let longest = 0;

@@ -48,15 +48,11 @@ function passes(said: Json): Pass[] {
 /** An object without a prototype, so that no name of JavaScript's own is found in it. */
 function record<T>(said: Json, read: (member: Json) => T): Record<string, T> {
   const found = Object.create(null) as Record<string, T>;
-  for (const [name, member] of said.entries()) {
-    found[name] = read(member);
-  }
+  for (const [name, member] of said.entries()) found[name] = read(member);
   return found;
 }
 
 function constant(said: Json): Constant {
-  if (typeof said.value === "string") {
-    return said.text(MOST_TEXT);
-  }
+  if (typeof said.value === "string") return said.text(MOST_TEXT);
   return Array.isArray(said.value) ? said.list(0, 4).map((one) => one.number()) : said.number();
 }

@@ -54,9 +54,7 @@ function taken<T extends HeldArray["values"]>(
   shape: readonly number[],
 ): T {
   const held = arrays.get(name);
-  if (held === undefined) {
-    throw new AvatarError("is missing", { field: `array ${name}` });
-  }
+  if (held === undefined) throw new AvatarError("is missing", { field: `array ${name}` });
   const same = shape.every((length, i) => length === -1 || length === held.shape[i]);
   if (!(held.values instanceof kind) || !same || held.shape.length !== shape.length) {
     const found = `${held.values.constructor.name} [${held.shape.join(", ")}]`;
@@ -68,17 +66,13 @@ function taken<T extends HeldArray["values"]>(
 /** Throws AvatarError for a number that is not finite. */
 export function checkFinite(values: Float32Array, field: string): void {
   for (let i = 0; i < values.length; i++) {
-    if (!Number.isFinite(values[i])) {
-      throw new AvatarError("holds a number that is not finite", { field });
-    }
+    if (!Number.isFinite(values[i])) throw new AvatarError("holds a number that is not finite", { field });
   }
 }
 
 function checkBelow(values: Int32Array | Uint32Array, end: number, field: string): void {
   for (const value of values) {
-    if (value < 0 || value >= end) {
-      throw new AvatarError(`holds ${value}; 0 to ${end - 1} are taken`, { field });
-    }
+    if (value < 0 || value >= end) throw new AvatarError(`holds ${value}; 0 to ${end - 1} are taken`, { field });
   }
 }
 
@@ -117,16 +111,12 @@ export function checkGroups(groups: readonly Group[], skeleton: Skeleton | null)
     if ((group.binding === "joint_mix") !== Object.keys(group.jointMix).length > 0) {
       throw new AvatarError("joint_mix goes with binding 'joint_mix'", { field });
     }
-    for (const joint of Object.keys(group.jointMix)) {
-      checkJoint(joint, skeleton, `${field}, joint_mix`);
-    }
+    for (const joint of Object.keys(group.jointMix)) checkJoint(joint, skeleton, `${field}, joint_mix`);
   }
 }
 
 /** Throws AvatarError for a joint that the skeleton lacks; null is no joint. */
 export function checkJoint(name: string | null, skeleton: Skeleton | null, field: string): void {
   const names = skeleton?.names ?? [];
-  if (name !== null && !names.includes(name)) {
-    throw noSuch("joint of this avatar", name, names, { field });
-  }
+  if (name !== null && !names.includes(name)) throw noSuch("joint of this avatar", name, names, { field });
 }

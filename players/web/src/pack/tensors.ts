@@ -32,9 +32,7 @@ export class Tensors {
     const found = new Map<string, Buffer>();
     for (const said of listed.list(0, MOST_BUFFERS)) {
       const name = said.at("name").name(MOST_NAME);
-      if (found.has(name)) {
-        throw new AvatarError("is named twice", { field: `buffer ${name}` });
-      }
+      if (found.has(name)) throw new AvatarError("is named twice", { field: `buffer ${name}` });
       found.set(name, this.buffer(name, said));
     }
     return found;
@@ -45,9 +43,7 @@ export class Tensors {
     if ((bytes !== null) === (said.at("sections").value !== undefined)) {
       throw new AvatarError("needs either bytes or sections", { field: `buffer ${name}` });
     }
-    if (bytes !== null) {
-      return { name, bytes, sections: [] };
-    }
+    if (bytes !== null) return { name, bytes, sections: [] };
     const sections = this.sections(name, said.at("sections").list(1, MOST_SECTIONS));
     const words = sections.reduce((sum, section) => sum + wordsOf(section.elements), 0);
     return { name, bytes: WORD * words, sections };
@@ -59,9 +55,7 @@ export class Tensors {
     for (const said of listed) {
       const name = said.at("name").name(MOST_NAME);
       const where = `buffer ${buffer}, section ${name}`;
-      if (found.has(name)) {
-        throw new AvatarError("is named twice", { field: where });
-      }
+      if (found.has(name)) throw new AvatarError("is named twice", { field: where });
       const bits = bitsOf(said.at("bits"));
       const count = said.at("count").whole();
       const codec = said.at("codec").one(CODECS);
@@ -87,13 +81,9 @@ export class Tensors {
     const name = tensor.text();
     const key = `${codec} ${bits} ${count} ${record} ${name}`;
     const known = this.decoded.get(key);
-    if (known !== undefined) {
-      return known;
-    }
+    if (known !== undefined) return known;
     const entry: Entry | undefined = this.inflated.header.tensors.get(name);
-    if (entry === undefined) {
-      throw new AvatarError(`tensor '${name.slice(0, MOST_NAME)}' is missing`, { field: where });
-    }
+    if (entry === undefined) throw new AvatarError(`tensor '${name.slice(0, MOST_NAME)}' is missing`, { field: where });
     this.left -= (count * bits) / 8;
     if (this.left < 0) {
       throw new AvatarError(`with it the pack takes more than ${MOST_DECODED} bytes`, { field: where });
@@ -125,16 +115,12 @@ export class Tensors {
 
 function typed(elements: Elements, type: string): HeldArray["values"] {
   const { buffer, byteOffset, length } = elements;
-  if (type === "f32") {
-    return new Float32Array(buffer, byteOffset, length);
-  }
+  if (type === "f32") return new Float32Array(buffer, byteOffset, length);
   return type === "i32" ? new Int32Array(buffer, byteOffset, length) : elements;
 }
 
 function bitsOf(said: Json): Bits {
-  if (said.value !== 8 && said.value !== 16 && said.value !== 32) {
-    throw said.error("8, 16 or 32 is needed");
-  }
+  if (said.value !== 8 && said.value !== 16 && said.value !== 32) throw said.error("8, 16 or 32 is needed");
   return said.value;
 }
 
@@ -149,9 +135,7 @@ function incidenceOf(listed: readonly Json[], found: ReadonlyMap<string, Element
 
 function narrowed(name: string, around: Incidence, bits: Bits): Elements {
   const made = name === "vertex_triangle_ptr" ? around.ptr : around.triangle;
-  if (bits === 32) {
-    return made;
-  }
+  if (bits === 32) return made;
   const elements = elementsOf(bits, made.length);
   elements.set(made);
   return elements;

@@ -33,8 +33,6 @@ export function checkVersions(document: Json): void {
 
 function parsed(said: Json): [major: number, minor: number] {
   const match = VERSION.exec(said.text());
-  if (match === null) {
-    throw said.error('"MAJOR.MINOR" is needed');
-  }
+  if (match === null) throw said.error('"MAJOR.MINOR" is needed');
   return [Number(match[1]), Number(match[2])];
 }

@@ -1,9 +1,10 @@
-// Avatars as nodes of a PlayCanvas scene.
+// Avatars as entities of a PlayCanvas scene.
 
-import { GraphNode, LAYERID_WORLD, type AppBase, type CameraComponent, type EventHandle, type Layer } from "playcanvas";
+import { Entity, EventHandler, LAYERID_WORLD, type AppBase, type CameraComponent, type EventHandle, type Layer } from "playcanvas";
 import type { Avatar } from "../avatar.js";
-import { madeOf, type DrawingHost, type AvatarSceneOptions as SharedOptions } from "../engine/host.js";
-import { setWorld } from "../engine/view.js";
+import type { Camera as Seen } from "../camera.js";
+import { Crowd, type AvatarHost, type AvatarSceneOptions as SharedOptions } from "../engine/host.js";
+import { seenAs, setPlace } from "../engine/view.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
 import { hostOf } from "./host.js";
@@ -14,14 +15,22 @@ export interface AvatarSceneOptions extends SharedOptions {
   readonly layer?: number;
 }
 
-/** An avatar in the scene. Its transform may be any, and any entity may be its parent. */
-export class AvatarNode extends GraphNode {
-  /** @internal `AvatarScene.add` makes them. */
+/**
+ * An avatar in a scene of PlayCanvas. Its transform may be any, and any entity may be its parent. It is drawn while it is
+ * enabled and below the root of the application.
+ */
+export class AvatarNode extends Entity {
+  /** @internal `AvatarScene.addAvatar` makes them. */
   constructor(
-    readonly instance: Instance,
-    private readonly forget: (one: AvatarNode) => void,
+    private readonly instance: Instance,
+    app: AppBase,
+    private readonly free: (one: AvatarNode) => void,
   ) {
-    super(instance.avatar.name);
+    super(instance.avatar.name, app);
+  }
+
+  get avatar(): Avatar {
+    return this.instance.avatar;
   }
 
   /** Expressions, joints and the movement of the whole avatar; set it before a picture. */
@@ -38,45 +47,49 @@ export class AvatarNode extends GraphNode {
     this.instance.level = level;
   }
 
-  /** Hides the avatar, as `enabled`. */
-  get visible(): boolean {
-    return this.enabled;
+  /** The coarsest level that shows the avatar to a camera as the finest does, in an image of `height` physical pixels. */
+  levelFor(camera: CameraComponent, height: number): number {
+    return this.instance.levelFor(this.seenBy(camera, height));
   }
 
-  set visible(visible: boolean) {
-    this.enabled = visible;
+  /** Physical pixels that the avatar stands tall in an image of `height` of them. Infinite unless it is before the camera. */
+  heightPx(camera: CameraComponent, height: number): number {
+    return this.instance.heightPx(this.seenBy(camera, height));
   }
 
-  /** Takes the avatar out of the scene and frees what it holds on the GPU. */
-  dispose(): void {
-    this.destroy();
-  }
-
-  /** As `dispose`. */
+  /** Removes the avatar from the scene and frees what it holds on the GPU. */
   override destroy(): void {
-    this.forget(this);
-    this.instance.dispose();
+    this.free(this);
     super.destroy();
+  }
+
+  /** The camera as one of this package; the instance is placed as this entity stands now. */
+  private seenBy(camera: CameraComponent, height: number): Seen {
+    setPlace(this.instance.place, this.getWorldTransform().data, false);
+    return seenAs(camera.viewMatrix.data, camera.projectionMatrix.data, height);
   }
 }
 
-/** All avatars of an application, sorted together. */
-export class AvatarScene {
-  /** Called when there is a newer picture than the one shown: for pages that draw on demand only. */
-  onUpdate: (() => void) | null = null;
-  private readonly heads: AvatarNode[] = [];
+/** All avatars of an application, sorted together. It fires "change" when there is a newer picture than the one shown. */
+export class AvatarScene extends EventHandler {
+  private readonly crowd: Crowd<AvatarNode, CameraComponent>;
   private readonly handles: EventHandle[];
 
   private constructor(
     readonly app: AppBase,
-    private host: DrawingHost<[CameraComponent]> | null,
-    private readonly layer: number,
+    host: AvatarHost<CameraComponent>,
+    drawnAfter: number,
   ) {
+    super();
+    this.crowd = new Crowd(host, (head, instance) => {
+      instance.visible = head.enabled && head.isDescendantOf(app.root);
+      setPlace(instance.place, head.getWorldTransform().data, false);
+    });
     this.handles = [
       app.scene.on("postrender:layer", (camera: CameraComponent, layer: Layer, transparent: boolean) => {
-        if (transparent && layer.id === this.layer) this.draw(camera);
+        if (transparent && layer.id === drawnAfter) this.crowd.draw(camera);
       }),
-      app.on("destroy", () => this.dispose()),
+      app.on("destroy", () => this.destroy()),
     ];
   }
 
@@ -84,52 +97,32 @@ export class AvatarScene {
   static async create(app: AppBase, options: AvatarSceneOptions = {}): Promise<AvatarScene> {
     let made: AvatarScene | null = null;
     const layer = options.layer ?? LAYERID_WORLD;
-    const host = await hostOf(app, layer, options.synchronous ?? false, () => made?.onUpdate?.());
+    const host = await hostOf(app, layer, options.synchronous ?? false, () => made?.fire("change"));
     return (made = new AvatarScene(app, host, layer));
   }
 
   /** Resolves with a reason when no more avatars can be drawn. */
   get lost(): Promise<string> {
-    return this.made.lost;
+    return this.crowd.lost;
   }
 
   /** Puts an avatar under the root. Throws AvatarError where it exceeds a limit of the GPU, or has no such level. */
-  add(avatar: Avatar, options: { readonly level?: number } = {}): AvatarNode {
-    const head = new AvatarNode(this.made.add(avatar, options.level ?? 0), (one) => this.forget(one));
-    this.heads.push(head);
+  addAvatar(avatar: Avatar, options: { readonly level?: number } = {}): AvatarNode {
+    const free = (one: AvatarNode): void => this.crowd.remove(one);
+    const head = this.crowd.add(avatar, options.level ?? 0, (instance) => new AvatarNode(instance, this.app, free));
     this.app.root.addChild(head);
     return head;
   }
 
   /** Resolves when all that the last picture asked for is computed. On WebGL2, the next picture shows it. */
   finished(): Promise<void> {
-    return this.host?.finished() ?? Promise.resolve();
+    return this.crowd.finished();
   }
 
-  /** Frees everything on the GPU. The application goes on. */
-  dispose(): void {
+  /** Destroys all avatars and frees everything on the GPU. The application goes on. */
+  destroy(): void {
     for (const handle of this.handles) handle.off();
-    for (const head of [...this.heads]) head.dispose();
-    this.host?.dispose();
-    this.host = null;
-  }
-
-  private get made(): DrawingHost<[CameraComponent]> {
-    return madeOf(this.host);
-  }
-
-  private forget(head: AvatarNode): void {
-    const at = this.heads.indexOf(head);
-    if (at >= 0) this.heads.splice(at, 1);
-  }
-
-  private draw(camera: CameraComponent): void {
-    for (let i = 0; i < this.heads.length; i++) {
-      const head = this.heads[i] as AvatarNode;
-      const { instance } = head;
-      instance.visible = head.enabled;
-      setWorld(instance.world, head.getWorldTransform().data, false);
-    }
-    this.host?.draw(camera);
+    this.crowd.dispose((head) => head.destroy());
+    this.off();
   }
 }

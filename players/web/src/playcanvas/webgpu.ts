@@ -3,8 +3,6 @@
 import type { CameraComponent, GraphicsDevice, Layer } from "playcanvas";
 import { AvatarError } from "../errors.js";
 import { GpuScene } from "../engine/gpu_scene.js";
-import { EngineView } from "../engine/view.js";
-import type { DrawingHost } from "../engine/host.js";
 import { setView } from "./view.js";
 
 /** What we read of WebgpuGraphicsDevice besides its public names. */
@@ -39,8 +37,7 @@ interface Pass {
 const METHODS = ["startRenderPass", "submit", "getCommandEncoder", "setupPassEncoderDefaults"] as const;
 
 /** Draws between two layers: ends the pass of the device there, draws over it, and goes on with a pass that keeps all. */
-export class WebGpuHost extends GpuScene implements DrawingHost<[CameraComponent]> {
-  private readonly view = new EngineView();
+export class WebGpuHost extends GpuScene<CameraComponent> {
   private readonly device: Device;
   private readonly restore: () => void;
 
@@ -77,7 +74,7 @@ export class WebGpuHost extends GpuScene implements DrawingHost<[CameraComponent
     over.depthFormat = impl.depthAttachment?.format;
     setView(this.view, camera, this.graphicsDevice);
     this.endPass(device.passEncoder);
-    this.drawOver(this.view);
+    this.drawOver();
     this.goOn(descriptor);
   }
 

@@ -9,9 +9,7 @@ const RIGHT = new Float64Array(12);
 /** out = a b. `out` may be `a` or `b`. The rows of b are `stride` numbers apart: 4 in both [3, 4] and [4, 4]. */
 export function multiply(out: Floats, o: number, a: Floats, i: number, b: Floats, j: number): void {
   const r = RIGHT;
-  for (let k = 0; k < 12; k++) {
-    r[k] = b[j + k] as number;
-  }
+  for (let k = 0; k < 12; k++) r[k] = b[j + k] as number;
   for (let row = 0; row < 3; row++) {
     const x = a[i + 4 * row] as number;
     const y = a[i + 4 * row + 1] as number;
@@ -45,9 +43,7 @@ export function invertLinear(out: Floats, o: number, m: Floats, i: number): void
 /** out = a b of 3x3 parts whose rows are four apart; translations stay. `out` may be `a` or `b`. */
 export function multiplyLinear(out: Floats, o: number, a: Floats, i: number, b: Floats, j: number): void {
   const r = RIGHT;
-  for (let k = 0; k < 11; k++) {
-    r[k] = b[j + k] as number;
-  }
+  for (let k = 0; k < 11; k++) r[k] = b[j + k] as number;
   for (let row = 0; row < 12; row += 4) {
     const x = a[i + row] as number, y = a[i + row + 1] as number, z = a[i + row + 2] as number;
     for (let column = 0; column < 3; column++) {
@@ -58,9 +54,7 @@ export function multiplyLinear(out: Floats, o: number, a: Floats, i: number, b: 
 
 /** Writes the identity [3, 4] or, with `rows` 4, [4, 4]. */
 export function setIdentity(out: Floats, o: number, rows: 3 | 4): void {
-  for (let k = 0; k < 4 * rows; k++) {
-    out[o + k] = k % 5 === 0 ? 1 : 0;
-  }
+  for (let k = 0; k < 4 * rows; k++) out[o + k] = k % 5 === 0 ? 1 : 0;
 }
 
 const COFACTOR = new Float64Array(12);
@@ -83,7 +77,7 @@ const QUAT = new Float64Array(4);
 /** The rotation of a rotation vector at v[i] (axis times angle, radians) as a 3x3 part at `o`, rows four apart. */
 export function setRotation(out: Floats, o: number, v: Floats, i: number): void {
   const x = v[i] as number, y = v[i + 1] as number, z = v[i + 2] as number;
-  const angle = Math.hypot(x, y, z);
+  const angle = Math.sqrt(x * x + y * y + z * z);
   const sine = angle > 0 ? Math.sin(angle / 2) / angle : 0;
   QUAT[0] = Math.cos(angle / 2);
   QUAT[1] = x * sine;

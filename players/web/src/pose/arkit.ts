@@ -43,9 +43,7 @@ export function drivingFrame(): DrivingFrame {
 /** Writes 61 channels, in the order of CHANNELS, that begin at channels[at] into a frame. */
 export function setChannels(frame: DrivingFrame, channels: ArrayLike<number>, at = 0): void {
   const shapes = ARKIT_NAMES.length;
-  for (let i = 0; i < shapes; i++) {
-    frame.weights[i] = channels[at + i] as number;
-  }
+  for (let i = 0; i < shapes; i++) frame.weights[i] = channels[at + i] as number;
   for (let i = 0; i < 3; i++) {
     frame.head[i] = channels[at + shapes + i] as number;
     frame.leftEye[i] = channels[at + shapes + 3 + i] as number;
@@ -72,9 +70,7 @@ function spellings(): ReadonlyMap<string, string> {
     table.set(short.toLowerCase(), name);
   }
   for (const whole of ["browInnerUp", "cheekPuff"]) {
-    for (const side of ["l", "r", "left", "right"]) {
-      table.set(whole.toLowerCase() + side, whole);
-    }
+    for (const side of ["l", "r", "left", "right"]) table.set(whole.toLowerCase() + side, whole);
   }
   return table;
 }

@@ -32,9 +32,7 @@ export class Chain {
       const parent = parents[joint] as number;
       this.restStep(joint, parent);
       const at = 12 * joint;
-      if (parent >= 0) {
-        multiply(this.step, 0, this.posed, 12 * parent, this.step, 0);
-      }
+      if (parent >= 0) multiply(this.step, 0, this.posed, 12 * parent, this.step, 0);
       multiply(this.posed, at, this.step, 0, delta, 16 * joint);
       multiply(this.skin, at, this.posed, at, this.inverseBind, at);
       this.unmove(joint);
@@ -64,12 +62,8 @@ export class Chain {
   private restStep(joint: number, parent: number): void {
     const { step, local, moved, fromMesh } = this;
     const at = 12 * joint;
-    for (let k = 0; k < 12; k++) {
-      step[k] = local[at + k] as number;
-    }
-    if (this.moving.length === 0) {
-      return;
-    }
+    for (let k = 0; k < 12; k++) step[k] = local[at + k] as number;
+    if (this.moving.length === 0) return;
     const j = 3 * joint, p = 3 * parent;
     const x = (moved[j] as number) - (parent < 0 ? 0 : (moved[p] as number));
     const y = (moved[j + 1] as number) - (parent < 0 ? 0 : (moved[p + 1] as number));
@@ -83,9 +77,7 @@ export class Chain {
 
   /** skin = skin T(-d_j). */
   private unmove(joint: number): void {
-    if (this.moving.length === 0) {
-      return;
-    }
+    if (this.moving.length === 0) return;
     const { skin, moved } = this;
     const x = moved[3 * joint] as number, y = moved[3 * joint + 1] as number, z = moved[3 * joint + 2] as number;
     for (let i = 12 * joint; i < 12 * joint + 12; i += 4) {
@@ -111,9 +103,7 @@ export function restLinear(parents: Int32Array, local: Float64Array): Float64Arr
     const at = 12 * joint;
     rest.set(local.subarray(at, at + 12), at);
     rest[at + 3] = rest[at + 7] = rest[at + 11] = 0;
-    if (parent >= 0) {
-      multiplyLinear(rest, at, rest, 12 * parent, rest, at);
-    }
+    if (parent >= 0) multiplyLinear(rest, at, rest, 12 * parent, rest, at);
   });
   return rest;
 }
@@ -141,9 +131,7 @@ function inverseRest(parents: Int32Array, local: Float64Array): Float64Array {
 function movingExpressions(basis: Float64Array, floats: number): Uint32Array {
   const found: number[] = [];
   for (let k = 0; floats > 0 && k * floats < basis.length; k++) {
-    if (basis.subarray(k * floats, (k + 1) * floats).some((value) => value !== 0)) {
-      found.push(k);
-    }
+    if (basis.subarray(k * floats, (k + 1) * floats).some((value) => value !== 0)) found.push(k);
   }
   return Uint32Array.from(found);
 }

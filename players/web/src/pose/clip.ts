@@ -21,10 +21,7 @@ export class Clip {
     if (data === undefined) {
       const last = avatar.clips.length - 1;
       const have = last < 0 ? "this avatar has none" : `the last one is clip ${last}`;
-      throw new AvatarError(`there is no clip ${index}; ${have}`, {
-        owner: avatar.name,
-        field: "clips",
-      });
+      throw new AvatarError(`there is no clip ${index}; ${have}`, { owner: avatar.name, field: "clips" });
     }
     this.data = data;
     this.name = data.name;
@@ -33,11 +30,11 @@ export class Clip {
   }
 
   /**
-   * Writes the pose at a time into `pose`, a pose of the same avatar; times beyond the ends are those of the ends.
+   * Writes the pose at a time into `out`, a pose of the same avatar; times beyond the ends are those of the ends.
    * Frames are exact. Between two frames weights are linear. A matrix is split into a rotation and what remains (Gram-
    * Schmidt: scale and shear); quaternions are mixed and normalised, the remainder and the translation are linear.
    */
-  sample(seconds: number, pose: Pose): void {
+  pose(seconds: number, out: Pose): void {
     const { frames } = this.data;
     const place = Math.min(Math.max(seconds * this.fps, 0), frames - 1) || 0; // NaN is the beginning
     const nearest = Math.round(place);
@@ -46,10 +43,10 @@ export class Clip {
     const second = exact ? first : first + 1;
     PARTS[1] = exact ? 0 : place - first;
     PARTS[0] = 1 - (PARTS[1] as number);
-    linear(pose.expressionWeights, this.data.expressionWeights, first, second);
-    linear(pose.lateWeights, this.data.lateWeights, first, second);
-    matrices(pose.jointDelta, this.data.jointDelta, first, second);
-    matrices(pose.worldFromAvatar, this.data.worldFromAvatar, first, second);
+    linear(out.expressionWeights, this.data.expressionWeights, first, second);
+    linear(out.lateWeights, this.data.lateWeights, first, second);
+    matrices(out.jointDelta, this.data.jointDelta, first, second);
+    matrices(out.worldFromAvatar, this.data.worldFromAvatar, first, second);
   }
 }
 

@@ -36,9 +36,7 @@ interface Field {
 
 function plain(text: string, at: number): Field {
   let end = at;
-  while (end < text.length && text[end] !== "," && text[end] !== "\n" && text[end] !== "\r") {
-    end++;
-  }
+  while (end < text.length && text[end] !== "," && text[end] !== "\n" && text[end] !== "\r") end++;
   return { value: text.slice(at, end), end, lines: 0 };
 }
 
@@ -47,14 +45,10 @@ function quoted(text: string, at: number, line: number): Field {
   let end = at + 1;
   for (;;) {
     const close = text.indexOf('"', end);
-    if (close < 0) {
-      throw new AvatarError(`line ${line}: a quotation mark is not closed`);
-    }
+    if (close < 0) throw new AvatarError(`line ${line}: a quotation mark is not closed`);
     value += text.slice(end, close);
     end = close + 1;
-    if (text[end] !== '"') {
-      break;
-    }
+    if (text[end] !== '"') break;
     value += '"';
     end++;
   }

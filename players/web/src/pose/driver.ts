@@ -66,12 +66,8 @@ export class Driver {
       const weight = Math.min(Math.max(this.values[one.row] as number, one.low), one.high);
       (one.late ? out.lateWeights : out.expressionWeights)[one.column] = weight;
     }
-    for (let i = 0; i < this.turns.length; i++) {
-      this.turnJoint(this.turns[i] as Turn, frame, out);
-    }
-    if (this.head === null) {
-      this.turnWhole(frame, out);
-    }
+    for (let i = 0; i < this.turns.length; i++) this.turnJoint(this.turns[i] as Turn, frame, out);
+    if (this.head === null) this.turnWhole(frame, out);
   }
 
   private multiply(weights: Float32Array): void {
@@ -97,17 +93,11 @@ export class Driver {
       }
       setRotation(this.rotation, 0, this.angles, 0);
     }
-    if (turn === this.leftEye) {
-      turned = this.turnEye(frame.rightEye, frame.weights, LOOK_LEFT, turned);
-    }
-    if (turn === this.rightEye) {
-      turned = this.turnEye(frame.leftEye, frame.weights, LOOK_RIGHT, turned);
-    }
+    if (turn === this.leftEye) turned = this.turnEye(frame.rightEye, frame.weights, LOOK_LEFT, turned);
+    if (turn === this.rightEye) turned = this.turnEye(frame.leftEye, frame.weights, LOOK_RIGHT, turned);
     if (turn === this.head) {
       this.setEuler(turned ? this.made : this.rotation, frame.head, HEAD_SIGNS);
-      if (turned) {
-        multiplyLinear(this.rotation, 0, this.made, 0, this.rotation, 0);
-      }
+      if (turned) multiplyLinear(this.rotation, 0, this.made, 0, this.rotation, 0);
     }
     multiplyLinear(this.rotation, 0, this.rotation, 0, turn.rest, 0);
     multiplyLinear(out.jointDelta, 16 * turn.joint, turn.inverse, 0, this.rotation, 0);
@@ -187,7 +177,7 @@ function weightsOf(avatar: Avatar, driving: Driving, withinRange: boolean): Weig
       found.push({ row, late: false, column, low, high });
     } else if (kind === "eyelid") {
       const [low, high] = withinRange ? [0, 1] : [-Infinity, Infinity];
-      found.push({ row, late: true, column: avatar.lateMorphs.indexOf(name), low, high });
+      found.push({ row, late: true, column: avatar.eyelids.indexOf(name), low, high });
     }
   });
   return found;

@@ -5,20 +5,14 @@ const MOST_SWEEPS = 32;
  * `vectors` [n, n] the eigenvectors, of unit length. Returns the index of the largest eigenvalue. No allocation.
  */
 export function eigen(m: Float64Array, vectors: Float64Array, n: number): number {
-  for (let i = 0; i < n * n; i++) {
-    vectors[i] = i % (n + 1) === 0 ? 1 : 0;
-  }
+  for (let i = 0; i < n * n; i++) vectors[i] = i % (n + 1) === 0 ? 1 : 0;
   for (let sweep = 0; sweep < MOST_SWEEPS && offDiagonal(m, n) > 0; sweep++) {
     for (let p = 0; p < n; p++) {
-      for (let q = p + 1; q < n; q++) {
-        rotate(m, vectors, n, p, q);
-      }
+      for (let q = p + 1; q < n; q++) rotate(m, vectors, n, p, q);
     }
   }
   let best = 0;
-  for (let i = 1; i < n; i++) {
-    best = (m[i * (n + 1)] as number) > (m[best * (n + 1)] as number) ? i : best;
-  }
+  for (let i = 1; i < n; i++) best = (m[i * (n + 1)] as number) > (m[best * (n + 1)] as number) ? i : best;
   return best;
 }
 
@@ -27,9 +21,7 @@ function offDiagonal(m: Float64Array, n: number): number {
   let off = 0, on = 0;
   for (let p = 0; p < n; p++) {
     on += Math.abs(m[p * (n + 1)] as number);
-    for (let q = p + 1; q < n; q++) {
-      off += Math.abs(m[p * n + q] as number);
-    }
+    for (let q = p + 1; q < n; q++) off += Math.abs(m[p * n + q] as number);
   }
   return off <= Number.EPSILON * Number.EPSILON * on ? 0 : off;
 }
@@ -37,9 +29,7 @@ function offDiagonal(m: Float64Array, n: number): number {
 /** Turns axes p and q so that m[p, q] becomes 0. */
 function rotate(m: Float64Array, vectors: Float64Array, n: number, p: number, q: number): void {
   const off = m[p * n + q] as number;
-  if (off === 0) {
-    return;
-  }
+  if (off === 0) return;
   const half = ((m[q * (n + 1)] as number) - (m[p * (n + 1)] as number)) / (2 * off);
   const tangent = (half < 0 ? -1 : 1) / (Math.abs(half) + Math.sqrt(half * half + 1));
   const cosine = 1 / Math.sqrt(tangent * tangent + 1);

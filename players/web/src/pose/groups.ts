@@ -12,7 +12,6 @@ export class Groups {
   readonly rotation: Float32Array;
   /** The anchor vertices; null where no group needs them. */
   readonly anchors: Anchors | null;
-  private readonly order: Uint32Array; // anchor i of the avatar's list -> its row in `anchors`
   private readonly weights: Float64Array; // of each row in `anchors`
   private readonly centre = new Float64Array(3);
   private readonly mixes: readonly Mix[];
@@ -31,24 +30,13 @@ export class Groups {
     const listed = anchorsOf(avatar.groups, avatar.skeleton);
     const unique = [...new Set(listed)].sort((a, b) => a - b);
     const place = new Map(unique.map((vertex, row) => [vertex, row]));
-    this.order = Uint32Array.from(listed, (vertex) => place.get(vertex) as number);
     this.anchors = unique.length > 0 ? new Anchors(avatar.program, Uint32Array.from(unique)) : null;
     this.weights = new Float64Array(unique.length);
-    for (const row of this.order) {
+    for (const vertex of listed) {
+      const row = place.get(vertex) as number;
       this.weights[row] = avatar.rules["anchor"] === "unique" ? 1 : (this.weights[row] as number) + 1;
     }
-    if (this.anchors !== null) {
-      setMean(this.centre, this.anchors.rest, this.weights);
-    }
-  }
-
-  /** Takes posed anchor vertices [A, 3], in the order of `Skeleton.anchorVertices`, in place of computed ones. */
-  setAnchors(vertices: Float32Array | Float64Array): void {
-    this.order.forEach((row, i) => {
-      for (let c = 0; c < 3 && this.anchors !== null; c++) {
-        this.anchors.posed[3 * row + c] = vertices[3 * i + c] as number;
-      }
-    });
+    if (this.anchors !== null) setMean(this.centre, this.anchors.rest, this.weights);
   }
 
   /** Computes `matrix` and `rotation` of skin matrices [J, 3, 4] and the posed anchors. */
@@ -64,9 +52,7 @@ export class Groups {
         polar(this.made, 0, POLAR_STEPS);
         this.write(g, false);
       } else if (binding === "skin" && this.headBone >= 0) {
-        for (let k = 0; k < 12; k++) {
-          this.made[k] = skin[12 * this.headBone + k] as number;
-        }
+        for (let k = 0; k < 12; k++) this.made[k] = skin[12 * this.headBone + k] as number;
         polar(this.made, 0, POLAR_STEPS);
         this.write(g, false);
       }
@@ -83,9 +69,7 @@ export class Groups {
     for (let k = 0, at = 12 * g; k < 12; k++, at++) {
       const value = this.made[k] as number;
       this.rotation[at] = k % 4 === 3 ? 0 : value;
-      if (whole) {
-        this.matrix[at] = value;
-      }
+      if (whole) this.matrix[at] = value;
     }
   }
 }

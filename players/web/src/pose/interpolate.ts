@@ -15,16 +15,10 @@ export function interpolate(out: Float64Array, o: number, m: Floats, a: number, 
   let same = parts[1] === 0;
   if (!same) {
     same = true;
-    for (let k = 0; k < 12 && same; k++) {
-      same = m[a + k] === m[b + k];
-    }
+    for (let k = 0; k < 12 && same; k++) same = m[a + k] === m[b + k];
   }
-  for (let k = 0; k < 16; k++) {
-    out[o + k] = m[a + k] as number;
-  }
-  if (!same) {
-    mix(out, o, m, a, b, parts);
-  }
+  for (let k = 0; k < 16; k++) out[o + k] = m[a + k] as number;
+  if (!same) mix(out, o, m, a, b, parts);
 }
 
 function mix(out: Float64Array, o: number, m: Floats, a: number, b: number, parts: Float64Array): void {
@@ -53,9 +47,7 @@ function turn(parts: Float64Array): void {
   quatFromMatrix(q, 0, FIRST, 0);
   quatFromMatrix(q, 4, SECOND, 0);
   let dot = 0;
-  for (let k = 0; k < 4; k++) {
-    dot += (q[k] as number) * (q[4 + k] as number);
-  }
+  for (let k = 0; k < 4; k++) dot += (q[k] as number) * (q[4 + k] as number);
   const other = dot < 0 ? -part : part;
   let square = 0;
   for (let k = 0; k < 4; k++) {
@@ -63,9 +55,7 @@ function turn(parts: Float64Array): void {
     square += (q[k] as number) ** 2;
   }
   const scale = 1 / Math.sqrt(square);
-  for (let k = 0; k < 4; k++) {
-    q[k] = (q[k] as number) * scale;
-  }
+  for (let k = 0; k < 4; k++) q[k] = (q[k] as number) * scale;
   setFromQuat(TURN, 0, q, 0);
 }
 

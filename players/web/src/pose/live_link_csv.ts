@@ -43,9 +43,7 @@ function parse(text: string): Recording {
   const channels: number[] = [];
   let withoutFace = 0;
   for (const row of rows) {
-    if (row.fields.length === 0) {
-      continue;
-    }
+    if (row.fields.length === 0) continue;
     if (row.fields.length !== header.fields.length) {
       const found = `line ${row.line} has ${row.fields.length} fields`;
       throw new AvatarError(`${found}, but the header has ${header.fields.length}`);
@@ -55,13 +53,9 @@ function parse(text: string): Recording {
       continue;
     }
     codes.push(codeOf(row.fields[columns.timecode] as string, row.line));
-    for (const at of columns.channels) {
-      channels.push(at === null ? 0 : numberOf(row, at, header));
-    }
+    for (const at of columns.channels) channels.push(at === null ? 0 : numberOf(row, at, header));
   }
-  if (codes.length === 0) {
-    throw new AvatarError("has no frame with a face");
-  }
+  if (codes.length === 0) throw new AvatarError("has no frame with a face");
   const missing = CHANNELS.filter((_, i) => columns.channels[i] === null);
   return new Recording(timesOf(codes), Float64Array.from(channels), missing, withoutFace);
 }
@@ -130,9 +124,7 @@ function timesOf(codes: readonly Code[]): Float64Array {
   const falls = (i: number): boolean => i > 0 && (times[i] as number) - (times[i - 1] as number) < -DAY / 2;
   const midnights = codes.map((_, i) => i).filter(falls);
   if (midnights.length === 1) {
-    for (let i = midnights[0] as number; i < times.length; i++) {
-      times[i] = (times[i] as number) + DAY;
-    }
+    for (let i = midnights[0] as number; i < times.length; i++) times[i] = (times[i] as number) + DAY;
   }
   const first = times[0] as number;
   codes.forEach((code, i) => {

@@ -25,7 +25,7 @@ export class Pose {
     this.side = avatar.handedness === "left" ? -1 : 1;
     this.names = namesOf(avatar);
     this.expressionWeights = new Float32Array(avatar.expressions.length);
-    this.lateWeights = new Float32Array(avatar.lateMorphs.length);
+    this.lateWeights = new Float32Array(avatar.eyelids.length);
     this.jointDelta = new Float64Array(16 * this.names.joints.size);
     this.reset();
   }
@@ -34,9 +34,7 @@ export class Pose {
   reset(): void {
     this.expressionWeights.fill(0);
     this.lateWeights.fill(0);
-    for (let at = 0; at < this.jointDelta.length; at += 16) {
-      setIdentity(this.jointDelta, at, 4);
-    }
+    for (let at = 0; at < this.jointDelta.length; at += 16) setIdentity(this.jointDelta, at, 4);
     setIdentity(this.worldFromAvatar, 0, 4);
   }
 
@@ -103,16 +101,14 @@ const NAMES = new WeakMap<Avatar, Names>(); // poses of one avatar share them
 
 function namesOf(avatar: Avatar): Names {
   const known = NAMES.get(avatar);
-  if (known !== undefined) {
-    return known;
-  }
+  if (known !== undefined) return known;
   const expressions = new Map<string, number>();
   avatar.expressions.forEach((one, index) => one.aliases.forEach((alias) => expressions.set(alias, index)));
   avatar.expressions.forEach((one, index) => expressions.set(one.name, index)); // a name wins over an alias
   const names = {
     expressions,
     listed: avatar.expressions.map((one) => one.name),
-    late: new Map(avatar.lateMorphs.map((name, index) => [name, index])),
+    late: new Map(avatar.eyelids.map((name, index) => [name, index])),
     joints: new Map((avatar.skeleton?.names ?? []).map((name, index) => [name, index])),
   };
   NAMES.set(avatar, names);
@@ -121,9 +117,7 @@ function namesOf(avatar: Avatar): Names {
 
 function indexOf(what: string, name: string, among: ReadonlyMap<string, number>, listed?: readonly string[]): number {
   const index = among.get(name);
-  if (index === undefined) {
-    throw noSuch(what, name, listed ?? [...among.keys()]);
-  }
+  if (index === undefined) throw noSuch(what, name, listed ?? [...among.keys()]);
   return index;
 }
 

@@ -40,11 +40,8 @@ export class Poser {
     };
   }
 
-  /**
-   * The inputs of a frame for `pose`, a pose of this avatar: the same object and arrays every time.
-   * `anchors` [A, 3], posed anchor vertices in the order of `Skeleton.anchorVertices`, replace those of the rig.
-   */
-  update(pose: Pose, anchors: Float32Array | Float64Array | null = null): Posed {
+  /** The inputs of a frame for `pose`, a pose of this avatar: the same object and arrays every time. */
+  update(pose: Pose): Posed {
     const { poseFloats } = this.posed;
     const { weights, late } = this.avatar.program.pose;
     poseFloats.set(pose.expressionWeights, weights);
@@ -54,11 +51,7 @@ export class Poser {
       this.setFeatures(pose.jointDelta);
       this.chain.update(pose.expressionWeights, pose.jointDelta);
       this.joints.set(this.chain.skin);
-      if (anchors !== null) {
-        this.groups.setAnchors(anchors);
-      } else {
-        this.groups.anchors?.update(pose.expressionWeights, this.features, pose.lateWeights, this.chain.skin);
-      }
+      this.groups.anchors?.update(pose.expressionWeights, this.features, pose.lateWeights, this.chain.skin);
       this.groups.update(this.chain.skin);
     }
     return this.posed;

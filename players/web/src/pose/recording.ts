@@ -52,12 +52,8 @@ export class Recording {
   /** The last frame that is not later; the first one if there is none. Times mostly rise from call to call. */
   private find(seconds: number): number {
     let at = this.newest;
-    if (!((this.times[at] as number) <= seconds)) {
-      at = 0;
-    }
-    while (at + 1 < this.times.length && (this.times[at + 1] as number) <= seconds) {
-      at++;
-    }
+    if (!((this.times[at] as number) <= seconds)) at = 0;
+    while (at + 1 < this.times.length && (this.times[at + 1] as number) <= seconds) at++;
     this.newest = at;
     return at;
   }
@@ -65,9 +61,7 @@ export class Recording {
 
 function rateOf(times: Float64Array): number {
   const steps = times.subarray(1).map((time, i) => time - (times[i] as number)).filter((step) => step > 0).sort();
-  if (steps.length === 0) {
-    return DEFAULT_FPS;
-  }
+  if (steps.length === 0) return DEFAULT_FPS;
   const middle = steps.length >> 1;
   const odd = steps.length % 2 === 1;
   const median = odd ? (steps[middle] as number) : ((steps[middle - 1] as number) + (steps[middle] as number)) / 2;

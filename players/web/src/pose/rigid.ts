@@ -37,13 +37,9 @@ export function setMean(out: Float64Array, points: Float64Array, weights: Float6
   for (let i = 0; i < weights.length; i++) {
     const weight = weights[i] as number;
     sum += weight;
-    for (let c = 0; c < 3; c++) {
-      out[c] = (out[c] as number) + weight * (points[3 * i + c] as number);
-    }
+    for (let c = 0; c < 3; c++) out[c] = (out[c] as number) + weight * (points[3 * i + c] as number);
   }
-  for (let c = 0; c < 3; c++) {
-    out[c] = (out[c] as number) / sum;
-  }
+  for (let c = 0; c < 3; c++) out[c] = (out[c] as number) / sum;
 }
 
 /** MATRIX = Horn's matrix of the covariance of both sets of points about their means. */

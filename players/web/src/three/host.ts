@@ -1,26 +1,48 @@
 // What draws avatars for a three.js renderer.
 
-import type { Camera, WebGLRenderer } from "three";
+import { LinearSRGBColorSpace, Vector2, Vector4, type Camera, type WebGLRenderer } from "three";
 import type { WebGPURenderer } from "three/webgpu";
 import { AvatarError } from "../errors.js";
-import type { DrawingHost } from "../engine/host.js";
-import type { Backend } from "./context.js";
+import type { AvatarHost } from "../engine/host.js";
+import type { EngineView } from "../engine/view.js";
+import { contextOf, setView, type Backend } from "./context.js";
+
+const SIZE = new Vector2();
+const VIEWPORT = new Vector4();
 
 /** Throws AvatarError for a renderer that draws with neither WebGL2 nor WebGPU. */
-export async function hostOf(renderer: WebGLRenderer | WebGPURenderer, synchronous: boolean, onUpdate: () => void): Promise<DrawingHost<[Camera]>> {
+export async function hostOf(renderer: WebGLRenderer | WebGPURenderer, synchronous: boolean, onUpdate: () => void): Promise<AvatarHost<Camera>> {
+  let gl: WebGL2RenderingContext;
+  let look: (view: EngineView, camera: Camera) => void;
   if ("isWebGPURenderer" in renderer) {
     await renderer.init();
     const backend = renderer.backend as unknown as Backend;
-    if (backend.gl !== undefined) {
-      const { FallbackHost } = await import("./fallback.js");
-      return new FallbackHost(renderer, backend.gl, synchronous, onUpdate);
+    if (backend.gl === undefined) {
+      const { WebGpuHost } = await import("./webgpu.js");
+      return new WebGpuHost(renderer, backend);
     }
-    const { WebGpuHost } = await import("./webgpu.js");
-    return new WebGpuHost(renderer, backend);
+    gl = backend.gl;
+    look = (view, camera) => setView(view, camera, contextOf(renderer), "bottom");
+  } else if ("isWebGLRenderer" in renderer) {
+    gl = renderer.getContext() as WebGL2RenderingContext;
+    look = (view, camera) => lookBound(view, camera, renderer as WebGLRenderer);
+  } else {
+    throw new AvatarError("AvatarScene takes a WebGLRenderer or a WebGPURenderer", { owner: "three.js" });
   }
-  if ("isWebGLRenderer" in renderer) {
-    const { WebGlHost } = await import("./webgl.js");
-    return new WebGlHost(renderer as WebGLRenderer, synchronous, onUpdate);
-  }
-  throw new AvatarError("AvatarScene takes a WebGLRenderer or a WebGPURenderer", { owner: "three.js" });
+  const { GlScene } = await import("../engine/gl_scene.js");
+  return new GlScene(gl, look, synchronous, onUpdate);
+}
+
+/** What a camera sees in the middle of a pass of WebGLRenderer. */
+function lookBound(view: EngineView, camera: Camera, renderer: WebGLRenderer): void {
+  const target = renderer.getRenderTarget();
+  if (target === null) renderer.getDrawingBufferSize(SIZE);
+  else SIZE.set(target.width, target.height);
+  renderer.getCurrentViewport(VIEWPORT);
+  view.setViewport(VIEWPORT.x, VIEWPORT.y, VIEWPORT.z, VIEWPORT.w);
+  // Targets hold linear light; three.js converts when it draws onto the canvas.
+  view.linear = target !== null || renderer.outputColorSpace === LinearSRGBColorSpace;
+  view.reversed = camera.reversedDepth;
+  const range = view.reversed ? "zero_to_one" : "minus_one_to_one";
+  view.setCamera(camera.matrixWorldInverse.elements, camera.projectionMatrix.elements, range, "bottom", SIZE.x, SIZE.y);
 }

@@ -1,25 +1,36 @@
 // Avatars as objects of a three.js scene.
 
-import { BufferAttribute, BufferGeometry, Mesh, MeshBasicMaterial, Object3D, type Camera, type Scene, type WebGLRenderer } from "three";
+import { BufferAttribute, BufferGeometry, Mesh, MeshBasicMaterial, Object3D, type Camera, type Object3DEventMap, type WebGLRenderer } from "three";
 import type { WebGPURenderer } from "three/webgpu";
 import type { Avatar } from "../avatar.js";
+import type { Camera as Seen } from "../camera.js";
+import { Crowd, type AvatarHost, type AvatarSceneOptions } from "../engine/host.js";
+import { seenAs, setPlace } from "../engine/view.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
-import { madeOf, type DrawingHost, type AvatarSceneOptions } from "../engine/host.js";
-import { setWorld } from "../engine/view.js";
 import { hostOf } from "./host.js";
 
 const LAST = 1e6; // render order: after the transparent meshes
 
-/** An avatar in the scene. Its transform may be any, and any object may be its parent. */
+/**
+ * An avatar in a scene of three.js. Its transform may be any, and any object may be its parent; it is drawn while it is
+ * in the scene that holds its AvatarScene.
+ */
 export class AvatarObject extends Object3D {
-  /** @internal `AvatarScene.add` makes them. */
+  readonly isAvatarObject = true;
+  override readonly type = "AvatarObject";
+
+  /** @internal `AvatarScene.addAvatar` makes them. */
   constructor(
-    readonly instance: Instance,
-    private readonly forget: (one: AvatarObject) => void,
+    private readonly instance: Instance,
+    private readonly crowd: Crowd<AvatarObject, Camera>,
   ) {
     super();
     this.name = instance.avatar.name;
+  }
+
+  get avatar(): Avatar {
+    return this.instance.avatar;
   }
 
   /** Expressions, joints and the movement of the whole avatar; set it before a picture. */
@@ -36,93 +47,104 @@ export class AvatarObject extends Object3D {
     this.instance.level = level;
   }
 
-  /** Takes the avatar out of the scene and frees what it holds on the GPU. */
+  /** The coarsest level that shows the avatar to a camera as the finest does, in an image of `height` physical pixels. */
+  levelFor(camera: Camera, height: number): number {
+    return this.instance.levelFor(this.seenBy(camera, height));
+  }
+
+  /** Physical pixels that the avatar stands tall in an image of `height` of them. Infinite unless it is before the camera. */
+  heightPx(camera: Camera, height: number): number {
+    return this.instance.heightPx(this.seenBy(camera, height));
+  }
+
+  /** Another object of the avatar, as this one is placed and posed now. It has no parent. */
+  override clone(recursive?: boolean): this {
+    const other = this.crowd.add(this.avatar, this.level, (instance) => new AvatarObject(instance, this.crowd));
+    other.pose.copy(this.pose);
+    return other.copy(this, recursive) as this;
+  }
+
+  /** Removes the avatar from its parent and frees what it holds on the GPU. It is not drawn again. */
   override dispose(): void {
     this.removeFromParent();
-    this.forget(this);
-    this.instance.dispose();
+    this.crowd.remove(this);
     super.dispose();
+  }
+
+  /** The camera as one of this package; the instance is placed as this object stands now. */
+  private seenBy(camera: Camera, height: number): Seen {
+    camera.updateWorldMatrix(true, false);
+    this.updateWorldMatrix(true, false);
+    setPlace(this.instance.place, this.matrixWorld.elements, false);
+    return seenAs(camera.matrixWorldInverse.elements, camera.projectionMatrix.elements, height);
   }
 }
 
-/** All avatars of a renderer, sorted together. Add it to the scene: avatars are drawn where it stands in the render order. */
-export class AvatarScene extends Mesh<BufferGeometry, MeshBasicMaterial> {
-  /** Called when there is a newer picture than the one shown: for pages that draw on demand only. */
-  onUpdate: (() => void) | null = null;
-  private readonly heads: AvatarObject[] = [];
-  private host: DrawingHost<[Camera]> | null = null;
+/** Events of an AvatarScene. */
+export interface AvatarSceneEventMap extends Object3DEventMap {
+  /** There is a newer picture than the one shown: for pages that draw on demand only. */
+  change: object;
+}
 
-  private constructor() {
+/** All avatars of a renderer, sorted together. Add it to the scene: avatars are drawn where it stands in the render order. */
+export class AvatarScene extends Mesh<BufferGeometry, MeshBasicMaterial, AvatarSceneEventMap> {
+  private readonly crowd: Crowd<AvatarObject, Camera>;
+  private rendered: Object3D | null = null; // the scene of the picture in hand
+
+  private constructor(host: AvatarHost<Camera>) {
     super(nothing(), new MeshBasicMaterial({ transparent: true, colorWrite: false, depthWrite: false, depthTest: false }));
     this.name = "avatars";
     this.frustumCulled = false;
     this.renderOrder = LAST;
-    this.onBeforeRender = (_, scene, camera) => this.place(scene, camera);
-    this.onAfterRender = (_, __, camera) => this.host?.draw(camera);
+    this.crowd = new Crowd(host, (head, instance, camera) => {
+      instance.visible = head.layers.test(camera.layers) && isShown(head, this.rendered);
+      setPlace(instance.place, head.matrixWorld.elements, false);
+    });
+    this.onAfterRender = (_, scene, camera) => {
+      this.rendered = scene;
+      this.crowd.draw(camera);
+    };
   }
 
   /** Throws AvatarError where the renderer cannot draw avatars. */
   static async create(renderer: WebGLRenderer | WebGPURenderer, options: AvatarSceneOptions = {}): Promise<AvatarScene> {
-    const avatars = new AvatarScene();
-    avatars.host = await hostOf(renderer, options.synchronous ?? false, () => avatars.onUpdate?.());
-    return avatars;
+    let made: AvatarScene | null = null;
+    const host = await hostOf(renderer, options.synchronous ?? false, () => made?.dispatchEvent({ type: "change" }));
+    return (made = new AvatarScene(host));
   }
 
   /** Resolves with a reason when no more avatars can be drawn. */
   get lost(): Promise<string> {
-    return this.made.lost;
+    return this.crowd.lost;
   }
 
-  /** Puts an avatar into the scene. Throws AvatarError where it exceeds a limit of the GPU, or has no such level. */
-  override add(avatar: Avatar, options?: { readonly level?: number }): AvatarObject;
-  override add(...objects: Object3D[]): this;
-  override add(first: Avatar | Object3D, ...rest: unknown[]): AvatarObject | this {
-    if (first instanceof Object3D) return super.add(first, ...(rest as Object3D[]));
-    const { level } = (rest[0] ?? {}) as { level?: number };
-    const head = new AvatarObject(this.made.add(first, level ?? 0), (one) => this.forget(one));
-    this.heads.push(head);
-    super.add(head);
+  /**
+   * Makes the object of an avatar and adds it to this object; it may move to any other parent. Throws AvatarError where
+   * the avatar exceeds a limit of the GPU, or has no such level.
+   */
+  addAvatar(avatar: Avatar, options: { readonly level?: number } = {}): AvatarObject {
+    const head = this.crowd.add(avatar, options.level ?? 0, (instance) => new AvatarObject(instance, this.crowd));
+    this.add(head);
     return head;
   }
 
   /** Resolves when all that the last picture asked for is computed. On WebGL2, the next picture shows it. */
   finished(): Promise<void> {
-    return this.host?.finished() ?? Promise.resolve();
+    return this.crowd.finished();
   }
 
-  /** Frees everything on the GPU. The renderer goes on. */
+  /** Disposes of all avatars and frees everything on the GPU. The renderer goes on. */
   override dispose(): void {
-    for (const head of [...this.heads]) head.dispose();
     this.removeFromParent();
-    this.host?.dispose();
-    this.host = null;
+    this.crowd.dispose((head) => head.dispose());
     this.geometry.dispose();
     this.material.dispose();
     super.dispose();
   }
-
-  private get made(): DrawingHost<[Camera]> {
-    return madeOf(this.host);
-  }
-
-  private forget(head: AvatarObject): void {
-    const at = this.heads.indexOf(head);
-    if (at >= 0) this.heads.splice(at, 1);
-  }
-
-  /** Where the avatars are, as this camera sees them. */
-  private place(scene: Scene, camera: Camera): void {
-    for (let i = 0; i < this.heads.length; i++) {
-      const head = this.heads[i] as AvatarObject;
-      const { instance } = head;
-      instance.visible = head.layers.test(camera.layers) && isShown(head, scene);
-      setWorld(instance.world, head.matrixWorld.elements, false);
-    }
-  }
 }
 
 /** Whether an object is in `scene` with nothing above it hidden. */
-function isShown(object: Object3D, scene: Object3D): boolean {
+function isShown(object: Object3D, scene: Object3D | null): boolean {
   for (let at: Object3D | null = object; at !== null; at = at.parent) {
     if (!at.visible) return false;
     if (at === scene) return true;

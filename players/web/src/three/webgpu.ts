@@ -3,13 +3,10 @@
 import type { Camera } from "three";
 import type { WebGPURenderer } from "three/webgpu";
 import { GpuScene } from "../engine/gpu_scene.js";
-import { EngineView } from "../engine/view.js";
 import { contextOf, setView, unknown, type Backend, type RenderContext } from "./context.js";
-import type { DrawingHost } from "../engine/host.js";
 
 /** Draws right after the renderer has submitted a pass in which the avatars are visible. */
-export class WebGpuHost extends GpuScene implements DrawingHost<[Camera]> {
-  private readonly view = new EngineView();
+export class WebGpuHost extends GpuScene<Camera> {
   private readonly cameras = new WeakMap<RenderContext, Camera | null>(); // of passes under way
 
   /** Throws AvatarError where this release of three.js keeps its device elsewhere. */
@@ -50,6 +47,6 @@ export class WebGpuHost extends GpuScene implements DrawingHost<[Camera]> {
     over.depth = descriptor.depthStencilAttachment;
     over.depthFormat = utils.getCurrentDepthStencilFormat(context);
     setView(this.view, camera, context, "top");
-    this.drawOver(this.view);
+    this.drawOver();
   }
 }

@@ -4,16 +4,14 @@ import { AvatarError } from "../errors.js";
 import { GLSL } from "../made/glsl.js";
 import { INTERFACES } from "../made/reflection.js";
 import type { Background } from "../renderer.js";
-import { Uniforms } from "../uniforms.js";
+import { Block } from "../uniforms.js";
 import { QuadTexture } from "./quads.js";
 
 const FLIP_Y = -1; // the first row of the image's texture is the top one
 
 /** A uniform block in a buffer of its own. */
-class Block {
-  private readonly uniforms: Uniforms;
+class GlBlock extends Block {
   private readonly buffer: WebGLBuffer;
-  private readonly words = new Map<string, number>();
 
   constructor(
     private readonly gl: WebGL2RenderingContext,
@@ -21,19 +19,14 @@ class Block {
     private readonly unit: number,
     constants: Record<string, number | number[]>,
   ) {
-    this.uniforms = new Uniforms([{ entry, constants }], 16, null);
+    super(entry, constants);
     this.buffer = gl.createBuffer() as WebGLBuffer;
-    for (const { name } of INTERFACES[entry]?.uniforms?.members ?? []) this.words.set(name, this.uniforms.word(0, entry, name));
-  }
-
-  set(name: string, index: number, value: number): void {
-    this.uniforms.floats[(this.words.get(name) as number) + index] = value;
   }
 
   bind(): void {
     const { gl } = this;
     gl.bindBufferBase(gl.UNIFORM_BUFFER, this.unit, this.buffer);
-    gl.bufferData(gl.UNIFORM_BUFFER, this.uniforms.words, gl.DYNAMIC_DRAW);
+    gl.bufferData(gl.UNIFORM_BUFFER, this.words, gl.DYNAMIC_DRAW);
   }
 
   dispose(): void {
@@ -47,8 +40,8 @@ export class GlDraw {
   private readonly compositor: WebGLProgram;
   private readonly quads: QuadTexture;
   private readonly empty: WebGLVertexArrayObject;
-  private readonly raster: Block;
-  private readonly composite: Block;
+  private readonly raster: GlBlock;
+  private readonly composite: GlBlock;
   private readonly format: number;
   private texture: WebGLTexture | null = null;
   private framebuffer: WebGLFramebuffer | null = null;
@@ -59,12 +52,10 @@ export class GlDraw {
   constructor(private readonly gl: WebGL2RenderingContext) {
     const full = gl.getExtension("EXT_color_buffer_float") !== null;
     const half = full || gl.getExtension("EXT_color_buffer_half_float") !== null;
-    if (!half) {
-      throw new AvatarError("this browser cannot draw into an image of floats", { field: "WebGL2" });
-    }
+    if (!half) throw new AvatarError("this browser cannot draw into an image of floats", { field: "WebGL2" });
     this.format = full && gl.getExtension("EXT_float_blend") !== null ? gl.RGBA32F : gl.RGBA16F;
-    this.raster = new Block(gl, "raster_vertex", 0, { image_size: [1, 1], flip_y: FLIP_Y });
-    this.composite = new Block(gl, "composite_pixel", 1, { background: [0, 0, 0, 0], linear_target: 0, flip_rows: 1 });
+    this.raster = new GlBlock(gl, "raster_vertex", 0, { image_size: [1, 1], flip_y: FLIP_Y });
+    this.composite = new GlBlock(gl, "composite_pixel", 1, { background: [0, 0, 0, 0], linear_target: 0, flip_rows: 1 });
     this.splats = linked(gl, "raster_vertex_batch", "raster_pixel", "raster_vertex", 0);
     this.compositor = linked(gl, "composite_vertex", "composite_pixel", "composite_pixel", 1);
     this.quads = new QuadTexture(gl);

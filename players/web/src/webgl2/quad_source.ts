@@ -3,6 +3,7 @@
 import type { Camera } from "../camera.js";
 import { AvatarError } from "../errors.js";
 import type { Instance, InstanceHost } from "../instance.js";
+import { kernelBytes } from "./kernel_bytes.js";
 import { kernelProgram } from "./kernel_scene.js";
 import type { FrameMessage, FromWorker, ToWorker } from "./messages.js";
 
@@ -49,14 +50,11 @@ export class QuadSource implements InstanceHost {
   private received = 0;
   private readonly waiters: Waiter[] = [];
 
-  constructor(
-    private readonly port: QuadPort,
-    kernels: ArrayBuffer,
-  ) {
+  constructor(private readonly port: QuadPort) {
     this.lost = new Promise((resolve) => (this.lose = resolve));
     port.onmessage = (event: MessageEvent<FromWorker>) => this.receive(event.data);
     port.onerror = (event) => this.lose(`the worker stopped: ${event.message}`);
-    port.postMessage({ kind: "start", kernels });
+    port.postMessage({ kind: "start", kernels: kernelBytes() });
   }
 
   add(instance: Instance): void {

@@ -4,10 +4,9 @@ import type { Avatar } from "../avatar.js";
 import type { Camera } from "../camera.js";
 import type { StageRunner } from "../conform/stages.js";
 import { Instance } from "../instance.js";
-import { KERNELS } from "../made/kernels.js";
 import type { Level } from "../pack/model.js";
-import { bytesOfBase64 } from "./base64.js";
 import { GlDraw } from "./draw.js";
+import { kernelBytes } from "./kernel_bytes.js";
 import { KernelScene, kernelProgram, type KernelAvatar } from "./kernel_scene.js";
 import { requestContext } from "./context.js";
 import { floatsOfQuads } from "./quads.js";
@@ -27,7 +26,7 @@ export class WebGl2Stages implements StageRunner {
   constructor(readonly avatar: Avatar) {
     this.instance = new Instance(avatar, NO_HOST, 0);
     this.level = this.instance.program;
-    this.scene = new KernelScene(new WebAssembly.Instance(new WebAssembly.Module(bytesOfBase64(KERNELS))));
+    this.scene = new KernelScene(new WebAssembly.Instance(new WebAssembly.Module(kernelBytes())));
     this.kernels = this.scene.add(ID, kernelProgram(avatar, this.level, true));
     this.scene.choose([ID]);
   }

@@ -1,7 +1,5 @@
 // Starts the WebGL2 renderer: context, kernels, worker. It is loaded only where it is used.
 
-import { KERNELS } from "../made/kernels.js";
-import { bytesOfBase64 } from "./base64.js";
 import { requestContext } from "./context.js";
 import { QuadSource } from "./quad_source.js";
 import { WebGl2Renderer } from "./renderer.js";
@@ -10,5 +8,5 @@ import { startWorker } from "./start_worker.js";
 /** Throws AvatarError where the browser has no WebGL2. */
 export function startWebGl2(canvas: HTMLCanvasElement | OffscreenCanvas): WebGl2Renderer {
   const gl = requestContext(canvas);
-  return new WebGl2Renderer(canvas, gl, new QuadSource(startWorker(), bytesOfBase64(KERNELS)));
+  return new WebGl2Renderer(canvas, gl, new QuadSource(startWorker()));
 }

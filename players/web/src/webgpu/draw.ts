@@ -2,7 +2,7 @@
 
 import { INTERFACES } from "../made/reflection.js";
 import type { Background } from "../renderer.js";
-import { Uniforms } from "../uniforms.js";
+import { Block } from "../uniforms.js";
 import type { Pipelines } from "./pipelines.js";
 import { QUAD } from "./sorted.js";
 
@@ -36,24 +36,17 @@ export interface Target {
   part: ArrayLike<number> | null; // x, y, width, height in pixels; null: all
 }
 
-/** A uniform buffer of one entry. */
-class Block {
+/** A uniform block in a buffer of its own. */
+class GpuBlock extends Block {
   readonly buffer: GPUBuffer;
-  readonly uniforms: Uniforms;
-  private readonly offsets = new Map<string, number>();
 
   constructor(private readonly device: GPUDevice, entry: string, constants: Record<string, number | number[]>) {
-    this.uniforms = new Uniforms([{ entry, constants }], 16, null);
-    this.buffer = device.createBuffer({ label: entry, size: this.uniforms.bytes, usage: UNIFORM | COPY_DST });
-    for (const member of INTERFACES[entry]?.uniforms?.members ?? []) this.offsets.set(member.name, member.offset / 4);
-  }
-
-  set(name: string, index: number, value: number): void {
-    this.uniforms.floats[(this.offsets.get(name) as number) + index] = value;
+    super(entry, constants);
+    this.buffer = device.createBuffer({ label: entry, size: this.words.byteLength, usage: UNIFORM | COPY_DST });
   }
 
   write(): void {
-    this.device.queue.writeBuffer(this.buffer, 0, this.uniforms.words);
+    this.device.queue.writeBuffer(this.buffer, 0, this.words);
   }
 }
 
@@ -64,8 +57,8 @@ export class Accumulator {
   private samples = 1;
   private view: GPUTextureView | null = null;
   private group: GPUBindGroup | null = null; // for compositing
-  private readonly raster: Block;
-  private readonly composite: Block;
+  private readonly raster: GpuBlock;
+  private readonly composite: GpuBlock;
   private readonly rasterGroup: GPUBindGroup;
   private readonly drawing = new Map<string, GPURenderPipeline>(); // by depth format
   private readonly compositing = new Map<string, GPURenderPipeline>(); // by target
@@ -80,8 +73,8 @@ export class Accumulator {
 
   constructor(private readonly pipelines: Pipelines, readonly format: ImageFormat) {
     const { device } = pipelines;
-    this.raster = new Block(device, "raster_vertex", { image_size: [1, 1], flip_y: 1 });
-    this.composite = new Block(device, "composite_pixel", { background: [0, 0, 0, 0], linear_target: 0, flip_rows: 0 });
+    this.raster = new GpuBlock(device, "raster_vertex", { image_size: [1, 1], flip_y: 1 });
+    this.composite = new GpuBlock(device, "composite_pixel", { background: [0, 0, 0, 0], linear_target: 0, flip_rows: 0 });
     this.rasterLayout = pipelines.drawLayout("raster_vertex", null);
     this.compositeLayout = pipelines.drawLayout("composite_pixel", ACCUMULATED);
     const binding = INTERFACES["raster_vertex"]?.uniforms?.binding ?? 0;

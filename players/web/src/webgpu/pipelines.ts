@@ -38,9 +38,7 @@ export class Pipelines {
   drawLayout(entry: string, texture: number | null): GPUBindGroupLayout {
     const block = INTERFACES[entry]?.uniforms;
     const entries: GPUBindGroupLayoutEntry[] = [];
-    if (block) {
-      entries.push({ binding: block.binding, visibility: VERTEX_FRAGMENT, buffer: { type: "uniform" } });
-    }
+    if (block) entries.push({ binding: block.binding, visibility: VERTEX_FRAGMENT, buffer: { type: "uniform" } });
     if (texture !== null) {
       entries.push({ binding: texture, visibility: VERTEX_FRAGMENT, texture: { sampleType: "unfilterable-float" } });
     }

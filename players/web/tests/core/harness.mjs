@@ -1,29 +1,13 @@
 // The core as one module, and readers of the cases that Python wrote into the folder AVATAR_CASES.
 
 import { readFileSync } from "node:fs";
-import { mkdtempSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
-import { fileURLToPath, pathToFileURL } from "node:url";
+import { fileURLToPath } from "node:url";
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
-import { bundle } from "../../bundle.mjs";
+import { imported } from "../../bundle.mjs";
 
-const HERE = dirname(fileURLToPath(import.meta.url));
-
-export const core = await bundled();
-
-async function bundled() {
-  const folder = mkdtempSync(join(tmpdir(), "avatar-core-"));
-  const outfile = join(folder, "core.mjs");
-  try {
-    const entryPoints = [join(HERE, "internals.ts")];
-    await bundle({ entryPoints, outfile });
-    return await import(pathToFileURL(outfile).href);
-  } finally {
-    rmSync(folder, { recursive: true });
-  }
-}
+export const core = await imported({ entryPoints: [join(dirname(fileURLToPath(import.meta.url)), "internals.ts")] });
 
 /** The bytes of a file of the cases. */
 export function bytes(...path) {

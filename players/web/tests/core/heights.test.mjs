@@ -13,7 +13,7 @@ for (const hand of ["right", "left"]) {
     const instance = await instanceOf(`height_${hand}`);
     const camera = new core.Camera();
     for (const { name, clip_from_world, image_px, place, pose, height_px } of heights) {
-      instance.world.set(place);
+      instance.place.set(place);
       // Arrays of a pose are in the frame of the pack.
       const sign = (i) => (hand === "left" && i < 4 !== (i % 4 === 0) ? -1 : 1);
       instance.pose.worldFromAvatar.set(pose.map((value, i) => sign(i) * value));

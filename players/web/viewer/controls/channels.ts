@@ -72,7 +72,7 @@ export function expressionSection(avatar: Avatar, pose: Pose): ChannelSection | 
   const channels = avatar.expressions.map((expression, i) =>
     weightChannel(expression.name, expression.range[0], expression.range[1], weights, i),
   );
-  const late = avatar.lateMorphs.map((name, i) => weightChannel(name, 0, 1, pose.lateWeights, i));
+  const late = avatar.eyelids.map((name, i) => weightChannel(name, 0, 1, pose.lateWeights, i));
   if (channels.length + late.length === 0) return null;
   const groups = grouped(channels);
   if (late.length > 0) groups.push(groupOf("eyelids", late));

@@ -8,8 +8,8 @@ export function carryPose(from: Avatar, fromPose: Pose, to: Avatar, toPose: Pose
     const old = names.indexOf(expression.name);
     if (old >= 0) toPose.expressionWeights[i] = fromPose.expressionWeights[old]!;
   });
-  to.lateMorphs.forEach((name, i) => {
-    const old = from.lateMorphs.indexOf(name);
+  to.eyelids.forEach((name, i) => {
+    const old = from.eyelids.indexOf(name);
     if (old >= 0) toPose.lateWeights[i] = fromPose.lateWeights[old]!;
   });
   const joints = from.skeleton?.names ?? [];

@@ -10,7 +10,7 @@ export interface Motion {
   readonly seconds: number;
   readonly fps: number;
   /** Writes the pose at a time, seconds. */
-  sample(seconds: number, pose: Pose): void;
+  pose(seconds: number, out: Pose): void;
 }
 
 /** The transport bar. */
@@ -141,7 +141,7 @@ export class Clips {
       this.lastMs = nowMs;
       this.applied = false;
     }
-    if (!this.applied) motion.sample(this.seconds, this.pose);
+    if (!this.applied) motion.pose(this.seconds, this.pose);
     this.applied = true;
     if (nowMs - this.shownMs > SHOWN_EVERY_MS) {
       this.shownMs = nowMs;

@@ -9,7 +9,7 @@ export function recordingMotion(name: string, recording: Recording, inputs: Arki
     name,
     seconds: recording.seconds,
     fps: recording.fps,
-    sample(seconds) {
+    pose(seconds) {
       recording.sample(seconds, inputs.frame);
       inputs.apply();
     },

@@ -31,7 +31,9 @@ export class Orbit {
   moved: () => void = () => undefined;
 
   private readonly target = new Float64Array(3);
-  private readonly view = new Float64Array(16); // camera from world, rows right, down, forward
+  private readonly view = new Float64Array(9); // camera from world, rows right, down, forward
+  private readonly translation = new Float64Array(3);
+  private readonly intrinsics = new Float64Array(9);
   private right: Vector = [1, 0, 0];
   private up: Vector = [0, 1, 0];
   private front: Vector = [0, 0, 1];
@@ -122,7 +124,7 @@ export class Orbit {
   pan(x: number, y: number, pixels: number): void {
     const metres = (2 * this.distance * Math.tan(FOV_Y / 2)) / pixels;
     this.turnAxes();
-    for (let i = 0; i < 3; i++) this.target[i]! -= metres * (x * this.view[i]! + y * this.view[4 + i]!);
+    for (let i = 0; i < 3; i++) this.target[i]! -= metres * (x * this.view[i]! + y * this.view[3 + i]!);
     this.moved();
   }
 
@@ -224,14 +226,17 @@ export class Orbit {
   /** Writes the view into a camera. */
   place(camera: Camera): void {
     this.turnAxes();
-    const view = this.view;
+    const { view, translation, intrinsics, width, height } = this;
     for (let row = 0; row < 3; row++) {
       let along = row === 2 ? this.distance : 0;
-      for (let i = 0; i < 3; i++) along -= view[4 * row + i]! * this.target[i]!;
-      view[4 * row + 3] = along;
+      for (let i = 0; i < 3; i++) along -= view[3 * row + i]! * this.target[i]!;
+      translation[row] = along;
     }
-    const tangent = Math.tan(FOV_Y / 2);
-    camera.set(view, (tangent * this.width) / this.height, tangent, this.width, this.height);
+    intrinsics[0] = intrinsics[4] = height / (2 * Math.tan(FOV_Y / 2));
+    intrinsics[2] = width / 2;
+    intrinsics[5] = height / 2;
+    intrinsics[8] = 1;
+    camera.fromOpencv(view, translation, intrinsics, width, height);
   }
 
   /** Rotation of the view: rows right, down, forward, in the world. */
@@ -243,8 +248,8 @@ export class Orbit {
     for (let i = 0; i < 3; i++) {
       const away = cosYaw * this.front[i]! + sinYaw * this.right[i]!;
       this.view[i] = cosYaw * this.right[i]! - sinYaw * this.front[i]!;
-      this.view[4 + i] = sinPitch * away - cosPitch * this.up[i]!;
-      this.view[8 + i] = -cosPitch * away - sinPitch * this.up[i]!;
+      this.view[3 + i] = sinPitch * away - cosPitch * this.up[i]!;
+      this.view[6 + i] = -cosPitch * away - sinPitch * this.up[i]!;
     }
   }
 }

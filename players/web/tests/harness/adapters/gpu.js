@@ -1,10 +1,10 @@
 // WebGPU without presenting: a GPU process that draws with the CPU may end when a page presents.
 
-import { SIZE, clamped } from "./stage.js";
+import { SIZE, clamped, makeCanvas } from "./stage.js";
 
 /** Collects what a WebGPU device complains about; gives it away when called. */
-export function watchErrors(device: GPUDevice | undefined): () => Promise<string[]> {
-  const found: string[] = [];
+export function watchErrors(device) {
+  const found = [];
   device?.addEventListener("uncapturederror", (event) => found.push(event.error.message.slice(0, 600)));
   void device?.lost.then((info) => found.push(`device lost: ${info.message}`));
   return async () => {
@@ -15,39 +15,38 @@ export function watchErrors(device: GPUDevice | undefined): () => Promise<string
 
 /** A canvas whose WebGPU context is a texture that stays. */
 export class QuietCanvas {
-  readonly element = document.createElement("canvas");
-  private texture: GPUTexture | null = null;
-  private configuration: GPUCanvasConfiguration | null = null;
+  element = makeCanvas();
+  texture = null;
+  configuration = null;
 
   constructor() {
-    this.element.width = this.element.height = SIZE;
     const context = {
       canvas: this.element,
-      configure: (configuration: GPUCanvasConfiguration) => this.configure(configuration),
+      configure: (configuration) => this.configure(configuration),
       unconfigure: () => undefined,
       getConfiguration: () => this.configuration,
       getCurrentTexture: () => this.texture,
     };
     const real = this.element.getContext.bind(this.element);
-    this.element.getContext = ((kind: string, options: unknown) => (kind === "webgpu" ? context : real(kind, options))) as never;
+    this.element.getContext = (kind, options) => (kind === "webgpu" ? context : real(kind, options));
   }
 
   /** RGBA bytes, first row on top. */
-  async read(): Promise<Uint8Array> {
-    const { device, format } = this.configuration as GPUCanvasConfiguration;
+  async read() {
+    const { device, format } = this.configuration;
     const bytesPerRow = 4 * SIZE;
     const buffer = device.createBuffer({ size: bytesPerRow * SIZE, usage: GPUBufferUsage.COPY_DST | GPUBufferUsage.MAP_READ });
     const encoder = device.createCommandEncoder();
-    encoder.copyTextureToBuffer({ texture: this.texture as GPUTexture }, { buffer, bytesPerRow }, [SIZE, SIZE]);
+    encoder.copyTextureToBuffer({ texture: this.texture }, { buffer, bytesPerRow }, [SIZE, SIZE]);
     device.queue.submit([encoder.finish()]);
     await buffer.mapAsync(GPUMapMode.READ);
     const bytes = [...new Uint8Array(buffer.getMappedRange())];
     buffer.destroy();
     const swapped = format.startsWith("bgra");
-    return clamped(bytes.map((value, i) => (swapped && i % 2 === 0 && i % 4 < 3 ? (bytes[i ^ 2] as number) : value)));
+    return clamped(bytes.map((value, i) => (swapped && i % 2 === 0 && i % 4 < 3 ? bytes[i ^ 2] : value)));
   }
 
-  private configure(configuration: GPUCanvasConfiguration): void {
+  configure(configuration) {
     this.configuration = configuration;
     this.texture?.destroy();
     const usage = GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.COPY_SRC | GPUTextureUsage.COPY_DST | GPUTextureUsage.TEXTURE_BINDING;

@@ -1,0 +1,100 @@
+import { Engine } from "@babylonjs/core/Engines/engine.js";
+import { WebGPUEngine } from "@babylonjs/core/Engines/webgpuEngine.js";
+import { FreeCamera } from "@babylonjs/core/Cameras/freeCamera.js";
+import { StandardMaterial } from "@babylonjs/core/Materials/standardMaterial.js";
+import { RenderTargetTexture } from "@babylonjs/core/Materials/Textures/renderTargetTexture.js";
+import { Color3, Color4 } from "@babylonjs/core/Maths/math.color.js";
+import { Viewport } from "@babylonjs/core/Maths/math.viewport.js";
+import { Vector3 } from "@babylonjs/core/Maths/math.vector.js";
+import { CreatePlane } from "@babylonjs/core/Meshes/Builders/planeBuilder.js";
+import { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
+import { Scene } from "@babylonjs/core/scene.js";
+import { AvatarScene } from "../../../src/babylon.ts";
+import { QuietCanvas, watchErrors } from "./gpu.js";
+import { BACKGROUND, FOV_Y, SIZE, WALL, flipped, fovOf, makeCanvas, webGl } from "./stage.js";
+
+const colour = ([r, g, b]) => new Color3(r / 255, g / 255, b / 255);
+
+function byWebGl({ antialias }) {
+  const canvas = makeCanvas();
+  const engine = new Engine(canvas, antialias, {}, false);
+  return { engine, ...webGl(canvas.getContext("webgl2")) };
+}
+
+async function byWebGpu({ antialias }) {
+  const canvas = new QuietCanvas();
+  const engine = new WebGPUEngine(canvas.element, { antialias });
+  const noFiles = { jsPath: "/none.js", wasmPath: "/none.wasm" }; // its shaders for the plane exist as WGSL
+  await engine.initAsync(noFiles, noFiles);
+  return { engine, errors: watchErrors(engine._device), lose: async () => undefined, read: () => canvas.read() };
+}
+
+/** The scene of any engine. Right-handed, it equals those of the other engines. */
+export async function makeStage(options) {
+  const { engine, ...drawing } = options.api === "webgpu" ? await byWebGpu(options) : byWebGl(options);
+  const scene = new Scene(engine);
+  scene.useRightHandedSystem = options.leftHanded !== true;
+  scene.clearColor = Color4.FromColor3(colour(BACKGROUND), 1);
+  const camera = new FreeCamera("camera", new Vector3(0, 0, options.distance), scene);
+  camera.setTarget(Vector3.Zero());
+  camera.fov = FOV_Y;
+  camera.minZ = options.distance / 50;
+  camera.maxZ = options.distance * 5;
+  const target = options.target ? new RenderTargetTexture("target", SIZE, scene, { generateMipMaps: false }) : null;
+  if (target !== null) {
+    target.samples = options.antialias ? 4 : 1;
+    target.clearColor = scene.clearColor;
+    camera.outputRenderTarget = target;
+  }
+  const plane = CreatePlane("wall", { size: 8, sideOrientation: 2 }, scene);
+  const material = new StandardMaterial("wall", scene);
+  material.disableLighting = true;
+  material.emissiveColor = colour(WALL);
+  plane.material = material;
+  const group = new TransformNode("group", scene);
+  const avatars = await AvatarScene.create(scene, { synchronous: options.synchronous });
+  await scene.whenReadyAsync();
+  const stage = {
+    ...drawing,
+    newer: false,
+    add(avatar, level = 0) {
+      const head = avatars.addAvatar(avatar, { level });
+      return {
+        place(x, y, z, yaw, scale) {
+          head.position.set(x, y, z);
+          head.rotation.y = yaw;
+          head.scaling.setAll(scale);
+        },
+        show: (visible) => head.setEnabled(visible),
+        attach(attached) {
+          if (attached) scene.addTransformNode(head);
+          else scene.removeTransformNode(head);
+          head.parent = attached ? group : null;
+        },
+        seen: () => [head.heightPx(camera, SIZE), head.levelFor(camera, SIZE)],
+        dispose: () => head.dispose(),
+      };
+    },
+    wall(z) {
+      plane.setEnabled(z !== null);
+      plane.position.set(-4, 0, z ?? 0);
+    },
+    part(x, y, size) {
+      camera.fov = fovOf(size);
+      camera.viewport = new Viewport(x / SIZE, y / SIZE, size / SIZE, size / SIZE);
+    },
+    draw() {
+      engine.beginFrame();
+      scene.render();
+      engine.endFrame();
+    },
+    finished: () => avatars.finished(),
+    async read() {
+      return target === null ? drawing.read() : flipped(new Uint8Array((await target.readPixels()).buffer));
+    },
+    orthographic: (on) => void (camera.mode = on ? FreeCamera.ORTHOGRAPHIC_CAMERA : FreeCamera.PERSPECTIVE_CAMERA),
+    disposeAvatars: () => avatars.dispose(),
+  };
+  avatars.onChangeObservable.add(() => (stage.newer = true));
+  return stage;
+}

@@ -1,0 +1,64 @@
+// Plays scenes in one engine, and posts their pictures to the server.
+
+import { load } from "../../../src/load.ts";
+import { makeStage } from "stage";
+
+const actors = [];
+let stage;
+let avatar; // that was added last
+let told = false; // of a newer picture, by the engine's own event
+
+/** Draws until the worker has nothing newer. */
+async function picture() {
+  do {
+    stage.newer = false;
+    stage.draw();
+    await stage.finished();
+    told ||= stage.newer;
+  } while (stage.newer);
+  stage.draw();
+  return stage.read();
+}
+
+const post = (name, body) => fetch(`/out/${name}`, { method: "POST", body });
+
+/** Posts what `run` throws. */
+async function refusal(name, run) {
+  const said = await Promise.resolve().then(run).then(() => "nothing", String);
+  await post(name, said);
+}
+
+const STEPS = {
+  add: async (file, level) => void actors.push(stage.add((avatar = await load(file)), level)),
+  place: (actor, x, y, z, yaw, scale) => actors[actor].place(x, y, z, yaw, scale),
+  show: (actor, visible) => actors[actor].show(visible),
+  attach: (actor, attached) => actors[actor].attach(attached),
+  clone: (actor) => void actors.push(actors[actor].clone()),
+  dispose: (actor) => actors[actor].dispose(),
+  seen: (actor, name) => post(name, JSON.stringify(actors[actor].seen())),
+  part: (x, y, size) => stage.part(x, y, size),
+  wall: (z) => stage.wall(z),
+  told: (name) => post(name, String(told)),
+  picture: async (name) => post(name, await picture()),
+  lose: () => stage.lose(),
+  orthographic: async (name) => {
+    stage.orthographic(true);
+    await refusal(name, picture);
+    stage.orthographic(false);
+  },
+  addLevel: (level, name) => refusal(name, () => stage.add(avatar, level)),
+  disposeAvatars: () => stage.disposeAvatars(),
+};
+
+/** Runs the steps of a scene, each a function of STEPS and its values. Returns the errors of the graphics interface. */
+async function play(options, steps) {
+  stage = await makeStage(options);
+  const found = [];
+  for (const [what, ...values] of steps) {
+    await STEPS[what](...values);
+    found.push(...(await stage.errors()).map((error) => `${what}: ${error}`));
+  }
+  return found;
+}
+
+Object.assign(window, { play });

@@ -1,0 +1,86 @@
+import * as pc from "playcanvas";
+import { AvatarScene } from "../../../src/playcanvas.ts";
+import { QuietCanvas, watchErrors } from "./gpu.js";
+import { BACKGROUND, FOV_Y, SIZE, WALL, flipped, fovOf, makeCanvas, webGl } from "./stage.js";
+
+const colour = ([r, g, b]) => new pc.Color(r / 255, g / 255, b / 255);
+
+async function byWebGl({ antialias }) {
+  const canvas = makeCanvas();
+  const device = await pc.createGraphicsDevice(canvas, { deviceTypes: ["webgl2"], antialias, preserveDrawingBuffer: true });
+  return { device, ...webGl(canvas.getContext("webgl2")) };
+}
+
+async function byWebGpu({ antialias }) {
+  const canvas = new QuietCanvas();
+  const device = await pc.createGraphicsDevice(canvas.element, { deviceTypes: ["webgpu"], antialias });
+  return { device, errors: watchErrors(device.wgpu), lose: async () => undefined, read: () => canvas.read() };
+}
+
+export async function makeStage(options) {
+  const { device, ...drawing } = options.api === "webgpu" ? await byWebGpu(options) : await byWebGl(options);
+  device.maxPixelRatio = 1;
+  const app = new pc.AppBase(device.canvas);
+  const settings = new pc.AppOptions();
+  settings.graphicsDevice = device;
+  settings.componentSystems = [pc.RenderComponentSystem, pc.CameraComponentSystem];
+  app.init(settings);
+  app.start();
+  app.autoRender = false;
+  const colorBuffer = options.target ? new pc.Texture(device, { width: SIZE, height: SIZE, format: pc.PIXELFORMAT_RGBA8, mipmaps: false }) : null;
+  const camera = new pc.Entity("camera");
+  camera.addComponent("camera", { clearColor: colour(BACKGROUND), fov: (FOV_Y * 180) / Math.PI, nearClip: options.distance / 50, farClip: options.distance * 5 });
+  if (colorBuffer !== null) camera.camera.renderTarget = new pc.RenderTarget({ colorBuffer, depth: true, samples: options.antialias ? 4 : 1 });
+  camera.setPosition(0, 0, options.distance);
+  app.root.addChild(camera);
+  const material = new pc.StandardMaterial();
+  material.useLighting = false;
+  material.emissive = colour(WALL);
+  material.cull = pc.CULLFACE_NONE;
+  material.update();
+  const plane = new pc.Entity("wall");
+  plane.addComponent("render", { type: "plane", material });
+  plane.setLocalScale(8, 8, 8);
+  plane.setEulerAngles(90, 0, 0);
+  app.root.addChild(plane);
+  const group = new pc.Entity("group");
+  app.root.addChild(group);
+  const avatars = await AvatarScene.create(app, { synchronous: options.synchronous });
+  const stage = {
+    ...drawing,
+    newer: false,
+    add(avatar, level = 0) {
+      const head = avatars.addAvatar(avatar, { level });
+      return {
+        place(x, y, z, yaw, scale) {
+          head.setPosition(x, y, z);
+          head.setEulerAngles(0, (yaw * 180) / Math.PI, 0);
+          head.setLocalScale(scale, scale, scale);
+        },
+        show: (visible) => void (head.enabled = visible),
+        attach: (attached) => void (attached ? group.addChild(head) : head.remove()),
+        seen: () => [head.heightPx(camera.camera, SIZE), head.levelFor(camera.camera, SIZE)],
+        dispose: () => head.destroy(),
+      };
+    },
+    wall(z) {
+      plane.enabled = z !== null;
+      plane.setPosition(-4, 0, z ?? 0);
+    },
+    part(x, y, size) {
+      camera.camera.fov = (fovOf(size) * 180) / Math.PI;
+      camera.camera.rect = new pc.Vec4(x / SIZE, y / SIZE, size / SIZE, size / SIZE);
+    },
+    draw: () => app.render(),
+    finished: () => avatars.finished(),
+    async read() {
+      if (colorBuffer === null) return drawing.read();
+      const bytes = await colorBuffer.read(0, 0, SIZE, SIZE, { immediate: true });
+      return options.api === "webgpu" ? bytes : flipped(bytes);
+    },
+    orthographic: (on) => void (camera.camera.projection = on ? pc.PROJECTION_ORTHOGRAPHIC : pc.PROJECTION_PERSPECTIVE),
+    disposeAvatars: () => avatars.destroy(),
+  };
+  avatars.on("change", () => (stage.newer = true));
+  return stage;
+}

@@ -1,0 +1,92 @@
+// What runs in the page of memory.test.mjs.
+
+import { Camera } from "../../src/camera.ts";
+import { load } from "../../src/load.ts";
+import { Player } from "../../src/player.ts";
+import { drivingFrame } from "../../src/pose/arkit.ts";
+import { Clip } from "../../src/pose/clip.ts";
+import { Driver } from "../../src/pose/driver.ts";
+
+/** GPU objects that were made and not freed, by the name of the call that makes them. */
+const alive = {};
+const camera = new Camera();
+const frame = drivingFrame();
+let player, instance, driver, clip;
+
+/** Counts what `make` makes until `free` is called for it. */
+function count(makers, make, freers, free) {
+  const [made, freed] = [makers[make], freers[free]];
+  const seen = new WeakSet();
+  alive[make] = 0;
+  makers[make] = function (...args) {
+    const one = made.apply(this, args);
+    seen.add(one);
+    alive[make]++;
+    return one;
+  };
+  freers[free] = function (...args) {
+    if (seen.delete(args[0] ?? this)) alive[make]--; // gl.deleteBuffer(buffer), buffer.destroy()
+    return freed.apply(this, args);
+  };
+}
+
+async function start(backend, file) {
+  if (backend === "webgl2") {
+    const gl = WebGL2RenderingContext.prototype;
+    for (const kind of ["Buffer", "Texture", "Framebuffer", "VertexArray", "Program"]) count(gl, `create${kind}`, gl, `delete${kind}`);
+  } else {
+    const device = GPUDevice.prototype;
+    count(device, "createBuffer", GPUBuffer.prototype, "destroy");
+    count(device, "createTexture", GPUTexture.prototype, "destroy");
+  }
+  player = await Player.create(null, { backend });
+  const avatar = await load(file);
+  instance = player.add(avatar);
+  driver = new Driver(avatar);
+  clip = new Clip(avatar, 0);
+}
+
+/** Draws pose and camera by number. */
+async function draw(ofPose, ofCamera, size) {
+  const { expressionWeights, jointDelta } = instance.pose;
+  frame.weights.fill(0.5);
+  driver.pose(frame, instance.pose);
+  clip.pose(ofPose / 3001, instance.pose);
+  for (let k = 0; k < expressionWeights.length; k++) expressionWeights[k] = 0.3 * Math.sin(0.1 * ofPose + k);
+  if (jointDelta.length > 0) jointDelta[3] = 0.01 * Math.sin(0.1 * ofPose);
+  const { target, size: extent } = instance.avatar.framing.whole;
+  camera.orbit(target, 1.5 * Math.max(extent[0], extent[1], extent[2]), 0.5 * Math.sin(ofCamera), 0, 0.8, size, size);
+  player.frame(camera, null);
+  await player.finished();
+}
+
+/** `n` frames with a new pose and camera each; returns how many GPU objects live. */
+async function frames(n) {
+  for (let i = 0; i < n; i++) await draw(i, i, 64);
+  return { ...alive };
+}
+
+/** Loads, draws and disposes of `n` avatars; returns how many GPU objects live. */
+async function loads(file, n) {
+  for (let i = 0; i < n; i++) {
+    const other = player.add(await load(file));
+    player.frame(camera, null);
+    await player.finished();
+    other.dispose();
+  }
+  return frames(1);
+}
+
+/** Frees the player; returns how many GPU objects live. */
+function dispose() {
+  player.dispose();
+  return { ...alive };
+}
+
+/** The image of a pose and a camera, small. */
+async function image(ofPose, ofCamera) {
+  await draw(ofPose, ofCamera, 48);
+  return (await player.readPixels()).join(" ");
+}
+
+Object.assign(window, { start, frames, loads, dispose, image });
