@@ -11,6 +11,8 @@ from avatar_shaders.headers import table
 from avatar_shaders.web import macros
 
 _MADE = "// Made from the HLSL of avatar_shaders by `python -m avatar_shaders`; do not edit.\n"
+_NEEDED = {"polar_steps", "threads", "sort_digits", "sort_items", "sort_block"}
+_WIDTH = 118  # of a line that holds several items
 _BLOCK = {"uint": "uint", "float": "float1", "float2": "float2", "float3": "float3", "float4": "float4"}
 
 
@@ -22,7 +24,8 @@ def cpp_files(made: dict[str, str]) -> dict[str, str]:
 
 def _interfaces(rows: dict[str, dict[str, Any]]) -> str:
     compute = {name: row for name, row in rows.items() if row["kind"] == "compute"}
-    tables = "".join(_tables(name, row) for name, row in compute.items())
+    arrays = _Arrays()
+    tables = "".join(_tables(name, row, arrays) for name, row in compute.items())
     listed = "".join(f"    {_interface(name, row)},\n" for name, row in compute.items())
     whole = (
         f"const Interface interfaces[] = {{\n{listed}}};\nconst uint32_t interface_count = {len(compute)};\n"
@@ -31,8 +34,8 @@ def _interfaces(rows: dict[str, dict[str, Any]]) -> str:
     return head + tables + "}  // namespace\n\n" + whole + "\n}  // namespace avatar\n"
 
 
-def _tables(name: str, row: dict[str, Any]) -> str:
-    """The arrays of an entry."""
+def _tables(name: str, row: dict[str, Any], arrays: _Arrays) -> str:
+    """The arrays of an entry that no earlier entry has."""
     (block,) = row["uniform_blocks"]
     storage = [
         f"{{{_text(s['name'])}, {s['binding']}, {s['stride']}, {_flag(s['readonly'])}}}"
@@ -42,12 +45,11 @@ def _tables(name: str, row: dict[str, Any]) -> str:
         f"{{{_text(m['name'])}, {m['offset']}, ConstantType::{_BLOCK[m['type']]}}}" for m in block["members"]
     ]
     found = _array("StorageBuffer", f"{name}_storage", storage) + _array("Member", f"{name}_members", members)
-    return found + (_contract(name, row["access"]) if "access" in row else "")
+    return found + (_contract(name, row["access"], arrays) if "access" in row else "")
 
 
-def _contract(name: str, access: dict[str, Any]) -> str:
+def _contract(name: str, access: dict[str, Any], arrays: _Arrays) -> str:
     """A contract, with its keys in the order of struct Contract."""
-    arrays = _Arrays(name)
     most = arrays.of("Most", [f"{{{_text(k)}, {v}}}" for k, v in access.get("most", {}).items()])
     values = arrays.of(
         "Values", [f"{{{_text(k)}, {arrays.numbers(v)}}}" for k, v in access.get("values", {}).items()]
@@ -70,8 +72,8 @@ def _contract(name: str, access: dict[str, Any]) -> str:
         "SectionContract", [_section(k, v, arrays) for k, v in access.get("sections", {}).items()]
     )
     parts = [_text(access["rows"]), most, values, fits, pose, same, _text(access.get("chunk")), level]
-    body = "".join(f"    {part},\n" for part in [*parts, elements, sections])
-    return arrays.text + f"const Contract {name}_access = {{\n{body}}};\n\n"
+    body = _filled([*parts, elements, sections])
+    return arrays.taken() + f"const Contract {name}_access = {{\n{body}}};\n\n"
 
 
 def _section(name: str, told: dict[str, Any], arrays: _Arrays) -> str:
@@ -91,12 +93,16 @@ def _kind(name: str) -> str:
 
 
 class _Arrays:
-    """Arrays of one contract, each written once. `text` declares them."""
+    """Arrays of contracts, each written once."""
 
-    def __init__(self, name: str) -> None:
-        self.text = ""
-        self._name = name
+    def __init__(self) -> None:
+        self._text = ""
         self._known: dict[str, str] = {}
+
+    def taken(self) -> str:
+        """What declares those that are new since the last call."""
+        text, self._text = self._text, ""
+        return text
 
     def of(self, kind: str, items: list[str]) -> str:
         """A list of these items."""
@@ -105,8 +111,8 @@ class _Arrays:
         made = ", ".join(items)
         key = f"{kind} {made}"
         if key not in self._known:
-            name = self._known[key] = f"{self._name}_{len(self._known)}"
-            self.text += _array(kind, name, items)
+            name = self._known[key] = f"list_{len(self._known)}"
+            self._text += _array(kind, name, items)
         return f"{{{self._known[key]}, {len(items)}}}"
 
     def numbers(self, values: list[int]) -> str:
@@ -132,15 +138,23 @@ def _interface(name: str, row: dict[str, Any]) -> str:
 
 
 def _array(kind: str, name: str, items: list[str]) -> str:
-    const = "" if kind.endswith("const") else "const "
-    kind = "const char* const" if kind == "char* const" else const + kind
-    if all(item.isdigit() for item in items):
-        return f"{kind} {name}[] = {{{', '.join(items)}}};\n"
-    return f"{kind} {name}[] = {{\n" + "".join(f"    {item},\n" for item in items) + "};\n"
+    kind = f"const {kind}"
+    line = f"{kind} {name}[] = {{{', '.join(items)}}};\n"
+    return line if len(line) <= _WIDTH else f"{kind} {name}[] = {{\n{_filled(items)}}};\n"
+
+
+def _filled(items: list[str]) -> str:
+    """Lines of as many items as they hold."""
+    lines = [""]
+    for item in items:
+        if lines[-1] and len(lines[-1]) + len(item) + 2 > _WIDTH:
+            lines.append("")
+        lines[-1] += f" {item}," if lines[-1] else f"    {item},"
+    return "".join(f"{line}\n" for line in lines)
 
 
 def _constants() -> str:
-    """The numbers of the shaders that a player's own code may need."""
+    """The numbers of the shaders that the player's own code needs."""
     lines = [
         _constant(
             "uint32_t", "shader_version", str(VERSION), "Of the kernels. A pack of newer ones is refused."
@@ -148,10 +162,12 @@ def _constants() -> str:
     ]
     for name, entry in table("constants.json").items():
         value = entry["value"]
-        if not isinstance(value, list):
+        if name in _NEEDED:
             kind = "uint32_t" if isinstance(value, int) else "double"
             lines.append(_constant(kind, name, repr(value), entry["reason"]))
     for name, number, about in macros():
+        if name.lower() not in _NEEDED:
+            continue
         formula = re.sub(r"[A-Z_]{2,}", lambda found: found[0].lower(), number)
         lines.append(_constant("uint32_t", name.lower(), formula, about))
     head = "#pragma once\n#include <cstdint>\n\nnamespace avatar {\n\n"

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <ctime>
 
-#include "../tests/records.h"
+#include "../tests/tools.h"
 #include "avatar_player.h"
 
 static double now() {
@@ -23,7 +23,7 @@ int main(int count, char** words) {
     std::vector<double> load, pose;
     for (int run = 0; run < runs; run++) {
         const double begin = now();
-        AvatarPack* pack = avatar_open(file.data(), file.size(), words[1], nullptr);
+        AvatarPack* pack = avatar_load(file.data(), file.size(), words[1], nullptr);
         load.push_back(now() - begin);
         if (avatar_error(pack) != nullptr) {
             std::fprintf(stderr, "%s\n", avatar_error(pack));

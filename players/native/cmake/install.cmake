@@ -7,7 +7,7 @@ set(AVATAR_PACKAGE_VERSION ${CMAKE_CURRENT_BINARY_DIR}/avatar_player-config-vers
 install(TARGETS avatar_player avatar_gles EXPORT avatar_player-targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(FILES include/avatar_player.h gles/avatar_gles.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(FILES include/avatar_conform.h include/avatar_player.h gles/avatar_gles.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT avatar_player-targets NAMESPACE avatar_player:: DESTINATION ${AVATAR_PACKAGE})
 # Before 1.0 a minor version may change functions.
 write_basic_package_version_file(${AVATAR_PACKAGE_VERSION} COMPATIBILITY SameMinorVersion)

@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "../src/c_interface/play_handles.h"
+#include "use_everything.h"
 
 namespace {
 
@@ -22,31 +23,7 @@ void release(void*, void* memory, size_t bytes) {
     std::free(memory);
 }
 
-const AvatarAllocator limited = {allocate, release, nullptr};
-
-void play(AvatarPack* pack) {
-    AvatarFacts facts;
-    avatar_facts(pack, &facts);
-    AvatarInstance* instance = avatar_instance_open(pack, 0, &limited);
-    if (avatar_instance_error(instance) == nullptr) {
-        AvatarFrame frame = {};
-        frame.weights[17] = 0.5f;
-        frame.head[1] = 0.2;
-        avatar_enable_driving(instance, 1);
-        avatar_drive(instance, &frame);
-        avatar_update_pose(instance);
-        for (uint32_t clip = 0; clip < facts.clips; clip++) {
-            avatar_set_clip(instance, clip, 0.05);
-            avatar_update_pose(instance);
-        }
-    }
-    for (uint32_t list = AVATAR_MESH; list <= AVATAR_VIEW; list++) {
-        AvatarPasses* passes = avatar_passes_open(pack, 0, list, &limited);
-        avatar_passes_set(passes, instance);
-        avatar_passes_close(passes);
-    }
-    avatar_instance_close(instance);
-}
+const AvatarAllocator limited = {sizeof(AvatarAllocator), allocate, release, nullptr};
 
 }  // namespace
 
@@ -57,7 +34,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     pack->unusable = is_file ? !avatar::read_pack(data, size, pack->avatar, pack->arena)
                              : !avatar::read_body(data, size, stated_file, pack->avatar, pack->arena);
     if (pack->unusable != (avatar_error(pack) != nullptr)) __builtin_trap();
-    if (!pack->unusable) play(pack);
+    if (!pack->unusable) use_everything(pack, &limited);
     avatar_close(pack);
     return 0;
 }

@@ -1,12 +1,12 @@
 // How libFuzzer changes packs: by their structure. A value of the header or of the document, or bytes of tensors, and
 // then the lengths and checksums around them are right again; sometimes bytes of the file as they come.
+#include <cctype>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
 #include "../src/formats/crc32.h"
 #include "../src/formats/gzip.h"
-#include "json_spans.h"
 
 // Inputs are made here, not judged: no sanitizer slows it down, and no coverage is counted.
 #pragma clang attribute push(__attribute__((no_sanitize("address", "undefined", "coverage"))), apply_to = function)
@@ -41,6 +41,67 @@ struct Body {
         std::memmove(bytes + begin + length, bytes + end, size - end);
         std::memcpy(bytes + begin, with, length);
         size = size - (end - begin) + length;
+    }
+};
+
+/// A value or a key of a JSON text, by its place.
+struct JsonSpan {
+    uint32_t begin, end;  // quotes and brackets included
+    uint32_t member;      // where the member begins: at its key, or at the value itself
+    char kind;            // its first letter; key, number and word stand for themselves
+};
+
+constexpr char key = 'k', number = '0', word = 'w';
+
+/// The values and keys of a text in the order of their ends. Damaged texts give what is found.
+struct JsonSpans {
+    static constexpr size_t most = 8192, most_open = 64;
+
+    JsonSpan items[most];
+    size_t count = 0;
+
+    /// Reads bytes `at` to `end`. `escaped`: the text is itself inside of a JSON string, so that a quote is \" there.
+    void scan(const uint8_t* bytes, size_t at, size_t end, bool escaped) {
+        JsonSpan open[most_open];
+        const size_t quote = escaped ? 2 : 1;
+        size_t depth = 0, member = SIZE_MAX;  // where the member of the next value begins
+        const auto is_quote = [&](size_t i) {
+            return escaped ? i + 1 < end && bytes[i] == '\\' && bytes[i + 1] == '"' : bytes[i] == '"';
+        };
+        const auto made = [&](size_t begin, size_t behind, char kind) {
+            const size_t from = member == SIZE_MAX ? begin : member;
+            member = SIZE_MAX;
+            return JsonSpan{static_cast<uint32_t>(begin), static_cast<uint32_t>(behind), static_cast<uint32_t>(from), kind};
+        };
+        const auto add = [&](JsonSpan one) {
+            if (count < most) items[count++] = one;
+        };
+        for (count = 0; at < end;) {
+            const size_t begin = at;
+            const char letter = static_cast<char>(bytes[at]);
+            if (is_quote(at)) {
+                for (at += quote; at < end && !is_quote(at);) {
+                    if (bytes[at] != '\\') at++;
+                    else if (!escaped || at + 2 >= end || bytes[at + 1] != '\\') at += 2;
+                    else at += bytes[at + 2] == '\\' || is_quote(at + 2) ? 4 : 3;
+                }
+                at = at + quote < end ? at + quote : end;
+                const bool is_key = at < end && bytes[at] == ':';
+                add(made(begin, at, is_key ? key : '"'));
+                if (is_key) member = begin;
+            } else if (letter == '{' || letter == '[') {
+                if (depth < most_open) open[depth++] = made(begin, begin, letter);
+                at++;
+            } else if ((letter == '}' || letter == ']') && depth > 0) {
+                JsonSpan closed = open[--depth];
+                closed.end = static_cast<uint32_t>(++at);
+                add(closed);
+            } else {
+                while (at < end && (std::isalnum(bytes[at]) != 0 || bytes[at] == '-' || bytes[at] == '.' || bytes[at] == '+')) at++;
+                if (at == begin) at++;
+                else add(made(begin, at, letter >= 'a' ? word : number));
+            }
+        }
     }
 };
 
@@ -122,9 +183,9 @@ void change_json(Body& body, size_t begin, size_t end, bool escaped, Chance& cha
     const uint32_t what = chance.below(16);
     if (what == 0) nest(body, one, chance);
     else if (what < 3) change_letters(body, one, chance);
-    else if (what < 6 && one.kind != JsonSpan::key) remove(body, one);
-    else if (what < 8 && one.kind != JsonSpan::key) repeat(body, one);
-    else if (one.kind == JsonSpan::number && what < 14) replace_number(body, one, chance);
+    else if (what < 6 && one.kind != key) remove(body, one);
+    else if (what < 8 && one.kind != key) repeat(body, one);
+    else if (one.kind == number && what < 14) replace_number(body, one, chance);
     else copy_other(body, one, chance);
 }
 

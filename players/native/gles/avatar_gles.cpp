@@ -2,6 +2,7 @@
 #include "avatar_gles.h"
 
 #include "../src/formats/finite.h"
+#include "../src/formats/sized.h"
 #include "scene.h"
 
 using namespace avatar;
@@ -52,6 +53,7 @@ int avatar_gles_draw(AvatarGles* gles, const AvatarCamera* camera, const AvatarG
 
 const char* avatar_gles_camera_depth(AvatarCamera* camera, const double* view, const double* projection) {
     if (camera == nullptr || view == nullptr || projection == nullptr) return "the camera's depth: an argument is NULL";
+    if (size_of(camera) < sizeof(AvatarCamera)) return "the camera's depth: struct_size must be sizeof(AvatarCamera)";
     const double size = projection[14] < 0 ? -projection[14] : projection[14];
     double row[4];
     for (int column = 0; column < 4; column++) {
@@ -84,7 +86,7 @@ void avatar_gles_set_clock(AvatarGles* gles, void (*ended)(void* user, const cha
 
 int avatar_gles_stage_runner(AvatarGles* gles, AvatarStageRunner* out) {
     if (!begun(gles)) return AVATAR_FAILED;
-    if (out == nullptr) gles->errors.set("", "no runner is given to be filled in");
-    else *out = gles->runner.functions();
-    return out != nullptr ? AVATAR_OK : AVATAR_FAILED;
+    if (give(gles->runner.functions(), out) == AVATAR_OK) return AVATAR_OK;
+    gles->errors.set("runner", out == nullptr ? "no runner is given to be filled in" : not_sized);
+    return AVATAR_FAILED;
 }

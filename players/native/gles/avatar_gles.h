@@ -5,7 +5,7 @@
  * to the context that was current when it was opened (or to one that shares its objects, except where vertex arrays and
  * framebuffers are drawn with: those are not shared). That context must be current in every call.
  *
- * Errors and arguments are as in avatar_player.h: AVATAR_FAILED, and one line in the handle.
+ * Errors, arguments and structs are as in avatar_player.h: AVATAR_FAILED, and one line in the handle.
  *
  * Memory. Frames allocate nothing, but for the first one after an instance was added, removed, shown, hidden or set to
  * another level, and for an image of another size. Everything is freed by avatar_gles_close.
@@ -23,7 +23,7 @@
 #ifndef AVATAR_GLES_H
 #define AVATAR_GLES_H
 
-#include "avatar_player.h"
+#include "avatar_conform.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -35,7 +35,7 @@ typedef struct AvatarGles AvatarGles;
 typedef void (*AvatarGlesFunction)(void);
 typedef AvatarGlesFunction (*AvatarGlesLoad)(const char* name);
 
-/* An empty scene in the current context. NULL as avatar_open. */
+/* An empty scene in the current context. NULL as avatar_load. */
 AVATAR_API AvatarGles* avatar_gles_open(AvatarGlesLoad load, const AvatarAllocator* allocator);
 /* Frees all that it made in the context, which must be current. NULL is taken. Packs and instances stay. */
 AVATAR_API void avatar_gles_close(AvatarGles* gles);
@@ -73,6 +73,7 @@ AVATAR_API int avatar_gles_pose(AvatarGles* gles);
 
 /* The depth of what is drawn already. A splat whose mean lies behind it is hidden at that pixel. */
 typedef struct AvatarGlesDepth {
+    uint32_t struct_size AVATAR_SIZE(AvatarGlesDepth);
     uint32_t texture; /* GL_TEXTURE_2D of a depth format, one sample, of the camera's size, its first row at the bottom.
                          Another texture is refused */
     int reversed;     /* 1: larger is nearer */

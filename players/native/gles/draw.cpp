@@ -233,12 +233,7 @@ void Draw::release() {
     for (uint32_t array : {vertices_, empty_}) gl_.DeleteVertexArrays(1, &array);
     for (uint32_t buffer : {raster_, composite_}) gl_.DeleteBuffers(1, &buffer);
     gl_.DeleteSamplers(1, &sampler_);
-    forget();
-}
-
-void Draw::forget() {
     splats_ = compositor_ = depths_ = vertices_ = empty_ = raster_ = composite_ = sampler_ = 0;
-    framebuffer_ = colour_ = depth_ = 0;
 }
 
 }  // namespace avatar

@@ -8,7 +8,7 @@ class Draw {
 public:
     Draw(const Gl& gl, Programs& programs, Errors& errors) : gl_(gl), programs_(programs), errors_(errors) {}
 
-    /// Compiles the programs. Before it, and after `forget`, nothing else may be called but `release`.
+    /// Compiles the programs. Before it, nothing else may be called but `release`.
     bool make();
 
     /// The kind of the image from now on: AVATAR_GLES_RGBA32F ..
@@ -28,7 +28,6 @@ public:
     bool read(float* rgba);
 
     void release();
-    void forget();
 
 private:
     struct RasterBlock {  // as raster_vertex has it

@@ -64,6 +64,15 @@ bool Gl::load(AvatarGlesLoad function, Errors& errors) {
     return true;
 }
 
+static void AVATAR_GL_CALL free_nothing(int32_t, const uint32_t*) {}
+
+static void AVATAR_GL_CALL free_no_program(uint32_t) {}
+
+void Gl::forget() {
+    DeleteProgram = free_no_program;
+    DeleteBuffers = DeleteVertexArrays = DeleteTextures = DeleteSamplers = DeleteFramebuffers = free_nothing;
+}
+
 void Gl::clear_errors() const {
     for (int i = 0; i < 16 && GetError() != 0; i++) {  // a lost context has errors without end
     }

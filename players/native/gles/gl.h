@@ -162,6 +162,9 @@ struct Gl {
     /// Finds the functions of the current context and asks what it can do. Sets the error for one that is too old.
     bool load(AvatarGlesLoad function, Errors& errors);
 
+    /// The context is gone: what frees objects does nothing until the next `load`.
+    void forget();
+
     /// Forgets errors of GL that nobody has asked for.
     void clear_errors() const;
 };

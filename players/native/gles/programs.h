@@ -17,9 +17,6 @@ public:
     /// Frees the kernels.
     void release();
 
-    /// Forgets them: their context is gone.
-    void forget() { count_ = 0; }
-
 private:
     static constexpr uint32_t most = 32;
 

@@ -12,7 +12,7 @@ bool RecordedPasses::make(const Gl& gl, Programs& programs, const AvatarPasses* 
     steps_ = steps;
     size_t since = 0;  // the last barrier
     for (uint32_t i = 0; i < count; i++) {
-        if (!make_step(steps[i], avatar_dispatch(passes, i), programs, finder, arena.errors())) return false;
+        if (!make_step(i, programs, finder, arena.errors())) return false;
         steps[i].waits = must_wait(since, i);
         if (steps[i].waits) since = i;
     }
@@ -24,18 +24,20 @@ bool RecordedPasses::make(const Gl& gl, Programs& programs, const AvatarPasses* 
     return true;
 }
 
-bool RecordedPasses::make_step(Step& step, const AvatarDispatch* dispatch, Programs& programs, BufferFinder finder,
-                               Errors& errors) {
-    step.dispatch = dispatch;
-    step.program = programs.kernel(dispatch->entry);
+bool RecordedPasses::make_step(uint32_t index, Programs& programs, BufferFinder finder, Errors& errors) {
+    Step& step = steps_[index];
+    AvatarDispatch& dispatch = step.dispatch = AvatarDispatch{};
+    avatar_dispatch(passes_, index, &dispatch);
+    step.program = programs.kernel(dispatch.entry);
     if (step.program == 0) return false;
-    if (dispatch->binding_count > most_bindings) {
-        errors.set(dispatch->entry, "binds %u buffers; this player has room for %u", dispatch->binding_count, most_bindings);
+    if (dispatch.binding_count > most_bindings) {
+        errors.set(dispatch.entry, "binds %u buffers; this player has room for %u", dispatch.binding_count, most_bindings);
         return false;
     }
-    step.count = dispatch->binding_count;
+    step.count = dispatch.binding_count;
     for (uint32_t b = 0; b < step.count; b++) {
-        const AvatarBinding& one = dispatch->bindings[b];
+        AvatarBinding one;
+        avatar_binding(passes_, index, b, &one);
         step.bound[b] = {one.binding, finder.find(finder.user, one), one.read_only != 0};
         if (step.bound[b].buffer == 0) return false;
     }
@@ -65,22 +67,23 @@ void RecordedPasses::upload(const Gl& gl) const {
 void RecordedPasses::run(const Gl& gl, uint32_t first, uint32_t end, const Clock& clock) const {
     for (uint32_t i = first; i < end; i++) {
         const Step& step = steps_[i];
-        const AvatarDispatch& told = *step.dispatch;
+        const AvatarDispatch& told = step.dispatch;
         if (step.waits || i == first) gl.MemoryBarrier(gl_storage_barrier);
         for (uint32_t b = 0; b < step.count; b++) gl.BindBufferBase(gl_storage_buffer, step.bound[b].binding, step.bound[b].buffer);
         const ptrdiff_t bytes = static_cast<ptrdiff_t>((told.block_bytes + 15) / 16 * 16);  // drivers round up, too
         gl.BindBufferRange(gl_uniform_buffer, told.block_binding, blocks_, static_cast<ptrdiff_t>(told.block_offset), bytes);
         gl.UseProgram(step.program);
         gl.DispatchCompute(told.groups, 1, 1);
-        const bool last = i + 1 == end || std::strcmp(steps_[i + 1].dispatch->stage, told.stage) != 0;
+        const bool last = i + 1 == end || std::strcmp(steps_[i + 1].dispatch.stage, told.stage) != 0;
         if (last) clock.end(gl, told.stage);
     }
 }
 
 bool RecordedPasses::binds(Text buffer) const {
-    for (const Step& step : steps_) {
-        for (uint32_t b = 0; b < step.count; b++) {
-            if (buffer == Text(step.dispatch->bindings[b].buffer)) return true;
+    AvatarBinding one;
+    for (uint32_t i = 0; i < steps_.size; i++) {
+        for (uint32_t b = 0; avatar_binding(passes_, i, b, &one) == AVATAR_OK; b++) {
+            if (buffer == Text(one.buffer)) return true;
         }
     }
     return false;

@@ -44,7 +44,6 @@ public:
     const AvatarPasses* passes() const { return passes_; }
 
     void release(const Gl& gl);
-    void forget() { blocks_ = 0; }
 
 private:
     static constexpr uint32_t most_bindings = 8;
@@ -55,14 +54,14 @@ private:
     };
 
     struct Step {
-        const AvatarDispatch* dispatch;
+        AvatarDispatch dispatch;
         uint32_t program;
         Bound bound[most_bindings];
         uint32_t count;
         bool waits;  // for earlier ones
     };
 
-    bool make_step(Step& step, const AvatarDispatch* dispatch, Programs& programs, BufferFinder finder, Errors& errors);
+    bool make_step(uint32_t index, Programs& programs, BufferFinder finder, Errors& errors);
     bool must_wait(size_t since, size_t index) const;
 
     const AvatarPasses* passes_ = nullptr;

@@ -26,10 +26,6 @@ static void release_all(const Gl& gl, Span<uint32_t> buffers) {
 
 void SharedBuffers::release(const Gl& gl) { release_all(gl, buffers_); }
 
-void SharedBuffers::forget() {
-    for (uint32_t& buffer : buffers_) buffer = 0;
-}
-
 Resident::Resident(Context context, SharedBuffers* of, AvatarInstance* played)
     : instance(played), shared(of), level(avatar_instance_level(played)), context_(context),
       arena_(context.allocator, context.errors) {
@@ -138,11 +134,6 @@ bool Resident::take_error(const char* line) {
 void Resident::release() {
     for (RecordedPasses& one : recorded_) one.release(context_.gl);
     release_all(context_.gl, own_);
-}
-
-void Resident::forget() {
-    for (RecordedPasses& one : recorded_) one.forget();
-    for (uint32_t& buffer : own_) buffer = 0;
 }
 
 }  // namespace avatar

@@ -18,7 +18,6 @@ struct SharedBuffers {
     /// The buffer of an index; 0 with an error.
     uint32_t get(const Context& context, uint32_t index, const AvatarBuffer& told);
     void release(const Gl& gl);
-    void forget();
 
     const AvatarPack* pack;
     uint32_t users = 0;
@@ -51,7 +50,6 @@ public:
     bool chunk(uint32_t index, uint32_t& buffer, uint32_t& count);
 
     void release();
-    void forget();
 
     AvatarInstance* const instance;
     SharedBuffers* const shared;

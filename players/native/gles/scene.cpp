@@ -1,5 +1,6 @@
 #include "scene.h"
 
+#include "../src/formats/sized.h"
 #include "../src/play/camera.h"
 
 using namespace avatar;
@@ -190,30 +191,26 @@ bool AvatarGles::sort() {
 }
 
 bool AvatarGles::view(const AvatarCamera* camera, const AvatarGlesDepth* depth) {
-    if (const char* line = wrong_with(camera)) {
-        errors.set("", "%s", line);
-        return false;
-    }
+    AvatarCamera seen;
+    AvatarGlesDepth behind;
+    if (const char* line = take_camera(camera, seen)) errors.set("", "%s", line);
+    else if (!take(depth, behind) && depth != nullptr) errors.set("depth", not_sized);
+    if (errors.any()) return false;
     if (!follow_levels() || !sort()) return false;
     bool changed = !sorted_->ran();
     for (Resident* one = first_; one != nullptr; one = one->next) {
-        if (one->shown && !one->view(*camera, clock, changed)) return false;
+        if (one->shown && !one->view(seen, clock, changed)) return false;
     }
     if (changed) sorted_->run(clock);
-    if (!draw.begin(camera->width, camera->height, depth)) return false;
+    if (!draw.begin(seen.width, seen.height, depth != nullptr ? &behind : nullptr)) return false;
     draw.quads(sorted_->quads(), sorted_->count());
     clock.end(gl, "raster");
     return true;
 }
 
 void AvatarGles::forget() {
-    if (sorted_ != nullptr) sorted_->forget();
-    for (Resident* one = first_; one != nullptr; one = one->next) one->forget();
-    for (SharedBuffers* one = packs_; one != nullptr; one = one->next) one->forget();
-    runner.forget();
-    programs.forget();
-    draw.forget();
-    forget_order();
+    gl.forget();
+    release();
     is_lost_ = true;
 }
 

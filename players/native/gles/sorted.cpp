@@ -45,6 +45,7 @@ bool Sorted::take_chunks(Resident* first) {
         for (uint32_t i = 0; one->shown && i < one->chunks(); i++, at++) {
             char name[16];
             std::snprintf(name, sizeof name, "%u", at);
+            chunks_[at].struct_size = sizeof(AvatarSceneChunk);
             chunks_[at].buffer = arena_.copy(Text(name)).data;
             if (!one->chunk(i, projected_[at], chunks_[at].count)) return false;
         }
@@ -61,11 +62,6 @@ uint32_t Sorted::find(void* user, const AvatarBinding& binding) {
 void Sorted::run(const Clock& clock) {
     recorded_.run(context_.gl, clock);
     ran_ = true;
-}
-
-void Sorted::forget() {
-    recorded_.forget();
-    for (uint32_t& buffer : buffers_) buffer = 0;
 }
 
 }  // namespace avatar

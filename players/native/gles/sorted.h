@@ -23,8 +23,6 @@ public:
     uint32_t count() const { return count_; }
     uint32_t quads() const { return buffers_[quads_index]; }
 
-    void forget();
-
 private:
     enum { buffer_count = 4, quads_index = 3 };
 

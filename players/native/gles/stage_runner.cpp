@@ -94,11 +94,6 @@ RecordedPasses* StageRunner::recorded(const AvatarPasses* passes) {
 void StageRunner::release() {
     for (uint32_t i = 0; i < list_count_; i++) lists_[i].release(context_.gl);
     for (size_t i = 0; i < count_; i++) context_.gl.DeleteBuffers(1, &buffers_[i].buffer);
-    forget();
-}
-
-void StageRunner::forget() {
-    for (uint32_t i = 0; i < list_count_; i++) lists_[i].forget();
     list_count_ = 0;
     count_ = 0;
 }

@@ -16,7 +16,6 @@ public:
     AvatarStageRunner functions();
 
     void release();
-    void forget();
 
 private:
     static constexpr uint32_t most_lists = 8;

@@ -13,6 +13,16 @@
  * name that is not there are refused: AVATAR_FAILED, NULL, 0 or -1, and a line where the handle can hold one (an AvatarPack
  * cannot). So are numbers that are not finite: none of them reaches a GPU. A time that is NaN is the first frame.
  *
+ * Structs. Each struct begins with struct_size, which the caller sets to the size that it was compiled with:
+ *   AvatarFacts facts = {.struct_size = sizeof facts};       in C++ it is set already: AvatarFacts facts;
+ * A later version may add fields at the end of a struct. The library reads and writes nothing beyond struct_size. Fields
+ * that the caller does not have are 0 to the library; fields that the library does not know it sets to 0. A struct_size
+ * of 0, or of more than 4096, is refused as a NULL is. The elements of an array have one struct_size: the library goes
+ * from one to the next by it. The library gives no arrays of structs away: they are asked for by index.
+ *
+ * Versions. Before 1.0, functions may change from one minor version to the next. A program that does not bring its own
+ * library refuses one whose avatar_player_version() / 1000 differs from AVATAR_PLAYER_VERSION / 1000.
+ *
  * Memory. All memory comes from the allocator that a handle was opened with. Where it gives none, the handle fails
  * with a line. Functions that say "allocates nothing" do not call it.
  *
@@ -34,6 +44,20 @@ extern "C" {
 #define AVATAR_API /* an engine that builds a library of its own may set its export attribute */
 #endif
 
+#ifdef __cplusplus /* struct_size is set */
+#define AVATAR_SIZE(type) = sizeof(type)
+#else
+#define AVATAR_SIZE(type)
+#endif
+
+#define AVATAR_PLAYER_VERSION_MAJOR 0
+#define AVATAR_PLAYER_VERSION_MINOR 1
+#define AVATAR_PLAYER_VERSION_PATCH 0
+#define AVATAR_PLAYER_VERSION \
+    (AVATAR_PLAYER_VERSION_MAJOR * 1000000 + AVATAR_PLAYER_VERSION_MINOR * 1000 + AVATAR_PLAYER_VERSION_PATCH)
+/* AVATAR_PLAYER_VERSION of the header with which the library was compiled. Any thread. */
+AVATAR_API uint32_t avatar_player_version(void);
+
 enum { AVATAR_FAILED = 0, AVATAR_OK = 1 };
 enum { AVATAR_ARKIT_WEIGHTS = 52, AVATAR_ARKIT_CHANNELS = 61 };
 enum { AVATAR_BLOCK_ALIGN = 256 }; /* bytes: where the uniform block of each dispatch begins */
@@ -41,6 +65,7 @@ enum { AVATAR_BLOCK_ALIGN = 256 }; /* bytes: where the uniform block of each dis
 /* Gives and takes memory. `allocate` returns memory for any type, or NULL; `release` gets what it gave, with the same
  * size. Both are called by the threads that use the handles. */
 typedef struct AvatarAllocator {
+    uint32_t struct_size AVATAR_SIZE(AvatarAllocator);
     void* (*allocate)(void* user, size_t bytes);
     void (*release)(void* user, void* memory, size_t bytes);
     void* user;
@@ -51,26 +76,26 @@ typedef struct AvatarInstance AvatarInstance;   /* one avatar in a scene: its po
 typedef struct AvatarPasses AvatarPasses;       /* dispatches with their constants */
 typedef struct AvatarSort AvatarSort;           /* the sort of all splats of a scene */
 typedef struct AvatarRecording AvatarRecording; /* a recording of a face */
-typedef struct AvatarReport AvatarReport;       /* what avatar_conform found */
 
 /* ---- Packs ------------------------------------------------------------------------------------------------------- */
 
 /* Loads and checks the bytes of a pack. `name` is what errors call it. The bytes are not needed afterwards; nor is
- * `name`. `allocator` may be NULL: malloc. It must live as long as the handle. Returns NULL only where not even the
- * handle gets memory. */
-AVATAR_API AvatarPack* avatar_open(const void* file, size_t bytes, const char* name, const AvatarAllocator* allocator);
-/* Instances, passes and conformance reports of a pack must be closed before it. NULL is taken. */
+ * `name`. `allocator` may be NULL: malloc. Its functions and `user` must live as long as the handle. Returns NULL only where
+ * the allocator cannot be used, or does not even have memory for the handle. */
+AVATAR_API AvatarPack* avatar_load(const void* file, size_t bytes, const char* name, const AvatarAllocator* allocator);
+/* Instances, passes and reports of a pack must be closed before it. NULL is taken. */
 AVATAR_API void avatar_close(AvatarPack* pack);
 /* NULL for a sound pack; else the line. A NULL handle has a line, too. */
 AVATAR_API const char* avatar_error(const AvatarPack* pack);
 /* What a person may want to know. A text or pointer is NULL where the pack does not say. */
 typedef struct AvatarFacts {
+    uint32_t struct_size AVATAR_SIZE(AvatarFacts);
     const char* name;
     const char* license;   /* what it may be used for */
     const char* consent;   /* what the person agreed to */
     int left_handed;       /* 1: its arrays, and those of its poses, are in a left-handed frame */
     uint32_t expressions;  /* K */
-    uint32_t eyelids;      /* L, late morphs */
+    uint32_t eyelids;      /* L */
     uint32_t joints;       /* J; 0 without a rig */
     uint32_t groups;       /* G */
     uint32_t clips;
@@ -91,12 +116,11 @@ typedef struct AvatarFacts {
     size_t preview_bytes;
     size_t file_bytes;
 } AvatarFacts;
-AVATAR_API void avatar_facts(const AvatarPack* pack, AvatarFacts* out);
+AVATAR_API int avatar_facts(const AvatarPack* pack, AvatarFacts* out);
 /* Names by index; NULL beyond the last. */
 AVATAR_API const char* avatar_expression_name(const AvatarPack* pack, uint32_t index);
 AVATAR_API const char* avatar_eyelid_name(const AvatarPack* pack, uint32_t index);
 AVATAR_API const char* avatar_joint_name(const AvatarPack* pack, uint32_t index);
-AVATAR_API const char* avatar_group_name(const AvatarPack* pack, uint32_t index);
 /* Other names of an expression, by index; NULL beyond the last. */
 AVATAR_API const char* avatar_expression_alias(const AvatarPack* pack, uint32_t expression, uint32_t index);
 /* Indices by name (of expressions, also by another name of theirs); -1: there is none. */
@@ -112,6 +136,7 @@ AVATAR_API const double* avatar_rest_local(const AvatarPack* pack);
 AVATAR_API const double* avatar_inverse_bind(const AvatarPack* pack);
 
 typedef struct AvatarGroup {
+    uint32_t struct_size AVATAR_SIZE(AvatarGroup);
     const char* name;    /* "face", "lower_teeth" */
     uint32_t first;      /* Gaussian */
     uint32_t count;
@@ -120,18 +145,20 @@ typedef struct AvatarGroup {
 AVATAR_API int avatar_group(const AvatarPack* pack, uint32_t index, AvatarGroup* out);
 
 typedef struct AvatarClip {
+    uint32_t struct_size AVATAR_SIZE(AvatarClip);
     const char* name;
     double fps;
     double seconds;  /* from the first frame to the last */
     uint32_t frames; /* T */
     const float* expression_weights; /* [T, K] */
-    const float* late_weights;       /* [T, L] */
+    const float* eyelid_weights;     /* [T, L] */
     const float* joint_delta;        /* [T, J, 4, 4] */
     const float* world_from_avatar;  /* [T, 4, 4] */
 } AvatarClip;
 AVATAR_API int avatar_clip(const AvatarPack* pack, uint32_t index, AvatarClip* out);
 
 typedef struct AvatarLevel {
+    uint32_t struct_size AVATAR_SIZE(AvatarLevel);
     uint32_t count;   /* Gaussians */
     uint32_t chunks;
     double height_px; /* avatar_height_px up to which it is meant; below 0: any */
@@ -145,6 +172,7 @@ AVATAR_API uint32_t avatar_next_level(const AvatarPack* pack, double height_px, 
 /* A chunk of the Gaussians of a level: rows that one dispatch takes. Its splats, as stage project writes them, are in
  * buffer `projected`. */
 typedef struct AvatarChunk {
+    uint32_t struct_size AVATAR_SIZE(AvatarChunk);
     uint32_t first;
     uint32_t count;
     uint32_t projected; /* index of a buffer */
@@ -153,6 +181,7 @@ AVATAR_API int avatar_chunk(const AvatarPack* pack, uint32_t level, uint32_t chu
 /* A storage buffer. One with content is never written by a pass; the others begin with zeros. Buffer "Pose" is
  * written by the host: avatar_pose_floats. */
 typedef struct AvatarBuffer {
+    uint32_t struct_size AVATAR_SIZE(AvatarBuffer);
     const char* name;
     uint32_t bytes;
     int has_content;
@@ -167,7 +196,7 @@ AVATAR_API const uint32_t* avatar_triangles(const AvatarPack* pack, uint32_t* co
 
 /* ---- Instances ---------------------------------------------------------------------------------------------------- */
 
-/* An avatar at rest, played at a level. Several instances may share a pack. NULL as avatar_open, and for a NULL pack. */
+/* An avatar at rest, played at a level. Several instances may share a pack. NULL as avatar_load, and for a NULL pack. */
 AVATAR_API AvatarInstance* avatar_instance_open(const AvatarPack* pack, uint32_t level, const AvatarAllocator* allocator);
 AVATAR_API void avatar_instance_close(AvatarInstance* instance);
 /* The newest line; NULL: nothing has failed yet. */
@@ -187,10 +216,11 @@ AVATAR_API double* avatar_place(AvatarInstance* instance); /* [4, 4] scene from 
 AVATAR_API int avatar_set_level(AvatarInstance* instance, uint32_t level);
 AVATAR_API uint32_t avatar_instance_level(const AvatarInstance* instance);
 /* Writes the pose of a clip at a time. Times beyond its ends are those of the ends. Allocates nothing. */
-AVATAR_API int avatar_set_clip(AvatarInstance* instance, uint32_t clip, double seconds);
+AVATAR_API int avatar_clip_pose(AvatarInstance* instance, uint32_t clip, double seconds);
 /* A captured frame of a face. Weights are in the order of avatar_arkit_name. Angles are yaw, pitch and roll, radians.
  * left_eye has the channels leftEye* of a recorder: the subject's right eye. */
 typedef struct AvatarFrame {
+    uint32_t struct_size AVATAR_SIZE(AvatarFrame);
     float weights[AVATAR_ARKIT_WEIGHTS];
     double head[3];
     double left_eye[3];
@@ -209,12 +239,13 @@ AVATAR_API int avatar_read_packet(const void* packet, size_t bytes, AvatarFrame*
 AVATAR_API int avatar_enable_driving(AvatarInstance* instance, int within_range);
 /* Writes the pose of a frame; what the frame does not move is at rest. Allocates nothing. */
 AVATAR_API int avatar_drive(AvatarInstance* instance, const AvatarFrame* frame);
-/* A recording: the text of a CSV file of Live Link Face. `name` is what errors call it. NULL as avatar_open. */
+/* A recording: the text of a CSV file of Live Link Face. `name` is what errors call it. NULL as avatar_load. */
 AVATAR_API AvatarRecording* avatar_recording_open(const char* text, size_t bytes, const char* name,
                                                   const AvatarAllocator* allocator);
 AVATAR_API void avatar_recording_close(AvatarRecording* recording);
 AVATAR_API const char* avatar_recording_error(const AvatarRecording* recording);
 typedef struct AvatarRecordingFacts {
+    uint32_t struct_size AVATAR_SIZE(AvatarRecordingFacts);
     uint32_t frames;       /* F */
     uint32_t without_face; /* records that are left out */
     double fps;
@@ -230,6 +261,7 @@ AVATAR_API int avatar_recording_sample(AvatarRecording* recording, double second
 
 /* A pinhole camera: +x right, +y down, +z forward, pixel centres at integers. */
 typedef struct AvatarCamera {
+    uint32_t struct_size AVATAR_SIZE(AvatarCamera);
     float camera_from_world[16];
     float clip_from_world[16]; /* y of clip space points down the image */
     float centre[3];           /* where the camera is, world */
@@ -262,7 +294,7 @@ AVATAR_API int avatar_update_camera(AvatarInstance* instance, const AvatarCamera
  * whole_size[1] covers, facing the camera. Infinite where it is not before the camera, and where avatar_update_pose or
  * avatar_update_camera refuse. */
 AVATAR_API double avatar_height_px(const AvatarInstance* instance, const AvatarCamera* camera);
-/* The content of buffer "Pose" after avatar_update_pose: weights [K], features [9 C], late weights [L], skin matrices
+/* The content of buffer "Pose" after avatar_update_pose: weights [K], features [9 C], eyelid weights [L], skin matrices
  * [J, 3, 4]. `count` may be 0: then there is no buffer Pose. */
 AVATAR_API const float* avatar_pose_floats(const AvatarInstance* instance, uint32_t* count);
 /* Of each group [G, 3, 4]: mesh from binding mesh, and the rotation of its Gaussians with a last column of 0. */
@@ -270,6 +302,7 @@ AVATAR_API const float* avatar_group_matrix(const AvatarInstance* instance);
 AVATAR_API const float* avatar_group_rotation(const AvatarInstance* instance);
 /* Which buffer a binding of a kernel has. */
 typedef struct AvatarBinding {
+    uint32_t struct_size AVATAR_SIZE(AvatarBinding);
     const char* name;   /* the shader's */
     const char* buffer; /* of the pack or of the scene */
     uint32_t binding;   /* number in GLSL and MSL */
@@ -278,19 +311,19 @@ typedef struct AvatarBinding {
 } AvatarBinding;
 enum { AVATAR_UINT = 0, AVATAR_FLOAT = 1, AVATAR_FLOAT2 = 2, AVATAR_FLOAT3 = 3, AVATAR_FLOAT4 = 4 };
 typedef struct AvatarConstant {
+    uint32_t struct_size AVATAR_SIZE(AvatarConstant);
     const char* name; /* the shader's, for hosts that set constants by name */
     uint32_t type;    /* AVATAR_UINT .. AVATAR_FLOAT4 */
     uint32_t offset;  /* bytes from the beginning of the dispatch's block */
 } AvatarConstant;
 /* One dispatch of one kernel. */
 typedef struct AvatarDispatch {
+    uint32_t struct_size AVATAR_SIZE(AvatarDispatch);
     const char* entry; /* the kernel */
     const char* stage; /* "morph", "blend", "project", "sort", ... */
     uint32_t groups;   /* thread groups along x */
     uint32_t threads;  /* of each group, along x: what Metal wants at the dispatch; texts in GLSL hold it themselves */
-    const AvatarBinding* bindings;
     uint32_t binding_count;
-    const AvatarConstant* constants;
     uint32_t constant_count;
     uint32_t block_binding; /* number of the uniform block in GLSL, of its buffer in MSL */
     uint32_t block_offset;  /* in avatar_passes_blocks; a multiple of AVATAR_BLOCK_ALIGN */
@@ -299,14 +332,16 @@ typedef struct AvatarDispatch {
 /* Mesh passes pose the rig's mesh, deform passes the Gaussians (both once a pose, in this order), view passes project
  * them (once a camera). A dispatch may read what an earlier one wrote. */
 enum { AVATAR_MESH = 0, AVATAR_DEFORM = 1, AVATAR_VIEW = 2 };
-/* The passes of one list of a level (of AVATAR_MESH all levels have the same). NULL as avatar_open. */
+/* The passes of one list of a level (of AVATAR_MESH all levels have the same). NULL as avatar_load. */
 AVATAR_API AvatarPasses* avatar_passes_open(const AvatarPack* pack, uint32_t level, uint32_t list,
                                             const AvatarAllocator* allocator);
 /* Not those of avatar_sort_passes: the sort owns them. */
 AVATAR_API void avatar_passes_close(AvatarPasses* passes);
 AVATAR_API const char* avatar_passes_error(const AvatarPasses* passes);
 AVATAR_API uint32_t avatar_passes_count(const AvatarPasses* passes);
-AVATAR_API const AvatarDispatch* avatar_dispatch(const AvatarPasses* passes, uint32_t index);
+AVATAR_API int avatar_dispatch(const AvatarPasses* passes, uint32_t index, AvatarDispatch* out);
+AVATAR_API int avatar_binding(const AvatarPasses* passes, uint32_t dispatch, uint32_t index, AvatarBinding* out);
+AVATAR_API int avatar_constant(const AvatarPasses* passes, uint32_t dispatch, uint32_t index, AvatarConstant* out);
 /* The uniform blocks of all dispatches: ready bytes, little-endian, in the layout of the shader texts. */
 AVATAR_API const void* avatar_passes_blocks(const AvatarPasses* passes, size_t* bytes);
 /* Copies what the frame of an instance gives. Returns 1 where a value has changed, else 0: also for an instance of another
@@ -321,11 +356,12 @@ AVATAR_API int avatar_passes_keep_lasting(AvatarPasses* passes);
 /* Splats of one chunk of one instance in a scene. `buffer` is what dispatches of the sort call its projected splats,
  * such as "0/Projected.0"; it is copied. */
 typedef struct AvatarSceneChunk {
+    uint32_t struct_size AVATAR_SIZE(AvatarSceneChunk);
     const char* buffer;
     uint32_t count;
 } AvatarSceneChunk;
 /* The sort of all splats of a scene (front to back), and the gather that writes the quads that draw them (back to
- * front). NULL as avatar_open; fails for more splats than one dispatch has. */
+ * front). NULL as avatar_load; fails for more splats than one dispatch has. */
 AVATAR_API AvatarSort* avatar_sort_open(const AvatarSceneChunk* chunks, uint32_t count, const AvatarAllocator* allocator);
 AVATAR_API void avatar_sort_close(AvatarSort* sort);
 AVATAR_API const char* avatar_sort_error(const AvatarSort* sort);
@@ -333,6 +369,7 @@ AVATAR_API const char* avatar_sort_error(const AvatarSort* sort);
 AVATAR_API uint32_t avatar_sort_count(const AvatarSort* sort);
 /* Buffers "Pairs", "PairsOut", "Counts" and "Quads" of the scene, at least one element each. */
 typedef struct AvatarSceneBuffer {
+    uint32_t struct_size AVATAR_SIZE(AvatarSceneBuffer);
     const char* name;
     uint32_t stride; /* bytes of an element */
     uint32_t count;
@@ -351,45 +388,6 @@ enum { AVATAR_GLSL430 = 0, AVATAR_GLSL310ES = 1, AVATAR_MSL = 2 };
 AVATAR_API const char* avatar_shader(uint32_t language, const char* entry);
 /* Texts by index, with the entry's name in `entry`; NULL beyond the last. Any thread. */
 AVATAR_API const char* avatar_shader_at(uint32_t language, uint32_t index, const char** entry);
-
-/* ---- Conformance -------------------------------------------------------------------------------------------------- */
-
-/* What an engine does for avatar_conform: it holds the buffers of a pack and of a scene by their names, runs
- * dispatches, draws quads. Each function returns AVATAR_OK, or AVATAR_FAILED, which ends the run. Writable buffers
- * begin with zeros. */
-typedef struct AvatarStageRunner {
-    void* user;
-    /* Makes the buffers of the pack, with their contents, and those of the scene: avatar_sort_buffer. */
-    int (*load)(void* user, const AvatarPack* pack, const AvatarSort* scene);
-    int (*write)(void* user, const char* buffer, const void* bytes, size_t size); /* from its beginning on */
-    int (*read)(void* user, const char* buffer, void* bytes, size_t size);
-    /* Runs one dispatch with its constants; the next call sees what it wrote. */
-    int (*run)(void* user, const AvatarPasses* passes, uint32_t dispatch);
-    /* Draws the quads of buffer "Quads" in their order into a float image of zeros: premultiplied colour and alpha,
-     * each over what is there. Writes [height, width, 4], first row on top. */
-    int (*draw)(void* user, uint32_t quads, int32_t width, int32_t height, float* rgba);
-} AvatarStageRunner;
-
-/* Runs every stage of a reference alone, from the reference's inputs, and compares: driving and joints here, all others
- * by the runner. `cases` is the text of cases.json or driving.json, `vectors` the .safetensors file beside it; the pack
- * is mini.avatar. `runner` may be NULL for a reference of driving. NULL as avatar_open. */
-AVATAR_API AvatarReport* avatar_conform(const AvatarPack* pack, const char* cases, size_t cases_bytes, const void* vectors,
-                                        size_t vectors_bytes, const AvatarStageRunner* runner,
-                                        const AvatarAllocator* allocator);
-AVATAR_API void avatar_report_close(AvatarReport* report);
-AVATAR_API const char* avatar_report_error(const AvatarReport* report);
-/* 1: all outputs passed, and there were any. */
-AVATAR_API int avatar_report_passed(const AvatarReport* report);
-typedef struct AvatarReportRow {
-    const char* name;   /* of the case */
-    const char* stage;
-    const char* output;
-    double error;       /* largest absolute difference */
-    double used;        /* largest share of the tolerance; 1 is the most that passes */
-    uint32_t flips;     /* rows on the other side of a threshold */
-    int passed;
-} AvatarReportRow;
-AVATAR_API int avatar_report_row(const AvatarReport* report, uint32_t index, AvatarReportRow* out);
 
 #ifdef __cplusplus
 }

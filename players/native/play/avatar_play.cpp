@@ -1,7 +1,7 @@
 // Loads a pack, moves it, and writes what it looks like: the whole of what a host does. Read main from its beginning.
 //
 // Four steps:
-//   1. avatar_open, avatar_instance_open        a pack, and one avatar of it                     (avatar_player.h)
+//   1. avatar_load, avatar_instance_open        a pack, and one avatar of it                     (avatar_player.h)
 //   2. avatar_gles_open, avatar_gles_add        its buffers and programs in our GL context       (avatar_gles.h)
 //   3. each frame: write the pose; avatar_gles_pose; avatar_gles_draw; avatar_gles_composite
 //   4. close everything, in the other order
@@ -97,7 +97,7 @@ struct Timings {
 bool open_avatar(const Options& options, Player& player) {
     std::string file;
     if (!read_file(options.pack, file)) return false;
-    player.pack = avatar_open(file.data(), file.size(), options.pack.c_str(), nullptr);
+    player.pack = avatar_load(file.data(), file.size(), options.pack.c_str(), nullptr);
     if (const char* line = avatar_error(player.pack)) return failed(line);
     player.instance = avatar_instance_open(player.pack, options.level, nullptr);
     if (const char* line = avatar_instance_error(player.instance)) return failed(line);
@@ -137,7 +137,7 @@ bool open_scene(const Options& options, Player& player) {
 bool set_pose(const Options& options, const Player& player, double seconds) {
     avatar_reset_pose(player.instance);
     int good = AVATAR_OK;
-    if (player.clip >= 0) good = avatar_set_clip(player.instance, static_cast<uint32_t>(player.clip), seconds);
+    if (player.clip >= 0) good = avatar_clip_pose(player.instance, static_cast<uint32_t>(player.clip), seconds);
     if (player.recording != nullptr) {
         AvatarFrame frame;
         good = avatar_recording_sample(player.recording, seconds, &frame);

@@ -1,9 +1,6 @@
 #pragma once
-#include "avatar_player.h"
-#include "records.h"
-
-/// Makes and runs all that can be made of a sound pack.
-void use_everything(const AvatarPack* pack);
+#include "avatar_conform.h"
+#include "tools.h"
 
 /// What the checker says of each program of programs.json: its field and its line.
 int programs(const std::string& folder, Records& out);

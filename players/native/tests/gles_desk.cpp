@@ -18,10 +18,33 @@
 
 #include "../gles/avatar_gles.h"
 #include "../play/egl.h"
-#include "desk_tools.h"
 #include "gles_refused.h"
+#include "tools.h"
 
 namespace {
+
+[[noreturn]] void stop(const std::string& line) {
+    std::fprintf(stderr, "%s\n", line.c_str());
+    std::exit(3);
+}
+
+void must(int good, const char* line) {
+    if (good == 0) stop(line != nullptr ? line : "failed without a line");
+}
+
+void write_file(const std::string& path, const void* from, size_t size) {
+    std::ofstream(path, std::ios::binary).write(static_cast<const char*>(from), static_cast<std::streamsize>(size));
+}
+
+using Words = std::istringstream;
+
+/// The next word of a line.
+template <class T = std::string>
+T next(Words& words) {
+    T found = {};
+    if (!(words >> found)) stop("a word is missing: " + words.str());
+    return found;
+}
 
 struct Shown {
     AvatarPack* pack;
@@ -29,8 +52,8 @@ struct Shown {
 };
 
 struct Desk {
-    Counted counted;
-    AvatarAllocator allocator = {&Counted::take, &Counted::give, &counted};
+    Counter counted;
+    AvatarAllocator allocator = counted.allocator();
     EglContext egl;
     bool is_es = true;
     AvatarGles* gles = nullptr;
@@ -63,8 +86,8 @@ AvatarGlesFunction load(const char* name) {
 }
 
 /// begin es|gl [WIDTH HEIGHT]: a context and a scene.
-void begin(Desk& desk, const std::string& kind, std::istringstream& words) {
-    desk.is_es = kind == "es";
+void begin(Desk& desk, Words& words) {
+    desk.is_es = next(words) == "es";
     int width = 256, height = 256;
     words >> width >> height;
     const char* line = open_egl(desk.egl, desk.is_es, words ? width : 256, words ? height : 256);
@@ -93,16 +116,18 @@ void set_pose(const Shown& one, const Bytes& file) {
 }
 
 /// add PACK LEVEL POSE
-void add(Desk& desk, const std::string& path, unsigned level, const std::string& pose) {
+void add(Desk& desk, Words& words) {
+    const std::string path = next(words);
+    const unsigned level = next<unsigned>(words);
     AvatarPack*& pack = desk.packs[path];
     if (pack == nullptr) {
         const Bytes file = read_file(path);
-        pack = avatar_open(file.data(), file.size(), path.c_str(), &desk.allocator);
+        pack = avatar_load(file.data(), file.size(), path.c_str(), &desk.allocator);
         must(avatar_error(pack) == nullptr, avatar_error(pack));
     }
     const Shown one = {pack, avatar_instance_open(pack, level, &desk.allocator)};
     must(avatar_instance_error(one.instance) == nullptr, avatar_instance_error(one.instance));
-    set_pose(one, read_file(pose));
+    set_pose(one, read_file(next(words)));
     desk.shown.push_back(one);
     must(avatar_gles_add(desk.gles, pack, one.instance), avatar_gles_error(desk.gles));
 }
@@ -126,27 +151,32 @@ void save(Desk& desk, const std::string& path) {
     write_file(path, image.data(), 4 * image.size());
 }
 
+uint32_t texture_of(uint32_t format, int width, int height) {
+    uint32_t made = 0;
+    call("glGenTextures", 1, &made);
+    call("glBindTexture", 0x0DE1u, made);
+    call("glTexStorage2D", 0x0DE1u, 1, format, width, height);
+    return made;
+}
+
 /// depth FILE REVERSED OUT: the image behind a depth texture of float32, first row at the bottom.
-void draw_behind(Desk& desk, const std::string& path, int reversed, const std::string& out) {
-    const Bytes file = read_file(path);
-    AvatarGlesDepth depth = {0, reversed};
-    call("glGenTextures", 1, &depth.texture);
-    call("glBindTexture", 0x0DE1u, depth.texture);
-    call("glTexStorage2D", 0x0DE1u, 1, 0x8CACu, desk.camera.width, desk.camera.height);  // DEPTH_COMPONENT32F
+void draw_behind(Desk& desk, Words& words) {
+    const Bytes file = read_file(next(words));
+    AvatarGlesDepth depth = {sizeof(AvatarGlesDepth), 0, next<int>(words)};
+    depth.texture = texture_of(0x8CACu, desk.camera.width, desk.camera.height);  // DEPTH_COMPONENT32F
     call("glTexSubImage2D", 0x0DE1u, 0, 0, 0, desk.camera.width, desk.camera.height, 0x1902u, 0x1406u,
          static_cast<const void*>(file.data()));
     draw(desk, &depth);
-    save(desk, out);
+    save(desk, next(words));
     call("glDeleteTextures", 1, static_cast<const uint32_t*>(&depth.texture));
 }
 
 /// composite LINEAR BACKGROUND OUT: a framebuffer of bytes of the caller's, which was grey. BACKGROUND "-": none.
-void composite(Desk& desk, int linear, const std::string& background, const std::string& out) {
-    const int width = desk.camera.width, height = desk.camera.height;
-    uint32_t texture = 0, framebuffer = 0;
-    call("glGenTextures", 1, &texture);
-    call("glBindTexture", 0x0DE1u, texture);
-    call("glTexStorage2D", 0x0DE1u, 1, 0x8058u, width, height);  // RGBA8
+void composite(Desk& desk, Words& words) {
+    const int width = desk.camera.width, height = desk.camera.height, linear = next<int>(words);
+    const std::string background = next(words);
+    const uint32_t texture = texture_of(0x8058u, width, height);  // RGBA8
+    uint32_t framebuffer = 0;
     call("glGenFramebuffers", 1, &framebuffer);
     call("glBindFramebuffer", 0x8D40u, framebuffer);
     call("glFramebufferTexture2D", 0x8D40u, 0x8CE0u, 0x0DE1u, texture, 0);
@@ -156,19 +186,20 @@ void composite(Desk& desk, int linear, const std::string& background, const std:
     must(avatar_gles_composite(desk.gles, framebuffer, background == "-" ? nullptr : blue, linear), avatar_gles_error(desk.gles));
     Bytes read(4 * static_cast<size_t>(width) * static_cast<size_t>(height));
     call("glReadPixels", 0, 0, width, height, 0x1908u, 0x1401u, static_cast<void*>(read.data()));
-    write_file(out, read.data(), read.size());
+    write_file(next(words), read.data(), read.size());
     call("glDeleteFramebuffers", 1, static_cast<const uint32_t*>(&framebuffer));
-    call("glDeleteTextures", 1, static_cast<const uint32_t*>(&texture));
+    call("glDeleteTextures", 1, &texture);
 }
 
 /// conform FOLDER NAME: prints a row of each output of a reference.
-void conform(Desk& desk, const std::string& folder, const std::string& cases_name) {
+void conform(Desk& desk, Words& words) {
+    const std::string folder = next(words), cases_name = next(words);
     const Bytes mini = read_file(folder + "/mini.avatar"), cases = read_file(folder + "/" + cases_name + ".json");
     const Bytes vectors = read_file(folder + "/" + (cases_name == "cases" ? "vectors" : cases_name) + ".safetensors");
-    AvatarPack* pack = avatar_open(mini.data(), mini.size(), "mini.avatar", &desk.allocator);
+    AvatarPack* pack = avatar_load(mini.data(), mini.size(), "mini.avatar", &desk.allocator);
     AvatarStageRunner runner;
     must(avatar_gles_stage_runner(desk.gles, &runner), avatar_gles_error(desk.gles));
-    AvatarReport* report = avatar_conform(pack, cases.data(), cases.size(), vectors.data(), vectors.size(), &runner,
+    AvatarReport* report = avatar_conform(pack, reinterpret_cast<const char*>(cases.data()), cases.size(), vectors.data(), vectors.size(), &runner,
                                           &desk.allocator);
     if (const char* line = avatar_report_error(report)) {
         const char* own = avatar_gles_error(desk.gles);
@@ -192,9 +223,10 @@ long resident_pages() {
 /// frames COUNT: as many frames, each of another pose. Prints our allocations, and by how many pages of memory the quarter
 /// that grew least grew, the first left out: what is lost each frame is lost in every quarter, a driver's own growth is
 /// not.
-void frames(Desk& desk, int count) {
+void frames(Desk& desk, Words& words) {
+    const int count = next<int>(words);
     draw(desk, nullptr);
-    const long before = desk.counted.calls;
+    const size_t before = desk.counted.calls;
     long pages = 0, least = LONG_MAX;
     for (int i = 0; i <= count; i++) {
         if (i > 0 && i % (count / 4) == 0) {
@@ -208,11 +240,12 @@ void frames(Desk& desk, int count) {
         draw(desk, nullptr);
         must(avatar_gles_composite(desk.gles, 0, nullptr, 0), avatar_gles_error(desk.gles));
     }
-    std::printf("allocations %ld\npages %ld\n", desk.counted.calls - before, least);
+    std::printf("allocations %zu\npages %ld\n", desk.counted.calls - before, least);
 }
 
 /// bench COUNT POSE...: milliseconds a frame, of the CPU and of the wall, each frame with the next of the poses.
-void bench(Desk& desk, int count, std::istringstream& words) {
+void bench(Desk& desk, Words& words) {
+    const int count = next<int>(words);
     std::vector<Bytes> poses;
     for (std::string path; words >> path;) poses.push_back(read_file(path));
     std::clock_t cpu = 0;
@@ -231,15 +264,15 @@ void bench(Desk& desk, int count, std::istringstream& words) {
 }
 
 /// depth_of MATRICES OUT: the camera of an engine's view and projection, with its depth.
-void depth_of(const std::string& path, const std::string& out) {
+void depth_of(Desk&, Words& words) {
     double matrices[32];
-    std::memcpy(matrices, read_file(path).data(), sizeof matrices);
+    std::memcpy(matrices, read_file(next(words)).data(), sizeof matrices);
     AvatarCamera camera;
     const char* line = avatar_camera_opengl(&camera, matrices, matrices + 16, 64, 48);
     must(line == nullptr, line);
     line = avatar_gles_camera_depth(&camera, matrices, matrices + 16);
     must(line == nullptr, line);
-    write_file(out, &camera, sizeof camera);
+    write_file(next(words), &camera, sizeof camera);
 }
 
 /// lose: another context, and the scene goes on in it.
@@ -259,21 +292,11 @@ void end(Desk& desk) {
     for (const Shown& one : desk.shown) avatar_instance_close(one.instance);
     for (const auto& [name, pack] : desk.packs) avatar_close(pack);
     close_egl(desk.egl);
-    std::printf("left %ld\n", desk.counted.live_bytes);
+    std::printf("left %zu\n", desk.counted.bytes);
     desk.gles = nullptr;
     desk.shown.clear();
     desk.packs.clear();
     hidden.clear();
-}
-
-using Words = std::istringstream;
-
-/// The next word of a line.
-template <class T = std::string>
-T next(Words& words) {
-    T found = {};
-    if (!(words >> found)) stop("a word is missing: " + words.str());
-    return found;
 }
 
 const Shown& shown(Desk& desk, Words& words) { return desk.shown.at(next<size_t>(words)); }
@@ -289,39 +312,10 @@ void add_again(Desk& desk, Words&) {
     std::printf("twice %d %s\n", good, avatar_gles_error(desk.gles));
 }
 
-/// add PACK LEVEL POSE
-void add_words(Desk& desk, Words& words) {
-    const std::string pack = next(words);
-    const unsigned level = next<unsigned>(words);
-    add(desk, pack, level, next(words));
-}
-
-/// depth FILE REVERSED OUT
-void depth_words(Desk& desk, Words& words) {
-    const std::string file = next(words);
-    const int reversed = next<int>(words);
-    draw_behind(desk, file, reversed, next(words));
-}
-
-/// composite LINEAR BACKGROUND OUT
-void composite_words(Desk& desk, Words& words) {
-    const int linear = next<int>(words);
-    const std::string background = next(words);
-    composite(desk, linear, background, next(words));
-}
-
-uint32_t texture_of(uint32_t format, int width, int height) {
-    uint32_t made = 0;
-    call("glGenTextures", 1, &made);
-    call("glBindTexture", 0x0DE1u, made);
-    call("glTexStorage2D", 0x0DE1u, 1, format, width, height);
-    return made;
-}
-
 /// refused PACK: what cannot be used is refused. The pack is another one than that of the scene.
 void refused(Desk& desk, Words& words) {
     const Bytes file = read_file(next(words));
-    AvatarPack* other = avatar_open(file.data(), file.size(), "other.avatar", nullptr);
+    AvatarPack* other = avatar_load(file.data(), file.size(), "other.avatar", nullptr);
     const uint32_t textures[] = {texture_of(0x8058u, desk.camera.width, desk.camera.height), texture_of(0x8CACu, 3, 2)};  // RGBA8, depth
     const Shown& one = desk.shown.at(0);
     refused_arguments(desk.gles, desk.camera, one.pack, one.instance, other, textures[0], textures[1]);
@@ -331,11 +325,11 @@ void refused(Desk& desk, Words& words) {
 
 /// What a job may say, by its first word.
 const std::map<std::string, void (*)(Desk&, Words&)> commands = {
-    {"begin", [](Desk& desk, Words& words) { begin(desk, next(words), words); }},
+    {"begin", &begin},
     {"hide", [](Desk&, Words& words) { hidden.push_back(next(words)); }},
     {"target", &set_target},
     {"which", [](Desk& desk, Words&) { std::printf("which %u\n", avatar_gles_target(desk.gles)); }},
-    {"add", &add_words},
+    {"add", &add},
     {"twice", &add_again},
     {"pose", [](Desk& desk, Words& words) { const Shown& one = shown(desk, words); set_pose(one, read_file(next(words))); }},
     {"show", [](Desk& desk, Words& words) {
@@ -353,14 +347,14 @@ const std::map<std::string, void (*)(Desk&, Words&)> commands = {
          must(avatar_gles_draw(desk.gles, &desk.camera, nullptr), avatar_gles_error(desk.gles));
          save(desk, next(words));
      }},
-    {"depth", &depth_words},
-    {"depth_of", [](Desk&, Words& words) { const std::string file = next(words); depth_of(file, next(words)); }},
-    {"composite", &composite_words},
-    {"conform", [](Desk& desk, Words& words) { const std::string folder = next(words); conform(desk, folder, next(words)); }},
-    {"frames", [](Desk& desk, Words& words) { frames(desk, next<int>(words)); }},
+    {"depth", &draw_behind},
+    {"depth_of", &depth_of},
+    {"composite", &composite},
+    {"conform", &conform},
+    {"frames", &frames},
     {"early", [](Desk& desk, Words&) { refused_early(desk.gles); }},
     {"refused", &refused},
-    {"bench", [](Desk& desk, Words& words) { bench(desk, next<int>(words), words); }},
+    {"bench", &bench},
     {"lose", [](Desk& desk, Words&) { lose(desk); }},
     {"end", [](Desk& desk, Words&) { end(desk); }},
 };

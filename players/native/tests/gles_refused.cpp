@@ -67,10 +67,14 @@ void refused_arguments(AvatarGles* gles, const AvatarCamera& camera, const Avata
     bad.height = -1;
     row("avatar_gles_draw size", avatar_gles_draw(gles, &bad, nullptr) == 0, line(), "1 to 32768");
     for (const uint32_t texture : {0u, 987654u, colour}) {
-        const AvatarGlesDepth depth = {texture, 0};
+        const AvatarGlesDepth depth = {sizeof(AvatarGlesDepth), texture, 0};
         row("avatar_gles_draw depth", avatar_gles_draw(gles, &camera, &depth) == 0, line(), "depth: texture");
     }
-    const AvatarGlesDepth depth = {small_depth, 0};
+    bad = camera;
+    bad.struct_size = 0;
+    row("avatar_gles_draw struct_size", avatar_gles_draw(gles, &bad, nullptr) == 0, line(), "struct_size");
+    const AvatarGlesDepth unsized = {0, small_depth, 0}, depth = {sizeof(AvatarGlesDepth), small_depth, 0};
+    row("avatar_gles_draw depth", avatar_gles_draw(gles, &camera, &unsized) == 0, line(), "depth: struct_size");
     row("avatar_gles_draw depth", avatar_gles_draw(gles, &camera, &depth) == 0, line(), "depth: has 3x2 pixels");
     const double x = avatar_place(instance)[3];
     avatar_place(instance)[3] = std::numeric_limits<double>::quiet_NaN();
@@ -86,10 +90,14 @@ void refused_arguments(AvatarGles* gles, const AvatarCamera& camera, const Avata
     row("avatar_gles_composite framebuffer", avatar_gles_composite(gles, 987654, nullptr, 0) == 0, line(), "framebuffer: 987654");
     row("avatar_gles_read NULL", avatar_gles_read(gles, nullptr) == 0, line(), "no memory");
     row("avatar_gles_restore", avatar_gles_restore(gles) == 0, line(), "was not lost");
+    AvatarStageRunner runner;
+    runner.struct_size = 0;
     row("avatar_gles_stage_runner", avatar_gles_stage_runner(gles, nullptr) == 0, line(), "no runner");
+    row("avatar_gles_stage_runner", avatar_gles_stage_runner(gles, &runner) == 0, line(), "struct_size");
 
     const double identity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     AvatarCamera same = camera;
+    row("avatar_gles_camera_depth", avatar_gles_camera_depth(&bad, identity, identity) != nullptr, "", nullptr);
     row("avatar_gles_camera_depth", avatar_gles_camera_depth(&same, identity, identity) != nullptr && avatar_gles_camera_depth(nullptr, identity, identity) != nullptr &&
         avatar_gles_camera_depth(&same, nullptr, identity) != nullptr && std::memcmp(&same, &camera, sizeof camera) == 0, "", nullptr);
 }

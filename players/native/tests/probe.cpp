@@ -3,8 +3,8 @@
 #include <cstring>
 
 #include "avatar_player.h"
+#include "../fuzz/use_everything.h"
 #include "checks.h"
-#include "records.h"
 
 namespace {
 
@@ -13,7 +13,7 @@ struct Loaded {
     AvatarPack* pack;
     AvatarFacts facts = {};
 
-    explicit Loaded(const std::string& path) : file(read_file(path)), pack(avatar_open(file.data(), file.size(), "a.avatar", nullptr)) {
+    explicit Loaded(const std::string& path) : file(read_file(path)), pack(avatar_load(file.data(), file.size(), "a.avatar", nullptr)) {
         avatar_facts(pack, &facts);
         if (avatar_error(pack) != nullptr) std::fprintf(stderr, "%s: %s\n", path.c_str(), avatar_error(pack));
     }
@@ -45,7 +45,7 @@ int contents(const std::string& folder, Records& out) {
         const std::string at = "clip/" + number(i) + "/";
         out.text(at + "name", clip.name);
         out.add(at + "expressionWeights", clip.expression_weights, 4 * size_t{clip.frames} * a.expressions);
-        out.add(at + "lateWeights", clip.late_weights, 4 * size_t{clip.frames} * a.eyelids);
+        out.add(at + "lateWeights", clip.eyelid_weights, 4 * size_t{clip.frames} * a.eyelids);
         out.add(at + "jointDelta", clip.joint_delta, 64 * size_t{clip.frames} * a.joints);
         out.add(at + "worldFromAvatar", clip.world_from_avatar, 64 * size_t{clip.frames});
     }
@@ -112,14 +112,14 @@ int clips(const std::string& folder, Records& out) {
     const AvatarFacts& a = of.facts;
     std::vector<double> made;
     for (const double seconds : read_numbers<double>(folder + "/times.f64")) {
-        if (avatar_set_clip(instance, 0, seconds) != AVATAR_OK) return 1;
+        if (avatar_clip_pose(instance, 0, seconds) != AVATAR_OK) return 1;
         for (size_t i = 0; i < a.expressions; i++) made.push_back(static_cast<double>(avatar_expression_weights(instance)[i]));
         for (size_t i = 0; i < a.eyelids; i++) made.push_back(static_cast<double>(avatar_eyelid_weights(instance)[i]));
         made.insert(made.end(), avatar_joint_delta(instance), avatar_joint_delta(instance) + 16 * a.joints);
         made.insert(made.end(), avatar_world_from_avatar(instance), avatar_world_from_avatar(instance) + 16);
     }
     out.add("sampled", made.data(), 8 * made.size());
-    avatar_set_clip(instance, 99, 0);
+    avatar_clip_pose(instance, 99, 0);
     out.text("no clip", avatar_instance_error(instance));
     avatar_instance_close(instance);
     return 0;
@@ -143,52 +143,11 @@ int conform_cpu(const std::string& folder, Records& out) {
     return 0;
 }
 
-/// The uniform blocks of an instance at a pose and a camera, list by list, with what the frame has.
-int blocks(const std::string& folder, Records& out) {
-    const Loaded of(folder + "/pack.avatar");
-    AvatarInstance* instance = avatar_instance_open(of.pack, 0, nullptr);
-    if (of.facts.clips > 0) avatar_set_clip(instance, 0, 0.1);
-    const double place[16] = {0, 0, 2, 1, 0, 2, 0, 2, -2, 0, 0, 3, 0, 0, 0, 1}, target[3] = {0, 0, 0};
-    std::memcpy(avatar_place(instance), place, sizeof(place));
-    AvatarCamera camera;
-    avatar_camera_orbit(&camera, target, 2, 0.3, 0.2, 0.7, 640, 480);
-    avatar_update_pose(instance);
-    avatar_update_camera(instance, &camera);
-    out.add("world", avatar_world_from_avatar(instance), 128);
-    out.add("matrix", avatar_group_matrix(instance), 48 * size_t{of.facts.groups});
-    out.add("rotation", avatar_group_rotation(instance), 48 * size_t{of.facts.groups});
-    for (uint32_t list = AVATAR_MESH; list <= AVATAR_VIEW; list++) {
-        AvatarPasses* passes = avatar_passes_open(of.pack, 0, list, nullptr);
-        avatar_passes_set(passes, instance);
-        const uint8_t again = avatar_passes_set(passes, instance) != 0;
-        out.add("again/" + number(list), &again, 1);
-        size_t bytes = 0;
-        const uint8_t* held = static_cast<const uint8_t*>(avatar_passes_blocks(passes, &bytes));
-        for (uint32_t i = 0; i < avatar_passes_count(passes); i++) {
-            const AvatarDispatch& one = *avatar_dispatch(passes, i);
-            const std::string at = number(list) + "/" + number(i) + "/";
-            out.text(at + "entry", one.entry);
-            out.add(at + "groups", &one.groups, 4);
-            out.add(at + "threads", &one.threads, 4);
-            out.add(at + "block", held + one.block_offset, one.block_bytes);
-            for (uint32_t b = 0; b < one.binding_count; b++) {
-                AvatarBuffer buffer;
-                avatar_buffer(of.pack, static_cast<uint32_t>(one.bindings[b].index), &buffer);
-                out.text(at + "binding/" + number(one.bindings[b].binding), buffer.name);
-            }
-        }
-        const uint8_t kept = avatar_passes_keep_lasting(passes) != 0;
-        out.add("kept/" + number(list), &kept, 1);
-        avatar_passes_close(passes);
-    }
-    avatar_instance_close(instance);
-    return 0;
-}
-
-/// Cameras: orbit rows of 8 numbers, opencv rows of 23, both by arguments.
+/// Cameras: orbit rows of 9 numbers, opencv rows of 23, opengl rows of 34, all by arguments.
 int cameras(const std::string& folder, Records& out) {
     std::vector<AvatarCamera> made;
     const std::vector<double> orbit = read_numbers<double>(folder + "/orbit.f64"), opencv = read_numbers<double>(folder + "/opencv.f64");
+    const std::vector<double> opengl = read_numbers<double>(folder + "/opengl.f64");
     for (size_t at = 0; at + 9 <= orbit.size(); at += 9) {
         const double* g = &orbit[at];
         AvatarCamera camera;
@@ -199,6 +158,12 @@ int cameras(const std::string& folder, Records& out) {
         const double* g = &opencv[at];
         AvatarCamera camera;
         avatar_camera_opencv(&camera, g, g + 9, g + 12, static_cast<int32_t>(g[21]), static_cast<int32_t>(g[22]));
+        made.push_back(camera);
+    }
+    for (size_t at = 0; at + 34 <= opengl.size(); at += 34) {
+        const double* g = &opengl[at];
+        AvatarCamera camera;
+        avatar_camera_opengl(&camera, g, g + 16, static_cast<int32_t>(g[32]), static_cast<int32_t>(g[33]));
         made.push_back(camera);
     }
     out.add("cameras", made.data(), made.size() * sizeof(AvatarCamera));
@@ -243,16 +208,11 @@ int recordings(const std::string& folder, Records& out) {
 
 /// A line for each file of a stream, each after its length: what is wrong, or nothing.
 int refusals(const std::string& folder, Records& out) {
-    const std::vector<uint8_t> stream = read_file(folder + "/files.bin");
     size_t count = 0;
-    for (size_t at = 0; at + 4 <= stream.size();) {
-        uint32_t length;
-        std::memcpy(&length, &stream[at], 4);
-        const std::vector<uint8_t> own(stream.begin() + static_cast<ptrdiff_t>(at + 4), stream.begin() + static_cast<ptrdiff_t>(at + 4 + length));
-        at += 4 + length;
-        AvatarPack* pack = avatar_open(own.data(), own.size(), "a.avatar", nullptr);
+    for (const Bytes& file : read_files(folder + "/files.bin")) {
+        AvatarPack* pack = avatar_load(file.data(), file.size(), "a.avatar", nullptr);
         out.text(number(count++), avatar_error(pack));
-        if (avatar_error(pack) == nullptr) use_everything(pack);
+        if (avatar_error(pack) == nullptr) use_everything(pack, nullptr);
         avatar_close(pack);
     }
     return 0;
@@ -281,7 +241,7 @@ int main(int count, char** words) {
         const char* name;
         int (*run)(const std::string&, Records&);
     } commands[] = {{"contents", contents},     {"poses", poses},       {"clips", clips},       {"conform", conform_cpu},
-                    {"blocks", blocks},         {"cameras", cameras},   {"recordings", recordings},
+                    {"cameras", cameras},   {"recordings", recordings},
                     {"refusals", refusals},     {"spellings", spellings}, {"programs", programs}, {"memory", memory}, {"inflated", inflated}, {"refused", refused}};
     int failed = count % 3 == 1 && count > 1 ? 0 : 2;
     for (int at = 1; at + 2 < count && failed == 0; at += 3) {

@@ -13,6 +13,19 @@ constexpr double nan_value = std::numeric_limits<double>::quiet_NaN(), infinity 
 constexpr double bad_numbers[] = {nan_value, infinity, -infinity, 1e300};
 constexpr uint32_t beyond = 4000000000u;
 
+/// Whether a type is a struct of the header, and no handle.
+template <class T, class = void>
+struct is_struct : std::false_type {};
+template <class T>
+struct is_struct<T, std::void_t<decltype(T::struct_size)>> : std::true_type {};
+
+template <class T>
+T* empty_struct() {
+    static T made;
+    made = T{};
+    return &made;
+}
+
 struct Table {
     Records& out;
     size_t rows = 0;
@@ -23,132 +36,132 @@ struct Table {
         const std::string said = std::string(good ? "" : "was not refused; ") + (told ? "" : line != nullptr ? line : "no line");
         out.text(std::to_string(rows++) + " " + what, good && told ? "" : said.c_str());
     }
+
+    /// Calls functions of a handle with what no function takes: numbers beyond all, NaN, NULL. They must give nothing.
+    template <class Handle, class... Functions>
+    void call(const char* names, Handle* handle, Functions... functions) {
+        (one(names, functions, handle), ...);
+    }
+
+private:
+    template <class R, class Handle, class... More>
+    void one(const char* what, R (*function)(Handle*, More...), const std::remove_const_t<Handle>* handle) {
+        Handle* own = const_cast<Handle*>(handle);
+        if constexpr (std::is_void_v<R>) function(own, worst<More>()...);
+        else row(what, is_nothing(function(own, worst<More>()...)));
+    }
+    template <class T>
+    static T worst() {
+        if constexpr (std::is_same_v<T, uint32_t>) return beyond;
+        else if constexpr (std::is_same_v<T, double>) return nan_value;
+        else if constexpr (is_struct<std::remove_pointer_t<T>>::value) return empty_struct<std::remove_cv_t<std::remove_pointer_t<T>>>();
+        else return T{};
+    }
+    template <class R>
+    static bool is_nothing(R given) {
+        if constexpr (std::is_same_v<R, double>) return given == infinity;
+        else if constexpr (std::is_signed_v<R>) return given == 0 || given == -1;
+        else return given == R{};
+    }
 };
 
+#define CALL(handle, ...) t.call(#__VA_ARGS__, handle, __VA_ARGS__)
+
 void packs(Table& t, const AvatarPack* pack, const AvatarPack* broken) {
-    t.row("avatar_open NULL", avatar_error(broken) != nullptr, avatar_error(broken), "nothing.avatar: is not a pack");
-    const AvatarAllocator empty = {nullptr, nullptr, nullptr};
-    t.row("avatar_open allocator", avatar_open("", 0, nullptr, &empty) == nullptr);
+    t.row("avatar_load NULL", avatar_error(broken) != nullptr, avatar_error(broken), "nothing.avatar: is not a pack");
+    const AvatarAllocator empty = {sizeof(AvatarAllocator), nullptr, nullptr, nullptr};
+    t.row("avatar_load allocator", avatar_load("", 0, nullptr, &empty) == nullptr);
     avatar_close(nullptr);
     t.row("avatar_error NULL", avatar_error(nullptr) != nullptr, avatar_error(nullptr), "NULL");
-    avatar_facts(pack, nullptr);
-    for (const AvatarPack* one : {static_cast<const AvatarPack*>(nullptr), broken}) {
-        AvatarFacts facts;
-        std::memset(&facts, 1, sizeof(facts));
-        avatar_facts(one, &facts);
-        t.row("avatar_facts", facts.name == nullptr && facts.expressions == 0 && facts.bounds_low == nullptr);
-    }
-    AvatarGroup group;
-    AvatarClip clip;
-    AvatarLevel level;
-    AvatarChunk chunk;
-    AvatarBuffer buffer;
-    uint32_t count = 7;
-    double low = 1, high = 1;
     for (const AvatarPack* one : {static_cast<const AvatarPack*>(nullptr), broken, pack}) {
-        t.row("avatar_expression_name", avatar_expression_name(one, beyond) == nullptr);
-        t.row("avatar_expression_alias", avatar_expression_alias(one, beyond, 0) == nullptr && avatar_expression_alias(one, 0, beyond) == nullptr);
-        t.row("avatar_eyelid_name", avatar_eyelid_name(one, beyond) == nullptr);
-        t.row("avatar_joint_name", avatar_joint_name(one, beyond) == nullptr);
-        t.row("avatar_group_name", avatar_group_name(one, beyond) == nullptr);
+        CALL(one, avatar_expression_name, avatar_expression_alias, avatar_eyelid_name, avatar_joint_name,
+             avatar_expression_range, avatar_group, avatar_clip, avatar_level, avatar_chunk, avatar_buffer, avatar_buffer_content,
+             avatar_level_for, avatar_next_level);
+        double low = 1, high = 1;
+        avatar_expression_range(one, beyond, &low, &high);
+        t.row("avatar_expression_range", low == 0 && high == 0);
         for (const char* name : {static_cast<const char*>(nullptr), "", "no such name", "\xff\xfe"}) {
             t.row("avatar_expression_index", avatar_expression_index(one, name) == -1);
             t.row("avatar_eyelid_index", avatar_eyelid_index(one, name) == -1);
             t.row("avatar_joint_index", avatar_joint_index(one, name) == -1);
             t.row("avatar_buffer_index", avatar_buffer_index(one, name) == -1);
         }
-        avatar_expression_range(one, beyond, &low, &high);
-        avatar_expression_range(one, 0, nullptr, nullptr);
-        t.row("avatar_expression_range", low == 0 && high == 0);
-        t.row("avatar_group", avatar_group(one, beyond, &group) == 0 && avatar_group(one, 0, nullptr) == 0);
-        t.row("avatar_clip", avatar_clip(one, beyond, &clip) == 0 && avatar_clip(one, 0, nullptr) == 0);
-        t.row("avatar_level", avatar_level(one, beyond, &level) == 0 && avatar_level(one, 0, nullptr) == 0);
-        t.row("avatar_level_for", avatar_level_for(one, nan_value) == 0);
-        t.row("avatar_next_level", avatar_next_level(one, nan_value, beyond) == 0 && avatar_next_level(one, infinity, beyond) == 0);
-        t.row("avatar_chunk", avatar_chunk(one, beyond, 0, &chunk) == 0 && avatar_chunk(one, 0, beyond, &chunk) == 0 && avatar_chunk(one, 0, 0, nullptr) == 0);
-        t.row("avatar_buffer", avatar_buffer(one, beyond, &buffer) == 0 && avatar_buffer(one, 0, nullptr) == 0);
-        t.row("avatar_buffer_content", avatar_buffer_content(one, beyond, &buffer) == 0 && avatar_buffer_content(one, 0, nullptr) == 0);
-        avatar_triangles(one, nullptr);
+        AvatarChunk chunk;
+        t.row("beyond one", avatar_expression_alias(one, 0, beyond) == nullptr && avatar_chunk(one, 0, beyond, &chunk) == 0);
+        t.row("avatar_next_level", avatar_next_level(one, infinity, beyond) == 0);
+        t.row("avatar_buffer_content", avatar_buffer_content(one, 0, nullptr) == 0);
         if (one == pack) continue;
-        t.row("avatar_joint_parents", avatar_joint_parents(one) == nullptr);
-        t.row("avatar_rest_local", avatar_rest_local(one) == nullptr);
-        t.row("avatar_inverse_bind", avatar_inverse_bind(one) == nullptr);
-        t.row("avatar_triangles", avatar_triangles(one, &count) == nullptr && count == 0);
+        CALL(one, avatar_facts, avatar_joint_parents, avatar_rest_local, avatar_inverse_bind, avatar_triangles);
     }
+    t.row("avatar_facts", empty_struct<AvatarFacts>()->name == nullptr);
 }
 
+/// The ways to make a camera, with arguments that are sound: the numbers of each argument behind those of the one before.
+struct Made {
+    const char* name;
+    std::vector<double> given;
+    const char* (*make)(AvatarCamera*, const double*);
+};
+
+const Made made_cameras[] = {
+    {"avatar_camera_orbit", {0, 0, 0, 1, 0, 0, 0.8, 64, 48}, [](AvatarCamera* into, const double* g) {
+         return avatar_camera_orbit(into, g, g[3], g[4], g[5], g[6], static_cast<int32_t>(g[7]), static_cast<int32_t>(g[8]));
+     }},
+    {"avatar_camera_opencv", {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 50, 0, 32, 0, 50, 24, 0, 0, 1, 64, 48}, [](AvatarCamera* into, const double* g) {
+         return avatar_camera_opencv(into, g, g + 9, g + 12, static_cast<int32_t>(g[21]), static_cast<int32_t>(g[22]));
+     }},
+    {"avatar_camera_opengl", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2, 0, 0, 0, 1, 1.5, 0, 0, 0, 0, 2, 0, 0, 0, 0, -1, -0.2, 0, 0, -1, 0, 64, 48},
+     [](AvatarCamera* into, const double* g) {
+         return avatar_camera_opengl(into, g, g + 16, static_cast<int32_t>(g[32]), static_cast<int32_t>(g[33]));
+     }}};
+
 void cameras(Table& t, AvatarInstance* instance) {
-    const double target[3] = {0, 0, 0}, identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, k[9] = {50, 0, 32, 0, 50, 24, 0, 0, 1};
-    const double view[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2, 0, 0, 0, 1};
-    const double projection[16] = {1.5, 0, 0, 0, 0, 2, 0, 0, 0, 0, -1, -0.2, 0, 0, -1, 0};
     AvatarCamera camera, before;
-    t.row("sound", avatar_camera_orbit(&camera, target, 1, 0, 0, 0.8, 64, 48) == nullptr);
+    t.row("sound", made_cameras[0].make(&camera, made_cameras[0].given.data()) == nullptr);
     before = camera;
-    const auto orbit = [&](const char* words, const double* at, double distance, double yaw, double pitch, double fov, int32_t width, int32_t height) {
-        const char* line = avatar_camera_orbit(&camera, at, distance, yaw, pitch, fov, width, height);
-        t.row("avatar_camera_orbit", line != nullptr && std::memcmp(&camera, &before, sizeof(camera)) == 0, line, words);
+    const auto row = [&](const char* what, const char* line, const char* words) {
+        t.row(what, line != nullptr && std::memcmp(&camera, &before, sizeof(camera)) == 0, line, words);
     };
-    orbit("NULL", nullptr, 1, 0, 0, 0.8, 64, 48);
-    for (const double bad : bad_numbers) {
-        const double away[3] = {0, bad, 0};
-        orbit("not finite", away, 1, 0, 0, 0.8, 64, 48);
-        orbit("not finite", target, bad, 0, 0, 0.8, 64, 48);
-        orbit("not finite", target, 1, bad, 0, 0.8, 64, 48);
-        orbit("not finite", target, 1, 0, bad, 0.8, 64, 48);
-        orbit("fov_y", target, 1, 0, 0, bad, 64, 48);
+    const struct {
+        size_t how;
+        const char* words;
+        std::initializer_list<size_t> places;
+        std::initializer_list<double> values;
+    } wrong[] = {{0, "not finite", {1, 3, 4, 5}, {nan_value, infinity, -infinity, 1e300}},
+                 {0, "fov_y", {6}, {nan_value, infinity, -infinity, 1e300, 0, -0.5, 3.15, 6}},
+                 {0, "", {6}, {1e-320}},
+                 {0, "1 to 32768", {7, 8}, {0, -1, INT32_MIN, 32769, INT32_MAX}},
+                 {1, "not finite", {4, 11, 14}, {nan_value, infinity, -infinity, 1e300}},
+                 {1, "rotation", {0}, {-1, 2}},
+                 {1, "rotation", {1}, {0.5}},
+                 {1, "intrinsics", {12, 16}, {0, -50}},
+                 {1, "intrinsics", {15, 18, 19}, {1}},
+                 {1, "intrinsics", {20}, {0}},
+                 {1, "1 to 32768", {21}, {0}},
+                 {2, "not finite", {3, 16}, {nan_value, infinity, -infinity, 1e300}},
+                 {2, "not finite", {0}, {0}},
+                 {2, "mirrors", {16}, {0}},
+                 {2, "turns it over", {21}, {-2}},
+                 {2, "perspective", {30}, {0}},
+                 {2, "perspective", {31}, {1}},
+                 {2, "1 to 32768", {32}, {-3}}};
+    for (const auto& one : wrong) {
+        for (const size_t at : one.places) {
+            for (const double value : one.values) {
+                std::vector<double> given = made_cameras[one.how].given;
+                given[at] = value;
+                row(made_cameras[one.how].name, made_cameras[one.how].make(&camera, given.data()), one.words);
+            }
+        }
     }
-    for (const double bad : {0.0, -0.5, 3.15, 6.0}) orbit("fov_y", target, 1, 0, 0, bad, 64, 48);
-    orbit("", target, 1, 0, 0, 1e-320, 64, 48);
-    for (const int32_t bad : {0, -1, INT32_MIN, 32769, INT32_MAX}) {
-        orbit("1 to 32768", target, 1, 0, 0, 0.8, bad, 48);
-        orbit("1 to 32768", target, 1, 0, 0, 0.8, 64, bad);
-    }
-    t.row("avatar_camera_orbit NULL", avatar_camera_orbit(nullptr, target, 1, 0, 0, 0.8, 64, 48) != nullptr);
-
-    const auto opencv = [&](const char* words, const double* rotation, const double* translation, const double* intrinsics, int32_t width) {
-        const char* line = avatar_camera_opencv(&camera, rotation, translation, intrinsics, width, 48);
-        t.row("avatar_camera_opencv", line != nullptr && std::memcmp(&camera, &before, sizeof(camera)) == 0, line, words);
-    };
-    opencv("NULL", nullptr, target, k, 64);
-    opencv("NULL", identity, nullptr, k, 64);
-    opencv("NULL", identity, target, nullptr, 64);
-    opencv("1 to 32768", identity, target, k, 0);
-    t.row("avatar_camera_opencv NULL", avatar_camera_opencv(nullptr, identity, target, k, 64, 48) != nullptr);
-    double changed[16];
-    const auto with = [&](const double* from, size_t count, size_t at, double value) {
-        std::memcpy(changed, from, count * sizeof(double));
-        changed[at] = value;
-        return changed;
-    };
-    for (const double bad : bad_numbers) {
-        opencv("not finite", with(identity, 9, 4, bad), target, k, 64);
-        opencv("not finite", identity, with(target, 3, 2, bad), k, 64);
-        opencv("not finite", identity, target, with(k, 9, 2, bad), 64);
-    }
-    opencv("rotation", with(identity, 9, 0, -1), target, k, 64);
-    opencv("rotation", with(identity, 9, 0, 2), target, k, 64);
-    opencv("rotation", with(identity, 9, 1, 0.5), target, k, 64);
-    for (const size_t at : {0u, 4u, 8u}) opencv("intrinsics", identity, target, with(k, 9, at, 0), 64);
-    for (const size_t at : {3u, 6u, 7u}) opencv("intrinsics", identity, target, with(k, 9, at, 1), 64);
-    opencv("intrinsics", identity, target, with(k, 9, 4, -50), 64);
-
-    const auto opengl = [&](const char* words, const double* v, const double* p, int32_t width) {
-        const char* line = avatar_camera_opengl(&camera, v, p, width, 48);
-        t.row("avatar_camera_opengl", line != nullptr && std::memcmp(&camera, &before, sizeof(camera)) == 0, line, words);
-    };
-    opengl("NULL", nullptr, projection, 64);
-    opengl("NULL", view, nullptr, 64);
-    opengl("1 to 32768", view, projection, -3);
-    t.row("avatar_camera_opengl NULL", avatar_camera_opengl(nullptr, view, projection, 64, 48) != nullptr);
-    for (const double bad : bad_numbers) {
-        opengl("not finite", with(view, 16, 3, bad), projection, 64);
-        opengl("not finite", view, with(projection, 16, 0, bad), 64);
-    }
-    opengl("perspective", view, with(projection, 16, 14, 0), 64);
-    opengl("perspective", view, with(projection, 16, 15, 1), 64);
-    opengl("turns it over", view, with(projection, 16, 5, -2), 64);
-    opengl("mirrors", view, with(projection, 16, 0, 0), 64);
-    opengl("not finite", with(view, 16, 0, 0), projection, 64);
+    for (const Made& one : made_cameras) row(one.name, one.make(nullptr, one.given.data()), "NULL");
+    const double* g = made_cameras[1].given.data();
+    row("orbit NULL", avatar_camera_orbit(&camera, nullptr, 1, 0, 0, 0.8, 64, 48), "NULL");
+    row("opencv NULL", avatar_camera_opencv(&camera, nullptr, g, g, 64, 48), "NULL");
+    row("opencv NULL", avatar_camera_opencv(&camera, g, nullptr, g, 64, 48), "NULL");
+    row("opencv NULL", avatar_camera_opencv(&camera, g, g, nullptr, 64, 48), "NULL");
+    row("opengl NULL", avatar_camera_opengl(&camera, nullptr, g, 64, 48), "NULL");
+    row("opengl NULL", avatar_camera_opengl(&camera, g, nullptr, 64, 48), "NULL");
 
     // One that was filled in by hand, and a place.
     t.row("avatar_update_camera NULL", avatar_update_camera(instance, nullptr) == 0, avatar_instance_error(instance), "NULL");
@@ -172,45 +185,23 @@ void cameras(Table& t, AvatarInstance* instance) {
     t.row("sound", avatar_update_camera(instance, &before) == 1);
 }
 
-void no_instance(Table& t, const AvatarPack* pack, AvatarInstance* bad) {
-    const double target[3] = {0, 0, 0};
-    AvatarCamera camera;
-    AvatarFrame frame = {};
-    uint32_t count = 7;
-    avatar_camera_orbit(&camera, target, 1, 0, 0, 0.8, 64, 48);
+void no_instance(Table& t, AvatarInstance* bad) {
     for (AvatarInstance* one : {static_cast<AvatarInstance*>(nullptr), bad}) {
         const char* line = avatar_instance_error(one);
         t.row("avatar_instance_error", line != nullptr, line, one == nullptr ? "NULL" : "there is no level");
-        avatar_reset_pose(one);
-        t.row("avatar_set_expression", avatar_set_expression(one, "jawOpen", 1) == 0);
-        t.row("avatar_set_eyelid", avatar_set_eyelid(one, "left", 1) == 0);
-        t.row("avatar_set_joint", avatar_set_joint(one, "neck", 0, 0, 0) == 0);
-        t.row("avatar_expression_weights", avatar_expression_weights(one) == nullptr);
-        t.row("avatar_eyelid_weights", avatar_eyelid_weights(one) == nullptr);
-        t.row("avatar_joint_delta", avatar_joint_delta(one) == nullptr);
-        t.row("avatar_world_from_avatar", avatar_world_from_avatar(one) == nullptr);
-        t.row("avatar_place", avatar_place(one) == nullptr);
-        t.row("avatar_set_level", avatar_set_level(one, 0) == 0);
-        t.row("avatar_instance_level", avatar_instance_level(one) == 0);
-        t.row("avatar_set_clip", avatar_set_clip(one, 0, 0) == 0);
-        t.row("avatar_enable_driving", avatar_enable_driving(one, 1) == 0);
-        t.row("avatar_drive", avatar_drive(one, &frame) == 0);
-        t.row("avatar_update_pose", avatar_update_pose(one) == 0);
-        t.row("avatar_update_camera", avatar_update_camera(one, &camera) == 0);
-        t.row("avatar_height_px", avatar_height_px(one, &camera) == infinity);
-        t.row("avatar_pose_floats", avatar_pose_floats(one, &count) == nullptr && count == 0);
-        t.row("avatar_group_matrix", avatar_group_matrix(one) == nullptr);
-        t.row("avatar_group_rotation", avatar_group_rotation(one) == nullptr);
+        CALL(one, avatar_reset_pose, avatar_set_expression, avatar_set_eyelid, avatar_set_joint,
+             avatar_expression_weights, avatar_eyelid_weights, avatar_joint_delta, avatar_world_from_avatar,
+             avatar_place, avatar_set_level, avatar_instance_level, avatar_clip_pose, avatar_enable_driving,
+             avatar_drive, avatar_update_pose, avatar_update_camera, avatar_height_px, avatar_pose_floats,
+             avatar_group_matrix, avatar_group_rotation);
     }
     t.row("avatar_instance_open NULL", avatar_instance_open(nullptr, 0, nullptr) == nullptr);
     avatar_instance_close(nullptr);
-    AvatarPack* broken = avatar_open("xxxx", 4, nullptr, nullptr);
+    AvatarPack* broken = avatar_load("xxxx", 4, nullptr, nullptr);
     AvatarInstance* of = avatar_instance_open(broken, 0, nullptr);
     t.row("avatar_instance_open broken", avatar_update_pose(of) == 0, avatar_instance_error(of), "could not be loaded");
     avatar_instance_close(of);
     avatar_close(broken);
-    avatar_pose_floats(bad, nullptr);
-    (void)pack;
 }
 
 void poses(Table& t, const AvatarPack* pack, AvatarInstance* instance) {
@@ -230,8 +221,8 @@ void poses(Table& t, const AvatarPack* pack, AvatarInstance* instance) {
         t.row("avatar_set_joint", avatar_set_joint(instance, joint, bad, 0, -bad) == 0, line(), "finite");
     }
     t.row("avatar_set_level", avatar_set_level(instance, beyond) == 0, line(), "there is no level");
-    t.row("avatar_set_clip", avatar_set_clip(instance, beyond, 0) == 0, line(), "there is no clip");
-    for (const double seconds : bad_numbers) t.row("sound time", avatar_set_clip(instance, 0, seconds) == 1 && avatar_update_pose(instance) == 1);
+    t.row("avatar_clip_pose", avatar_clip_pose(instance, beyond, 0) == 0, line(), "there is no clip");
+    for (const double seconds : bad_numbers) t.row("sound time", avatar_clip_pose(instance, 0, seconds) == 1 && avatar_update_pose(instance) == 1);
 
     // What was written into the arrays; the floats of the newest sound pose stay.
     avatar_reset_pose(instance);
@@ -275,39 +266,34 @@ void poses(Table& t, const AvatarPack* pack, AvatarInstance* instance) {
 }
 
 void captures(Table& t) {
+    AvatarFrame frame;
     t.row("avatar_arkit_name", avatar_arkit_name(61) == nullptr && avatar_arkit_name(beyond) == nullptr);
     t.row("avatar_arkit_channel", avatar_arkit_channel(nullptr) == -1 && avatar_arkit_channel("") == -1);
-    AvatarFrame frame = {};
-    t.row("avatar_read_packet", avatar_read_packet(nullptr, 9, &frame) == 0 && avatar_read_packet("\6", 1, nullptr) == 0 && avatar_read_packet("\6", 0, &frame) == 0);
+    t.row("avatar_read_packet", avatar_read_packet(nullptr, 9, &frame) == 0 && avatar_read_packet("\6", 1, nullptr) == 0);
     AvatarRecording* none = avatar_recording_open(nullptr, 12, nullptr, nullptr);
     t.row("avatar_recording_open NULL", avatar_recording_error(none) != nullptr, avatar_recording_error(none), "no text");
-    AvatarRecordingFacts facts;
-    for (AvatarRecording* one : {static_cast<AvatarRecording*>(nullptr), none}) {
-        t.row("avatar_recording_facts", avatar_recording_facts(one, &facts) == 0 && avatar_recording_facts(one, nullptr) == 0);
-        t.row("avatar_recording_sample", avatar_recording_sample(one, 0, &frame) == 0 && avatar_recording_sample(one, 0, nullptr) == 0);
-    }
     t.row("avatar_recording_error NULL", avatar_recording_error(nullptr) != nullptr);
-    avatar_recording_close(none);
-    avatar_recording_close(nullptr);
+    for (AvatarRecording* one : {static_cast<AvatarRecording*>(nullptr), none}) {
+        CALL(one, avatar_recording_facts, avatar_recording_sample);
+        avatar_recording_close(one);
+    }
 }
 
 void passes(Table& t, const AvatarPack* pack, const AvatarPack* other, AvatarInstance* instance) {
     AvatarPasses* const wrong[] = {nullptr, avatar_passes_open(nullptr, 0, 0, nullptr), avatar_passes_open(pack, beyond, 0, nullptr),
                                    avatar_passes_open(pack, 0, 3, nullptr)};
     for (AvatarPasses* one : wrong) {
-        size_t bytes = 7;
         t.row("avatar_passes_open", avatar_passes_error(one) != nullptr);
-        t.row("avatar_passes_count", avatar_passes_count(one) == 0);
-        t.row("avatar_dispatch", avatar_dispatch(one, 0) == nullptr);
-        t.row("avatar_passes_blocks", avatar_passes_blocks(one, &bytes) == nullptr && bytes == 0);
+        CALL(one, avatar_passes_count, avatar_passes_blocks, avatar_passes_keep_lasting, avatar_dispatch, avatar_binding, avatar_constant);
         t.row("avatar_passes_set", avatar_passes_set(one, instance) == 0);
-        t.row("avatar_passes_keep_lasting", avatar_passes_keep_lasting(one) == 0);
         avatar_passes_close(one);
     }
     AvatarPasses* view = avatar_passes_open(pack, 0, AVATAR_VIEW, nullptr);
     AvatarInstance* of_other = avatar_instance_open(other, 0, nullptr);
-    t.row("avatar_dispatch", avatar_dispatch(view, beyond) == nullptr);
-    t.row("avatar_passes_blocks", avatar_passes_blocks(view, nullptr) != nullptr);
+    AvatarBinding binding;
+    AvatarConstant constant;
+    CALL(view, avatar_dispatch, avatar_binding, avatar_constant);
+    t.row("beyond one", avatar_binding(view, 0, beyond, &binding) == 0 && avatar_constant(view, 0, beyond, &constant) == 0);
     t.row("avatar_passes_set NULL", avatar_passes_set(view, nullptr) == 0, avatar_passes_error(view), "no sound instance");
     t.row("avatar_passes_set other", avatar_passes_set(view, of_other) == 0, avatar_passes_error(view), "of another pack");
     avatar_passes_set(view, instance);
@@ -315,37 +301,38 @@ void passes(Table& t, const AvatarPack* pack, const AvatarPack* other, AvatarIns
     avatar_instance_close(of_other);
     avatar_passes_close(view);
 
-    const AvatarSceneChunk nameless = {nullptr, 3}, many[] = {{"a", 4000000}, {"b", 4000000}}, few = {"a", 3};
+    constexpr uint32_t size = sizeof(AvatarSceneChunk);
+    const AvatarSceneChunk nameless = {size, nullptr, 3}, many[] = {{size, "a", 4000000}, {size, "b", 4000000}}, few = {size, "a", 3};
     AvatarSort* const sorts[] = {nullptr, avatar_sort_open(nullptr, 2, nullptr), avatar_sort_open(&nameless, 1, nullptr), avatar_sort_open(many, 2, nullptr)};
-    AvatarSceneBuffer buffer;
     for (AvatarSort* one : sorts) {
         t.row("avatar_sort_open", avatar_sort_error(one) != nullptr);
-        t.row("avatar_sort_count", avatar_sort_count(one) == 0);
-        t.row("avatar_sort_buffer", avatar_sort_buffer(one, 0, &buffer) == 0);
+        CALL(one, avatar_sort_count, avatar_sort_dispatches, avatar_sort_buffer);
         t.row("avatar_sort_passes", avatar_passes_count(avatar_sort_passes(one)) == 0);
-        t.row("avatar_sort_dispatches", avatar_sort_dispatches(one) == 0);
         avatar_sort_close(one);
     }
     AvatarSort* sound = avatar_sort_open(&few, 1, nullptr);
-    t.row("avatar_sort_buffer", avatar_sort_buffer(sound, 4, &buffer) == 0 && avatar_sort_buffer(sound, 0, nullptr) == 0);
+    CALL(sound, avatar_sort_buffer);
     avatar_sort_close(sound);
-    const char* entry = nullptr;
     t.row("avatar_shader", avatar_shader(0, nullptr) == nullptr && avatar_shader(9, "blend") == nullptr && avatar_shader(0, "no") == nullptr);
-    t.row("avatar_shader_at", avatar_shader_at(beyond, 0, &entry) == nullptr && avatar_shader_at(0, beyond, nullptr) == nullptr);
+    t.row("avatar_shader_at", avatar_shader_at(beyond, 0, nullptr) == nullptr && avatar_shader_at(0, beyond, nullptr) == nullptr);
+    t.row("avatar_player_version", avatar_player_version() == AVATAR_PLAYER_VERSION);
 }
 
 void reports(Table& t, const AvatarPack* pack) {
     const AvatarStageRunner holes = {};
-    AvatarReport* const wrong[] = {nullptr, avatar_conform(nullptr, "{}", 2, "", 0, nullptr, nullptr), avatar_conform(pack, nullptr, 9, "", 0, nullptr, nullptr),
-                                   avatar_conform(pack, "{}", 2, nullptr, 9, nullptr, nullptr), avatar_conform(pack, "{}", 2, "", 0, &holes, nullptr),
-                                   avatar_conform(pack, "{}", size_t{1} << 40, "", 0, nullptr, nullptr)};
-    const char* const words[] = {"NULL", "could not be loaded", "cases", "vectors", "runner", "cases"};
-    AvatarReportRow row;
-    for (size_t i = 0; i < sizeof(wrong) / sizeof(wrong[0]); i++) {
-        t.row("avatar_conform", avatar_report_error(wrong[i]) != nullptr, avatar_report_error(wrong[i]), words[i]);
-        t.row("avatar_report_passed", avatar_report_passed(wrong[i]) == 0);
-        t.row("avatar_report_row", avatar_report_row(wrong[i], 0, &row) == 0 && avatar_report_row(wrong[i], 0, nullptr) == 0);
-        avatar_report_close(wrong[i]);
+    const struct {
+        const char* words;
+        AvatarReport* made;
+    } wrong[] = {{"NULL", nullptr},
+                 {"could not be loaded", avatar_conform(nullptr, "{}", 2, "", 0, nullptr, nullptr)},
+                 {"cases", avatar_conform(pack, nullptr, 9, "", 0, nullptr, nullptr)},
+                 {"vectors", avatar_conform(pack, "{}", 2, nullptr, 9, nullptr, nullptr)},
+                 {"runner", avatar_conform(pack, "{}", 2, "", 0, &holes, nullptr)},
+                 {"cases", avatar_conform(pack, "{}", size_t{1} << 40, "", 0, nullptr, nullptr)}};
+    for (const auto& one : wrong) {
+        t.row("avatar_conform", avatar_report_error(one.made) != nullptr, avatar_report_error(one.made), one.words);
+        CALL(one.made, avatar_report_passed, avatar_report_row);
+        avatar_report_close(one.made);
     }
 }
 
@@ -353,15 +340,15 @@ void reports(Table& t, const AvatarPack* pack) {
 
 int refused(const std::string& folder, Records& out) {
     const std::vector<uint8_t> file = read_file(folder + "/pack.avatar"), second = read_file(folder + "/other.avatar");
-    AvatarPack* pack = avatar_open(file.data(), file.size(), "a.avatar", nullptr);
-    AvatarPack* other = avatar_open(second.data(), second.size(), "b.avatar", nullptr);
-    AvatarPack* broken = avatar_open(nullptr, 99, "nothing.avatar", nullptr);
+    AvatarPack* pack = avatar_load(file.data(), file.size(), "a.avatar", nullptr);
+    AvatarPack* other = avatar_load(second.data(), second.size(), "b.avatar", nullptr);
+    AvatarPack* broken = avatar_load(nullptr, 99, "nothing.avatar", nullptr);
     AvatarInstance* instance = avatar_instance_open(pack, 0, nullptr);
     AvatarInstance* bad = avatar_instance_open(pack, beyond, nullptr);
     Table table = {out};
     table.row("sound", avatar_error(pack) == nullptr && avatar_error(other) == nullptr && avatar_instance_error(instance) == nullptr);
     packs(table, pack, broken);
-    no_instance(table, pack, bad);
+    no_instance(table, bad);
     poses(table, pack, instance);
     cameras(table, instance);
     captures(table);

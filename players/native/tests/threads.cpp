@@ -4,19 +4,19 @@
 #include <thread>
 
 #include "avatar_player.h"
-#include "records.h"
+#include "tools.h"
 
 static void play(const AvatarPack* pack, const std::vector<uint8_t>* file, std::vector<float>* out) {
     AvatarInstance* avatar = avatar_instance_open(pack, 0, nullptr);
     AvatarPasses* view = avatar_passes_open(pack, 0, AVATAR_VIEW, nullptr);
-    AvatarPack* own = avatar_open(file->data(), file->size(), "own.avatar", nullptr);
+    AvatarPack* own = avatar_load(file->data(), file->size(), "own.avatar", nullptr);
     avatar_enable_driving(avatar, 1);
     const double target[3] = {0, 0, 0};
     AvatarFrame frame = {};
     for (int i = 0; i < 30; i++) {
         frame.weights[17] = 0.01f * static_cast<float>(i);
         frame.head[0] = 0.01 * i;
-        if (i % 3 == 0) avatar_set_clip(avatar, 0, 0.03 * i);
+        if (i % 3 == 0) avatar_clip_pose(avatar, 0, 0.03 * i);
         else avatar_drive(avatar, &frame);
         avatar_set_expression(avatar, "no such name", 1);
         avatar_update_pose(avatar);
@@ -37,7 +37,7 @@ static void play(const AvatarPack* pack, const std::vector<uint8_t>* file, std::
 
 int main(int count, char** words) {
     const std::vector<uint8_t> file = read_file(count > 1 ? words[1] : "");
-    AvatarPack* pack = avatar_open(file.data(), file.size(), "a.avatar", nullptr);
+    AvatarPack* pack = avatar_load(file.data(), file.size(), "a.avatar", nullptr);
     if (const char* line = avatar_error(pack)) return std::printf("%s\n", line), 1;
     std::vector<float> floats[3];
     std::thread first(play, pack, &file, &floats[0]), second(play, pack, &file, &floats[1]);

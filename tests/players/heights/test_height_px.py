@@ -26,7 +26,7 @@ NONE_SHOWN = 2**32 - 1
 def native() -> C.CDLL:
     """The functions of avatar_player.h."""
     held = C.CDLL(str(library()))
-    for name in ("avatar_open", "avatar_instance_open"):
+    for name in ("avatar_load", "avatar_instance_open"):
         getattr(held, name).restype = C.c_void_p
     for name in ("avatar_place", "avatar_world_from_avatar"):
         getattr(held, name).restype = C.POINTER(C.c_double)
@@ -41,7 +41,7 @@ def packs() -> dict[str, bytes]:
 
 
 def opened(native: C.CDLL, file: bytes) -> C.c_void_p:
-    return C.c_void_p(native.avatar_open(file, len(file), b"a.avatar", None))
+    return C.c_void_p(native.avatar_load(file, len(file), b"a.avatar", None))
 
 
 def wanted(case: dict[str, Any]) -> float:

@@ -22,9 +22,8 @@ def need_compilers() -> None:
 def probe() -> Path:
     """The program of all probes, with sanitizers."""
     need_compilers()
-    return build(
-        "probe", [NATIVE / "tests" / f"{name}.cpp" for name in ("probe", "checks", "refused")], SANITIZED
-    )
+    own = [NATIVE / "tests" / f"{name}.cpp" for name in ("probe", "checks", "refused")]
+    return build("probe", [*own, NATIVE / "fuzz" / "use_everything.cpp"], SANITIZED)
 
 
 def ask(command: str, folders: Sequence[Path], out: Path) -> list[Mapping[str, bytes]]:
@@ -50,7 +49,7 @@ def run(program: Path, words: Sequence[str]) -> str:
 
 
 def records(data: bytes) -> dict[str, bytes]:
-    """{name: bytes} of what records.h writes."""
+    """{name: bytes} of what class Records of tools.h writes."""
     found, at = {}, 0
     while at < len(data):
         (length,) = struct.unpack_from("<I", data, at)

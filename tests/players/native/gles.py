@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import struct
 import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -122,7 +123,8 @@ class Job:
         ]
         data = b"".join(np.asarray(one, "<f4").tobytes() for one in floats)
         self._size = seen.height, seen.width
-        self.say("camera", self.file(data + np.array([seen.width, seen.height], "<i4").tobytes()))
+        data = struct.pack("<I", len(data) + 12) + data + struct.pack("<2i", seen.width, seen.height)
+        self.say("camera", self.file(data))
 
     def draw(self, name: str, *words: object) -> None:
         """An image; `words` are a command that writes one."""

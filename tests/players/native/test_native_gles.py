@@ -19,7 +19,6 @@ from avatar_runtime.packs import decode_pack
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
-from avatar_runtime.stages.raster import Image
 from tests.exporter.packing.cases import COARSE, levels_of
 from tests.measured import Measure
 from tests.players.native.gles import Job, desk_program
@@ -30,11 +29,9 @@ from tests.runtime.backends import gl_cases
 from tests.session.native import NATIVE
 
 KINDS = ("es", "gl")
-# An image sums some hundred products of float32; drivers and hosts round the constants of a frame alike.
-IMAGE_LIMIT = 64 * float(np.finfo(np.float32).eps)
-PLACED_LIMIT = 256 * float(
-    np.finfo(np.float32).eps
-)  # a place is multiplied with the camera, which rounds otherwise
+EPSILON = float(np.finfo(np.float32).eps)
+IMAGE_LIMIT = 64 * EPSILON  # an image sums some hundred products of float32
+PLACED_LIMIT = 256 * EPSILON  # a place is multiplied with the camera, which rounds otherwise
 BYTE = 1 / 255
 SMALLER = ("GL_EXT_float_blend", "GL_EXT_color_buffer_float", "GL_EXT_color_buffer_half_float")
 TARGETS = ("rgba32f", "rgba16f", "rgba8")
@@ -62,19 +59,18 @@ def cases(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, PlayedCase]:
     return played_cases(tmp_path_factory)
 
 
-@pytest.fixture(scope="module")
-def wanted(cases: Mapping[str, PlayedCase]) -> Mapping[str, F32]:
-    """Images of backend `gl`."""
-    return {name: image_of(case.avatar) for name, case in cases.items()}
+def off(found: F32, want: F32, limit: float) -> float:
+    """The largest difference, as a share of what it may be."""
+    assert want[..., 3].max() > 0.5
+    return float(np.abs(found - want).max()) / limit
 
 
-@pytest.fixture(scope="module", params=KINDS)
-def every(
-    request: pytest.FixtureRequest, cases: Mapping[str, PlayedCase], tmp_path_factory: pytest.TempPathFactory
-) -> Played:
-    """All cases in one context of each kind: images, and verdicts on all stages."""
-    job = Job(tmp_path_factory.mktemp(f"gles_{request.param}"))
-    job.say("begin", request.param)
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_avatar_repeats_its_reference_and_looks_as_by_backend_gl(
+    kind: str, cases: Mapping[str, PlayedCase], tmp_path: Path, measured: Measure
+) -> None:
+    job = Job(tmp_path)
+    job.say("begin", kind)
     job.camera(gl_cases.camera())
     for name, case in cases.items():
         job.add(case.folder / HEAD, case.avatar, gl_cases.pose_of(case.avatar))
@@ -82,42 +78,18 @@ def every(
         job.say("clear")
         job.say("conform", case.folder, "cases")
     job.say("end")
-    return Played(job, job.run(desk_program()))
-
-
-def off(found: F32, want: F32, limit: float) -> float:
-    """The largest difference, as a share of what it may be."""
-    assert want[..., 3].max() > 0.5
-    return float(np.abs(found - want).max()) / limit
-
-
-def over(image: Image) -> F32:
-    """[H, W, 4] premultiplied colour and alpha."""
-    return np.dstack([image.colour, 1 - image.transmittance])
-
-
-def test_images_are_those_of_backend_gl(every: Played, wanted: Mapping[str, F32], measured: Measure) -> None:
+    played = Played(job, job.run(desk_program()))
+    rows = played.of("row")
+    stages = {"morph", "skin", "blend", "bind", "activate", "project", "sort", "raster"}
+    assert stages <= {row[1] for row in rows} and not [row for row in rows if row[-1] != "1"]
+    assert played.of("passed") == [["1"]] * len(cases) and played.of("left") == [["0"]]
+    measured("native gles, stages, share of the tolerance", max(float(row[-2]) for row in rows), 1)
     apart = {
-        name: off(every.job.image(folder_name(name)), want, IMAGE_LIMIT) for name, want in wanted.items()
+        name: off(job.image(folder_name(name)), image_of(case.avatar), IMAGE_LIMIT)
+        for name, case in cases.items()
     }
     measured("native gles, image, share of the tolerance", max(apart.values()), 1)
     assert not {name: value for name, value in apart.items() if value > 1}
-
-
-def test_all_stages_repeat_their_references(
-    every: Played, cases: Mapping[str, PlayedCase], measured: Measure
-) -> None:
-    rows = every.of("row")
-    assert {"morph", "skin", "blend", "bind", "activate", "project", "sort", "raster"} <= {
-        row[1] for row in rows
-    }
-    assert not [row for row in rows if row[-1] != "1"]
-    assert every.of("passed") == [["1"]] * len(cases)
-    measured("native gles, stages, share of the tolerance", max(float(row[-2]) for row in rows), 1)
-
-
-def test_everything_is_given_back(every: Played) -> None:
-    assert every.of("left") == [["0"]]
 
 
 @pytest.fixture(scope="module", params=KINDS)
@@ -137,12 +109,8 @@ def scene(
     job.draw("again")
     _see(job, cases)
     for reversed_depth in (0, 1):
-        job.draw(
-            f"behind_{reversed_depth}",
-            "depth",
-            job.file(wall(bool(reversed_depth)).tobytes()),
-            reversed_depth,
-        )
+        file = job.file(wall(bool(reversed_depth)).tobytes())
+        job.draw(f"behind_{reversed_depth}", "depth", file, reversed_depth)
     for linear, background in ((0, "blue"), (1, "blue"), (0, "-")):
         job.say("composite", linear, background, job.folder / f"composite_{linear}_{background}")
     for number, target in enumerate(TARGETS):
@@ -205,15 +173,10 @@ def wanted_scene(cases: Mapping[str, PlayedCase]) -> Mapping[str, F32]:
     try:
         whole = make_scene(backends)
         cameras = {"both": gl_cases.camera(), **EYES}
-        return {name: over(whole.image(moved, seen)) for name, seen in cameras.items()}
+        images = {name: whole.image(moved, seen) for name, seen in cameras.items()}
+        return {name: np.dstack([one.colour, 1 - one.transmittance]) for name, one in images.items()}
     finally:
         backends[0].release()
-
-
-@pytest.fixture(scope="module")
-def both(wanted_scene: Mapping[str, F32]) -> F32:
-    """Its image from where tests look."""
-    return wanted_scene["both"]
 
 
 def test_two_eyes_share_one_pose(scene: Played, wanted_scene: Mapping[str, F32], measured: Measure) -> None:
@@ -223,7 +186,10 @@ def test_two_eyes_share_one_pose(scene: Played, wanted_scene: Mapping[str, F32],
     assert float(np.abs(wanted_scene["left"] - wanted_scene["right"]).max()) > 0.1
 
 
-def test_two_avatars_are_sorted_together(scene: Played, both: F32, measured: Measure) -> None:
+def test_two_avatars_are_sorted_together(
+    scene: Played, wanted_scene: Mapping[str, F32], measured: Measure
+) -> None:
+    both = wanted_scene["both"]
     found = off(scene.job.image("both"), both, PLACED_LIMIT)
     measured("native gles, image of two avatars, share of the tolerance", found, 1)
     assert found <= 1
@@ -250,15 +216,14 @@ def test_a_camera_takes_the_depth_of_an_engine(tmp_path: Path) -> None:
         job, out = Job(tmp_path), tmp_path / "camera"
         job.say("depth_of", job.file(np.concatenate([view, projection]).astype("<f8").tobytes()), out)
         job.run(desk_program())
-        rows = np.fromfile(out, np.float32, 32)[16:].reshape(4, 4).astype(np.float64)
+        rows = np.fromfile(out, np.float32, 33)[17:].reshape(4, 4).astype(np.float64)
         clip = points @ (projection @ view).T
         want = 0.5 * clip[:, 2] / clip[:, 3] + 0.5
-        np.testing.assert_allclose(
-            (points @ rows[2]) / (points @ rows[3]), want, atol=8 * float(np.finfo(np.float32).eps)
-        )
+        np.testing.assert_allclose((points @ rows[2]) / (points @ rows[3]), want, atol=8 * EPSILON)
 
 
-def test_the_image_is_put_over_a_framebuffer(scene: Played, both: F32) -> None:
+def test_the_image_is_put_over_a_framebuffer(scene: Played, wanted_scene: Mapping[str, F32]) -> None:
+    both = wanted_scene["both"]
     blue, grey = np.array([0.25, 0.5, 1.0]), np.full(3, 128 / 255)  # as a byte holds it
     # Over what is there, a GPU rounds the image and its factor to bytes before it blends.
     for linear, name, under, limit in ((0, "blue", blue, 1), (1, "blue", blue, 1), (0, "-", grey, 2)):
@@ -288,14 +253,11 @@ def test_arguments_that_cannot_be_used_are_refused(scene: Played) -> None:
     assert len(declared) > 18 and [name for name in declared if f"{name}(" not in table] == []
 
 
-def test_frames_allocate_nothing(scene: Played) -> None:
+def test_frames_allocate_nothing_and_a_lost_context_is_restored(scene: Played) -> None:
     assert scene.of("allocations") == [["0"]]
     # Of memory, in 50 frames: what is lost each frame takes at least 50.
     assert int(scene.of("pages")[0][0]) < 50
-
-
-def test_a_lost_context_is_restored(scene: Played) -> None:
-    lost = scene.of("lost")[0]
+    (lost,) = scene.of("lost")
     assert lost[0] == "0" and "avatar_gles_restore" in lost[-1]
     np.testing.assert_array_equal(scene.job.image("restored"), scene.job.image("both"))
 

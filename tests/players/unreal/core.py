@@ -21,12 +21,15 @@ _MAKE = C.CFUNCTYPE(None, C.c_uint32, C.c_uint32, C.c_uint32, C.c_void_p)
 _PUT = C.CFUNCTYPE(None, C.c_uint32, C.c_uint32, C.c_void_p, C.c_uint32)
 _GO = C.CFUNCTYPE(None, C.c_char_p, C.c_uint32, C.c_void_p, C.POINTER(C.c_uint32), C.c_uint32)
 _GONE = C.CFUNCTYPE(None, C.c_uint32)
+KEYS, SCRIPT = range(2)  # PoseLayers::Source
+EXPRESSION, EYELID, JOINT, CLEAR = range(4)  # kinds of probe_set
 
 
 class SeenCamera(C.Structure):
     """AvatarCamera."""
 
     _fields_ = (
+        ("struct_size", C.c_uint32),
         ("camera_from_world", C.c_float * 16),
         ("clip_from_world", C.c_float * 16),
         ("centre", C.c_float * 3),
@@ -35,16 +38,23 @@ class SeenCamera(C.Structure):
         ("height", C.c_int32),
     )
 
+    def __init__(self, **given: Any) -> None:
+        super().__init__(struct_size=C.sizeof(self), **given)
+
 
 class Face(C.Structure):
     """AvatarFrame."""
 
     _fields_ = (
+        ("struct_size", C.c_uint32),
         ("weights", C.c_float * 52),
         ("head", C.c_double * 3),
         ("left_eye", C.c_double * 3),
         ("right_eye", C.c_double * 3),
     )
+
+    def __init__(self) -> None:
+        super().__init__(struct_size=C.sizeof(self))
 
 
 def doubles(values: Any) -> Any:
@@ -106,9 +116,9 @@ class Stage:
         """Takes an avatar out."""
         self.core.c.probe_remove(self.probe, number)
 
-    def set(self, number: int, kind: int, name: str = "", value: Any = (0.0,)) -> str | None:
-        """A value of a layer, by the kinds of probe_set; the line where it is refused."""
-        return _text(self.core.c.probe_set(self.probe, number, kind, name.encode(), doubles(value)))
+    def set(self, number: int, source: int, kind: int, name: str = "", value: Any = (0.0,)) -> str | None:
+        """A value of a layer; the line where it is refused."""
+        return _text(self.core.c.probe_set(self.probe, number, source, kind, name.encode(), doubles(value)))
 
     def clip(self, number: int, name: str) -> tuple[int, float]:
         """Index and length of a clip."""

@@ -32,13 +32,13 @@ struct Told : Device {
         need(use);
         put(use.id.owner, use.id.index, bytes, static_cast<uint32_t>(size));
     }
-    void run(const AvatarDispatch& dispatch, const uint8_t* block, const BufferUse* uses) override {
-        std::vector<uint32_t> bindings;
-        for (uint32_t i = 0; i < dispatch.binding_count; ++i) {
-            need(uses[i]);
-            for (const uint32_t one : {dispatch.bindings[i].binding, uses[i].id.owner, uses[i].id.index}) bindings.push_back(one);
+    void run(const AvatarDispatch& dispatch, const uint8_t* block, const std::vector<Bound>& bound) override {
+        std::vector<uint32_t> numbers;
+        for (const Bound& one : bound) {
+            need(one.buffer);
+            for (const uint32_t number : {one.binding.binding, one.buffer.id.owner, one.buffer.id.index}) numbers.push_back(number);
         }
-        go(dispatch.entry, dispatch.groups, block, bindings.data(), dispatch.binding_count);
+        go(dispatch.entry, dispatch.groups, block, numbers.data(), dispatch.binding_count);
     }
     void release(uint32_t owner) override {
         for (auto at = known.begin(); at != known.end();) at = at->first.owner == owner ? known.erase(at) : std::next(at);
@@ -97,16 +97,15 @@ void probe_remove(Probe* probe, uint32_t id) {
     probe->layers.erase(id);
     probe->packs.erase(id);
 }
-/// `kind`: 0 a script's expression, 1 a script's joint, 2 a key's expression, 3 a key's joint, 4 begin keys, 5 clear.
-const char* probe_set(Probe* probe, uint32_t id, int kind, const char* name, const double* value) {
+/// `kind`: 0 an expression, 1 an eyelid, 2 a joint, 3 clear.
+const char* probe_set(Probe* probe, uint32_t id, int source, int kind, const char* name, const double* value) {
     PoseLayers& layers = *probe->layers[id];
+    const auto from = static_cast<PoseLayers::Source>(source);
     bool well = true;
-    if (kind == 0) well = layers.set_expression(name, *value);
-    if (kind == 1) well = layers.set_joint(name, value);
-    if (kind == 2) well = layers.key_expression(name, *value);
-    if (kind == 3) well = layers.key_joint(name, value);
-    if (kind == 4) layers.begin_keys();
-    if (kind == 5) layers.clear_script();
+    if (kind == 0) well = layers.set_expression(from, name, *value);
+    if (kind == 1) well = layers.set_eyelid(from, name, *value);
+    if (kind == 2) well = layers.set_joint(from, name, value);
+    if (kind == 3) layers.clear(from);
     return well ? nullptr : text(probe, layers.error());
 }
 /// -1: there is no such clip.
@@ -115,7 +114,7 @@ int32_t probe_clip(Probe* probe, uint32_t id, const char* name, double* seconds)
 const char* probe_names(Probe* probe, uint32_t id) {
     const Names found = names_of(probe->packs[id].get());
     probe->line.clear();
-    for (const auto* list : {&found.weights, &found.joints, &found.clips}) {
+    for (const auto* list : {&found.expressions, &found.eyelids, &found.joints, &found.clips}) {
         for (const std::string& name : *list) probe->line += name + "\n";
     }
     return probe->line.c_str();

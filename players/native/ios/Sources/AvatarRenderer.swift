@@ -22,7 +22,7 @@ final class AvatarRenderer: NSObject, MTKViewDelegate {
     private let queue: MTLCommandQueue
     private let pack: OpaquePointer
     private let instance: OpaquePointer
-    private var facts = AvatarFacts()
+    private var facts = AvatarFacts.sized
     private let passes: PassRunner
     private let drawing: SplatDrawing
     private let inFlight = DispatchSemaphore(value: 1)  // buffers are written by the CPU while no frame reads them
@@ -37,7 +37,7 @@ final class AvatarRenderer: NSObject, MTKViewDelegate {
             throw AvatarFailure(line: "\(name).avatar is not in the app")
         }
         let file = try Data(contentsOf: url)
-        let opened = file.withUnsafeBytes { avatar_open($0.baseAddress, $0.count, "\(name).avatar", nil) }
+        let opened = file.withUnsafeBytes { avatar_load($0.baseAddress, $0.count, "\(name).avatar", nil) }
         guard let pack = opened, avatar_error(pack) == nil else {
             let failure = AvatarFailure(avatar_error(opened))
             avatar_close(opened)
@@ -73,16 +73,16 @@ final class AvatarRenderer: NSObject, MTKViewDelegate {
     }
 
     private func pose() {
-        var clip = AvatarClip()
+        var clip = AvatarClip.sized
         if avatar_clip(pack, 0, &clip) == AVATAR_OK, clip.seconds > 0 {
-            avatar_set_clip(instance, 0, (CACurrentMediaTime() - began).truncatingRemainder(dividingBy: clip.seconds))
+            avatar_clip_pose(instance, 0, (CACurrentMediaTime() - began).truncatingRemainder(dividingBy: clip.seconds))
         } else {
             avatar_reset_pose(instance)
         }
     }
 
     private func camera(width: Int, height: Int) -> AvatarCamera {
-        var camera = AvatarCamera()
+        var camera = AvatarCamera.sized
         let reach = max(facts.whole_size[0] * Double(height) / Double(width), facts.whole_size[1])
         let distance = 0.6 * reach / tan(Self.fieldOfView / 2) / zoom
         avatar_camera_orbit(&camera, facts.whole_target, distance, turn, tilt, Self.fieldOfView, Int32(width), Int32(height))

@@ -1,5 +1,29 @@
 import Metal
 
+/// A struct of the player says how large it is.
+protocol AvatarStruct {
+    init()
+    var struct_size: UInt32 { get set }
+}
+
+extension AvatarStruct {
+    static var sized: Self {
+        var made = Self()
+        made.struct_size = UInt32(MemoryLayout<Self>.stride)
+        return made
+    }
+}
+
+extension AvatarFacts: AvatarStruct {}
+extension AvatarClip: AvatarStruct {}
+extension AvatarCamera: AvatarStruct {}
+extension AvatarChunk: AvatarStruct {}
+extension AvatarBuffer: AvatarStruct {}
+extension AvatarDispatch: AvatarStruct {}
+extension AvatarBinding: AvatarStruct {}
+extension AvatarSceneChunk: AvatarStruct {}
+extension AvatarSceneBuffer: AvatarStruct {}
+
 /// The buffers of one avatar at one level, and its passes: mesh, deform, view, then the sort and the gather.
 final class PassRunner {
     /// Quads in the order of drawing, and how many.
@@ -29,14 +53,17 @@ final class PassRunner {
         let sceneBuffers = try Self.sceneBuffers(device, sort)
         (self.sort, self.projected, self.sceneBuffers) = (sort, projected, sceneBuffers)
         let named = (0..<sceneBuffers.count).first { index in
-            var buffer = AvatarSceneBuffer()
+            var buffer = AvatarSceneBuffer.sized
             return avatar_sort_buffer(sort, UInt32(index), &buffer) == AVATAR_OK && String(cString: buffer.name) == "Quads"
         }
         guard let at = named else { throw AvatarFailure(line: "the sort has no buffer Quads") }
         quads = sceneBuffers[at]
         count = Int(avatar_sort_count(sort))
         for passes: OpaquePointer? in lists + [avatar_sort_passes(sort)!] {
-            for index in 0..<avatar_passes_count(passes) { try makePipeline(avatar_dispatch(passes, index).pointee.entry) }
+            var dispatch = AvatarDispatch.sized
+            for index in 0..<avatar_passes_count(passes) where avatar_dispatch(passes, index, &dispatch) == AVATAR_OK {
+                try makePipeline(dispatch.entry)
+            }
         }
     }
 
@@ -62,13 +89,13 @@ final class PassRunner {
     private func encode(_ passes: OpaquePointer?, _ encoder: MTLComputeCommandEncoder) {
         var bytes = 0
         guard let blocks = avatar_passes_blocks(passes, &bytes) else { return }
-        for index in 0..<avatar_passes_count(passes) {
-            let dispatch = avatar_dispatch(passes, index).pointee
+        var dispatch = AvatarDispatch.sized, binding = AvatarBinding.sized
+        for index in 0..<avatar_passes_count(passes) where avatar_dispatch(passes, index, &dispatch) == AVATAR_OK {
             let entry = String(cString: dispatch.entry)
             guard let pipeline = pipelines[entry] else { continue }
             encoder.setComputePipelineState(pipeline)
-            for at in 0..<Int(dispatch.binding_count) {
-                encoder.setBuffer(buffer(dispatch.bindings[at], passes), offset: 0, index: Int(dispatch.bindings[at].binding))
+            for at in 0..<dispatch.binding_count where avatar_binding(passes, index, at, &binding) == AVATAR_OK {
+                encoder.setBuffer(buffer(binding, passes), offset: 0, index: Int(binding.binding))
             }
             encoder.setBytes(blocks + Int(dispatch.block_offset), length: Int(dispatch.block_bytes), index: Int(dispatch.block_binding))
             encoder.dispatchThreadgroups(
@@ -89,10 +116,10 @@ final class PassRunner {
     }
 
     private static func packBuffers(_ device: MTLDevice, _ pack: OpaquePointer) throws -> [MTLBuffer] {
-        var facts = AvatarFacts()
+        var facts = AvatarFacts.sized
         avatar_facts(pack, &facts)
         return try (0..<facts.buffers).map { index in
-            var told = AvatarBuffer()
+            var told = AvatarBuffer.sized
             avatar_buffer(pack, index, &told)
             let made = try zeros(device, Int(told.bytes))
             if told.has_content != 0 { avatar_buffer_content(pack, index, made.contents()) }
@@ -102,7 +129,7 @@ final class PassRunner {
 
     private static func sceneBuffers(_ device: MTLDevice, _ sort: OpaquePointer) throws -> [MTLBuffer] {
         var made: [MTLBuffer] = []
-        var told = AvatarSceneBuffer()
+        var told = AvatarSceneBuffer.sized
         while avatar_sort_buffer(sort, UInt32(made.count), &told) == AVATAR_OK {
             made.append(try zeros(device, Int(told.stride) * Int(told.count)))
         }
@@ -111,11 +138,14 @@ final class PassRunner {
 
     private static func sort(_ pack: OpaquePointer, _ level: UInt32, _ buffers: [MTLBuffer]) throws -> (OpaquePointer, [String: MTLBuffer]) {
         var chunks: [AvatarSceneChunk] = [], projected: [String: MTLBuffer] = [:]
-        var chunk = AvatarChunk()
+        var chunk = AvatarChunk.sized
         while avatar_chunk(pack, level, UInt32(chunks.count), &chunk) == AVATAR_OK {
             let name = "0/\(chunks.count)"
             projected[name] = buffers[Int(chunk.projected)]
-            chunks.append(AvatarSceneChunk(buffer: UnsafePointer(strdup(name)), count: chunk.count))
+            var own = AvatarSceneChunk.sized
+            own.buffer = UnsafePointer(strdup(name))
+            own.count = chunk.count
+            chunks.append(own)
         }
         defer { for one in chunks { free(UnsafeMutablePointer(mutating: one.buffer)) } }
         let opened = avatar_sort_open(chunks, UInt32(chunks.count), nil)

@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "../conform/gpu_stages.h"
+#include "../formats/sized.h"
 
 using namespace avatar;
 
@@ -47,7 +48,7 @@ static void conform(AvatarReport& report, const Avatar& avatar, Span<Case> cases
             if (!outputs_of(avatar, stages, one, step, scratch, out)) return;
             for (const Expected& output : step.outputs) {
                 const Verdict v = judge(step, output, out);
-                report.rows.add({one.name.data, step.stage.data, output.name.data, v.error, v.used, v.flips, v.passed});
+                report.rows.add({sizeof(AvatarReportRow), one.name.data, step.stage.data, output.name.data, v.error, v.used, v.flips, v.passed});
             }
         }
     }
@@ -71,12 +72,14 @@ AvatarReport* avatar_conform(const AvatarPack* pack, const char* cases, size_t c
     if (pack == nullptr || pack->unusable) report->errors.set("", "its pack could not be loaded");
     else if (cases == nullptr || cases_bytes > INT32_MAX) report->errors.set("cases", "is no text of up to 2147483647 bytes");
     else if (vectors == nullptr && vectors_bytes > 0) report->errors.set("vectors", "no bytes are given");
-    else if (runner != nullptr && !is_whole(*runner)) report->errors.set("runner", "a function of it is NULL");
+    AvatarStageRunner own = {};
+    if (runner != nullptr && !take(runner, own)) report->errors.set("runner", not_sized);
+    else if (runner != nullptr && !is_whole(own)) report->errors.set("runner", "a function of it is NULL");
     const Span<Case> read = report->errors.any() ? Span<Case>{}
                                                  : read_reference(Text(cases, cases_bytes),
                                                                   static_cast<const uint8_t*>(vectors), vectors_bytes,
                                                                   report->arena);
-    if (!report->errors.any() && runner != nullptr) conform_with(*report, *pack, read, *runner);
+    if (!report->errors.any() && runner != nullptr) conform_with(*report, *pack, read, own);
     else if (!report->errors.any()) conform(*report, pack->avatar, read, nullptr);
     report->unusable = report->errors.any();
     return report;
@@ -95,9 +98,5 @@ int avatar_report_passed(const AvatarReport* report) {
 }
 
 int avatar_report_row(const AvatarReport* report, uint32_t index, AvatarReportRow* out) {
-    if (out == nullptr) return AVATAR_FAILED;
-    *out = AvatarReportRow{};
-    if (report == nullptr || index >= report->rows.size()) return AVATAR_FAILED;
-    *out = report->rows[index];
-    return AVATAR_OK;
+    return report == nullptr || index >= report->rows.size() ? refuse(out) : give(report->rows[index], out);
 }

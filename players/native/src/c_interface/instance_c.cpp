@@ -4,7 +4,7 @@
 #include <initializer_list>
 
 #include "../drive/recording.h"
-#include "../made/constants.h"
+#include "../formats/sized.h"
 #include "../play/camera.h"
 #include "../play/levels.h"
 #include "../pose/affine.h"
@@ -173,7 +173,7 @@ int avatar_set_level(AvatarInstance* instance, uint32_t level) {
 
 uint32_t avatar_instance_level(const AvatarInstance* instance) { return instance == nullptr ? 0 : instance->level; }
 
-int avatar_set_clip(AvatarInstance* instance, uint32_t clip, double seconds) {
+int avatar_clip_pose(AvatarInstance* instance, uint32_t clip, double seconds) {
     if (!ready(instance)) return AVATAR_FAILED;
     const Span<ClipData> clips = instance->pack.avatar.clips;
     if (clip >= clips.size) {
@@ -200,16 +200,12 @@ int avatar_enable_driving(AvatarInstance* instance, int within_range) {
 }
 
 /// Whether a captured frame can be used. Sets the error.
-static bool is_finite_frame(AvatarInstance& instance, const AvatarFrame* frame) {
-    if (frame == nullptr) {
-        instance.errors.set("frame", "none is given");
-        return false;
-    }
+static bool is_finite_frame(AvatarInstance& instance, const AvatarFrame& frame) {
     double channels[arkit_channels];
-    for (int i = 0; i < arkit_shapes; i++) channels[i] = static_cast<double>(frame->weights[i]);
-    std::memcpy(channels + arkit_shapes, frame->head, sizeof(frame->head));
-    std::memcpy(channels + arkit_shapes + 3, frame->left_eye, sizeof(frame->left_eye));
-    std::memcpy(channels + arkit_shapes + 6, frame->right_eye, sizeof(frame->right_eye));
+    for (int i = 0; i < arkit_shapes; i++) channels[i] = static_cast<double>(frame.weights[i]);
+    std::memcpy(channels + arkit_shapes, frame.head, sizeof(frame.head));
+    std::memcpy(channels + arkit_shapes + 3, frame.left_eye, sizeof(frame.left_eye));
+    std::memcpy(channels + arkit_shapes + 6, frame.right_eye, sizeof(frame.right_eye));
     for (int i = 0; i < arkit_channels; i++) {
         if (!is_finite_weight(&instance, "frame", arkit_names[i], channels[i])) return false;
     }
@@ -222,8 +218,10 @@ int avatar_drive(AvatarInstance* instance, const AvatarFrame* frame) {
         instance->errors.set("driving", "it is not enabled; call avatar_enable_driving first");
         return AVATAR_FAILED;
     }
-    if (!is_finite_frame(*instance, frame)) return AVATAR_FAILED;
-    instance->driver->pose(*frame, instance->pose);
+    AvatarFrame own;
+    if (!take(frame, own)) instance->errors.set("frame", frame == nullptr ? "none is given" : not_sized);
+    if (instance->errors.any() || !is_finite_frame(*instance, own)) return AVATAR_FAILED;
+    instance->driver->pose(own, instance->pose);
     return AVATAR_OK;
 }
 
@@ -236,23 +234,25 @@ int avatar_update_pose(AvatarInstance* instance) {
 
 int avatar_update_camera(AvatarInstance* instance, const AvatarCamera* camera) {
     if (!ready(instance)) return AVATAR_FAILED;
-    if (const char* line = wrong_with(camera)) instance->errors.set("", "%s", line);
+    AvatarCamera own;
+    if (const char* line = take_camera(camera, own)) instance->errors.set("", "%s", line);
     else if (!all_finite(instance->place, 16)) instance->errors.set("place", "has a number that is not finite");
     if (instance->errors.any()) return AVATAR_FAILED;
     double placed[16];
     instance->write_placed(placed);
-    instance->values.set_camera(*camera, placed);
+    instance->values.set_camera(own, placed);
     return AVATAR_OK;
 }
 
 double avatar_height_px(const AvatarInstance* instance, const AvatarCamera* camera) {
-    if (instance == nullptr || instance->unusable || wrong_with(camera) != nullptr) return HUGE_VAL;
+    AvatarCamera own;
+    if (instance == nullptr || instance->unusable || take_camera(camera, own) != nullptr) return HUGE_VAL;
     if (!all_finite(instance->place, 16) || !all_finite(instance->pose.world_from_avatar.data, 16)) return HUGE_VAL;
     double placed[16], posed[12];
     instance->write_placed(placed);
     multiply(posed, placed, instance->pose.world_from_avatar.data);
     for (int row = 0; row < 3 && instance->pack.avatar.left_handed; row++) posed[4 * row] = -posed[4 * row];
-    return height_px(instance->pack.avatar.framing.whole, posed, *camera);
+    return height_px(instance->pack.avatar.framing.whole, posed, own);
 }
 
 const float* avatar_pose_floats(const AvatarInstance* instance, uint32_t* count) {
@@ -274,7 +274,8 @@ const char* avatar_arkit_name(uint32_t channel) { return channel < arkit_channel
 int32_t avatar_arkit_channel(const char* name) { return name == nullptr ? -1 : channel_of(name); }
 
 int avatar_read_packet(const void* packet, size_t bytes, AvatarFrame* frame) {
-    return frame != nullptr && read_packet(static_cast<const uint8_t*>(packet), bytes, *frame);
+    AvatarFrame made = {};
+    return read_packet(static_cast<const uint8_t*>(packet), bytes, made) && give(made, frame) == AVATAR_OK;
 }
 
 AvatarRecording* avatar_recording_open(const char* text, size_t bytes, const char* name, const AvatarAllocator* allocator) {
@@ -293,16 +294,17 @@ void avatar_recording_close(AvatarRecording* recording) { close_handle(recording
 const char* avatar_recording_error(const AvatarRecording* recording) { return line_of(recording); }
 
 int avatar_recording_facts(const AvatarRecording* recording, AvatarRecordingFacts* out) {
-    if (out == nullptr) return AVATAR_FAILED;
-    *out = AvatarRecordingFacts{};
-    if (recording == nullptr || recording->unusable) return AVATAR_FAILED;
+    if (recording == nullptr || recording->unusable) return refuse(out);
     const Recording& of = recording->recording;
-    *out = {static_cast<uint32_t>(of.times.size), of.without_face, of.fps, of.seconds(), of.times.data, of.channels.data};
-    return AVATAR_OK;
+    const uint32_t frames = static_cast<uint32_t>(of.times.size);
+    return give(AvatarRecordingFacts{sizeof(AvatarRecordingFacts), frames, of.without_face, of.fps, of.seconds(), of.times.data,
+                                     of.channels.data},
+                out);
 }
 
 int avatar_recording_sample(AvatarRecording* recording, double seconds, AvatarFrame* frame) {
-    if (recording == nullptr || recording->unusable || frame == nullptr) return AVATAR_FAILED;
-    recording->recording.sample(seconds, *frame);
-    return AVATAR_OK;
+    if (recording == nullptr || recording->unusable) return AVATAR_FAILED;
+    AvatarFrame made = {};
+    recording->recording.sample(seconds, made);
+    return give(made, frame);
 }

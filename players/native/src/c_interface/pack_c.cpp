@@ -1,11 +1,14 @@
 // The functions of avatar_player.h that read a pack.
+#include "../formats/sized.h"
 #include "../play/levels.h"
 #include "handles.h"
 #include "shader_texts.h"
 
 using namespace avatar;
 
-AvatarPack* avatar_open(const void* file, size_t bytes, const char* name, const AvatarAllocator* allocator) {
+uint32_t avatar_player_version(void) { return AVATAR_PLAYER_VERSION; }
+
+AvatarPack* avatar_load(const void* file, size_t bytes, const char* name, const AvatarAllocator* allocator) {
     AvatarPack* pack = open_handle<AvatarPack>(allocator);
     if (pack == nullptr) return nullptr;
     pack->errors.set_owner(name != nullptr ? Text(name) : Text("the pack"));
@@ -20,36 +23,36 @@ const char* avatar_error(const AvatarPack* pack) { return line_of(pack); }
 /// The avatar of a sound pack; else null.
 static const Avatar* sound(const AvatarPack* pack) { return pack == nullptr || pack->unusable ? nullptr : &pack->avatar; }
 
-void avatar_facts(const AvatarPack* pack, AvatarFacts* out) {
-    if (out == nullptr) return;
-    *out = AvatarFacts{};
+int avatar_facts(const AvatarPack* pack, AvatarFacts* out) {
     const Avatar* of = sound(pack);
-    if (of == nullptr) return;
-    out->name = of->name.data;
-    out->license = or_null(of->license);
-    out->consent = or_null(of->consent);
-    out->left_handed = of->left_handed;
-    out->expressions = static_cast<uint32_t>(of->expressions.size);
-    out->eyelids = static_cast<uint32_t>(of->late_morphs.size);
-    out->joints = static_cast<uint32_t>(of->skeleton.names.size);
-    out->groups = static_cast<uint32_t>(of->groups.size);
-    out->clips = static_cast<uint32_t>(of->clips.size);
-    out->levels = static_cast<uint32_t>(of->levels.size);
-    out->buffers = static_cast<uint32_t>(of->program.buffers.size);
-    out->anchors = static_cast<uint32_t>(of->skeleton.anchor_vertices.size);
-    out->drivable = of->has_driving;
-    out->bounds_low = of->has_bounds ? of->bounds_low : nullptr;
-    out->bounds_high = of->has_bounds ? of->bounds_high : nullptr;
-    out->background = of->has_background ? of->background : nullptr;
-    out->up = of->framing.up;
-    out->front = of->framing.front;
-    out->whole_target = of->framing.whole.target;
-    out->whole_size = of->framing.whole.size;
-    out->head_target = of->framing.head.given ? of->framing.head.target : nullptr;
-    out->head_size = of->framing.head.given ? of->framing.head.size : nullptr;
-    out->preview = of->preview.size > 0 ? of->preview.data : nullptr;
-    out->preview_bytes = of->preview.size;
-    out->file_bytes = of->file_bytes;
+    if (of == nullptr) return refuse(out);
+    AvatarFacts made = {};
+    made.name = of->name.data;
+    made.license = or_null(of->license);
+    made.consent = or_null(of->consent);
+    made.left_handed = of->left_handed;
+    made.expressions = static_cast<uint32_t>(of->expressions.size);
+    made.eyelids = static_cast<uint32_t>(of->late_morphs.size);
+    made.joints = static_cast<uint32_t>(of->skeleton.names.size);
+    made.groups = static_cast<uint32_t>(of->groups.size);
+    made.clips = static_cast<uint32_t>(of->clips.size);
+    made.levels = static_cast<uint32_t>(of->levels.size);
+    made.buffers = static_cast<uint32_t>(of->program.buffers.size);
+    made.anchors = static_cast<uint32_t>(of->skeleton.anchor_vertices.size);
+    made.drivable = of->has_driving;
+    made.bounds_low = of->has_bounds ? of->bounds_low : nullptr;
+    made.bounds_high = of->has_bounds ? of->bounds_high : nullptr;
+    made.background = of->has_background ? of->background : nullptr;
+    made.up = of->framing.up;
+    made.front = of->framing.front;
+    made.whole_target = of->framing.whole.target;
+    made.whole_size = of->framing.whole.size;
+    made.head_target = of->framing.head.given ? of->framing.head.target : nullptr;
+    made.head_size = of->framing.head.given ? of->framing.head.size : nullptr;
+    made.preview = of->preview.size > 0 ? of->preview.data : nullptr;
+    made.preview_bytes = of->preview.size;
+    made.file_bytes = of->file_bytes;
+    return give(made, out);
 }
 
 static const char* name_at(Span<Text> names, uint32_t index) { return index < names.size ? names[index].data : nullptr; }
@@ -72,11 +75,6 @@ const char* avatar_eyelid_name(const AvatarPack* pack, uint32_t index) {
 const char* avatar_joint_name(const AvatarPack* pack, uint32_t index) {
     const Avatar* of = sound(pack);
     return of != nullptr ? name_at(of->skeleton.names, index) : nullptr;
-}
-
-const char* avatar_group_name(const AvatarPack* pack, uint32_t index) {
-    const Avatar* of = sound(pack);
-    return of != nullptr && index < of->groups.size ? of->groups[index].name.data : nullptr;
 }
 
 static int32_t index_of(const Names& names, const char* name) {
@@ -123,41 +121,32 @@ const double* avatar_inverse_bind(const AvatarPack* pack) {
 int avatar_group(const AvatarPack* pack, uint32_t index, AvatarGroup* out) {
     static const char* const names[] = {"skin", "anchor", "joint_mix", "surface", "none"};
     const Avatar* of = sound(pack);
-    if (out == nullptr) return AVATAR_FAILED;
-    *out = AvatarGroup{};
-    if (of == nullptr || index >= of->groups.size) return AVATAR_FAILED;
+    if (of == nullptr || index >= of->groups.size) return refuse(out);
     const Group& group = of->groups[index];
-    *out = {group.name.data, static_cast<uint32_t>(group.first), static_cast<uint32_t>(group.count),
-            names[static_cast<int>(group.binding)]};
-    return AVATAR_OK;
+    return give(AvatarGroup{sizeof(AvatarGroup), group.name.data, static_cast<uint32_t>(group.first), static_cast<uint32_t>(group.count),
+            names[static_cast<int>(group.binding)]}, out);
 }
 
 int avatar_clip(const AvatarPack* pack, uint32_t index, AvatarClip* out) {
     const Avatar* of = sound(pack);
-    if (out == nullptr) return AVATAR_FAILED;
-    *out = AvatarClip{};
-    if (of == nullptr || index >= of->clips.size) return AVATAR_FAILED;
+    if (of == nullptr || index >= of->clips.size) return refuse(out);
     const ClipData& clip = of->clips[index];
-    *out = {clip.name.data,
+    return give(AvatarClip{sizeof(AvatarClip), clip.name.data,
             clip.fps,
             (clip.frames - 1) / clip.fps,
             static_cast<uint32_t>(clip.frames),
             clip.expression_weights.data,
             clip.late_weights.data,
             clip.joint_delta.data,
-            clip.world_from_avatar.data};
-    return AVATAR_OK;
+            clip.world_from_avatar.data}, out);
 }
 
 int avatar_level(const AvatarPack* pack, uint32_t index, AvatarLevel* out) {
     const Avatar* of = sound(pack);
-    if (out == nullptr) return AVATAR_FAILED;
-    *out = AvatarLevel{};
-    if (of == nullptr || index >= of->levels.size) return AVATAR_FAILED;
+    if (of == nullptr || index >= of->levels.size) return refuse(out);
     const LevelInfo& level = of->levels[index];
     const uint32_t chunks = static_cast<uint32_t>(of->program.levels[index].chunks.size);
-    *out = {static_cast<uint32_t>(level.count), chunks, level.height_px, level.psnr_db};
-    return AVATAR_OK;
+    return give(AvatarLevel{sizeof(AvatarLevel), static_cast<uint32_t>(level.count), chunks, level.height_px, level.psnr_db}, out);
 }
 
 uint32_t avatar_level_for(const AvatarPack* pack, double height_px) {
@@ -172,24 +161,18 @@ uint32_t avatar_next_level(const AvatarPack* pack, double height_px, uint32_t le
 
 int avatar_chunk(const AvatarPack* pack, uint32_t level, uint32_t chunk, AvatarChunk* out) {
     const Avatar* of = sound(pack);
-    if (out == nullptr) return AVATAR_FAILED;
-    *out = AvatarChunk{};
-    if (of == nullptr || level >= of->levels.size || chunk >= of->program.levels[level].chunks.size) return AVATAR_FAILED;
+    if (of == nullptr || level >= of->levels.size || chunk >= of->program.levels[level].chunks.size) return refuse(out);
     const Level& held = of->program.levels[level];
     const Run run = held.chunks[chunk];
     const int64_t buffer = of->program.buffer_names.find(ChunkName(held, "Projected", chunk));
-    *out = {static_cast<uint32_t>(run.first), static_cast<uint32_t>(run.count), static_cast<uint32_t>(buffer)};
-    return AVATAR_OK;
+    return give(AvatarChunk{sizeof(AvatarChunk), static_cast<uint32_t>(run.first), static_cast<uint32_t>(run.count), static_cast<uint32_t>(buffer)}, out);
 }
 
 int avatar_buffer(const AvatarPack* pack, uint32_t index, AvatarBuffer* out) {
     const Avatar* of = sound(pack);
-    if (out == nullptr) return AVATAR_FAILED;
-    *out = AvatarBuffer{};
-    if (of == nullptr || index >= of->program.buffers.size) return AVATAR_FAILED;
+    if (of == nullptr || index >= of->program.buffers.size) return refuse(out);
     const Buffer& buffer = of->program.buffers[index];
-    *out = {buffer.name.data, static_cast<uint32_t>(buffer.bytes), !buffer.sections.empty()};
-    return AVATAR_OK;
+    return give(AvatarBuffer{sizeof(AvatarBuffer), buffer.name.data, static_cast<uint32_t>(buffer.bytes), !buffer.sections.empty()}, out);
 }
 
 int32_t avatar_buffer_index(const AvatarPack* pack, const char* name) {

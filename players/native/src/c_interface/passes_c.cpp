@@ -1,4 +1,5 @@
 // The functions of avatar_player.h that make lists of passes.
+#include "../formats/sized.h"
 #include "play_handles.h"
 
 using namespace avatar;
@@ -6,11 +7,14 @@ using namespace avatar;
 AvatarSort::AvatarSort(const AvatarAllocator& given, const AvatarSceneChunk* chunks, uint32_t count)
     : HandleBase(given), passes(given) {
     errors.set_owner("the scene");
-    if (chunks == nullptr && count > 0) errors.set("", "no chunks are given");
+    const uint32_t stride = size_of(chunks);
+    if (stride == 0 && count > 0) errors.set("", chunks == nullptr ? "no chunks are given" : not_sized);
+    Span<AvatarSceneChunk> own = errors.any() ? Span<AvatarSceneChunk>{} : arena.make<AvatarSceneChunk>(count);
     for (uint32_t i = 0; i < count && !errors.any(); i++) {
-        if (chunks[i].buffer == nullptr) errors.set("", "chunk %u has no name of a buffer", i);
+        take(reinterpret_cast<const AvatarSceneChunk*>(reinterpret_cast<const char*>(chunks) + size_t{stride} * i), own[i]);
+        if (own[i].buffer == nullptr) errors.set("", "chunk %u has no name of a buffer", i);
     }
-    if (!errors.any()) sort.make(chunks, count, arena);
+    if (!errors.any()) sort.make(own, arena);
     passes.list = sort.passes;
     passes.unusable = unusable = errors.any();
 }
@@ -46,8 +50,23 @@ uint32_t avatar_passes_count(const AvatarPasses* passes) {
     return usable(passes) ? static_cast<uint32_t>(passes->list.dispatches.size) : 0;
 }
 
-const AvatarDispatch* avatar_dispatch(const AvatarPasses* passes, uint32_t index) {
+static const DispatchRow* row_of(const AvatarPasses* passes, uint32_t index) {
     return index < avatar_passes_count(passes) ? &passes->list.dispatches[index] : nullptr;
+}
+
+int avatar_dispatch(const AvatarPasses* passes, uint32_t index, AvatarDispatch* out) {
+    const DispatchRow* row = row_of(passes, index);
+    return row == nullptr ? refuse(out) : give(row->told, out);
+}
+
+int avatar_binding(const AvatarPasses* passes, uint32_t dispatch, uint32_t index, AvatarBinding* out) {
+    const DispatchRow* row = row_of(passes, dispatch);
+    return row == nullptr || index >= row->bindings.size ? refuse(out) : give(row->bindings[index], out);
+}
+
+int avatar_constant(const AvatarPasses* passes, uint32_t dispatch, uint32_t index, AvatarConstant* out) {
+    const DispatchRow* row = row_of(passes, dispatch);
+    return row == nullptr || index >= row->constants.size ? refuse(out) : give(row->constants[index], out);
 }
 
 const void* avatar_passes_blocks(const AvatarPasses* passes, size_t* bytes) {
@@ -76,11 +95,7 @@ const char* avatar_sort_error(const AvatarSort* sort) { return line_of(sort); }
 uint32_t avatar_sort_count(const AvatarSort* sort) { return sort == nullptr || sort->unusable ? 0 : sort->sort.count; }
 
 int avatar_sort_buffer(const AvatarSort* sort, uint32_t index, AvatarSceneBuffer* out) {
-    if (out == nullptr) return AVATAR_FAILED;
-    *out = AvatarSceneBuffer{};
-    if (sort == nullptr || sort->unusable || index >= 4) return AVATAR_FAILED;
-    *out = sort->sort.buffers[index];
-    return AVATAR_OK;
+    return sort == nullptr || sort->unusable || index >= 4 ? refuse(out) : give(sort->sort.buffers[index], out);
 }
 
 const AvatarPasses* avatar_sort_passes(const AvatarSort* sort) { return sort == nullptr ? nullptr : &sort->passes; }

@@ -20,6 +20,7 @@ GpuStages::GpuStages(const AvatarStageRunner& runner, const AvatarPack& pack, Ar
         failed |= avatar_passes_error(lists_[i]) != nullptr;
     }
     for (uint32_t i = 0; i < chunks.size; i++) {
+        chunks[i].struct_size = sizeof(AvatarSceneChunk);
         chunks[i].buffer = arena.copy(Text(ChunkName(level_, "Projected", i))).data;
         chunks[i].count = static_cast<uint32_t>(level_.chunks[i].count);
         rows_ += chunks[i].count;
@@ -49,7 +50,7 @@ bool GpuStages::run_stage(const char* stage) {
     for (AvatarPasses* list : lists_) {
         list->list.set(values_);
         for (uint32_t i = 0; i < list->list.dispatches.size; i++) {
-            if (Text(list->list.dispatches[i].stage) != stage) continue;
+            if (Text(list->list.dispatches[i].told.stage) != stage) continue;
             failed = failed || runner_.run(runner_.user, list, i) != AVATAR_OK;
         }
     }

@@ -1,4 +1,5 @@
 #pragma once
+#include "../../include/avatar_conform.h"
 #include "../c_interface/play_handles.h"
 #include "reference.h"
 

@@ -217,7 +217,6 @@ void read_live_link_csv(Text text, Recording& into, Arena& arena) {
     }
     if (codes.size() == 0) errors.set("", "has no frame with a face");
     if (errors.any()) return;
-    for (int i = 0; i < arkit_channels; i++) into.has[i] = columns.channels[i] >= 0;
     into.times = times_of(codes, arena);
     into.channels = arena.copy(channels.data(), channels.size());
     if (!errors.any()) into.fps = rate_of(into.times, scratch);

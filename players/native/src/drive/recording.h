@@ -7,8 +7,7 @@ namespace avatar {
 /// A recording of a face: frames at rising times.
 struct Recording {
     Span<double> times;     // [F] seconds from the first frame, rising
-    Span<double> channels;  // [F, 61], in the order of arkit_names
-    bool has[arkit_channels];  // whether the file has a channel; those that it lacks are 0 throughout
+    Span<double> channels;  // [F, 61], in the order of arkit_names; what the file lacks is 0
     uint32_t without_face;  // records that are left out
     double fps;             // from the median step
 

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "sized.h"
+
 namespace avatar {
 
 static void* take_memory(void*, size_t bytes) { return std::malloc(bytes); }
@@ -10,7 +12,9 @@ static void* take_memory(void*, size_t bytes) { return std::malloc(bytes); }
 static void give_memory(void*, void* memory, size_t) { std::free(memory); }
 
 AvatarAllocator allocator_or_default(const AvatarAllocator* given) {
-    return given != nullptr ? *given : AvatarAllocator{take_memory, give_memory, nullptr};
+    AvatarAllocator made = {sizeof(AvatarAllocator), take_memory, give_memory, nullptr};
+    if (given != nullptr) take(given, made);
+    return made;
 }
 
 static constexpr size_t arena_align = 16;

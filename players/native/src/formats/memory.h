@@ -8,7 +8,7 @@
 
 namespace avatar {
 
-/// The allocator that a caller gave, or malloc's.
+/// The allocator that a caller gave, or malloc's. Its functions are null where what was given cannot be used.
 AvatarAllocator allocator_or_default(const AvatarAllocator* given);
 
 /// Elements that somebody else holds.

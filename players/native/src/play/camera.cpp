@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../formats/finite.h"
+#include "../formats/sized.h"
 #include "../pose/affine.h"
 
 namespace avatar {
@@ -14,6 +15,7 @@ static constexpr double depth_scale = far_plane / (far_plane - near_plane);
 static constexpr int32_t widest = 1 << 15;  // pixels
 static constexpr double rotation_tolerance = 1e-3;  // of any entry of R R^T - I
 static const char* const not_given = "the camera: an argument is NULL";
+static const char* const no_size = "the camera: struct_size must be sizeof(AvatarCamera)";
 static const char* const not_finite = "the camera: a number is not finite, or beyond float32";
 static const char* const no_pixels = "the camera: width and height must be 1 to 32768 pixels";
 
@@ -34,21 +36,24 @@ static bool is_rotation(const double* r) {
     return determinant > 0;
 }
 
-const char* wrong_with(const AvatarCamera* camera) {
-    if (camera == nullptr) return not_given;
-    if (!has_pixels(camera->width, camera->height)) return no_pixels;
-    const bool finite = all_finite(camera->camera_from_world, 16) && all_finite(camera->clip_from_world, 16) &&
-                        all_finite(camera->centre, 3) && all_finite(camera->tan_half_fov, 2);
+static const char* wrong_with(const AvatarCamera& camera) {
+    if (!has_pixels(camera.width, camera.height)) return no_pixels;
+    const bool finite = all_finite(camera.camera_from_world, 16) && all_finite(camera.clip_from_world, 16) &&
+                        all_finite(camera.centre, 3) && all_finite(camera.tan_half_fov, 2);
     if (!finite) return not_finite;
-    if (camera->tan_half_fov[0] > 0 && camera->tan_half_fov[1] > 0) return nullptr;
+    if (camera.tan_half_fov[0] > 0 && camera.tan_half_fov[1] > 0) return nullptr;
     return "the camera: its field of view is empty or turned over; tan_half_fov must be above 0";
 }
 
+const char* take_camera(const AvatarCamera* given, AvatarCamera& into) {
+    if (given == nullptr) return not_given;
+    return take(given, into) ? wrong_with(into) : no_size;
+}
+
 /// Gives a camera that was made to the caller, if it can be used.
-static const char* give(const AvatarCamera& made, AvatarCamera* out) {
-    const char* line = wrong_with(&made);
-    if (line == nullptr) *out = made;
-    return line;
+static const char* give_camera(const AvatarCamera& made, AvatarCamera* out) {
+    const char* line = wrong_with(made);
+    return line != nullptr ? line : give(made, out) == AVATAR_OK ? nullptr : no_size;
 }
 
 /// Writes everything that follows from a view [4, 4] and rows 0 and 1 of a projection [3, 4]; row 3 is 0 0 1 0.
@@ -121,7 +126,7 @@ const char* avatar_camera_opencv(AvatarCamera* camera, const double* rotation, c
     made.tan_half_fov[0] = static_cast<float>(width / (2 * k[0]));
     made.tan_half_fov[1] = static_cast<float>(height / (2 * k[4]));
     write_camera(&made, view, projection, width, height);
-    return give(made, camera);
+    return give_camera(made, camera);
 }
 
 const char* avatar_camera_opengl(AvatarCamera* camera, const double* view, const double* projection, int32_t width,
@@ -153,5 +158,5 @@ const char* avatar_camera_opengl(AvatarCamera* camera, const double* view, const
     made.tan_half_fov[0] = static_cast<float>(1 / p[0]);
     made.tan_half_fov[1] = static_cast<float>(1 / p[5]);
     write_camera(&made, own, p, width, height);
-    return give(made, camera);
+    return give_camera(made, camera);
 }

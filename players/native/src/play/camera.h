@@ -3,8 +3,8 @@
 
 namespace avatar {
 
-/// The line for a camera that cannot be used: none, one with numbers that are not finite, one of an empty image. Null for
-/// a sound one.
-const char* wrong_with(const AvatarCamera* camera);
+/// Takes a camera of a program. The line for one that cannot be used: none, one with numbers that are not finite, one of
+/// an empty image; null for a sound one.
+const char* take_camera(const AvatarCamera* given, AvatarCamera& into);
 
 }  // namespace avatar

@@ -12,14 +12,16 @@ Span<Dispatched> dispatched(Span<Pass> passes, Arena& arena) {
 
 void PassList::make(Span<Dispatched> passes, const FrameLayout* layout, const Names* scene, Arena& arena) {
     size_t bytes = 0, constants = 0;
-    dispatches = arena.make<AvatarDispatch>(passes.size);
+    dispatches = arena.make<DispatchRow>(passes.size);
     for (size_t i = 0; i < dispatches.size; i++) {
         const Interface& told = *interface_of(passes[i].pass->entry);
-        AvatarDispatch& one = dispatches[i];
+        AvatarDispatch& one = dispatches[i].told;
         one.entry = told.entry;
         one.stage = told.stage;
         one.groups = passes[i].groups;
         one.threads = told.thread_group;
+        one.binding_count = told.storage.size;
+        one.constant_count = told.members.size;
         one.block_binding = told.block_binding;
         one.block_bytes = told.block_bytes;
         one.block_offset = static_cast<uint32_t>(bytes);
@@ -40,30 +42,27 @@ void PassList::make_dispatch(size_t index, const Dispatched& one, const FrameLay
                              Arena& arena) {
     const Pass& pass = *one.pass;
     const Interface& told = *interface_of(pass.entry);
-    AvatarDispatch& made = dispatches[index];
-    Span<AvatarBinding> bindings = arena.make<AvatarBinding>(told.storage.size);
-    Span<AvatarConstant> constants = arena.make<AvatarConstant>(told.members.size);
+    DispatchRow& made = dispatches[index];
+    made.bindings = arena.make<AvatarBinding>(told.storage.size);
+    made.constants = arena.make<AvatarConstant>(told.members.size);
     if (arena.errors().any()) return;
     for (uint32_t i = 0; i < told.storage.size; i++) {
         const StorageBuffer& storage = told.storage.data[i];
         const Bound* bound = pass.buffer(storage.name);
         const int64_t in_scene = scene == nullptr ? bound->index : scene->find(bound->buffer);
-        bindings[i] = {storage.name, bound->buffer.data, storage.binding, storage.is_read_only, static_cast<int32_t>(in_scene)};
+        made.bindings[i] = {sizeof(AvatarBinding), storage.name, bound->buffer.data, storage.binding, storage.is_read_only,
+                            static_cast<int32_t>(in_scene)};
     }
     for (uint32_t i = 0; i < told.members.size; i++) {
         const Member& member = told.members.data[i];
-        constants[i] = {member.name, static_cast<uint32_t>(member.type), member.offset};
+        made.constants[i] = {sizeof(AvatarConstant), member.name, static_cast<uint32_t>(member.type), member.offset};
         const Constant* value = pass.constant(member.name);  // none for what fills a gap: it is 0
-        if (value != nullptr) set_constant(made.block_offset + member.offset, *value, member.type, layout);
+        if (value != nullptr) set_constant(made.told.block_offset + member.offset, *value, member.type, layout);
     }
-    made.bindings = bindings.data;
-    made.binding_count = told.storage.size;
-    made.constants = constants.data;
-    made.constant_count = told.members.size;
     const Constant* width = pass.constant("appearance_sh_width");
     if (pass.entry != "blend" || width == nullptr || width->kind != Constant::Kind::number || width->number != 0) return;
     for (const Member& member : told.members) {
-        if (Text(member.name) == "sh_terms") lasting_[lasting_count_++] = made.block_offset + member.offset;
+        if (Text(member.name) == "sh_terms") lasting_[lasting_count_++] = made.told.block_offset + member.offset;
     }
 }
 

@@ -9,6 +9,13 @@ struct Dispatched {
     uint32_t groups;  // thread groups
 };
 
+/// A dispatch, with the lists that it counts.
+struct DispatchRow {
+    AvatarDispatch told;
+    Span<AvatarBinding> bindings;
+    Span<AvatarConstant> constants;
+};
+
 /// Dispatches that follow each other, with their uniform blocks in one array. set and keep_lasting allocate nothing.
 class PassList {
 public:
@@ -23,7 +30,7 @@ public:
     /// they are most, is told that there are none. Returns whether a value has changed.
     bool keep_lasting();
 
-    Span<AvatarDispatch> dispatches;
+    Span<DispatchRow> dispatches;
     Span<uint8_t> blocks;
 
 private:

@@ -30,7 +30,8 @@ void SceneSort::add(Pass made, uint32_t groups, Arena& arena) {
     if (!kept.empty()) list_[added_++] = {kept.data, groups};
 }
 
-void SceneSort::make(const AvatarSceneChunk* chunks, uint32_t chunk_count, Arena& arena) {
+void SceneSort::make(Span<AvatarSceneChunk> chunks, Arena& arena) {
+    const uint32_t chunk_count = static_cast<uint32_t>(chunks.size);
     Errors& errors = arena.errors();
     double total = 0;
     for (uint32_t i = 0; i < chunk_count; i++) total += chunks[i].count;
@@ -41,9 +42,10 @@ void SceneSort::make(const AvatarSceneChunk* chunks, uint32_t chunk_count, Arena
     count = static_cast<uint32_t>(total);
     const uint32_t needed = groups_of(count, sort_block), blocks = needed > 0 ? needed : 1;
     const uint32_t most = count > 0 ? count : 1;
+    constexpr uint32_t size = sizeof(AvatarSceneBuffer);
     const AvatarSceneBuffer made[] = {
-        {"Pairs", 8, most}, {"PairsOut", 8, most}, {"Counts", 4, sort_digits * blocks}, {"Quads", 16, 3 * most}};
-    std::memcpy(buffers, made, sizeof(made));
+        {size, "Pairs", 8, most}, {size, "PairsOut", 8, most}, {size, "Counts", 4, sort_digits * blocks}, {size, "Quads", 16, 3 * most}};
+    std::memcpy(static_cast<void*>(buffers), made, sizeof(made));
     if (count == 0) return;
     list_ = arena.make<Dispatched>(2 * static_cast<size_t>(chunk_count) + 3 * turns);
     Names scene;

@@ -9,7 +9,7 @@ class SceneSort {
 public:
     /// The sort of chunks that follow each other; an id counts through all of them. The arena's error is set for more
     /// splats than one dispatch or one buffer has, and where there is no memory.
-    void make(const AvatarSceneChunk* chunks, uint32_t count, Arena& arena);
+    void make(Span<AvatarSceneChunk> chunks, Arena& arena);
 
     uint32_t count = 0;            // all splats
     AvatarSceneBuffer buffers[4];  // Pairs, PairsOut, Counts, Quads

@@ -23,23 +23,27 @@ public:
 	std::shared_ptr<const AvatarPack> GetPack() const { return Pack; }
 
 	/** What the person shown agreed to. Empty where the pack does not say. */
-	UPROPERTY(VisibleAnywhere, BlueprintReadOnly, Category = "Avatar")
+	UPROPERTY(VisibleAnywhere, BlueprintReadOnly, AssetRegistrySearchable, Category = "Gaussian Avatar")
 	FString Consent;
 
 	/** What the avatar may be used for. Empty where the pack does not say. */
-	UPROPERTY(VisibleAnywhere, BlueprintReadOnly, Category = "Avatar")
+	UPROPERTY(VisibleAnywhere, BlueprintReadOnly, AssetRegistrySearchable, Category = "Gaussian Avatar")
 	FString License;
 
-	/** Names for SetExpression: expressions, then eyelids. */
-	UPROPERTY(VisibleAnywhere, BlueprintReadOnly, Category = "Avatar")
+	/** Names for SetExpression. */
+	UPROPERTY(VisibleAnywhere, BlueprintReadOnly, Category = "Gaussian Avatar")
 	TArray<FName> Expressions;
 
+	/** Names for SetEyelid. */
+	UPROPERTY(VisibleAnywhere, BlueprintReadOnly, Category = "Gaussian Avatar")
+	TArray<FName> Eyelids;
+
 	/** Names for SetJoint. */
-	UPROPERTY(VisibleAnywhere, BlueprintReadOnly, Category = "Avatar")
+	UPROPERTY(VisibleAnywhere, BlueprintReadOnly, Category = "Gaussian Avatar")
 	TArray<FName> Joints;
 
-	/** Names for UGaussianAvatarComponent::Clip. */
-	UPROPERTY(VisibleAnywhere, BlueprintReadOnly, Category = "Avatar")
+	/** Names for PlayClip. */
+	UPROPERTY(VisibleAnywhere, BlueprintReadOnly, Category = "Gaussian Avatar")
 	TArray<FName> Clips;
 
 #if WITH_EDITORONLY_DATA

@@ -9,16 +9,14 @@ namespace avatar_unreal {
 // An FName has the spelling with which a program first made it, whichever that was: packaged games do not keep another
 // one. So names that come from Unreal are compared without case, and the pack's own spelling is used from then on.
 
-/// An expression or eyelid as the pack spells it; `name` itself where the pack has none like it.
-std::string weight_name(const AvatarPack* pack, const char* name);
-
-/// A joint as the pack spells it; `name` itself where the pack has none like it.
+/// A name as the pack spells it; `name` itself where the pack has none like it.
+std::string expression_name(const AvatarPack* pack, const char* name);
+std::string eyelid_name(const AvatarPack* pack, const char* name);
 std::string joint_name(const AvatarPack* pack, const char* name);
 
 /// What a person may set or choose.
 struct Names {
-    std::vector<std::string> weights;  // expressions, then eyelids
-    std::vector<std::string> joints, clips;
+    std::vector<std::string> expressions, eyelids, joints, clips;
 };
 Names names_of(const AvatarPack* pack);
 

@@ -18,7 +18,6 @@ public:
 
     /// Null, or why there are no passes.
     const char* error() const { return avatar_passes_error(passes); }
-    bool empty() const { return uses.empty(); }
 
     /// Takes the values of a frame. Whether one has changed.
     bool set(const AvatarInstance* instance) { return owned != nullptr && avatar_passes_set(owned, instance) == 1; }
@@ -29,7 +28,14 @@ public:
 private:
     AvatarPasses* owned;
     const AvatarPasses* passes;
-    std::vector<std::vector<BufferUse>> uses;
+    struct Run {
+        AvatarDispatch dispatch;
+        std::vector<Bound> bound;
+    };
+    template <class BufferOf>
+    void find(BufferOf buffer_of);
+
+    std::vector<Run> runs;
 };
 
 /// A buffer of a pack, as an avatar uses it.

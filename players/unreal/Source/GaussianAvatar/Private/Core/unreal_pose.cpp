@@ -32,7 +32,7 @@ void mark(const std::vector<T>& a, const std::vector<T>& b, size_t width, std::v
 }  // namespace
 
 Pack open_pack(const void* file, size_t bytes, const char* name, std::string& error) {
-    AvatarPack* opened = avatar_open(file, bytes, name, nullptr);
+    AvatarPack* opened = avatar_load(file, bytes, name, nullptr);
     const char* line = avatar_error(opened);
     if (line == nullptr) return Pack(opened, [](const AvatarPack* one) { avatar_close(const_cast<AvatarPack*>(one)); });
     error = line;
@@ -56,8 +56,7 @@ void PoseValues::give(AvatarInstance* instance) const {
 
 PoseLayers::PoseLayers(Pack played) : pack(played), instance(avatar_instance_open(played.get(), 0, nullptr)) {
     avatar_facts(pack.get(), &facts);
-    size(script);
-    size(keys);
+    for (Layer& layer : layers) size(layer);
     if (avatar_instance_error(instance) != nullptr) fail();
     else mixed.take(instance, facts);
 }
@@ -79,45 +78,34 @@ bool PoseLayers::fail() {
     return false;
 }
 
-bool PoseLayers::weight(Layer& layer, const char* name, double value) {
-    const std::string own = weight_name(pack.get(), name);
-    const int32_t eyelid = avatar_eyelid_index(pack.get(), own.c_str());
-    const int set = eyelid < 0 ? avatar_set_expression(instance, own.c_str(), value)
-                               : avatar_set_eyelid(instance, own.c_str(), value);
-    if (set != AVATAR_OK) return fail();
-    const int32_t index = eyelid < 0 ? avatar_expression_index(pack.get(), own.c_str()) : eyelid;
-    const auto at = static_cast<size_t>(index);
-    (eyelid < 0 ? layer.values.expressions : layer.values.eyelids)[at] = static_cast<float>(value);
-    (eyelid < 0 ? layer.has_expression : layer.has_eyelid)[at] = 1;
+bool PoseLayers::set_expression(Source from, const char* name, double value) {
+    const std::string own = expression_name(pack.get(), name);
+    if (avatar_set_expression(instance, own.c_str(), value) != AVATAR_OK) return fail();
+    const auto at = static_cast<size_t>(avatar_expression_index(pack.get(), own.c_str()));
+    layers[from].values.expressions[at] = static_cast<float>(value);
+    layers[from].has_expression[at] = 1;
     return true;
 }
 
-bool PoseLayers::joint(Layer& layer, const char* name, const double* rotation) {
+bool PoseLayers::set_eyelid(Source from, const char* name, double value) {
+    const std::string own = eyelid_name(pack.get(), name);
+    if (avatar_set_eyelid(instance, own.c_str(), value) != AVATAR_OK) return fail();
+    const auto at = static_cast<size_t>(avatar_eyelid_index(pack.get(), own.c_str()));
+    layers[from].values.eyelids[at] = static_cast<float>(value);
+    layers[from].has_eyelid[at] = 1;
+    return true;
+}
+
+bool PoseLayers::set_joint(Source from, const char* name, const double* rotation) {
     double turned[3];
     person_rotation(rotation, turned);
     const std::string own = joint_name(pack.get(), name);
     if (avatar_set_joint(instance, own.c_str(), turned[0], turned[1], turned[2]) != AVATAR_OK) return fail();
-    const auto index = static_cast<size_t>(avatar_joint_index(pack.get(), own.c_str()));
-    copy_joint(avatar_joint_delta(instance), layer.values.joint_delta, index);
-    layer.has_joint[index] = 1;
+    const auto at = static_cast<size_t>(avatar_joint_index(pack.get(), own.c_str()));
+    copy_joint(avatar_joint_delta(instance), layers[from].values.joint_delta, at);
+    layers[from].has_joint[at] = 1;
     return true;
 }
-
-bool PoseLayers::set_expression(const char* name, double value) { return weight(script, name, value); }
-
-bool PoseLayers::set_joint(const char* name, const double* rotation) { return joint(script, name, rotation); }
-
-void PoseLayers::clear_script() { size(script); }
-
-void PoseLayers::begin_keys() {
-    for (std::vector<char>* has : {&keys.has_expression, &keys.has_eyelid, &keys.has_joint}) {
-        std::fill(has->begin(), has->end(), char{0});
-    }
-}
-
-bool PoseLayers::key_expression(const char* name, double value) { return weight(keys, name, value); }
-
-bool PoseLayers::key_joint(const char* name, const double* rotation) { return joint(keys, name, rotation); }
 
 void PoseLayers::put(const Layer& layer) {
     for (size_t i = 0; i < layer.has_expression.size(); ++i) {
@@ -152,7 +140,7 @@ bool PoseLayers::learn_driven() {
     return avatar_enable_driving(instance, 1) == AVATAR_OK || fail();
 }
 
-bool PoseLayers::live(const AvatarFrame& face) {
+bool PoseLayers::drive(const AvatarFrame& face) {
     if (!learned && !learn_driven()) driving_line = line;
     if (!driving_line.empty()) {
         line = driving_line;
@@ -175,11 +163,10 @@ int32_t PoseLayers::clip(const char* name, double& seconds) const {
 
 bool PoseLayers::mix(int32_t clip, double seconds, const AvatarFrame* face) {
     avatar_reset_pose(instance);
-    const bool well = clip < 0 || avatar_set_clip(instance, static_cast<uint32_t>(clip), seconds) == AVATAR_OK || fail();
+    const bool well = clip < 0 || avatar_clip_pose(instance, static_cast<uint32_t>(clip), seconds) == AVATAR_OK || fail();
     mixed.take(instance, facts);
-    put(keys);
-    put(script);
-    return (face == nullptr || live(*face)) && well;
+    for (const Layer& layer : layers) put(layer);
+    return (face == nullptr || drive(*face)) && well;
 }
 
 }  // namespace avatar_unreal

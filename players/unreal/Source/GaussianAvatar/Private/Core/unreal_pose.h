@@ -47,18 +47,16 @@ public:
     /// Whether these are layers over a pack.
     bool is_of(const Pack& other) const { return pack == other; }
 
-    /// Values of scripts. False for an unknown name or a number that is none; error() says which. Expressions and eyelids
-    /// are set alike: to an artist both are sliders.
-    bool set_expression(const char* name, double weight);
-    /// `rotation` [4]: x, y, z, w of an FQuat.
-    bool set_joint(const char* name, const double* rotation);
-    /// Scripts set nothing any more.
-    void clear_script();
+    /// Who sets a value: keys, which are cleared before those of each frame, and scripts, whose values stay.
+    enum Source { keys, script };
 
-    /// Keys: call it before those of a frame.
-    void begin_keys();
-    bool key_expression(const char* name, double weight);
-    bool key_joint(const char* name, const double* rotation);
+    /// False for an unknown name and for a number that is not finite; error() says which.
+    bool set_expression(Source from, const char* name, double weight);
+    bool set_eyelid(Source from, const char* name, double weight);
+    /// `rotation` [4]: x, y, z, w of an FQuat.
+    bool set_joint(Source from, const char* name, const double* rotation);
+    /// It sets nothing any more.
+    void clear(Source from) { size(layers[from]); }
 
     /// A clip by its name and its length in seconds; -1 and 0: there is none.
     int32_t clip(const char* name, double& seconds) const;
@@ -77,17 +75,15 @@ private:
     };
 
     void size(Layer& layer) const;
-    bool weight(Layer& layer, const char* name, double value);
-    bool joint(Layer& layer, const char* name, const double* rotation);
     void put(const Layer& layer);
     bool learn_driven();
-    bool live(const AvatarFrame& face);
+    bool drive(const AvatarFrame& face);
     bool fail();
 
     Pack pack;
     AvatarInstance* instance;
     AvatarFacts facts = {};
-    Layer script, keys;
+    Layer layers[2];          // by Source: in the order in which they lie over the clip
     Layer driven;             // what a live face sets
     bool driven_root = false; // whether it moves the whole avatar
     PoseValues mixed;

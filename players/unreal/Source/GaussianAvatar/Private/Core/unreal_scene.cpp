@@ -142,7 +142,7 @@ Scene::Sorted* Scene::sorted() {
         }
     }
     std::vector<AvatarSceneChunk> chunks;
-    for (const auto& [name, count] : counts) chunks.push_back({name.c_str(), count});
+    for (const auto& [name, count] : counts) chunks.push_back({sizeof(AvatarSceneChunk), name.c_str(), count});
     sort->sort = avatar_sort_open(chunks.data(), static_cast<uint32_t>(chunks.size()), nullptr);
     const char* said = avatar_sort_error(sort->sort);
     if (said != nullptr) {

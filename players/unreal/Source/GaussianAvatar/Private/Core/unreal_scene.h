@@ -26,14 +26,20 @@ struct BufferUse {
     const AvatarPack* source; // the pack whose content it has; null: it begins with zeros
 };
 
+/// A binding of a kernel, with its buffer.
+struct Bound {
+    AvatarBinding binding;
+    BufferUse buffer;
+};
+
 /// The GPU, as the scene sees it. Buffers live until `release`, unless they grow.
 class Device {
 public:
     virtual ~Device() = default;
     /// Writes a buffer from its beginning on.
     virtual void write(const BufferUse& buffer, const void* bytes, size_t size) = 0;
-    /// Runs a dispatch with its block of constants; `buffers` are those of its bindings. The next call sees its results.
-    virtual void run(const AvatarDispatch& dispatch, const uint8_t* block, const BufferUse* buffers) = 0;
+    /// Runs a dispatch with its block of constants and its bindings. The next call sees its results.
+    virtual void run(const AvatarDispatch& dispatch, const uint8_t* block, const std::vector<Bound>& bound) = 0;
     /// Nobody will use the buffers of an owner again.
     virtual void release(uint32_t owner) = 0;
 };

@@ -7,6 +7,15 @@
 
 DEFINE_LOG_CATEGORY(LogGaussianAvatar);
 
+namespace
+{
+void Take(const std::vector<std::string>& Names, TArray<FName>& Into)
+{
+	Into.Reset();
+	for (const std::string& Name : Names) Into.Add(FName(UTF8_TO_TCHAR(Name.c_str())));
+}
+}
+
 bool UGaussianAvatarAsset::Load(TArray<uint8>&& File, const FString& FileName, FString& Error)
 {
 	std::string Line;
@@ -30,10 +39,10 @@ void UGaussianAvatarAsset::ReadFacts()
 	License = UTF8_TO_TCHAR(Facts.license != nullptr ? Facts.license : "");
 	Consent = UTF8_TO_TCHAR(Facts.consent != nullptr ? Facts.consent : "");
 	const avatar_unreal::Names Known = avatar_unreal::names_of(Pack.get());
-	for (TArray<FName>* Names : {&Expressions, &Joints, &Clips}) Names->Reset();
-	for (const std::string& Name : Known.weights) Expressions.Add(FName(UTF8_TO_TCHAR(Name.c_str())));
-	for (const std::string& Name : Known.joints) Joints.Add(FName(UTF8_TO_TCHAR(Name.c_str())));
-	for (const std::string& Name : Known.clips) Clips.Add(FName(UTF8_TO_TCHAR(Name.c_str())));
+	Take(Known.expressions, Expressions);
+	Take(Known.eyelids, Eyelids);
+	Take(Known.joints, Joints);
+	Take(Known.clips, Clips);
 }
 
 void UGaussianAvatarAsset::Serialize(FArchive& Archive)

@@ -12,6 +12,10 @@
 
 namespace
 {
+using avatar_unreal::PoseLayers;
+
+std::string Utf8(FName Name) { return TCHAR_TO_UTF8(*Name.ToString()); }
+
 /** Reads the newest frame of a Live Link subject. False where there is none or no name of it is ARKit's. */
 bool ReadFace(const FLiveLinkSubjectName& Subject, AvatarFrame& Frame)
 {
@@ -27,8 +31,7 @@ bool ReadFace(const FLiveLinkSubjectName& Subject, AvatarFrame& Frame)
 	bool bFace = false;
 	for (int32 i = 0; i < FMath::Min(Names->PropertyNames.Num(), Values->PropertyValues.Num()); ++i)
 	{
-		const FString Name = Names->PropertyNames[i].ToString();
-		bFace |= avatar_unreal::set_channel(Frame, TCHAR_TO_UTF8(*Name), Values->PropertyValues[i]);
+		bFace |= avatar_unreal::set_channel(Frame, Utf8(Names->PropertyNames[i]).c_str(), Values->PropertyValues[i]);
 	}
 	return bFace;
 }
@@ -61,7 +64,7 @@ bool UGaussianAvatarComponent::Ready()
 	if (Layers && Layers->is_of(Pack)) return true;
 	Layers.reset();
 	if (!Pack) return false;
-	Layers = std::make_shared<avatar_unreal::PoseLayers>(Pack);
+	Layers = std::make_shared<PoseLayers>(Pack);
 	if (Told(Layers->error().empty())) return true;
 	Layers.reset();
 	return false;
@@ -96,36 +99,59 @@ bool UGaussianAvatarComponent::Told(bool bWell)
 	return false;
 }
 
-bool UGaussianAvatarComponent::SetExpression(FName Name, float Weight)
+bool UGaussianAvatarComponent::PlayClip(FName ClipName, float StartSeconds)
 {
-	return Ready() && Told(Layers->set_expression(TCHAR_TO_UTF8(*Name.ToString()), Weight));
+	double Length = 0;
+	if (!Ready()) return false;
+	if (Layers->clip(Utf8(ClipName).c_str(), Length) < 0)
+	{
+		UE_LOG(LogGaussianAvatar, Warning, TEXT("%s: has no clip %s"), *GetName(), *ClipName.ToString());
+		return false;
+	}
+	Clip = ClipName;
+	ClipSeconds = StartSeconds;
+	bPlaying = true;
+	return true;
 }
 
-bool UGaussianAvatarComponent::SetJoint(FName Name, FRotator Rotation)
+bool UGaussianAvatarComponent::SetExpression(FName ExpressionName, float Weight)
+{
+	return Ready() && Told(Layers->set_expression(PoseLayers::script, Utf8(ExpressionName).c_str(), Weight));
+}
+
+bool UGaussianAvatarComponent::SetEyelid(FName EyelidName, float Weight)
+{
+	return Ready() && Told(Layers->set_eyelid(PoseLayers::script, Utf8(EyelidName).c_str(), Weight));
+}
+
+bool UGaussianAvatarComponent::SetJoint(FName JointName, FRotator Rotation)
 {
 	const FQuat Turn = Rotation.Quaternion();
-	return Ready() && Told(Layers->set_joint(TCHAR_TO_UTF8(*Name.ToString()), &Turn.X));
+	return Ready() && Told(Layers->set_joint(PoseLayers::script, Utf8(JointName).c_str(), &Turn.X));
 }
 
-void UGaussianAvatarComponent::ClearValues()
+void UGaussianAvatarComponent::ResetPose()
 {
-	if (Layers) Layers->clear_script();
+	if (Layers) Layers->clear(PoseLayers::script);
 }
 
 void UGaussianAvatarComponent::ReadKeys()
 {
-	Layers->begin_keys();
+	Layers->clear(PoseLayers::keys);
 	for (const USceneComponent* Child : GetAttachChildren())
 	{
-		if (const UGaussianAvatarExpression* Key = Cast<UGaussianAvatarExpression>(Child))
+		if (const UGaussianAvatarExpressionComponent* Key = Cast<UGaussianAvatarExpressionComponent>(Child))
 		{
-			if (!Key->Expression.IsNone()) Told(Layers->key_expression(TCHAR_TO_UTF8(*Key->Expression.ToString()), Key->Weight));
+			if (!Key->Expression.IsNone()) Told(Layers->set_expression(PoseLayers::keys, Utf8(Key->Expression).c_str(), Key->Weight));
 		}
-		else if (const UGaussianAvatarJoint* Joint = Cast<UGaussianAvatarJoint>(Child))
+		else if (const UGaussianAvatarEyelidComponent* Lid = Cast<UGaussianAvatarEyelidComponent>(Child))
 		{
-			if (Joint->Joint.IsNone()) continue;
+			if (!Lid->Eyelid.IsNone()) Told(Layers->set_eyelid(PoseLayers::keys, Utf8(Lid->Eyelid).c_str(), Lid->Weight));
+		}
+		else if (const UGaussianAvatarJointComponent* Joint = Cast<UGaussianAvatarJointComponent>(Child))
+		{
 			const FQuat Turn = Joint->GetRelativeRotation().Quaternion();
-			Told(Layers->key_joint(TCHAR_TO_UTF8(*Joint->Joint.ToString()), &Turn.X));
+			if (!Joint->Joint.IsNone()) Told(Layers->set_joint(PoseLayers::keys, Utf8(Joint->Joint).c_str(), &Turn.X));
 		}
 	}
 }
@@ -135,7 +161,7 @@ void UGaussianAvatarComponent::TickComponent(float DeltaTime, ELevelTick TickTyp
 	Super::TickComponent(DeltaTime, TickType, Function);
 	if (!Extension.IsValid()) return;
 	double Length = 0;
-	const int32 Index = Clip.IsNone() ? INDEX_NONE : Layers->clip(TCHAR_TO_UTF8(*Clip.ToString()), Length);
+	const int32 Index = Clip.IsNone() ? INDEX_NONE : Layers->clip(Utf8(Clip).c_str(), Length);
 	if (bPlaying && Length > 0 && TickType != LEVELTICK_ViewportsOnly)
 	{
 		ClipSeconds = static_cast<float>(FMath::Fmod(static_cast<double>(ClipSeconds) + DeltaTime, Length));

@@ -42,13 +42,13 @@ void FGaussianAvatarDevice::write(const avatar_unreal::BufferUse& Use, const voi
 	Buffers[Use.id] = Builder->ConvertToExternalBuffer(Made);
 }
 
-void FGaussianAvatarDevice::run(const AvatarDispatch& Dispatch, const uint8_t* Block, const avatar_unreal::BufferUse* Uses)
+void FGaussianAvatarDevice::run(
+	const AvatarDispatch& Dispatch, const uint8_t* Block, const std::vector<avatar_unreal::Bound>& Bindings)
 {
 	FRDGBufferRef Bound[AvatarMostBindings] = {};
-	for (uint32 i = 0; i < Dispatch.binding_count; ++i)
+	for (const avatar_unreal::Bound& One : Bindings)
 	{
-		const AvatarBinding& Binding = Dispatch.bindings[i];
-		Bound[Binding.binding] = Find(Uses[i], AvatarStride(Binding.name));
+		Bound[One.binding.binding] = Find(One.buffer, AvatarStride(One.binding.name));
 	}
 	AddAvatarPass(*Builder, Dispatch.entry, Block, Bound, Dispatch.groups);
 }

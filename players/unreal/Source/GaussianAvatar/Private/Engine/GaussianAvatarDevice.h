@@ -18,7 +18,7 @@ public:
 	FRDGBufferRef Find(const avatar_unreal::BufferUse& Use, uint32 Stride);
 
 	virtual void write(const avatar_unreal::BufferUse& Buffer, const void* Bytes, size_t Size) override;
-	virtual void run(const AvatarDispatch& Dispatch, const uint8_t* Block, const avatar_unreal::BufferUse* Buffers) override;
+	virtual void run(const AvatarDispatch& Dispatch, const uint8_t* Block, const std::vector<avatar_unreal::Bound>& Bindings) override;
 	virtual void release(uint32_t Owner) override;
 
 private:

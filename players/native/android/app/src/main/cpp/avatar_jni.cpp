@@ -47,7 +47,7 @@ JNIEXPORT jlong JNICALL Java_org_avatarexport_player_NativeAvatar_open(JNIEnv* e
     if (bytes != nullptr) {
         app = new (std::nothrow) App;
         if (app != nullptr) {
-            app->pack = avatar_open(bytes, static_cast<size_t>(env->GetArrayLength(file)), called, nullptr);
+            app->pack = avatar_load(bytes, static_cast<size_t>(env->GetArrayLength(file)), called, nullptr);
             if (avatar_error(app->pack) == nullptr) {
                 avatar_facts(app->pack, &app->facts);
                 app->instance = avatar_instance_open(app->pack, 0, nullptr);
@@ -91,7 +91,7 @@ JNIEXPORT jboolean JNICALL Java_org_avatarexport_player_NativeAvatar_draw(JNIEnv
     if (clip < 0) {
         avatar_reset_pose(app->instance);
     } else {
-        avatar_set_clip(app->instance, static_cast<uint32_t>(clip), seconds);
+        avatar_clip_pose(app->instance, static_cast<uint32_t>(clip), seconds);
     }
     AvatarCamera camera;
     const double reach = std::fmax(app->facts.whole_size[0] * height / width, app->facts.whole_size[1]);
