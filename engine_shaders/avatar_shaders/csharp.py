@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import re
+import textwrap
 from typing import Any
 
 from avatar_shaders import VERSION
@@ -12,8 +13,10 @@ from avatar_shaders.headers import table
 from avatar_shaders.web import macros
 
 _MADE = "// Made from the HLSL of avatar_shaders by `python -m avatar_shaders`; do not edit.\n"
-_OPEN = "namespace AvatarExport.Core\n{\n"
+_OPEN = "namespace AvatarExport.Core {\n"
 _INDENT = 4 * " "
+_TIED = "\0"  # a space at which no line breaks
+_WIDTH = 94  # of a line, without the indentation of its block
 
 
 def csharp_files(made: dict[str, str]) -> dict[str, str]:
@@ -26,53 +29,74 @@ def _interfaces(rows: dict[str, dict[str, Any]]) -> str:
     entries = {name: _interface(row) for name, row in rows.items() if row["kind"] == "compute"}
     about = "Every compute entry of the shaders, by name."
     head = "using System.Collections.Generic;\n\n" + _OPEN + _class("Interfaces", "What the shaders bind.")
-    field = "public static readonly Dictionary<string, Interface> All = new Dictionary<string, Interface>\n"
+    field = "public static readonly Dictionary<string, Interface> All = new Dictionary<string, Interface> {\n"
     lines = _indented("".join(f'["{name}"] = {text},\n' for name, text in entries.items()), 1)
-    body = _summary(about) + field + "{\n" + lines + "};\n"
+    body = _summary(about) + field + lines + "};\n"
     return head + _indented(body, 2) + _INDENT + "}\n}\n"
 
 
 def _interface(row: dict[str, Any]) -> str:
+    """A constructor: stage, buffers, members by name and, where it is not uint, type; and the contract."""
     (block,) = row["uniform_blocks"]
     storage = [
         f"new StorageBuffer({_text(s['name'])}, {s['stride']}, {_flag(s['readonly'])})"
         for s in row["storage"]
     ]
-    members = [f"new Member({_text(m['name'])}, {m['offset']}, {_text(m['type'])})" for m in block["members"]]
-    access = _object("Contract", row["access"]) if "access" in row else "null"
-    parts = [_text(row["stage"]), str(row["thread_group"][0]), _list(storage), _list(members), access]
-    return "new Interface(\n" + _indented(",\n".join(parts), 1).rstrip("\n") + ")"
+    members = [m["name"] + ("" if m["type"] == "uint" else f":{m['type']}") for m in block["members"]]
+    names = textwrap.wrap(" ".join(members), _WIDTH)
+    told = " +\n".join(_text(line + " ") for line in names[:-1]) + (" +\n" if names[1:] else "")
+    access = _contract(row["access"]) if "access" in row else "null"
+    parts = [_text(row["stage"]), _wrapped(_list(storage)), told + _text(names[-1]), access]
+    return "new Interface(\n" + _indented(",\n".join(parts), 1) + ")"
+
+
+def _contract(access: dict[str, Any]) -> str:
+    """An object: a line for a field, and for a section."""
+    lines = []
+    for name, value in access.items():
+        kind = {"elements": "Touched", "sections": "SectionContract"}.get(name)
+        if not isinstance(value, dict):
+            lines.append(f"{_pascal(name)} = {_value(value)},\n")
+            continue
+        rows = [f"[{_text(key)}] = {_told(kind, one)}" for key, one in value.items()]
+        if name == "sections":
+            body = "".join(_wrapped(f"{row},") + "\n" for row in rows)
+            lines.append(f"{_pascal(name)} = {{\n{_indented(body, 1)}}},\n")
+        else:
+            lines.append(_wrapped(f"{_pascal(name)} = {{ {', '.join(rows)} }},") + "\n")
+    return "new Contract {\n" + _indented("".join(lines), 1) + "}"
 
 
 def _list(items: list[str]) -> str:
-    return "new[]\n{\n" + _indented("".join(f"{item},\n" for item in items), 1) + "}"
-
-
-def _object(kind: str, members: dict[str, Any]) -> str:
-    lines = [f"{_pascal(name)} ={_member(name, value)},\n" for name, value in members.items()]
-    return f"new {kind}\n{{\n" + _indented("".join(lines), 1) + "}"
-
-
-def _member(name: str, value: Any) -> str:
-    if not isinstance(value, dict):
-        return " " + _value(value)
-    kind = {"elements": "Touched", "sections": "SectionContract"}.get(name)
-    rows = {key: _told(kind, one) for key, one in value.items()}
-    return "\n{\n" + _indented("".join(f"[{_text(key)}] = {row},\n" for key, row in rows.items()), 1) + "}"
+    return "new[] { " + ", ".join(items) + " }"
 
 
 def _told(kind: str | None, value: Any) -> str:
     if kind is None:
         return _value(value)
     if isinstance(value, list):
-        return _list([_object(kind, one) for one in value])
-    return _object(kind, value)
+        return _list([_told(kind, one) for one in value])
+    fields = ", ".join(f"{_pascal(name)} = {_field(one)}" for name, one in value.items())
+    return f"new {kind} {{ {fields} }}"
+
+
+def _field(value: Any) -> str:
+    if not isinstance(value, dict):
+        return _value(value)
+    return "{ " + ", ".join(f"[{_text(key)}] = {_value(one)}" for key, one in value.items()) + " }"
 
 
 def _value(value: Any) -> str:
     if isinstance(value, list):
-        return "new[] { " + ", ".join(map(_value, value)) + " }"
+        return _list([_value(one) for one in value])
     return _text(value) if isinstance(value, str) else str(value)
+
+
+def _wrapped(text: str) -> str:
+    """Lines that break between fields and between rows alone."""
+    tied = re.sub(r"(?<!,) |(?<=\d,) ", _TIED, text)
+    lines = textwrap.wrap(tied, _WIDTH, subsequent_indent=_INDENT, break_long_words=False)
+    return "\n".join(lines).replace(_TIED, " ")
 
 
 def _constants() -> str:
@@ -96,7 +120,7 @@ def _constant(kind: str, name: str, value: str, about: str) -> str:
 
 
 def _class(name: str, about: str) -> str:
-    return _indented(_summary(about) + f"public static class {name}\n{{\n", 1)
+    return _indented(_summary(about) + f"public static class {name} {{\n", 1)
 
 
 def _summary(about: str) -> str:

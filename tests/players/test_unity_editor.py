@@ -21,35 +21,40 @@ from avatar_export.version import GENERATOR
 from avatar_runtime.conformance import driving_cases, encode_driving
 from avatar_runtime.packs import decode_pack
 from tests.avatars import full_avatar
-from tests.players.unity import STUBS, UNITY, compile_csharp, need_mono, run_core_tests
+from tests.players.unity import (
+    STUBS,
+    UNITY,
+    core_sources,
+    program_of_tests,
+    run_tests,
+    runtime_sources,
+    sources,
+)
 from tests.players.unity_editor.icons import write_icons
-from tests.players.unity_editor.sources import engine_sources
-from tests.session.shared_folder import made_once
 
 PAGES = UNITY / "Documentation~"
 EXAMPLE = re.compile(r"^```csharp\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # What begins a message for the Console, and the first text that follows.
 MESSAGE = re.compile(
-    r'(?:Warnings\.Once|Debug\.Log(?:Error|Warning)|new Core\.AvatarError|LogImportError)\(\s*\$?"((?:\\.|[^"\\])*)"'
+    r'(?:Warnings\.Once|Debug\.Log(?:Error|Warning)|new AvatarError|LogImportError)\(\s*\$?"((?:\\.|[^"\\])*)"'
 )
-PARTS = re.compile(r"\{[^}]*\}")  # of interpolated texts
 LEAST = 8  # characters of a fragment that says something
+JOINTS = UNITY / "Tests" / "Core" / "Packs" / "joints.avatar.bytes"
 
 
 @pytest.fixture(scope="session")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The tests of the Editor, and those of icons; with examples and samples, which are only compiled."""
-    need_mono()
 
-    def make(folder: Path) -> Path:
-        sources = [*engine_sources(), *sorted((UNITY / "Tests" / "Editor").rglob("*.cs"))]
-        sources += sorted((Path(__file__).parent / "unity_editor").glob("*.cs"))
-        sources += [UNITY / "Tests" / "Core" / name for name in ("Cases.cs", "IconTests.cs")]
-        sources += [*sorted((UNITY / "Samples~").rglob("*.cs")), *written_examples(folder)]
-        compile_csharp([*sources, *sorted((STUBS / "mono").glob("*.cs"))], folder / "tests.exe")
-        return folder / "tests.exe"
+    def files(folder: Path) -> list[Path]:
+        # AssemblyInfo names friends for assemblies of Unity; here all is one.
+        own = [path for path in [*core_sources(), *runtime_sources()] if path.name != "AssemblyInfo.cs"]
+        own += sources(UNITY / "Editor", STUBS / "engine", STUBS / "editor", UNITY / "Tests" / "Editor")
+        own += [UNITY / "Tests" / "Core" / name for name in ("Cases.cs", "IconTests.cs")]
+        own += sources(Path(__file__).parent / "unity_editor", UNITY / "Samples~")
+        return [*own, *written_examples(folder)]
 
-    return made_once(tmp_path_factory, "unity_editor_tests", make)
+    return program_of_tests(tmp_path_factory, "unity_editor_tests", files)
 
 
 def written_examples(folder: Path) -> list[Path]:
@@ -77,7 +82,7 @@ def changed(file: bytes, change: Callable[[dict[str, Any]], None]) -> bytes:
 
 def write_refused(folder: Path) -> None:
     """Packs that are not taken, and two with a name that is there twice."""
-    file = (UNITY / "Tests" / "Core" / "Packs" / "joints.avatar.bytes").read_bytes()
+    file = JOINTS.read_bytes()
 
     def newer(document: dict[str, Any]) -> None:
         document["asset"] |= {"version": "2.0", "minVersion": "2.0"}
@@ -111,10 +116,9 @@ def write_refused(folder: Path) -> None:
 
 def write_driving(folder: Path) -> None:
     """A pack, and the vectors of driving in the folder beside it."""
-    file = (UNITY / "Tests" / "Core" / "Packs" / "joints.avatar.bytes").read_bytes()
-    (folder / "driven.avatar").write_bytes(file)
+    (folder / "driven.avatar").write_bytes(JOINTS.read_bytes())
     (folder / "driven.reference").mkdir()
-    cases = driving_cases(decode_pack(file, "driven").avatar, "right", GENERATOR)
+    cases = driving_cases(decode_pack(JOINTS.read_bytes(), "driven").avatar, "right", GENERATOR)
     for name, content in encode_driving(cases).items():
         (folder / "driven.reference" / name).write_bytes(content)
 
@@ -123,29 +127,19 @@ def test_the_editor_does_what_its_tests_say(program: Path, tmp_path: Path) -> No
     write_icons(tmp_path)
     write_refused(tmp_path)
     write_driving(tmp_path)
-    said = run_core_tests(program, AVATAR_CASES=str(tmp_path))
+    said = run_tests(program, AVATAR_CASES=str(tmp_path))
     assert "ok IconTests.IconsAreWhatPythonDraws" in said
     assert "ok ClipCurvesTests.CurvesAreTheClip(body, 2)" in said
 
 
-def messages() -> dict[str, str]:
-    """The longest fixed part of each message: the file that has it."""
-    found = {}
-    for folder in ("Runtime", "Editor", "Samples~"):
-        for path in (UNITY / folder).rglob("*.cs"):
-            for text in MESSAGE.findall(path.read_text("utf-8")):
-                part = max(PARTS.split(text), key=len).strip(" .;:'")
-                found[part] = path.name
-    return found
-
-
 def test_every_message_is_explained() -> None:
     page = (PAGES / "troubleshooting.md").read_text("utf-8")
-    known = {part: file for part, file in messages().items() if len(part) >= LEAST}
+    texts = [
+        path.read_text("utf-8") for path in sources(*(UNITY / n for n in ("Runtime", "Editor", "Samples~")))
+    ]
+    found = {
+        max(re.split(r"\{[^}]*\}", one), key=len).strip(" .;:'") for t in texts for one in MESSAGE.findall(t)
+    }
+    known = {part for part in found if len(part) >= LEAST}
     assert len(known) >= 12
-    assert {part: file for part, file in known.items() if part not in page} == {}
-
-
-def test_messages_are_found() -> None:
-    text = 'Warnings.Once($"{a}: the first; {b} second", this); throw new Core.AvatarError(\n    "third", x);'
-    assert MESSAGE.findall(text) == ["{a}: the first; {b} second", "third"]
+    assert {part for part in known if part not in page} == set()

@@ -1,10 +1,11 @@
-"""Compiles the core of the Unity player with its tests and runs them under mono, without Unity."""
+"""Compiles parts of the Unity player with their tests and runs them under mono, without Unity."""
 
 from __future__ import annotations
 
 import os
 import shutil
 import subprocess
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,11 @@ from tests.session.shared_folder import made_once
 
 UNITY = Path(__file__).parents[2] / "players" / "unity"
 STUBS = Path(__file__).parent / "unity_stubs"
+PACKAGES = (
+    "Universal",
+    "HighDefinition",
+    "ARFoundation",
+)  # folders of the runtime: assemblies for other packages
 LANGUAGE = "7.2"  # of C#, as each Unity from 2022.3 compiles it
 LIMIT_S = 600
 
@@ -23,7 +29,22 @@ def need_mono() -> None:
     need({"mcs (mono-mcs)": shutil.which("mcs"), "mono (mono-runtime)": shutil.which("mono")})
 
 
-def compile_csharp(sources: list[Path], out: Path, *options: str) -> None:
+def sources(*folders: Path) -> list[Path]:
+    """The C# files below the folders."""
+    return [path for folder in folders for path in sorted(folder.rglob("*.cs"))]
+
+
+def core_sources() -> list[Path]:
+    """The files of the core."""
+    return sources(UNITY / "Core")
+
+
+def runtime_sources() -> list[Path]:
+    """The files of the runtime without the parts that need packages of Unity."""
+    return [path for path in sources(UNITY / "Runtime") if not {*PACKAGES} & {*path.parts}]
+
+
+def compile_csharp(files: Iterable[Path], out: Path, *options: str) -> Path:
     """Compiles C# to `out`, a library or a program by its name. A warning fails the test, as an error does."""
     need_mono()
     target = "library" if out.suffix == ".dll" else "exe"
@@ -35,29 +56,25 @@ def compile_csharp(sources: list[Path], out: Path, *options: str) -> None:
         f"-target:{target}",
         f"-out:{out}",
     ]
-    command = ["mcs", *flags, *options, *map(str, sources)]
+    command = ["mcs", *flags, *options, *map(str, files)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=False)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    return out
 
 
-def core_sources() -> list[Path]:
-    """The files of the core."""
-    return sorted((UNITY / "Core").rglob("*.cs"))
-
-
-def core_tests(factory: pytest.TempPathFactory) -> Path:
-    """The program of all tests of the core. It is compiled once for all workers."""
+def program_of_tests(
+    factory: pytest.TempPathFactory, name: str, files: Callable[[Path], Iterable[Path]]
+) -> Path:
+    """A program that runs the tests in some files. It is compiled once for all workers."""
     need_mono()
 
     def make(folder: Path) -> Path:
-        sources = [*core_sources(), *sorted((UNITY / "Tests" / "Core").rglob("*.cs"))]
-        compile_csharp([*sources, *sorted((STUBS / "mono").glob("*.cs"))], folder / "tests.exe")
-        return folder / "tests.exe"
+        return compile_csharp([*files(folder), *sources(STUBS / "mono")], folder / "tests.exe")
 
-    return made_once(factory, "unity_core_tests", make)
+    return made_once(factory, name, make)
 
 
-def run_core_tests(program: Path, *fixtures: str, **environment: str) -> str:
+def run_tests(program: Path, *fixtures: str, **environment: str) -> str:
     """What the tests of these classes print. Fails the test with what failed there, and where one was ignored."""
     done = subprocess.run(
         ["mono", str(program), *fixtures],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from random import Random
@@ -29,6 +30,7 @@ from tests.rigs import rig_of, scaled_at_rest, with_rig
 
 Array = np.ndarray[Any, Any]
 WIDE_EXPRESSIONS, WIDE_JOINTS, WIDE_FRAMES = 51, 262, 4
+PARTS = ("translation", "rotation_xyzw", "scale", "root_translation", "root_rotation_xyzw")
 PACKETS, CHANGES = 8, 40  # recorded ones, and how often each is changed
 NAMES = [  # of a device: at both sides of every border of UTF-8, and of the longest name
     bytes.fromhex(text)
@@ -50,7 +52,8 @@ def write_pose_cases(folder: Path, packs: dict[str, bytes]) -> None:
         "bound_elsewhere": packed(with_rig(full, inverse_bind_matrix=moved.astype(np.float32))),
     }
     for name, file in {**packs, **more}.items():
-        avatar, handedness = _read(file, name)
+        pack = decode_pack(file, name)
+        avatar, handedness = pack.avatar, pack.document["avatar"]["frame"]["handedness"]
         if avatar.rig is not None:
             own = folder / "bones" / name
             own.mkdir()
@@ -62,16 +65,10 @@ def write_pose_cases(folder: Path, packs: dict[str, bytes]) -> None:
     (folder / "packets.bin").write_bytes(b"".join(_judged(packet) for packet in packets()))
 
 
-def _read(file: bytes, name: str) -> tuple[Avatar, str]:
-    pack = decode_pack(file, name)
-    return pack.avatar, pack.document["avatar"]["frame"]["handedness"]
-
-
 def bones(avatar: Avatar, handedness: str, sheared: bool) -> dict[str, Array]:
-    """Poses, and the bones of them in a left-handed engine: as engine_pose splits them, and as the engine shows them.
+    """Poses, and the bones of them in a left-handed engine: as engine_pose splits them, and what the engine shows.
 
-    `regular`: poses whose bones are not flat, so that there is one way to split them. Flat ones show the same however
-    they are split, unless they are sheared too.
+    `regular`: poses whose bones are not flat, so that there is one way to split them.
     """
     poses = list(random_poses(avatar))
     poses.append(stretched(poses[3], 1, [0], -1.5))
@@ -83,8 +80,7 @@ def bones(avatar: Avatar, handedness: str, sheared: bool) -> dict[str, Array]:
     seen = avatar if handedness == "left" else mirrored(avatar)
     made = [engine_pose(seen, _pose(seen, one, handedness == "right")) for one in poses]
     rest, rig = engine_rest(seen), rig_of(seen)
-    shown = np.stack([node_transforms(rig, one) for one in made])
-    skin = shown @ np.linalg.inv(bind_nodes(rig))
+    skin = np.stack([node_transforms(rig, one) for one in made]) @ np.linalg.inv(bind_nodes(rig))
     return {
         "expression_weights": np.stack([one.expression_weights for one in poses]),
         "joint_delta": np.stack([one.joint_delta for one in poses]),
@@ -92,13 +88,9 @@ def bones(avatar: Avatar, handedness: str, sheared: bool) -> dict[str, Array]:
         **{name: np.stack([getattr(one, name) for one in made]) for name in PARTS},
         **{f"rest_{name}": getattr(rest, name) for name in PARTS[:3]},
         "binds": bind_nodes(rig),
-        "shown": shown,
         "skin": skin if handedness == "left" else mirrored_matrices(skin),
         "regular": (np.arange(len(poses)) < regular).astype(np.int32),
     }
-
-
-PARTS = ("translation", "rotation_xyzw", "scale", "root_translation", "root_rotation_xyzw")
 
 
 def stretched(pose: PoseArrays, joint: int, axes: list[int], factor: float) -> PoseArrays:
@@ -143,18 +135,14 @@ def wide_pack(joints: int = WIDE_JOINTS) -> bytes:
         inverse_bind_matrix=np.linalg.inv(world).astype(np.float32),
         joint_basis=rng.normal(0, 1e-3, (k, joints, 3)).astype(np.float32),
     )
-    still = np.tile(np.eye(4, dtype=np.float32), (WIDE_FRAMES, 1, 1))
-    delta = homogeneous(
-        matrix_from_rotvec(rng.normal(0, 0.05, (WIDE_FRAMES, joints, 3))),
-        np.zeros((WIDE_FRAMES, joints, 3)),
-    )
+    frames = (WIDE_FRAMES, joints, 3)
     clip = Clip(
         "all",
         30.0,
         rng.uniform(0, 1, (WIDE_FRAMES, k)).astype(np.float32),
         np.zeros((WIDE_FRAMES, len(full.late_morph_names)), np.float32),
-        delta.astype(np.float32),
-        still,
+        homogeneous(matrix_from_rotvec(rng.normal(0, 0.05, frames)), np.zeros(frames)).astype(np.float32),
+        np.tile(np.eye(4, dtype=np.float32), (WIDE_FRAMES, 1, 1)),
     )
     skin = full.skin
     assert skin is not None
@@ -186,13 +174,9 @@ def packets() -> Iterator[bytes]:
         yield packet[: face - 1]  # no face
         yield packet[: face - 1] + b"\0"
         yield b""
+        rest = packet[5 + struct.unpack_from(">I", packet, 1)[0] :]
         for name in NAMES:
-            yield (
-                packet[:1]
-                + struct.pack(">I", len(name))
-                + name
-                + packet[5 + struct.unpack_from(">I", packet, 1)[0] :]
-            )
+            yield packet[:1] + struct.pack(">I", len(name)) + name + rest
         for _ in range(CHANGES):
             at = rng.randrange(len(packet))
             yield packet[:at]
@@ -204,10 +188,9 @@ def packets() -> Iterator[bytes]:
 
 def _judged(packet: bytes) -> bytes:
     """u32 length, the packet, u8 whether it has a face that is taken, and then its 61 float64."""
-    try:
+    body = b""
+    with suppress(AvatarError):
         channels = parse_packet(packet).channels
-    except AvatarError:
-        channels = None
-    taken = channels is not None and bool((np.abs(channels) <= CHANNEL_LIMIT).all())
-    body = channels.astype("<f8").tobytes() if taken and channels is not None else b""
-    return struct.pack("<I", len(packet)) + packet + bytes([taken]) + body
+        if channels is not None and (np.abs(channels) <= CHANNEL_LIMIT).all():
+            body = channels.astype("<f8").tobytes()
+    return struct.pack("<I", len(packet)) + packet + bytes([bool(body)]) + body

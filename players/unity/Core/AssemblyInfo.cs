@@ -1,3 +1,4 @@
 using System.Runtime.CompilerServices;
 
+[assembly: InternalsVisibleTo("AvatarExport")]
 [assembly: InternalsVisibleTo("AvatarExport.Tests.Core")]

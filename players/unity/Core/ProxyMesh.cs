@@ -2,12 +2,10 @@ using System;
 using System.Collections.Generic;
 using System.Linq;
 
-namespace AvatarExport.Core
-{
-    /// <summary>What an expression or a late morph adds to a few vertices of the proxy mesh at weight 1.</summary>
-    public sealed class Morph
-    {
-        /// <summary>Of the expression or late morph.</summary>
+namespace AvatarExport.Core {
+    /// <summary>What an expression or an eyelid adds to a few vertices of the proxy mesh at weight 1.</summary>
+    public sealed class Morph {
+        /// <summary>Of the expression or eyelid.</summary>
         public string Name;
 
         /// <summary>Rising.</summary>
@@ -20,10 +18,9 @@ namespace AvatarExport.Core
     /// <summary>
     /// The mesh that moves the Gaussians, in the frame of the pack, for what an engine does with a mesh: shadows, picking,
     /// a picture without compute. It is not all that the kernels do: pose correctives are missing, a vertex keeps its four
-    /// largest bones, and late morphs are added before skinning.
+    /// largest bones, and eyelids are added before skinning.
     /// </summary>
-    public sealed class ProxyMesh
-    {
+    public sealed class ProxyMesh {
         /// <summary>Bones of a vertex.</summary>
         public const int Bones = 4;
 
@@ -33,7 +30,7 @@ namespace AvatarExport.Core
         /// <summary>[F, 3] vertices.</summary>
         public int[] Triangles;
 
-        /// <summary>Expressions, then late morphs, also those that move nothing.</summary>
+        /// <summary>Expressions, then eyelids, also those that move nothing.</summary>
         public Morph[] Morphs;
 
         /// <summary>[V, 4] joints of the skeleton, the largest weight first; 0 where there are fewer.</summary>
@@ -43,68 +40,59 @@ namespace AvatarExport.Core
         public float[] BoneWeights;
 
         /// <summary>The proxy of an avatar; null without a rig. Throws AvatarError for one that does not fit.</summary>
-        public static ProxyMesh From(Avatar avatar)
-        {
+        public static ProxyMesh From(LoadedAvatar avatar) {
             MeshPass[] morph = MeshPass.All(avatar.Program, "morph", "MorphStatic");
             MeshPass[] skin = MeshPass.All(avatar.Program, "skin", "SkinStatic");
             if (avatar.Skeleton == null || morph.Length == 0) return null;
             int vertices = morph[0].Vertices;
-            if (skin.Any(one => one.First + one.Count > vertices))
-            {
+            if (skin.Any(one => one.First + one.Count > vertices)) {
                 throw new AvatarError("more vertices are skinned than there are", avatar.Name, "proxy");
             }
-            ProxyMesh made = new ProxyMesh
-            {
+            ProxyMesh made = new ProxyMesh {
                 Positions = new float[3 * vertices],
                 Triangles = TrianglesOf(avatar, vertices),
                 BoneIndices = new int[Bones * vertices],
                 BoneWeights = new float[Bones * vertices],
             };
-            foreach (MeshPass one in morph) one.Template(made.Positions);
+            foreach (MeshPass one in morph) {
+                for (int i = 0; i < 3 * one.Count; i++) made.Positions[3 * one.First + i] = one.Template(i / 3, i % 3);
+            }
             foreach (MeshPass one in skin) made.TakeBones(one);
             made.Morphs = MorphsOf(avatar.Expressions.Select(one => one.Name).ToArray(), morph, "morph")
-                .Concat(MorphsOf(avatar.LateMorphs, skin, "late")).ToArray();
+                .Concat(MorphsOf(avatar.Eyelids, skin, "late")).ToArray();
             return made;
         }
 
         /// <summary>The rig's triangles, or those in which Gaussians are embedded, from corners [3, F].</summary>
-        private static int[] TrianglesOf(Avatar avatar, int vertices)
-        {
+        private static int[] TrianglesOf(LoadedAvatar avatar, int vertices) {
             uint[] corners = avatar.Triangles;
             Pass pass = avatar.Program.Levels[0].Deform.FirstOrDefault(one => one.Entry == "bind_triangles");
-            if (corners == null && pass != null)
-            {
+            if (corners == null && pass != null) {
                 Elements held = avatar.Program.Buffers[pass.Buffers["SurfaceStatic"]].Find("corners").Elements;
                 corners = Enumerable.Range(0, held.Length).Select(i => held[i]).ToArray();
             }
             if (corners == null) return new int[0];
-            if (corners.Any(vertex => vertex >= vertices))
-            {
+            if (corners.Any(vertex => vertex >= vertices)) {
                 throw new AvatarError("a triangle has a corner that is no vertex of the mesh", avatar.Name, "proxy");
             }
             int count = corners.Length / 3;
             return Enumerable.Range(0, 3 * count).Select(i => (int)corners[i % 3 * count + i / 3]).ToArray();
         }
 
-        private static IEnumerable<Morph> MorphsOf(string[] names, MeshPass[] passes, string part)
-        {
+        private static IEnumerable<Morph> MorphsOf(string[] names, MeshPass[] passes, string part) {
             List<int>[] vertices = names.Select(_ => new List<int>()).ToArray();
             List<float>[] deltas = names.Select(_ => new List<float>()).ToArray();
-            foreach (MeshPass pass in passes)
-            {
+            foreach (MeshPass pass in passes) {
                 SparseRows rows = pass.Rows(part, "_position", 3);
-                for (int row = 0; row < pass.Count; row++)
-                {
-                    for (int entry = rows.First(row); entry < rows.First(row + 1); entry++)
-                    {
+                for (int row = 0; row < pass.Count; row++) {
+                    for (int entry = rows.First(row); entry < rows.First(row + 1); entry++) {
                         int column = rows.Column(entry);
                         vertices[column].Add(pass.First + row);
-                        for (int c = 0; c < 3; c++) deltas[column].Add(rows.Signed(entry, c));
+                        for (int c = 0; c < 3; c++) deltas[column].Add(rows.Value(entry, c));
                     }
                 }
             }
-            return names.Select((name, i) => new Morph
-            {
+            return names.Select((name, i) => new Morph {
                 Name = name,
                 Vertices = vertices[i].ToArray(),
                 Deltas = deltas[i].ToArray(),
@@ -112,15 +100,12 @@ namespace AvatarExport.Core
         }
 
         /// <summary>The four largest weights of each vertex of a pass; of equal ones the first.</summary>
-        private void TakeBones(MeshPass pass)
-        {
+        private void TakeBones(MeshPass pass) {
             SparseRows rows = pass.Rows("skin", "_weight", 1);
-            for (int row = 0; row < pass.Count; row++)
-            {
+            for (int row = 0; row < pass.Count; row++) {
                 int begin = Bones * (pass.First + row);
-                for (int entry = rows.First(row); entry < rows.First(row + 1); entry++)
-                {
-                    Insert(begin, rows.Column(entry), rows.Weight(entry));
+                for (int entry = rows.First(row); entry < rows.First(row + 1); entry++) {
+                    Insert(begin, rows.Column(entry), rows.Value(entry, 0));
                 }
                 float sum = 0;
                 for (int b = 0; b < Bones; b++) sum += BoneWeights[begin + b];
@@ -129,122 +114,16 @@ namespace AvatarExport.Core
             }
         }
 
-        private void Insert(int begin, int joint, float weight)
-        {
+        private void Insert(int begin, int joint, float weight) {
             int at = Bones;
             while (at > 0 && weight > BoneWeights[begin + at - 1]) at--;
             if (at == Bones) return;
-            for (int b = Bones - 1; b > at; b--)
-            {
+            for (int b = Bones - 1; b > at; b--) {
                 BoneWeights[begin + b] = BoneWeights[begin + b - 1];
                 BoneIndices[begin + b] = BoneIndices[begin + b - 1];
             }
             BoneWeights[begin + at] = weight;
             BoneIndices[begin + at] = joint;
-        }
-    }
-
-    /// <summary>The vertices of one pass of stage morph or skin, decoded.</summary>
-    internal sealed class MeshPass
-    {
-        public readonly int First;
-        public readonly int Count;
-        private readonly Pass pass;
-        private readonly Buffer buffer;
-
-        private MeshPass(Pass pass, Buffer buffer)
-        {
-            this.pass = pass;
-            this.buffer = buffer;
-            First = (int)pass.Constants["first"].Number;
-            Count = (int)pass.Constants["count"].Number;
-        }
-
-        /// <summary>Of the whole mesh; a constant of stage morph.</summary>
-        public int Vertices
-        {
-            get { return (int)pass.Constants["vertices"].Number; }
-        }
-
-        /// <summary>All passes of an entry, whose packed buffer the shader calls `buffer`.</summary>
-        public static MeshPass[] All(Program program, string entry, string buffer)
-        {
-            IEnumerable<Pass> passes = program.Mesh.Where(one => one.Entry == entry);
-            return passes.Select(one => new MeshPass(one, program.Buffers[one.Buffers[buffer]])).ToArray();
-        }
-
-        /// <summary>Writes the vertices at rest to their places in positions [V, 3].</summary>
-        public void Template(float[] positions)
-        {
-            Elements codes = buffer.Find("template_position").Elements;
-            int width = (int)pass.Constants["template_position_width"].Number;
-            Elements scale = width == 32 ? null : buffer.Find("template_position_scale").Elements;
-            for (int i = 0; i < 3 * Count; i++)
-            {
-                int c = i / Count;
-                uint code = width == 0 ? 0 : codes[i];
-                float value = width == 32
-                    ? codes.FloatAt(i)
-                    : scale.FloatAt(2 * c) + (float)((double)scale.FloatAt(2 * c + 1) * code);
-                positions[3 * (First + i % Count) + c] = value;
-            }
-        }
-
-        /// <summary>The sparse rows PART_ptr, PART_column and PART + values.</summary>
-        public SparseRows Rows(string part, string values, int channels)
-        {
-            int width = (int)pass.Constants[part + values + "_width"].Number;
-            return new SparseRows(buffer, part, part + values, width, channels);
-        }
-    }
-
-    /// <summary>Entries of vertices in a packed buffer: a column and one value a channel each.</summary>
-    internal sealed class SparseRows
-    {
-        private readonly Elements pointer;
-        private readonly Elements columns;
-        private readonly Elements codes;
-        private readonly Elements steps;
-        private readonly int width;
-        private readonly int channels;
-
-        public SparseRows(Buffer buffer, string part, string values, int width, int channels)
-        {
-            pointer = buffer.Find(part + "_ptr").Elements;
-            columns = buffer.Find(part + "_column").Elements;
-            codes = buffer.Find(values).Elements;
-            steps = width == 0 || width == 32 ? null : buffer.Find(values + "_step").Elements;
-            this.width = width;
-            this.channels = channels;
-        }
-
-        /// <summary>The first entry of a row.</summary>
-        public int First(int row)
-        {
-            return (int)pointer[row];
-        }
-
-        /// <summary>The column of an entry.</summary>
-        public int Column(int entry)
-        {
-            return (int)columns[entry];
-        }
-
-        /// <summary>A channel of an entry of deltas.</summary>
-        public float Signed(int entry, int channel)
-        {
-            int at = channels * entry + channel;
-            if (width == 0) return 0;
-            if (width == 32) return codes.FloatAt(at);
-            double counted = codes[at] - Math.Pow(2, width - 1);
-            return (float)(steps.FloatAt(channels * Column(entry) + channel) * counted);
-        }
-
-        /// <summary>The weight of an entry.</summary>
-        public float Weight(int entry)
-        {
-            if (width == 0) return 0;
-            return width == 32 ? codes.FloatAt(entry) : (float)((double)steps.FloatAt(0) * codes[entry]);
         }
     }
 }

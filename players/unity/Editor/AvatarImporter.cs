@@ -1,41 +1,36 @@
 using System;
 using System.Collections.Generic;
 using System.IO;
+using AvatarExport.Core;
 using UnityEditor.AssetImporters;
 using UnityEngine;
 
-namespace AvatarExport.Editor
-{
+namespace AvatarExport.Editor {
     /// <summary>
     /// Makes of NAME.avatar what can be dragged into a scene: a prefab with the component, a hidden skinned mesh, bones and an
     /// Animator; beside it the asset, the mesh and the clips. A file that cannot be used gives one error in the Console and an
     /// empty prefab whose asset says what is wrong.
     /// </summary>
     [ScriptedImporter(1, "avatar")]
-    public sealed class AvatarImporter : ScriptedImporter
-    {
+    public sealed class AvatarImporter : ScriptedImporter {
         private const int IconPixels = 128;
 
         /// <summary>Called by Unity when the file is new or has changed.</summary>
-        public override void OnImportAsset(AssetImportContext ctx)
-        {
+        public override void OnImportAsset(AssetImportContext ctx) {
             string file = Path.GetFileName(ctx.assetPath);
             GaussianAvatarAsset asset = ScriptableObject.CreateInstance<GaussianAvatarAsset>();
             asset.name = Path.GetFileNameWithoutExtension(file);
             ctx.AddObjectToAsset("asset", asset);
             var owner = new GameObject(asset.name);
             Parts parts = null;
-            try
-            {
+            try {
                 byte[] bytes = File.ReadAllBytes(ctx.assetPath);
-                parts = Make(owner.transform, Core.Pack.Read(bytes, file));
+                parts = Make(owner.transform, LoadedAvatar.Load(bytes, file));
                 asset.Bytes = bytes;
-            }
-            catch (Exception error) when (error is Core.AvatarError || error is IOException || error is UnauthorizedAccessException)
-            {
+            } catch (Exception error) when (error is AvatarError || error is IOException || error is UnauthorizedAccessException) {
                 DestroyImmediate(owner); // it may be half made
                 owner = new GameObject(asset.name);
-                string message = (error as Core.AvatarError)?.Of(file).Message ?? error.Message;
+                string message = (error as AvatarError)?.Of(file).Message ?? error.Message;
                 asset.Refuse(message);
                 ctx.LogImportError(message, asset);
             }
@@ -44,8 +39,7 @@ namespace AvatarExport.Editor
         }
 
         /// <summary>What is made of an avatar, besides the prefab. Nothing of a file that cannot be used.</summary>
-        private sealed class Parts
-        {
+        private sealed class Parts {
             internal Mesh Mesh;
             internal Texture2D Icon;
             internal SkinnedMeshRenderer Proxy;
@@ -54,25 +48,21 @@ namespace AvatarExport.Editor
         }
 
         /// <summary>Throws AvatarError for a rig that bones or blend shapes cannot show.</summary>
-        private static Parts Make(Transform owner, Core.Avatar avatar)
-        {
+        private static Parts Make(Transform owner, LoadedAvatar avatar) {
             var parts = new Parts { Mesh = AvatarRig.MakeMesh(avatar), Icon = IconOf(avatar) };
             parts.Bones = AvatarRig.Build(owner, avatar, parts.Mesh, HideFlags.None, out parts.Proxy);
-            string[] shapes = new string[parts.Mesh.blendShapeCount];
-            for (int k = 0; k < shapes.Length; k++) shapes[k] = parts.Mesh.GetBlendShapeName(k);
+            string[] shapes = GaussianAvatarEditor.Names(parts.Mesh);
             RigPaths paths = RigPaths.Below(owner, parts.Proxy, parts.Bones);
             var names = new HashSet<string>();
-            for (int index = 0; index < avatar.Clips.Length; index++)
-            {
-                AnimationClip clip = ClipCurves.Of(avatar, index, shapes, paths);
-                for (int copy = 2; !names.Add(clip.name); copy++) clip.name = avatar.Clips[index].Name + " " + copy;
-                parts.Clips.Add(clip);
+            foreach (Clip clip in avatar.Clips) {
+                AnimationClip made = ClipCurves.Of(avatar, clip, shapes, paths);
+                for (int copy = 2; !names.Add(made.name); copy++) made.name = clip.Name + " " + copy;
+                parts.Clips.Add(made);
             }
             return parts;
         }
 
-        private static void Add(AssetImportContext ctx, GameObject owner, GaussianAvatarAsset asset, Parts parts)
-        {
+        private static void Add(AssetImportContext ctx, GameObject owner, GaussianAvatarAsset asset, Parts parts) {
             // Others stop where no renderer is seen, and the proxy is not.
             owner.AddComponent<Animator>().cullingMode = AnimatorCullingMode.AlwaysAnimate;
             owner.AddComponent<GaussianAvatar>().Adopt(asset, parts.Proxy, parts.Bones);
@@ -84,10 +74,9 @@ namespace AvatarExport.Editor
             foreach (AnimationClip clip in parts.Clips) ctx.AddObjectToAsset("clip " + clip.name, clip);
         }
 
-        private static Texture2D IconOf(Core.Avatar avatar)
-        {
+        private static Texture2D IconOf(LoadedAvatar avatar) {
             var icon = new Texture2D(IconPixels, IconPixels, TextureFormat.RGBA32, false) { name = "icon" };
-            icon.LoadRawTextureData(Core.Icon.Draw(avatar, IconPixels));
+            icon.LoadRawTextureData(Icon.Draw(avatar, IconPixels));
             icon.Apply();
             icon.hideFlags = HideFlags.HideInHierarchy;
             return icon;

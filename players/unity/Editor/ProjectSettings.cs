@@ -2,22 +2,18 @@ using UnityEditor;
 using UnityEngine;
 using UnityEngine.Rendering;
 
-namespace AvatarExport.Editor
-{
+namespace AvatarExport.Editor {
     /// <summary>Gathers the facts for ProjectCheck from the open project.</summary>
-    public static class ProjectSettings
-    {
+    public static class ProjectSettings {
         // Serialized fields of HDRenderPipelineAsset. Read by name, so that the package needs no HDRP.
         private const string CustomPass = "m_RenderPipelineSettings.supportCustomPass";
 
         /// <summary>The facts as they are now.</summary>
-        public static ProjectFacts Read()
-        {
+        public static ProjectFacts Read() {
             BuildTarget platform = EditorUserBuildSettings.activeBuildTarget;
             RenderPipelineAsset asset = GraphicsSettings.currentRenderPipeline;
             Pipeline pipeline = PipelineOf(asset);
-            return new ProjectFacts
-            {
+            return new ProjectFacts {
                 Platform = platform.ToString(),
                 Apis = PlayerSettings.GetGraphicsAPIs(platform),
                 EditorApi = SystemInfo.graphicsDeviceType,
@@ -28,11 +24,9 @@ namespace AvatarExport.Editor
             };
         }
 
-        private static Pipeline PipelineOf(RenderPipelineAsset asset)
-        {
+        private static Pipeline PipelineOf(RenderPipelineAsset asset) {
             if (asset == null) return Pipeline.BuiltIn;
-            switch (asset.GetType().Name)
-            {
+            switch (asset.GetType().Name) {
                 case "UniversalRenderPipelineAsset":
                     return Pipeline.Universal;
                 case "HDRenderPipelineAsset":
@@ -43,8 +37,7 @@ namespace AvatarExport.Editor
         }
 
         /// <summary>A serialized bool; true where a release has no such field, since nothing is known to be wrong then.</summary>
-        private static bool IsOn(Object asset, string path)
-        {
+        private static bool IsOn(Object asset, string path) {
             SerializedProperty property = new SerializedObject(asset).FindProperty(path);
             return property == null || property.boolValue;
         }

@@ -1,12 +1,11 @@
 using System;
+using AvatarExport.Core;
 using UnityEngine;
 using UnityEngine.Rendering;
 
-namespace AvatarExport
-{
+namespace AvatarExport {
     /// <summary>What Unity calls, and what the scene of avatars asks for.</summary>
-    public sealed partial class GaussianAvatar
-    {
+    public sealed partial class GaussianAvatar {
         private static Material plain; // of the Built-in pipeline
 
         private Resident resident;
@@ -19,33 +18,28 @@ namespace AvatarExport
         private bool linked; // there are objects below for the avatar that is shown
         private int chosenLevel;
 
-        private void OnEnable()
-        {
+        private void OnEnable() {
             AvatarScene.Shared.Add(this);
             if (avatar == null) Reload();
             else ApplyProxyUse();
         }
 
-        private void OnDisable()
-        {
+        private void OnDisable() {
             FreeGpu();
             vertices.Forget();
             AvatarScene.Shared.Remove(this);
         }
 
-        private void OnDestroy()
-        {
+        private void OnDestroy() {
             loads++;
             Objects.Destroy(ownMesh); // the objects below go with this one
         }
 
-        private void OnValidate()
-        {
+        private void OnValidate() {
             edited = true; // objects must not be destroyed here
         }
 
-        private void LateUpdate()
-        {
+        private void LateUpdate() {
             if (edited) TakeEdits();
             if (instance == null) return;
             if (playing != null) Advance();
@@ -53,16 +47,14 @@ namespace AvatarExport
             ChooseLevel();
         }
 
-        private void OnDrawGizmos()
-        {
+        private void OnDrawGizmos() {
             // Seen by the picking of the scene view alone: a click selects the avatar.
             Gizmos.color = Color.clear;
             Bounds box = WorldBounds;
             if (instance != null) Gizmos.DrawCube(box.center, box.size);
         }
 
-        private void TakeEdits()
-        {
+        private void TakeEdits() {
             edited = false;
             if (shownAsset != asset) Reload();
             if (layers == null) return;
@@ -72,39 +64,30 @@ namespace AvatarExport
             if (playing == null || playing.Name != clip) StartClip();
         }
 
-        private void UpdatePose()
-        {
+        private void UpdatePose() {
             if (linked && (rigRoot == null || rig != null && !rig.IsWhole)) MakeRig(); // somebody deleted objects
             layers.Mix(instance.Pose, playing, clipSeconds, rig, liveInput);
             instance.UpdatePose();
-            if (followProxy && rig != null && avatar.Program.ReadsMesh)
-            {
+            if (followProxy && rig != null && avatar.Program.ReadsMesh) {
                 vertices.Read(proxy, avatar.Handedness == "right");
-            }
-            else vertices.Forget();
+            } else vertices.Forget();
         }
 
         /// <summary>Shows the asset anew: after it was imported again, or set.</summary>
-        public void Reload()
-        {
+        public void Reload() {
             Clear();
             shownAsset = asset;
             if (asset == null) return;
-            try
-            {
+            try {
                 Show(asset.Load());
-            }
-            catch (Core.AvatarError error)
-            {
+            } catch (AvatarError error) {
                 Debug.LogError(error.Message, this);
             }
         }
 
         /// <summary>Whether a camera draws this avatar. "planes" are those of its frustum.</summary>
-        internal bool IsSeenBy(Camera camera, Plane[] planes)
-        {
-            if (!visible || failed || instance == null || (camera.cullingMask & 1 << gameObject.layer) == 0)
-            {
+        internal bool IsSeenBy(Camera camera, Plane[] planes) {
+            if (!visible || failed || instance == null || (camera.cullingMask & 1 << gameObject.layer) == 0) {
                 return false;
             }
             return IsInSceneOf(camera) && GeometryUtility.TestPlanesAABB(planes, WorldBounds);
@@ -113,20 +96,16 @@ namespace AvatarExport
         /// <summary>
         /// What the GPU holds for a camera that draws this avatar; null, told once, where this device cannot.
         /// </summary>
-        internal Resident ResidentForCamera()
-        {
-            CameraMatrices.WriteWorld(transform.localToWorldMatrix, instance.World);
+        internal Resident ResidentForCamera() {
+            CameraMatrices.WritePlace(transform.localToWorldMatrix, instance.Place);
             // While a scene is edited LateUpdate is not called for each picture: a preview of a Timeline moves bones between.
             if (!Application.isPlaying) UpdatePose();
             if (resident != null) return resident;
-            try
-            {
+            try {
                 string lack = Device.Lack();
-                if (lack != null) throw new Core.AvatarError(lack + ". Its skinned mesh is shown instead", avatar.Name);
+                if (lack != null) throw new AvatarError(lack + ". Its skinned mesh is shown instead", avatar.Name);
                 resident = new Resident(instance, vertices);
-            }
-            catch (Core.AvatarError error)
-            {
+            } catch (AvatarError error) {
                 failed = true;
                 Warnings.Once(error.Message, this);
                 ApplyProxyUse();
@@ -134,11 +113,10 @@ namespace AvatarExport
             return resident;
         }
 
-        private void Show(Core.Avatar shown)
-        {
+        private void Show(LoadedAvatar shown) {
             Clear();
             avatar = shown;
-            instance = new Core.Instance(shown, FirstLevel(shown));
+            instance = new Instance(shown, FirstLevel(shown));
             chosenLevel = instance.Level;
             layers = new PoseLayers(shown);
             localBounds = AvatarRig.LocalBounds(shown);
@@ -148,19 +126,15 @@ namespace AvatarExport
             edited = false; // all of it is shown; a later look would take back what scripts set until then
         }
 
-        private void MakeRig()
-        {
+        private void MakeRig() {
             rig = null;
             linked = false;
             if (IsRigOfAnother()) DropRig();
-            try
-            {
+            try {
                 if (proxy == null) BuildOwnRig();
                 linked = true;
                 LinkRig();
-            }
-            catch (Core.AvatarError error)
-            {
+            } catch (AvatarError error) {
                 Debug.LogWarning(error.Message, this); // splats are shown without it
             }
             ApplyProxyUse();
@@ -169,16 +143,14 @@ namespace AvatarExport
         /// <summary>
         /// A copy of an avatar whose rig is not saved has a copy of that rig, and no mesh of its own.
         /// </summary>
-        private bool IsRigOfAnother()
-        {
+        private bool IsRigOfAnother() {
             if (proxy == null || rigRoot == null || ownMesh != null) return false;
             Mesh mesh = proxy.sharedMesh; // both have the same
             return rigRoot.gameObject.hideFlags == HideFlags.DontSave
                 || mesh != null && mesh.hideFlags == HideFlags.DontSave;
         }
 
-        private void BuildOwnRig()
-        {
+        private void BuildOwnRig() {
             Objects.Destroy(ownMesh);
             ownMesh = AvatarRig.MakeMesh(avatar);
             ownMesh.hideFlags = HideFlags.DontSave;
@@ -186,8 +158,7 @@ namespace AvatarExport
             rigRoot = proxy.transform.parent;
         }
 
-        private void Clear()
-        {
+        private void Clear() {
             FreeGpu();
             rig = null;
             linked = false;
@@ -202,38 +173,31 @@ namespace AvatarExport
             ownMesh = null;
         }
 
-        private void DropRig()
-        {
+        private void DropRig() {
             if (rigRoot != null) Objects.Destroy(rigRoot.gameObject);
             proxy = null;
             rigRoot = null;
             bones = new Transform[0];
         }
 
-        private void FreeGpu()
-        {
+        private void FreeGpu() {
             if (resident == null) return;
             AvatarScene.Shared.Forget();
             resident.Dispose();
             resident = null;
         }
 
-        private void StartClip()
-        {
+        private void StartClip() {
             playing = null;
             if (string.IsNullOrEmpty(clip)) return;
-            try
-            {
+            try {
                 playing = ClipNamed(clip);
-            }
-            catch (Core.AvatarError error)
-            {
+            } catch (AvatarError error) {
                 Debug.LogWarning(error.Message, this);
             }
         }
 
-        private void Advance()
-        {
+        private void Advance() {
             clipSeconds += Application.isPlaying ? Time.deltaTime : 0;
             if (!loop || clipSeconds <= playing.Seconds) return;
             clipSeconds = playing.Seconds > 0 ? clipSeconds % playing.Seconds : 0;
@@ -242,11 +206,9 @@ namespace AvatarExport
         /// <summary>
         /// A rig of another avatar, of an asset that was exchanged, does not fit: it is left alone, and told.
         /// </summary>
-        private void LinkRig()
-        {
+        private void LinkRig() {
             int joints = avatar.Skeleton == null ? 0 : avatar.Skeleton.Names.Length;
-            if (rigRoot == null || bones.Length != joints || Array.Exists(bones, bone => bone == null))
-            {
+            if (rigRoot == null || bones.Length != joints || Array.Exists(bones, bone => bone == null)) {
                 string told = $"{name}: the bones below it are not those of {avatar.Name}; ";
                 Debug.LogWarning(told + "delete the object " + AvatarRig.RootName, this);
                 return;
@@ -254,23 +216,17 @@ namespace AvatarExport
             rig = new RigLink(avatar, rigRoot, proxy, bones);
         }
 
-        private void ApplyExpressions()
-        {
-            foreach (ExpressionWeight one in expressions)
-            {
-                try
-                {
+        private void ApplyExpressions() {
+            foreach (ExpressionWeight one in expressions) {
+                try {
                     layers.SetExpression(one.Name, one.Weight);
-                }
-                catch (Core.AvatarError error)
-                {
+                } catch (AvatarError error) {
                     Debug.LogWarning(error.Message, this); // of an avatar that was shown before
                 }
             }
         }
 
-        private void ApplyProxyUse()
-        {
+        private void ApplyProxyUse() {
             if (proxy == null) return;
             bool drawn = failed || proxyUse != ProxyUse.Hidden;
             proxy.enabled = drawn;
@@ -283,8 +239,7 @@ namespace AvatarExport
         }
 
         /// <summary>A material of the pipeline. Null in a build, where pipelines keep theirs to the Editor.</summary>
-        private static Material PlainMaterial()
-        {
+        private static Material PlainMaterial() {
             RenderPipelineAsset pipeline = GraphicsSettings.currentRenderPipeline;
             if (pipeline != null) return pipeline.defaultMaterial;
             Shader diffuse = Shader.Find("Legacy Shaders/Diffuse"); // a project includes it always unless it is told not to
@@ -292,13 +247,11 @@ namespace AvatarExport
             return plain;
         }
 
-        private int FirstLevel(Core.Avatar shown)
-        {
+        private int FirstLevel(LoadedAvatar shown) {
             return level < 0 ? 0 : Mathf.Min(level, shown.Program.Levels.Length - 1);
         }
 
-        private void ChooseLevel()
-        {
+        private void ChooseLevel() {
             int wanted = level < 0 ? Automatic() : FirstLevel(avatar);
             if (wanted == chosenLevel) return;
             FreeGpu();
@@ -306,17 +259,15 @@ namespace AvatarExport
         }
 
         /// <summary>The level for the height that was seen.</summary>
-        private int Automatic()
-        {
+        private int Automatic() {
             double height = resident == null ? 0 : resident.TakeHeightPx();
-            return height > 0 ? Core.Levels.Next(avatar.Levels, height, chosenLevel) : chosenLevel;
+            return height > 0 ? Levels.Next(avatar.Levels, height, chosenLevel) : chosenLevel;
         }
 
         /// <summary>
         /// Cameras of a preview or of an opened prefab show their own scene alone, and all others no such scene.
         /// </summary>
-        private bool IsInSceneOf(Camera camera)
-        {
+        private bool IsInSceneOf(Camera camera) {
             if (camera.scene.IsValid()) return camera.scene == gameObject.scene;
 #if UNITY_EDITOR
             return !UnityEditor.SceneManagement.EditorSceneManager.IsPreviewSceneObject(gameObject);

@@ -4,16 +4,13 @@ using System.IO;
 using System.Linq;
 using AvatarExport.Core;
 
-namespace AvatarExport.Play
-{
+namespace AvatarExport.Play {
     /// <summary>
     /// Plays a job, a JSON file: its scenes, and its references. All that a GPU does, Python does; all that it is told
     /// comes from here.
     /// </summary>
-    internal static class Player
-    {
-        private static int Main(string[] arguments)
-        {
+    internal static class Player {
+        private static int Main(string[] arguments) {
             var pipe = new Pipe();
             var gpu = new PipeGpu(pipe);
             var job = new Json(JsonText.Parse(File.ReadAllText(arguments[0])), "$");
@@ -23,10 +20,9 @@ namespace AvatarExport.Play
             return 0;
         }
 
-        private static void Play(PipeGpu gpu, Json scene)
-        {
+        private static void Play(PipeGpu gpu, Json scene) {
             gpu.Begin(scene.At("name").Text());
-            Camera camera = Seen(scene.At("camera"));
+            AvatarCamera camera = Seen(scene.At("camera"));
             var chunks = new List<ProjectedChunk>();
             Json[] avatars = scene.At("avatars").List();
             for (int i = 0; i < avatars.Length; i++) chunks.AddRange(Project(gpu, avatars[i], i + "/", camera));
@@ -40,18 +36,16 @@ namespace AvatarExport.Play
         /// Stages up to project of an avatar; its projected chunks. "twice": at rest first, so that the pose finds what
         /// lasts.
         /// </summary>
-        private static IEnumerable<ProjectedChunk> Project(PipeGpu gpu, Json said, string prefix, Camera camera)
-        {
+        private static IEnumerable<ProjectedChunk> Project(PipeGpu gpu, Json said, string prefix, AvatarCamera camera) {
             string file = said.At("file").Text();
-            Avatar avatar = Pack.Read(File.ReadAllBytes(file), file);
+            LoadedAvatar avatar = LoadedAvatar.Load(File.ReadAllBytes(file), file);
             var instance = new Instance(avatar, said.At("level").Int());
-            Doubles(said.At("world")).CopyTo(instance.World, 0);
+            Doubles(said.At("place")).CopyTo(instance.Place, 0);
             gpu.LoadProgram(avatar.Program, prefix);
             Pass[] mesh = avatar.Program.ReadsMesh ? avatar.Program.Mesh : new Pass[0];
             PassList[] lists = new[] { mesh, instance.Program.Deform, instance.Program.View }
                 .Select(passes => PassList.Of(avatar.Program, passes, avatar.Groups.Length)).ToArray();
-            if (said.At("twice").Flag())
-            {
+            if (said.At("twice").Flag()) {
                 instance.Update(camera); // at rest
                 Run(gpu, instance, lists, prefix);
                 lists[1].KeepLasting();
@@ -59,60 +53,46 @@ namespace AvatarExport.Play
             Take(said.At("pose"), instance.Pose);
             instance.Update(camera);
             Run(gpu, instance, lists, prefix);
-            return instance.Program.Chunks.Select((run, i) => new ProjectedChunk
-            {
-                Buffer = prefix + instance.Program.Prefix + "Projected." + i,
-                Count = run.Count,
-            });
+            return ProjectedChunk.Of(instance.Program, prefix);
         }
 
-        private static void Take(Json said, Pose into)
-        {
+        private static void Take(Json said, AvatarPose into) {
             Floats(said.At("expressionWeights")).CopyTo(into.ExpressionWeights, 0);
             Floats(said.At("lateWeights")).CopyTo(into.LateWeights, 0);
             Doubles(said.At("jointDelta")).CopyTo(into.JointDelta, 0);
             Doubles(said.At("worldFromAvatar")).CopyTo(into.WorldFromAvatar, 0);
         }
 
-        private static void Run(PipeGpu gpu, Instance instance, PassList[] lists, string prefix)
-        {
+        private static void Run(PipeGpu gpu, Instance instance, PassList[] lists, string prefix) {
             if (instance.PoseFloats.Length > 0) gpu.Write(prefix + "Pose", Words(instance.PoseFloats));
-            foreach (PassList list in lists)
-            {
+            foreach (PassList list in lists) {
                 list.Set(instance.Values);
                 for (int i = 0; i < list.Dispatches.Length; i++) gpu.Run(list, i, prefix);
             }
         }
 
         /// <summary>A reference in a folder, with its pack.</summary>
-        private static void Repeat(Pipe pipe, PipeGpu gpu, string folder)
-        {
+        private static void Repeat(Pipe pipe, PipeGpu gpu, string folder) {
             gpu.Begin(folder);
-            string mini = Path.Combine(folder, "mini.avatar");
-            Avatar avatar = Pack.Read(File.ReadAllBytes(mini), mini);
-            Report(pipe, folder, Conformed(avatar, folder, "cases.json", "vectors.safetensors", gpu));
-            if (!File.Exists(Path.Combine(folder, "driving.json"))) return;
-            Report(pipe, folder, Conformed(avatar, folder, "driving.json", "driving.safetensors", null));
+            Func<string, string> at = name => Path.Combine(folder, name);
+            LoadedAvatar avatar = LoadedAvatar.Load(File.ReadAllBytes(at("mini.avatar")), folder);
+            Func<string, string, Reference> parsed =
+                (cases, vectors) => Reference.Parse(File.ReadAllText(at(cases)), File.ReadAllBytes(at(vectors)));
+            Report(pipe, folder, Conform.Run(avatar, parsed("cases.json", "vectors.safetensors"), gpu));
+            if (!File.Exists(at("driving.json"))) return;
+            Report(pipe, folder, Conform.Run(avatar, parsed("driving.json", "driving.safetensors"), null));
         }
 
-        private static ConformReport Conformed(Avatar avatar, string folder, string cases, string vectors, IStageRunner runner)
-        {
-            string text = File.ReadAllText(Path.Combine(folder, cases));
-            return Conform.Run(avatar, Reference.Parse(text, File.ReadAllBytes(Path.Combine(folder, vectors))), runner);
+        private static void Report(Pipe pipe, string folder, ConformReport report) {
+            var rows = report.Rows.Select(row => new Dictionary<string, object> {
+                ["case"] = row.Case, ["stage"] = row.Stage, ["output"] = row.Output, ["used"] = row.Verdict.Used,
+                ["passed"] = row.Verdict.Passed,
+            });
+            pipe.Tell(Pipe.Json("do", "report", "name", folder, "rows", rows));
         }
 
-        private static void Report(Pipe pipe, string folder, ConformReport report)
-        {
-            var rows = report.Rows.Select(row => Pipe.Object(
-                "case", Pipe.Text(row.Case), "stage", Pipe.Text(row.Stage), "output", Pipe.Text(row.Output),
-                "used", Pipe.Number(row.Verdict.Used), "flips", row.Verdict.Flips.ToString(),
-                "passed", row.Verdict.Passed ? "true" : "false"));
-            pipe.Tell(Pipe.Object("do", "\"report\"", "name", Pipe.Text(folder), "rows", Pipe.List(rows)), new uint[0]);
-        }
-
-        private static Camera Seen(Json said)
-        {
-            var camera = new Camera();
+        private static AvatarCamera Seen(Json said) {
+            var camera = new AvatarCamera();
             float[] tan = { (float)said.At("tanHalfFovX").Number(), (float)said.At("tanHalfFovY").Number() };
             camera.SetMatrices(
                 Floats(said.At("cameraFromWorld")), Floats(said.At("clipFromWorld")), Floats(said.At("centre")), tan,
@@ -120,20 +100,13 @@ namespace AvatarExport.Play
             return camera;
         }
 
-        private static double[] Doubles(Json said)
-        {
-            return said.List().Select(one => one.Number()).ToArray();
-        }
+        private static double[] Doubles(Json said) => said.List().Select(one => one.Number()).ToArray();
 
-        private static float[] Floats(Json said)
-        {
-            return said.List().Select(one => (float)one.Number()).ToArray();
-        }
+        private static float[] Floats(Json said) => said.List().Select(one => (float)one.Number()).ToArray();
 
-        private static uint[] Words(float[] floats)
-        {
+        private static uint[] Words(float[] floats) {
             var words = new uint[floats.Length];
-            System.Buffer.BlockCopy(floats, 0, words, 0, 4 * words.Length);
+            Buffer.BlockCopy(floats, 0, words, 0, 4 * words.Length);
             return words;
         }
     }

@@ -24,7 +24,7 @@ from avatar_runtime.backends.gl.programs import Dispatch, Programs
 from avatar_runtime.backends.gl.state import drawing_into
 from avatar_runtime.backends.gl.target import Target
 from avatar_runtime.program.chunks import BUFFER_LIMIT
-from tests.players.unity import compile_csharp, core_sources, need_mono
+from tests.players.unity import compile_csharp, core_sources, need_mono, sources
 from tests.session.shared_folder import made_once
 
 PLAY = Path(__file__).parent
@@ -35,9 +35,6 @@ Words = npt.NDArray[np.uint32]
 class Played:
     """What C# said of one scene or reference, and its image [H, W, 4]: premultiplied colour and alpha."""
 
-    contents: dict[str, Words] = field(default_factory=dict)  # of static buffers
-    sizes: dict[str, int] = field(default_factory=dict)  # bytes of all buffers
-    writes: dict[str, Words] = field(default_factory=dict)
     runs: list[dict[str, Any]] = field(default_factory=list)
     rows: list[dict[str, Any]] = field(default_factory=list)  # verdicts
     image: F32 | None = None
@@ -75,17 +72,12 @@ class Desk:
 
     def make(self, said: Mapping[str, Any], words: Words) -> None:
         """A buffer, with words or with zeros."""
-        name, size = said["name"], said["bytes"]
-        content = words if len(words) else np.zeros(-(-size // 4), np.uint32)
-        self._buffers[name] = self._gpu.buffer(name, content)
-        self._now.sizes[name] = size
-        if len(words):
-            self._now.contents[name] = words
+        content = words if len(words) else np.zeros(-(-said["bytes"] // 4), np.uint32)
+        self._buffers[said["name"]] = self._gpu.buffer(said["name"], content)
 
     def write(self, said: Mapping[str, Any], words: Words) -> None:
         """Words into a buffer."""
         self._buffers[said["name"]].write(words.tobytes())
-        self._now.writes[said["name"]] = words
 
     def read(self, said: Mapping[str, Any], _: Words) -> Words:
         """Words of a buffer."""
@@ -137,8 +129,7 @@ def player_program(factory: pytest.TempPathFactory) -> Path:
     need_mono()
 
     def make(folder: Path) -> Path:
-        compile_csharp([*core_sources(), *sorted(PLAY.glob("*.cs"))], folder / "play.exe")
-        return folder / "play.exe"
+        return compile_csharp([*core_sources(), *sources(PLAY)], folder / "play.exe")
 
     return made_once(factory, "unity_play", make)
 

@@ -16,6 +16,7 @@ from avatar_runtime.io.errors import AvatarError
 ROOT = Path(__file__).parents[3]
 WRITTEN = ROOT / "players" / "unity"
 FIRST = ROOT / "tests" / "data" / "unity_guids.csv"  # as of 5bf3be5, when each .meta file was in git
+NAMED = "Core/LoadedAvatar.cs"
 ADD = "run `make unity`, which adds rows for new files and says what is wrong with others"
 
 
@@ -29,17 +30,12 @@ def found(root: Path) -> set[str]:
     return set(unity.assets([*unity.hand_written(root), *unity.unity_made(root)]))
 
 
-def test_every_asset_has_a_row_and_every_row_an_asset() -> None:
+def test_every_asset_has_one_row_and_every_row_an_asset() -> None:
     assert sorted(found(WRITTEN) ^ unity.guids(WRITTEN).keys()) == [], ADD
-
-
-def test_rows_are_sorted_and_unique() -> None:
-    lines = (WRITTEN / unity.TABLE).read_text("utf-8").splitlines()
-    assert lines[0] == "path,guid" and lines[1:] == sorted(
-        lines[1:], key=lambda line: line.rpartition(",")[0]
-    )
+    head, *rows = (WRITTEN / unity.TABLE).read_text("utf-8").splitlines()
+    assert head == "path,guid" and rows == sorted(rows, key=lambda row: row.rpartition(",")[0])
     table = unity.guids(WRITTEN)
-    assert len(table) == len({*table.values()}) == len(lines) - 1
+    assert len(table) == len({*table.values()}) == len(rows)
     assert all(re.fullmatch("[0-9a-f]{32}", guid) for guid in table.values())
 
 
@@ -75,30 +71,27 @@ def test_new_files_get_rows(package: Path) -> None:
     assert add_rows(package) == [] and unity.guids(package) == after
 
 
-def test_a_file_moved_in_unity_keeps_its_guid(package: Path) -> None:
-    guid = unity.guids(package)["Core/Avatar.cs"]
-    (package / "Core/Avatar.cs").rename(package / "Core/Pose/Moved.cs")
-    (package / "Core/Pose/Moved.cs.meta").write_text(f"fileFormatVersion: 2\nguid: {guid}\n", "utf-8")
+def test_a_file_moved_or_copied_with_its_meta(package: Path) -> None:
+    """A moved one keeps its GUID, a copied one gets one of its own."""
+    guid = unity.guids(package)[NAMED]
+    for name in ("Core/Pose/Moved.cs", "Core/Copy.cs"):
+        (package / f"{name}.meta").write_text(f"fileFormatVersion: 2\nguid: {guid}\n", "utf-8")
+    (package / "Core/Copy.cs").write_text("// copy\n", "utf-8")
+    assert add_rows(package) == ["Core/Copy.cs"]
+    assert unity.guids(package)["Core/Copy.cs"] != guid == unity.guids(package)[NAMED]
+    (package / NAMED).rename(package / "Core/Pose/Moved.cs")
     assert add_rows(package) == ["Core/Pose/Moved.cs"]
     assert unity.guids(package)["Core/Pose/Moved.cs"] == guid
-    assert "Core/Avatar.cs" not in unity.guids(package)
-
-
-def test_a_file_copied_with_its_meta_gets_a_guid_of_its_own(package: Path) -> None:
-    guid = unity.guids(package)["Core/Avatar.cs"]
-    for name in ("Core/Copy.cs", "Core/Copy.cs.meta"):
-        (package / name).write_text(f"fileFormatVersion: 2\nguid: {guid}\n", "utf-8")
-    assert add_rows(package) == ["Core/Copy.cs"]
-    assert unity.guids(package)["Core/Copy.cs"] != guid == unity.guids(package)["Core/Avatar.cs"]
+    assert NAMED not in unity.guids(package)
 
 
 def test_a_file_renamed_outside_of_unity_is_asked_about(package: Path) -> None:
     table = (package / unity.TABLE).read_text("utf-8")
-    (package / "Core/Avatar.cs").rename(package / "Core/Renamed.cs")
+    (package / NAMED).rename(package / "Core/Renamed.cs")
     with pytest.raises(
-        ProjectError, match=r"guids.csv: Core/Avatar.cs is gone. If it was renamed, write its new path"
+        ProjectError, match=rf"guids.csv: {NAMED} is gone. If it was renamed, write its new path"
     ):
         add_rows(package)
     assert (package / unity.TABLE).read_text("utf-8") == table
-    (package / unity.TABLE).write_text(table.replace("Core/Avatar.cs,", "Core/Renamed.cs,"), "utf-8")
+    (package / unity.TABLE).write_text(table.replace(f"{NAMED},", "Core/Renamed.cs,"), "utf-8")
     assert add_rows(package) == []

@@ -37,23 +37,25 @@ def files(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
-def test_unity_finds_in_it_what_the_package_holds(package: Path, unity_package: Path) -> None:
+def test_it_is_a_project_in_which_unity_finds_what_the_package_holds(
+    package: Path, unity_package: Path
+) -> None:
+    project = package.parents[1]
     assert files(package) == files(unity_package)
+    assert package.name == NAME and (project / "Assets").is_dir()
+    version = (project / "ProjectSettings/ProjectVersion.txt").read_text("utf-8")
+    assert version == "m_EditorVersion: 2022.3.0f1\n"
+    assert NAME in (project / "Packages/manifest.json").read_text("utf-8")
 
 
 def test_edits_and_new_files_land_in_the_checkout(package: Path, checkout: Path) -> None:
-    for name in (
-        "Core/New.cs",
-        "Shaders/new.hlsl",
-        "Shaders/Resources/AvatarExport/New.shader",
-        "Runtime/New/New.cs",
-    ):
+    for name in ("Core/New.cs", "Shaders/Resources/AvatarExport/New.shader", "Runtime/New/New.cs"):
         (package / name).parent.mkdir(exist_ok=True)
         (package / name).write_text("// new\n", "utf-8")
         assert (checkout / name).read_text("utf-8") == "// new\n"
-    with (package / "Core" / "Avatar.cs").open("a", encoding="utf-8") as file:
+    with (package / "Core" / "LoadedAvatar.cs").open("a", encoding="utf-8") as file:
         file.write("// edited\n")
-    assert (checkout / "Core" / "Avatar.cs").read_text("utf-8").endswith("// edited\n")
+    assert (checkout / "Core" / "LoadedAvatar.cs").read_text("utf-8").endswith("// edited\n")
     assert (package / "README.md").is_symlink()
 
 
@@ -79,17 +81,8 @@ def test_no_include_leaves_a_folder_that_is_a_link(package: Path, checkout: Path
         assert place.is_file(), f"{path.name}: {name}"
 
 
-def test_it_is_a_project(package: Path) -> None:
-    project = package.parents[1]
-    assert package.name == NAME and (project / "Assets").is_dir()
-    assert (project / "ProjectSettings/ProjectVersion.txt").read_text(
-        "utf-8"
-    ) == "m_EditorVersion: 2022.3.0f1\n"
-    assert NAME in (project / "Packages/manifest.json").read_text("utf-8")
-
-
 def test_again_it_keeps_the_users_files_and_drops_what_is_gone(package: Path, checkout: Path) -> None:
-    project, meta = package.parents[1], package / "Core" / "Avatar.cs.meta"
+    project, meta = package.parents[1], package / "Core" / "LoadedAvatar.cs.meta"
     kept = {project / "Packages/manifest.json": "{}", project / "Assets/Mine.unity": "mine"}
     kept[meta] = meta.read_text("utf-8") + "MonoImporter:\n"
     for path, text in kept.items():

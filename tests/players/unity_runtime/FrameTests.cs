@@ -1,281 +1,216 @@
 using System;
 using System.Collections.Generic;
+using System.Linq;
+using AvatarExport.Core;
 using NUnit.Framework;
 using UnityEngine;
 using UnityEngine.Rendering;
 
-namespace AvatarExport.Tests
-{
+namespace AvatarExport.Tests {
     /// <summary>What a frame records is the core's lists of passes, in order, and then two draws.</summary>
-    public sealed class FrameTests
-    {
-        private Stage stage;
-
-        [SetUp]
-        public void Begin()
-        {
-            stage = new Stage();
-        }
-
+    public sealed class FrameTests : Stage {
         [TestCase(Packs.Joints)]
         [TestCase(Packs.Surface)]
         [TestCase(Packs.WithoutRig)]
-        public void DispatchesAreThoseOfTheCore(string pack)
-        {
-            GaussianAvatar avatar = stage.Add(pack);
-            CommandBuffer commands = stage.Frame();
-            Core.Instance wanted = Wanted(pack);
-            Core.SceneSort sort = Core.SceneSort.Of(Chunks(wanted));
-            var lists = new List<Core.PassList>();
-            Core.Program program = avatar.Avatar.Program;
-            int groups = avatar.Avatar.Groups.Length;
-            if (program.ReadsMesh) lists.Add(Core.PassList.Of(program, program.Mesh, groups));
-            lists.Add(Core.PassList.Of(program, wanted.Program.Deform, groups));
-            lists.Add(Core.PassList.Of(program, wanted.Program.View, groups));
-            foreach (Core.PassList one in lists) one.Set(wanted.Values);
+        public void DispatchesAreThoseOfTheCore(string pack) {
+            LoadedAvatar avatar = Add(pack).Avatar;
+            CommandBuffer commands = Frame();
+            Instance wanted = Wanted(pack);
+            SceneSort sort = SceneSort.Of(ProjectedChunk.Of(wanted.Program, "0/").ToArray());
+            Program program = avatar.Program;
+            var passes = new List<Pass[]> { wanted.Program.Deform, wanted.Program.View };
+            if (program.ReadsMesh) passes.Insert(0, program.Mesh);
+            List<PassList> lists = passes.ConvertAll(one => PassList.Of(program, one, avatar.Groups.Length));
+            foreach (PassList one in lists) one.Set(wanted.Values);
             lists.Add(sort.Passes);
             var bound = new Dictionary<string, GraphicsBuffer>();
             int at = 0;
-            foreach (Core.PassList list in lists)
-            {
-                foreach (Core.Dispatch one in list.Dispatches) at = AssertDispatch(commands, at, list, one, bound);
+            foreach (PassList list in lists) {
+                foreach (Dispatch one in list.Dispatches) at = AssertDispatch(commands, at, list, one, bound);
             }
             Assert.AreEqual(-1, Next(commands, at, "DispatchCompute"), "more dispatches than the core has");
-            AssertBuffers(avatar.Avatar, sort, bound, wanted);
-            stage.End();
+            AssertBuffers(avatar, sort, bound, wanted);
         }
 
         [TestCase(0, 0, 100f)] // straight onto the screen
-        [TestCase(200, Stage.Height, 0f)] // into an image of its own, of that size
-        [TestCase(320, Stage.Height, 100f)] // the window of the Editor
-        public void ACameraOfAPartOfTheScreenDrawsWhereItsPictureIs(int width, int height, float left)
-        {
-            stage.Add(Packs.Joints);
-            stage.Camera.pixelRect = new Rect(100, 0, 200, Stage.Height);
-            var format = RenderTextureFormat.ARGBHalf;
-            stage.Camera.activeTexture =
-                width == 0 ? null : new RenderTexture(width, height, 0, format, RenderTextureReadWrite.Linear);
-            CommandBuffer commands = stage.Frame();
-            Command set = Stage.All(commands, "SetViewport")[0];
-            Assert.AreEqual(left, set.Value.x);
-            Assert.AreEqual(200f, set.Value.z);
-            stage.End();
+        [TestCase(200, Height, 0f)] // into an image of its own, of that size
+        [TestCase(320, Height, 100f)] // the window of the Editor
+        public void ACameraOfAPartOfTheScreenDrawsWhereItsPictureIs(int width, int height, float left) {
+            Add(Packs.Joints);
+            Seen.pixelRect = new Rect(100, 0, 200, Height);
+            Seen.activeTexture = width == 0
+                ? null : new RenderTexture(width, height, 0, RenderTextureFormat.ARGBHalf, RenderTextureReadWrite.Linear);
+            Vector4 set = All(Frame(), "SetViewport")[0].Value;
+            Assert.AreEqual(new[] { left, 200f }, new[] { set.x, set.z });
         }
 
         [Test]
-        public void SplatsAreDrawnIntoAnImageThatIsPutOntoTheCameraOnce()
-        {
-            stage.Add(Packs.Joints);
-            CommandBuffer commands = stage.Frame();
-            string[] order =
-                { "GetTemporaryRT", "SetRenderTarget", "ClearRenderTarget", "DrawProcedural", "SetRenderTarget",
-                "SetViewport", "DrawProcedural", "ReleaseTemporaryRT" };
-            int at = Next(commands, 0, order[0]);
-            for (int i = 0; i < order.Length; i++) Assert.AreEqual(order[i], commands.pool[at + i].What);
-            Assert.AreEqual((float)Stage.Width, commands.pool[at].Value.x);
-            Assert.AreEqual((float)Stage.Height, commands.pool[at].Value.y);
-            Assert.AreEqual("Accumulated", commands.pool[at + 1].Target);
-            Command splats = commands.pool[at + 3], composite = commands.pool[at + 6];
-            int count = stage.Avatars[0].Avatar.Levels[0].Count;
-            Assert.AreEqual(0, splats.Id);
-            Assert.AreEqual(6 * 128, splats.Count);
-            Assert.AreEqual((count + 127) / 128, splats.Instances);
-            Assert.AreEqual("CameraTarget", commands.pool[at + 4].Target);
-            Assert.AreEqual(1, composite.Id);
-            Assert.AreEqual(3, composite.Count);
+        public void SplatsAreDrawnIntoAnImageThatIsPutOntoTheCameraOnce() {
+            GaussianAvatar avatar = Add(Packs.Joints);
+            CommandBuffer commands = Frame();
+            string[] order = {
+                "GetTemporaryRT", "SetRenderTarget", "ClearRenderTarget", "DrawProcedural", "SetRenderTarget", "SetViewport",
+                "DrawProcedural", "ReleaseTemporaryRT",
+            };
+            List<Command> drawn = commands.pool.GetRange(Next(commands, 0, order[0]), order.Length);
+            Assert.AreEqual(order, drawn.Select(one => one.What));
+            Assert.AreEqual(new float[] { Width, Height }, new[] { drawn[0].Value.x, drawn[0].Value.y });
+            Assert.AreEqual(new[] { "Accumulated", "CameraTarget" }, new[] { drawn[1].Target, drawn[4].Target });
+            Command splats = drawn[3], composite = drawn[6];
+            int count = avatar.Avatar.Levels[0].Count;
+            Assert.AreEqual(new[] { 0, 6 * 128, (count + 127) / 128 }, new[] { splats.Id, splats.Count, splats.Instances });
+            Assert.AreEqual(new[] { 1, 3 }, new[] { composite.Id, composite.Count });
             Assert.AreEqual((float)count, Value(splats, "quad_count").x);
             Assert.AreEqual(-1f, Value(splats, "flip_y").x);
             Assert.AreEqual(-1f, Value(splats, "depth_sign").x);
             Assert.AreEqual(1f, Value(composite, "linear_target").x);
-            Assert.IsTrue((stage.Camera.depthTextureMode & DepthTextureMode.Depth) != 0);
-            stage.End();
+            Assert.IsTrue((Seen.depthTextureMode & DepthTextureMode.Depth) != 0);
         }
 
         [Test]
-        public void BothEyesShareOneDeformation()
-        {
-            stage.Add(Packs.Joints);
-            stage.Camera.stereoEnabled = true;
-            for (int eye = 0; eye < 2; eye++)
-            {
-                Matrix4x4 view = stage.Camera.worldToCameraMatrix;
+        public void BothEyesShareOneDeformation() {
+            Add(Packs.Joints);
+            Seen.stereoEnabled = true;
+            for (int eye = 0; eye < 2; eye++) {
+                Matrix4x4 view = Seen.worldToCameraMatrix;
                 view.m03 = eye == 0 ? 0.03f : -0.03f;
-                stage.Camera.stereoViews[eye] = view;
+                Seen.stereoViews[eye] = view;
             }
-            CommandBuffer commands = stage.Frame();
-            List<string> entries = Stage.Entries(commands);
-            Assert.AreEqual(1, entries.FindAll(one => one == "activate").Count);
-            Assert.AreEqual(2, entries.FindAll(one => one == "project").Count);
-            Assert.AreEqual(16, entries.FindAll(one => one == "sort_scan").Count);
-            List<Command> targets = Stage.All(commands, "SetRenderTarget").FindAll(one => one.Target == "CameraTarget");
-            Assert.AreEqual(2, targets.Count);
-            Assert.AreEqual(0, targets[0].Count);
-            Assert.AreEqual(1, targets[1].Count);
-            List<Command> rows =
-                Stage.All(commands, "SetComputeVectorParam").FindAll(one => Shader.names[one.Id] == "camera_row0");
-            Assert.AreEqual(0.03f, rows[0].Value.w);
-            Assert.AreEqual(-0.03f, rows[1].Value.w);
-            List<Command> times = Stage.All(commands, "SetInstanceMultiplier");
-            Assert.AreEqual(1, times[0].Count);
-            Assert.AreEqual(2, times[1].Count);
-            stage.End();
+            CommandBuffer commands = Frame();
+            ILookup<string, string> entries = Entries(commands).ToLookup(one => one);
+            Assert.AreEqual(new[] { 1, 2, 16 }, new[] { "activate", "project", "sort_scan" }.Select(one => entries[one].Count()));
+            var targets = All(commands, "SetRenderTarget").Where(one => one.Target == "CameraTarget");
+            Assert.AreEqual(new[] { 0, 1 }, targets.Select(one => one.Count));
+            var rows = All(commands, "SetComputeVectorParam").Where(one => Shader.names[one.Id] == "camera_row0");
+            Assert.AreEqual(new[] { 0.03f, -0.03f }, rows.Select(one => one.Value.w));
+            Assert.AreEqual(new[] { 1, 2 }, All(commands, "SetInstanceMultiplier").Select(one => one.Count));
         }
 
         [Test]
-        public void ASecondCameraUsesTheSameDeformation()
-        {
-            stage.Add(Packs.Joints);
-            stage.Frame();
-            List<string> entries = Stage.Entries(Stage.Render(Stage.NewCamera()));
-            Assert.AreEqual("project", entries[0]);
-            stage.End();
-        }
-
-        [Test]
-        public void TwoAvatarsAreSortedTogether()
-        {
-            stage.Add(Packs.Joints);
-            stage.Add(Packs.WithoutRig);
-            CommandBuffer commands = stage.Frame();
-            Assert.AreEqual(1, Stage.All(commands, "GetTemporaryRT").Count);
-            int first = stage.Avatars[0].Avatar.Levels[0].Count;
-            List<Command> firsts = Stage.All(commands, "SetComputeIntParam").FindAll(
+        public void TwoAvatarsAreSortedTogether() {
+            int first = Add(Packs.Joints).Avatar.Levels[0].Count;
+            Add(Packs.WithoutRig);
+            CommandBuffer commands = Frame();
+            Assert.AreEqual(1, All(commands, "GetTemporaryRT").Count);
+            List<Command> firsts = All(commands, "SetComputeIntParam").FindAll(
                 one => one.Shader.name == "sort_keys" && Shader.names[one.Id] == "first");
-            Assert.AreEqual(0, firsts[0].Count);
-            Assert.AreEqual(first, firsts[firsts.Count - 1].Count);
-            stage.End();
+            Assert.AreEqual(new[] { 0, first }, new[] { firsts[0].Count, firsts[firsts.Count - 1].Count });
         }
 
         [Test]
-        public void VertexShadersWithoutBuffersReadATexture()
-        {
+        public void VertexShadersWithoutBuffersReadATexture() {
             SystemInfo.vertexBuffers = 0;
-            stage.Add(Packs.Joints);
-            CommandBuffer commands = stage.Frame();
-            List<string> entries = Stage.Entries(commands);
-            Assert.AreEqual("quad_texels", entries[entries.Count - 1]);
-            Command splats = Stage.All(commands, "DrawProcedural")[0];
+            Add(Packs.Joints);
+            CommandBuffer commands = Frame();
+            Assert.AreEqual("quad_texels", Entries(commands).Last());
+            Command splats = All(commands, "DrawProcedural")[0];
             Assert.IsTrue(((Material)splats.Shader).keywords.Contains("AVATAR_QUAD_TEXTURE"));
             Assert.IsTrue(((MaterialPropertyBlock)splats.Given).values.ContainsKey(Shader.PropertyToID("QuadTexels")));
-            stage.End();
         }
 
-        private static Core.Instance Wanted(string pack)
-        {
-            // Read again, so that nothing is shared with what is judged.
-            var instance = new Core.Instance(Packs.Read(pack), 0);
-            var camera = new Core.Camera();
-            Camera unity = Stage.NewCamera();
-            new CameraMatrices().Write(unity.worldToCameraMatrix, unity.projectionMatrix, true, Stage.Width,
-                Stage.Height, camera);
-            CameraMatrices.WriteWorld(Matrix4x4.identity, instance.World);
+        [Test]
+        public void AStageReadsAndWritesTheBuffersOfItsNames() {
+            int before = GraphicsBuffer.Live.Count;
+            LoadedAvatar avatar = Packs.Read(Packs.Surface);
+            Level level = avatar.Program.Levels[0];
+            SceneSort sort = SceneSort.Of(ProjectedChunk.Of(level, "0/").ToArray());
+            using (var runner = new GpuStageRunner()) {
+                runner.Load(avatar.Program, sort.Buffers);
+                runner.Write("Pairs", new uint[] { 7, 8, 9 });
+                var words = new uint[3];
+                runner.Read("Pairs", words);
+                Assert.AreEqual(9u, words[2]);
+                foreach (PassList list in new[] { PassList.Of(avatar.Program, level.Deform, avatar.Groups.Length), sort.Passes }) {
+                    for (int i = 0; i < list.Dispatches.Length; i++) {
+                        runner.Run(list, i);
+                        Assert.AreEqual(new[] { list.Dispatches[i].Entry }, Entries(Graphics.executed));
+                    }
+                }
+                Assert.AreEqual(4 * 6 * 5, runner.Draw(sort.Count, 6, 5).Length);
+            }
+            Assert.AreEqual(before, GraphicsBuffer.Live.Count);
+        }
+
+        /// <summary>Read again, so that nothing is shared with what is judged.</summary>
+        private static Instance Wanted(string pack) {
+            var instance = new Instance(Packs.Read(pack), 0);
+            var camera = new AvatarCamera();
+            Camera unity = NewCamera();
+            new CameraMatrices().Write(unity.worldToCameraMatrix, unity.projectionMatrix, true, Width, Height, camera);
+            CameraMatrices.WritePlace(Matrix4x4.identity, instance.Place);
             instance.Update(camera);
             return instance;
         }
 
-        private static List<Core.ProjectedChunk> Chunks(Core.Instance instance)
-        {
-            var chunks = new List<Core.ProjectedChunk>();
-            for (int i = 0; i < instance.Program.Chunks.Length; i++)
-            {
-                string buffer = "0/" + instance.Program.Prefix + "Projected." + i;
-                chunks.Add(new Core.ProjectedChunk { Buffer = buffer, Count = instance.Program.Chunks[i].Count });
-            }
-            return chunks;
-        }
-
         private static int AssertDispatch(
-            CommandBuffer commands, int at, Core.PassList list, Core.Dispatch one,
-            Dictionary<string, GraphicsBuffer> bound)
-        {
+            CommandBuffer commands, int at, PassList list, Dispatch one, Dictionary<string, GraphicsBuffer> bound) {
             int end = Next(commands, at, "DispatchCompute");
             Assert.IsTrue(end >= 0, "no dispatch of " + one.Entry);
             Assert.AreEqual(one.Entry, commands.pool[end].Shader.name);
             Assert.AreEqual(one.Groups, commands.pool[end].Count, one.Entry);
             var given = new Dictionary<string, Command>();
-            for (int i = at; i < end; i++)
-            {
-                if (commands.pool[i].What.StartsWith("SetCompute"))
-                {
-                    given.Add(Shader.names[commands.pool[i].Id], commands.pool[i]);
-                }
+            foreach (Command set in commands.pool.Skip(at).Take(end - at).Where(set => set.What.StartsWith("SetCompute"))) {
+                given.Add(Shader.names[set.Id], set);
             }
             Assert.AreEqual(one.Buffers.Length + one.Constants.Length, given.Count, one.Entry);
-            foreach (Core.BufferBinding binding in one.Buffers)
-            {
-                Bind(bound, binding.Buffer.Substring(binding.Buffer.IndexOf('/') + 1),
-                    (GraphicsBuffer)given[binding.Name].Given);
+            foreach (BufferBinding binding in one.Buffers) {
+                string name = binding.Buffer.Substring(binding.Buffer.IndexOf('/') + 1);
+                Bind(bound, name, (GraphicsBuffer)given[binding.Name].Given);
             }
-            foreach (Core.ConstantSlot slot in one.Constants) AssertConstant(list, slot, given[slot.Name], one.Entry);
+            foreach (ConstantSlot slot in one.Constants) AssertConstant(list, slot, given[slot.Name], one.Entry);
             return end + 1;
         }
 
         /// <summary>One buffer has one name, in all dispatches.</summary>
-        private static void Bind(Dictionary<string, GraphicsBuffer> bound, string name, GraphicsBuffer buffer)
-        {
+        private static void Bind(Dictionary<string, GraphicsBuffer> bound, string name, GraphicsBuffer buffer) {
             GraphicsBuffer known;
             if (bound.TryGetValue(name, out known)) Assert.AreSame(known, buffer, name);
             else Assert.IsFalse(bound.ContainsValue(buffer), name + " is another buffer, too");
             bound[name] = buffer;
         }
 
-        private static void AssertConstant(Core.PassList list, Core.ConstantSlot slot, Command given, string entry)
-        {
+        private static void AssertConstant(PassList list, ConstantSlot slot, Command given, string entry) {
             string where = entry + " " + slot.Name;
-            if (slot.Type == Core.ConstantType.UInt)
-            {
+            if (slot.Type == ConstantType.UInt) {
                 Assert.AreEqual("SetComputeIntParam", given.What, where);
                 Assert.AreEqual(list.UInts[slot.First], (uint)given.Count, where);
                 return;
             }
-            Assert.AreEqual(slot.Type == Core.ConstantType.Float ? "SetComputeFloatParam" : "SetComputeVectorParam",
+            Assert.AreEqual(slot.Type == ConstantType.Float ? "SetComputeFloatParam" : "SetComputeVectorParam",
                 given.What, where);
             float[] values = { given.Value.x, given.Value.y, given.Value.z, given.Value.w };
             for (int k = 0; k < (int)slot.Type; k++) Assert.AreEqual(list.Floats[slot.First + k], values[k], where);
         }
 
-        private static void AssertBuffers(Core.Avatar avatar, Core.SceneSort sort,
-            Dictionary<string, GraphicsBuffer> bound, Core.Instance wanted)
-        {
-            foreach (Core.SceneBuffer one in sort.Buffers)
-            {
+        private static void AssertBuffers(LoadedAvatar avatar, SceneSort sort,
+            Dictionary<string, GraphicsBuffer> bound, Instance wanted) {
+            foreach (SceneBuffer one in sort.Buffers) {
                 Assert.IsTrue(bound[one.Name].count >= one.Count, one.Name);
                 Assert.AreEqual(one.Stride, bound[one.Name].stride, one.Name);
             }
-            foreach (KeyValuePair<string, GraphicsBuffer> one in bound)
-            {
-                Core.Buffer described;
+            foreach (KeyValuePair<string, GraphicsBuffer> one in bound) {
+                ProgramBuffer described;
                 if (!avatar.Program.Buffers.TryGetValue(one.Key, out described)) continue;
                 Assert.IsTrue(one.Value.bytes.Length >= described.Bytes, one.Key);
-                if (described.Sections.Length > 0) AssertWords(described.Content(), one.Value.bytes, one.Key);
+                if (described.Sections.Length > 0) AssertBytes(described.Content(), one.Value.bytes, one.Key);
             }
             GraphicsBuffer pose;
             if (!bound.TryGetValue("Pose", out pose)) return;
-            var words = new uint[wanted.PoseFloats.Length];
-            Buffer.BlockCopy(wanted.PoseFloats, 0, words, 0, 4 * words.Length);
-            AssertWords(words, pose.bytes, "Pose");
+            AssertBytes(wanted.PoseFloats, pose.bytes, "Pose");
         }
 
-        private static void AssertWords(uint[] wanted, byte[] bytes, string name)
-        {
-            for (int i = 0; i < wanted.Length; i++)
-            {
-                Assert.AreEqual(wanted[i], BitConverter.ToUInt32(bytes, 4 * i), name + " word " + i);
-            }
+        private static void AssertBytes(Array wanted, byte[] bytes, string name) {
+            var want = new byte[Buffer.ByteLength(wanted)];
+            Buffer.BlockCopy(wanted, 0, want, 0, want.Length);
+            Assert.AreEqual(want, bytes.Take(want.Length), name);
         }
 
-        private static Vector4 Value(Command draw, string name)
-        {
+        private static Vector4 Value(Command draw, string name) {
             return ((MaterialPropertyBlock)draw.Given).vectors[Shader.PropertyToID(name)];
         }
 
-        private static int Next(CommandBuffer commands, int at, string what)
-        {
-            for (int i = at; i < commands.used; i++)
-            {
-                if (commands.pool[i].What == what) return i;
-            }
-            return -1;
+        private static int Next(CommandBuffer commands, int at, string what) {
+            return commands.pool.FindIndex(at, commands.used - at, one => one.What == what);
         }
     }
 }

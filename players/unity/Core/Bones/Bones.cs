@@ -1,11 +1,9 @@
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// What an engine's bones hold: local transforms, parent from bone = T R S, in the engine's left-handed frame, one
     /// bone a joint in the order of Skeleton.Names. A child inherits its parent's scale.
     /// </summary>
-    public sealed class Bones
-    {
+    public sealed class Bones {
         /// <summary>[J, 3] metres.</summary>
         public readonly double[] Translation;
 
@@ -16,8 +14,7 @@ namespace AvatarExport.Core
         public readonly double[] Scale;
 
         /// <summary>That many bones; all is 0.</summary>
-        public Bones(int joints)
-        {
+        public Bones(int joints) {
             Translation = new double[3 * joints];
             Rotation = new double[4 * joints];
             Scale = new double[3 * joints];

@@ -1,11 +1,9 @@
 using System;
 using System.Collections.Generic;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>The verdict of one output of one stage of one case.</summary>
-    public sealed class ConformRow
-    {
+    public sealed class ConformRow {
         /// <summary>The case.</summary>
         public string Case;
 
@@ -20,21 +18,16 @@ namespace AvatarExport.Core
     }
 
     /// <summary>What Conform found.</summary>
-    public sealed class ConformReport
-    {
+    public sealed class ConformReport {
         /// <summary>All verdicts, in the order of the reference.</summary>
         public readonly List<ConformRow> Rows = new List<ConformRow>();
 
         /// <summary>Whether all passed, and there were any.</summary>
-        public bool Passed
-        {
-            get { return Rows.Count > 0 && Rows.TrueForAll(row => row.Verdict.Passed); }
-        }
+        public bool Passed => Rows.Count > 0 && Rows.TrueForAll(row => row.Verdict.Passed);
     }
 
     /// <summary>Plays the stages of a reference and compares them.</summary>
-    public static class Conform
-    {
+    public static class Conform {
         private const string Owner = "the cases of the reference";
         private const string Profile = "engine"; // how this player composites: quads
 
@@ -43,20 +36,15 @@ namespace AvatarExport.Core
         /// first stage that fails contains the bug. "avatar" is that of mini.avatar. The runner may be null for a
         /// reference of driving. Throws AvatarError for a stage that is not known, and for inputs that do not fit.
         /// </summary>
-        public static ConformReport Run(Avatar avatar, Reference reference, IStageRunner runner)
-        {
+        public static ConformReport Run(LoadedAvatar avatar, Reference reference, IStageRunner runner) {
             var report = new ConformReport();
             GpuStages stages = runner == null ? null : new GpuStages(runner, avatar);
-            foreach (ConformCase one in reference.Cases)
-            {
-                foreach (ConformStep step in one.Steps)
-                {
+            foreach (ConformCase one in reference.Cases) {
+                foreach (ConformStep step in one.Steps) {
                     if (step.Profile != null && step.Profile != Profile) continue;
                     Dictionary<string, double[]> found = Outputs(avatar, stages, one, step);
-                    foreach (KeyValuePair<string, Verdict> output in Judge.Of(step, found))
-                    {
-                        report.Rows.Add(new ConformRow
-                        {
+                    foreach (KeyValuePair<string, Verdict> output in Judge.Of(step, found)) {
+                        report.Rows.Add(new ConformRow {
                             Case = one.Name,
                             Stage = step.Stage,
                             Output = output.Key,
@@ -70,23 +58,18 @@ namespace AvatarExport.Core
 
         /// <summary>What a step gives. Throws AvatarError where its inputs are not those of the stage and the avatar.</summary>
         private static Dictionary<string, double[]> Outputs(
-            Avatar avatar, GpuStages stages, ConformCase one, ConformStep step)
-        {
-            try
-            {
+            LoadedAvatar avatar, GpuStages stages, ConformCase one, ConformStep step) {
+            try {
                 Dictionary<string, double[]> found = Found(avatar, stages, one, step);
                 return step.Pixels == null ? found : AtPixels(found, step.Pixels);
-            }
-            catch (Exception error) when (
-                error is KeyNotFoundException || error is IndexOutOfRangeException || error is ArgumentException)
-            {
+            } catch (Exception error) when (
+                error is KeyNotFoundException || error is IndexOutOfRangeException || error is ArgumentException) {
                 string message = "its inputs do not fit this avatar; make the reference again with `pack --reference`";
                 throw new AvatarError(message, Owner, $"case {one.Name}, stage {step.Stage}");
             }
         }
 
-        private static Dictionary<string, double[]> Found(Avatar avatar, GpuStages stages, ConformCase one, ConformStep step)
-        {
+        private static Dictionary<string, double[]> Found(LoadedAvatar avatar, GpuStages stages, ConformCase one, ConformStep step) {
             if (step.Stage == "driving") return CpuStages.Driving(avatar, step.Inputs, one.WithinRange);
             if (step.Stage == "joints") return CpuStages.Joints(avatar, step.Inputs, LateWeights(one));
             if (stages != null) return stages.Run(step.Stage, step.Inputs, one.Camera);
@@ -96,10 +79,8 @@ namespace AvatarExport.Core
         /// <summary>
         /// Stage joints poses the anchor vertices itself, so it needs the late weights that stage skin is given.
         /// </summary>
-        private static double[] LateWeights(ConformCase one)
-        {
-            foreach (ConformStep step in one.Steps)
-            {
+        private static double[] LateWeights(ConformCase one) {
+            foreach (ConformStep step in one.Steps) {
                 double[] late;
                 if (step.Inputs.TryGetValue("late_weights", out late)) return late;
             }
@@ -107,11 +88,9 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Outputs of raster at the pixels y * width + x.</summary>
-        private static Dictionary<string, double[]> AtPixels(Dictionary<string, double[]> outputs, double[] pixels)
-        {
+        private static Dictionary<string, double[]> AtPixels(Dictionary<string, double[]> outputs, double[] pixels) {
             double[] colour = new double[3 * pixels.Length], transmittance = new double[pixels.Length];
-            for (int i = 0; i < pixels.Length; i++)
-            {
+            for (int i = 0; i < pixels.Length; i++) {
                 int pixel = (int)pixels[i];
                 transmittance[i] = outputs["transmittance"][pixel];
                 for (int c = 0; c < 3; c++) colour[3 * i + c] = outputs["colour"][3 * pixel + c];

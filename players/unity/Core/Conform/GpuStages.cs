@@ -1,13 +1,12 @@
 using System;
 using System.Collections.Generic;
+using System.Linq;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// One stage alone of one avatar at its finest level: inputs are written, its passes run, outputs are read.
     /// </summary>
-    internal sealed class GpuStages
-    {
+    internal sealed class GpuStages {
         private const uint NotDrawn = 0xFFFFFFFF; // key of a splat without radius; sorts last
         private const string Pairs = "Pairs";
 
@@ -18,38 +17,24 @@ namespace AvatarExport.Core
         private readonly PassList[] lists;
         private readonly SceneSort sort;
 
-        public GpuStages(IStageRunner runner, Avatar avatar)
-        {
+        public GpuStages(IStageRunner runner, LoadedAvatar avatar) {
             this.runner = runner;
             program = avatar.Program;
             Level level = program.Levels[0];
             int groups = avatar.Groups.Length;
             buffers = new StageBuffers(runner, program);
             values = new FrameValues(groups);
-            lists = new[]
-            {
-                PassList.Of(program, program.Mesh, groups),
-                PassList.Of(program, level.Deform, groups),
-                PassList.Of(program, level.View, groups),
-            };
-            var chunks = new ProjectedChunk[level.Chunks.Length];
-            for (int i = 0; i < chunks.Length; i++)
-            {
-                chunks[i].Buffer = Chunks.BufferName(level, "Projected", i);
-                chunks[i].Count = level.Chunks[i].Count;
-            }
-            sort = SceneSort.Of(chunks);
+            lists = Array.ConvertAll(new[] { program.Mesh, level.Deform, level.View }, one => PassList.Of(program, one, groups));
+            sort = SceneSort.Of(ProjectedChunk.Of(level).ToArray());
             runner.Load(program, sort.Buffers);
         }
 
         /// <summary>
         /// Outputs of a stage by the names of the reference. Throws AvatarError for a stage that is not known.
         /// </summary>
-        public Dictionary<string, double[]> Run(string stage, Dictionary<string, double[]> x, Camera camera)
-        {
+        public Dictionary<string, double[]> Run(string stage, Dictionary<string, double[]> x, AvatarCamera camera) {
             buffers.PutPose(x);
-            switch (stage)
-            {
+            switch (stage) {
                 case "morph": return Morph();
                 case "skin": return Skin(x);
                 case "blend": return Blend();
@@ -62,47 +47,39 @@ namespace AvatarExport.Core
             }
         }
 
-        private void Run(string stage)
-        {
-            foreach (PassList list in lists)
-            {
+        private void Run(string stage) {
+            foreach (PassList list in lists) {
                 list.Set(values);
-                for (int i = 0; i < list.Dispatches.Length; i++)
-                {
+                for (int i = 0; i < list.Dispatches.Length; i++) {
                     if (list.Dispatches[i].Stage == stage) runner.Run(list, i);
                 }
             }
         }
 
-        private Dictionary<string, double[]> Morph()
-        {
+        private Dictionary<string, double[]> Morph() {
             Run("morph");
             return new Dictionary<string, double[]> { { "vertices", buffers.TakeMesh() } };
         }
 
-        private Dictionary<string, double[]> Skin(Dictionary<string, double[]> x)
-        {
+        private Dictionary<string, double[]> Skin(Dictionary<string, double[]> x) {
             buffers.PutMesh(x["vertices"]);
             Run("skin");
             return new Dictionary<string, double[]> { { "posed_vertices", buffers.TakeMesh() } };
         }
 
-        private Dictionary<string, double[]> Blend()
-        {
+        private Dictionary<string, double[]> Blend() {
             Run("blend");
             Dictionary<string, double[]> found = buffers.TakeSplats("mean", "log_scale", "quat_wxyz", "opacity_logit");
             found.Add("sh", buffers.TakeSh());
             return found;
         }
 
-        private Dictionary<string, double[]> Bind(Dictionary<string, double[]> x)
-        {
+        private Dictionary<string, double[]> Bind(Dictionary<string, double[]> x) {
             buffers.PutSplats(x);
             double[] small = x["group_rotation"];
             var rotation = new float[small.Length / 9 * 12];
             for (int i = 0; i < small.Length; i++) rotation[i / 3 * 4 + i % 3] = (float)small[i];
-            values.SetPosed(new Posed
-            {
+            values.SetPosed(new Posed {
                 GroupMatrix = CpuStages.Floats(x["group_matrix"]),
                 GroupRotation = rotation,
                 WorldFromAvatar = x["world_from_avatar"],
@@ -112,15 +89,13 @@ namespace AvatarExport.Core
             return buffers.TakeSplats("mean", "log_scale", "quat_wxyz", Planes.ShRotation);
         }
 
-        private Dictionary<string, double[]> Activate(Dictionary<string, double[]> x)
-        {
+        private Dictionary<string, double[]> Activate(Dictionary<string, double[]> x) {
             buffers.PutSplats(x);
             Run("activate");
             return buffers.TakeSplats("scale", "quat_wxyz", "opacity");
         }
 
-        private Dictionary<string, double[]> Project(Dictionary<string, double[]> x, Camera camera)
-        {
+        private Dictionary<string, double[]> Project(Dictionary<string, double[]> x, AvatarCamera camera) {
             buffers.PutSplats(x);
             var still = new double[16];
             Affine.SetIdentity(still, 0, 4);
@@ -129,22 +104,19 @@ namespace AvatarExport.Core
             return buffers.TakeProjected();
         }
 
-        private Dictionary<string, double[]> Sort(Dictionary<string, double[]> x)
-        {
+        private Dictionary<string, double[]> Sort(Dictionary<string, double[]> x) {
             buffers.PutProjected(x);
             for (int i = 0; i < sort.SortDispatches; i++) runner.Run(sort.Passes, i);
             var pairs = new uint[2 * sort.Count];
             runner.Read(Pairs, pairs);
             var order = new List<double>();
-            for (int i = 0; i < pairs.Length; i += 2)
-            {
+            for (int i = 0; i < pairs.Length; i += 2) {
                 if (pairs[i] != NotDrawn) order.Add(pairs[i + 1]);
             }
             return new Dictionary<string, double[]> { { "order", order.ToArray() } };
         }
 
-        private Dictionary<string, double[]> Raster(Dictionary<string, double[]> x, Camera camera)
-        {
+        private Dictionary<string, double[]> Raster(Dictionary<string, double[]> x, AvatarCamera camera) {
             buffers.PutProjected(x);
             runner.Write(Pairs, PairsOf(x["order"]));
             for (int i = sort.SortDispatches; i < sort.Passes.Dispatches.Length; i++) runner.Run(sort.Passes, i);
@@ -152,19 +124,16 @@ namespace AvatarExport.Core
         }
 
         /// <summary>The drawn splats in their order, then all others.</summary>
-        private uint[] PairsOf(double[] order)
-        {
+        private uint[] PairsOf(double[] order) {
             var pairs = new uint[2 * sort.Count];
             var drawn = new HashSet<uint>();
             int at = 0;
-            foreach (double id in order)
-            {
+            foreach (double id in order) {
                 drawn.Add((uint)id);
                 pairs[at + 1] = (uint)id;
                 at += 2;
             }
-            for (uint id = 0; id < sort.Count; id++)
-            {
+            for (uint id = 0; id < sort.Count; id++) {
                 if (drawn.Contains(id)) continue;
                 pairs[at] = NotDrawn;
                 pairs[at + 1] = id;
@@ -173,13 +142,11 @@ namespace AvatarExport.Core
             return pairs;
         }
 
-        private static Dictionary<string, double[]> Over(float[] image, double[] background)
-        {
+        private static Dictionary<string, double[]> Over(float[] image, double[] background) {
             int pixels = image.Length / 4;
             var colour = new double[3 * pixels];
             var transmittance = new double[pixels];
-            for (int i = 0; i < pixels; i++)
-            {
+            for (int i = 0; i < pixels; i++) {
                 transmittance[i] = 1 - (double)image[4 * i + 3];
                 for (int c = 0; c < 3; c++) colour[3 * i + c] = image[4 * i + c] + transmittance[i] * background[c];
             }

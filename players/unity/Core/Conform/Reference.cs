@@ -1,13 +1,11 @@
 using System;
 using System.Collections.Generic;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// An expected output with its tolerance: an element may be off by Atol * weight + Rtol * |reference|.
     /// </summary>
-    public sealed class Expected
-    {
+    public sealed class Expected {
         /// <summary>What it should be.</summary>
         public double[] Values;
 
@@ -31,8 +29,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>One stage of a case.</summary>
-    public sealed class ConformStep
-    {
+    public sealed class ConformStep {
         /// <summary>Its name: "morph", "driving".</summary>
         public string Stage;
 
@@ -50,13 +47,12 @@ namespace AvatarExport.Core
     }
 
     /// <summary>One pose seen by one camera, or one captured frame.</summary>
-    public sealed class ConformCase
-    {
+    public sealed class ConformCase {
         /// <summary>Its name.</summary>
         public string Name;
 
         /// <summary>null in a reference of driving.</summary>
-        public Camera Camera;
+        public AvatarCamera Camera;
 
         /// <summary>Whether driving limits weights to their trained ranges.</summary>
         public bool WithinRange;
@@ -70,8 +66,7 @@ namespace AvatarExport.Core
     /// NAME.reference (SPEC.md, section 16). cases.json goes with vectors.safetensors, driving.json with
     /// driving.safetensors.
     /// </summary>
-    public sealed class Reference
-    {
+    public sealed class Reference {
         /// <summary>In their order.</summary>
         public ConformCase[] Cases;
 
@@ -79,28 +74,20 @@ namespace AvatarExport.Core
         /// A reference of the text of cases.json or driving.json and the bytes of its vectors. Throws AvatarError that
         /// names the file and the field.
         /// </summary>
-        public static Reference Parse(string casesJson, byte[] vectors)
-        {
+        public static Reference Parse(string casesJson, byte[] vectors) {
             Dictionary<string, double[]> held = Vectors.Read(vectors);
-            try
-            {
+            try {
                 var document = new Json(JsonText.Parse(casesJson), "$");
                 return new Reference { Cases = Array.ConvertAll(document.At("cases").List(), one => Case(one, held)) };
-            }
-            catch (AvatarError error)
-            {
+            } catch (AvatarError error) {
                 throw error.Of("the cases of the reference");
-            }
-            catch (FormatException error)
-            {
+            } catch (FormatException error) {
                 throw new AvatarError("is not JSON: " + error.Message, "the cases of the reference");
             }
         }
 
-        private static ConformCase Case(Json said, Dictionary<string, double[]> held)
-        {
-            return new ConformCase
-            {
+        private static ConformCase Case(Json said, Dictionary<string, double[]> held) {
+            return new ConformCase {
                 Name = said.At("name").Text(),
                 Camera = said.Optional("camera", SeenBy, null),
                 WithinRange = said.Optional("within_range", one => one.Flag(), false),
@@ -108,9 +95,8 @@ namespace AvatarExport.Core
             };
         }
 
-        private static Camera SeenBy(Json said)
-        {
-            var camera = new Camera();
+        private static AvatarCamera SeenBy(Json said) {
+            var camera = new AvatarCamera();
             float[] tan = { (float)said.At("tan_half_fov_x").Number(), (float)said.At("tan_half_fov_y").Number() };
             camera.SetMatrices(
                 Matrix(said.At("camera_from_world")),
@@ -122,37 +108,28 @@ namespace AvatarExport.Core
             return camera;
         }
 
-        private static float[] Matrix(Json said)
-        {
-            return Array.ConvertAll(said.List(16, 16), one => (float)one.Number());
-        }
+        private static float[] Matrix(Json said) => Array.ConvertAll(said.List(16, 16), one => (float)one.Number());
 
-        private static ConformStep Step(Json said, Dictionary<string, double[]> held)
-        {
-            var step = new ConformStep
-            {
+        private static ConformStep Step(Json said, Dictionary<string, double[]> held) {
+            var step = new ConformStep {
                 Stage = said.At("stage").Text(),
                 Profile = said.Optional("profile", one => one.Text(), null),
                 Pixels = said.Optional("pixels", one => Tensor(one, held), null),
                 Inputs = new Dictionary<string, double[]>(),
                 Outputs = new Dictionary<string, Expected>(),
             };
-            foreach (KeyValuePair<string, Json> one in said.At("inputs").Entries())
-            {
+            foreach (KeyValuePair<string, Json> one in said.At("inputs").Entries()) {
                 step.Inputs.Add(one.Key, Tensor(one.Value, held));
             }
-            foreach (KeyValuePair<string, Json> one in said.At("outputs").Entries())
-            {
+            foreach (KeyValuePair<string, Json> one in said.At("outputs").Entries()) {
                 step.Outputs.Add(one.Key, Output(one.Value, held));
             }
             return step;
         }
 
-        private static Expected Output(Json said, Dictionary<string, double[]> held)
-        {
+        private static Expected Output(Json said, Dictionary<string, double[]> held) {
             Json[] shape = said.At("shape").List();
-            return new Expected
-            {
+            return new Expected {
                 Values = Tensor(said, held),
                 Rows = shape.Length == 0 ? 1 : shape[0].Int(),
                 Atol = said.At("atol").Number(),
@@ -164,12 +141,10 @@ namespace AvatarExport.Core
         }
 
         /// <summary>The values of a tensor, which has the shape that the entry says.</summary>
-        private static double[] Tensor(Json said, Dictionary<string, double[]> held)
-        {
+        private static double[] Tensor(Json said, Dictionary<string, double[]> held) {
             string name = said.At("tensor").Text();
             double[] values;
-            if (!held.TryGetValue(name, out values))
-            {
+            if (!held.TryGetValue(name, out values)) {
                 throw new AvatarError($"the vectors have no tensor '{name}'", null, said.Path);
             }
             double elements = 1;

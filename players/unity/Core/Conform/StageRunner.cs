@@ -1,11 +1,9 @@
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// What an engine does for Conform: it holds the buffers of an avatar's program and of its scene, by their names,
     /// runs dispatches, and draws quads. Writable buffers begin with zeros.
     /// </summary>
-    public interface IStageRunner
-    {
+    public interface IStageRunner {
         /// <summary>
         /// Makes the buffers of a program, with the contents of those that have sections, and those of a scene.
         /// </summary>

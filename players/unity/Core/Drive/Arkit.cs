@@ -2,14 +2,12 @@ using System;
 using System.Collections.Generic;
 using System.Text.RegularExpressions;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// The 52 ARKit blendshape names and the nine rotation channels that Live Link Face sends after them.
     /// Left and right are the subject's, except in the names of the eye channels.
     /// </summary>
-    public static class Arkit
-    {
+    public static class Arkit {
         /// <summary>ARKit's names [52], in the order of a Live Link Face packet.</summary>
         public static readonly string[] Names = (
             "eyeBlinkLeft eyeLookDownLeft eyeLookInLeft eyeLookOutLeft eyeLookUpLeft eyeSquintLeft eyeWideLeft eyeBlinkRight "
@@ -33,37 +31,30 @@ namespace AvatarExport.Core
         /// The channel that a name spells, or null. Case, underscores, prefixes of tools ("BS_node.", "AK_01_"), "_L"
         /// and "_R" for Left and Right, and the halves of browInnerUp and cheekPuff are understood.
         /// </summary>
-        public static string ChannelOf(string name)
-        {
+        public static string ChannelOf(string name) {
             string[] parts = name.Trim().Split(Separators);
             string plain = Marks.Replace(Prefix.Replace(parts[parts.Length - 1].ToLowerInvariant(), ""), "");
             string found;
             return Spellings.TryGetValue(plain, out found) ? found : null;
         }
 
-        private static string[] AllChannels()
-        {
+        private static string[] AllChannels() {
             var found = new List<string>(Names);
-            foreach (string part in new[] { "head", "leftEye", "rightEye" })
-            {
+            foreach (string part in new[] { "head", "leftEye", "rightEye" }) {
                 foreach (string angle in new[] { "Yaw", "Pitch", "Roll" }) found.Add(part + angle);
             }
             return found.ToArray();
         }
 
-        private static Dictionary<string, string> AllSpellings()
-        {
+        private static Dictionary<string, string> AllSpellings() {
             var table = new Dictionary<string, string>(StringComparer.Ordinal);
             foreach (string name in Channels) table[name.ToLowerInvariant()] = name;
-            foreach (string name in Names)
-            {
+            foreach (string name in Names) {
                 string shorter = Regex.Replace(Regex.Replace(name, "Left$", "L"), "Right$", "R");
                 table[shorter.ToLowerInvariant()] = name;
             }
-            foreach (string whole in new[] { "browInnerUp", "cheekPuff" })
-            {
-                foreach (string side in new[] { "l", "r", "left", "right" })
-                {
+            foreach (string whole in new[] { "browInnerUp", "cheekPuff" }) {
+                foreach (string side in new[] { "l", "r", "left", "right" }) {
                     table[whole.ToLowerInvariant() + side] = whole;
                 }
             }

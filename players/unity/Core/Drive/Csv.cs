@@ -1,10 +1,8 @@
 using System.Collections.Generic;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>A record of a CSV file.</summary>
-    internal sealed class CsvRow
-    {
+    internal sealed class CsvRow {
         /// <summary>The line on which it begins, from 1.</summary>
         public int Line;
 
@@ -13,30 +11,25 @@ namespace AvatarExport.Core
     }
 
     /// <summary>Reads CSV texts, with quotes as RFC 4180 has them.</summary>
-    internal sealed class Csv
-    {
+    internal sealed class Csv {
         private readonly string text;
         private int at;
         private int line = 1;
 
-        private Csv(string text)
-        {
+        private Csv(string text) {
             this.text = text;
             at = text.Length > 0 && text[0] == '\uFEFF' ? 1 : 0;
         }
 
         /// <summary>The records of a text. Throws AvatarError that names the line.</summary>
-        public static IEnumerable<CsvRow> Rows(string text)
-        {
+        public static IEnumerable<CsvRow> Rows(string text) {
             var reader = new Csv(text);
             while (reader.at < text.Length) yield return reader.Next();
         }
 
-        private CsvRow Next()
-        {
+        private CsvRow Next() {
             var row = new CsvRow { Line = line };
-            for (;;)
-            {
+            for (;;) {
                 row.Fields.Add(Letter(at) == '"' ? Quoted() : Plain());
                 if (Letter(at) != ',') break;
                 at++;
@@ -48,26 +41,19 @@ namespace AvatarExport.Core
             return row;
         }
 
-        private int Letter(int index)
-        {
-            return index < text.Length ? text[index] : -1;
-        }
+        private int Letter(int index) => index < text.Length ? text[index] : -1;
 
-        private string Plain()
-        {
+        private string Plain() {
             int begin = at;
             while (at < text.Length && text[at] != ',' && text[at] != '\n' && text[at] != '\r') at++;
             return text.Substring(begin, at - begin);
         }
 
-        private string Quoted()
-        {
+        private string Quoted() {
             int begin = at + 1, first = line;
             at = begin;
-            for (;;)
-            {
-                while (at < text.Length && text[at] != '"')
-                {
+            for (;;) {
+                while (at < text.Length && text[at] != '"') {
                     if (text[at] == '\n') line++;
                     at++;
                 }
@@ -77,8 +63,7 @@ namespace AvatarExport.Core
             }
             string value = text.Substring(begin, at - begin).Replace("\"\"", "\"");
             at++;
-            if (at < text.Length && ",\r\n".IndexOf(text[at]) < 0)
-            {
+            if (at < text.Length && ",\r\n".IndexOf(text[at]) < 0) {
                 throw new AvatarError($"line {first}: a comma is missing behind a quotation mark");
             }
             return value;

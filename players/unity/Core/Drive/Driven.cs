@@ -1,20 +1,17 @@
 using System;
 using System.Collections.Generic;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// Places of the eyeLook weights of one eye, by where it looks to; left and right are the subject's.
     /// </summary>
-    internal sealed class EyeLook
-    {
+    internal sealed class EyeLook {
         public readonly int Right;
         public readonly int Left;
         public readonly int Up;
         public readonly int Down;
 
-        public EyeLook(string side, string right, string left)
-        {
+        public EyeLook(string side, string right, string left) {
             Right = Array.IndexOf(Arkit.Names, "eyeLook" + right + side);
             Left = Array.IndexOf(Arkit.Names, "eyeLook" + left + side);
             Up = Array.IndexOf(Arkit.Names, "eyeLookUp" + side);
@@ -23,8 +20,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>A weight that an output of the driving matrix gives.</summary>
-    internal sealed class DrivenWeight
-    {
+    internal sealed class DrivenWeight {
         public int Row; // of the matrix
         public bool Late;
         public int Column; // of the pose's weights
@@ -32,24 +28,19 @@ namespace AvatarExport.Core
         public double High = double.PositiveInfinity;
 
         /// <summary>All weights that outputs give, within their ranges if asked for.</summary>
-        public static DrivenWeight[] Of(Avatar avatar, bool withinRange)
-        {
+        public static DrivenWeight[] Of(LoadedAvatar avatar, bool withinRange) {
             var found = new List<DrivenWeight>();
-            for (int row = 0; row < avatar.Driving.Outputs.Length; row++)
-            {
+            for (int row = 0; row < avatar.Driving.Outputs.Length; row++) {
                 string output = avatar.Driving.Outputs[row];
                 int slash = output.IndexOf('/');
                 string kind = output.Substring(0, slash), name = output.Substring(slash + 1);
-                if (kind == "expression")
-                {
+                if (kind == "expression") {
                     int column = Array.FindIndex(avatar.Expressions, one => one.Name == name);
                     var weight = new DrivenWeight { Row = row, Column = column };
                     if (withinRange) weight.Limit(avatar.Expressions[column].Low, avatar.Expressions[column].High);
                     found.Add(weight);
-                }
-                else if (kind == "eyelid")
-                {
-                    var weight = new DrivenWeight { Row = row, Late = true, Column = Array.IndexOf(avatar.LateMorphs, name) };
+                } else if (kind == "eyelid") {
+                    var weight = new DrivenWeight { Row = row, Late = true, Column = Array.IndexOf(avatar.Eyelids, name) };
                     if (withinRange) weight.Limit(0, 1);
                     found.Add(weight);
                 }
@@ -57,16 +48,14 @@ namespace AvatarExport.Core
             return found.ToArray();
         }
 
-        private void Limit(double low, double high)
-        {
+        private void Limit(double low, double high) {
             Low = low;
             High = high;
         }
     }
 
     /// <summary>A joint that driving turns.</summary>
-    internal sealed class DrivenJoint
-    {
+    internal sealed class DrivenJoint {
         private const double MostCondition = 1e6; // of the linear part of a joint's rest transform
 
         public string Name;
@@ -79,17 +68,14 @@ namespace AvatarExport.Core
         /// <summary>
         /// The joints that the matrix, the head or the eyes turn. Throws AvatarError if any joint cannot turn.
         /// </summary>
-        public static DrivenJoint[] Of(string owner, Skeleton skeleton, Driving driving)
-        {
+        public static DrivenJoint[] Of(string owner, Skeleton skeleton, Driving driving) {
             double[] rest = RestPose.Linear(skeleton.Parents, RestPose.Rows(skeleton.RestLocal));
             var found = new List<DrivenJoint>();
-            for (int joint = 0; joint < skeleton.Names.Length; joint++)
-            {
+            for (int joint = 0; joint < skeleton.Names.Length; joint++) {
                 string name = skeleton.Names[joint];
                 var one = new DrivenJoint { Name = name, Joint = joint, Rest = new double[12], Inverse = new double[12] };
                 Array.Copy(rest, 12 * joint, one.Rest, 0, 12);
-                if (!(Condition(one.Rest) < MostCondition))
-                {
+                if (!(Condition(one.Rest) < MostCondition)) {
                     throw new AvatarError("has a singular rest transform, so it cannot turn", owner, "joint " + name);
                 }
                 one.Rows = Array.ConvertAll(new[] { "x", "y", "z" }, axis => Array.IndexOf(driving.Outputs, $"joint/{name}/{axis}"));
@@ -103,11 +89,9 @@ namespace AvatarExport.Core
         }
 
         /// <summary>The ratio of the largest and the least singular value of a 3x3 part, rows four apart.</summary>
-        private static double Condition(double[] m)
-        {
+        private static double Condition(double[] m) {
             var square = new double[9];
-            for (int i = 0; i < 9; i++)
-            {
+            for (int i = 0; i < 9; i++) {
                 for (int k = 0; k < 12; k += 4) square[i] += m[k + i / 3] * m[k + i % 3];
             }
             int largest = Eigen.Solve(square, new double[9], 3);

@@ -1,10 +1,8 @@
 using System;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>Makes poses of one avatar from captured frames: ARKit weights, rotations of head and eyes.</summary>
-    public sealed class Driver
-    {
+    public sealed class Driver {
         private const double RadiansPerEyeWeight = 0.609; // rotation of an eye by one unit of an eyeLook weight
 
         private static readonly double[] HeadSigns = { 1, -1, 1 }; // of yaw, pitch, roll about +Y, +X, +Z
@@ -31,11 +29,9 @@ namespace AvatarExport.Core
         /// default weights are used as they come. Throws AvatarError if ARKit cannot drive this avatar, and for a joint
         /// that cannot turn.
         /// </summary>
-        public Driver(Avatar avatar, bool withinRange = false)
-        {
+        public Driver(LoadedAvatar avatar, bool withinRange = false) {
             driving = avatar.Driving;
-            if (driving == null)
-            {
+            if (driving == null) {
                 string message = "ARKit weights cannot drive this avatar: no mapping from the 52 ARKit names is known";
                 throw new AvatarError(message, avatar.Name, "driving");
             }
@@ -53,12 +49,10 @@ namespace AvatarExport.Core
         /// Writes the pose of a frame into "into", a pose of this avatar. What the frame does not move is at rest.
         /// Allocates nothing.
         /// </summary>
-        public void Pose(DrivingFrame frame, Pose into)
-        {
+        public void Pose(DrivingFrame frame, AvatarPose into) {
             into.Reset();
             Multiply(frame.Weights);
-            for (int i = 0; i < weights.Length; i++)
-            {
+            for (int i = 0; i < weights.Length; i++) {
                 DrivenWeight one = weights[i];
                 double weight = Math.Min(Math.Max(values[one.Row], one.Low), one.High);
                 (one.Late ? into.LateWeights : into.ExpressionWeights)[one.Column] = (float)weight;
@@ -67,15 +61,12 @@ namespace AvatarExport.Core
             if (head == null) TurnWhole(frame, into);
         }
 
-        private void Multiply(float[] given)
-        {
+        private void Multiply(float[] given) {
             double[] matrix = driving.Matrix;
             int inputs = columns.Length;
-            for (int row = 0; row < values.Length; row++)
-            {
+            for (int row = 0; row < values.Length; row++) {
                 double sum = 0;
-                for (int i = 0; i < inputs; i++)
-                {
+                for (int i = 0; i < inputs; i++) {
                     sum += columns[i] < 0 ? 0 : matrix[row * inputs + i] * given[columns[i]];
                 }
                 values[row] = sum;
@@ -83,18 +74,15 @@ namespace AvatarExport.Core
         }
 
         /// <summary>The delta B^-1 R B of a joint with the rotation R that matrix, eyes and head give it.</summary>
-        private void TurnJoint(DrivenJoint turn, DrivingFrame frame, Pose into)
-        {
+        private void TurnJoint(DrivenJoint turn, DrivingFrame frame, AvatarPose into) {
             bool turned = turn.FromMatrix;
-            if (turned)
-            {
+            if (turned) {
                 for (int axis = 0; axis < 3; axis++) angles[axis] = turn.Rows[axis] < 0 ? 0 : values[turn.Rows[axis]];
                 Affine.SetRotation(rotation, 0, angles[0], angles[1], angles[2]);
             }
             if (turn == leftEye) turned = TurnEye(frame.RightEye, frame.Weights, LookLeft, turned);
             if (turn == rightEye) turned = TurnEye(frame.LeftEye, frame.Weights, LookRight, turned);
-            if (turn == head)
-            {
+            if (turn == head) {
                 SetEuler(turned ? made : rotation, frame.Head, HeadSigns);
                 if (turned) Affine.MultiplyLinear(rotation, 0, made, 0, rotation, 0);
             }
@@ -105,14 +93,10 @@ namespace AvatarExport.Core
         /// <summary>
         /// A measured eye replaces what turned it; one that nothing turned follows the weights. The result is true.
         /// </summary>
-        private bool TurnEye(double[] measured, float[] given, EyeLook look, bool turned)
-        {
-            if (measured[0] != 0 || measured[1] != 0 || measured[2] != 0)
-            {
+        private bool TurnEye(double[] measured, float[] given, EyeLook look, bool turned) {
+            if (measured[0] != 0 || measured[1] != 0 || measured[2] != 0) {
                 SetEuler(rotation, measured, EyeSigns);
-            }
-            else if (!turned)
-            {
+            } else if (!turned) {
                 angles[0] = RadiansPerEyeWeight * ((double)given[look.Right] - given[look.Left]);
                 angles[1] = RadiansPerEyeWeight * ((double)given[look.Down] - given[look.Up]);
                 angles[2] = 0;
@@ -122,19 +106,16 @@ namespace AvatarExport.Core
         }
 
         /// <summary>The whole avatar turns about the head's pivot: X = T(p) H T(-p).</summary>
-        private void TurnWhole(DrivingFrame frame, Pose into)
-        {
+        private void TurnWhole(DrivingFrame frame, AvatarPose into) {
             double[] m = into.WorldFromAvatar, p = driving.HeadPivot;
             SetEuler(m, frame.Head, HeadSigns);
-            for (int i = 0; i < 3; i++)
-            {
+            for (int i = 0; i < 3; i++) {
                 m[4 * i + 3] = p[i] - m[4 * i] * p[0] - m[4 * i + 1] * p[1] - m[4 * i + 2] * p[2];
             }
         }
 
         /// <summary>Ry Rx Rz of signed angles (yaw, pitch, roll), in the frame of the avatar.</summary>
-        private void SetEuler(double[] into, double[] turned, double[] signs)
-        {
+        private void SetEuler(double[] into, double[] turned, double[] signs) {
             double a = turned[0] * signs[0] * (mirrored ? Mirror[0] : 1) / 2;
             double b = turned[1] * signs[1] * (mirrored ? Mirror[1] : 1) / 2;
             double c = turned[2] * signs[2] * (mirrored ? Mirror[2] : 1) / 2;

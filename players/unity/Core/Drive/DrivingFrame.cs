@@ -1,10 +1,8 @@
 using System;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>A captured frame of a face, to be written again and again. A new one is of zeros.</summary>
-    public sealed class DrivingFrame
-    {
+    public sealed class DrivingFrame {
         /// <summary>Weights [52], in the order of Arkit.Names. They may lie below 0 or above 1.</summary>
         public readonly float[] Weights = new float[Arkit.Names.Length];
 
@@ -20,8 +18,7 @@ namespace AvatarExport.Core
         public readonly double[] RightEye = new double[3];
 
         /// <summary>Takes 61 channels, in the order of Arkit.Channels, that begin at channels[at].</summary>
-        public void SetChannels(double[] channels, int at)
-        {
+        public void SetChannels(double[] channels, int at) {
             int shapes = Weights.Length;
             for (int i = 0; i < shapes; i++) Weights[i] = (float)channels[at + i];
             Array.Copy(channels, at + shapes, Head, 0, 3);

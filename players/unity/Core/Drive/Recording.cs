@@ -1,11 +1,9 @@
 using System;
 using System.Collections.Generic;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>A recording of a face: frames at rising times. Sampling allocates nothing.</summary>
-    public sealed class Recording
-    {
+    public sealed class Recording {
         private const double Whole = 8e-4; // a rate so near to a whole number is that number: clocks of recorders drift
         private const double DefaultFps = 30; // of a single frame
 
@@ -25,10 +23,8 @@ namespace AvatarExport.Core
         private int newest; // the frame that was found last
 
         /// <summary>A recording of frames. Throws AvatarError if there are none.</summary>
-        public Recording(double[] times, double[] channels, string[] missing, int withoutFace)
-        {
-            if (times.Length == 0 || channels.Length != times.Length * Arkit.Channels.Length)
-            {
+        public Recording(double[] times, double[] channels, string[] missing, int withoutFace) {
+            if (times.Length == 0 || channels.Length != times.Length * Arkit.Channels.Length) {
                 throw new AvatarError("has no frame with a face");
             }
             Times = times;
@@ -48,14 +44,12 @@ namespace AvatarExport.Core
         /// <summary>
         /// Writes the frame at a time, linear between two frames; beyond the ends, the frame at the end.
         /// </summary>
-        public void Sample(double seconds, DrivingFrame frame)
-        {
+        public void Sample(double seconds, DrivingFrame frame) {
             int count = mixed.Length, at = Find(seconds), next = Math.Min(at + 1, Times.Length - 1);
             double begin = Times[at], step = Times[next] - begin;
             double part = step > 0 ? Math.Min(Math.Max((seconds - begin) / step, 0), 1) : 0;
             if (double.IsNaN(part)) part = 0;
-            for (int c = 0; c < count; c++)
-            {
+            for (int c = 0; c < count; c++) {
                 mixed[c] = (1 - part) * Channels[at * count + c] + part * Channels[next * count + c];
             }
             frame.SetChannels(mixed, 0);
@@ -64,18 +58,15 @@ namespace AvatarExport.Core
         /// <summary>
         /// The last frame that is not later; the first one if there is none. Times mostly rise from call to call.
         /// </summary>
-        private int Find(double seconds)
-        {
+        private int Find(double seconds) {
             if (!(Times[newest] <= seconds)) newest = 0;
             while (newest + 1 < Times.Length && Times[newest + 1] <= seconds) newest++;
             return newest;
         }
 
-        private static double RateOf(double[] times)
-        {
+        private static double RateOf(double[] times) {
             var steps = new List<double>();
-            for (int i = 1; i < times.Length; i++)
-            {
+            for (int i = 1; i < times.Length; i++) {
                 if (times[i] > times[i - 1]) steps.Add(times[i] - times[i - 1]);
             }
             if (steps.Count == 0) return DefaultFps;

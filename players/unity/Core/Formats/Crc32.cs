@@ -1,24 +1,19 @@
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>The checksum of gzip.</summary>
-    internal static class Crc32
-    {
+    internal static class Crc32 {
         private const uint Polynomial = 0xedb88320;
         private static readonly uint[] Table = MakeTable();
 
         /// <summary>Of bytes begin .. end.</summary>
-        public static uint Of(byte[] bytes, int begin, int end)
-        {
+        public static uint Of(byte[] bytes, int begin, int end) {
             uint state = uint.MaxValue;
             for (int at = begin; at < end; at++) state = (state >> 8) ^ Table[(state ^ bytes[at]) & 0xff];
             return ~state;
         }
 
-        private static uint[] MakeTable()
-        {
+        private static uint[] MakeTable() {
             uint[] table = new uint[256];
-            for (uint i = 0; i < table.Length; i++)
-            {
+            for (uint i = 0; i < table.Length; i++) {
                 uint value = i;
                 for (int bit = 0; bit < 8; bit++) value = (value & 1) != 0 ? (value >> 1) ^ Polynomial : value >> 1;
                 table[i] = value;

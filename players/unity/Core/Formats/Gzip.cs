@@ -1,13 +1,11 @@
 using System;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// Inflates one gzip file piece by piece and checks all of it. The hosts' own streams differ in what they check: some
     /// accept bytes after the end, others a wrong checksum.
     /// </summary>
-    internal sealed class Gzip
-    {
+    internal sealed class Gzip {
         private const int HeadBytes = 10;
         private const int TailBytes = 8; // checksum and length
         private const int Deflate = 8;
@@ -29,8 +27,7 @@ namespace AvatarExport.Core
         private bool isLast;
 
         /// <summary>Throws FormatException for what is no gzip file.</summary>
-        public Gzip(byte[] file)
-        {
+        public Gzip(byte[] file) {
             this.file = file;
             bits = new BitReader(file, BodyOf(file));
         }
@@ -45,25 +42,18 @@ namespace AvatarExport.Core
         /// Inflates until there are at least `length` bytes, or the end is reached. It may be a few more. Throws
         /// FormatException for a file that is damaged or cut off. Memory grows with what there is, not with what is asked.
         /// </summary>
-        public bool Inflate(int length)
-        {
-            while (Length < length)
-            {
-                if (literals == null && stored == 0)
-                {
+        public bool Inflate(int length) {
+            while (Length < length) {
+                if (literals == null && stored == 0) {
                     if (isLast) return false;
                     OpenBlock();
-                }
-                else if (literals == null)
-                {
+                } else if (literals == null) {
                     int count = Math.Min(stored, Math.Min(length - Length, FirstPiece));
                     Reserve(count);
                     bits.Copy(Bytes, Length, count);
                     Length += count;
                     stored -= count;
-                }
-                else
-                {
+                } else {
                     InflateSymbols(length);
                 }
             }
@@ -71,8 +61,7 @@ namespace AvatarExport.Core
         }
 
         /// <summary>After all has been inflated: checks that nothing follows, the checksum and the length.</summary>
-        public void CheckEnd()
-        {
+        public void CheckEnd() {
             if (Inflate(Length + 1)) throw new FormatException("it is longer than it says");
             int tail = bits.Position();
             if (file.Length - tail < TailBytes) throw new FormatException("it was cut off");
@@ -83,39 +72,33 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Where the data begins, after the header.</summary>
-        private static int BodyOf(byte[] file)
-        {
+        private static int BodyOf(byte[] file) {
             const int hasChecksum = 2, hasExtra = 4, hasName = 8, hasComment = 16, reserved = 0xe0;
             if (file.Length < HeadBytes) throw new FormatException("it was cut off");
             int flags = file[3];
             if (file[2] != Deflate || (flags & reserved) != 0) throw new FormatException("an unknown kind of gzip");
             long at = HeadBytes;
-            if ((flags & hasExtra) != 0)
-            {
+            if ((flags & hasExtra) != 0) {
                 if (file.Length < at + 2) throw new FormatException("it was cut off");
                 at += 2 + BitConverter.ToUInt16(file, (int)at);
             }
-            foreach (int text in new[] { hasName, hasComment })
-            {
+            foreach (int text in new[] { hasName, hasComment }) {
                 if ((flags & text) == 0) continue;
                 while (at < file.Length && file[at] != 0) at++;
                 at++;
             }
             if ((flags & hasChecksum) != 0) at += 2;
             if (at > file.Length) throw new FormatException("it was cut off");
-            if ((flags & hasChecksum) != 0)
-            {
+            if ((flags & hasChecksum) != 0) {
                 bool isSame = BitConverter.ToUInt16(file, (int)at - 2) == (ushort)Crc32.Of(file, 0, (int)at - 2);
                 if (!isSame) throw new FormatException("the checksum of its header differs");
             }
             return (int)at;
         }
 
-        private void OpenBlock()
-        {
+        private void OpenBlock() {
             isLast = bits.Take(1) == 1;
-            switch (bits.Take(2))
-            {
+            switch (bits.Take(2)) {
                 case 0:
                     bits.ToByte();
                     stored = bits.Take(16);
@@ -133,8 +116,7 @@ namespace AvatarExport.Core
             }
         }
 
-        private void ReadCodes()
-        {
+        private void ReadCodes() {
             int literalCount = bits.Take(5) + 257;
             int distanceCount = bits.Take(5) + 1;
             int lengthCount = bits.Take(4) + 4;
@@ -143,8 +125,7 @@ namespace AvatarExport.Core
             for (int i = 0; i < lengthCount; i++) lengths[Order[i]] = (byte)bits.Take(3);
             Huffman ofLengths = new Huffman(lengths, lengths.Length);
             byte[] all = new byte[literalCount + distanceCount];
-            for (int i = 0; i < all.Length;)
-            {
+            for (int i = 0; i < all.Length;) {
                 int symbol = ofLengths.Read(bits);
                 int times = Times(symbol);
                 if (i + times > all.Length || (symbol == 16 && i == 0)) throw new FormatException("damaged codes");
@@ -159,37 +140,28 @@ namespace AvatarExport.Core
         }
 
         /// <summary>How often a length stands that a symbol of the lengths says.</summary>
-        private int Times(int symbol)
-        {
+        private int Times(int symbol) {
             if (symbol < 16) return 1;
             if (symbol == 16) return 3 + bits.Take(2);
             return symbol == 17 ? 3 + bits.Take(3) : 11 + bits.Take(7);
         }
 
-        private void InflateSymbols(int length)
-        {
-            while (Length < length)
-            {
+        private void InflateSymbols(int length) {
+            while (Length < length) {
                 int symbol = literals.Read(bits);
                 Reserve(MostMatch);
-                if (symbol < EndOfBlock)
-                {
+                if (symbol < EndOfBlock) {
                     Bytes[Length++] = (byte)symbol;
-                }
-                else if (symbol == EndOfBlock)
-                {
+                } else if (symbol == EndOfBlock) {
                     literals = null;
                     return;
-                }
-                else
-                {
+                } else {
                     Repeat(symbol - EndOfBlock - 1);
                 }
             }
         }
 
-        private void Repeat(int code)
-        {
+        private void Repeat(int code) {
             if (code > 28) throw new FormatException("an unknown length");
             int length = code == 28 ? MostMatch : LengthBase[code] + bits.Take(code < 8 ? 0 : (code - 4) / 4);
             code = distances.Read(bits);
@@ -200,34 +172,29 @@ namespace AvatarExport.Core
             for (int from = Length - distance, end = Length + length; Length < end; Length++) bytes[Length] = bytes[from++];
         }
 
-        private void Reserve(int more)
-        {
+        private void Reserve(int more) {
             if (Bytes.Length - Length >= more) return;
             byte[] larger = new byte[(int)Math.Min(Math.Max(2L * Bytes.Length, (long)Length + more), int.MaxValue - 63)];
-            System.Buffer.BlockCopy(Bytes, 0, larger, 0, Length);
+            Buffer.BlockCopy(Bytes, 0, larger, 0, Length);
             Bytes = larger;
         }
 
-        private static byte[] FixedLengths()
-        {
+        private static byte[] FixedLengths() {
             byte[] lengths = new byte[288];
             for (int i = 0; i < lengths.Length; i++) lengths[i] = (byte)(i < 144 ? 8 : i < 256 ? 9 : i < 280 ? 7 : 8);
             return lengths;
         }
 
-        private static byte[] Repeated(byte value, int count)
-        {
+        private static byte[] Repeated(byte value, int count) {
             byte[] made = new byte[count];
             for (int i = 0; i < count; i++) made[i] = value;
             return made;
         }
 
         /// <summary>The first value of each code: a bit more for every `step` codes after the first 2 * `step`.</summary>
-        private static int[] Bases(int first, int count, int step)
-        {
+        private static int[] Bases(int first, int count, int step) {
             int[] bases = new int[count];
-            for (int code = 0, value = first; code < count; code++)
-            {
+            for (int code = 0, value = first; code < count; code++) {
                 bases[code] = value;
                 value += 1 << (code < 2 * step ? 0 : (code - step) / step);
             }

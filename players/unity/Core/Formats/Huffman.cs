@@ -1,26 +1,21 @@
 using System;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>Reads a file bit by bit, the lowest bit of a byte first.</summary>
-    internal sealed class BitReader
-    {
+    internal sealed class BitReader {
         private readonly byte[] file;
         private int next; // byte
         private ulong held;
         private int count; // of held bits
 
-        public BitReader(byte[] file, int begin)
-        {
+        public BitReader(byte[] file, int begin) {
             this.file = file;
             next = begin;
         }
 
         /// <summary>The next bits, at least 15 unless the file ends; those after its end are 0.</summary>
-        public uint Peek()
-        {
-            while (count <= 48 && next < file.Length)
-            {
+        public uint Peek() {
+            while (count <= 48 && next < file.Length) {
                 held |= (ulong)file[next++] << count;
                 count += 8;
             }
@@ -28,30 +23,24 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Goes on by some bits. Throws FormatException at the end of the file.</summary>
-        public void Skip(int bits)
-        {
+        public void Skip(int bits) {
             if (bits > count) throw new FormatException("it was cut off");
             held >>= bits;
             count -= bits;
         }
 
         /// <summary>The next bits, at most 16.</summary>
-        public int Take(int bits)
-        {
+        public int Take(int bits) {
             int taken = (int)(Peek() & ((1u << bits) - 1));
             Skip(bits);
             return taken;
         }
 
         /// <summary>Goes on to the beginning of a byte.</summary>
-        public void ToByte()
-        {
-            Skip(count & 7);
-        }
+        public void ToByte() => Skip(count & 7);
 
         /// <summary>The next byte of the file, after ToByte.</summary>
-        public int Position()
-        {
+        public int Position() {
             ToByte();
             next -= count / 8;
             held = 0;
@@ -59,19 +48,16 @@ namespace AvatarExport.Core
             return next;
         }
 
-        /// <summary>Copies bytes.</summary>
-        public void Copy(byte[] into, int at, int bytes)
-        {
+        public void Copy(byte[] into, int at, int bytes) {
             int from = Position();
             if (bytes > file.Length - from) throw new FormatException("it was cut off");
-            System.Buffer.BlockCopy(file, from, into, at, bytes);
+            Buffer.BlockCopy(file, from, into, at, bytes);
             next = from + bytes;
         }
     }
 
     /// <summary>A Huffman code of deflate. Short codes are looked up, longer ones are counted through.</summary>
-    internal sealed class Huffman
-    {
+    internal sealed class Huffman {
         private const int MostBits = 15;
         private const int ShortBits = 9;
         private readonly ushort[] shortCodes = new ushort[1 << ShortBits]; // symbol * 16 + length; 0: a longer code
@@ -82,14 +68,12 @@ namespace AvatarExport.Core
         /// The code of the first `count` lengths. Throws FormatException for one that is ambiguous or has gaps; a code of
         /// one symbol may have one where `mayBeAlone`.
         /// </summary>
-        public Huffman(byte[] lengths, int count, bool mayBeAlone = false)
-        {
+        public Huffman(byte[] lengths, int count, bool mayBeAlone = false) {
             for (int i = 0; i < count; i++) counts[lengths[i]]++;
             int used = count - counts[0];
             counts[0] = 0;
             int left = 1;
-            for (int length = 1; length <= MostBits; length++)
-            {
+            for (int length = 1; length <= MostBits; length++) {
                 left = 2 * left - counts[length];
                 if (left < 0) throw new FormatException("a code is ambiguous");
             }
@@ -98,17 +82,14 @@ namespace AvatarExport.Core
             Assign(lengths, count);
         }
 
-        private void Assign(byte[] lengths, int count)
-        {
+        private void Assign(byte[] lengths, int count) {
             int[] places = new int[MostBits + 2]; // in symbols, by length
             int[] codes = new int[MostBits + 2];
-            for (int length = 1; length <= MostBits; length++)
-            {
+            for (int length = 1; length <= MostBits; length++) {
                 places[length + 1] = places[length] + counts[length];
                 codes[length + 1] = (codes[length] + counts[length]) << 1;
             }
-            for (int symbol = 0; symbol < count; symbol++)
-            {
+            for (int symbol = 0; symbol < count; symbol++) {
                 int length = lengths[symbol];
                 if (length == 0) continue;
                 symbols[places[length]++] = (ushort)symbol;
@@ -116,29 +97,24 @@ namespace AvatarExport.Core
                 if (length > ShortBits) continue;
                 int reversed = 0;
                 for (int bit = 0; bit < length; bit++) reversed |= ((code >> bit) & 1) << (length - 1 - bit);
-                for (int at = reversed; at < shortCodes.Length; at += 1 << length)
-                {
+                for (int at = reversed; at < shortCodes.Length; at += 1 << length) {
                     shortCodes[at] = (ushort)(symbol << 4 | length);
                 }
             }
         }
 
         /// <summary>The next symbol. Throws FormatException at the file's end and for a code that means nothing.</summary>
-        public int Read(BitReader bits)
-        {
+        public int Read(BitReader bits) {
             uint held = bits.Peek();
             int found = shortCodes[held & (shortCodes.Length - 1)];
-            if (found != 0)
-            {
+            if (found != 0) {
                 bits.Skip(found & 15);
                 return found >> 4;
             }
             int code = 0, first = 0, place = 0;
-            for (int length = 1; length <= MostBits; length++)
-            {
+            for (int length = 1; length <= MostBits; length++) {
                 code |= (int)(held >> (length - 1)) & 1;
-                if (code - first < counts[length])
-                {
+                if (code - first < counts[length]) {
                     bits.Skip(length);
                     return symbols[place + code - first];
                 }

@@ -1,13 +1,11 @@
 using System.Globalization;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// The float64 nearest to a number of JSON. Some hosts' own parsers are wrong in the last place; they are asked only for
     /// what is longer than <see cref="MostDigits"/> digits or is scaled by more than 10 to the <see cref="MostPower"/>.
     /// </summary>
-    internal static class JsonNumber
-    {
+    internal static class JsonNumber {
         private const int MostDigits = 18; // so that the digits are a whole number of 63 bits
         private const int MostPower = 22; // 10 to this is exact in float64
         private const int MostExponent = 9999; // more is infinite or 0 anyway
@@ -15,17 +13,14 @@ namespace AvatarExport.Core
         private static readonly double[] Powers = PowersOfTen();
 
         /// <summary>Of letters begin .. end, which are a number of JSON.</summary>
-        public static double Parse(string text, int begin, int end)
-        {
+        public static double Parse(string text, int begin, int end) {
             bool isNegative = text[begin] == '-';
             int at = isNegative ? begin + 1 : begin;
             long whole = 0;
             int digits = 0, power = 0;
             bool isFraction = false;
-            for (; at < end && text[at] != 'e' && text[at] != 'E'; at++)
-            {
-                if (text[at] == '.')
-                {
+            for (; at < end && text[at] != 'e' && text[at] != 'E'; at++) {
+                if (text[at] == '.') {
                     isFraction = true;
                     continue;
                 }
@@ -39,26 +34,22 @@ namespace AvatarExport.Core
             return isNegative ? -size : size;
         }
 
-        private static int Exponent(string text, int at, int end)
-        {
+        private static int Exponent(string text, int at, int end) {
             bool isNegative = text[at] == '-';
             if (isNegative || text[at] == '+') at++;
             int value = 0;
-            for (; at < end; at++)
-            {
+            for (; at < end; at++) {
                 if (value < MostExponent) value = 10 * value + (text[at] - '0');
             }
             return isNegative ? -value : value;
         }
 
         /// <summary>whole * 10^power, rounded once: computed with twice the digits of a float64.</summary>
-        private static double Scaled(long whole, int power)
-        {
+        private static double Scaled(long whole, int power) {
             double high = whole;
             double low = whole - (long)high;
             double factor = Powers[power < 0 ? -power : power];
-            if (power >= 0)
-            {
+            if (power >= 0) {
                 double product = high * factor;
                 return product + (Error(high, factor, product) + low * factor);
             }
@@ -68,24 +59,21 @@ namespace AvatarExport.Core
         }
 
         /// <summary>a * b - product, exactly.</summary>
-        private static double Error(double a, double b, double product)
-        {
+        private static double Error(double a, double b, double product) {
             double t = Splitter * a, u = Splitter * b;
             double aHigh = t - (t - a), bHigh = u - (u - b);
             double aLow = a - aHigh, bLow = b - bHigh;
             return aHigh * bHigh - product + aHigh * bLow + aLow * bHigh + aLow * bLow;
         }
 
-        private static double Hosts(string text, int begin, int end)
-        {
+        private static double Hosts(string text, int begin, int end) {
             double value;
             string digits = text.Substring(begin, end - begin);
             if (double.TryParse(digits, NumberStyles.Float, CultureInfo.InvariantCulture, out value)) return value;
             return text[begin] == '-' ? double.NegativeInfinity : double.PositiveInfinity; // older hosts refuse 1e999
         }
 
-        private static double[] PowersOfTen()
-        {
+        private static double[] PowersOfTen() {
             double[] powers = new double[MostPower + 1];
             powers[0] = 1;
             for (int i = 1; i < powers.Length; i++) powers[i] = 10 * powers[i - 1];

@@ -3,14 +3,12 @@ using System.Collections.Generic;
 using System.Globalization;
 using System.Text;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// Parses JSON text as JSON.parse of a browser does, and refuses a name that an object has twice, and what would take
     /// much memory or stack. Values are null, bool, double, string, List of object, Dictionary of string to object.
     /// </summary>
-    internal sealed class JsonText
-    {
+    internal sealed class JsonText {
         private const int MostDepth = 256; // lists and objects inside each other
         private const int MostValues = 1 << 21;
 
@@ -20,14 +18,12 @@ namespace AvatarExport.Core
         private int depth;
         private int values;
 
-        private JsonText(string text)
-        {
+        private JsonText(string text) {
             this.text = text;
         }
 
         /// <summary>The value of a whole text. Throws FormatException, which says where it is wrong.</summary>
-        public static object Parse(string text)
-        {
+        public static object Parse(string text) {
             JsonText parser = new JsonText(text);
             object value = parser.Value();
             parser.SkipSpace();
@@ -35,28 +31,23 @@ namespace AvatarExport.Core
             return value;
         }
 
-        private FormatException Error(string what)
-        {
+        private FormatException Error(string what) {
             return new FormatException(what + " at letter " + at.ToString(CultureInfo.InvariantCulture));
         }
 
-        private void SkipSpace()
-        {
+        private void SkipSpace() {
             while (at < text.Length && (text[at] == ' ' || text[at] == '\n' || text[at] == '\r' || text[at] == '\t')) at++;
         }
 
-        private char Next()
-        {
+        private char Next() {
             SkipSpace();
             if (at >= text.Length) throw Error("the text ends too early");
             return text[at];
         }
 
-        private object Value()
-        {
+        private object Value() {
             if (++values > MostValues) throw Error("more than " + MostValues + " values");
-            switch (Next())
-            {
+            switch (Next()) {
                 case '{': return Nested(true);
                 case '[': return Nested(false);
                 case '"': return Text();
@@ -67,8 +58,7 @@ namespace AvatarExport.Core
             }
         }
 
-        private object Nested(bool isObject)
-        {
+        private object Nested(bool isObject) {
             if (++depth > MostDepth) throw Error("more than " + MostDepth + " values inside each other");
             at++;
             object made = isObject ? (object)Members() : Items();
@@ -76,8 +66,7 @@ namespace AvatarExport.Core
             return made;
         }
 
-        private List<object> Items()
-        {
+        private List<object> Items() {
             List<object> items = new List<object>();
             if (Ends(']')) return items;
             do items.Add(Value());
@@ -85,63 +74,52 @@ namespace AvatarExport.Core
             return items;
         }
 
-        private Dictionary<string, object> Members()
-        {
+        private Dictionary<string, object> Members() {
             Dictionary<string, object> members = new Dictionary<string, object>(NameComparer.Instance);
             if (Ends('}')) return members;
-            do
-            {
+            do {
                 if (Next() != '"') throw Error("a name is needed");
                 string name = Text();
                 if (members.ContainsKey(name)) throw Error("a name stands twice");
                 if (Next() != ':') throw Error("a colon is needed");
                 at++;
                 members.Add(name, Value());
-            }
-            while (Goes('}'));
+            } while (Goes('}'));
             return members;
         }
 
-        private bool Ends(char end)
-        {
+        private bool Ends(char end) {
             if (Next() != end) return false;
             at++;
             return true;
         }
 
         /// <summary>Whether another item follows after a comma.</summary>
-        private bool Goes(char end)
-        {
+        private bool Goes(char end) {
             char next = Next();
             if (next != ',' && next != end) throw Error("a comma or " + end + " is needed");
             at++;
             return next == ',';
         }
 
-        private object Word(string word, object value)
-        {
+        private object Word(string word, object value) {
             if (string.CompareOrdinal(text, at, word, 0, word.Length) != 0) throw Error("an unknown word");
             at += word.Length;
             return value;
         }
 
-        private string Text()
-        {
+        private string Text() {
             int begin = ++at;
             letters.Length = 0;
-            while (true)
-            {
+            while (true) {
                 if (at >= text.Length) throw Error("a text without end");
                 char letter = text[at];
                 if (letter == '"') break;
                 if (letter < ' ') throw Error("a control letter");
-                if (letter == '\\')
-                {
+                if (letter == '\\') {
                     letters.Append(text, begin, at - begin).Append(Escaped());
                     begin = at;
-                }
-                else
-                {
+                } else {
                     at++;
                 }
             }
@@ -150,13 +128,11 @@ namespace AvatarExport.Core
             return letters.Length == 0 ? last : letters.Append(last).ToString();
         }
 
-        private char Escaped()
-        {
+        private char Escaped() {
             at++;
             if (at >= text.Length) throw Error("a text without end");
             char kind = text[at++];
-            switch (kind)
-            {
+            switch (kind) {
                 case '"': case '\\': case '/': return kind;
                 case 'b': return '\b';
                 case 'f': return '\f';
@@ -168,11 +144,9 @@ namespace AvatarExport.Core
             }
         }
 
-        private char Unicode()
-        {
+        private char Unicode() {
             int code = 0;
-            for (int end = at + 4; at < end; at++)
-            {
+            for (int end = at + 4; at < end; at++) {
                 int digit = at < text.Length ? Hex(text[at]) : -1;
                 if (digit < 0) throw Error("four hexadecimal digits are needed");
                 code = 16 * code + digit;
@@ -180,26 +154,22 @@ namespace AvatarExport.Core
             return (char)code;
         }
 
-        private static int Hex(char letter)
-        {
+        private static int Hex(char letter) {
             if (letter >= '0' && letter <= '9') return letter - '0';
             if (letter >= 'a' && letter <= 'f') return letter - 'a' + 10;
             return letter >= 'A' && letter <= 'F' ? letter - 'A' + 10 : -1;
         }
 
-        private object Number()
-        {
+        private object Number() {
             int begin = at;
             if (text[at] == '-') at++;
             if (at < text.Length && text[at] == '0') at++;
             else Digits();
-            if (at < text.Length && text[at] == '.')
-            {
+            if (at < text.Length && text[at] == '.') {
                 at++;
                 Digits();
             }
-            if (at < text.Length && (text[at] == 'e' || text[at] == 'E'))
-            {
+            if (at < text.Length && (text[at] == 'e' || text[at] == 'E')) {
                 at++;
                 if (at < text.Length && (text[at] == '+' || text[at] == '-')) at++;
                 Digits();
@@ -207,8 +177,7 @@ namespace AvatarExport.Core
             return JsonNumber.Parse(text, begin, at);
         }
 
-        private void Digits()
-        {
+        private void Digits() {
             int begin = at;
             while (at < text.Length && text[at] >= '0' && text[at] <= '9') at++;
             if (at == begin) throw Error("a value is needed");
@@ -216,23 +185,16 @@ namespace AvatarExport.Core
     }
 
     /// <summary>Compares names by letters. Its hashes differ from run to run, so no file can make them collide.</summary>
-    internal sealed class NameComparer : IEqualityComparer<string>
-    {
+    internal sealed class NameComparer : IEqualityComparer<string> {
         public static readonly NameComparer Instance = new NameComparer();
         private readonly uint seed = (uint)Guid.NewGuid().GetHashCode();
 
-        public bool Equals(string one, string other)
-        {
-            return string.Equals(one, other, StringComparison.Ordinal);
-        }
+        public bool Equals(string one, string other) => string.Equals(one, other, StringComparison.Ordinal);
 
-        public int GetHashCode(string name)
-        {
-            unchecked
-            {
+        public int GetHashCode(string name) {
+            unchecked {
                 uint hash = seed;
-                foreach (char letter in name)
-                {
+                foreach (char letter in name) {
                     hash = (hash ^ letter) * 0x9e3779b1;
                     hash ^= hash >> 15;
                 }

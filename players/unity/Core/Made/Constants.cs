@@ -1,9 +1,7 @@
 // Made from the HLSL of avatar_shaders by `python -m avatar_shaders`; do not edit.
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>Numbers of the shaders.</summary>
-    public static class Constants
-    {
+    public static class Constants {
         /// <summary>Version of the kernels. A pack that needs a newer one is refused.</summary>
         public const int Shaders = 1;
 

@@ -1,22 +1,18 @@
 using System.Globalization;
 using static System.FormattableString;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>The chunks of a level.</summary>
-    internal static class Chunks
-    {
+    internal static class Chunks {
         private const int MostRows = 65535 * 64; // thread groups of one dispatch, threads of one group
 
         /// <summary>The name of the buffer of one kind ("Splats", "Sh", "Projected") of a chunk of a level.</summary>
-        public static string BufferName(Level level, string kind, int chunk)
-        {
+        public static string BufferName(Level level, string kind, int chunk) {
             return Invariant($"{level.Prefix}{kind}.{chunk}");
         }
 
         /// <summary>The chunk whose buffer of that kind has that name; -1 if there is none.</summary>
-        public static int IndexOf(Level level, string kind, string name)
-        {
+        public static int IndexOf(Level level, string kind, string name) {
             int begin = level.Prefix.Length + kind.Length + 1;
             int chunk;
             if (name.Length <= begin) return -1;
@@ -26,19 +22,15 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Throws AvatarError unless the chunks of a level follow each other and each fits one dispatch.</summary>
-        public static void Check(string place, Level level)
-        {
+        public static void Check(string place, Level level) {
             long first = 0;
-            for (int index = 0; index < level.Chunks.Length; index++)
-            {
+            for (int index = 0; index < level.Chunks.Length; index++) {
                 Run run = level.Chunks[index];
                 string field = Invariant($"{place}, chunk {index}");
-                if (run.First != first)
-                {
+                if (run.First != first) {
                     throw new AvatarError(Invariant($"begins at row {run.First}, not {first}"), null, field);
                 }
-                if (run.Count < 1 || run.Count > MostRows)
-                {
+                if (run.Count < 1 || run.Count > MostRows) {
                     throw new AvatarError(Invariant($"has {run.Count} rows; 1 to {MostRows} are taken"), null, field);
                 }
                 first += run.Count;

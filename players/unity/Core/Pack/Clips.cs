@@ -3,13 +3,11 @@ using System.Collections.Generic;
 using System.Linq;
 using static System.FormattableString;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// Recorded motions: float32, or by channel low + step * code with codes as differences from frame to frame.
     /// </summary>
-    internal sealed class Clips
-    {
+    internal sealed class Clips {
         private const double LeastFps = 1e-3;
         private const double MostFps = 1e4;
         private const double Rigid = 1e-3; // largest difference of R R^T from the identity
@@ -18,8 +16,7 @@ namespace AvatarExport.Core
         private readonly long limit;
         private long left;
 
-        private Clips(Dictionary<string, HeldArray> arrays, long limit)
-        {
+        private Clips(Dictionary<string, HeldArray> arrays, long limit) {
             this.arrays = arrays;
             this.limit = limit;
             left = limit;
@@ -29,24 +26,20 @@ namespace AvatarExport.Core
         /// The clips of a document for so many expressions, late morphs and joints; all of them together take at most
         /// `limit` bytes. Throws AvatarError.
         /// </summary>
-        public static ClipData[] Read(
-            Json listed, Dictionary<string, HeldArray> arrays, int expressions, int late, int joints, long limit)
-        {
+        public static Clip[] Read(
+            Json listed, Dictionary<string, HeldArray> arrays, int expressions, int late, int joints, long limit) {
             Clips clips = new Clips(arrays, limit);
             return listed.List().Select((said, index) => clips.Read(said, index, expressions, late, joints)).ToArray();
         }
 
-        private ClipData Read(Json said, int index, int expressions, int late, int joints)
-        {
+        private Clip Read(Json said, int index, int expressions, int late, int joints) {
             int frames = said.At("frames").Int(1);
             double fps = said.At("fps").Number();
-            if (fps < LeastFps || fps > MostFps)
-            {
+            if (fps < LeastFps || fps > MostFps) {
                 throw said.At("fps").Error(Invariant($"{LeastFps} to {MostFps} frames a second are taken"));
             }
             string key = Invariant($"clips.{index}.");
-            ClipData clip = new ClipData
-            {
+            Clip clip = new Clip {
                 Name = said.At("name").Name(),
                 Fps = fps,
                 Frames = frames,
@@ -59,12 +52,10 @@ namespace AvatarExport.Core
             return clip;
         }
 
-        private float[] ReadArray(Json said, string key, params long[] shape)
-        {
+        private float[] ReadArray(Json said, string key, params long[] shape) {
             long channels = shape.Skip(1).Aggregate(1L, (product, length) => product * length);
             left -= 4 * shape[0] * channels;
-            if (left < 0)
-            {
+            if (left < 0) {
                 throw new AvatarError(Invariant($"with it the clips take more than {limit} bytes"), null, said.Path);
             }
             float[] values = Stored(key, shape, (int)channels);
@@ -72,33 +63,28 @@ namespace AvatarExport.Core
             return values;
         }
 
-        private float[] Stored(string key, long[] shape, int channels)
-        {
+        private float[] Stored(string key, long[] shape, int channels) {
             HeldArray whole;
             if (!arrays.TryGetValue(key, out whole)) return Decoded(key, (int)shape[0], channels);
-            if (!whole.Is("f32", shape))
-            {
+            if (!whole.Is("f32", shape)) {
                 string line = "has shape " + Rig.Shown(whole.Shape) + ", not " + Rig.Shown(shape);
                 throw new AvatarError(line, null, "array " + key);
             }
             return whole.Elements.Copied<float>();
         }
 
-        private float[] Decoded(string key, int frames, int channels)
-        {
+        private float[] Decoded(string key, int frames, int channels) {
             float[] scale = Taken(key + ".scale", "f32", "float32", channels, 2).Copied<float>();
             int[] moves = Enumerable.Range(0, channels).Where(channel => scale[2 * channel + 1] != 0).ToArray();
             Elements codes = Taken(key + ".codes", "u16", "uint16", moves.Length, frames);
             float[] values = new float[(long)frames * channels];
             for (int at = 0; at < values.Length; at++) values[at] = scale[2 * (at % channels)];
-            for (int row = 0; row < moves.Length; row++)
-            {
+            for (int row = 0; row < moves.Length; row++) {
                 int channel = moves[row];
                 double low = scale[2 * channel];
                 double step = scale[2 * channel + 1];
                 ushort code = 0;
-                for (int frame = 0; frame < frames; frame++)
-                {
+                for (int frame = 0; frame < frames; frame++) {
                     code = unchecked((ushort)(code + codes[row * frames + frame]));
                     values[frame * channels + channel] = (float)(low + (float)(code * step));
                 }
@@ -106,40 +92,31 @@ namespace AvatarExport.Core
             return values;
         }
 
-        private Elements Taken(string key, string type, string typeName, long rows, long columns)
-        {
+        private Elements Taken(string key, string type, string typeName, long rows, long columns) {
             HeldArray held;
             if (arrays.TryGetValue(key, out held) && held.Is(type, rows, columns)) return held.Elements;
             throw new AvatarError(Invariant($"is missing, or is not {typeName} [{rows}, {columns}]"), null, "array " + key);
         }
 
-        private static void CheckMatrices(ClipData clip, string field)
-        {
-            foreach (float[] matrices in new[] { clip.JointDelta, clip.WorldFromAvatar })
-            {
-                for (int at = 0; at < matrices.Length; at += 16)
-                {
-                    if (!Rig.HasAffineRow(matrices, at))
-                    {
+        private static void CheckMatrices(Clip clip, string field) {
+            foreach (float[] matrices in new[] { clip.JointDelta, clip.WorldFromAvatar }) {
+                for (int at = 0; at < matrices.Length; at += 16) {
+                    if (!Rig.HasAffineRow(matrices, at)) {
                         throw new AvatarError("holds a matrix that is not affine", null, field);
                     }
                 }
             }
-            for (int at = 0; at < clip.WorldFromAvatar.Length; at += 16)
-            {
+            for (int at = 0; at < clip.WorldFromAvatar.Length; at += 16) {
                 if (IsRigid(clip.WorldFromAvatar, at)) continue;
                 string line = Invariant($"world_from_avatar of frame {at / 16} is not rigid: ");
                 throw new AvatarError(line + "a rotation and a translation move the avatar as a whole", null, field);
             }
         }
 
-        private static bool IsRigid(float[] m, int at)
-        {
+        private static bool IsRigid(float[] m, int at) {
             double off = 0;
-            for (int i = 0; i < 3; i++)
-            {
-                for (int j = 0; j < 3; j++)
-                {
+            for (int i = 0; i < 3; i++) {
+                for (int j = 0; j < 3; j++) {
                     double dot = i == j ? -1 : 0;
                     for (int k = 0; k < 3; k++) dot += (double)m[at + 4 * i + k] * m[at + 4 * j + k];
                     off = Math.Max(off, Math.Abs(dot));

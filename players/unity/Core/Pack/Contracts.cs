@@ -1,30 +1,25 @@
+using System;
 using System.Collections.Generic;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>A member of a uniform block.</summary>
-    public struct Member
-    {
+    public struct Member {
         /// <summary>As constants of passes name it.</summary>
         public readonly string Name;
-
-        /// <summary>Bytes from the beginning of the block.</summary>
-        public readonly int Offset;
 
         /// <summary>As HLSL spells it: "uint", "float4".</summary>
         public readonly string Type;
 
-        internal Member(string name, int offset, string type)
-        {
-            Name = name;
-            Offset = offset;
-            Type = type;
+        /// <summary>"NAME" of a uint, or "NAME:TYPE".</summary>
+        internal Member(string told) {
+            string[] parts = told.Split(':');
+            Name = parts[0];
+            Type = parts.Length == 1 ? "uint" : parts[1];
         }
     }
 
     /// <summary>A storage buffer of an entry.</summary>
-    public struct StorageBuffer
-    {
+    public struct StorageBuffer {
         /// <summary>The shader's name of it.</summary>
         public readonly string Name;
 
@@ -34,8 +29,7 @@ namespace AvatarExport.Core
         /// <summary>Whether the entry only reads it.</summary>
         public readonly bool IsReadOnly;
 
-        internal StorageBuffer(string name, int stride, bool isReadOnly)
-        {
+        internal StorageBuffer(string name, int stride, bool isReadOnly) {
             Name = name;
             Stride = stride;
             IsReadOnly = isReadOnly;
@@ -43,13 +37,9 @@ namespace AvatarExport.Core
     }
 
     /// <summary>What a compute entry of the shaders binds.</summary>
-    public sealed class Interface
-    {
+    public sealed class Interface {
         /// <summary>Of the frame: "morph", "blend", "sort".</summary>
         public readonly string Stage;
-
-        /// <summary>Threads of a group.</summary>
-        public readonly int ThreadGroup;
 
         /// <summary>In the order of their bindings.</summary>
         public readonly StorageBuffer[] Storage;
@@ -60,12 +50,10 @@ namespace AvatarExport.Core
         /// <summary>What a pass of it reads and writes; null for an entry that no program may use.</summary>
         internal readonly Contract Access;
 
-        internal Interface(string stage, int threadGroup, StorageBuffer[] storage, Member[] members, Contract access)
-        {
+        internal Interface(string stage, StorageBuffer[] storage, string members, Contract access) {
             Stage = stage;
-            ThreadGroup = threadGroup;
             Storage = storage;
-            Members = members;
+            Members = Array.ConvertAll(members.Split(' '), one => new Member(one));
             Access = access;
         }
     }
@@ -74,8 +62,7 @@ namespace AvatarExport.Core
     /// What a pass of an entry reads and writes, by its constants: avatar_shaders/contracts.py explains each key.
     /// Expressions are sums of products: "3*#morph_ptr+1".
     /// </summary>
-    internal sealed class Contract
-    {
+    internal sealed class Contract {
         public string Rows;
         public readonly Dictionary<string, long> Most = new Dictionary<string, long>();
         public readonly Dictionary<string, int[]> Values = new Dictionary<string, int[]>();
@@ -89,20 +76,17 @@ namespace AvatarExport.Core
     }
 
     /// <summary>What holds only for these values of constants; without any, always.</summary>
-    internal abstract class Conditional
-    {
+    internal abstract class Conditional {
         public readonly Dictionary<string, int[]> When = new Dictionary<string, int[]>();
     }
 
     /// <summary>How many elements of a buffer without sections a pass touches.</summary>
-    internal sealed class Touched : Conditional
-    {
+    internal sealed class Touched : Conditional {
         public string Elements;
     }
 
     /// <summary>A section of a packed buffer.</summary>
-    internal sealed class SectionContract : Conditional
-    {
+    internal sealed class SectionContract : Conditional {
         public string Buffer;
         public string Kind; // "pointer", "index", "linear", "signed", "weight", "table"
         public string Elements;

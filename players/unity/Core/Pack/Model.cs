@@ -1,10 +1,8 @@
 using System.Collections.Generic;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>A number, a vector, or the name of a value of the frame: "world_row0", "group_matrix_row1[2]".</summary>
-    public sealed class Constant
-    {
+    public sealed class Constant {
         /// <summary>It counts if Source and Vector are null.</summary>
         public double Number;
 
@@ -16,8 +14,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>One dispatch of one kernel.</summary>
-    public sealed class Pass
-    {
+    public sealed class Pass {
         /// <summary>The kernel, as Interfaces.All names it.</summary>
         public string Entry;
 
@@ -32,8 +29,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>Rows First .. First + Count of an avatar's Gaussians.</summary>
-    public struct Run
-    {
+    public struct Run {
         /// <summary>The first row.</summary>
         public int First;
 
@@ -42,8 +38,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>One level of detail. Chunk i is in the buffers Prefix + "Splats." + i, Sh and Projected.</summary>
-    public sealed class Level
-    {
+    public sealed class Level {
         /// <summary>Of the names of its buffers.</summary>
         public string Prefix;
 
@@ -58,8 +53,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>First floats of the sections of buffer Pose.</summary>
-    public struct PoseSections
-    {
+    public struct PoseSections {
         /// <summary>[K] weights of expressions.</summary>
         public int Weights;
 
@@ -74,10 +68,9 @@ namespace AvatarExport.Core
     }
 
     /// <summary>All that a player runs up to stage project. Sorting and drawing belong to its scene.</summary>
-    public sealed class Program
-    {
+    public sealed class Program {
         /// <summary>By name.</summary>
-        public Dictionary<string, Buffer> Buffers;
+        public Dictionary<string, ProgramBuffer> Buffers;
 
         /// <summary>Stages morph and skin.</summary>
         public Pass[] Mesh;
@@ -96,11 +89,9 @@ namespace AvatarExport.Core
     }
 
     /// <summary>What a pass may ask of a frame. Names that begin with "group_" have a row a group.</summary>
-    internal static class FrameSources
-    {
+    internal static class FrameSources {
         /// <summary>Name -> floats.</summary>
-        public static readonly Dictionary<string, int> Floats = new Dictionary<string, int>
-        {
+        public static readonly Dictionary<string, int> Floats = new Dictionary<string, int> {
             ["world_row0"] = 4, // world from avatar
             ["world_row1"] = 4,
             ["world_row2"] = 4,

@@ -1,53 +1,28 @@
-using System;
 using System.Collections.Generic;
 using System.Linq;
 using static System.FormattableString;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>A whole pack: inflated, read, checked.</summary>
-    public static class Pack
-    {
+    internal static class Pack {
         private static readonly string[] Axes = { "x", "y", "z" };
 
-        /// <summary>
-        /// The avatar in the bytes of a pack: NAME.avatar, as `avatar-export pack` writes it. `name` is what errors call
-        /// it. Throws AvatarError for a file that is no pack, is damaged, cut off or of a newer version, or whose program
-        /// would leave its buffers.
-        /// </summary>
-        public static Avatar Read(byte[] file, string name)
-        {
-            try
-            {
-                return Read(file);
-            }
-            catch (AvatarError error)
-            {
-                throw error.Of(name);
-            }
-            catch (OutOfMemoryException)
-            {
-                throw new AvatarError("takes more memory than this machine has", name);
-            }
-        }
-
-        private static Avatar Read(byte[] file)
-        {
+        /// <summary>The avatar in the bytes of a pack. Throws AvatarError, which does not know the file's name.</summary>
+        public static LoadedAvatar Read(byte[] file) {
             Inflated inflated = new Inflated(file);
             Json document = inflated.Header.Document;
             Versions.Check(document);
             Tensors tensors = new Tensors(inflated);
             Json said = document.At("program");
             Program program = Programs.Read(said, tensors.Buffers(said.At("buffers")));
-            Group[][] groups = document.At("levels").List(1, 16).Select(Facts.Groups).ToArray();
+            SplatGroup[][] groups = document.At("levels").List(1, 16).Select(Facts.Groups).ToArray();
             CheckLevels(program, groups);
             Checker.Check(program, groups[0].Length);
             return ReadAvatar(document, tensors.Arrays(document.At("arrays")), program, groups[0], file.Length);
         }
 
-        private static Avatar ReadAvatar(
-            Json document, Dictionary<string, HeldArray> arrays, Program program, Group[] groups, int bytes)
-        {
+        private static LoadedAvatar ReadAvatar(
+            Json document, Dictionary<string, HeldArray> arrays, Program program, SplatGroup[] groups, int bytes) {
             Json said = document.At("avatar");
             Expression[] expressions = Facts.Expressions(said);
             string[] late = said.At("late_morphs").Names();
@@ -63,14 +38,13 @@ namespace AvatarExport.Core
             int jointCount = skeleton == null ? 0 : joints.Length;
             long limit = Inflated.MostOf(bytes);
             string handedness = said.At("frame").At("handedness").One("right", "left");
-            return new Avatar
-            {
+            return new LoadedAvatar {
                 Name = said.At("name").Name(),
                 License = Statement(said, "licence"),
                 Consent = Statement(said, "consent"),
                 Handedness = handedness,
                 Expressions = expressions,
-                LateMorphs = late,
+                Eyelids = late,
                 Skeleton = skeleton,
                 Groups = groups,
                 Rules = rules,
@@ -87,43 +61,35 @@ namespace AvatarExport.Core
             };
         }
 
-        private static string Statement(Json avatar, string name)
-        {
+        private static string Statement(Json avatar, string name) {
             Json provenance = avatar.At("provenance");
             return provenance.IsMissing ? null : provenance.Optional(name, said => said.Value as string, null);
         }
 
-        private static byte[] Preview(Dictionary<string, HeldArray> arrays)
-        {
+        private static byte[] Preview(Dictionary<string, HeldArray> arrays) {
             HeldArray held;
             return arrays.TryGetValue("preview", out held) && held.Type == "u8" ? held.Elements.Copied<byte>() : null;
         }
 
         /// <summary>Vertices of the mesh; 0 if there is none. Its passes have been checked.</summary>
-        private static long VerticesOf(Program program)
-        {
+        private static long VerticesOf(Program program) {
             Pass pass = program.Mesh.FirstOrDefault(one => one.Constants.ContainsKey("vertices"));
             return pass == null ? 0 : (long)pass.Constants["vertices"].Number;
         }
 
         /// <summary>Every level has its own rows and all groups of the finest, since group transforms are shared.</summary>
-        private static void CheckLevels(Program program, Group[][] groups)
-        {
-            if (groups.Length != program.Levels.Length)
-            {
+        private static void CheckLevels(Program program, SplatGroup[][] groups) {
+            if (groups.Length != program.Levels.Length) {
                 throw new AvatarError("has another number of levels than $.levels", null, "$.program.levels");
             }
-            for (int index = 0; index < groups.Length; index++)
-            {
+            for (int index = 0; index < groups.Length; index++) {
                 long rows = program.Levels[index].Chunks.Sum(run => (long)run.Count);
-                Group last = groups[index].Last();
-                if (rows != (long)last.First + last.Count)
-                {
+                SplatGroup last = groups[index].Last();
+                if (rows != (long)last.First + last.Count) {
                     string line = Invariant($"has {rows} rows, not those of $.levels[{index}]");
                     throw new AvatarError(line, null, Invariant($"$.program.levels[{index}]"));
                 }
-                if (!groups[index].Select(group => group.Binding).SequenceEqual(groups[0].Select(group => group.Binding)))
-                {
+                if (!groups[index].Select(group => group.Binding).SequenceEqual(groups[0].Select(group => group.Binding))) {
                     string line = "has other groups than the finest level";
                     throw new AvatarError(line, null, Invariant($"$.levels[{index}].groups"));
                 }
@@ -131,8 +97,7 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Sections of Pose have the floats that stage joints gives.</summary>
-        private static void CheckPose(Program program, int expressions, int late, Skeleton skeleton)
-        {
+        private static void CheckPose(Program program, int expressions, int late, Skeleton skeleton) {
             PoseSections pose = program.Pose;
             CheckPoseSection("weights", pose.Features - pose.Weights, expressions);
             CheckPoseSection("late", pose.Joints - pose.Late, late);
@@ -142,41 +107,34 @@ namespace AvatarExport.Core
             CheckPoseSection("features", pose.Late - pose.Features, 9 * skeleton.CorrectiveJoints.Length);
         }
 
-        private static void CheckPoseSection(string name, int floats, int needed)
-        {
-            if (floats != needed)
-            {
+        private static void CheckPoseSection(string name, int floats, int needed) {
+            if (floats != needed) {
                 string line = Invariant($"takes {floats} floats; the avatar's names need {needed}");
                 throw new AvatarError(line, null, "$.program.pose." + name);
             }
         }
 
-        private static void CheckRotation(Dictionary<string, string> rules, Skeleton skeleton)
-        {
+        private static void CheckRotation(Dictionary<string, string> rules, Skeleton skeleton) {
             const string field = "$.avatar.rules.rotation_joint";
             string rotation, joint;
             rules.TryGetValue("rotation", out rotation);
             rules.TryGetValue("rotation_joint", out joint);
             Rig.CheckJoint(joint, skeleton, field);
-            if (rotation == "head_bone" && skeleton != null && joint == null)
-            {
+            if (rotation == "head_bone" && skeleton != null && joint == null) {
                 throw new AvatarError("rule head_bone needs a rotation_joint", null, field);
             }
         }
 
-        private static void CheckDriving(Driving driving, Expression[] expressions, string[] late, Skeleton skeleton)
-        {
+        private static void CheckDriving(Driving driving, Expression[] expressions, string[] late, Skeleton skeleton) {
             if (driving == null) return;
             HashSet<string> known = new HashSet<string>(NameComparer.Instance);
             known.UnionWith(expressions.Select(one => "expression/" + one.Name));
             known.UnionWith(late.Select(name => "eyelid/" + name));
-            if (skeleton != null)
-            {
+            if (skeleton != null) {
                 known.UnionWith(skeleton.Names.SelectMany(name => Axes.Select(axis => "joint/" + name + "/" + axis)));
             }
             string unknown = driving.Outputs.FirstOrDefault(output => !known.Contains(output));
-            if (unknown != null)
-            {
+            if (unknown != null) {
                 string kinds = "' is no expression/NAME, eyelid/NAME or joint/NAME/x|y|z of this avatar";
                 throw new AvatarError("'" + Json.Cut(unknown, 80) + kinds, null, "driving.outputs");
             }

@@ -2,27 +2,22 @@ using System;
 using System.Collections.Generic;
 using System.Linq;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>Reads the program of a document.</summary>
-    internal static class Programs
-    {
+    internal static class Programs {
         private const int MostPasses = 4096;
         private const int MostLevels = 16;
         private const int MostChunks = 1024;
         private const int MostText = 64; // letters of an entry, a prefix, the name of a value of the frame
 
         /// <summary>The program, with its buffers. Throws AvatarError for what the schema does not allow.</summary>
-        public static Program Read(Json said, Dictionary<string, Buffer> buffers)
-        {
+        public static Program Read(Json said, Dictionary<string, ProgramBuffer> buffers) {
             Json pose = said.At("pose");
-            return new Program
-            {
+            return new Program {
                 Buffers = buffers,
                 Mesh = Passes(said.At("mesh")),
                 Levels = said.At("levels").List(1, MostLevels).Select(ReadLevel).ToArray(),
-                Pose = new PoseSections
-                {
+                Pose = new PoseSections {
                     Weights = pose.At("weights").Int(),
                     Features = pose.At("features").Int(),
                     Late = pose.At("late").Int(),
@@ -33,10 +28,8 @@ namespace AvatarExport.Core
             };
         }
 
-        private static Level ReadLevel(Json said)
-        {
-            return new Level
-            {
+        private static Level ReadLevel(Json said) {
+            return new Level {
                 Prefix = said.At("prefix").Text(MostText),
                 Chunks = said.At("chunks").List(1, MostChunks).Select(ReadRun).ToArray(),
                 Deform = Passes(said.At("deform")),
@@ -44,16 +37,13 @@ namespace AvatarExport.Core
             };
         }
 
-        private static Run ReadRun(Json chunk)
-        {
+        private static Run ReadRun(Json chunk) {
             Json[] ends = chunk.List(2, 2);
             return new Run { First = ends[0].Int(), Count = ends[1].Int() };
         }
 
-        private static Pass[] Passes(Json said)
-        {
-            return said.List(0, MostPasses).Select(one => new Pass
-            {
+        private static Pass[] Passes(Json said) {
+            return said.List(0, MostPasses).Select(one => new Pass {
                 Entry = one.At("entry").Text(MostText),
                 Rows = one.At("rows").Whole(),
                 Buffers = Record(one.At("buffers"), name => name.Text()),
@@ -61,15 +51,13 @@ namespace AvatarExport.Core
             }).ToArray();
         }
 
-        private static Dictionary<string, T> Record<T>(Json said, Func<Json, T> read)
-        {
+        private static Dictionary<string, T> Record<T>(Json said, Func<Json, T> read) {
             Dictionary<string, T> found = new Dictionary<string, T>(NameComparer.Instance);
             foreach (KeyValuePair<string, Json> member in said.Entries()) found.Add(member.Key, read(member.Value));
             return found;
         }
 
-        private static Constant ReadConstant(Json said)
-        {
+        private static Constant ReadConstant(Json said) {
             if (said.Value is string) return new Constant { Source = said.Text(MostText) };
             if (!(said.Value is List<object>)) return new Constant { Number = said.Number() };
             return new Constant { Vector = said.List(0, 4).Select(one => one.Number()).ToArray() };

@@ -3,18 +3,15 @@ using System.Collections.Generic;
 using System.Linq;
 using static System.FormattableString;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>The skeleton of a pack, for stage joints.</summary>
-    internal static class Rig
-    {
+    internal static class Rig {
         private const double LeastVolume = 1e-18; // of the 3x3 part of a matrix that has an inverse
         private const int FewestAnchors = 3;
 
         /// <summary>The skeleton of joints `names` with K expressions and V mesh vertices. Throws AvatarError.</summary>
         public static Skeleton Read(
-            Dictionary<string, HeldArray> arrays, string[] names, int expressions, long vertices)
-        {
+            Dictionary<string, HeldArray> arrays, string[] names, int expressions, long vertices) {
             int joints = names.Length;
             int[] parents = Taken(arrays, "rig.parents", "i32", joints).Copied<int>();
             float[] restLocal = Taken(arrays, "rig.rest_local", "f32", joints, 4, 4).Copied<float>();
@@ -22,8 +19,7 @@ namespace AvatarExport.Core
             float[] basis = Taken(arrays, "rig.joint_basis", "f32", expressions, joints, 3).Copied<float>();
             int[] correctives = Taken(arrays, "rig.corrective_joints", "i32", -1).Copied<int>();
             uint[] anchors = Taken(arrays, "rig.anchor_vertices", "u32", -1).Copied<uint>();
-            if (parents.Where((parent, joint) => parent >= joint || parent < -1).Any())
-            {
+            if (parents.Where((parent, joint) => parent >= joint || parent < -1).Any()) {
                 string line = "a parent must come before its children; a root is -1";
                 throw new AvatarError(line, null, "array rig.parents");
             }
@@ -32,8 +28,7 @@ namespace AvatarExport.Core
             CheckFinite(basis, "array rig.joint_basis");
             CheckBelow(correctives.Select(joint => (long)joint), joints, "array rig.corrective_joints");
             CheckBelow(anchors.Select(vertex => (long)vertex), vertices, "array rig.anchor_vertices");
-            return new Skeleton
-            {
+            return new Skeleton {
                 Names = names,
                 Parents = parents,
                 RestLocal = Array.ConvertAll(restLocal, value => (double)value),
@@ -45,8 +40,7 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Corners [3, F] of the mesh of V vertices; null where Gaussians are embedded. Throws AvatarError.</summary>
-        public static uint[] Triangles(Dictionary<string, HeldArray> arrays, long vertices)
-        {
+        public static uint[] Triangles(Dictionary<string, HeldArray> arrays, long vertices) {
             const string name = "rig.triangles";
             if (!arrays.ContainsKey(name)) return null;
             uint[] corners = Taken(arrays, name, "u32", 3, -1).Copied<uint>();
@@ -56,8 +50,7 @@ namespace AvatarExport.Core
 
         /// <summary>An array of a type and shape; -1 is any length.</summary>
         private static Elements Taken(
-            Dictionary<string, HeldArray> arrays, string name, string type, params long[] shape)
-        {
+            Dictionary<string, HeldArray> arrays, string name, string type, params long[] shape) {
             HeldArray held;
             if (!arrays.TryGetValue(name, out held)) throw new AvatarError("is missing", null, "array " + name);
             if (held.Is(type, shape)) return held.Elements;
@@ -66,35 +59,27 @@ namespace AvatarExport.Core
         }
 
         /// <summary>A shape as a person reads it.</summary>
-        public static string Shown(long[] shape)
-        {
+        public static string Shown(long[] shape) {
             return "[" + string.Join(", ", shape.Select(length => Invariant($"{length}")).ToArray()) + "]";
         }
 
         /// <summary>Throws AvatarError for a number that is not finite.</summary>
-        public static void CheckFinite(float[] values, string field)
-        {
-            if (values.Any(value => float.IsNaN(value) || float.IsInfinity(value)))
-            {
+        public static void CheckFinite(float[] values, string field) {
+            if (values.Any(value => float.IsNaN(value) || float.IsInfinity(value))) {
                 throw new AvatarError("holds a number that is not finite", null, field);
             }
         }
 
-        private static void CheckBelow(IEnumerable<long> values, long end, string field)
-        {
-            foreach (long value in values.Where(value => value < 0 || value >= end))
-            {
+        private static void CheckBelow(IEnumerable<long> values, long end, string field) {
+            foreach (long value in values.Where(value => value < 0 || value >= end)) {
                 throw new AvatarError(Invariant($"holds {value}; 0 to {end - 1} are taken"), null, field);
             }
         }
 
-        private static void CheckAffine(float[] matrices, string field)
-        {
+        private static void CheckAffine(float[] matrices, string field) {
             CheckFinite(matrices, field);
-            for (int at = 0; at < matrices.Length; at += 16)
-            {
-                if (!HasAffineRow(matrices, at) || !(Math.Abs(Volume(matrices, at)) > LeastVolume))
-                {
+            for (int at = 0; at < matrices.Length; at += 16) {
+                if (!HasAffineRow(matrices, at) || !(Math.Abs(Volume(matrices, at)) > LeastVolume)) {
                     string line = "is not an affine matrix with an inverse";
                     throw new AvatarError(line, null, Invariant($"{field}[{at / 16}]"));
                 }
@@ -102,14 +87,12 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Whether the last row of a matrix [4, 4] at `at` is 0 0 0 1.</summary>
-        public static bool HasAffineRow(float[] m, int at)
-        {
+        public static bool HasAffineRow(float[] m, int at) {
             return m[at + 12] == 0 && m[at + 13] == 0 && m[at + 14] == 0 && m[at + 15] == 1;
         }
 
         /// <summary>The determinant of the 3x3 part of a matrix [4, 4] at `at`.</summary>
-        public static double Volume(float[] m, int at)
-        {
+        public static double Volume(float[] m, int at) {
             double a = m[at], b = m[at + 1], c = m[at + 2];
             double d = m[at + 4], e = m[at + 5], f = m[at + 6];
             double g = m[at + 8], h = m[at + 9], i = m[at + 10];
@@ -117,37 +100,29 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Throws AvatarError for a group that asks for a joint or anchors that the skeleton lacks.</summary>
-        public static void CheckGroups(Group[] groups, Skeleton skeleton)
-        {
-            foreach (Group group in groups)
-            {
+        public static void CheckGroups(SplatGroup[] groups, Skeleton skeleton) {
+            foreach (SplatGroup group in groups) {
                 string field = "group " + group.Name;
-                if (skeleton == null && group.Binding != "none" && group.Binding != "surface")
-                {
+                if (skeleton == null && group.Binding != "none" && group.Binding != "surface") {
                     throw new AvatarError("binding '" + group.Binding + "' needs a skeleton", null, field);
                 }
-                if (group.Binding == "anchor" && skeleton.AnchorVertices.Length < FewestAnchors)
-                {
+                if (group.Binding == "anchor" && skeleton.AnchorVertices.Length < FewestAnchors) {
                     string line = Invariant($"binding 'anchor' needs at least {FewestAnchors} anchor vertices");
                     throw new AvatarError(line, null, field);
                 }
-                if (group.Binding == "joint_mix" != group.JointMix.Length > 0)
-                {
+                if (group.Binding == "joint_mix" != group.JointMix.Length > 0) {
                     throw new AvatarError("joint_mix goes with binding 'joint_mix'", null, field);
                 }
-                foreach (KeyValuePair<string, double> one in group.JointMix)
-                {
+                foreach (KeyValuePair<string, double> one in group.JointMix) {
                     CheckJoint(one.Key, skeleton, field + ", joint_mix");
                 }
             }
         }
 
         /// <summary>Throws AvatarError for a joint that the skeleton lacks; null is no joint.</summary>
-        public static void CheckJoint(string name, Skeleton skeleton, string field)
-        {
+        public static void CheckJoint(string name, Skeleton skeleton, string field) {
             string[] names = skeleton == null ? new string[0] : skeleton.Names;
-            if (name != null && !names.Contains(name))
-            {
+            if (name != null && !names.Contains(name)) {
                 throw AvatarError.NoSuch("joint of this avatar", name, names, field);
             }
         }

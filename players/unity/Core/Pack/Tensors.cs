@@ -2,26 +2,22 @@ using System.Collections.Generic;
 using System.Linq;
 using static System.FormattableString;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>An array that no buffer holds.</summary>
-    internal sealed class HeldArray
-    {
+    internal sealed class HeldArray {
         public string Type; // "f32", "u8", "u16", "u32", "i32"
         public long[] Shape;
         public Elements Elements;
 
         /// <summary>Whether it has this type and shape; -1 is any length.</summary>
-        public bool Is(string type, params long[] shape)
-        {
+        public bool Is(string type, params long[] shape) {
             if (Type != type || Shape.Length != shape.Length) return false;
             return !shape.Where((length, i) => length != -1 && length != Shape[i]).Any();
         }
     }
 
     /// <summary>Sections and arrays from the tensors of a document. Throws AvatarError for what does not fit.</summary>
-    internal sealed class Tensors
-    {
+    internal sealed class Tensors {
         private const int MostBuffers = 4096;
         private const int MostSections = 128;
         private const int MostRecord = 1024;
@@ -35,17 +31,14 @@ namespace AvatarExport.Core
             new Dictionary<string, Elements>(NameComparer.Instance);
         private long left = MostDecoded;
 
-        public Tensors(Inflated inflated)
-        {
+        public Tensors(Inflated inflated) {
             this.inflated = inflated;
         }
 
         /// <summary>The buffers of a program, by name.</summary>
-        public Dictionary<string, Buffer> Buffers(Json listed)
-        {
-            Dictionary<string, Buffer> found = new Dictionary<string, Buffer>(NameComparer.Instance);
-            foreach (Json said in listed.List(0, MostBuffers))
-            {
+        public Dictionary<string, ProgramBuffer> Buffers(Json listed) {
+            Dictionary<string, ProgramBuffer> found = new Dictionary<string, ProgramBuffer>(NameComparer.Instance);
+            foreach (Json said in listed.List(0, MostBuffers)) {
                 string name = said.At("name").Name(MostName);
                 if (found.ContainsKey(name)) throw new AvatarError("is named twice", null, "buffer " + name);
                 found.Add(name, ReadBuffer(name, said));
@@ -53,25 +46,21 @@ namespace AvatarExport.Core
             return found;
         }
 
-        private Buffer ReadBuffer(string name, Json said)
-        {
+        private ProgramBuffer ReadBuffer(string name, Json said) {
             long bytes = said.Optional("bytes", one => one.Whole(0, int.MaxValue), -1);
             Json listed = said.At("sections");
-            if (bytes >= 0 != listed.IsMissing)
-            {
+            if (bytes >= 0 != listed.IsMissing) {
                 throw new AvatarError("needs either bytes or sections", null, "buffer " + name);
             }
-            if (bytes >= 0) return new Buffer(name, bytes, new Section[0]);
+            if (bytes >= 0) return new ProgramBuffer(name, bytes, new Section[0]);
             Section[] sections = Sections(name, listed.List(1, MostSections));
-            return new Buffer(name, Buffer.BytesOf(sections), sections);
+            return new ProgramBuffer(name, ProgramBuffer.BytesOf(sections), sections);
         }
 
-        private Section[] Sections(string buffer, Json[] listed)
-        {
+        private Section[] Sections(string buffer, Json[] listed) {
             List<Section> found = new List<Section>();
             Incidence around = null;
-            foreach (Json said in listed)
-            {
+            foreach (Json said in listed) {
                 string name = said.At("name").Name(MostName);
                 string where = "buffer " + buffer + ", section " + name;
                 if (found.Any(one => one.Name == name)) throw new AvatarError("is named twice", null, where);
@@ -79,14 +68,11 @@ namespace AvatarExport.Core
                 long count = said.At("count").Whole();
                 string codec = said.At("codec").One(Codecs.Known);
                 Elements elements;
-                if (codec == "incidence")
-                {
+                if (codec == "incidence") {
                     around = around ?? AroundVertices(listed, found, where);
                     elements = Codecs.Narrowed(name == "vertex_triangle_ptr" ? around.Ptr : around.Triangle, bits);
                     CheckCount(elements, count, where);
-                }
-                else
-                {
+                } else {
                     int record = said.Optional("record", one => one.Int(1, MostRecord), 1);
                     elements = Decode(said.At("tensor"), codec, bits, count, record, where);
                 }
@@ -95,29 +81,24 @@ namespace AvatarExport.Core
             return found.ToArray();
         }
 
-        private static void CheckCount(Elements elements, long count, string where)
-        {
-            if (elements.Length != count)
-            {
+        private static void CheckCount(Elements elements, long count, string where) {
+            if (elements.Length != count) {
                 throw new AvatarError(Invariant($"has {elements.Length} elements, not {count}"), null, where);
             }
         }
 
-        private Elements Decode(Json tensor, string codec, int bits, long count, int record, string where)
-        {
+        private Elements Decode(Json tensor, string codec, int bits, long count, int record, string where) {
             string name = tensor.Text();
             string key = Invariant($"{codec} {bits} {count} {record} {name}");
             Elements elements;
             if (decoded.TryGetValue(key, out elements)) return elements;
             TensorEntry entry;
-            if (!inflated.Header.Tensors.TryGetValue(name, out entry))
-            {
+            if (!inflated.Header.Tensors.TryGetValue(name, out entry)) {
                 throw new AvatarError("tensor '" + Json.Cut(name, MostName) + "' is missing", null, where);
             }
-            long bytes = count * (codec == "pointer" ? Buffer.Word : bits / 8);
+            long bytes = count * (codec == "pointer" ? ProgramBuffer.Word : bits / 8);
             left -= bytes;
-            if (left < 0 || bytes > MostElements)
-            {
+            if (left < 0 || bytes > MostElements) {
                 string line = Invariant($"with it the pack takes more than {MostDecoded} bytes");
                 throw new AvatarError(line, null, where);
             }
@@ -130,19 +111,16 @@ namespace AvatarExport.Core
         }
 
         /// <summary>The arrays of a document, by name.</summary>
-        public Dictionary<string, HeldArray> Arrays(Json listed)
-        {
+        public Dictionary<string, HeldArray> Arrays(Json listed) {
             Dictionary<string, HeldArray> found = new Dictionary<string, HeldArray>(NameComparer.Instance);
-            foreach (KeyValuePair<string, Json> one in listed.Entries())
-            {
+            foreach (KeyValuePair<string, Json> one in listed.Entries()) {
                 string type = one.Value.At("type").One("f32", "u8", "u16", "u32", "i32");
                 long[] shape = one.Value.At("shape").List(0, 4).Select(length => length.Whole()).ToArray();
                 double count = shape.Aggregate(1.0, (product, length) => product * length);
                 string codec = one.Value.At("codec").One("raw", "planes");
                 int bits = type == "u8" ? 8 : type == "u16" ? 16 : 32;
                 string where = "array " + one.Key;
-                if (count > Json.U32Max)
-                {
+                if (count > Json.U32Max) {
                     throw new AvatarError(Invariant($"has {count} numbers; {Json.U32Max} are the most"), null, where);
                 }
                 Elements elements = Decode(one.Value.At("tensor"), codec, bits, (long)count, 1, where);
@@ -151,19 +129,16 @@ namespace AvatarExport.Core
             return found;
         }
 
-        private static int BitsOf(Json said)
-        {
+        private static int BitsOf(Json said) {
             double bits = said.Value is double ? (double)said.Value : 0;
             if (bits != 8 && bits != 16 && bits != 32) throw said.Error("8, 16 or 32 is needed");
             return (int)bits;
         }
 
-        private static Incidence AroundVertices(Json[] listed, List<Section> found, string where)
-        {
+        private static Incidence AroundVertices(Json[] listed, List<Section> found, string where) {
             Section corners = found.FirstOrDefault(one => one.Name == "corners");
             Json pointer = listed.FirstOrDefault(one => one.At("name").Value as string == "vertex_triangle_ptr");
-            if (corners == null || pointer == null)
-            {
+            if (corners == null || pointer == null) {
                 throw new AvatarError("codec incidence needs section corners before it", null, where);
             }
             return new Incidence(corners.Elements, pointer.At("count").Int(0, MostVertices + 1) - 1, where);

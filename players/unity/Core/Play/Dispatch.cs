@@ -1,8 +1,6 @@
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>The type of a constant, as HLSL has it.</summary>
-    public enum ConstantType
-    {
+    public enum ConstantType {
         /// <summary>uint, in PassList.UInts.</summary>
         UInt,
 
@@ -20,8 +18,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>Where a constant of a dispatch lies.</summary>
-    public struct ConstantSlot
-    {
+    public struct ConstantSlot {
         /// <summary>The shader's name.</summary>
         public string Name;
 
@@ -33,8 +30,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>Which buffer a shader's name stands for.</summary>
-    public struct BufferBinding
-    {
+    public struct BufferBinding {
         /// <summary>The shader's name.</summary>
         public string Name;
 
@@ -43,8 +39,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>One dispatch of one kernel.</summary>
-    public sealed class Dispatch
-    {
+    public sealed class Dispatch {
         /// <summary>The kernel.</summary>
         public string Entry;
 

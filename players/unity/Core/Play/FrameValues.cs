@@ -1,12 +1,10 @@
 using System;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// The values of one frame that passes ask for by name, for one avatar. Its methods allocate nothing.
     /// </summary>
-    public sealed class FrameValues
-    {
+    public sealed class FrameValues {
         /// <summary>Where each value lies in Floats.</summary>
         public readonly FrameLayout Layout;
 
@@ -31,8 +29,7 @@ namespace AvatarExport.Core
         private readonly int sizeAt;
 
         /// <summary>Values for an avatar of that many groups; they are 0.</summary>
-        public FrameValues(int groups)
-        {
+        public FrameValues(int groups) {
             this.groups = groups;
             Layout = new FrameLayout(groups);
             Floats = new float[Layout.Size];
@@ -48,10 +45,8 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Takes the results of stage joints.</summary>
-        public void SetPosed(Posed posed)
-        {
-            for (int row = 0; row < 3; row++)
-            {
+        public void SetPosed(Posed posed) {
+            for (int row = 0; row < 3; row++) {
                 SetRow(worldRows[row], posed.WorldFromAvatar, row);
                 SetTable(matrixRows[row], posed.GroupMatrix, row);
                 SetTable(rotationRows[row], posed.GroupRotation, row);
@@ -61,15 +56,14 @@ namespace AvatarExport.Core
         }
 
         /// <summary>
-        /// Takes the camera, seen from the pack's own space: "world" [4, 4] row-major places the pack in the scene.
+        /// Takes the camera, seen from the pack's own space: "place" [4, 4] row-major puts the pack into the scene.
         /// Any affine matrix will do, also one that scales or mirrors. A singular matrix draws nothing: every Gaussian
         /// is at depth 0.
         /// </summary>
-        public void SetCamera(Camera camera, double[] world)
-        {
-            Affine.Multiply4(view, camera.CameraFromWorld, world);
-            Affine.Multiply4(clip, camera.ClipFromWorld, world);
-            if (!Solve(world, camera.Centre, eye)) Array.Clear(view, 0, view.Length);
+        public void SetCamera(AvatarCamera camera, double[] place) {
+            Affine.Multiply4(view, camera.CameraFromWorld, place);
+            Affine.Multiply4(clip, camera.ClipFromWorld, place);
+            if (!Solve(place, camera.Centre, eye)) Array.Clear(view, 0, view.Length);
             for (int row = 0; row < 3; row++) SetRow(cameraRows[row], view, row);
             for (int row = 0; row < 4; row++) SetRow(clipRows[row], clip, row);
             for (int i = 0; i < 3; i++) Floats[eyeAt + i] = (float)eye[i];
@@ -80,27 +74,23 @@ namespace AvatarExport.Core
             Floats[sizeAt + 1] = camera.Height;
         }
 
-        private int[] Rows(string name, int count)
-        {
+        private int[] Rows(string name, int count) {
             var found = new int[count];
             for (int row = 0; row < count; row++) found[row] = Layout.First(name + "_row" + row);
             return found;
         }
 
-        private void SetRow(int at, double[] matrix, int row)
-        {
+        private void SetRow(int at, double[] matrix, int row) {
             for (int c = 0; c < 4; c++) Floats[at + c] = (float)matrix[4 * row + c];
         }
 
         /// <summary>Row "row" of each [3, 4] of a table by group.</summary>
-        private void SetTable(int at, float[] table, int row)
-        {
+        private void SetTable(int at, float[] table, int row) {
             for (int g = 0; g < groups; g++) Array.Copy(table, 12 * g + 4 * row, Floats, at + 4 * g, 4);
         }
 
         /// <summary>The point whose image under the affine matrix m is "point"; false if m is singular.</summary>
-        private static bool Solve(double[] m, float[] point, double[] result)
-        {
+        private static bool Solve(double[] m, float[] point, double[] result) {
             double a = m[0], b = m[1], c = m[2], d = m[4], e = m[5], f = m[6], g = m[8], h = m[9], i = m[10];
             double x = point[0] - m[3], y = point[1] - m[7], z = point[2] - m[11];
             double ei = e * i - f * h, fg = f * g - d * i, dh = d * h - e * g;

@@ -1,24 +1,22 @@
 using System;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// One avatar in a scene: its pose, its place, and the values of the frame that its passes ask for. Several may
     /// share an avatar. Updates allocate nothing.
     /// </summary>
-    public sealed class Instance
-    {
+    public sealed class Instance {
         /// <summary>What is shown.</summary>
-        public readonly Avatar Avatar;
+        public readonly LoadedAvatar Avatar;
 
         /// <summary>Set it before UpdatePose.</summary>
-        public readonly Pose Pose;
+        public readonly AvatarPose Pose;
 
         /// <summary>
         /// Scene from the person: row-major 4x4, any affine matrix. The person's frame is right-handed for every pack:
         /// +Y up, the face looks along +Z, +X is the person's left. The pose's own movement comes first.
         /// </summary>
-        public readonly double[] World = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+        public readonly double[] Place = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
 
         /// <summary>For PassList.Set.</summary>
         public readonly FrameValues Values;
@@ -32,11 +30,10 @@ namespace AvatarExport.Core
         private int level;
 
         /// <summary>An instance at rest. Throws AvatarError if there is no such level, 0 the finest.</summary>
-        public Instance(Avatar avatar, int level)
-        {
+        public Instance(LoadedAvatar avatar, int level) {
             Avatar = avatar;
             Level = level;
-            Pose = new Pose(avatar);
+            Pose = new AvatarPose(avatar);
             poser = new Poser(avatar);
             Values = new FrameValues(avatar.Groups.Length);
             PoseFloats = poser.Update(Pose).PoseFloats;
@@ -44,14 +41,11 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Level of detail, 0 the finest. Setting it throws AvatarError if there is no such level.</summary>
-        public int Level
-        {
-            get { return level; }
-            set
-            {
+        public int Level {
+            get => level;
+            set {
                 int levels = Avatar.Program.Levels.Length;
-                if (value < 0 || value >= levels)
-                {
+                if (value < 0 || value >= levels) {
                     throw new AvatarError($"there is no level {value}; the last one is level {levels - 1}", Avatar.Name, "level");
                 }
                 level = value;
@@ -59,28 +53,20 @@ namespace AvatarExport.Core
         }
 
         /// <summary>The passes and chunks of the level.</summary>
-        public Level Program
-        {
-            get { return Avatar.Program.Levels[level]; }
-        }
+        public Level Program => Avatar.Program.Levels[level];
 
         /// <summary>Stage joints and the camera.</summary>
-        public void Update(Camera camera)
-        {
+        public void Update(AvatarCamera camera) {
             UpdatePose();
             UpdateCamera(camera);
         }
 
         /// <summary>Stage joints: PoseFloats and the values of the pose.</summary>
-        public void UpdatePose()
-        {
-            Values.SetPosed(poser.Update(Pose));
-        }
+        public void UpdatePose() => Values.SetPosed(poser.Update(Pose));
 
         /// <summary>The values of a camera: again for each camera that sees the same pose.</summary>
-        public void UpdateCamera(Camera camera)
-        {
-            Place();
+        public void UpdateCamera(AvatarCamera camera) {
+            SetPlaced();
             Values.SetCamera(camera, placed);
         }
 
@@ -88,9 +74,8 @@ namespace AvatarExport.Core
         /// How tall the avatar stands in the image of a camera, as it is placed and posed now: the physical pixels that
         /// Framing.Whole.Size[1] covers, facing the camera. Infinite where it is not before the camera.
         /// </summary>
-        public double HeightPx(Camera camera)
-        {
-            Place();
+        public double HeightPx(AvatarCamera camera) {
+            SetPlaced();
             Affine.Multiply(posed, 0, placed, 0, Pose.WorldFromAvatar, 0);
             for (int at = 0; at < 12 && Avatar.Handedness == "left"; at += 4) posed[at] = -posed[at];
             return Levels.HeightPx(Avatar.Framing.Whole, posed, camera);
@@ -99,9 +84,8 @@ namespace AvatarExport.Core
         /// <summary>
         /// The one place where a left-handed pack is mirrored: x of its frame points the other way than the person's.
         /// </summary>
-        private void Place()
-        {
-            Array.Copy(World, placed, 16);
+        private void SetPlaced() {
+            Array.Copy(Place, placed, 16);
             for (int at = 0; at < 16 && Avatar.Handedness == "left"; at += 4) placed[at] = -placed[at];
         }
     }

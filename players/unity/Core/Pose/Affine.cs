@@ -1,21 +1,17 @@
 using System;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// Affine transforms as 12 numbers, rows of a [3, 4] matrix for column vectors, at an offset of an array.
     /// No method allocates.
     /// </summary>
-    internal static class Affine
-    {
+    internal static class Affine {
         /// <summary>out = a b. "out" may be a or b. Rows are 4 numbers apart.</summary>
-        public static void Multiply(double[] result, int o, double[] a, int i, double[] b, int j)
-        {
+        public static void Multiply(double[] result, int o, double[] a, int i, double[] b, int j) {
             double b0 = b[j], b1 = b[j + 1], b2 = b[j + 2], b3 = b[j + 3];
             double b4 = b[j + 4], b5 = b[j + 5], b6 = b[j + 6], b7 = b[j + 7];
             double b8 = b[j + 8], b9 = b[j + 9], b10 = b[j + 10], b11 = b[j + 11];
-            for (int row = 0; row < 12; row += 4)
-            {
+            for (int row = 0; row < 12; row += 4) {
                 double x = a[i + row], y = a[i + row + 1], z = a[i + row + 2], t = a[i + row + 3];
                 result[o + row] = x * b0 + y * b4 + z * b8;
                 result[o + row + 1] = x * b1 + y * b5 + z * b9;
@@ -27,8 +23,7 @@ namespace AvatarExport.Core
         /// <summary>
         /// The inverse of the 3x3 part of a transform at i, into result[o..], rows four apart. They may be the same.
         /// </summary>
-        public static void InvertLinear(double[] result, int o, double[] m, int i)
-        {
+        public static void InvertLinear(double[] result, int o, double[] m, int i) {
             double a = m[i], b = m[i + 1], c = m[i + 2];
             double d = m[i + 4], e = m[i + 5], f = m[i + 6];
             double g = m[i + 8], h = m[i + 9], k = m[i + 10];
@@ -44,25 +39,28 @@ namespace AvatarExport.Core
             result[o + 10] = (a * e - b * d) * scale;
         }
 
+        /// <summary>The determinant of the 3x3 part of a transform at i, rows four apart.</summary>
+        public static double Determinant(double[] m, int i) {
+            return m[i] * (m[i + 5] * m[i + 10] - m[i + 6] * m[i + 9])
+                - m[i + 1] * (m[i + 4] * m[i + 10] - m[i + 6] * m[i + 8])
+                + m[i + 2] * (m[i + 4] * m[i + 9] - m[i + 5] * m[i + 8]);
+        }
+
         /// <summary>The inverse of the affine transform at i, into result[o..]. They may be the same.</summary>
-        public static void Invert(double[] result, int o, double[] m, int i)
-        {
+        public static void Invert(double[] result, int o, double[] m, int i) {
             double x = m[i + 3], y = m[i + 7], z = m[i + 11];
             InvertLinear(result, o, m, i);
-            for (int at = o; at < o + 12; at += 4)
-            {
+            for (int at = o; at < o + 12; at += 4) {
                 result[at + 3] = -(result[at] * x + result[at + 1] * y + result[at + 2] * z);
             }
         }
 
         /// <summary>out = a b of 3x3 parts whose rows are four apart; translations stay. "out" may be a or b.</summary>
-        public static void MultiplyLinear(double[] result, int o, double[] a, int i, double[] b, int j)
-        {
+        public static void MultiplyLinear(double[] result, int o, double[] a, int i, double[] b, int j) {
             double b0 = b[j], b1 = b[j + 1], b2 = b[j + 2];
             double b4 = b[j + 4], b5 = b[j + 5], b6 = b[j + 6];
             double b8 = b[j + 8], b9 = b[j + 9], b10 = b[j + 10];
-            for (int row = 0; row < 12; row += 4)
-            {
+            for (int row = 0; row < 12; row += 4) {
                 double x = a[i + row], y = a[i + row + 1], z = a[i + row + 2];
                 result[o + row] = x * b0 + y * b4 + z * b8;
                 result[o + row + 1] = x * b1 + y * b5 + z * b9;
@@ -71,8 +69,7 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Writes the identity [3, 4] or, with 4 rows, [4, 4].</summary>
-        public static void SetIdentity(double[] result, int o, int rows)
-        {
+        public static void SetIdentity(double[] result, int o, int rows) {
             for (int k = 0; k < 4 * rows; k++) result[o + k] = k % 5 == 0 ? 1 : 0;
         }
 
@@ -80,15 +77,11 @@ namespace AvatarExport.Core
         /// The rotation factor of the 3x3 part at o, rows four apart, in place: Newton steps R = (R + R^-T) / 2.
         /// "inverse" [12] is overwritten.
         /// </summary>
-        public static void Polar(double[] m, int o, int steps, double[] inverse)
-        {
-            for (int step = 0; step < steps; step++)
-            {
+        public static void Polar(double[] m, int o, int steps, double[] inverse) {
+            for (int step = 0; step < steps; step++) {
                 InvertLinear(inverse, 0, m, o);
-                for (int row = 0; row < 3; row++)
-                {
-                    for (int column = 0; column < 3; column++)
-                    {
+                for (int row = 0; row < 3; row++) {
+                    for (int column = 0; column < 3; column++) {
                         int at = o + 4 * row + column;
                         m[at] = (m[at] + inverse[4 * column + row]) / 2;
                     }
@@ -99,16 +92,14 @@ namespace AvatarExport.Core
         /// <summary>
         /// The rotation of a rotation vector (axis times angle, radians) as a 3x3 part at o, rows four apart.
         /// </summary>
-        public static void SetRotation(double[] result, int o, double x, double y, double z)
-        {
+        public static void SetRotation(double[] result, int o, double x, double y, double z) {
             double angle = Math.Sqrt(x * x + y * y + z * z);
             double sine = angle > 0 ? Math.Sin(angle / 2) / angle : 0;
             SetFromQuat(result, o, Math.Cos(angle / 2), x * sine, y * sine, z * sine);
         }
 
         /// <summary>The rotation of a unit quaternion as a 3x3 part at o, rows four apart.</summary>
-        public static void SetFromQuat(double[] result, int o, double w, double x, double y, double z)
-        {
+        public static void SetFromQuat(double[] result, int o, double w, double x, double y, double z) {
             result[o] = 1 - 2 * (y * y + z * z);
             result[o + 1] = 2 * (x * y - w * z);
             result[o + 2] = 2 * (x * z + w * y);
@@ -123,8 +114,7 @@ namespace AvatarExport.Core
         /// <summary>
         /// The unit quaternion (w, x, y, z) of the rotation at i, rows four apart; its largest component is positive.
         /// </summary>
-        public static void QuatFromMatrix(double[] result, int o, double[] m, int i)
-        {
+        public static void QuatFromMatrix(double[] result, int o, double[] m, int i) {
             double d0 = m[i], d1 = m[i + 5], d2 = m[i + 10];
             double ww = 1 + d0 + d1 + d2, xx = 1 + d0 - d1 - d2, yy = 1 - d0 + d1 - d2, zz = 1 - d0 - d1 + d2;
             double a = m[i + 9] - m[i + 6], b = m[i + 2] - m[i + 8], c = m[i + 4] - m[i + 1];
@@ -138,12 +128,9 @@ namespace AvatarExport.Core
         }
 
         /// <summary>out = a b, row-major 4x4 each; "out" is another array.</summary>
-        public static void Multiply4(double[] result, float[] a, double[] b)
-        {
-            for (int row = 0; row < 16; row += 4)
-            {
-                for (int column = 0; column < 4; column++)
-                {
+        public static void Multiply4(double[] result, float[] a, double[] b) {
+            for (int row = 0; row < 16; row += 4) {
+                for (int column = 0; column < 4; column++) {
                     result[row + column] = a[row] * b[column] + a[row + 1] * b[4 + column]
                         + a[row + 2] * b[8 + column] + a[row + 3] * b[12 + column];
                 }

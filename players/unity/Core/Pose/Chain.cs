@@ -1,11 +1,9 @@
 using System;
 using System.Collections.Generic;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>Stage joints, float64: skin matrices of a skeleton.</summary>
-    internal sealed class Chain
-    {
+    internal sealed class Chain {
         /// <summary>Skin matrices, mesh from binding mesh, [J, 3, 4].</summary>
         public readonly double[] Skin;
 
@@ -19,8 +17,7 @@ namespace AvatarExport.Core
         private readonly int[] moving; // expressions that move a joint
         private readonly double[] step = new double[12];
 
-        public Chain(Skeleton skeleton)
-        {
+        public Chain(Skeleton skeleton) {
             int joints = skeleton.Names.Length;
             parents = skeleton.Parents;
             basis = skeleton.JointBasis;
@@ -34,11 +31,9 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Computes Skin of weights [K] and deltas [J, 4, 4].</summary>
-        public void Update(float[] weights, double[] delta)
-        {
+        public void Update(float[] weights, double[] delta) {
             SetRest(weights);
-            for (int joint = 0; joint < parents.Length; joint++)
-            {
+            for (int joint = 0; joint < parents.Length; joint++) {
                 RestStep(joint, step);
                 Affine.Multiply(step, 0, step, 0, delta, 16 * joint);
                 Place(joint, step);
@@ -46,15 +41,12 @@ namespace AvatarExport.Core
         }
 
         /// <summary>How the weights [K] move the rest joints: RestStep and Place need it first.</summary>
-        public void SetRest(float[] weights)
-        {
+        public void SetRest(float[] weights) {
             Array.Clear(moved, 0, moved.Length);
-            for (int i = 0; i < moving.Length; i++)
-            {
+            for (int i = 0; i < moving.Length; i++) {
                 double weight = weights[moving[i]];
                 if (weight == 0) continue;
-                for (int c = 0, at = moving[i] * moved.Length; c < moved.Length; c++, at++)
-                {
+                for (int c = 0, at = moving[i] * moved.Length; c < moved.Length; c++, at++) {
                     moved[c] += weight * basis[at];
                 }
             }
@@ -64,8 +56,7 @@ namespace AvatarExport.Core
         /// Writes B'_parent^-1 B'_joint [3, 4] with B'_j = T(d_j) B_j. Its linear part is that of rest_local; its
         /// translation gains (d_joint - d_parent) in the parent's frame. Of a root it is B'_joint.
         /// </summary>
-        public void RestStep(int joint, double[] into)
-        {
+        public void RestStep(int joint, double[] into) {
             int parent = parents[joint], at = 12 * joint;
             Array.Copy(local, at, into, 0, 12);
             if (moving.Length == 0) return;
@@ -73,8 +64,7 @@ namespace AvatarExport.Core
             double x = moved[j] - (parent < 0 ? 0 : moved[p]);
             double y = moved[j + 1] - (parent < 0 ? 0 : moved[p + 1]);
             double z = moved[j + 2] - (parent < 0 ? 0 : moved[p + 2]);
-            for (int row = 0; row < 12; row += 4)
-            {
+            for (int row = 0; row < 12; row += 4) {
                 int i = at + row;
                 into[row + 3] += fromMesh[i] * x + fromMesh[i + 1] * y + fromMesh[i + 2] * z;
             }
@@ -84,14 +74,12 @@ namespace AvatarExport.Core
         /// Writes bone_from_joint [3, 4] for moved rest joints: bind^-1 T(d_joint) inverse_bind^-1, of "still" [J, 3,
         /// 4], which is that without the move, and rigid bind transforms [J, 3, 4].
         /// </summary>
-        public void MovedFrom(int joint, double[] still, double[] bind, double[] into)
-        {
+        public void MovedFrom(int joint, double[] still, double[] bind, double[] into) {
             int at = 12 * joint;
             Array.Copy(still, at, into, 0, 12);
             if (moving.Length == 0) return;
             double x = moved[3 * joint], y = moved[3 * joint + 1], z = moved[3 * joint + 2];
-            for (int c = 0; c < 3; c++)
-            {
+            for (int c = 0; c < 3; c++) {
                 into[4 * c + 3] += bind[at + c] * x + bind[at + 4 + c] * y + bind[at + 8 + c] * z;
             }
         }
@@ -99,8 +87,7 @@ namespace AvatarExport.Core
         /// <summary>
         /// Sets a joint whose transform in its parent's space is parentFromJoint [3, 4]; its parent is set.
         /// </summary>
-        private void Place(int joint, double[] parentFromJoint)
-        {
+        private void Place(int joint, double[] parentFromJoint) {
             int parent = parents[joint], at = 12 * joint;
             if (parent >= 0) Affine.Multiply(posed, at, posed, 12 * parent, parentFromJoint, 0);
             else Array.Copy(parentFromJoint, 0, posed, at, 12);
@@ -111,12 +98,10 @@ namespace AvatarExport.Core
         }
 
         /// <summary>For each joint the inverse of its parent's linear part at rest; the identity for a root.</summary>
-        private static double[] InverseRest(int[] parents, double[] local)
-        {
+        private static double[] InverseRest(int[] parents, double[] local) {
             double[] rest = RestPose.Linear(parents, local);
             var found = new double[local.Length];
-            for (int joint = 0; joint < parents.Length; joint++)
-            {
+            for (int joint = 0; joint < parents.Length; joint++) {
                 int at = 12 * joint;
                 if (parents[joint] < 0) found[at] = found[at + 5] = found[at + 10] = 1;
                 else Affine.InvertLinear(found, at, rest, 12 * parents[joint]);
@@ -124,11 +109,9 @@ namespace AvatarExport.Core
             return found;
         }
 
-        private static int[] MovingExpressions(double[] basis, int floats)
-        {
+        private static int[] MovingExpressions(double[] basis, int floats) {
             var found = new List<int>();
-            for (int k = 0; floats > 0 && k * floats < basis.Length; k++)
-            {
+            for (int k = 0; floats > 0 && k * floats < basis.Length; k++) {
                 bool moves = false;
                 for (int at = k * floats; at < (k + 1) * floats; at++) moves |= basis[at] != 0;
                 if (moves) found.Add(k);

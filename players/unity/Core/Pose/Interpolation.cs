@@ -1,12 +1,10 @@
 using System;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// Affine matrices between two others. An object holds what it computes with; it allocates nothing later.
     /// </summary>
-    internal sealed class Interpolation
-    {
+    internal sealed class Interpolation {
         private readonly double[] first = new double[12]; // rotation of a matrix
         private readonly double[] second = new double[12];
         private readonly double[] restFirst = new double[6]; // what remains: upper triangular
@@ -18,16 +16,14 @@ namespace AvatarExport.Core
         /// Writes an affine matrix [4, 4] at result[o]: 1 - part of the one at m[a] and "part" of the one at m[b].
         /// Equal matrices, and a part of 0, give the first one's numbers.
         /// </summary>
-        public void Write(double[] result, int o, float[] m, int a, int b, double part)
-        {
+        public void Write(double[] result, int o, float[] m, int a, int b, double part) {
             bool same = true;
             for (int k = 0; k < 12 && same && part != 0; k++) same = m[a + k] == m[b + k];
             for (int k = 0; k < 16; k++) result[o + k] = m[a + k];
             if (!same) Mix(result, o, m, a, b, part);
         }
 
-        private void Mix(double[] result, int o, float[] m, int a, int b, double part)
-        {
+        private void Mix(double[] result, int o, float[] m, int a, int b, double part) {
             Split(first, restFirst, m, a);
             Split(second, restSecond, m, b);
             double keep = 1 - part;
@@ -35,8 +31,7 @@ namespace AvatarExport.Core
             double[] u = restFirst, v = restSecond;
             double xx = keep * u[0] + part * v[0], xy = keep * u[1] + part * v[1], xz = keep * u[2] + part * v[2];
             double yy = keep * u[3] + part * v[3], yz = keep * u[4] + part * v[4], zz = keep * u[5] + part * v[5];
-            for (int row = 0; row < 12; row += 4)
-            {
+            for (int row = 0; row < 12; row += 4) {
                 double x = turned[row], y = turned[row + 1], z = turned[row + 2];
                 result[o + row] = x * xx;
                 result[o + row + 1] = x * xy + y * yy;
@@ -46,8 +41,7 @@ namespace AvatarExport.Core
         }
 
         /// <summary>turned = the rotation between both: quaternions mixed the short way, then normalised.</summary>
-        private void Turn(double keep, double part)
-        {
+        private void Turn(double keep, double part) {
             double[] q = quats;
             Affine.QuatFromMatrix(q, 0, first, 0);
             Affine.QuatFromMatrix(q, 4, second, 0);
@@ -63,8 +57,7 @@ namespace AvatarExport.Core
         /// m = rotation rest, by Gram-Schmidt on the columns. "rest" is xx, xy, xz, yy, yz, zz; zz is negative for a
         /// mirror.
         /// </summary>
-        private static void Split(double[] r, double[] rest, float[] m, int at)
-        {
+        private static void Split(double[] r, double[] rest, float[] m, int at) {
             double ax = m[at], ay = m[at + 4], az = m[at + 8];
             double bx = m[at + 1], by = m[at + 5], bz = m[at + 9];
             double cx = m[at + 2], cy = m[at + 6], cz = m[at + 10];

@@ -1,10 +1,8 @@
 using System;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>The small inputs of one frame: everything that a GPU receives for a pose.</summary>
-    public sealed class Posed
-    {
+    public sealed class Posed {
         /// <summary>
         /// The content of buffer Pose: weights [K], features [9 C], late weights [L], skin matrices [J, 3, 4].
         /// </summary>
@@ -21,8 +19,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>Stage joints of one avatar, in float64 on the CPU. Update allocates nothing.</summary>
-    public sealed class Poser
-    {
+    public sealed class Poser {
         private readonly PoseSections sections;
         private readonly int[] correctives;
         private readonly Chain chain; // null without a rig
@@ -30,15 +27,13 @@ namespace AvatarExport.Core
         private readonly Posed posed;
 
         /// <summary>The stage of an avatar.</summary>
-        public Poser(Avatar avatar)
-        {
+        public Poser(LoadedAvatar avatar) {
             sections = avatar.Program.Pose;
             uint[] listed = avatar.Skeleton == null ? new uint[0] : avatar.Skeleton.CorrectiveJoints;
             correctives = Array.ConvertAll(listed, one => (int)one);
             chain = avatar.Skeleton == null ? null : new Chain(avatar.Skeleton);
             groups = new Groups(avatar);
-            posed = new Posed
-            {
+            posed = new Posed {
                 PoseFloats = new float[avatar.Program.PoseFloats],
                 GroupMatrix = groups.Matrix,
                 GroupRotation = groups.Rotation,
@@ -50,8 +45,7 @@ namespace AvatarExport.Core
         /// The inputs of a frame for a pose of this avatar: the same object and arrays every time. "anchors" [A, 3],
         /// posed anchor vertices in the order of Skeleton.AnchorVertices, replace those of the rig.
         /// </summary>
-        public Posed Update(Pose pose, float[] anchors = null)
-        {
+        public Posed Update(AvatarPose pose, float[] anchors = null) {
             float[] floats = posed.PoseFloats;
             Array.Copy(pose.ExpressionWeights, 0, floats, sections.Weights, pose.ExpressionWeights.Length);
             Array.Copy(pose.LateWeights, 0, floats, sections.Late, pose.LateWeights.Length);
@@ -61,8 +55,7 @@ namespace AvatarExport.Core
             chain.Update(pose.ExpressionWeights, pose.JointDelta);
             double[] skin = chain.Skin;
             for (int i = 0, at = sections.Joints; at < floats.Length; i++, at++) floats[at] = (float)skin[i];
-            if (groups.Anchors != null)
-            {
+            if (groups.Anchors != null) {
                 if (anchors != null) groups.SetAnchors(anchors);
                 else groups.Anchors.Update(floats, sections, skin);
             }
@@ -71,15 +64,11 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Row-major R - I of the corrective joints.</summary>
-        private void SetFeatures(double[] delta)
-        {
-            for (int c = 0; c < correctives.Length; c++)
-            {
+        private void SetFeatures(double[] delta) {
+            for (int c = 0; c < correctives.Length; c++) {
                 int from = 16 * correctives[c], to = sections.Features + 9 * c;
-                for (int row = 0; row < 3; row++)
-                {
-                    for (int column = 0; column < 3; column++)
-                    {
+                for (int row = 0; row < 3; row++) {
+                    for (int column = 0; column < 3; column++) {
                         posed.PoseFloats[to + 3 * row + column] = (float)(delta[from + 4 * row + column] - (row == column ? 1 : 0));
                     }
                 }

@@ -1,16 +1,15 @@
 using System;
 using System.Collections.Generic;
+using AvatarExport.Core;
 using UnityEngine;
 using UnityEngine.Rendering;
 
-namespace AvatarExport
-{
+namespace AvatarExport {
     /// <summary>
     /// All avatars that are enabled. For each camera it sorts together the splats of those that the camera sees, and
     /// draws them once. Several cameras and both eyes share one deformation a frame.
     /// </summary>
-    internal sealed class AvatarScene
-    {
+    internal sealed class AvatarScene {
         private const int MostSorts = 16; // sets of avatars that are kept
 
         /// <summary>The one of this process.</summary>
@@ -21,27 +20,23 @@ namespace AvatarExport
         private readonly List<SortedScene> sorts = new List<SortedScene>(); // all of them are bound to buffers
         private readonly SceneBuffers buffers = new SceneBuffers();
         private readonly CameraMatrices matrices = new CameraMatrices();
-        private readonly Core.Camera camera = new Core.Camera();
+        private readonly AvatarCamera camera = new AvatarCamera();
         private readonly Plane[] planes = new Plane[6];
         private readonly Plane[] rightPlanes = new Plane[6]; // of the right eye
         private SplatDraw draw;
         private bool toldOrthographic;
 
-        private AvatarScene()
-        {
+        private AvatarScene() {
         }
 
-        /// <summary>Takes an avatar in.</summary>
-        public void Add(GaussianAvatar avatar)
-        {
+        public void Add(GaussianAvatar avatar) {
             if (avatars.Contains(avatar)) return;
             avatars.Add(avatar);
             if (avatars.Count == 1) BuiltInHost.Start();
         }
 
         /// <summary>Takes an avatar out, and frees all that the scene holds on the GPU with the last one.</summary>
-        public void Remove(GaussianAvatar avatar)
-        {
+        public void Remove(GaussianAvatar avatar) {
             if (!avatars.Remove(avatar)) return;
             Forget();
             if (avatars.Count > 0) return;
@@ -52,25 +47,21 @@ namespace AvatarExport
         }
 
         /// <summary>Call it before a resident is disposed of.</summary>
-        public void Forget()
-        {
+        public void Forget() {
             sorts.Clear();
             seen.Clear();
         }
 
         /// <summary>Whether a camera sees an avatar, so that its host has something to draw.</summary>
-        public bool Sees(Camera camera)
-        {
+        public bool Sees(Camera camera) {
             seen.Clear();
             if (avatars.Count == 0) return false;
-            if (camera.orthographic)
-            {
+            if (camera.orthographic) {
                 TellOrthographic(camera);
                 return false;
             }
             bool stereo = SetPlanes(camera);
-            for (int i = 0; i < avatars.Count; i++)
-            {
+            for (int i = 0; i < avatars.Count; i++) {
                 GaussianAvatar one = avatars[i];
                 if (!one.IsSeenBy(camera, planes) && !(stereo && one.IsSeenBy(camera, rightPlanes))) continue;
                 Resident resident = one.ResidentForCamera();
@@ -82,8 +73,7 @@ namespace AvatarExport
         /// <summary>
         /// Writes the planes of a camera, or of both eyes and returns true: each eye sees more to its side.
         /// </summary>
-        private bool SetPlanes(Camera camera)
-        {
+        private bool SetPlanes(Camera camera) {
             Matrix4x4 clip = camera.stereoEnabled ? ClipOf(camera, Camera.StereoscopicEye.Left) : camera.cullingMatrix;
             GeometryUtility.CalculateFrustumPlanes(clip, planes);
             if (!camera.stereoEnabled) return false;
@@ -91,16 +81,14 @@ namespace AvatarExport
             return true;
         }
 
-        private static Matrix4x4 ClipOf(Camera camera, Camera.StereoscopicEye eye)
-        {
+        private static Matrix4x4 ClipOf(Camera camera, Camera.StereoscopicEye eye) {
             return camera.GetStereoProjectionMatrix(eye) * camera.GetStereoViewMatrix(eye);
         }
 
         /// <summary>
         /// Records the picture of a camera: deform what has a new pose, then for each eye project, sort, draw.
         /// </summary>
-        public void Record(CommandBuffer commands, AvatarView view)
-        {
+        public void Record(CommandBuffer commands, AvatarView view) {
             if (view.Width < 1 || view.Height < 1 || !Sees(view.Camera)) return;
             SortedScene sorted = SortOf();
             if (sorted == null) return;
@@ -114,13 +102,11 @@ namespace AvatarExport
             commands.EndSample("Gaussian avatars");
         }
 
-        private void RecordEye(CommandBuffer commands, AvatarView view, int eye, SortedScene sorted)
-        {
+        private void RecordEye(CommandBuffer commands, AvatarView view, int eye, SortedScene sorted) {
             if (!CameraMatrices.HasPerspective(view.Projection[eye])) return;
             bool reversed = SystemInfo.usesReversedZBuffer;
             matrices.Write(view.View[eye], view.Projection[eye], reversed, view.Width, view.Height, camera);
-            for (int i = 0; i < seen.Count; i++)
-            {
+            for (int i = 0; i < seen.Count; i++) {
                 seen[i].See(camera);
                 seen[i].RecordView(commands);
             }
@@ -131,31 +117,25 @@ namespace AvatarExport
         /// <summary>
         /// The sort of what is seen; or null, told once, where it exceeds a limit or a shader does not run.
         /// </summary>
-        private SortedScene SortOf()
-        {
-            for (int i = 0; i < sorts.Count; i++)
-            {
+        private SortedScene SortOf() {
+            for (int i = 0; i < sorts.Count; i++) {
                 if (sorts[i].Holds(seen)) return sorts[i];
             }
-            try
-            {
+            try {
                 if (draw == null) draw = new SplatDraw();
                 var made = new SortedScene(seen);
                 if (buffers.Reserve(made.Buffers) || sorts.Count >= MostSorts) sorts.Clear();
                 made.Bind(buffers);
                 sorts.Add(made);
                 return made;
-            }
-            catch (Core.AvatarError error)
-            {
+            } catch (AvatarError error) {
                 sorts.Clear();
                 Warnings.Once(error.Message);
                 return null;
             }
         }
 
-        private void TellOrthographic(Camera camera)
-        {
+        private void TellOrthographic(Camera camera) {
             if (toldOrthographic || camera.cameraType != CameraType.Game) return;
             toldOrthographic = true;
             Warnings.Once(camera.name
@@ -164,13 +144,11 @@ namespace AvatarExport
     }
 
     /// <summary>Warnings that are written once, not each frame.</summary>
-    internal static class Warnings
-    {
+    internal static class Warnings {
         private static readonly HashSet<string> Told = new HashSet<string>();
 
         /// <summary>Writes a warning to the console, if it was not written before.</summary>
-        public static void Once(string text, UnityEngine.Object about = null)
-        {
+        public static void Once(string text, UnityEngine.Object about = null) {
             if (Told.Add(text)) Debug.LogWarning("Gaussian avatars: " + text, about);
         }
     }

@@ -1,15 +1,12 @@
 using UnityEngine;
 using UnityEngine.Rendering;
 
-namespace AvatarExport
-{
+namespace AvatarExport {
     /// <summary>What one camera draws into: filled by the host of a render pipeline, again for each picture.</summary>
-    internal sealed class AvatarView
-    {
+    internal sealed class AvatarView {
         /// <summary>TopRowFirst: the Built-in pipeline says in a shader constant which row comes first.</summary>
         public const int AskShader = -1;
 
-        /// <summary>The camera.</summary>
         public Camera Camera;
 
         /// <summary>1, or 2 for both eyes in one pass: eye i is slice i of Target and of the depth texture.</summary>
@@ -27,7 +24,6 @@ namespace AvatarExport
         /// <summary>Pixels that the camera draws.</summary>
         public int Height;
 
-        /// <summary>Where the picture goes.</summary>
         public RenderTargetIdentifier Target;
 
         /// <summary>The part of the target that is drawn, pixels.</summary>
@@ -46,8 +42,7 @@ namespace AvatarExport
         public bool IsArray;
 
         /// <summary>Takes the matrices of a camera without stereo, or those of one eye.</summary>
-        public void SetMono(Camera camera)
-        {
+        public void SetMono(Camera camera) {
             Camera = camera;
             Eyes = 1;
             View[0] = camera.worldToCameraMatrix;
@@ -55,8 +50,7 @@ namespace AvatarExport
         }
 
         /// <summary>Takes the matrices of both eyes.</summary>
-        public void SetStereo(Camera camera)
-        {
+        public void SetStereo(Camera camera) {
             Camera = camera;
             Eyes = 2;
             SetEye(0, Camera.StereoscopicEye.Left);
@@ -64,15 +58,13 @@ namespace AvatarExport
         }
 
         /// <summary>Takes the matrices of one eye as those of eye "index".</summary>
-        public void SetEye(int index, Camera.StereoscopicEye eye)
-        {
+        public void SetEye(int index, Camera.StereoscopicEye eye) {
             View[index] = Camera.GetStereoViewMatrix(eye);
             Projection[index] = Camera.GetStereoProjectionMatrix(eye);
         }
 
         /// <summary>Says that the picture fills a target of "width" x "height" pixels.</summary>
-        public void Fill(RenderTargetIdentifier target, int width, int height)
-        {
+        public void Fill(RenderTargetIdentifier target, int width, int height) {
             Target = target;
             Width = width;
             Height = height;

@@ -4,14 +4,12 @@ using UnityEngine.Rendering;
 using UnityEngine.XR;
 #endif
 
-namespace AvatarExport
-{
+namespace AvatarExport {
     /// <summary>
     /// Draws avatars in the Built-in render pipeline: after the transparent objects, before image effects. Render
     /// pipelines of scripts do not call these events.
     /// </summary>
-    internal static class BuiltInHost
-    {
+    internal static class BuiltInHost {
         private const CameraEvent When = CameraEvent.AfterForwardAlpha;
 
         private static readonly AvatarView View = new AvatarView();
@@ -21,8 +19,7 @@ namespace AvatarExport
         private static Camera added; // the camera that has the commands now
 
         /// <summary>Begins to listen to cameras.</summary>
-        public static void Start()
-        {
+        public static void Start() {
             Stop();
             commands = new CommandBuffer { name = "Gaussian avatars" };
             Camera.onPreCull += BeforeCull;
@@ -30,9 +27,7 @@ namespace AvatarExport
             Camera.onPostRender += AfterRender;
         }
 
-        /// <summary>Ends it.</summary>
-        public static void Stop()
-        {
+        public static void Stop() {
             Camera.onPreCull -= BeforeCull;
             Camera.onPreRender -= BeforeRender;
             Camera.onPostRender -= AfterRender;
@@ -42,16 +37,13 @@ namespace AvatarExport
         }
 
         /// <summary>Depth is compared in the shader: the camera has to write it.</summary>
-        private static void BeforeCull(Camera camera)
-        {
-            if ((camera.depthTextureMode & DepthTextureMode.Depth) == 0 && AvatarScene.Shared.Sees(camera))
-            {
+        private static void BeforeCull(Camera camera) {
+            if ((camera.depthTextureMode & DepthTextureMode.Depth) == 0 && AvatarScene.Shared.Sees(camera)) {
                 camera.depthTextureMode |= DepthTextureMode.Depth;
             }
         }
 
-        private static void BeforeRender(Camera camera)
-        {
+        private static void BeforeRender(Camera camera) {
             Detach();
             if (!AvatarScene.Shared.Sees(camera)) return;
             commands.Clear();
@@ -61,19 +53,16 @@ namespace AvatarExport
             added = camera;
         }
 
-        private static void AfterRender(Camera camera)
-        {
+        private static void AfterRender(Camera camera) {
             if (camera == added) Detach();
         }
 
-        private static void Detach()
-        {
+        private static void Detach() {
             if (added != null) added.RemoveCommandBuffer(When, commands);
             added = null;
         }
 
-        private static void Fill(Camera camera)
-        {
+        private static void Fill(Camera camera) {
             View.SetMono(camera);
             Rect rect = camera.pixelRect;
             int width = camera.scaledPixelWidth, height = camera.scaledPixelHeight;
@@ -91,8 +80,7 @@ namespace AvatarExport
             FillStereo(camera);
         }
 
-        private static void FillStereo(Camera camera)
-        {
+        private static void FillStereo(Camera camera) {
 #if AVATAR_VR
             if (!camera.stereoEnabled) return;
             XRSettings.StereoRenderingMode mode = XRSettings.stereoRenderingMode;

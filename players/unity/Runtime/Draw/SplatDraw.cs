@@ -2,15 +2,13 @@ using System;
 using UnityEngine;
 using UnityEngine.Rendering;
 
-namespace AvatarExport
-{
+namespace AvatarExport {
     /// <summary>
     /// Draws quads into an image of floats of its own, and that image onto a camera's target once. It binds no depth
     /// buffer: fragments compare with the camera's depth texture, so that the samples, the size and the slices of
     /// targets do not matter.
     /// </summary>
-    internal sealed class SplatDraw : IDisposable
-    {
+    internal sealed class SplatDraw : IDisposable {
         private const int Batch = 128; // splats an instance: AVATAR_QUAD_BATCH
         private const int Row = 512; // splats a row of the texture: AVATAR_QUAD_ROW
         private const int Corners = 6; // indices a splat
@@ -43,8 +41,7 @@ namespace AvatarExport
         private readonly Kernel copy; // of quads into texels
 
         /// <summary>Throws AvatarError where the package's files are not whole, or a shader does not run.</summary>
-        public SplatDraw()
-        {
+        public SplatDraw() {
             Shader shader = Kernels.Splat();
             throughTexture = SystemInfo.maxComputeBufferInputsVertex < 1;
             if (throughTexture) copy = Kernels.Of("quad_texels");
@@ -59,8 +56,7 @@ namespace AvatarExport
         }
 
         /// <summary>Records the picture of one eye.</summary>
-        public void Record(CommandBuffer commands, AvatarView view, int eye, GraphicsBuffer quads, int count)
-        {
+        public void Record(CommandBuffer commands, AvatarView view, int eye, GraphicsBuffer quads, int count) {
             Material drawn = view.IsArray ? arrayMaterial : material;
             commands.GetTemporaryRT(AccumulatedId, view.Width, view.Height, 0, FilterMode.Point, format);
             SetProperties(view, eye);
@@ -75,24 +71,21 @@ namespace AvatarExport
         /// <summary>
         /// Records the quads alone, over nothing, into a float image of that size: its bottom row comes first.
         /// </summary>
-        public void RecordImage(CommandBuffer commands, RenderTexture image, GraphicsBuffer quads, int count)
-        {
+        public void RecordImage(CommandBuffer commands, RenderTexture image, GraphicsBuffer quads, int count) {
             alone.Fill(image, image.width, image.height);
             SetProperties(alone, 0);
             RecordSplats(commands, alone.Target, material, quads, count);
         }
 
         /// <inheritdoc/>
-        public void Dispose()
-        {
+        public void Dispose() {
             indices.Dispose();
             Objects.Destroy(material);
             Objects.Destroy(arrayMaterial);
             Objects.Destroy(texels);
         }
 
-        private Material Make(Shader shader, bool depthIsArray)
-        {
+        private Material Make(Shader shader, bool depthIsArray) {
             var made = new Material(shader) { hideFlags = HideFlags.HideAndDontSave };
             if (throughTexture) made.EnableKeyword("AVATAR_QUAD_TEXTURE");
             if (depthIsArray) made.EnableKeyword("AVATAR_DEPTH_ARRAY");
@@ -100,15 +93,11 @@ namespace AvatarExport
         }
 
         private void RecordSplats(CommandBuffer commands, RenderTargetIdentifier image, Material drawn,
-            GraphicsBuffer quads, int count)
-        {
-            if (throughTexture)
-            {
+            GraphicsBuffer quads, int count) {
+            if (throughTexture) {
                 RecordCopy(commands, quads, count);
                 properties.SetTexture(QuadTexelsId, texels);
-            }
-            else
-            {
+            } else {
                 properties.SetBuffer(QuadsId, quads);
             }
             properties.SetInteger(QuadCountId, count);
@@ -120,8 +109,7 @@ namespace AvatarExport
                     properties);
         }
 
-        private void SetProperties(AvatarView view, int eye)
-        {
+        private void SetProperties(AvatarView view, int eye) {
             properties.SetVector(ImageSizeId, new Vector4(view.Width, view.Height, 0, 0));
             properties.SetFloat(FlipYId, SystemInfo.graphicsUVStartsAtTop ? -1 : 1);
             properties.SetFloat(DepthSignId, view.HasDepth ? (SystemInfo.usesReversedZBuffer ? -1 : 1) : 0);
@@ -134,15 +122,12 @@ namespace AvatarExport
             properties.SetFloat(TopRowFirstId, SystemInfo.graphicsUVStartsAtTop ? view.TopRowFirst : 0);
         }
 
-        private void RecordCopy(CommandBuffer commands, GraphicsBuffer quads, int count)
-        {
+        private void RecordCopy(CommandBuffer commands, GraphicsBuffer quads, int count) {
             int rows = (count + Row - 1) / Row;
-            if (texels == null || texels.height < rows)
-            {
+            if (texels == null || texels.height < rows) {
                 Objects.Destroy(texels);
                 texels = new RenderTexture(3 * Row, Math.Max(rows, 1), 0, RenderTextureFormat.ARGBFloat,
-                    RenderTextureReadWrite.Linear)
-                {
+                    RenderTextureReadWrite.Linear) {
                     enableRandomWrite = true, filterMode = FilterMode.Point, hideFlags = HideFlags.HideAndDontSave,
                 };
                 texels.Create();
@@ -154,8 +139,7 @@ namespace AvatarExport
         }
 
         /// <summary>Two triangles a splat: vertex 4 k + c is corner c of splat k.</summary>
-        private static ushort[] BatchIndices()
-        {
+        private static ushort[] BatchIndices() {
             int[] corners = { 0, 1, 2, 2, 1, 3 };
             var made = new ushort[Corners * Batch];
             for (int i = 0; i < made.Length; i++) made[i] = (ushort)(4 * (i / Corners) + corners[i % Corners]);

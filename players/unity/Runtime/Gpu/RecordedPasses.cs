@@ -1,80 +1,61 @@
 using System;
+using AvatarExport.Core;
 using UnityEngine;
 using UnityEngine.Rendering;
 
-namespace AvatarExport
-{
+namespace AvatarExport {
     /// <summary>
     /// A list of dispatches with their GPU buffers: recorded again each frame, made once. Names are ids already, so
     /// recording allocates nothing.
     /// </summary>
-    internal sealed class RecordedPasses
-    {
-        private readonly Core.PassList list;
+    internal sealed class RecordedPasses {
+        private readonly PassList list;
         private readonly Recorded[] recorded;
 
         /// <summary>"buffer" gives the GPU buffer of a name of the program or of the scene.</summary>
-        public RecordedPasses(Core.PassList list, Func<string, GraphicsBuffer> buffer)
-        {
+        public RecordedPasses(PassList list, Func<string, GraphicsBuffer> buffer) {
             this.list = list;
             recorded = new Recorded[list.Dispatches.Length];
             for (int i = 0; i < recorded.Length; i++) recorded[i] = new Recorded(list.Dispatches[i], buffer);
         }
 
         /// <summary>Takes values of the frame. Returns whether one has changed.</summary>
-        public bool Set(Core.FrameValues values)
-        {
-            return list.Set(values);
-        }
+        public bool Set(FrameValues values) => list.Set(values);
 
-        /// <summary>Core.PassList.KeepLasting: call it when what was recorded has run once.</summary>
-        public void KeepLasting()
-        {
-            list.KeepLasting();
-        }
+        /// <summary>PassList.KeepLasting: call it when what was recorded has run once.</summary>
+        public void KeepLasting() => list.KeepLasting();
 
-        /// <summary>Records all dispatches.</summary>
-        public void Record(CommandBuffer commands)
-        {
+        public void Record(CommandBuffer commands) {
             for (int i = 0; i < recorded.Length; i++) Record(commands, recorded[i]);
         }
 
-        /// <summary>Records one dispatch.</summary>
-        public void Record(CommandBuffer commands, int dispatch)
-        {
-            Record(commands, recorded[dispatch]);
-        }
+        public void Record(CommandBuffer commands, int dispatch) => Record(commands, recorded[dispatch]);
 
-        private void Record(CommandBuffer commands, Recorded one)
-        {
+        private void Record(CommandBuffer commands, Recorded one) {
             ComputeShader shader = one.Kernel.Shader;
-            for (int i = 0; i < one.Buffers.Length; i++)
-            {
+            for (int i = 0; i < one.Buffers.Length; i++) {
                 commands.SetComputeBufferParam(shader, one.Kernel.Index, one.BufferIds[i], one.Buffers[i]);
             }
-            for (int i = 0; i < one.Constants.Length; i++)
-            {
+            for (int i = 0; i < one.Constants.Length; i++) {
                 SetConstant(commands, shader, one.ConstantIds[i], one.Constants[i]);
             }
             commands.DispatchCompute(shader, one.Kernel.Index, one.Groups, 1, 1);
         }
 
-        private void SetConstant(CommandBuffer commands, ComputeShader shader, int id, Core.ConstantSlot slot)
-        {
+        private void SetConstant(CommandBuffer commands, ComputeShader shader, int id, ConstantSlot slot) {
             int at = slot.First;
             float[] floats = list.Floats;
-            switch (slot.Type)
-            {
-                case Core.ConstantType.UInt:
+            switch (slot.Type) {
+                case ConstantType.UInt:
                     commands.SetComputeIntParam(shader, id, unchecked((int)list.UInts[at]));
                     break;
-                case Core.ConstantType.Float:
+                case ConstantType.Float:
                     commands.SetComputeFloatParam(shader, id, floats[at]);
                     break;
-                case Core.ConstantType.Float2:
+                case ConstantType.Float2:
                     commands.SetComputeVectorParam(shader, id, new Vector4(floats[at], floats[at + 1], 0, 0));
                     break;
-                case Core.ConstantType.Float3:
+                case ConstantType.Float3:
                     commands.SetComputeVectorParam(shader, id,
                         new Vector4(floats[at], floats[at + 1], floats[at + 2], 0));
                     break;
@@ -85,17 +66,15 @@ namespace AvatarExport
             }
         }
 
-        private sealed class Recorded
-        {
+        private sealed class Recorded {
             public readonly Kernel Kernel;
             public readonly int Groups;
             public readonly int[] BufferIds;
             public readonly GraphicsBuffer[] Buffers;
             public readonly int[] ConstantIds;
-            public readonly Core.ConstantSlot[] Constants;
+            public readonly ConstantSlot[] Constants;
 
-            public Recorded(Core.Dispatch dispatch, Func<string, GraphicsBuffer> buffer)
-            {
+            public Recorded(Dispatch dispatch, Func<string, GraphicsBuffer> buffer) {
                 Kernel = Kernels.Of(dispatch.Entry);
                 Groups = dispatch.Groups;
                 Buffers = Array.ConvertAll(dispatch.Buffers, one => buffer(one.Buffer));

@@ -1,18 +1,16 @@
 using System;
 using System.Collections.Generic;
+using AvatarExport.Core;
 using UnityEngine;
 using UnityEngine.Rendering;
 
-namespace AvatarExport
-{
+namespace AvatarExport {
     /// <summary>An instance at one level of detail on the GPU: its own buffers and its passes.</summary>
-    internal sealed class Resident : IDisposable
-    {
-        /// <summary>The instance.</summary>
-        public readonly Core.Instance Instance;
+    internal sealed class Resident : IDisposable {
+        public readonly Instance Instance;
 
         /// <summary>Its level when this was made.</summary>
-        public readonly Core.Level Level;
+        public readonly Level Level;
 
         private readonly StaticBuffers shared;
         private readonly Dictionary<string, int> strides;
@@ -28,61 +26,42 @@ namespace AvatarExport
         private double seenHeightPx; // the largest of all cameras since TakeHeightPx; 0: no camera saw it
 
         /// <summary>Uploads the avatar. Throws AvatarError where a buffer exceeds a limit of this device.</summary>
-        public Resident(Core.Instance instance, ProxyVertices given)
-        {
+        public Resident(Instance instance, ProxyVertices given) {
             Instance = instance;
             this.given = given;
             Level = instance.Program;
-            Core.Program program = instance.Avatar.Program;
+            Program program = instance.Avatar.Program;
             strides = GpuBuffers.Strides(program, Level);
             lastPose = new float[program.PoseFloats]; // zeros, as a new buffer
             shared = StaticBuffers.Take(instance.Avatar);
-            try
-            {
+            try {
                 int groups = instance.Avatar.Groups.Length;
-                mesh = new RecordedPasses(Core.PassList.Of(program, program.Mesh, groups), Buffer);
-                deform = new RecordedPasses(Core.PassList.Of(program, Level.Deform, groups), Buffer);
-                view = new RecordedPasses(Core.PassList.Of(program, Level.View, groups), Buffer);
+                mesh = new RecordedPasses(PassList.Of(program, program.Mesh, groups), Buffer);
+                deform = new RecordedPasses(PassList.Of(program, Level.Deform, groups), Buffer);
+                view = new RecordedPasses(PassList.Of(program, Level.View, groups), Buffer);
                 own.TryGetValue("Pose", out pose);
-            }
-            catch
-            {
+            } catch {
                 Dispose();
                 throw;
             }
         }
 
-        /// <summary>Splats of the level.</summary>
-        public int Splats
-        {
-            get
-            {
-                int count = 0;
-                foreach (Core.Run chunk in Level.Chunks) count += chunk.Count;
-                return count;
-            }
-        }
-
         /// <summary>Takes the camera that RecordView projects for.</summary>
-        public void See(Core.Camera camera)
-        {
+        public void See(AvatarCamera camera) {
             Instance.UpdateCamera(camera);
             seenHeightPx = Math.Max(seenHeightPx, Instance.HeightPx(camera));
         }
 
         /// <summary>The largest height in the image of a camera since the last call, pixels; 0: no camera saw it.</summary>
-        public double TakeHeightPx()
-        {
+        public double TakeHeightPx() {
             double height = seenHeightPx;
             seenHeightPx = 0;
             return height;
         }
 
         /// <summary>Records what changes with the pose, if it has changed since the last call.</summary>
-        public void RecordPose(CommandBuffer commands)
-        {
-            if (pose != null && IsNewPose())
-            {
+        public void RecordPose(CommandBuffer commands) {
+            if (pose != null && IsNewPose()) {
                 commands.SetBufferData(pose, lastPose);
                 posed = true;
             }
@@ -95,58 +74,47 @@ namespace AvatarExport
         }
 
         /// <summary>Records the mesh, from outside or from its passes. Returns whether it may have changed.</summary>
-        private bool RecordMesh(CommandBuffer commands)
-        {
+        private bool RecordMesh(CommandBuffer commands) {
             bool changed = given.TakeChange() || posed;
             if (!changed || !Instance.Avatar.Program.ReadsMesh) return false;
             GraphicsBuffer vertices = Buffer("Mesh");
-            if (given.Floats != null && given.Floats.Length <= vertices.count * vertices.stride / sizeof(float))
-            {
+            if (given.Floats != null && given.Floats.Length <= vertices.count * vertices.stride / sizeof(float)) {
                 commands.SetBufferData(vertices, given.Floats);
-            }
-            else
-            {
+            } else {
                 mesh.Record(commands);
             }
             return true;
         }
 
         /// <summary>Records what a camera sees. Instance.UpdateCamera comes first.</summary>
-        public void RecordView(CommandBuffer commands)
-        {
+        public void RecordView(CommandBuffer commands) {
             view.Set(Instance.Values);
             view.Record(commands);
         }
 
         /// <summary>A buffer of the program by its name.</summary>
-        public GraphicsBuffer Buffer(string name)
-        {
-            Core.Buffer described = Instance.Avatar.Program.Buffers[name];
+        public GraphicsBuffer Buffer(string name) {
+            ProgramBuffer described = Instance.Avatar.Program.Buffers[name];
             int stride;
             if (!strides.TryGetValue(name, out stride)) stride = 4;
             if (described.Sections.Length > 0) return shared.Get(described, stride);
             GraphicsBuffer buffer;
             if (own.TryGetValue(name, out buffer)) return buffer;
-            long count = (described.Bytes + stride - 1) / stride;
-            buffer = GpuBuffers.Make(Instance.Avatar.Name, "buffer " + name, count, stride);
-            own[name] = buffer;
+            own[name] = buffer = GpuBuffers.Make(Instance.Avatar.Name, described, stride);
             return buffer;
         }
 
         /// <inheritdoc/>
-        public void Dispose()
-        {
+        public void Dispose() {
             foreach (GraphicsBuffer buffer in own.Values) buffer.Dispose();
             own.Clear();
             shared.Release();
         }
 
-        private bool IsNewPose()
-        {
+        private bool IsNewPose() {
             float[] floats = Instance.PoseFloats;
             bool changed = false;
-            for (int i = 0; i < floats.Length; i++)
-            {
+            for (int i = 0; i < floats.Length; i++) {
                 changed |= !(lastPose[i] == floats[i]); // NaN is always new
                 lastPose[i] = floats[i];
             }

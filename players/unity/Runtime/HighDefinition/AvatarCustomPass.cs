@@ -2,19 +2,16 @@ using UnityEngine;
 using UnityEngine.Rendering;
 using UnityEngine.Rendering.HighDefinition;
 
-namespace AvatarExport.HighDefinition
-{
+namespace AvatarExport.HighDefinition {
     /// <summary>
     /// The avatars of a camera, before post-processing. The camera's image is exposed already at this point, and splats
     /// are written as they are: exposure does not change them, as it does not change an unlit material. Tone mapping
     /// does.
     /// </summary>
-    internal sealed class AvatarCustomPass : CustomPass
-    {
+    internal sealed class AvatarCustomPass : CustomPass {
         private readonly AvatarView view = new AvatarView();
 
-        protected override void Execute(CustomPassContext ctx)
-        {
+        protected override void Execute(CustomPassContext ctx) {
             HDCamera seen = ctx.hdCamera;
             bool both = seen.camera.stereoEnabled && ctx.cameraColorBuffer.rt.volumeDepth > 1;
             if (both) view.SetStereo(seen.camera);

@@ -5,14 +5,12 @@ using UnityEngine.Rendering.HighDefinition;
 // Nothing refers to this assembly: without this a build would leave it out.
 [assembly: UnityEngine.Scripting.AlwaysLinkAssembly]
 
-namespace AvatarExport.HighDefinition
-{
+namespace AvatarExport.HighDefinition {
     /// <summary>
     /// Draws avatars in the High Definition render pipeline: while it is in use, a hidden global volume holds a custom
     /// pass.
     /// </summary>
-    internal static class HighDefinitionHost
-    {
+    internal static class HighDefinitionHost {
         private static GameObject holder;
 
         // Both attributes: one serves players and play mode, the other the scene view while nothing plays.
@@ -20,8 +18,7 @@ namespace AvatarExport.HighDefinition
         [UnityEditor.InitializeOnLoadMethod]
 #endif
         [RuntimeInitializeOnLoadMethod(RuntimeInitializeLoadType.AfterAssembliesLoaded)]
-        private static void Start()
-        {
+        private static void Start() {
             RenderPipelineManager.beginCameraRendering -= Begin;
             RenderPipelineManager.beginCameraRendering += Begin;
 #if UNITY_EDITOR
@@ -30,14 +27,12 @@ namespace AvatarExport.HighDefinition
 #endif
         }
 
-        private static void Begin(ScriptableRenderContext context, Camera camera)
-        {
+        private static void Begin(ScriptableRenderContext context, Camera camera) {
             if (holder != null || !(GraphicsSettings.currentRenderPipeline is HDRenderPipelineAsset)) return;
             if (AvatarScene.Shared.Sees(camera)) Make();
         }
 
-        private static void Make()
-        {
+        private static void Make() {
             holder = new GameObject("Gaussian avatars") { hideFlags = HideFlags.HideAndDontSave };
             var volume = holder.AddComponent<CustomPassVolume>();
             volume.isGlobal = true;

@@ -1,16 +1,15 @@
 using System;
 using System.Collections.Generic;
+using AvatarExport.Core;
 using UnityEngine;
 using UnityEngine.Rendering;
 
-namespace AvatarExport
-{
+namespace AvatarExport {
     /// <summary>
     /// The objects below an avatar: "Rig", which moves with the whole avatar; below it "Proxy", a SkinnedMeshRenderer
     /// with a blend shape for each expression and eyelid; and a Transform for each joint, named as the joint.
     /// </summary>
-    public static class AvatarRig
-    {
+    public static class AvatarRig {
         /// <summary>Name of the object above the proxy and the bones.</summary>
         public const string RootName = "Rig";
 
@@ -26,9 +25,8 @@ namespace AvatarExport
         /// The mesh that moves an avatar's splats, in Unity's frame, with a blend shape for each expression, then each
         /// eyelid. An avatar without a rig has a mesh of one point, so that its blend shapes can be animated.
         /// </summary>
-        public static Mesh MakeMesh(Core.Avatar avatar)
-        {
-            Core.ProxyMesh proxy = Core.ProxyMesh.From(avatar) ?? Point(avatar);
+        public static Mesh MakeMesh(LoadedAvatar avatar) {
+            ProxyMesh proxy = ProxyMesh.From(avatar) ?? Point(avatar);
             bool mirror = avatar.Handedness == "right";
             int count = proxy.Positions.Length / 3;
             var mesh = new Mesh { name = avatar.Name + " proxy" };
@@ -37,16 +35,14 @@ namespace AvatarExport
             mesh.triangles = mirror ? Turned(proxy.Triangles) : proxy.Triangles;
             var deltas = new Vector3[count];
             var names = new HashSet<string>(); // an eyelid may have the name of an expression; blend shapes may not
-            foreach (Core.Morph morph in proxy.Morphs)
-            {
+            foreach (Morph morph in proxy.Morphs) {
                 string shape = morph.Name;
                 for (int copy = 2; !names.Add(shape); copy++) shape = morph.Name + "_" + copy;
                 Array.Clear(deltas, 0, count);
                 for (int i = 0; i < morph.Vertices.Length; i++) deltas[morph.Vertices[i]] = VectorAt(morph.Deltas, i, mirror);
                 mesh.AddBlendShapeFrame(shape, 100, deltas, null, null);
             }
-            if (avatar.Skeleton != null)
-            {
+            if (avatar.Skeleton != null) {
                 mesh.boneWeights = Weights(proxy);
                 mesh.bindposes = BindPoses(avatar);
             }
@@ -59,9 +55,8 @@ namespace AvatarExport
         /// Makes the objects below "owner", with "mesh" from MakeMesh. "flags" are those of all objects. The bones are
         /// returned in the order of Skeleton.Names; without a rig there are none.
         /// </summary>
-        public static Transform[] Build(Transform owner, Core.Avatar avatar, Mesh mesh, HideFlags flags,
-            out SkinnedMeshRenderer proxy)
-        {
+        public static Transform[] Build(Transform owner, LoadedAvatar avatar, Mesh mesh, HideFlags flags,
+            out SkinnedMeshRenderer proxy) {
             Transform root = Child(owner, RootName, flags);
             Transform[] bones = Bones(root, avatar, flags);
             Transform holder = Child(root, ProxyName, flags);
@@ -75,12 +70,10 @@ namespace AvatarExport
         }
 
         /// <summary>Paths of the bones below an avatar, in the order of Skeleton.Names: for animation curves.</summary>
-        public static string[] BonePaths(Core.Avatar avatar)
-        {
+        public static string[] BonePaths(LoadedAvatar avatar) {
             if (avatar.Skeleton == null) return new string[0];
             var made = new string[avatar.Skeleton.Names.Length];
-            for (int i = 0; i < made.Length; i++)
-            {
+            for (int i = 0; i < made.Length; i++) {
                 int parent = avatar.Skeleton.Parents[i];
                 made[i] = (parent < 0 ? RootName : made[parent]) + "/" + BoneName(avatar, i);
             }
@@ -88,101 +81,82 @@ namespace AvatarExport
         }
 
         /// <summary>The box of an avatar over all its poses, in the object's own space, metres.</summary>
-        public static Bounds LocalBounds(Core.Avatar avatar)
-        {
+        public static Bounds LocalBounds(LoadedAvatar avatar) {
             double[] low, high;
-            if (avatar.Bounds != null)
-            {
+            if (avatar.Bounds != null) {
                 low = avatar.Bounds.Low;
                 high = avatar.Bounds.High;
-            }
-            else
-            {
+            } else {
                 // No poses were measured: as far to every side as the avatar is large at rest.
-                Core.FramedPart whole = avatar.Framing.Whole;
+                FramedPart whole = avatar.Framing.Whole;
                 low = new double[3];
                 high = new double[3];
-                for (int i = 0; i < 3; i++)
-                {
+                for (int i = 0; i < 3; i++) {
                     low[i] = whole.Target[i] - whole.Size[i];
                     high[i] = whole.Target[i] + whole.Size[i];
                 }
             }
             Vector3 centre = Vector3.zero, size = Vector3.zero;
-            for (int i = 0; i < 3; i++)
-            {
+            for (int i = 0; i < 3; i++) {
                 centre[i] = (i == 0 ? -1 : 1) * (float)(low[i] + high[i]) / 2; // Unity is left-handed
                 size[i] = (float)(high[i] - low[i]);
             }
             return new Bounds(centre, size);
         }
 
-        private static Transform[] Bones(Transform root, Core.Avatar avatar, HideFlags flags)
-        {
+        private static Transform[] Bones(Transform root, LoadedAvatar avatar, HideFlags flags) {
             if (avatar.Skeleton == null) return new Transform[0];
             string[] names = avatar.Skeleton.Names;
             var made = new Transform[names.Length];
-            var rest = new Core.Bones(names.Length);
-            new Core.BoneFrames(avatar).Rest(new Core.Pose(avatar), rest);
-            for (int i = 0; i < names.Length; i++)
-            {
+            var rest = new Bones(names.Length);
+            new BoneFrames(avatar).Rest(new AvatarPose(avatar), rest);
+            for (int i = 0; i < names.Length; i++) {
                 int parent = avatar.Skeleton.Parents[i];
                 made[i] = Child(parent < 0 ? root : made[parent], BoneName(avatar, i), flags);
-                double[] t = rest.Translation, r = rest.Rotation, s = rest.Scale;
-                made[i].localPosition = new Vector3((float)t[3 * i], (float)t[3 * i + 1], (float)t[3 * i + 2]);
-                made[i].localRotation =
-                    new Quaternion((float)r[4 * i], (float)r[4 * i + 1], (float)r[4 * i + 2], (float)r[4 * i + 3]);
-                made[i].localScale = new Vector3((float)s[3 * i], (float)s[3 * i + 1], (float)s[3 * i + 2]);
+                made[i].localPosition = Turns.Vector(rest.Translation, 3 * i);
+                made[i].localRotation = Turns.Turn(rest.Rotation, 4 * i);
+                made[i].localScale = Turns.Vector(rest.Scale, 3 * i);
             }
             return made;
         }
 
         /// <summary>A slash would divide the path of an animation curve.</summary>
-        private static string BoneName(Core.Avatar avatar, int joint)
-        {
+        private static string BoneName(LoadedAvatar avatar, int joint) {
             return avatar.Skeleton.Names[joint].Replace('/', '_');
         }
 
-        private static Transform Child(Transform parent, string name, HideFlags flags)
-        {
+        private static Transform Child(Transform parent, string name, HideFlags flags) {
             var made = new GameObject(name) { hideFlags = flags };
             made.transform.SetParent(parent, false);
             return made.transform;
         }
 
-        private static Core.ProxyMesh Point(Core.Avatar avatar)
-        {
-            var morphs = new Core.Morph[avatar.Expressions.Length + avatar.LateMorphs.Length];
-            for (int i = 0; i < morphs.Length; i++)
-            {
+        private static ProxyMesh Point(LoadedAvatar avatar) {
+            var morphs = new Morph[avatar.Expressions.Length + avatar.Eyelids.Length];
+            for (int i = 0; i < morphs.Length; i++) {
                 int late = i - avatar.Expressions.Length;
-                string name = late < 0 ? avatar.Expressions[i].Name : avatar.LateMorphs[late];
-                morphs[i] = new Core.Morph { Name = name, Vertices = new int[0], Deltas = new float[0] };
+                string name = late < 0 ? avatar.Expressions[i].Name : avatar.Eyelids[late];
+                morphs[i] = new Morph { Name = name, Vertices = new int[0], Deltas = new float[0] };
             }
-            return new Core.ProxyMesh
-            {
+            return new ProxyMesh {
                 Positions = new float[9], Triangles = new[] { 0, 1, 2 }, Morphs = morphs, BoneIndices = new int[12],
                     BoneWeights = new float[12],
             };
         }
 
-        private static Vector3[] Vectors(float[] values, bool mirror)
-        {
+        private static Vector3[] Vectors(float[] values, bool mirror) {
             var made = new Vector3[values.Length / 3];
             for (int i = 0; i < made.Length; i++) made[i] = VectorAt(values, i, mirror);
             return made;
         }
 
-        private static Vector3 VectorAt(float[] values, int i, bool mirror)
-        {
+        private static Vector3 VectorAt(float[] values, int i, bool mirror) {
             return new Vector3(mirror ? -values[3 * i] : values[3 * i], values[3 * i + 1], values[3 * i + 2]);
         }
 
-        private static int[] Turned(int[] triangles)
-        {
+        private static int[] Turned(int[] triangles) {
             var made = new int[triangles.Length];
-            for (int i = 0; i < made.Length; i += 3)
-            {
+            for (int i = 0; i < made.Length; i += 3) {
                 made[i] = triangles[i];
                 made[i + 1] = triangles[i + 2];
                 made[i + 2] = triangles[i + 1];
@@ -190,15 +164,12 @@ namespace AvatarExport
             return made;
         }
 
-        private static BoneWeight[] Weights(Core.ProxyMesh proxy)
-        {
+        private static BoneWeight[] Weights(ProxyMesh proxy) {
             var made = new BoneWeight[proxy.Positions.Length / 3];
             int[] bones = proxy.BoneIndices;
             float[] weights = proxy.BoneWeights;
-            for (int i = 0; i < made.Length; i++)
-            {
-                made[i] = new BoneWeight
-                {
+            for (int i = 0; i < made.Length; i++) {
+                made[i] = new BoneWeight {
                     boneIndex0 = bones[4 * i], boneIndex1 = bones[4 * i + 1], boneIndex2 = bones[4 * i + 2],
                         boneIndex3 = bones[4 * i + 3],
                     weight0 = weights[4 * i], weight1 = weights[4 * i + 1], weight2 = weights[4 * i + 2],
@@ -208,12 +179,10 @@ namespace AvatarExport
             return made;
         }
 
-        private static Matrix4x4[] BindPoses(Core.Avatar avatar)
-        {
-            double[] binds = new Core.BoneFrames(avatar).Binds();
+        private static Matrix4x4[] BindPoses(LoadedAvatar avatar) {
+            double[] binds = new BoneFrames(avatar).Binds();
             var made = new Matrix4x4[binds.Length / 16];
-            for (int i = 0; i < made.Length; i++)
-            {
+            for (int i = 0; i < made.Length; i++) {
                 Matrix4x4 bind = Matrix4x4.identity;
                 for (int k = 0; k < 16; k++) bind[k / 4, k % 4] = (float)binds[16 * i + k];
                 made[i] = bind.inverse;

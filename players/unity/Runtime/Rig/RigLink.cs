@@ -1,24 +1,23 @@
+using AvatarExport.Core;
 using UnityEngine;
 
-namespace AvatarExport
-{
+namespace AvatarExport {
     /// <summary>
     /// The blend shapes and bones below an avatar, and the pose: what something else moved is read, all else is
     /// written, so that shadows, colliders and what hangs on a bone follow. A value counts as moved once it differs
     /// from what was written here, and from rest at first; it stays so until Release.
     /// </summary>
-    internal sealed class RigLink
-    {
+    internal sealed class RigLink {
         private const float Percent = 100; // a blend shape weight of 100 is an expression weight of 1
         private const float Still = 1e-6f; // metres, parts of a quaternion, parts of a scale: less is no movement
 
         private readonly Transform root;
         private readonly SkinnedMeshRenderer proxy;
         private readonly Transform[] joints;
-        private readonly Core.BoneFrames frames; // null without bones
-        private readonly Core.Bones bones;
-        private readonly Core.Pose shaped; // weights of blend shapes that were moved
-        private readonly Core.Pose boned; // joints of bones that were moved
+        private readonly BoneFrames frames; // null without bones
+        private readonly Bones bones;
+        private readonly AvatarPose shaped; // weights of blend shapes that were moved
+        private readonly AvatarPose boned; // joints of bones that were moved
         private readonly PoseMask moved;
         private readonly float[] shapes; // as last written or read, percent
         private readonly Vector3[] positions; // the same of bones; the last one is the root's
@@ -31,13 +30,12 @@ namespace AvatarExport
         /// <summary>
         /// "joints" are in the order of Skeleton.Names, or empty. Throws AvatarError for a rig that bones cannot show.
         /// </summary>
-        public RigLink(Core.Avatar avatar, Transform root, SkinnedMeshRenderer proxy, Transform[] joints)
-        {
+        public RigLink(LoadedAvatar avatar, Transform root, SkinnedMeshRenderer proxy, Transform[] joints) {
             this.root = root;
             this.proxy = proxy;
             this.joints = joints;
-            shaped = new Core.Pose(avatar);
-            boned = new Core.Pose(avatar);
+            shaped = new AvatarPose(avatar);
+            boned = new AvatarPose(avatar);
             moved = new PoseMask(shaped);
             expressions = shaped.ExpressionWeights.Length;
             int count = expressions + shaped.LateWeights.Length;
@@ -48,17 +46,15 @@ namespace AvatarExport
             scales = new Vector3[joints.Length + 1];
             Note(joints.Length, Vector3.zero, Quaternion.identity, Vector3.one);
             if (joints.Length == 0) return;
-            frames = new Core.BoneFrames(avatar);
-            bones = new Core.Bones(joints.Length);
+            frames = new BoneFrames(avatar);
+            bones = new Bones(joints.Length);
             frames.Rest(boned, bones);
             for (int i = 0; i < joints.Length; i++) Note(i, Translation(i), Rotation(i), Scale(i));
         }
 
         /// <summary>Whether all its objects are still there: a hand or a script may delete them.</summary>
-        public bool IsWhole
-        {
-            get
-            {
+        public bool IsWhole {
+            get {
                 bool whole = root != null && (shapes.Length == 0 || proxy != null);
                 for (int i = 0; i < joints.Length && whole; i++) whole = joints[i] != null;
                 return whole;
@@ -66,18 +62,15 @@ namespace AvatarExport
         }
 
         /// <summary>Puts blend shapes and bones to rest. Nothing counts as moved any more, until it moves.</summary>
-        public void Release()
-        {
+        public void Release() {
             moved.Clear();
             shaped.Reset();
             Write(shaped, moved);
         }
 
         /// <summary>Reads the blend shapes, and copies the weights of those that were moved.</summary>
-        public void ReadShapes(Core.Pose into)
-        {
-            for (int i = 0; i < shapes.Length; i++)
-            {
+        public void ReadShapes(AvatarPose into) {
+            for (int i = 0; i < shapes.Length; i++) {
                 float weight = proxy.GetBlendShapeWeight(i);
                 if (Mathf.Abs(weight - shapes[i]) > Still) MarkMoved(i);
                 shapes[i] = weight;
@@ -90,12 +83,10 @@ namespace AvatarExport
         /// <summary>
         /// Reads the bones, and copies the joints of those that were moved. The expressions of "into" move rest joints.
         /// </summary>
-        public void ReadBones(Core.Pose into)
-        {
+        public void ReadBones(AvatarPose into) {
             if (frames == null) return;
             bool any = ReadRoot();
-            for (int i = 0; i < joints.Length; i++)
-            {
+            for (int i = 0; i < joints.Length; i++) {
                 Vector3 position = joints[i].localPosition, scale = joints[i].localScale;
                 Quaternion rotation = joints[i].localRotation;
                 moved.Joints[i] |= !IsStill(i, position, rotation, scale);
@@ -112,14 +103,11 @@ namespace AvatarExport
         /// <summary>
         /// Writes a pose to what was not moved, or is set by "above": sources that win over blend shapes and bones.
         /// </summary>
-        public void Write(Core.Pose pose, PoseMask above)
-        {
-            for (int i = 0; i < shapes.Length; i++)
-            {
+        public void Write(AvatarPose pose, PoseMask above) {
+            for (int i = 0; i < shapes.Length; i++) {
                 bool late = i >= expressions;
                 int at = late ? i - expressions : i;
-                if (late ? moved.Late[at] && !above.Late[at] : moved.Expressions[at] && !above.Expressions[at])
-                {
+                if (late ? moved.Late[at] && !above.Late[at] : moved.Expressions[at] && !above.Expressions[at]) {
                     continue;
                 }
                 float weight = Percent * (late ? pose.LateWeights[at] : pose.ExpressionWeights[at]);
@@ -129,17 +117,15 @@ namespace AvatarExport
             }
             if (frames == null) return;
             frames.ToBones(pose, bones);
-            for (int i = 0; i < joints.Length; i++)
-            {
+            for (int i = 0; i < joints.Length; i++) {
                 if (!moved.Joints[i] || above.Joints[i]) WriteBone(joints[i], i, Translation(i), Rotation(i), Scale(i));
             }
             if (moved.Root && !above.Root) return;
             frames.ToRoot(pose, rootTranslation, rootRotation);
-            WriteBone(root, joints.Length, Vector(rootTranslation, 0), Turn(rootRotation, 0), Vector3.one);
+            WriteBone(root, joints.Length, Turns.Vector(rootTranslation, 0), Turns.Turn(rootRotation, 0), Vector3.one);
         }
 
-        private void WriteBone(Transform bone, int i, Vector3 position, Quaternion rotation, Vector3 scale)
-        {
+        private void WriteBone(Transform bone, int i, Vector3 position, Quaternion rotation, Vector3 scale) {
             if (positions[i] == position && rotations[i].Equals(rotation) && scales[i] == scale) return;
             bone.localPosition = position;
             bone.localRotation = rotation;
@@ -147,8 +133,7 @@ namespace AvatarExport
             Note(i, bone.localPosition, bone.localRotation, bone.localScale); // what is read the next time
         }
 
-        private bool ReadRoot()
-        {
+        private bool ReadRoot() {
             int at = joints.Length;
             Vector3 position = root.localPosition;
             Quaternion rotation = root.localRotation;
@@ -161,17 +146,14 @@ namespace AvatarExport
             return true;
         }
 
-        private void MarkMoved(int shape)
-        {
+        private void MarkMoved(int shape) {
             if (shape < expressions) moved.Expressions[shape] = true;
             else moved.Late[shape - expressions] = true;
         }
 
-        private bool IsStill(int i, Vector3 position, Quaternion rotation, Vector3 scale)
-        {
+        private bool IsStill(int i, Vector3 position, Quaternion rotation, Vector3 scale) {
             bool still = true;
-            for (int c = 0; c < 3; c++)
-            {
+            for (int c = 0; c < 3; c++) {
                 still &= Mathf.Abs(position[c] - positions[i][c]) <= Still
                     && Mathf.Abs(scale[c] - scales[i][c]) <= Still;
             }
@@ -179,46 +161,24 @@ namespace AvatarExport
             return still;
         }
 
-        private void Note(int i, Vector3 position, Quaternion rotation, Vector3 scale)
-        {
+        private void Note(int i, Vector3 position, Quaternion rotation, Vector3 scale) {
             positions[i] = position;
             rotations[i] = rotation;
             scales[i] = scale;
         }
 
-        private void Put(int i, Vector3 position, Quaternion rotation, Vector3 scale)
-        {
-            for (int c = 0; c < 3; c++)
-            {
+        private void Put(int i, Vector3 position, Quaternion rotation, Vector3 scale) {
+            for (int c = 0; c < 3; c++) {
                 bones.Translation[3 * i + c] = position[c];
                 bones.Scale[3 * i + c] = scale[c];
             }
             for (int c = 0; c < 4; c++) bones.Rotation[4 * i + c] = rotation[c];
         }
 
-        private Vector3 Translation(int i)
-        {
-            return Vector(bones.Translation, 3 * i);
-        }
+        private Vector3 Translation(int i) => Turns.Vector(bones.Translation, 3 * i);
 
-        private Quaternion Rotation(int i)
-        {
-            return Turn(bones.Rotation, 4 * i);
-        }
+        private Quaternion Rotation(int i) => Turns.Turn(bones.Rotation, 4 * i);
 
-        private Vector3 Scale(int i)
-        {
-            return Vector(bones.Scale, 3 * i);
-        }
-
-        private static Vector3 Vector(double[] from, int at)
-        {
-            return new Vector3((float)from[at], (float)from[at + 1], (float)from[at + 2]);
-        }
-
-        private static Quaternion Turn(double[] from, int at)
-        {
-            return new Quaternion((float)from[at], (float)from[at + 1], (float)from[at + 2], (float)from[at + 3]);
-        }
+        private Vector3 Scale(int i) => Turns.Vector(bones.Scale, 3 * i);
     }
 }

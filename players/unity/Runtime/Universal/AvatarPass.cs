@@ -5,19 +5,16 @@ using UnityEngine.Rendering.Universal;
 using UnityEngine.Rendering.RenderGraphModule;
 #endif
 
-namespace AvatarExport.Universal
-{
+namespace AvatarExport.Universal {
     /// <summary>
     /// The avatars of a camera: after the transparent objects, before post-processing. It asks for the depth texture.
     /// </summary>
-    internal sealed class AvatarPass : ScriptableRenderPass
-    {
+    internal sealed class AvatarPass : ScriptableRenderPass {
         private const string Name = "Gaussian avatars";
 
         private readonly AvatarView view = new AvatarView();
 
-        public AvatarPass()
-        {
+        public AvatarPass() {
             renderPassEvent = RenderPassEvent.BeforeRenderingPostProcessing;
             ConfigureInput(ScriptableRenderPassInput.Depth);
         }
@@ -26,12 +23,10 @@ namespace AvatarExport.Universal
         private static readonly BaseRenderFunc<PassData, UnsafeGraphContext> Draw = DrawGraph;
 
         /// <summary>The render graph's path.</summary>
-        public override void RecordRenderGraph(RenderGraph renderGraph, ContextContainer frameData)
-        {
+        public override void RecordRenderGraph(RenderGraph renderGraph, ContextContainer frameData) {
             var resources = frameData.Get<UniversalResourceData>();
             PassData data;
-            using (IUnsafeRenderGraphBuilder builder = renderGraph.AddUnsafePass<PassData>(Name, out data))
-            {
+            using (IUnsafeRenderGraphBuilder builder = renderGraph.AddUnsafePass<PassData>(Name, out data)) {
                 data.View = view;
                 data.Camera = frameData.Get<UniversalCameraData>();
                 data.Color = resources.activeColorTexture;
@@ -45,14 +40,12 @@ namespace AvatarExport.Universal
             }
         }
 
-        private static void DrawGraph(PassData data, UnsafeGraphContext context)
-        {
+        private static void DrawGraph(PassData data, UnsafeGraphContext context) {
             UniversalCameraData camera = data.Camera;
             RTHandle color = data.Color;
             bool bottomFirst = camera.IsRenderTargetProjectionMatrixFlipped(color);
             Fill(data.View, camera.camera, camera.cameraTargetDescriptor, color, bottomFirst);
-            for (int eye = 0; eye < data.View.Eyes; eye++)
-            {
+            for (int eye = 0; eye < data.View.Eyes; eye++) {
                 data.View.View[eye] = camera.GetViewMatrix(eye);
                 data.View.Projection[eye] = camera.GetProjectionMatrix(eye);
             }
@@ -60,8 +53,7 @@ namespace AvatarExport.Universal
             AvatarScene.Shared.Record(CommandBufferHelpers.GetNativeCommandBuffer(context.cmd), data.View);
         }
 
-        private sealed class PassData
-        {
+        private sealed class PassData {
             public AvatarView View;
             public UniversalCameraData Camera;
             public TextureHandle Color;
@@ -74,16 +66,14 @@ namespace AvatarExport.Universal
 #if UNITY_6000_0_OR_NEWER
         [System.Obsolete] // as what it overrides
 #endif
-        public override void Execute(ScriptableRenderContext context, ref RenderingData renderingData)
-        {
+        public override void Execute(ScriptableRenderContext context, ref RenderingData renderingData) {
             CommandBuffer commands = CommandBufferPool.Get(Name);
             ScriptableRenderer renderer = renderingData.cameraData.renderer;
             RTHandle color = renderer.cameraColorTargetHandle;
             bool bottomFirst = renderingData.cameraData.IsRenderTargetProjectionMatrixFlipped(color);
             Fill(view, renderingData.cameraData.camera, renderingData.cameraData.cameraTargetDescriptor, color,
                 bottomFirst);
-            for (int eye = 0; eye < view.Eyes; eye++)
-            {
+            for (int eye = 0; eye < view.Eyes; eye++) {
                 view.View[eye] = renderingData.cameraData.GetViewMatrix(eye);
                 view.Projection[eye] = renderingData.cameraData.GetProjectionMatrix(eye);
             }
@@ -97,8 +87,7 @@ namespace AvatarExport.Universal
 #endif
 
         private static void Fill(AvatarView view, Camera camera, RenderTextureDescriptor target, RTHandle color,
-            bool bottomFirst)
-        {
+            bool bottomFirst) {
             bool isArray = target.dimension == TextureDimension.Tex2DArray;
             float scaleX = target.useDynamicScale ? ScalableBufferManager.widthScaleFactor : 1;
             float scaleY = target.useDynamicScale ? ScalableBufferManager.heightScaleFactor : 1;
@@ -112,8 +101,7 @@ namespace AvatarExport.Universal
         }
 
         /// <summary>Without an image of its own a camera draws into its part of the screen.</summary>
-        private static void PlaceOnScreen(AvatarView view, Camera camera)
-        {
+        private static void PlaceOnScreen(AvatarView view, Camera camera) {
             Rect part = camera.pixelRect;
             view.Viewport = new Rect(part.x, part.y, view.Width, view.Height);
             view.TargetRows = Screen.height;

@@ -1,22 +1,19 @@
 using System.Net;
 using System.Net.Sockets;
+using AvatarExport.Core;
 using UnityEngine;
 
-namespace AvatarExport.Samples
-{
+namespace AvatarExport.Samples {
     /// <summary>A head that follows the app Live Link Face on an iPhone. The panel says which address to enter in the app.</summary>
-    public sealed class PhoneFace : MonoBehaviour
-    {
+    public sealed class PhoneFace : MonoBehaviour {
         private const int Port = 11111;
-        private readonly Core.DrivingFrame frame = new Core.DrivingFrame();
+        private readonly DrivingFrame frame = new DrivingFrame();
         private LiveLinkFace face;
         private string addresses = "";
 
-        private void Start()
-        {
+        private void Start() {
             var prefab = Resources.Load<GameObject>("sample_face");
-            if (prefab == null)
-            {
+            if (prefab == null) {
                 Debug.LogError("sample_face.avatar is missing: import the sample again in the Package Manager.", this);
                 enabled = false;
                 return;
@@ -28,8 +25,7 @@ namespace AvatarExport.Samples
             addresses = Addresses();
         }
 
-        private void OnGUI()
-        {
+        private void OnGUI() {
             if (face == null) return;
             GUILayout.BeginArea(new Rect(10, 10, 420, 80), GUI.skin.box);
             GUILayout.Label("Live Link Face: add the target " + addresses + ", port " + Port);
@@ -37,19 +33,14 @@ namespace AvatarExport.Samples
             GUILayout.EndArea();
         }
 
-        private static string Addresses()
-        {
-            try
-            {
+        private static string Addresses() {
+            try {
                 string found = "";
-                foreach (IPAddress address in Dns.GetHostAddresses(Dns.GetHostName()))
-                {
+                foreach (IPAddress address in Dns.GetHostAddresses(Dns.GetHostName())) {
                     if (address.AddressFamily == AddressFamily.InterNetwork) found += (found.Length == 0 ? "" : " or ") + address;
                 }
                 return found.Length == 0 ? "of this computer" : found;
-            }
-            catch (SocketException)
-            {
+            } catch (SocketException) {
                 return "of this computer";
             }
         }

@@ -1,64 +1,45 @@
 using System;
+using System.Globalization;
 using System.Linq;
+using System.Threading;
 using AvatarExport.Core;
 using NUnit.Framework;
 
-namespace AvatarExport.Tests
-{
+namespace AvatarExport.Tests {
     /// <summary>Packs say what a person needs, and what is no JSON is refused.</summary>
-    [TestFixture]
-    public sealed class PackTests
-    {
+    public sealed class PackTests {
         [Test]
-        public void GoldenPacksHoldWhatAPersonNeeds()
-        {
-            Core.Avatar avatar = Pack.Read(Cases.Golden("joints"), "joints");
+        public void PacksHoldWhatAPersonNeeds() {
+            LoadedAvatar avatar = Cases.Golden("joints");
             Assert.AreEqual("Full \u00c4vatar", avatar.Name);
             Assert.AreEqual("right", avatar.Handedness);
             Assert.AreEqual(new[] { 0.25, 0.5, 1 }, avatar.Background);
-            Assert.AreEqual(1, avatar.Levels.Length);
-            Assert.AreEqual(48, avatar.Levels[0].Count);
+            Assert.AreEqual(new[] { 48 }, avatar.Levels.Select(one => one.Count));
             Assert.AreEqual(null, avatar.Levels[0].HeightPx);
             Assert.AreEqual("polar3", avatar.Rules["rotation"]);
-            Assert.Less(avatar.Bounds.Low[0], avatar.Bounds.High[0]);
-            Core.Avatar surface = Pack.Read(Cases.Golden("surface_without_rig"), "surface");
+            LoadedAvatar surface = Cases.Golden("surface_without_rig");
             Assert.IsNull(surface.Skeleton);
             Assert.IsNull(surface.Driving);
             Assert.IsNull(ProxyMesh.From(surface));
-        }
-
-        [Test]
-        public void OtherPacksHoldTheirOwn()
-        {
             Assert.AreEqual("left", Cases.Loaded("left").Handedness);
             Assert.AreEqual(2, Cases.Loaded("two_levels").Levels.Length);
-        }
-
-        [Test]
-        public void TheKernelsVersionIsThatOfPython()
-        {
             Assert.AreEqual(Cases.Read("packs.json").At("shaders").Value, Constants.Shaders);
         }
 
         [Test]
-        public void NumbersOfJsonAreReadInEveryCulture()
-        {
-            System.Globalization.CultureInfo before = System.Threading.Thread.CurrentThread.CurrentCulture;
-            System.Globalization.CultureInfo strange = (System.Globalization.CultureInfo)before.Clone();
+        public void NumbersOfJsonAreReadInEveryCulture() {
+            CultureInfo before = Thread.CurrentThread.CurrentCulture, strange = (CultureInfo)before.Clone();
             strange.NumberFormat.NumberDecimalSeparator = ",";
             strange.NumberFormat.NegativeSign = "minus ";
-            try
-            {
-                System.Threading.Thread.CurrentThread.CurrentCulture = strange;
+            try {
+                Thread.CurrentThread.CurrentCulture = strange;
                 string[] texts = { "-0.5", "1e-3", "123456789012345678", "0.1", "-1.7976931348623157e308", "1e999" };
                 double[] want = { -0.5, 0.001, 123456789012345678, 0.1, double.MinValue, double.PositiveInfinity };
-                Assert.AreEqual(want, texts.Select(text => JsonText.Parse(text)).ToArray());
+                Assert.AreEqual(want, texts.Select(JsonText.Parse).ToArray());
                 AvatarError error = Assert.Throws<AvatarError>(() => new Json(-0.5, "$").Whole(-3));
                 Assert.AreEqual("$: is -0.5; a whole number of -3 to 4294967295 is needed", error.Message);
-            }
-            finally
-            {
-                System.Threading.Thread.CurrentThread.CurrentCulture = before;
+            } finally {
+                Thread.CurrentThread.CurrentCulture = before;
             }
         }
 
@@ -72,44 +53,20 @@ namespace AvatarExport.Tests
         [TestCase("-0", long.MinValue)]
         [TestCase("0e99999999999", 0L)]
         [TestCase("1e-99999999999", 0L)]
-        public void NumbersAreRoundedToTheNearest(string text, long bits)
-        {
+        public void NumbersAreRoundedToTheNearest(string text, long bits) {
             Assert.AreEqual(bits, BitConverter.DoubleToInt64Bits((double)JsonText.Parse(text)));
         }
 
-        [TestCase("{\"a\":1,\"a\":2}")]
-        [TestCase("[1,]")]
-        [TestCase("[01]")]
-        [TestCase("[1.]")]
-        [TestCase("[.5]")]
-        [TestCase("[+1]")]
-        [TestCase("[-]")]
-        [TestCase("[1e]")]
-        [TestCase("{\"a\" 1}")]
-        [TestCase("{a:1}")]
-        [TestCase("[1 2]")]
-        [TestCase("[true")]
-        [TestCase("[truth]")]
-        [TestCase("\"a")]
-        [TestCase("\"\\x\"")]
-        [TestCase("\"\\u12g4\"")]
-        [TestCase("\"\u0001\"")]
-        [TestCase("NaN")]
-        [TestCase("Infinity")]
-        [TestCase("[] []")]
-        [TestCase("")]
-        [TestCase("\u00a0[]")]
-        public void WhatIsNoJsonIsRefused(string text)
-        {
-            Assert.Throws<FormatException>(() => JsonText.Parse(text));
-        }
-
         [Test]
-        public void DeepAndLongJsonIsRefused()
-        {
-            Assert.Throws<FormatException>(() => JsonText.Parse(new string('[', 1 << 20)));
-            string many = "[" + string.Concat(Enumerable.Repeat("0,", 1 << 22).ToArray()) + "0]";
-            Assert.Throws<FormatException>(() => JsonText.Parse(many));
+        public void WhatIsNoJsonIsRefused() {
+            string[] texts = {
+                "{\"a\":1,\"a\":2}", "[1,]", "[01]", "[1.]", "[.5]", "[+1]", "[-]", "[1e]", "{\"a\" 1}", "{a:1}", "[1 2]", "[true",
+                "[truth]", "\"a", "\"\\x\"", "\"\\u12g4\"", "\"\u0001\"", "NaN", "Infinity", "[] []", "", "\u00a0[]",
+                new string('[', 1 << 20), "[" + string.Concat(Enumerable.Repeat("0,", 1 << 22).ToArray()) + "0]",
+            };
+            foreach (string text in texts) {
+                Assert.Throws<FormatException>(() => JsonText.Parse(text), text.Substring(0, Math.Min(text.Length, 9)));
+            }
             Assert.AreEqual("a\"\\/\b\f\n\r\t\u20ac\ud83d", JsonText.Parse("\"a\\\"\\\\\\/\\b\\f\\n\\r\\t\\u20ac\\ud83d\""));
         }
     }

@@ -4,20 +4,16 @@ using System.Linq;
 using AvatarExport.Core;
 using NUnit.Framework;
 
-namespace AvatarExport.Tests
-{
+namespace AvatarExport.Tests {
     /// <summary>Changed programs: this checker accepts and refuses what Python's does, and names the same place.</summary>
-    [TestFixture]
-    public sealed class ProgramTests
-    {
+    public sealed class ProgramTests {
         private Json cases;
         private Json[][] buffers; // name, bytes, sections
         private Section[] sections;
         private Pass[] passes;
 
         [SetUp]
-        public void ReadCases()
-        {
+        public void ReadCases() {
             cases = Cases.Read("programs.json");
             sections = cases.At("sections").List().Select(said => ReadSection(said.List(3, 3))).ToArray();
             buffers = cases.At("buffers").List().Select(said => said.List(3, 3)).ToArray();
@@ -25,77 +21,46 @@ namespace AvatarExport.Tests
         }
 
         [Test]
-        public void PlantedFaultsAreNamedAsPythonNamesThem()
-        {
-            Json[] planted = cases.At("programs").List().Where(said => said.At("message").Text() != "").ToArray();
-            Assert.Greater(planted.Length, 40);
-            foreach (Json said in planted)
-            {
+        public void EveryChangeHasTheVerdictOfPython() {
+            Json[] programs = cases.At("programs").List(800);
+            Assert.Greater(programs.Count(said => said.At("message").Text() != ""), 40);
+            Assert.Greater(programs.Count(said => said.At("field").Value == null), 50);
+            foreach (Json said in programs) {
+                string message = said.At("message").Text(); // of a planted fault
                 AvatarError error = Refusal(said);
-                string message = said.At("message").Text();
-                Assert.IsNotNull(error, message);
-                Assert.AreEqual(said.At("field").Value, error.Field, message);
-                string reason = error.Reason.Replace("is Infinity", "is inf").Replace("is false", "is False");
+                Assert.AreEqual(said.At("field").Value, error == null ? null : error.Field, message);
+                string reason = error == null ? "" : error.Reason.Replace("is Infinity", "is inf").Replace("is false", "is False");
                 StringAssert.Contains(message, reason);
             }
         }
 
-        [Test]
-        public void EveryOtherChangeHasTheSameVerdictAsInPython()
-        {
-            Json[] programs = cases.At("programs").List();
-            Assert.Greater(programs.Length, 800);
-            Assert.Greater(programs.Count(said => said.At("field").Value == null), 50);
-            List<string> differ = new List<string>();
-            foreach (Json said in programs)
-            {
-                AvatarError error = Refusal(said);
-                string found = error == null ? null : error.Field;
-                if (found != said.At("field").Value as string) differ.Add(found + ", not " + said.At("field").Value);
-            }
-            Assert.AreEqual(new string[0], differ);
-        }
-
-        private AvatarError Refusal(Json said)
-        {
-            try
-            {
+        private AvatarError Refusal(Json said) {
+            try {
                 Checker.Check(ReadProgram(said), said.At("groups").Int());
                 return null;
-            }
-            catch (AvatarError error)
-            {
+            } catch (AvatarError error) {
                 Assert.IsFalse(error.Message.Contains("\n"), error.Message);
                 Assert.Less(error.Message.Length, 250, error.Message);
                 return error;
             }
         }
 
-        private Core.Program ReadProgram(Json said)
-        {
-            Dictionary<string, Core.Buffer> found = new Dictionary<string, Core.Buffer>();
-            foreach (Json[] one in said.At("buffers").List().Select(one => one.List(2, 2)))
-            {
-                found.Add(one[0].Text(), ReadBuffer(buffers[one[1].Int()]));
-            }
+        private Program ReadProgram(Json said) {
             Json pose = said.At("pose");
-            return new Core.Program
-            {
-                Buffers = found,
+            return new Program {
+                Buffers = said.At("buffers").List().Select(one => one.List(2, 2))
+                    .ToDictionary(one => one[0].Text(), one => ReadBuffer(buffers[one[1].Int()])),
                 Mesh = Of(said.At("mesh")),
-                Levels = said.At("levels").List().Select(level => new Level
-                {
+                Levels = said.At("levels").List().Select(level => new Level {
                     Prefix = level.At("prefix").Text(),
-                    Chunks = level.At("chunks").List().Select(run => new Run
-                    {
+                    Chunks = level.At("chunks").List().Select(run => new Run {
                         First = Clamped(run.At("first")),
                         Count = Clamped(run.At("count")),
                     }).ToArray(),
                     Deform = Of(level.At("deform")),
                     View = Of(level.At("view")),
                 }).ToArray(),
-                Pose = new PoseSections
-                {
+                Pose = new PoseSections {
                     Weights = Clamped(pose.At("weights")),
                     Features = Clamped(pose.At("features")),
                     Late = Clamped(pose.At("late")),
@@ -106,28 +71,21 @@ namespace AvatarExport.Tests
             };
         }
 
-        private Core.Buffer ReadBuffer(Json[] said)
-        {
+        private ProgramBuffer ReadBuffer(Json[] said) {
             double bytes = said[1].Number();
             Section[] held = said[2].List().Select(one => sections[one.Int()]).ToArray();
-            return new Core.Buffer(said[0].Text(), bytes == Math.Floor(bytes) ? (long)bytes : -1, held);
+            return new ProgramBuffer(said[0].Text(), bytes == Math.Floor(bytes) ? (long)bytes : -1, held);
         }
 
-        private Pass[] Of(Json listed)
-        {
-            return listed.List().Select(one => passes[one.Int()]).ToArray();
-        }
+        private Pass[] Of(Json listed) => listed.List().Select(one => passes[one.Int()]).ToArray();
 
-        private static Section ReadSection(Json[] said)
-        {
+        private static Section ReadSection(Json[] said) {
             return new Section(said[0].Text(), new Elements(Convert.FromBase64String(said[2].Text()), said[1].Int()));
         }
 
-        private static Pass ReadPass(Json said)
-        {
+        private static Pass ReadPass(Json said) {
             double rows = said.At("rows").Number();
-            return new Pass
-            {
+            return new Pass {
                 Entry = said.At("entry").Text(),
                 Rows = rows == Math.Floor(rows) ? (long)rows : -1,
                 Buffers = said.At("buffers").Entries().ToDictionary(one => one.Key, one => one.Value.Text()),
@@ -135,19 +93,15 @@ namespace AvatarExport.Tests
             };
         }
 
-        private static Constant ReadConstant(Json said)
-        {
-            if (said.Value as string == "NaN") return new Constant { Number = double.NaN };
+        private static Constant ReadConstant(Json said) {
             if (said.Value as string == "Infinity") return new Constant { Number = double.PositiveInfinity };
-            if (said.Value is string) return new Constant { Source = said.Text() };
-            if (said.Value is double) return new Constant { Number = (double)said.Value };
-            if (!(said.Value is List<object>)) return new Constant { Number = double.NaN };
-            return new Constant { Vector = said.List().Select(one => one.Number()).ToArray() };
+            if (said.Value is string text && text != "NaN") return new Constant { Source = text };
+            if (said.Value is List<object>) return new Constant { Vector = said.Numbers() };
+            return new Constant { Number = said.Value is double ? (double)said.Value : double.NaN };
         }
 
         /// <summary>A number as the model holds it. One that it cannot hold becomes one that is refused, too.</summary>
-        private static int Clamped(Json said)
-        {
+        private static int Clamped(Json said) {
             double value = said.Number();
             return value == Math.Floor(value) ? (int)Math.Max(-1, Math.Min(int.MaxValue, value)) : -1;
         }

@@ -1,75 +1,44 @@
 using System;
 using System.Collections.Generic;
 using System.Linq;
-using System.Text;
 using AvatarExport.Core;
 using NUnit.Framework;
 
-namespace AvatarExport.Tests
-{
+namespace AvatarExport.Tests {
     /// <summary>Live Link Face CSV as Python reads it, and what is wrong in one.</summary>
-    [TestFixture]
-    public sealed class RecordingTests
-    {
+    public sealed class RecordingTests {
         private const string Head = "Timecode,BlendShapeCount,JawOpen,bs_node.eyeBlink_L,headYaw,note";
-        private const string Row = "10:00:00:01,61,0,0,0,x";
-
-        private static Recording Real()
-        {
-            return LiveLinkCsv.Parse(Encoding.UTF8.GetString(Cases.Bytes("recording.csv")));
-        }
+        private const string Before = Head + "\n10:00:00:01,61,0,0,0,x\n";
 
         [Test]
-        public void ARealRecordingHasPythonsTimesAndChannels()
-        {
-            Recording recording = Real();
-            Dictionary<string, Tensor> want = Cases.Tensors("recording.safetensors");
-            Assert.AreEqual(want["times"].Values, recording.Times);
-            Assert.AreEqual(want["channels"].Values, recording.Channels);
-            Assert.AreEqual(want["fps"].Values[0], recording.Fps);
+        public void ARealRecordingIsPythonsExactAtFramesLinearBetweenAndHoldsAtTheEnds() {
+            Recording recording = LiveLinkCsv.Parse(Cases.Text("recording.csv"));
+            Dictionary<string, double[]> told = Cases.Tensors("recording.safetensors");
+            Assert.AreEqual(told["times"], recording.Times);
+            Assert.AreEqual(told["channels"], recording.Channels);
+            Assert.AreEqual(told["fps"][0], recording.Fps);
             Assert.AreEqual(300, recording.Times.Length);
             Assert.AreEqual(new string[0], recording.Missing);
-        }
-
-        [Test]
-        public void ARecordingIsExactAtItsFramesLinearBetweenThemAndHoldsAtTheEnds()
-        {
-            Recording recording = Real();
             DrivingFrame frame = new DrivingFrame(), want = new DrivingFrame();
             int count = Arkit.Channels.Length;
-            foreach (int index in new[] { 0, 1, 2, 299, 150, 0 })
-            {
-                recording.Sample(recording.Times[index], frame);
+            Action<double, int> check = (seconds, index) => {
+                recording.Sample(seconds, frame);
                 want.SetChannels(recording.Channels, count * index);
-                Same(want, frame);
-            }
-            double[] mean = Enumerable.Range(0, count)
-                .Select(c => (recording.Channels[count + c] + recording.Channels[2 * count + c]) / 2).ToArray();
+                Near.Same(want, frame);
+            };
+            foreach (int index in new[] { 0, 1, 2, 299, 150, 0 }) check(recording.Times[index], index);
+            check(-5, 0);
+            check(1e6, 299);
+            check(double.NaN, 0);
             recording.Sample((recording.Times[1] + recording.Times[2]) / 2, frame);
-            want.SetChannels(mean, 0);
+            want.SetChannels(Enumerable.Range(count, count).Select(c => (recording.Channels[c] + recording.Channels[count + c]) / 2).ToArray(), 0);
             Near.Check(frame.Weights, want.Weights.Select(one => (double)one), 4 * Cases.Rounding, "weights");
             Near.Check(frame.Head, want.Head, 1e-12, "head");
-            foreach (KeyValuePair<double, int> one in new Dictionary<double, int> { { -5, 0 }, { 1e6, 299 }, { double.NaN, 0 } })
-            {
-                recording.Sample(one.Key, frame);
-                want.SetChannels(recording.Channels, count * one.Value);
-                Same(want, frame);
-            }
-        }
-
-        private static void Same(DrivingFrame want, DrivingFrame got)
-        {
-            Assert.AreEqual(want.Weights, got.Weights);
-            Assert.AreEqual(want.Head, got.Head);
-            Assert.AreEqual(want.LeftEye, got.LeftEye);
-            Assert.AreEqual(want.RightEye, got.RightEye);
         }
 
         [Test]
-        public void QuotesOtherSpellingsMidnightAndRowsWithoutAFaceAreUnderstood()
-        {
-            string[] rows =
-            {
+        public void QuotesOtherSpellingsMidnightAndRowsWithoutAFaceAreUnderstood() {
+            string[] rows = {
                 "\uFEFFTimecode,BlendShapeCount,\"JawOpen\",eyeBlink_L,headYaw,\"a \"\"note\"\"\"",
                 "23:59:59:58.5,61,0.25,0.5,0.1,x",
                 "23:59:59:59,0,0,0,0,\"no\r\nface\"",
@@ -80,22 +49,19 @@ namespace AvatarExport.Tests
             Near.Check(recording.Times, new[] { 0, 1.5 / 60 }, 1e-9, "times");
             Assert.AreEqual(1, recording.WithoutFace);
             Assert.AreEqual(58, recording.Missing.Length);
-            Assert.AreEqual(new[] { 0.25, 0.1 }, Column(recording, "jawOpen"));
-            Assert.AreEqual(new[] { 0.5, -0.5 }, Column(recording, "eyeBlinkLeft"));
-            Assert.AreEqual(new[] { 0.1, 2 }, Column(recording, "headYaw"));
-        }
-
-        private static double[] Column(Recording recording, string name)
-        {
-            int at = Array.IndexOf(Arkit.Channels, name);
-            return new[] { recording.Channels[at], recording.Channels[61 + at] };
+            Action<string, double, double> check = (name, first, second) => {
+                int at = Array.IndexOf(Arkit.Channels, name);
+                Assert.AreEqual(new[] { first, second }, new[] { recording.Channels[at], recording.Channels[61 + at] }, name);
+            };
+            check("jawOpen", 0.25, 0.1);
+            check("eyeBlinkLeft", 0.5, -0.5);
+            check("headYaw", 0.1, 2);
         }
 
         [TestCase("10:00:00:01", "10:00:00:03", 2 / 60.0)] // 60 within one second
         [TestCase("10:00:00:01", "10:00:01:03", 1 + 2 / 24.0)]
         [TestCase("10:00:00:01", "10:00:01:24", 1 + 23 / 25.0)]
-        public void TheRateIsTheSmallestAboveTheHighestFrame(string first, string second, double seconds)
-        {
+        public void TheRateIsTheSmallestAboveTheHighestFrame(string first, string second, double seconds) {
             string text = "Timecode,jawOpen\n" + first + ",0\n" + second + ",0";
             Near.Check(LiveLinkCsv.Parse(text).Times, new[] { 0, seconds }, 1e-9, "times");
         }
@@ -105,20 +71,18 @@ namespace AvatarExport.Tests
         [TestCase("Timecode,jawopn", "line 1: 'Timecode, jawopn' is not an ARKit column")]
         [TestCase("Timecode,jawOpen,JAW_OPEN", "line 1: columns 2 and 3 are both jawOpen")]
         [TestCase(Head, "has no frame with a face")]
-        [TestCase(Head + "\n" + Row + "\n10:00:00:02,61,0,0", "line 3 has 4 fields, but the header has 6")]
-        [TestCase(Head + "\n" + Row + "\n10:00:00:02,61,zero,0,0,x", "JawOpen: line 3: 'zero' is not a weight or an angle")]
-        [TestCase(Head + "\n" + Row + "\n10:00:00:02,61,,0,0,x", "JawOpen: line 3: '' is not")]
-        [TestCase(Head + "\n" + Row + "\n10:00:00:02,61,0,0,1000,x", "headYaw: line 3: '1000' is not")]
-        [TestCase(Head + "\n" + Row + "\n10:00:00:02,61,0,0,NaN,x", "headYaw: line 3: 'NaN' is not")]
-        [TestCase(Head + "\n" + Row + "\n10:00:00,61,0,0,0,x", "Timecode: line 3: '10:00:00' is not a timecode")]
-        [TestCase(Head + "\n" + Row + "\n25:00:00:00,61,0,0,0,x", "Timecode: line 3: '25:00:00:00' is not a time of day")]
-        [TestCase(Head + "\n" + Row + "\n\n09:59:59:01,61,0,0,0,\"x\"", "Timecode: line 4 is earlier than the one before")]
+        [TestCase(Before + "10:00:00:02,61,0,0", "line 3 has 4 fields, but the header has 6")]
+        [TestCase(Before + "10:00:00:02,61,zero,0,0,x", "JawOpen: line 3: 'zero' is not a weight or an angle")]
+        [TestCase(Before + "10:00:00:02,61,,0,0,x", "JawOpen: line 3: '' is not")]
+        [TestCase(Before + "10:00:00:02,61,0,0,1000,x", "headYaw: line 3: '1000' is not")]
+        [TestCase(Before + "10:00:00:02,61,0,0,NaN,x", "headYaw: line 3: 'NaN' is not")]
+        [TestCase(Before + "10:00:00,61,0,0,0,x", "Timecode: line 3: '10:00:00' is not a timecode")]
+        [TestCase(Before + "25:00:00:00,61,0,0,0,x", "Timecode: line 3: '25:00:00:00' is not a time of day")]
+        [TestCase(Before + "\n09:59:59:01,61,0,0,0,\"x\"", "Timecode: line 4 is earlier than the one before")]
         [TestCase(Head + "\n10:00:00:01,61,0,0,0,\"x", "line 2: a quotation mark is not closed")]
         [TestCase(Head + "\n10:00:00:01,61,0,0,0,\"x\"y", "line 2: a comma is missing behind a quotation mark")]
-        public void WhatIsWrongIsNamedWithItsLine(string text, string message)
-        {
-            AvatarError error = Assert.Throws<AvatarError>(() => LiveLinkCsv.Parse(text, "a.csv"));
-            StringAssert.Contains(message, error.Message);
+        public void WhatIsWrongIsNamedWithItsLine(string text, string message) {
+            StringAssert.Contains(message, Assert.Throws<AvatarError>(() => LiveLinkCsv.Parse(text, "a.csv")).Message);
         }
     }
 }

@@ -1,43 +1,34 @@
 using System.Collections.Generic;
 using System.Linq;
+using AvatarExport.Core;
 using AvatarExport.Editor;
 using NUnit.Framework;
 
-namespace AvatarExport.Tests
-{
+namespace AvatarExport.Tests {
     /// <summary>The inspector of a file says what a person wants to know.</summary>
-    [TestFixture]
-    public sealed class AvatarFactsTests
-    {
-        private static Dictionary<string, string> Of(Core.Avatar avatar)
-        {
-            return AvatarFacts.Of(avatar).ToDictionary(row => row.Key, row => row.Value);
+    public sealed class AvatarFactsTests {
+        [TestCase("head", "Splats", "12,800")]
+        [TestCase("head", "Expressions", "51")]
+        [TestCase("head", "Bones", "5")]
+        [TestCase("head", "Eyelids", "left, right")]
+        [TestCase("head", "ARKit input", "yes")]
+        [TestCase("head", "Levels", "12,800")]
+        [TestCase("head", "Licence", "CC BY 3.0")]
+        [TestCase("head", "Consent", "Lee Perry-Smith")]
+        [TestCase("surface_without_rig", "Bones", "none")]
+        [TestCase("surface_without_rig", "Consent", "not stated")]
+        public void AFileSaysWhatIsInIt(string pack, string label, string text) {
+            StringAssert.Contains(text, AvatarFacts.Of(TestPacks.Read(pack)).Single(row => row.Key == label).Value);
         }
 
         [Test]
-        public void TheHeadOfTheSamples()
-        {
-            Core.Avatar avatar = Core.Pack.Read(TestPacks.Head(), "head");
-            Dictionary<string, string> rows = Of(avatar);
-            Assert.AreEqual("12,800", rows["Splats"]);
-            Assert.AreEqual("51", rows["Expressions"]);
-            Assert.AreEqual("5", rows["Bones"]);
-            Assert.AreEqual("left, right", rows["Eyelids"]);
-            Assert.AreEqual("yes", rows["ARKit input"]);
-            Assert.AreEqual("12,800", rows["Levels"]);
-            StringAssert.Contains("CC BY 3.0", rows["Licence"]);
-            StringAssert.Contains("Lee Perry-Smith", rows["Consent"]);
-            Assert.AreEqual(new[] { "held_out: 2.37 s, 30 frames a second", "training: 16.37 s, 30 frames a second" }, AvatarFacts.Clips(avatar));
-            Assert.AreEqual(51, AvatarFacts.Ranges(avatar).Count);
-            Assert.AreEqual("browDownLeft: trained from 0 to 1", AvatarFacts.Ranges(avatar)[0]);
-        }
-
-        [Test]
-        public void WhatAFileDoesNotSay()
-        {
-            Dictionary<string, string> rows = Of(Core.Pack.Read(TestPacks.Golden("surface_without_rig"), "x"));
-            Assert.AreEqual("none", rows["Bones"]);
-            StringAssert.Contains("not stated", rows["Consent"]);
+        public void ClipsHaveTheirLengthsAndExpressionsTheirRanges() {
+            LoadedAvatar avatar = TestPacks.Read("head");
+            string[] clips = { "held_out: 2.37 s, 30 frames a second", "training: 16.37 s, 30 frames a second" };
+            Assert.AreEqual(clips, AvatarFacts.Clips(avatar));
+            List<string> ranges = AvatarFacts.Ranges(avatar);
+            Assert.AreEqual(51, ranges.Count);
+            Assert.AreEqual("browDownLeft: trained from 0 to 1", ranges[0]);
         }
     }
 }

@@ -1,32 +1,23 @@
 using System.IO;
 using System.Runtime.CompilerServices;
+using AvatarExport.Core;
 
-namespace AvatarExport.Tests
-{
-    /// <summary>Packs that lie in this package.</summary>
-    internal static class TestPacks
-    {
-        /// <summary>Bytes of the head of the samples: left-handed, 51 expressions, 2 eyelids, 5 bones, 2 clips.</summary>
-        public static byte[] Head()
-        {
-            return File.ReadAllBytes(Path.Combine(Package(), "Samples~", "Head", "Resources", "sample_head.avatar"));
+namespace AvatarExport.Tests {
+    /// <summary>
+    /// Packs that lie in this package: "head" and "body" of the samples, left-handed, the head with 51 expressions, 2
+    /// eyelids, 5 bones, 2 clips; and small ones of the tests of Core: "joints", right-handed, or "surface_without_rig".
+    /// </summary>
+    internal static class TestPacks {
+        public static byte[] Bytes(string name) {
+            string package = Path.Combine(Path.GetDirectoryName(Here()), "..", "..");
+            string folder = name == "head" ? "Head" : name == "body" ? "Body" : null;
+            return File.ReadAllBytes(folder == null
+                ? Path.Combine(package, "Tests", "Core", "Packs", name + ".avatar.bytes")
+                : Path.Combine(package, "Samples~", folder, "Resources", "sample_" + name + ".avatar"));
         }
 
-        /// <summary>Bytes of the body of the samples: embedded in its mesh, without expressions.</summary>
-        public static byte[] Body()
-        {
-            return File.ReadAllBytes(Path.Combine(Package(), "Samples~", "Body", "Resources", "sample_body.avatar"));
-        }
+        private static string Here([CallerFilePath] string here = "") => here;
 
-        /// <summary>Bytes of a small pack of the tests of Core: "joints", right-handed, or "surface_without_rig".</summary>
-        public static byte[] Golden(string name)
-        {
-            return File.ReadAllBytes(Path.Combine(Package(), "Tests", "Core", "Packs", name + ".avatar.bytes"));
-        }
-
-        private static string Package([CallerFilePath] string here = "")
-        {
-            return Path.GetDirectoryName(Path.GetDirectoryName(Path.GetDirectoryName(here)));
-        }
+        public static LoadedAvatar Read(string name) => LoadedAvatar.Load(Bytes(name), name);
     }
 }

@@ -4,81 +4,46 @@ using System.Collections.Generic;
 using System.Linq;
 using System.Reflection;
 
-internal static class Members
-{
-    private const BindingFlags Own =
-        BindingFlags.Public | BindingFlags.Instance | BindingFlags.Static | BindingFlags.DeclaredOnly;
+internal static class Members {
+    private const BindingFlags Own = BindingFlags.Public | BindingFlags.Instance | BindingFlags.Static | BindingFlags.DeclaredOnly;
+    private static readonly string[] OfObject = { "Equals", "GetHashCode", "ToString" };
 
-    private static readonly HashSet<string> OfObject = new HashSet<string> { "Equals", "GetHashCode", "ToString" };
-
-    private static void Main(string[] files)
-    {
-        var lines = new SortedSet<string>(StringComparer.Ordinal);
-        foreach (string file in files)
-        {
-            foreach (Type type in Assembly.LoadFrom(file).GetExportedTypes()) AddAll(lines, type);
-        }
-        foreach (string line in lines) Console.WriteLine(line);
+    private static void Main(string[] files) {
+        var lines = files.SelectMany(file => Assembly.LoadFrom(file).GetExportedTypes())
+            .SelectMany(type => Of(type).DefaultIfEmpty("-").Select(member => NameOf(type) + "\t" + member));
+        foreach (string line in new SortedSet<string>(lines, StringComparer.Ordinal)) Console.WriteLine(line);
     }
 
-    private static void AddAll(SortedSet<string> lines, Type type)
-    {
-        string name = NameOf(type);
-        if (typeof(Delegate).IsAssignableFrom(type))
-        {
-            lines.Add(name + "\t" + Text(type.GetMethod("Invoke")));
-            return;
-        }
-        int before = lines.Count;
-        foreach (ConstructorInfo one in type.GetConstructors(Own))
-        {
-            if (one.GetParameters().Length > 0) lines.Add(name + "\tnew" + Parameters(one));
-        }
-        foreach (FieldInfo one in type.GetFields(Own).Where(one => !one.IsSpecialName))
-        {
-            lines.Add(name + "\t" + one.Name);
-        }
-        foreach (PropertyInfo one in type.GetProperties(Own))
-        {
-            lines.Add(name + "\t" + (one.GetIndexParameters().Length > 0 ? "this[]" : one.Name));
-        }
-        foreach (EventInfo one in type.GetEvents(Own)) lines.Add(name + "\t" + one.Name);
-        foreach (MethodInfo one in type.GetMethods(Own))
-        {
-            if (OfObject.Contains(one.Name)
-                || (one.IsSpecialName && !one.Name.StartsWith("op_", StringComparison.Ordinal)))
-            {
-                continue;
-            }
-            lines.Add(name + "\t" + Text(one));
-        }
-        if (lines.Count == before) lines.Add(name + "\t-");
+    private static IEnumerable<string> Of(Type type) {
+        if (typeof(Delegate).IsAssignableFrom(type)) return new[] { Text(type.GetMethod("Invoke")) };
+        return type.GetConstructors(Own).Where(one => one.GetParameters().Length > 0).Select(one => "new" + Parameters(one))
+            .Concat(type.GetFields(Own).Where(one => !one.IsSpecialName).Select(one => one.Name))
+            .Concat(type.GetProperties(Own).Select(one => one.GetIndexParameters().Length > 0 ? "this[]" : one.Name))
+            .Concat(type.GetEvents(Own).Select(one => one.Name))
+            .Concat(type.GetMethods(Own).Where(IsListed).Select(Text));
     }
 
-    private static string Text(MethodInfo one)
-    {
-        if (!one.Name.StartsWith("op_", StringComparison.Ordinal)) return one.Name + Parameters(one);
-        return "operator " + one.Name.Substring(3);
+    private static bool IsListed(MethodInfo one) {
+        return !OfObject.Contains(one.Name) && (!one.IsSpecialName || one.Name.StartsWith("op_", StringComparison.Ordinal));
     }
 
-    private static string Parameters(MethodBase one)
-    {
-        return "(" + string.Join(", ", one.GetParameters().Select(item => Short(item.ParameterType)).ToArray()) + ")";
+    private static string Text(MethodInfo one) {
+        bool isOperator = one.Name.StartsWith("op_", StringComparison.Ordinal);
+        return isOperator ? "operator " + one.Name.Substring(3) : one.Name + Parameters(one);
     }
 
-    private static string Short(Type type)
-    {
+    private static string Parameters(MethodBase one) {
+        return "(" + string.Join(", ", one.GetParameters().Select(item => Short(item.ParameterType))) + ")";
+    }
+
+    private static string Short(Type type) {
         if (type.IsByRef) return "ref " + Short(type.GetElementType());
         if (type.IsArray) return Short(type.GetElementType()) + "[]";
-        if (!type.IsGenericType) return type.Name;
-        string arguments = string.Join(", ", type.GetGenericArguments().Select(Short).ToArray());
-        return type.Name.Split('`')[0] + "<" + arguments + ">";
+        return type.IsGenericType ? type.Name.Split('`')[0] + "<" + string.Join(", ", type.GetGenericArguments().Select(Short)) + ">" : type.Name;
     }
 
-    private static string NameOf(Type type)
-    {
-        string name = type.Name.Split('`')[0];
-        return type.IsNested ? NameOf(type.DeclaringType) + "." + name : string.IsNullOrEmpty(type.Namespace)
-            ? name : type.Namespace + "." + name;
+    private static string NameOf(Type type) {
+        string name = type.Name.Split('`')[0], above = type.IsNested ? NameOf(type.DeclaringType) : type.Namespace;
+        return string.IsNullOrEmpty(above) ? name : above + "." + name;
     }
 }

@@ -5,12 +5,9 @@ using System.Collections.Generic;
 using System.Linq;
 using UnityEngine;
 
-namespace UnityEngine
-{
-    public struct Keyframe
-    {
-        public Keyframe(float time, float value, float inTangent, float outTangent)
-        {
+namespace UnityEngine {
+    public struct Keyframe {
+        public Keyframe(float time, float value, float inTangent, float outTangent) {
             this.time = time;
             this.value = value;
             this.inTangent = inTangent;
@@ -23,13 +20,11 @@ namespace UnityEngine
         public float outTangent { get; set; }
     }
 
-    public class AnimationCurve
-    {
+    public class AnimationCurve {
         public AnimationCurve(params Keyframe[] keys) { this.keys = keys; }
         public Keyframe[] keys { get; set; }
 
-        public float Evaluate(float time)
-        {
+        public float Evaluate(float time) {
             int next = Array.FindIndex(keys, key => key.time > time);
             if (next < 0) return keys[keys.Length - 1].value;
             if (next == 0) return keys[0].value;
@@ -40,46 +35,37 @@ namespace UnityEngine
         }
     }
 
-    public class Motion : Object
-    {
-    }
+    public class Motion : Object { }
 
-    public sealed class AnimationClip : Motion
-    {
+    public sealed class AnimationClip : Motion {
         internal readonly Dictionary<UnityEditor.EditorCurveBinding, AnimationCurve> Curves
             = new Dictionary<UnityEditor.EditorCurveBinding, AnimationCurve>();
 
         public float frameRate { get; set; }
 
-        public void SetCurve(string relativePath, Type type, string propertyName, AnimationCurve curve)
-        {
+        public void SetCurve(string relativePath, Type type, string propertyName, AnimationCurve curve) {
             Curves[UnityEditor.EditorCurveBinding.FloatCurve(relativePath, type, propertyName)] = curve;
         }
     }
 }
 
-namespace UnityEditor
-{
-    public struct EditorCurveBinding
-    {
+namespace UnityEditor {
+    public struct EditorCurveBinding {
         public string path;
         public string propertyName;
         public Type type { get; set; }
 
-        public static EditorCurveBinding FloatCurve(string inPath, Type inType, string inPropertyName)
-        {
+        public static EditorCurveBinding FloatCurve(string inPath, Type inType, string inPropertyName) {
             return new EditorCurveBinding { path = inPath, type = inType, propertyName = inPropertyName };
         }
     }
 
-    public class AnimationUtility
-    {
-        public static AnimationCurve GetEditorCurve(AnimationClip clip, EditorCurveBinding binding)
-        {
+    public class AnimationUtility {
+        public static AnimationCurve GetEditorCurve(AnimationClip clip, EditorCurveBinding binding) {
             AnimationCurve found;
             return clip.Curves.TryGetValue(binding, out found) ? found : null;
         }
 
-        public static EditorCurveBinding[] GetCurveBindings(AnimationClip clip) { return clip.Curves.Keys.ToArray(); }
+        public static EditorCurveBinding[] GetCurveBindings(AnimationClip clip) => clip.Curves.Keys.ToArray();
     }
 }

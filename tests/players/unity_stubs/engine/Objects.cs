@@ -3,47 +3,39 @@ using System;
 using System.Collections.Generic;
 using UnityEngine.Rendering;
 
-namespace UnityEngine
-{
+namespace UnityEngine {
     [Flags]
     public enum HideFlags { None = 0, HideInHierarchy = 1, DontSave = 52, HideAndDontSave = 61 }
 
-    public partial class Object
-    {
-        internal static readonly List<string> Destroyed = new List<string>();
+    public partial class Object {
         internal bool gone;
         private string called;
         public string name { get { return Named.called; } set { Named.called = value; } }
         public HideFlags hideFlags { get; set; }
         public static void Destroy(Object obj) { DestroyImmediate(obj); }
-        public static void DestroyImmediate(Object obj)
-        {
+        public static void DestroyImmediate(Object obj) {
             if (obj == null) return;
             obj.gone = true;
             obj.OnGone();
-            Destroyed.Add(obj.GetType().Name);
         }
-        public static bool operator ==(Object x, Object y)
-        {
+        public static bool operator ==(Object x, Object y) {
             bool left = ReferenceEquals(x, null) || x.gone, right = ReferenceEquals(y, null) || y.gone;
             return left || right ? left && right : ReferenceEquals(x, y);
         }
-        public static bool operator !=(Object x, Object y) { return !(x == y); }
-        public override bool Equals(object other) { return ReferenceEquals(this, other); }
-        public override int GetHashCode() { return System.Runtime.CompilerServices.RuntimeHelpers.GetHashCode(this); }
+        public static bool operator !=(Object x, Object y) => !(x == y);
+        public override bool Equals(object other) => ReferenceEquals(this, other);
+        public override int GetHashCode() => System.Runtime.CompilerServices.RuntimeHelpers.GetHashCode(this);
         internal virtual void OnGone() { }
-        internal virtual Object Named { get { return this; } }
+        internal virtual Object Named => this;
     }
 
-    public partial class Component : Object
-    {
+    public partial class Component : Object {
         internal GameObject holder;
-        internal override Object Named { get { return holder == null ? (Object)this : holder; } }
-        public GameObject gameObject { get { return holder; } }
-        public Transform transform { get { return holder.transform; } }
+        internal override Object Named => holder == null ? (Object)this : holder;
+        public GameObject gameObject => holder;
+        public Transform transform => holder.transform;
         /// <summary>What the engine calls of a script.</summary>
-        internal void Send(string message)
-        {
+        internal void Send(string message) {
             System.Reflection.MethodInfo method = GetType().GetMethod(
                 message, System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic);
             if (method != null) method.Invoke(this, null);
@@ -51,36 +43,30 @@ namespace UnityEngine
         public bool TryGetComponent<T>(out T component) { component = default(T); return false; }
     }
 
-    public class Behaviour : Component
-    {
+    public class Behaviour : Component {
         private bool on = true;
         public bool enabled { get { return on; } set { on = value; } }
-        public bool isActiveAndEnabled { get { return on && !gone; } }
+        public bool isActiveAndEnabled => on && !gone;
     }
 
     public class MonoBehaviour : Behaviour { }
-
     public partial class ScriptableObject : Object { }
 
-    public sealed partial class GameObject : Object
-    {
+    public sealed partial class GameObject : Object {
         internal readonly List<Component> components = new List<Component>();
         public GameObject(string name) { this.name = name; transform = AddComponent<Transform>(); }
         public Transform transform { get; private set; }
         public int layer { get; set; }
-        public SceneManagement.Scene scene { get { return new SceneManagement.Scene(); } }
-        public T AddComponent<T>() where T : Component
-        {
+        public SceneManagement.Scene scene => new SceneManagement.Scene();
+        public T AddComponent<T>() where T : Component {
             var made = (T)Activator.CreateInstance(typeof(T));
             made.holder = this;
             components.Add(made);
             made.Send("OnEnable");
             return made;
         }
-        internal override void OnGone()
-        {
-            foreach (Component one in components)
-            {
+        internal override void OnGone() {
+            foreach (Component one in components) {
                 one.Send("OnDisable");
                 one.Send("OnDestroy");
                 one.gone = true;
@@ -89,8 +75,7 @@ namespace UnityEngine
         }
     }
 
-    public partial class Transform : Component
-    {
+    public partial class Transform : Component {
         private Vector3 scale = Vector3.one;
         private Quaternion turn = Quaternion.identity;
         internal Matrix4x4 matrix = Matrix4x4.identity;
@@ -98,34 +83,30 @@ namespace UnityEngine
         public Vector3 localPosition { get; set; }
         public Quaternion localRotation { get { return turn; } set { turn = value; } }
         public Vector3 localScale { get { return scale; } set { scale = value; } }
-        public Quaternion rotation { get { return turn; } }
-        public Matrix4x4 localToWorldMatrix { get { return matrix; } }
+        public Quaternion rotation => turn;
+        public Matrix4x4 localToWorldMatrix => matrix;
         internal readonly List<Transform> children = new List<Transform>();
-        public void SetParent(Transform parent, bool worldPositionStays)
-        {
+        public void SetParent(Transform parent, bool worldPositionStays) {
             this.parent = parent;
             parent.children.Add(this);
         }
     }
 
-    public class Renderer : Component
-    {
+    public class Renderer : Component {
         public bool enabled { get; set; }
         public ShadowCastingMode shadowCastingMode { get; set; }
         public Material sharedMaterial { get; set; }
         public Bounds localBounds { get; set; }
     }
 
-    public class SkinnedMeshRenderer : Renderer
-    {
+    public class SkinnedMeshRenderer : Renderer {
         internal readonly Dictionary<int, float> weights = new Dictionary<int, float>();
         internal int writes;
         internal bool clamps;
         public Mesh sharedMesh { get; set; }
         public Transform rootBone { get; set; }
         public Transform[] bones { get; set; }
-        public float GetBlendShapeWeight(int index)
-        {
+        public float GetBlendShapeWeight(int index) {
             if (gone) throw new InvalidOperationException("the renderer was destroyed");
             float w;
             return weights.TryGetValue(index, out w) ? w : 0;
@@ -134,21 +115,17 @@ namespace UnityEngine
         public void BakeMesh(Mesh mesh, bool useScale) { mesh.vertices = sharedMesh.vertices; }
     }
 
-    public sealed partial class Mesh : Object
-    {
+    public sealed partial class Mesh : Object {
         internal readonly List<string> shapes = new List<string>();
-        internal readonly List<Vector3[]> deltas = new List<Vector3[]>();
         public IndexFormat indexFormat { get; set; }
         public Vector3[] vertices { get; set; }
         public int[] triangles { get; set; }
         public BoneWeight[] boneWeights { get; set; }
         public Matrix4x4[] bindposes { get; set; }
-        public int blendShapeCount { get { return shapes.Count; } }
-        public void AddBlendShapeFrame(string shapeName, float frameWeight, Vector3[] deltaVertices, Vector3[] deltaNormals, Vector3[] deltaTangents)
-        {
+        public int blendShapeCount => shapes.Count;
+        public void AddBlendShapeFrame(string shapeName, float frameWeight, Vector3[] deltaVertices, Vector3[] deltaNormals, Vector3[] deltaTangents) {
             if (shapes.Contains(shapeName)) throw new ArgumentException(shapeName);
             shapes.Add(shapeName);
-            deltas.Add((Vector3[])deltaVertices.Clone());
         }
         public void GetVertices(List<Vector3> vertices) { vertices.Clear(); vertices.AddRange(this.vertices); }
         public void RecalculateNormals() { }
@@ -160,8 +137,7 @@ namespace UnityEngine
     [Flags]
     public enum DepthTextureMode { None = 0, Depth = 1 }
 
-    public sealed class Camera : Behaviour
-    {
+    public sealed class Camera : Behaviour {
         internal readonly List<CommandBuffer> added = new List<CommandBuffer>();
         public enum StereoscopicEye { Left, Right }
         public enum MonoOrStereoscopicEye { Left, Right, Mono }
@@ -174,10 +150,8 @@ namespace UnityEngine
         public CameraType cameraType { get; set; }
         public DepthTextureMode depthTextureMode { get; set; }
         public Rect pixelRect { get; set; }
-        public int pixelHeight { get { return (int)pixelRect.height; } }
-        public int scaledPixelWidth { get { return (int)pixelRect.width; } }
-        public int scaledPixelHeight { get { return (int)pixelRect.height; } }
-        public float nearClipPlane { get; set; }
+        public int scaledPixelWidth => (int)pixelRect.width;
+        public int scaledPixelHeight => (int)pixelRect.height;
         public RenderTexture targetTexture { get; set; }
         public RenderTexture activeTexture { get; internal set; }
         public Matrix4x4 worldToCameraMatrix { get; set; }
@@ -185,38 +159,34 @@ namespace UnityEngine
         public Matrix4x4 cullingMatrix { get; set; }
         public SceneManagement.Scene scene { get; set; }
         public bool stereoEnabled { get; internal set; }
-        public MonoOrStereoscopicEye stereoActiveEye { get { return MonoOrStereoscopicEye.Mono; } }
+        public MonoOrStereoscopicEye stereoActiveEye => MonoOrStereoscopicEye.Mono;
         internal readonly Matrix4x4[] stereoViews = new Matrix4x4[2];
-        public Matrix4x4 GetStereoViewMatrix(StereoscopicEye eye) { return stereoViews[(int)eye]; }
-        public Matrix4x4 GetStereoProjectionMatrix(StereoscopicEye eye) { return projectionMatrix; }
+        public Matrix4x4 GetStereoViewMatrix(StereoscopicEye eye) => stereoViews[(int)eye];
+        public Matrix4x4 GetStereoProjectionMatrix(StereoscopicEye eye) => projectionMatrix;
         public void AddCommandBuffer(CameraEvent evt, CommandBuffer buffer) { added.Add(buffer); }
         public void RemoveCommandBuffer(CameraEvent evt, CommandBuffer buffer) { added.Remove(buffer); }
     }
 
-    public static class GeometryUtility
-    {
+    public static class GeometryUtility {
         internal static bool seen = true;
         internal static Plane[] last; // the planes that were written last
         internal static bool onlyLast; // whether only those see anything
         public static void CalculateFrustumPlanes(Matrix4x4 worldToProjectionMatrix, Plane[] planes) { last = planes; }
-        public static bool TestPlanesAABB(Plane[] planes, Bounds bounds) { return seen && (!onlyLast || planes == last); }
+        public static bool TestPlanesAABB(Plane[] planes, Bounds bounds) => seen && (!onlyLast || planes == last);
     }
 
-    public static class Gizmos
-    {
+    public static class Gizmos {
         public static Color color { get; set; }
         public static void DrawCube(Vector3 center, Vector3 size) { }
     }
 
-    namespace SceneManagement
-    {
-        public struct Scene
-        {
-            public bool IsValid() { return false; }
-            public static bool operator ==(Scene lhs, Scene rhs) { return true; }
-            public static bool operator !=(Scene lhs, Scene rhs) { return false; }
-            public override bool Equals(object other) { return other is Scene; }
-            public override int GetHashCode() { return 0; }
+    namespace SceneManagement {
+        public struct Scene {
+            public bool IsValid() => false;
+            public static bool operator ==(Scene lhs, Scene rhs) => true;
+            public static bool operator !=(Scene lhs, Scene rhs) => false;
+            public override bool Equals(object other) => other is Scene;
+            public override int GetHashCode() => 0;
         }
     }
 }

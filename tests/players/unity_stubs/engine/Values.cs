@@ -1,65 +1,55 @@
 // Stands in for Unity in tests: values. Signatures are Unity's; bodies are ours.
 using System;
 
-namespace UnityEngine
-{
-    public struct Vector3
-    {
+namespace UnityEngine {
+    public struct Vector3 {
         public float x, y, z;
         public Vector3(float x, float y, float z) { this.x = x; this.y = y; this.z = z; }
-        public static Vector3 zero { get { return new Vector3(0, 0, 0); } }
-        public static Vector3 one { get { return new Vector3(1, 1, 1); } }
-        public float magnitude { get { return (float)Math.Sqrt((double)x * x + (double)y * y + (double)z * z); } }
-        public float this[int index]
-        {
-            get { return index == 0 ? x : index == 1 ? y : z; }
+        public static Vector3 zero => new Vector3(0, 0, 0);
+        public static Vector3 one => new Vector3(1, 1, 1);
+        public float magnitude => (float)Math.Sqrt((double)x * x + (double)y * y + (double)z * z);
+        public float this[int index] {
+            get => index == 0 ? x : index == 1 ? y : z;
             set { if (index == 0) x = value; else if (index == 1) y = value; else z = value; }
         }
-        public static Vector3 operator *(Vector3 a, float d) { return new Vector3(a.x * d, a.y * d, a.z * d); }
-        public static Vector3 operator *(float d, Vector3 a) { return a * d; }
-        public static Vector3 operator +(Vector3 a, Vector3 b) { return new Vector3(a.x + b.x, a.y + b.y, a.z + b.z); }
-        public static Vector3 operator -(Vector3 a, Vector3 b) { return new Vector3(a.x - b.x, a.y - b.y, a.z - b.z); }
-        public static bool operator ==(Vector3 lhs, Vector3 rhs) { return (lhs - rhs).magnitude < 1e-5f; }
-        public static bool operator !=(Vector3 lhs, Vector3 rhs) { return !(lhs == rhs); }
-        public override bool Equals(object other) { return other is Vector3 && this == (Vector3)other; }
-        public override int GetHashCode() { return 0; }
+        public static Vector3 operator *(Vector3 a, float d) => new Vector3(a.x * d, a.y * d, a.z * d);
+        public static Vector3 operator *(float d, Vector3 a) => a * d;
+        public static Vector3 operator +(Vector3 a, Vector3 b) => new Vector3(a.x + b.x, a.y + b.y, a.z + b.z);
+        public static Vector3 operator -(Vector3 a, Vector3 b) => new Vector3(a.x - b.x, a.y - b.y, a.z - b.z);
+        public static bool operator ==(Vector3 lhs, Vector3 rhs) => (lhs - rhs).magnitude < 1e-5f;
+        public static bool operator !=(Vector3 lhs, Vector3 rhs) => !(lhs == rhs);
+        public override bool Equals(object other) => other is Vector3 && this == (Vector3)other;
+        public override int GetHashCode() => 0;
     }
 
-    public struct Vector4
-    {
+    public struct Vector4 {
         public float x, y, z, w;
         public Vector4(float x, float y, float z, float w) { this.x = x; this.y = y; this.z = z; this.w = w; }
-        public static Vector4 zero { get { return new Vector4(0, 0, 0, 0); } }
+        public static Vector4 zero => new Vector4(0, 0, 0, 0);
     }
 
-    public partial struct Quaternion : IEquatable<Quaternion>
-    {
+    public partial struct Quaternion : IEquatable<Quaternion> {
         public float x, y, z, w;
         public Quaternion(float x, float y, float z, float w) { this.x = x; this.y = y; this.z = z; this.w = w; }
-        public static Quaternion identity { get { return new Quaternion(0, 0, 0, 1); } }
-        public float this[int index] { get { return index == 0 ? x : index == 1 ? y : index == 2 ? z : w; } }
-        public bool Equals(Quaternion other) { return x == other.x && y == other.y && z == other.z && w == other.w; }
-        public static Quaternion Inverse(Quaternion rotation) { return new Quaternion(-rotation.x, -rotation.y, -rotation.z, rotation.w); }
-        public static Quaternion operator *(Quaternion a, Quaternion b)
-        {
+        public static Quaternion identity => new Quaternion(0, 0, 0, 1);
+        public float this[int index] => index == 0 ? x : index == 1 ? y : index == 2 ? z : w;
+        public bool Equals(Quaternion other) => x == other.x && y == other.y && z == other.z && w == other.w;
+        public static Quaternion Inverse(Quaternion rotation) => new Quaternion(-rotation.x, -rotation.y, -rotation.z, rotation.w);
+        public static Quaternion operator *(Quaternion a, Quaternion b) {
             return new Quaternion(
                 a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y + a.y * b.w + a.z * b.x - a.x * b.z,
                 a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z);
         }
     }
 
-    public struct Matrix4x4
-    {
+    public struct Matrix4x4 {
         public float m00, m10, m20, m30, m01, m11, m21, m31, m02, m12, m22, m32, m03, m13, m23, m33;
         public static Matrix4x4 identity { get { return new Matrix4x4 { m00 = 1, m11 = 1, m22 = 1, m33 = 1 }; } }
         public float this[int row, int column] { get { return Get(4 * column + row); } set { Set(4 * column + row, value); } }
-        public static Matrix4x4 operator *(Matrix4x4 lhs, Matrix4x4 rhs)
-        {
+        public static Matrix4x4 operator *(Matrix4x4 lhs, Matrix4x4 rhs) {
             var made = new Matrix4x4();
-            for (int row = 0; row < 4; row++)
-            {
-                for (int column = 0; column < 4; column++)
-                {
+            for (int row = 0; row < 4; row++) {
+                for (int column = 0; column < 4; column++) {
                     float sum = 0;
                     for (int k = 0; k < 4; k++) sum += lhs[row, k] * rhs[k, column];
                     made[row, column] = sum;
@@ -67,18 +57,15 @@ namespace UnityEngine
             }
             return made;
         }
-        public Vector3 MultiplyPoint3x4(Vector3 point)
-        {
+        public Vector3 MultiplyPoint3x4(Vector3 point) {
             var made = new Vector3();
             for (int row = 0; row < 3; row++) made[row] = this[row, 0] * point.x + this[row, 1] * point.y + this[row, 2] * point.z + this[row, 3];
             return made;
         }
-        public Matrix4x4 inverse { get { return Inverted(); } }
+        public Matrix4x4 inverse => Inverted();
 
-        private float Get(int i)
-        {
-            switch (i)
-            {
+        private float Get(int i) {
+            switch (i) {
                 case 0: return m00; case 1: return m10; case 2: return m20; case 3: return m30;
                 case 4: return m01; case 5: return m11; case 6: return m21; case 7: return m31;
                 case 8: return m02; case 9: return m12; case 10: return m22; case 11: return m32;
@@ -86,10 +73,8 @@ namespace UnityEngine
             }
         }
 
-        private void Set(int i, float value)
-        {
-            switch (i)
-            {
+        private void Set(int i, float value) {
+            switch (i) {
                 case 0: m00 = value; break; case 1: m10 = value; break; case 2: m20 = value; break; case 3: m30 = value; break;
                 case 4: m01 = value; break; case 5: m11 = value; break; case 6: m21 = value; break; case 7: m31 = value; break;
                 case 8: m02 = value; break; case 9: m12 = value; break; case 10: m22 = value; break; case 11: m32 = value; break;
@@ -97,39 +82,24 @@ namespace UnityEngine
             }
         }
 
-        /// <summary>Gauss and Jordan, in float64.</summary>
-        private Matrix4x4 Inverted()
-        {
-            var a = new double[4, 8];
-            for (int r = 0; r < 4; r++) for (int c = 0; c < 8; c++) a[r, c] = c < 4 ? this[r, c] : c - 4 == r ? 1 : 0;
-            for (int p = 0; p < 4; p++)
-            {
-                int best = p;
-                for (int r = p; r < 4; r++) if (Math.Abs(a[r, p]) > Math.Abs(a[best, p])) best = r;
-                for (int c = 0; c < 8; c++) { double t = a[p, c]; a[p, c] = a[best, c]; a[best, c] = t; }
-                double scale = a[p, p];
-                for (int c = 0; c < 8; c++) a[p, c] /= scale;
-                for (int r = 0; r < 4; r++)
-                {
-                    double times = r == p ? 0 : a[r, p];
-                    for (int c = 0; c < 8; c++) a[r, c] -= times * a[p, c];
-                }
+        /// <summary>Of a rigid matrix.</summary>
+        private Matrix4x4 Inverted() {
+            Matrix4x4 made = identity;
+            for (int r = 0; r < 3; r++) {
+                for (int c = 0; c < 3; c++) made[r, c] = this[c, r];
+                made[r, 3] = -(m03 * this[0, r] + m13 * this[1, r] + m23 * this[2, r]);
             }
-            var made = new Matrix4x4();
-            for (int r = 0; r < 4; r++) for (int c = 0; c < 4; c++) made[r, c] = (float)a[r, c + 4];
             return made;
         }
     }
 
-    public struct Color
-    {
+    public struct Color {
         public float r, g, b, a;
-        public static Color clear { get { return new Color(); } }
-        public float this[int index] { get { return index == 0 ? r : index == 1 ? g : index == 2 ? b : a; } }
+        public static Color clear => new Color();
+        public float this[int index] => index == 0 ? r : index == 1 ? g : index == 2 ? b : a;
     }
 
-    public partial struct Rect
-    {
+    public partial struct Rect {
         public Rect(float x, float y, float width, float height) : this() { this.x = x; this.y = y; this.width = width; this.height = height; }
         public float x { get; set; }
         public float y { get; set; }
@@ -137,31 +107,27 @@ namespace UnityEngine
         public float height { get; set; }
     }
 
-    public struct Bounds
-    {
+    public struct Bounds {
         public Bounds(Vector3 center, Vector3 size) : this() { this.center = center; this.size = size; }
         public Vector3 center { get; set; }
         public Vector3 size { get; set; }
-        public Vector3 extents { get { return size * 0.5f; } }
+        public Vector3 extents => size * 0.5f;
         public bool IntersectRay(Ray ray, out float distance) { distance = 0; return false; }
     }
 
     public struct Ray { }
-
     public struct Plane { }
 
-    public partial struct Mathf
-    {
-        public static float Abs(float f) { return Math.Abs(f); }
-        public static float Max(float a, float b) { return Math.Max(a, b); }
-        public static int Min(int a, int b) { return Math.Min(a, b); }
-        public static float Atan2(float y, float x) { return (float)Math.Atan2(y, x); }
-        public static int RoundToInt(float f) { return (int)Math.Round(f); }
-        public static int CeilToInt(float f) { return (int)Math.Ceiling(f); }
+    public partial struct Mathf {
+        public static float Abs(float f) => Math.Abs(f);
+        public static float Max(float a, float b) => Math.Max(a, b);
+        public static int Min(int a, int b) => Math.Min(a, b);
+        public static float Atan2(float y, float x) => (float)Math.Atan2(y, x);
+        public static int RoundToInt(float f) => (int)Math.Round(f);
+        public static int CeilToInt(float f) => (int)Math.Ceiling(f);
     }
 
-    public struct BoneWeight
-    {
+    public struct BoneWeight {
         public float weight0 { get; set; }
         public float weight1 { get; set; }
         public float weight2 { get; set; }

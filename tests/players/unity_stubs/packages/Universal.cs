@@ -1,32 +1,27 @@
 // Stands in for the Universal render pipeline in tests. Signatures are Unity's; bodies are ours.
 using System;
 
-namespace UnityEngine.Rendering.Universal
-{
+namespace UnityEngine.Rendering.Universal {
     public enum RenderPassEvent { BeforeRenderingPostProcessing = 550 }
 
     [Flags]
     public enum ScriptableRenderPassInput { None = 0, Depth = 1 }
 
-    public abstract class ScriptableRenderer
-    {
-        public RTHandle cameraColorTargetHandle { get { return null; } }
-        public RTHandle cameraDepthTargetHandle { get { return null; } }
+    public abstract class ScriptableRenderer {
+        public RTHandle cameraColorTargetHandle => null;
+        public RTHandle cameraDepthTargetHandle => null;
         public void EnqueuePass(ScriptableRenderPass pass) { }
     }
 
-    public class UniversalRenderPipelineAsset : RenderPipelineAsset
-    {
-        public ScriptableRenderer scriptableRenderer { get { return null; } }
+    public class UniversalRenderPipelineAsset : RenderPipelineAsset {
+        public ScriptableRenderer scriptableRenderer => null;
     }
 
-    public class UniversalAdditionalCameraData : MonoBehaviour
-    {
-        public ScriptableRenderer scriptableRenderer { get { return null; } }
+    public class UniversalAdditionalCameraData : MonoBehaviour {
+        public ScriptableRenderer scriptableRenderer => null;
     }
 
-    public abstract class ScriptableRenderPass
-    {
+    public abstract class ScriptableRenderPass {
         public RenderPassEvent renderPassEvent { get; set; }
         public void ConfigureInput(ScriptableRenderPassInput passInput) { }
 #if UNITY_6000_0_OR_NEWER
@@ -40,35 +35,29 @@ namespace UnityEngine.Rendering.Universal
 #endif
     }
 
-    public struct CameraData
-    {
-        public Camera camera { get { return null; } }
-        public ScriptableRenderer renderer { get { return null; } }
-        public RenderTextureDescriptor cameraTargetDescriptor { get { return new RenderTextureDescriptor(); } }
-        public Matrix4x4 GetViewMatrix(int viewIndex = 0) { return new Matrix4x4(); }
-        public Matrix4x4 GetProjectionMatrix(int viewIndex = 0) { return new Matrix4x4(); }
-        public bool IsRenderTargetProjectionMatrixFlipped(RTHandle color, RTHandle depth = null) { return true; }
+    public struct CameraData {
+        public Camera camera => null;
+        public ScriptableRenderer renderer => null;
+        public RenderTextureDescriptor cameraTargetDescriptor => new RenderTextureDescriptor();
+        public Matrix4x4 GetViewMatrix(int viewIndex = 0) => new Matrix4x4();
+        public Matrix4x4 GetProjectionMatrix(int viewIndex = 0) => new Matrix4x4();
+        public bool IsRenderTargetProjectionMatrixFlipped(RTHandle color, RTHandle depth = null) => true;
     }
 
-    public struct RenderingData
-    {
-        public CameraData cameraData;
-    }
+    public struct RenderingData { public CameraData cameraData; }
 
 #if UNITY_6000_0_OR_NEWER
-    public class UniversalCameraData
-    {
+    public class UniversalCameraData {
         public Camera camera;
         public RenderTextureDescriptor cameraTargetDescriptor;
-        public Matrix4x4 GetViewMatrix(int viewIndex = 0) { return new Matrix4x4(); }
-        public Matrix4x4 GetProjectionMatrix(int viewIndex = 0) { return new Matrix4x4(); }
-        public bool IsRenderTargetProjectionMatrixFlipped(RTHandle color, RTHandle depth = null) { return true; }
+        public Matrix4x4 GetViewMatrix(int viewIndex = 0) => new Matrix4x4();
+        public Matrix4x4 GetProjectionMatrix(int viewIndex = 0) => new Matrix4x4();
+        public bool IsRenderTargetProjectionMatrixFlipped(RTHandle color, RTHandle depth = null) => true;
     }
 
-    public class UniversalResourceData
-    {
-        public RenderGraphModule.TextureHandle activeColorTexture { get { return new RenderGraphModule.TextureHandle(); } }
-        public RenderGraphModule.TextureHandle cameraDepthTexture { get { return new RenderGraphModule.TextureHandle(); } }
+    public class UniversalResourceData {
+        public RenderGraphModule.TextureHandle activeColorTexture => new RenderGraphModule.TextureHandle();
+        public RenderGraphModule.TextureHandle cameraDepthTexture => new RenderGraphModule.TextureHandle();
     }
 #endif
 }

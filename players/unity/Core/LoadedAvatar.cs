@@ -1,10 +1,9 @@
+using System;
 using System.Collections.Generic;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>An expression: a blendshape weight that a pose sets.</summary>
-    public sealed class Expression
-    {
+    public sealed class Expression {
         /// <summary>The name that poses use.</summary>
         public string Name;
 
@@ -19,8 +18,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>Skeleton at rest. Matrices are row-major 4x4 for column vectors, float64 as stage joints computes.</summary>
-    public sealed class Skeleton
-    {
+    public sealed class Skeleton {
         /// <summary>[J], a parent before its children.</summary>
         public string[] Names;
 
@@ -44,8 +42,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>A group of Gaussians with one binding.</summary>
-    public sealed class Group
-    {
+    public sealed class SplatGroup {
         /// <summary>What it shows: "face", "lower_teeth".</summary>
         public string Name;
 
@@ -62,34 +59,8 @@ namespace AvatarExport.Core
         public KeyValuePair<string, double>[] JointMix;
     }
 
-    /// <summary>A recorded motion. Frame t of an array begins at t times its row.</summary>
-    public sealed class ClipData
-    {
-        /// <summary>The name of the motion.</summary>
-        public string Name;
-
-        /// <summary>Frames a second.</summary>
-        public double Fps;
-
-        /// <summary>How many frames there are, T.</summary>
-        public int Frames;
-
-        /// <summary>[T, K]</summary>
-        public float[] ExpressionWeights;
-
-        /// <summary>[T, L]</summary>
-        public float[] LateWeights;
-
-        /// <summary>[T, J, 4, 4] rotation and translation of a joint against its rest.</summary>
-        public float[] JointDelta;
-
-        /// <summary>[T, 4, 4] rigid.</summary>
-        public float[] WorldFromAvatar;
-    }
-
     /// <summary>How ARKit inputs drive the avatar: outputs = Matrix inputs, and the joints of measured rotations.</summary>
-    public sealed class Driving
-    {
+    public sealed class Driving {
         /// <summary>Names of ARKit's blendshapes, the columns of Matrix.</summary>
         public string[] Inputs;
 
@@ -113,8 +84,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>A level of detail as a person sees it.</summary>
-    public sealed class LevelInfo
-    {
+    public sealed class LevelInfo {
         /// <summary>How many Gaussians it has.</summary>
         public int Count;
 
@@ -126,8 +96,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>A part that a camera may look at, metres.</summary>
-    public sealed class FramedPart
-    {
+    public sealed class FramedPart {
         /// <summary>[3] its middle.</summary>
         public double[] Target;
 
@@ -136,8 +105,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>Where to look at rest: the whole avatar or its head.</summary>
-    public sealed class Framing
-    {
+    public sealed class Framing {
         /// <summary>[3]</summary>
         public double[] Up;
 
@@ -152,8 +120,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>A box, metres.</summary>
-    public sealed class Box
-    {
+    public sealed class BoundingBox {
         /// <summary>[3] the smallest coordinates.</summary>
         public double[] Low;
 
@@ -162,8 +129,7 @@ namespace AvatarExport.Core
     }
 
     /// <summary>A loaded and checked pack. Nothing of it is on a GPU yet, and nothing of it changes.</summary>
-    public sealed class Avatar
-    {
+    public sealed class LoadedAvatar {
         /// <summary>What the pack calls it.</summary>
         public string Name;
 
@@ -180,19 +146,19 @@ namespace AvatarExport.Core
         public Expression[] Expressions;
 
         /// <summary>[L] names of eyelids, in the order of weights.</summary>
-        public string[] LateMorphs;
+        public string[] Eyelids;
 
         /// <summary>Null without a rig.</summary>
         public Skeleton Skeleton;
 
         /// <summary>They cover the Gaussians of the finest level in order.</summary>
-        public Group[] Groups;
+        public SplatGroup[] Groups;
 
         /// <summary>Of the manifest; a value may be null.</summary>
         public Dictionary<string, string> Rules;
 
         /// <summary>Motions that the pack holds.</summary>
-        public ClipData[] Clips;
+        public Clip[] Clips;
 
         /// <summary>Null: ARKit cannot drive it.</summary>
         public Driving Driving;
@@ -204,7 +170,7 @@ namespace AvatarExport.Core
         public Framing Framing;
 
         /// <summary>Over all poses, right-handed for every pack; or null.</summary>
-        public Box Bounds;
+        public BoundingBox Bounds;
 
         /// <summary>[3] of training, as displayed; null: random.</summary>
         public double[] Background;
@@ -220,5 +186,20 @@ namespace AvatarExport.Core
 
         /// <summary>What a GPU runs.</summary>
         public Program Program;
+
+        /// <summary>
+        /// The avatar in the bytes of a pack: NAME.avatar, as `avatar-export pack` writes it. `name` is what errors call
+        /// it. Throws AvatarError for a file that is no pack, is damaged, cut off or of a newer version, or whose program
+        /// would leave its buffers.
+        /// </summary>
+        public static LoadedAvatar Load(byte[] file, string name = "avatar") {
+            try {
+                return Pack.Read(file);
+            } catch (AvatarError error) {
+                throw error.Of(name);
+            } catch (OutOfMemoryException) {
+                throw new AvatarError("takes more memory than this machine has", name);
+            }
+        }
     }
 }

@@ -1,13 +1,11 @@
 using System;
 
-namespace AvatarExport.Core
-{
+namespace AvatarExport.Core {
     /// <summary>
     /// A pinhole camera: +x right, +y down, +z forward, pixel centres at integers. Matrices are row-major for column
     /// vectors, float32. No method allocates.
     /// </summary>
-    public sealed class Camera
-    {
+    public sealed class AvatarCamera {
         private const double Near = 0.01; // of the projection alone; each avatar decides from which depth on it is drawn
         private const double Far = 100;
         private const double Depth = Far / (Far - Near);
@@ -34,8 +32,7 @@ namespace AvatarExport.Core
         private readonly double[] intrinsics = new double[9];
 
         /// <summary>A camera that looks at the origin.</summary>
-        public Camera()
-        {
+        public AvatarCamera() {
             Orbit(Origin, 1, 0, 0, Math.PI / 4, 1, 1);
         }
 
@@ -50,8 +47,7 @@ namespace AvatarExport.Core
         /// upwards, are in radians, and so is the vertical field of view. At yaw 0 the camera is before a face that
         /// looks along +Z. Throws AvatarError for an empty image.
         /// </summary>
-        public void Orbit(double[] target, double distance, double yaw, double pitch, double fovY, int width, int height)
-        {
+        public void Orbit(double[] target, double distance, double yaw, double pitch, double fovY, int width, int height) {
             double sy = Math.Sin(yaw), cy = Math.Cos(yaw), sp = Math.Sin(pitch), cp = Math.Cos(pitch);
             double[] r = rotation;
             r[0] = cy; r[1] = 0; r[2] = -sy; // right
@@ -71,12 +67,10 @@ namespace AvatarExport.Core
         /// x_camera = rotation x_world + translation, x_pixel = K x_camera / z - 0.5. The rotation [3, 3] and K [3, 3]
         /// are row-major, K in pixels with pixel centres at half integers. Throws AvatarError for an empty image.
         /// </summary>
-        public void FromOpencv(double[] rotation, double[] translation, double[] intrinsics, int width, int height)
-        {
+        public void FromOpencv(double[] rotation, double[] translation, double[] intrinsics, int width, int height) {
             CheckSize(width, height);
             double[] k = intrinsics;
-            for (int i = 0; i < 3; i++)
-            {
+            for (int i = 0; i < 3; i++) {
                 for (int j = 0; j < 3; j++) view[4 * i + j] = rotation[3 * i + j];
                 view[4 * i + 3] = translation[i];
             }
@@ -96,17 +90,14 @@ namespace AvatarExport.Core
         /// them: y up, looking along -z. The projection's depth range does not matter. Throws AvatarError for one
         /// without perspective, and for an empty image.
         /// </summary>
-        public void SetFrom(double[] view, double[] projection, int width, int height)
-        {
+        public void FromOpengl(double[] view, double[] projection, int width, int height) {
             CheckSize(width, height);
             double along = projection[14]; // clip w = along * z of the engine's camera
-            if (!(Math.Abs(along) > 1e-6) || Math.Abs(projection[15]) > 1e-6)
-            {
+            if (!(Math.Abs(along) > 1e-6) || Math.Abs(projection[15]) > 1e-6) {
                 throw new AvatarError("has no perspective; an orthographic camera cannot show an avatar", "the camera");
             }
             double size = Math.Abs(along), ahead = Math.Sign(along);
-            for (int column = 0; column < 4; column++)
-            {
+            for (int column = 0; column < 4; column++) {
                 this.view[column] = view[column];
                 this.view[4 + column] = -view[4 + column];
                 this.view[8 + column] = ahead * view[8 + column];
@@ -129,8 +120,7 @@ namespace AvatarExport.Core
         /// for an empty image.
         /// </summary>
         public void SetMatrices(
-            float[] cameraFromWorld, float[] clipFromWorld, float[] centre, float[] tanHalfFov, int width, int height)
-        {
+            float[] cameraFromWorld, float[] clipFromWorld, float[] centre, float[] tanHalfFov, int width, int height) {
             CheckSize(width, height);
             Array.Copy(cameraFromWorld, CameraFromWorld, 16);
             Array.Copy(clipFromWorld, ClipFromWorld, 16);
@@ -141,14 +131,12 @@ namespace AvatarExport.Core
         }
 
         /// <summary>Takes over all of another camera.</summary>
-        public void Copy(Camera other)
-        {
+        public void Copy(AvatarCamera other) {
             SetMatrices(other.CameraFromWorld, other.ClipFromWorld, other.Centre, other.TanHalfFov, other.Width, other.Height);
         }
 
         /// <summary>Writes everything that follows from view and projection.</summary>
-        private void Write(int width, int height)
-        {
+        private void Write(int width, int height) {
             Width = width;
             Height = height;
             view[12] = view[13] = view[14] = 0;
@@ -156,10 +144,8 @@ namespace AvatarExport.Core
             projection[10] = Depth;
             projection[11] = -Depth * Near;
             for (int i = 0; i < 16; i++) CameraFromWorld[i] = (float)view[i];
-            for (int row = 0; row < 12; row += 4)
-            {
-                for (int column = 0; column < 4; column++)
-                {
+            for (int row = 0; row < 12; row += 4) {
+                for (int column = 0; column < 4; column++) {
                     double sum = 0;
                     for (int k = 0; k < 4; k++) sum += projection[row + k] * view[4 * k + column];
                     ClipFromWorld[row + column] = (float)sum;
@@ -167,15 +153,13 @@ namespace AvatarExport.Core
             }
             for (int column = 0; column < 4; column++) ClipFromWorld[12 + column] = (float)view[8 + column];
             Affine.InvertLinear(inverse, 0, view, 0);
-            for (int i = 0; i < 3; i++)
-            {
+            for (int i = 0; i < 3; i++) {
                 int r = 4 * i;
                 Centre[i] = (float)-(inverse[r] * view[3] + inverse[r + 1] * view[7] + inverse[r + 2] * view[11]);
             }
         }
 
-        private static void CheckSize(int width, int height)
-        {
+        private static void CheckSize(int width, int height) {
             if (width >= 1 && height >= 1) return;
             throw new AvatarError($"an image of {width}x{height} pixels is empty; both sizes must be at least 1", "the camera");
         }
