@@ -30,8 +30,9 @@ from avatar_export.measure.framing import preview_webp
 from avatar_export.measure.poses import poses
 from avatar_export.measure.views import in_turn, views
 from avatar_export.measure.yardstick import compare
+from avatar_export.notes.text import text
 from avatar_export.ops.active_sh import with_active_sh
-from avatar_export.packing.make import Made, make_pack
+from avatar_export.packing.make import Made, pack_of
 from avatar_export.packing.search import aims_of
 from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import Packing, pack
@@ -90,9 +91,9 @@ def show(name: str, pinned: Pinned, avatar: Avatar, scratch: Path, claims: bool)
     source.write_bytes(pickle.dumps(avatar))
     command = [sys.executable, "-m", "bench.packs", "--once", str(source)]
     once = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-    made, seconds = packed_by_default(avatar, scratch)
+    made, seconds = packed_by_default(avatar)
     print(f"{name}: {avatar.gaussians.count} Gaussians, {hash_line(avatar, pinned.sha256)}")
-    for line in (*figures(made, pinned, avatar, once["clips"]), *made.notes):
+    for line in (*figures(made, pinned, avatar, once["clips"]), *map(text, made.notes)):
         print(f"  {line}")
     if claims:
         print(f"  {claim_line(avatar, made)}")
@@ -145,10 +146,10 @@ def passed(good: bool) -> str:
     return "PASS" if good else "short"
 
 
-def packed_by_default(avatar: Avatar, scratch: Path) -> tuple[Made, float]:
+def packed_by_default(avatar: Avatar) -> tuple[Made, float]:
     """(the pack, CPU seconds that it took, with its claim)."""
     before = time.process_time()
-    made = make_pack(avatar, scratch / "out.avatar", force=True)
+    made = pack_of(avatar)
     return made, time.process_time() - before
 
 

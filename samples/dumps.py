@@ -93,7 +93,7 @@ def write_dumps(
     rights = {
         key: avatar.provenance[key] for key in ("licence", "author", "consent") if avatar.provenance.get(key)
     }
-    write_document(folder, avatar.name, encoding, **{**rights, **document})
+    write_document(folder, avatar.name, encoding, {**rights, **document})
     return folder
 
 

@@ -45,10 +45,7 @@ HELP = f"Convert trained avatars ({', '.join(r.system for r in READERS)}) to por
 def make_app() -> typer.Typer:
     """The command line with all COMMANDS."""
     app = typer.Typer(
-        no_args_is_help=True,
-        add_completion=False,
-        pretty_exceptions_enable=False,
-        rich_markup_mode=None,
+        no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
     )
     for command in COMMANDS:
         app.command()(command)

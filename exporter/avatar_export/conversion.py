@@ -13,9 +13,10 @@ from avatar_export.clips.sources import clips_from
 from avatar_export.convert_options import ConvertOptions, SourceOptions
 from avatar_export.driving.drive import driving_notes
 from avatar_export.driving.matrix import with_driving
-from avatar_export.notes import CAUSES, UNSAID, Note, as_note
+from avatar_export.notes.converting import CAUSES
+from avatar_export.notes.note import Note, doubt, fact
 from avatar_export.provenance import with_rights
-from avatar_export.readers.table import Reader, find, read_with
+from avatar_export.readers.table import find, read_with
 from avatar_export.writers.bundle import write_bundle
 from avatar_export.writers.table import INFLUENCES
 from avatar_runtime.avatar import Avatar
@@ -30,10 +31,9 @@ WRONG_MM = 2.0  # an error of too few joints above this is another face: it is t
 
 @dataclass(frozen=True)
 class Source:
-    """A trained avatar that was read, by which reader, and what this said of it."""
+    """A trained avatar that was read, and what its reader says of it."""
 
     avatar: Avatar
-    reader: Reader
     notes: tuple[Note, ...]
 
 
@@ -68,7 +68,6 @@ def convert(
     source, out = arguments.path("source", source), arguments.path("out", out)
     options = ConvertOptions() if options is None else arguments.instance("options", options, ConvertOptions)
     found = read_source(source, options, progress)
-    said = [*found.reader.assumptions(source, options), *found.reader.chosen(source, options)]
     manifest = write_bundle(
         found.avatar,
         out,
@@ -82,9 +81,9 @@ def convert(
     )
     engine = manifest["engine"] or {}
     wrong = "rig_differs" if engine.get("truncation_mm", 0) > WRONG_MM else None
-    notes = sorted([*_avatar_notes(found), *_engine_notes(engine)], key=lambda one: one.kind != wrong)
-    notes.sort(key=lambda one: not one.doubt)
-    return Converted(found.avatar, manifest, (*notes, *map(as_note, said), *_read_notes(found.avatar)))
+    notes = [*_avatar_notes(found), *_engine_notes(engine), *_read_notes(found.avatar)]
+    notes.sort(key=lambda one: (not one.doubtful, one.kind != wrong))
+    return Converted(found.avatar, manifest, tuple(notes))
 
 
 def read_source(source: Path, options: SourceOptions, progress: Callable[[str], None]) -> Source:
@@ -92,43 +91,40 @@ def read_source(source: Path, options: SourceOptions, progress: Callable[[str], 
     progress("reading")
     if not source.exists():
         raise AvatarError("no such file or folder", file=source)
-    reader = find(source, options.system)
-    avatar, notes = read_with(reader, source, options)
+    avatar, notes = read_with(find(source, options.system), source, options)
     avatar = with_rights(avatar, options.licence, options.author, options.consent)
     driving = options.driving or found_driving(options.dataset)
     if driving is not None:
-        avatar = check_avatar(with_driving(avatar, driving))
+        avatar = with_driving(avatar, driving)
     for path in options.clips:
         progress(f"reading {path.name}")
-        avatar = check_avatar(replace(avatar, clips=(*avatar.clips, *clips_from(avatar, path))))
-    return Source(avatar, reader, notes)
+        avatar = replace(avatar, clips=(*avatar.clips, *clips_from(avatar, path)))
+    return Source(check_avatar(avatar) if driving or options.clips else avatar, notes)
 
 
 def _avatar_notes(source: Source) -> list[Note]:
     avatar, notes = source.avatar, []
     dropped = avatar.provenance.get("face_rows_dropped")
     if dropped:
-        notes.append(Note("rows_dropped", {"count": len(dropped)}))
+        notes.append(fact("rows_dropped", count=len(dropped)))
     if avatar.rig is None and avatar.embedding is None:
-        notes.append(Note("no_rig"))
+        notes.append(fact("no_rig"))
     notes += [*driving_notes(avatar), *source.notes]
-    unsaid = [
-        one.said for note in source.notes for one in note.values.get("settings", ()) if one.source == UNSAID
-    ]
-    if unsaid:
-        notes.append(Note("unstated", {"settings": " and ".join(unsaid)}, doubt=True))
+    settings = (one for note in source.notes if note.kind == "settings" for one in note.values["settings"])
+    if unstated := [one for one in settings if one.source is None]:
+        notes.append(doubt("unstated", settings=unstated))
     return notes
 
 
 def _read_notes(avatar: Avatar) -> list[Note]:
     """What was read: groups and files."""
-    groups = ", ".join(f"{group.name} {group.count:,}" for group in avatar.groups)
+    groups = [f"{group.name} {group.count:,}" for group in avatar.groups]
     files = [entry["path"] for entry in avatar.provenance.get("source_files", ())]
     folders = Counter(path.rpartition("/")[0] for path in files)
     listed = dict.fromkeys(_short(path, folders) for path in files)
     return [
-        *([Note("groups", {"groups": groups})] if len(avatar.groups) > 1 else []),
-        *([Note("files", {"files": ", ".join(listed)})] if files else []),
+        *([fact("groups", groups=groups)] if len(avatar.groups) > 1 else []),
+        *([fact("files", files=list(listed))] if files else []),
     ]
 
 
@@ -143,7 +139,7 @@ def _engine_notes(engine: Mapping[str, Any]) -> list[Note]:
     influences = engine.get("influences")
     more = None if influences == INFLUENCES[-1] else INFLUENCES[-1]
     return [
-        Note("rig_differs", {"mm": engine[cause], "cause": cause, "influences": influences, "more": more})
+        fact("rig_differs", mm=engine[cause], cause=cause, influences=influences, more=more)
         for cause in CAUSES
         if engine.get(cause, 0) > VISIBLE_MM
     ]

@@ -1,4 +1,4 @@
-"""What is said of a trained avatar and of the bundle it becomes; see `options`."""
+"""The options for a trained avatar and for the bundle that it becomes; see `options`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ System = Annotated[
 
 @dataclass(frozen=True)
 class SourceOptions(ReadOptions):
-    """What is said of a trained avatar: the reader's inputs, further clips, and statements for the manifest."""
+    """The options for a trained avatar: the reader's inputs, further clips, and statements for the manifest."""
 
     system: System = None
     driving: Path | None = option(None, "JSON matrix from the ARKit names to this avatar.")
@@ -36,7 +36,7 @@ class SourceOptions(ReadOptions):
 
 @dataclass(frozen=True)
 class ConvertOptions(SourceOptions):
-    """What is said of a bundle, besides: see `writers.bundle.write_bundle`."""
+    """The further options for a bundle: see `writers.bundle.write_bundle`."""
 
     influences: int = option(
         INFLUENCES[0], "Joints per vertex in rig.glb: 4, or 8 (JOINTS_1).", choices=INFLUENCES

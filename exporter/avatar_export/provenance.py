@@ -3,17 +3,40 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from avatar_export.notes.note import Note
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
 
 BODY_RESTRICTION = "the rig derives from the body model given; its licence goes with this bundle"
-UNCHECKED = "unchecked: this reader follows the released code, but was never tried on a released file"
+
+
+def provenance(
+    system: str,
+    files: Mapping[str, Path],
+    notes: Sequence[Note],
+    *,
+    commit: str | None = None,
+    form: str | None = None,
+    body_model: bool = False,
+) -> dict[str, Any]:
+    """What a reader of `system` records of an avatar: the `commit` of the code that it follows, the files, the notes.
+
+    Raises AvatarError for a file that cannot be read.
+    """
+    return {
+        "system": system,
+        **({} if commit is None else {"source_commit": commit}),
+        **({} if form is None else {"form": form}),
+        "source_files": source_files(files),
+        "notes": list(notes),
+        **({"body_model_restriction": BODY_RESTRICTION} if body_model else {}),
+    }
 
 
 def source_files(files: Mapping[str, Path]) -> list[dict[str, Any]]:

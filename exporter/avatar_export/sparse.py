@@ -8,10 +8,26 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import SparseRows
+from avatar_runtime.avatar import Blendshapes, SparseRows
 
 Array = npt.NDArray[Any]
 MAX_COLUMNS = 65536  # columns are u16
+
+
+def no_shifts(rows: int, columns: int = 0, of: str = "position") -> SparseRows:
+    """No shift of `rows` vertices, or `of` "mean" of Gaussians."""
+    return SparseRows.empty(rows, columns, {of: (3,)})
+
+
+def no_deltas(gaussians: int, expressions: int = 0, features: int = 0, coefficients: int = 1) -> Blendshapes:
+    """Blendshapes that move and colour nothing; SH have so many `coefficients`."""
+    colour = {"log_scale": (3,), "opacity_logit": (), "sh": (coefficients, 3)}
+    return Blendshapes(
+        geometry=SparseRows.empty(gaussians, expressions, {"mean": (3,), "quat_wxyz": (4,)}),
+        appearance=SparseRows.empty(gaussians, expressions, colour),
+        correctives=no_shifts(gaussians, features, "mean"),
+        late_morphs=no_shifts(gaussians, 0, "mean"),
+    )
 
 
 def sparse_rows(values: Mapping[str, Array], thresholds: Mapping[str, float]) -> SparseRows:
@@ -34,11 +50,7 @@ class SparseRowsBuilder:
     """
 
     def __init__(
-        self,
-        rows: int,
-        columns: int,
-        shapes: Mapping[str, tuple[int, ...]],
-        thresholds: Mapping[str, float],
+        self, rows: int, columns: int, shapes: Mapping[str, tuple[int, ...]], thresholds: Mapping[str, float]
     ):
         if columns > MAX_COLUMNS:
             raise ValueError(f"{columns} columns; at most {MAX_COLUMNS} are supported")

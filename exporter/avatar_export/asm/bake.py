@@ -10,14 +10,13 @@ import numpy.typing as npt
 
 from avatar_export.asm import maths
 from avatar_export.asm.model import AsmFace, Take
-from avatar_export.sparse import SparseRowsBuilder
+from avatar_export.sparse import SparseRowsBuilder, no_shifts
 from avatar_runtime.avatar import F32, F64, Clip, Rig, SparseRows
 
 Array = npt.NDArray[Any]
 
-LEAST_WEIGHT = (
-    1e-6  # smaller weights are dropped: a bone that moves by 100 mm moves their vertex by 0.1 micrometres
-)
+# Smaller weights are dropped: a bone that moves by 100 mm moves their vertex by 0.1 micrometres.
+LEAST_WEIGHT = 1e-6
 
 
 def bake_rig(face: AsmFace) -> Rig:
@@ -33,9 +32,9 @@ def bake_rig(face: AsmFace) -> Rig:
     return Rig(
         vertices=template.vertices,
         triangles=template.triangles,
-        morphs=SparseRows.empty(v, 0, {"position": (3,)}),
-        correctives=SparseRows.empty(v, 0, {"position": (3,)}),
-        late_morphs=SparseRows.empty(v, 0, {"position": (3,)}),
+        morphs=no_shifts(v),
+        correctives=no_shifts(v),
+        late_morphs=no_shifts(v),
         skin=_skin(face),
         joint_names=template.bone_names,
         parents=template.parents,

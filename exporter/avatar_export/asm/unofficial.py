@@ -12,7 +12,6 @@ rest.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -24,7 +23,7 @@ import numpy.typing as npt
 from avatar_export.asm.check import MOST_BONES, check_face
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
 from avatar_export.formats.casts import as_float64
-from avatar_export.formats.json_text import json_fault
+from avatar_export.formats.json_text import parse_json
 from avatar_export.formats.npy import RowSource
 from avatar_export.formats.obj import LARGEST_INDEX, MAX_BYTES, TriangleMesh, read_obj
 from avatar_export.formats.pickle.arrays import arrays_of, read_pickle
@@ -122,10 +121,7 @@ class _Bones:
 
 
 def _read_bones(path: Path) -> _Bones:
-    try:
-        document = json.loads(read_bytes(path, MAX_JSON_BYTES))
-    except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not valid JSON ({json_fault(error)})", file=path) from None
+    document = parse_json(read_bytes(path, MAX_JSON_BYTES), path)
     return _Bones(path, document)
 
 

@@ -57,9 +57,8 @@ class Workers:
     declared: bool  # whether each declares RESOURCE
     largest_bytes: int | None  # largest RESOURCE of a worker; None: not declared
     dashboard: str | None  # address of the page that shows the work; None: the scheduler has none
-    other_dask: (
-        str | None
-    )  # the version of Dask that the scheduler or a worker runs, if it is not that of this process
+    # The version of Dask that the scheduler or a worker runs, if it is not that of this process.
+    other_dask: str | None
 
 
 @contextmanager

@@ -116,14 +116,14 @@ class _Engine:
         self.client.subscribe_topic(self.topic, self._heard)
 
     def _heard(self, event: tuple[float, Any]) -> None:
-        told = event[1]
-        name = self.names[told["key"]]
-        if told["attempt"] in self.began[name]:
-            return  # told to an earlier client, too
-        self.began[name].add(told["attempt"])
+        begun = event[1]
+        name = self.names[begun["key"]]
+        if begun["attempt"] in self.began[name]:
+            return  # an earlier client heard of it, too
+        self.began[name].add(begun["attempt"])
         if len(self.began[name]) > 1:
-            self.note(f"{name} begins again, in worker {told['by']}")
-        self.started(name, told["by"])
+            self.note(f"{name} begins again, in worker {begun['by']}")
+        self.started(name, begun["by"])
 
     def turn(self) -> Iterator[Result]:
         """Submit what there is room for, and yield the next result, if there is one soon."""

@@ -66,7 +66,7 @@ def placed(location: str, field: str) -> str:
 def read_rows(location: str, columns: Sequence[str] = COLUMNS) -> Iterator[Row]:
     """(line, values by column) of a list; values of a CSV are texts, and empty ones are left out.
 
-    Raises AvatarError for a list that cannot be read, and for a column that is none of `columns`.
+    Raises AvatarError for a list that cannot be read, and for a column that is not one of `columns`.
     """
     suffix = Path(leaf(location)).suffix.lower()
     if suffix != ".csv" and suffix not in JSON_LINES:

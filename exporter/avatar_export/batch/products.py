@@ -18,17 +18,15 @@ from avatar_export.checks.conform_report import verdict
 from avatar_export.checks.pack import validate_pack
 from avatar_export.convert_options import ConvertOptions
 from avatar_export.images import SHEET_SIZE
-from avatar_export.notes import text
+from avatar_export.notes.text import text
 from avatar_export.packing.choices import Choices
-from avatar_export.packing.make import make_pack
+from avatar_export.packing.make import make_pack, pack_of
 from avatar_export.playing import frames as playing
 from avatar_export.playing import sequences
 from avatar_export.serving import publish
 from avatar_export.serving.session import identity, shown
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.text_files import write_text
-from avatar_runtime.io.whole_files import read_bytes
-from avatar_runtime.packs import FILE_LIMIT
 from avatar_runtime.pose import Pose
 
 PREVIEW = "preview.png"
@@ -41,10 +39,10 @@ class Products:
 
     job: Job
     folder: Path
-    work: Path  # for files that are not kept
     avatar: Avatar
     handedness: str
     sizes: dict[str, int] = field(default_factory=dict)  # product -> bytes
+    pack: bytes | None = None
     psnr: float | None = None
     message: str = ""
 
@@ -70,7 +68,7 @@ class Products:
         return self.folder / f"{self.job.product}{suffix}"
 
 
-def make(job: Job, source: Path, options: ConvertOptions, folder: Path, work: Path) -> Products:
+def make(job: Job, source: Path, options: ConvertOptions, folder: Path) -> Products:
     """Writes the bundle and the products of the row's steps to `folder`.
 
     Raises AvatarError as the commands do, and for a product that fails its checks.
@@ -79,11 +77,10 @@ def make(job: Job, source: Path, options: ConvertOptions, folder: Path, work: Pa
     products = Products(
         job,
         folder,
-        work,
         made.avatar,
         options.handedness,
         {"bundle": made.size},
-        message="; ".join(text(note) for note in made.notes if note.doubt),
+        message="; ".join(text(note) for note in made.notes if note.doubtful),
     )
     for step in job.steps:
         DO[step](products)
@@ -94,6 +91,7 @@ def _pack(products: Products) -> None:
     out = products.file(".avatar")
     made = make_pack(products.avatar, out, Choices(handedness=products.handedness))
     products.psnr = made.measured[0].mean
+    products.pack = made.file
     products.sizes["pack"] = len(made.file)
 
 
@@ -123,20 +121,13 @@ def _render(products: Products) -> None:
 
 
 def _publish(products: Products) -> None:
-    pack = products.file(".avatar")
-    if "pack" not in products.sizes:
-        pack = products.work / pack.name
-        make_pack(products.avatar, pack, Choices(handedness=products.handedness))
-    avatar = shown(identity(products.job.product, ()), read_bytes(pack, FILE_LIMIT), str(pack))
+    if products.pack is None:
+        products.pack = pack_of(products.avatar, Choices(handedness=products.handedness)).file
+    name = products.file(".avatar")
+    avatar = shown(identity(products.job.product, ()), products.pack, str(name))
     page = products.file(".html")
     write_text(page, publish.single(avatar), force=False)
     products.sizes["page"] = page.stat().st_size
 
 
-DO = {
-    "pack": _pack,
-    "validate": _validate,
-    "conform": _conform,
-    "render": _render,
-    "publish": _publish,
-}
+DO = {"pack": _pack, "validate": _validate, "conform": _conform, "render": _render, "publish": _publish}

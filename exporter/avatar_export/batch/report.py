@@ -57,7 +57,7 @@ def write(results: Sequence[Result], folder: str) -> None:
 
 
 def preview(result: Result) -> str | None:
-    """The small image of a row, which its worker made, as a data: address; None where there is none to be read."""
+    """The small image of a row, which its worker made, as a data: address; None where it cannot be read."""
     try:
         record = stores.read_record(result.output)
     except AvatarError:  # the store fails; the row is done nevertheless

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 from avatar_export.batch.result import STATES, Result
+from avatar_export.measure.page import page, table
 
 MOST_NAMED = 20  # rows of one kind of error
 COLUMNS = ("row", "state", "bundle", "pack", "PSNR", "time", "peak memory", "worker", "attempts", "message")
@@ -22,9 +23,9 @@ def html_report(results: Sequence[Result], previews: Mapping[str, str | None]) -
         "<h2>Avatars</h2>",
         _sheet(results, previews),
         "<h2>Rows</h2>",
-        _table(COLUMNS, (_cells(result) for result in results), [_class(result) for result in results]),
+        table(COLUMNS, map(_cells, results), classes=map(_class, results)),
     ]
-    return PAGE.format(body="\n".join(parts))
+    return page("Batch", parts, CSS)
 
 
 def summary(results: Sequence[Result]) -> str:
@@ -61,8 +62,8 @@ def _sheet(results: Sequence[Result], previews: Mapping[str, str | None]) -> str
     return f'<div class="sheet">{"".join(figures)}</div>'
 
 
-def _cells(result: Result) -> tuple[str, ...]:
-    return (
+def _cells(result: Result) -> list[str]:
+    cells = (
         result.name,
         result.state,
         _bytes(result.sizes.get("bundle")),
@@ -74,15 +75,7 @@ def _cells(result: Result) -> tuple[str, ...]:
         str(result.attempts),
         result.message,
     )
-
-
-def _table(columns: Iterable[str], rows: Iterable[Sequence[str]], classes: Iterable[str]) -> str:
-    head = "".join(f"<th>{_said(column)}</th>" for column in columns)
-    body = "\n".join(
-        f'<tr class="{name}">{"".join(f"<td>{_said(cell)}</td>" for cell in cells)}</tr>'
-        for cells, name in zip(rows, classes, strict=True)
-    )
-    return f'<div class="wide"><table><tr>{head}</tr>\n{body}</table></div>'
+    return [_said(cell) for cell in cells]
 
 
 def _class(result: Result) -> str:
@@ -102,27 +95,12 @@ def _said(text: str) -> str:
     return html.escape("".join(c if c.isprintable() else "?" for c in text))
 
 
-PAGE = """<!doctype html>
-<html lang="en">
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'">
-<title>Batch</title>
-<style>
-body {{ font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 80em; padding: 0 1em; color: #1a1a1a; }}
-h3 {{ margin-bottom: 0; }}
-p.bad, tr.bad td:nth-child(2), figure.bad {{ color: #b00020; }}
-p.bad, p.good {{ font-weight: bold; }}
-.sheet {{ display: grid; grid-template-columns: repeat(auto-fill, 144px); gap: 12px; }}
-figure {{ margin: 0; font-size: 13px; }}
-figure img, figure span {{ display: grid; place-items: center; width: 144px; height: 144px; background: #eee; }}
-figcaption {{ overflow-wrap: anywhere; }}
-.wide {{ overflow-x: auto; }}
-table {{ border-collapse: collapse; font-size: 13px; }}
-th, td {{ padding: 0.2em 1em 0.2em 0; text-align: left; vertical-align: top; font-variant-numeric: tabular-nums; }}
-td:nth-child(-n+8) {{ white-space: nowrap; }}
-tr + tr {{ border-top: 1px solid #ddd; }}
-</style>
-{body}
-</html>
+CSS = """
+main { max-width: 80em; }
+p.good { font-weight: bold; }
+tr.bad, figure.bad { font-weight: normal; }
+.sheet { display: grid; grid-template-columns: repeat(auto-fill, 144px); gap: 12px; }
+.sheet img, .sheet span { display: grid; place-items: center; width: 144px; height: 144px; }
+td { text-align: left; vertical-align: top; }
+td:last-child { white-space: normal; }
 """

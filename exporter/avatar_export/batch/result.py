@@ -19,7 +19,7 @@ class Result:
 
     name: str  # of the row
     state: str  # one of STATES; kept: it was finished before; not done: nobody came to it
-    kind: str = ""  # of the failure, a key of `failures.KINDS`; "" if there is none
+    kind: str = ""  # of the failure, a key of `failures.KINDS`; "" without one
     message: str = ""  # one line: what failed, or what was doubtful
     remedy: str = ""  # one line: what to do
     output: str = ""  # the row's folder

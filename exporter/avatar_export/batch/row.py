@@ -118,7 +118,7 @@ def _made(job: Job, attempt: str, work: Path, meter: Meter) -> Result:
     paths = {role: stores.fetch(place, files[role], work) for role, place in _places(job).items()}
     inputs = hashes(files, paths)
     with stores.attempted(job.output, attempt, work) as (folder, key), _reading(job):
-        products = make(job, paths["source"], row_options.arguments(job.options, paths), folder, work)
+        products = make(job, paths["source"], row_options.arguments(job.options, paths), folder)
         written = {name: size for name, (size, _) in stores.files_of(str(folder)).items()}
         result = Result(
             job.name,
@@ -156,7 +156,7 @@ def _reading(job: Job) -> Iterator[None]:
 
 
 def unread(files: Files) -> str:
-    """Which of the `files` are none, in words; "" where all are."""
+    """Which of the `files` are missing, in words; "" where all are there."""
     others = sorted(
         {name for listed in files.values() for name, (_, mark) in listed.items() if mark == stores.OTHER}
     )

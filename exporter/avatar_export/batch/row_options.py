@@ -19,7 +19,7 @@ YES_NO = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0"
 
 
 def read_text(name: str, text: str) -> Any:
-    """The value that a text of a list gives the option `name`. Raises ValueError for a text that is none."""
+    """The value that a text of a list gives the option `name`. Raises ValueError for another text."""
     kind = OPTIONS[name].kind
     if name in SEVERAL:
         return [part.strip() for part in text.split(BETWEEN) if part.strip()]

@@ -37,9 +37,8 @@ HERE = "."  # the folder of an attempt where there is a rename
 OTHER = "a pipe, a device or a socket"  # the mark of what is neither file nor folder; it is never opened
 RECORD_LIMIT = 64 << 20  # bytes
 NAME = re.compile(r"\.|[^/\\]*[^./\\][^/\\]*")  # of a folder, or HERE
-ATTEMPT = re.compile(
-    r"(.+)-([0-9]{1,9})\.[^.]*\.partial"
-)  # host and process of an attempt, after the row's name
+# Host and process of an attempt, after the row's name.
+ATTEMPT = re.compile(r"(.+)-([0-9]{1,9})\.[^.]*\.partial")
 FORMAT = "avatar-export-result"
 ALONE = (".avatar", ".npz", ".zip")  # trained avatars and bundles that are one file
 
@@ -225,7 +224,7 @@ def _upload(folder: Path, output: str, key: str) -> None:
 
 
 def refuse_other(output: str) -> None:
-    """Raises AvatarError if something is at `output` that is no result of a batch; an empty folder is none."""
+    """Raises AvatarError if `output` holds something else than a result of a batch; it may be an empty folder."""
     if not is_url(output):
         path = Path(output)
         if not path.exists() or (path.is_dir() and not any(path.iterdir())):
@@ -244,7 +243,7 @@ def refuse_other(output: str) -> None:
 
 
 def read_record(output: str) -> dict[str, Any] | None:
-    """What RECORD in the folder `output` says; None if there is none that is ours. Raises StoreError."""
+    """What RECORD in the folder `output` says; None without one of ours. Raises StoreError."""
     try:
         said = json.loads(read_bytes(f"{output}/{RECORD}", RECORD_LIMIT))
     except StoreError:

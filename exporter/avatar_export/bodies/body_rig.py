@@ -13,7 +13,7 @@ import numpy.typing as npt
 from avatar_export.bodies.body_model import BodyModel
 from avatar_export.bodies.subject_files import read_static_offset
 from avatar_export.formats.casts import as_float32
-from avatar_export.sparse import sparse_rows
+from avatar_export.sparse import no_shifts, sparse_rows
 from avatar_runtime.avatar import F32, F64, Rig, SparseRows
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.rotation import translation_matrix
@@ -96,7 +96,7 @@ def _late(body: BodyModel, morphs: Mapping[str, F32]) -> SparseRows:
                 field=name,
             )
     if not morphs:
-        return SparseRows.empty(body.vertex_count, 0, {"position": (3,)})
+        return no_shifts(body.vertex_count)
     return _by_vertex(np.stack(list(morphs.values()), axis=1))
 
 

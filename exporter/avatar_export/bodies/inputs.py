@@ -57,6 +57,14 @@ class Inputs:
         return found
 
 
+def given_files(options: ReadOptions, *roles: str) -> dict[str, Path]:
+    """ "ROLE/FILE" -> path of the files that the options `roles` name."""
+    given = {role: getattr(options, role) for role in roles}
+    return {
+        f"{role}/{path.name}": path for role, path in given.items() if path is not None and path.is_file()
+    }
+
+
 def find_inputs(model_folder: Path, options: ReadOptions, owner: str) -> Inputs:
     """Each input from its option, else from `options.dataset`, else from the model folder.
 
@@ -106,7 +114,7 @@ def _wrong_kind(path: Path, name: str) -> str | None:
 
 
 def found_file(root: Path, name: str) -> Path | None:
-    """The file in the folder `root` that would be taken for the input `name`; None if there is none."""
+    """The file in the folder `root` that would be taken for the input `name`, if there is one."""
     return _first(root, PATTERNS[name])
 
 
@@ -122,7 +130,7 @@ def passed_over(root: Path, name: str, taken: Path) -> list[Path]:
 
 
 def found_driving(dataset: Path | None) -> Path | None:
-    """driving.json in a dataset folder; None if there is none."""
+    """driving.json in a dataset folder, if there is one."""
     return None if dataset is None else _first(dataset, ("driving.json",))
 
 

@@ -12,7 +12,6 @@ not move, the head moves in the mesh. GaussianAvatars' dynamic_offset is not rea
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +20,7 @@ import numpy as np
 
 from avatar_export.bodies.body_model import JOINT_NAMES
 from avatar_export.formats.archive import Archive
-from avatar_export.formats.json_text import json_fault
+from avatar_export.formats.json_text import parse_json
 from avatar_export.formats.npy import parse_npy
 from avatar_runtime.avatar import F32, F64, Clip, Rig
 from avatar_runtime.io.errors import AvatarError
@@ -120,10 +119,7 @@ def body_clip(rig: Rig, poses: BodyPoses, name: str) -> Clip:
 
 
 def _flame_json(path: Path) -> BodyPoses:
-    try:
-        document = json.loads(read_bytes(path, MAX_FILE_BYTES))
-    except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not valid JSON ({json_fault(error)})", file=path) from None
+    document = parse_json(read_bytes(path, MAX_FILE_BYTES), path)
     frames = document.get("frames") if isinstance(document, dict) else None
     if not isinstance(frames, list) or not frames or not all(isinstance(frame, dict) for frame in frames):
         raise AvatarError(

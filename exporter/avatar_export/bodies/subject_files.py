@@ -87,8 +87,7 @@ def read_faces(path: Path, count: int) -> npt.NDArray[np.int32]:
     for row, word in enumerate(words):
         if not (word.isascii() and word.isdigit()) or len(word) > 10 or int(word) >= count:
             raise AvatarError(
-                f"entry {row} is {word[:20]!a}, expected a face of the body model, 0..{count - 1}",
-                file=path,
+                f"entry {row} is {word[:20]!a}, expected a face of the body model, 0..{count - 1}", file=path
             )
     return np.array([int(word) for word in words], np.int32)
 

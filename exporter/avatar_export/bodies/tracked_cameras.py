@@ -10,7 +10,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from avatar_export.formats.json_text import parse_json
 from avatar_export.formats.npy import ComputedArray, StoredArray
 from avatar_export.formats.pth import read_frame
 from avatar_runtime.avatar import F64
@@ -128,10 +128,7 @@ def transform_camera(frame: Object, whole: Object, file: Path, at: str) -> Track
 def _of_file(path: Path) -> list[TrackedCamera]:
     if path.suffix.lower() == ".frame":
         return [_checked(_of_tracker(path), path, "opencv")]
-    try:
-        document = json.loads(read_bytes(path, MAX_FILE_BYTES))
-    except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not JSON ({type(error).__name__})", file=path) from None
+    document = parse_json(read_bytes(path, MAX_FILE_BYTES), path)
     frames = document.get("frames") if isinstance(document, dict) else None
     if not isinstance(frames, list) or not frames or not all(isinstance(frame, dict) for frame in frames):
         raise AvatarError("holds no list of frames with cameras", file=path, field="frames")

@@ -42,7 +42,7 @@ def validate(path: str | Path) -> list[Problem]:
     """Every problem of the bundle at `path`, a folder or zip; [] for a sound bundle. Warnings do not stop readers.
 
     `Problem.path` is "FILE: FIELD" as in an AvatarError. If the manifest is invalid, nothing else is checked. Raises
-    AvatarError if `path` does not exist, TypeError for one that is none.
+    AvatarError if `path` does not exist, TypeError for what is no path.
     """
     path = arguments.path("path", path)
     if not path.exists():

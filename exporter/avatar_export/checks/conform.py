@@ -71,11 +71,7 @@ def conform_bundle(
 
 
 def _pack(
-    pack: Path,
-    avatar: Avatar,
-    backend: str | None,
-    outputs: Path | None,
-    progress: Callable[[str], None],
+    pack: Path, avatar: Avatar, backend: str | None, outputs: Path | None, progress: Callable[[str], None]
 ) -> Conformance:
     """The same by the folder beside a pack; driving is judged too."""
     reference = read_pack_reference(pack)

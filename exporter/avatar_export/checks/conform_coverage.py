@@ -219,9 +219,8 @@ def _composited(reference: Reference, step: Step) -> set[str]:
     power = -0.5 * (conic[..., 0] * off[..., 0] ** 2 + conic[..., 2] * off[..., 1] ** 2)
     power -= conic[..., 1] * off[..., 0] * off[..., 1]
     faintest = 1 / c["alpha_min_denominator"]
-    near = np.flatnonzero(
-        (power <= 0) & (power > np.log(faintest / 2) - 1)
-    )  # others are fainter than half of it
+    # The others are fainter than half of the faintest.
+    near = np.flatnonzero((power <= 0) & (power > np.log(faintest / 2) - 1))
     alpha = np.zeros(power.shape)
     opacity = x["opacity"][order].astype(np.float64)
     alpha.reshape(-1)[near] = opacity[near // len(pixels)] * np.exp(power.reshape(-1)[near])

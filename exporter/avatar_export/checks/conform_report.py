@@ -13,6 +13,9 @@ import numpy.typing as npt
 
 from avatar_export.checks.conform_coverage import Gap, gap_lines
 from avatar_export.images import png
+from avatar_export.measure.page import listed, page, table
+from avatar_export.notes.note import Note, fact
+from avatar_export.notes.text import text
 from avatar_runtime.conformance import Expected, ImageRow, Reference, Report, Row
 
 Pixels = npt.NDArray[np.uint8]
@@ -82,34 +85,25 @@ def facts(report: Report, reference: Reference, gaps: Iterable[Gap]) -> dict[str
         "not_tested": [
             {"kind": g.kind, "value": g.value, "same_as": list(g.same_as), "bundle": g.bundle} for g in gaps
         ],
-        "notes": notes(report, reference),
+        "notes": [*map(text, notes(report, reference))],
     }
 
 
-def notes(report: Report, reference: Reference) -> list[str]:
+def notes(report: Report, reference: Reference) -> list[Note]:
     """What the table does not say: what was skipped, and how far the two raster profiles differ."""
-    said = []
+    found = []
     if report.skipped:
-        why = "not given" if report.backend is None else f"backend {report.backend} does not draw"
-        said.append(f"{why}, so skipped: {'; '.join(report.skipped)}")
+        found.append(fact("skipped", backend=report.backend, stages="; ".join(report.skipped)))
     if report.backend is None:
-        said.append("images are not compared where outputs are given")
-        return said
+        return [*found, fact("no_images")]
     for case in reference.cases:
-        if not case.images:
-            continue
-        if case.engine_psnr_db is None:
-            said.append(f"case {case.case.name}: the profiles engine and trainer draw the same image")
-            continue
-        short = (
-            ""
-            if case.engine_psnr_db >= ENGINE_AGREES_DB
-            else f", less than the expected {ENGINE_AGREES_DB:g}"
-        )
-        said.append(
-            f"case {case.case.name}: profile engine against trainer {case.engine_psnr_db:.1f} dB{short}"
-        )
-    return said
+        name, db = case.case.name, case.engine_psnr_db
+        if case.images and db is None:
+            found.append(fact("profiles_same", case=name))
+        elif case.images and db is not None:
+            expected = None if db >= ENGINE_AGREES_DB else ENGINE_AGREES_DB
+            found.append(fact("profiles_differ", case=name, db=db, expected=expected))
+    return found
 
 
 def verdict(report: Report) -> str:
@@ -146,15 +140,15 @@ def html_report(title: str, report: Report, reference: Reference, gaps: Iterable
         f'<p class="{"good" if report.passed else "bad"}">{html.escape(verdict(report))}.</p>',
         f"<p>Reference made by {html.escape(reference.made_by)} ({html.escape(reference.generator)}).</p>",
         _table(stage_lines(report, reference)),
-        _list(notes(report, reference)),
+        listed(map(text, notes(report, reference))),
         "<h2>Not tested by this avatar</h2>",
-        _list(gap_lines(gaps)),
+        listed(gap_lines(gaps)),
         "<h2>Images</h2>",
         *(_figure(image, cases.get(image.case, "")) for image in report.images),
         "<h2>Every array</h2>",
         _table(all_lines(report, reference)),
     ]
-    return PAGE.format(title=html.escape(title), body="\n".join(parts))
+    return page(title, parts, CSS)
 
 
 def _row_facts(row: Row, expected: Expected) -> dict[str, Any]:
@@ -260,19 +254,11 @@ def _shown(image: ImageRow) -> dict[str, Pixels]:
 
 
 def _table(lines: Iterable[Line]) -> str:
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in (*COLUMNS, "worst element"))
-    body = "".join(
-        f'<tr class="{"good" if line.passed else "bad"}">'
-        + "".join(f"<td>{html.escape(cell)}</td>" for cell in (*line.cells, line.worst))
-        + "</tr>\n"
-        for line in lines
+    lines = list(lines)
+    cells = ([*map(html.escape, (*line.cells, line.worst))] for line in lines)
+    return table(
+        (*COLUMNS, "worst element"), cells, classes=["good" if line.passed else "bad" for line in lines]
     )
-    return f"<table><tr>{head}</tr>\n{body}</table>"
-
-
-def _list(texts: Iterable[str]) -> str:
-    items = "".join(f"<li>{html.escape(text)}</li>" for text in texts)
-    return f"<ul>{items}</ul>"
 
 
 def _figure(image: ImageRow, why: str) -> str:
@@ -288,18 +274,4 @@ def _figure(image: ImageRow, why: str) -> str:
     return f"<figure>{images}<figcaption>{html.escape(text)}</figcaption></figure>"
 
 
-PAGE = """<!doctype html>
-<html lang="en">
-<meta charset="utf-8">
-<title>{title}</title>
-<style>
-body {{ font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 70em; padding: 0 1em; }}
-table {{ border-collapse: collapse; }}
-th, td {{ padding: 0.1em 0.8em 0.1em 0; text-align: left; font-variant-numeric: tabular-nums; }}
-tr.bad td:nth-child(8), p.bad {{ color: #b00020; font-weight: bold; }}
-figure {{ margin: 1em 0; }}
-img {{ image-rendering: pixelated; margin-right: 4px; }}
-</style>
-{body}
-</html>
-"""
+CSS = "img { display: inline; width: auto; image-rendering: pixelated; margin-right: 4px; }"

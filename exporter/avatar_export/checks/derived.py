@@ -78,9 +78,8 @@ def _figures(said: Mapping[str, Any], found: Mapping[str, Any]) -> Iterator[Prob
 def _binding_pose(avatar: Avatar) -> Iterator[Problem]:
     if avatar.embedding is None:
         return
-    with np.errstate(
-        over="ignore", invalid="ignore"
-    ):  # values that are too large to compare are a problem below
+    # Values that are too large to compare are a problem below.
+    with np.errstate(over="ignore", invalid="ignore"):
         mean, quat = binding_pose(avatar.embedding, avatar.rules, avatar.training_per_bundle)
         for field, error in zip(("xyz", "rot"), _apart(avatar.gaussians, mean, quat), strict=True):
             row = int(np.argmax(error))

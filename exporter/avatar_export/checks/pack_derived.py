@@ -23,15 +23,13 @@ from avatar_runtime.program.coded import coded_of
 from avatar_runtime.program.model import Program
 from avatar_schema.validate import Problem
 
-SAME = (
-    1e-4  # metres, and of numbers of `driving`: what is made again on another machine may differ by roundings
-)
+# Metres, and of numbers of `driving`: what is made again on another machine may differ by roundings.
+SAME = 1e-4
 MOVED = 32  # poses that are tried; those of clips and of single expressions count, which `swept` has to hold
 STRAY = 0.05  # of the box's size, by which a Gaussian may leave it: the box is an estimate for some bindings
 LARGEST_PREVIEW = 4096  # pixels along an edge
-UNLIKE = (
-    32.0  # of 255, mean over the pixels that either image covers; a lossy WebP of a coarse pack is below 10
-)
+# Of 255, mean over the pixels that either image covers; a lossy WebP of a coarse pack is below 10.
+UNLIKE = 32.0
 
 
 def program_problems(pack: Pack) -> Iterator[Problem]:

@@ -20,7 +20,7 @@ CASES_FILE = REFERENCE_FILES[0]
 def read_reference(document: Mapping[str, Any], read: Open) -> Reference:
     """The reference of the bundle whose manifest is `document`.
 
-    Raises AvatarError if there is none, if a file of it is missing, altered or unsound, or if it was made for other
+    Raises AvatarError without one, if a file of it is missing, altered or unsound, or if it was made for other
     normative files than those of the bundle.
     """
     listed = {entry["path"]: entry for entry in document["files"]}

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from avatar_export.notes.note import Note, fact
 from avatar_runtime.avatar import F32, F64, Avatar, Clip, Rig, SparseRows
 from avatar_runtime.bundle import MANIFEST, load
 from avatar_runtime.driving.arkit import first_canonical
@@ -33,7 +34,7 @@ class Borrowed:
     """A clip of another avatar, for this one, and what it moves in the other and nothing here."""
 
     clip: Clip
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def parts_of(path: Path) -> tuple[Path, str] | None:
@@ -93,17 +94,9 @@ def _moved(avatar: Avatar, other: Avatar, clip: Clip, file: Path) -> Borrowed:
             f"clip {clip.name!r} moves nothing of this avatar; it moves {names}, which have no counterpart by name",
             file=file,
         )
-    notes = [
-        f"{len(names)} {part} of the clip have no counterpart in this avatar: {', '.join(names[:MOST_NAMED])}"
-        f"{' ...' if len(names) > MOST_NAMED else ''}"
-        for part, names in lost.items()
-        if names
-    ]
+    notes = [fact("no_counterpart", part=part, names=names) for part, names in lost.items() if names]
     if shifted:
-        notes.append(
-            f"{len(shifted)} joints of the clip also move against their parents, which bones of another length do not: "
-            f"only their rotations are taken ({', '.join(shifted[:MOST_NAMED])})"
-        )
+        notes.append(fact("rotations_alone", names=shifted))
     return Borrowed(result, tuple(notes))
 
 

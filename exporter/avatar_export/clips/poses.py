@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from avatar_runtime.avatar import Avatar, Blendshapes, Clip, Expression, Gaussians, Rig, Rules, SparseRows
+from avatar_export.sparse import no_deltas
+from avatar_runtime.avatar import Avatar, Clip, Expression, Gaussians, Rig, Rules, SparseRows
 from avatar_runtime.pose import Pose, clip_pose, resolve
 
 
@@ -48,7 +49,6 @@ def first_frame(clip: Clip) -> Clip:
 
 def rig_avatar(rig: Rig, expressions: tuple[Expression, ...]) -> Avatar:
     """An avatar of a rig without Gaussians, to pose its mesh; it does not pass the check of avatars."""
-    k, features = len(expressions), 9 * len(rig.corrective_joints)
     return Avatar(
         name="rig",
         gaussians=Gaussians(*(np.zeros((0, *shape), np.float32) for shape in ((3,), (3,), (4,), (), (1, 3)))),
@@ -56,12 +56,7 @@ def rig_avatar(rig: Rig, expressions: tuple[Expression, ...]) -> Avatar:
         rules=Rules(),
         expressions=expressions,
         late_morph_names=(),
-        blendshapes=Blendshapes(
-            SparseRows.empty(0, k, {"mean": (3,), "quat_wxyz": (4,)}),
-            SparseRows.empty(0, k, {"log_scale": (3,), "opacity_logit": (), "sh": (1, 3)}),
-            SparseRows.empty(0, features, {"mean": (3,)}),
-            SparseRows.empty(0, 0, {"mean": (3,)}),
-        ),
+        blendshapes=no_deltas(0, len(expressions), 9 * len(rig.corrective_joints)),
         skin=SparseRows.empty(0, rig.joint_count, {"weight": ()}),
         rig=rig,
         sh_degree=0,

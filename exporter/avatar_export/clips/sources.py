@@ -18,6 +18,7 @@ from avatar_export.driving import drive, takes
 from avatar_export.driving.frames import DrivingTake
 from avatar_export.formats.fbx.file import open_fbx
 from avatar_export.formats.gltf.animation import clip_names
+from avatar_export.notes.note import Note, fact
 from avatar_runtime.avatar import Avatar, Clip
 from avatar_runtime.io.errors import AvatarError
 
@@ -48,13 +49,12 @@ def clips_from(avatar: Avatar, path: Path, *, optional: bool = False) -> tuple[C
     return tuple(unique)
 
 
-def clip_notes(avatar: Avatar, path: Path, name: str | None = None) -> tuple[str, ...]:
+def clip_notes(avatar: Avatar, path: Path, name: str | None = None) -> tuple[Note, ...]:
     """What a clip in the file `path` moves and `avatar` has no counterpart for. `name` is one of a .glb's clips."""
     if other_avatar.parts_of(path) is not None:
         return other_avatar.borrowed(avatar, path).notes
     strangers = [] if name is None else gltf_files.unmatched(avatar, path, name)
-    listed = f"{len(strangers)} nodes of the clip have no joint in this avatar: {', '.join(strangers[:5])}"
-    return (listed,) if strangers else ()
+    return (fact("no_counterpart", part="nodes", names=strangers),) if strangers else ()
 
 
 def unique_name(name: str, taken: Collection[str]) -> str:

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from avatar_export.batch.result import Result
 
 Rows = Annotated[
-    str,
-    typer.Argument(help="A .csv, a .jsonl, or a folder that is searched for avatars.", metavar="LIST"),
+    str, typer.Argument(help="A .csv, a .jsonl, or a folder that is searched for avatars.", metavar="LIST")
 ]
 Out = Annotated[str, typer.Option("--out", "-o", help="Folder or URL for the outputs and the report.")]
 Workers = Annotated[
@@ -29,8 +28,7 @@ Workers = Annotated[
     typer.Option(help="Worker processes on this machine; default: one a core, as far as memory goes.", min=1),
 ]
 Scheduler = Annotated[
-    str | None,
-    typer.Option(help="A Dask scheduler that runs already.", metavar="tcp://HOST:PORT"),
+    str | None, typer.Option(help="A Dask scheduler that runs already.", metavar="tcp://HOST:PORT")
 ]
 Retries = Annotated[
     int, typer.Option(help="How often a row is tried again if it may go better.", min=0, max=100)

@@ -24,7 +24,7 @@ from avatar_export.checks.conform_report import (
     worst_elements,
 )
 from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, messages, output, print_json
+from avatar_export.commands.console import Steps, messages, output, print_json, tell
 from avatar_export.readers.table import expect_bundle
 from avatar_runtime.backends import BACKENDS
 from avatar_runtime.io.errors import AvatarError, printable
@@ -92,8 +92,7 @@ def _print(found: Conformance) -> None:
         said = f"{failed[0].case}: {failed[0].stage} differs" if failed else "passes"
         output.print(f"driving: {len(found.driving.rows)} arrays, {said}")
     output.print(f"judged: {'; '.join(judged_lines(found.report))}")
-    for note in notes(found.report, found.reference):
-        messages.print(f"note: {note}")
+    tell(notes(found.report, found.reference))
     for note in gap_lines(found.gaps) if found.passed else ():
         messages.print(f"note: {note}", soft_wrap=True)
 

@@ -18,7 +18,8 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from avatar_export.notes import Note, text
+from avatar_export.notes.note import Note
+from avatar_export.notes.text import text
 from avatar_runtime.io.errors import printable
 
 SECONDS = 10.0  # between two lines of progress where there is no terminal
@@ -39,7 +40,7 @@ output = CleanConsole(highlight=False, markup=False, soft_wrap=not sys.stdout.is
 def tell(notes: Iterable[Note]) -> None:
     """A line for each note, on standard error."""
     for note in notes:
-        messages.print(f"{'warning' if note.doubt else 'note'}: {text(note)}")
+        messages.print(f"{'warning' if note.doubtful else 'note'}: {text(note)}")
 
 
 class Steps:

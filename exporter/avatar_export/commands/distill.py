@@ -12,13 +12,14 @@ from avatar_export.bodies.body_model import read_body_model
 from avatar_export.bodies.body_rig import bake_rig
 from avatar_export.bodies.subject_files import read_shape
 from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, messages, output
+from avatar_export.commands.console import Steps, output, tell
 from avatar_export.commands.declared import command
 from avatar_export.distill import make
 from avatar_export.distill.dumps.check import check as judged
 from avatar_export.distill.dumps.folder import open_dumps
 from avatar_export.distill.dumps.held import split
 from avatar_export.distill.report import report_html
+from avatar_export.notes.text import text
 from avatar_export.options import Author, BodyModel, Consent, Licence
 from avatar_export.provenance import with_rights
 from avatar_export.rigs.rig_file import read_rig_file
@@ -83,16 +84,12 @@ def distill(
             avatar = with_rights(result.avatar, licence, author, consent)
             write_bundle(avatar, out, force=force, progress=lambda file: step(f"writing {file}"))
     errors = result.errors
-    measured = "baked, an upper bound" if result.form == "baked clips" else "held out"
+    measured = "baked, an upper bound" if result.form == make.BAKED else "held out"
     output.print(
         f"{report if dry_run else out}: {result.form}, {errors.rms:.3g} mm, {errors.decibels:.1f} dB in the foreground "
         f"({measured})"
     )
-    for text in result.checked.mended:
-        messages.print(f"note: mended: {text}")
-    messages.print(f"note: {result.reason}")
-    for text in result.doubts:
-        messages.print(f"warning: {text}")
+    tell([*make.mended_notes(result.checked), result.reason, *result.doubts])
 
 
 def check(dumps: Dumps) -> None:
@@ -100,16 +97,16 @@ def check(dumps: Dumps) -> None:
     with Steps() as step:
         given = open_dumps(dumps)
         found = judged(given, step)
-    doubts = split(found.dumps).warnings
+    doubts = split(found.dumps).doubts
     drivers = given.drivers
     output.print(
         f"{dumps}: {drivers.frames} frames of {found.layout.rows} Gaussians in {len(np.unique(drivers.take))} takes, "
         f"{len(drivers.joint_names)} joints, {len(drivers.driver_names)} drivers"
     )
-    for text in found.mended:
-        output.print(f"would be mended: {text}")
-    for text in doubts:
-        output.print(f"warning: {text}")
+    for note in found.mended:
+        output.print(f"would be mended: {text(note)}")
+    for note in doubts:
+        output.print(f"warning: {text(note)}")
 
 
 def _rig(body_model: Path | None, shape: Path | None, rig: Path | None) -> tuple[Rig | None, tuple[str, ...]]:

@@ -8,12 +8,13 @@ from typing import Annotated
 
 import typer
 
-from avatar_export.commands.console import Steps, messages, output
+from avatar_export.commands.console import Steps, output, tell
 from avatar_export.commands.declared import command
 from avatar_export.convert_options import SourceOptions
 from avatar_export.drop import dropping
 from avatar_export.drop.contents import Source
 from avatar_export.drop.placing import KEEP, NEW, REMOVE, SAME, UPDATE
+from avatar_export.notes.note import fact
 from avatar_export.options import Option
 from avatar_export.packing.choices import level_parts
 
@@ -63,12 +64,9 @@ def drop(
                 output.print(f"{word:6}  {path}")
     else:
         _print(done)
-    for path in done.kept:
-        messages.print(
-            f"note: {path} was changed after it was dropped and stays as it is; --force replaces it"
-        )
-    for note in done.notes:
-        messages.print(f"note: {note}")
+    cure = {"verb": "dropped", "cure": "--force replaces it"}
+    tell(fact("changed_since", path=path, **cure) for path in done.kept)
+    tell(done.notes)
     if not dry_run:
         output.print("Next:")
         for number, text in enumerate(done.steps, 1):

@@ -112,7 +112,7 @@ def _available() -> Limits:
 
 
 def _number(path: Path) -> int | None:
-    """The first number in a file; None if there is none ("max")."""
+    """The first number in a file; None without a number ("max")."""
     words = _text(path).split()
     return int(words[0]) if words and words[0].isdigit() else None
 

@@ -10,11 +10,12 @@ import typer
 
 from avatar_export.clips.sources import clip_notes
 from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, messages, output, print_json
+from avatar_export.commands.console import Steps, output, print_json, tell
 from avatar_export.commands.declared import command
 from avatar_export.conversion import read_source
 from avatar_export.convert_options import SourceOptions
 from avatar_export.measure.yardstick import Measured
+from avatar_export.notes.note import Note
 from avatar_export.packing.choices import Choices
 from avatar_export.packing.make import Made, make_pack
 
@@ -53,7 +54,7 @@ def pack(
     raise typer.Exit(0 if made.met else 1)
 
 
-def _print(out: Path, made: Made, notes: Sequence[str]) -> None:
+def _print(out: Path, made: Made, notes: Sequence[Note]) -> None:
     for index, measured in enumerate(made.measured):
         count, figures = made.counts[index], _figures(measured)
         output.print(
@@ -63,8 +64,7 @@ def _print(out: Path, made: Made, notes: Sequence[str]) -> None:
         )
     for part, size in made.parts.items():
         output.print(f"  {size / 1e3:9.1f} kB  {part}")
-    for note in (*notes, *made.notes):
-        messages.print(f"note: {note}")
+    tell([*notes, *made.notes])
 
 
 def _figures(measured: Measured) -> str:

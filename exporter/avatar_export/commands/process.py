@@ -197,9 +197,8 @@ class _Ending:
     def _again(self) -> None:
         """Sends the signal once more, soon. A bare thread: handlers run anywhere, inside `threading` too."""
         if not self.over:
-            with suppress(
-                RuntimeError
-            ):  # no memory for a thread: the end of the block still ends the process
+            # No memory for a thread: the end of the block still ends the process.
+            with suppress(RuntimeError):
                 _thread.start_new_thread(self._send, ())
 
     def _send(self) -> None:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
 
 from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, messages, output
+from avatar_export.commands.console import Steps, output, tell
 from avatar_export.commands.declared import command
 from avatar_export.commands.view import Sources
+from avatar_export.notes.note import Note, fact
 from avatar_export.options import Clips
 from avatar_export.serving import publish as publishing
 from avatar_export.serving import site_folder
@@ -54,10 +54,10 @@ def publish(
         refuse_existing(out, force)
     else:
         site_folder.expect_replaceable(out, force)
-    notes: list[str] = []
-    with TemporaryDirectory(prefix="avatar-export-") as work, Steps() as step:
-        taken = site_folder.FOLDERS
-        avatars = [source.load(step, clip, notes.append) for source in sources_of(sources, Path(work), taken)]
+    notes: list[Note] = []
+    with Steps() as step:
+        found = sources_of(sources, site_folder.FOLDERS)
+        avatars = [source.load(step, clip, notes.append) for source in found]
         step("writing")
         if single:
             page = publishing.single(avatars[0], title)
@@ -65,22 +65,17 @@ def publish(
             size = len(page.encode())
         else:
             files = publishing.site(avatars, address, title)
-            for path in site_folder.write_site(out, files, force):
-                notes.append(
-                    f"{path} was changed after it was published and stays as it is; delete it to get a new one"
-                )
+            kept = site_folder.write_site(out, files, force)
+            changed = {"verb": "published", "cure": "delete it to get a new one"}
+            notes += [fact("changed_since", path=path, **changed) for path in kept]
             size = sum(map(len, files.values()))
-    for note in notes:
-        messages.print(f"note: {note}")
-    for avatar in avatars:
-        if avatar.license is None:
-            messages.print(f"note: {avatar.name}: no licence is stated; `convert --licence` states one")
+    unlicensed = [avatar.name for avatar in avatars if avatar.license is None]
+    notes += [fact("no_licence", avatar=name, option="`convert --licence`") for name in unlicensed]
+    if single and size > LARGE:
+        notes.append(fact("large_page"))
+    tell(notes)
     if single:
         output.print(f"{out}: {size / 1e6:.2f} MB; open it by double-click")
-        if size > LARGE:
-            messages.print(
-                "note: mail and chats may refuse so large a file; `pack --max-bytes` makes it smaller"
-            )
         return
     count = f"{len(avatars)} avatars, " if len(avatars) > 1 else ""
     output.print(f"{out}: {count}{size / 1e6:.2f} MB; copy the folder to a web server or file host")

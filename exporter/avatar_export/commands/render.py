@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, messages, output
+from avatar_export.commands.console import Steps, messages, output, tell
 from avatar_export.commands.declared import command
 from avatar_export.options import Options, option
 from avatar_export.playing import frames as playing
@@ -156,8 +156,9 @@ def render(
             )
         images = playing.frames(avatar, shown, view)
         playing.save(out, images, count, shown.fps, force, lambda i: step(f"frame {i} of {count}"))
-    for note in (*warnings(bundle), *sequence.notes):
-        messages.print(f"note: {note}")
+    for problem in warnings(bundle):
+        messages.print(f"note: {problem}")
+    tell(sequence.notes)
     output.print(f"{out}: {count} image{'s' * (count > 1)} of {view.width}x{view.height}")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
@@ -61,10 +60,8 @@ def view(
         refuse_existing(record, force)
     receiver = Receiver(Ports(live_port, osc_port), messages.print, record) if live else None
     try:
-        with TemporaryDirectory(prefix="avatar-export-") as work:
-            given = sources_of(sources, Path(work))
-            voice = run.Voice(_print_now, messages.print, Steps)
-            run.view(given, run.Choices(port, lan, not no_open), voice, receiver)
+        voice = run.Voice(_print_now, messages.print, Steps)
+        run.view(sources_of(sources), run.Choices(port, lan, not no_open), voice, receiver)
     finally:
         if receiver is not None:
             receiver.close()

@@ -10,7 +10,7 @@ import numpy as np
 from avatar_export.distill.dumps.folder import Dumps
 from avatar_export.distill.learn import Fitted, Task
 from avatar_export.distill.skeleton import Skeleton, local
-from avatar_export.sparse import SparseRowsBuilder
+from avatar_export.sparse import SparseRowsBuilder, no_shifts
 from avatar_runtime.avatar import (
     Avatar,
     Blendshapes,
@@ -134,7 +134,7 @@ class Builder:
                 self._geometry.finish(),
                 self._appearance.finish(),
                 self._corrective_rows(rig),
-                SparseRows.empty(n, 0, {"mean": (3,)}),
+                no_shifts(n, of="mean"),
             ),
             skin=self._skin.finish(),
             rig=rig,

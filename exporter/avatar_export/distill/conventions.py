@@ -10,16 +10,17 @@ from avatar_export.distill import planes, weights
 from avatar_export.distill.dumps.frames import Rows
 from avatar_export.distill.learn import Task, sample_rows
 from avatar_export.distill.sh_turn import turned_sh
+from avatar_export.notes.note import Note, fact
 from avatar_runtime.avatar import F32
 from avatar_runtime.rotation import quat_multiply
 
 CLEARER = 4.0  # times less variance over the frames, by which one reading is taken for the right one
 STILLER = 1.5  # times less variance without the joints' turns, by which they do not turn Gaussians
 NOISE = 1e-5  # variance that rounding and small changes cause
-TURNED = 1e-3  # mean square of R - I of the sample's rotations, below which nothing can be told
+TURNED = 1e-3  # mean square of R - I of the sample's rotations, below which the numbers show no convention
 
 
-def settled(task: Task, mended: list[str]) -> Task:
+def settled(task: Task, mended: list[Note]) -> Task:
     """`task` with the conventions that the numbers show; `mended` gets what dumps.json says otherwise."""
     if task.skeleton is None:
         return task
@@ -37,7 +38,7 @@ def settled(task: Task, mended: list[str]) -> Task:
     return task
 
 
-def _quaternions(task: Task, sample: Rows, rotation: F32, mended: list[str]) -> Task:
+def _quaternions(task: Task, sample: Rows, rotation: F32, mended: list[Note]) -> Task:
     back = planes.quaternions(rotation) * np.array([1, -1, -1, -1], np.float32)
     own, other = sample.quat_wxyz, _reordered(task, sample.quat_wxyz)
     spread = {
@@ -49,9 +50,7 @@ def _quaternions(task: Task, sample: Rows, rotation: F32, mended: list[str]) -> 
     if spread["other"] + NOISE < (least + NOISE) / CLEARER:
         said = task.dumps.encoding.quaternion
         right = "xyzw" if said == "wxyz" else "wxyz"
-        mended.append(
-            f"rot_0..3 turn with the joints as {right}, not as {said}: encoding.quaternion is {right}"
-        )
+        mended.append(fact("quaternion_order", right=right, stated=said))
         dumps = replace(task.dumps, encoding=replace(task.dumps.encoding, quaternion=right))
         return replace(task, dumps=dumps)
     return replace(task, turns=spread["turned"] + NOISE < STILLER * (spread["still"] + NOISE))
@@ -62,7 +61,7 @@ def _reordered(task: Task, quat: F32) -> F32:
     return quat[..., [3, 0, 1, 2]] if task.dumps.encoding.quaternion == "wxyz" else quat[..., [1, 2, 3, 0]]
 
 
-def _harmonics(task: Task, sample: Rows, rotation: F32, mended: list[str]) -> Task:
+def _harmonics(task: Task, sample: Rows, rotation: F32, mended: list[Note]) -> Task:
     said = task.dumps.encoding.sh
     if said != "rotated":
         return task
@@ -70,10 +69,7 @@ def _harmonics(task: Task, sample: Rows, rotation: F32, mended: list[str]) -> Ta
     back = turned_sh(sample.sh, planes.matrices(rotation).swapaxes(-1, -2))
     unturned = float(back[:, :, 1:].var(axis=0).mean())
     if higher + NOISE**2 < (unturned + NOISE**2) / CLEARER:
-        mended.append(
-            "f_rest_* do not turn with the joints, though dumps.json says rotated: they are read as unrotated, so the "
-            "avatar turns the view direction"
-        )
+        mended.append(fact("unrotated_sh"))
         return replace(task, dumps=replace(task.dumps, encoding=replace(task.dumps.encoding, sh="unrotated")))
     return task
 

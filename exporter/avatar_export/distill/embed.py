@@ -9,6 +9,7 @@ import numpy as np
 
 from avatar_export.distill.planes import aligned
 from avatar_export.fit.closest import Triangles
+from avatar_export.ops.rings import rings
 from avatar_runtime.avatar import F32, F64, I64, U32, Embedding, Rules
 from avatar_runtime.rotation import quat_multiply
 from avatar_runtime.stages.surface import (
@@ -19,11 +20,9 @@ from avatar_runtime.stages.surface import (
     triangle_shape,
     vertex_normals,
 )
-from avatar_runtime.topology import vertex_triangles
 
 TRIED = 10  # frames in which places are settled
 SEARCHED = 3  # frames in which the nearest triangle is looked for
-RING = 25  # triangles about a triangle, itself included
 WIDER = (48, 192, 2048)  # triangles tried for a Gaussian that still wanders
 MOST_PAIRS = 1 << 18  # of Gaussians and triangles that are tried so
 SETTLED = 1e-6  # metres: a Gaussian that wanders less has its triangle
@@ -91,7 +90,9 @@ def places(mesh: Posed, mean: F32) -> Place:
     The nearest triangles and their neighbours are tried first, and more of those about a Gaussian that still wanders.
     """
     near = _nearest(mesh, mean)
-    found = _best(mesh, mean, np.concatenate([near, _rings(mesh)[near[:, 0]]], axis=1))
+    found = _best(
+        mesh, mean, np.concatenate([near, rings(mesh.triangles, len(mesh.vertices[0]))[near[:, 0]]], axis=1)
+    )
     for count in WIDER:
         restless = np.argsort(-found.cost, kind="stable")[: MOST_PAIRS // count]
         restless = restless[found.cost[restless] > SETTLED**2]
@@ -190,19 +191,6 @@ def _nearest(mesh: Posed, mean: F32) -> I64:
         for f in some
     ]
     return np.stack([one.triangle for one in found], axis=1)
-
-
-def _rings(mesh: Posed) -> I64:
-    """[T, RING] triangles that share a vertex with each triangle, itself first; repeated where there are fewer."""
-    pointer, member = vertex_triangles(mesh.triangles, len(mesh.vertices[0]))
-    pointer, member = pointer.astype(np.int64), member.astype(np.int64)
-    corners = mesh.triangles.astype(np.int64)
-    own = np.arange(len(corners))[:, None]
-    around = [own]
-    for k in range((RING - 1) // 3):
-        at = pointer[corners] + k
-        around.append(np.where(at < pointer[corners + 1], member[np.minimum(at, len(member) - 1)], own))
-    return np.concatenate(around, axis=1)
 
 
 @dataclass(frozen=True)

@@ -20,12 +20,14 @@ from avatar_export.distill.mesh import Mesh, check_rest, joint_basis, mesh_of, o
 from avatar_export.distill.refuse import Sweep, refuse, sweep
 from avatar_export.distill.skeleton import Skeleton, skeleton_of
 from avatar_export.levels.level import measured_contribution
-from avatar_export.notes import DOUBT
+from avatar_export.notes.note import Note, doubt, fact
+from avatar_export.notes.text import stored
 from avatar_runtime.avatar import F64, Avatar, Rig
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.ownership import owned
 
+BAKED = "baked clips"  # the form without a skeleton
 BAKED_BELOW = 40.0  # dB: bases are tried where the drivers leave more
 BAKED_GAIN = 1.0  # dB that bases must gain to be kept
 # Where bases are tried, entries are dropped first that show least: so much of what the drivers leave they may show.
@@ -49,7 +51,7 @@ class Distilled:
 
     avatar: Avatar
     form: str
-    reason: str
+    reason: Note
     checked: Checked
     frames: Split
     task: Task
@@ -57,7 +59,7 @@ class Distilled:
     errors: measure.Errors  # on held-out frames; of a baked avatar, an upper bound
     baked: measure.Errors | None  # with residual bases, where they are kept: an upper bound
     sweep: Sweep
-    doubts: tuple[str, ...]
+    doubts: tuple[Note, ...]
 
 
 def distill(
@@ -79,14 +81,15 @@ def distill(
         dumps = open_dumps(folder)
         if rig is not None:
             if not dumps.drivers.joint_names:
-                raise AvatarError("has no joints, so a rig says nothing", file=folder / "drivers.npz")
+                raise AvatarError("has no joints, so a rig cannot help", file=folder / "drivers.npz")
             dumps = replace(dumps, drivers=ordered(dumps.drivers, rig))
         checked = check(dumps, progress)
         frames = split(checked.dumps)
         result = _distilled(checked, frames, rig, morph_names, progress)
         written(result)
         found = refuse(result.errors, accept_error)
-        return replace(result, doubts=(*result.doubts, *found), avatar=_noted(result, found))
+        result = replace(result, doubts=(*result.doubts, *(one for one in found if one not in result.doubts)))
+        return replace(result, avatar=_noted(result))
 
 
 def _distilled(
@@ -111,7 +114,7 @@ def _distilled(
     if best.form == "skinning" and best.errors.decibels < BAKED_BELOW:
         best, share = _small(task, best, frames, progress)
         final, baked = _with_bases(task, mesh, best, share, frames, progress)
-        reason += f"; of it, entries that show least were dropped ({_figures(best)})"
+        reason = fact(reason.kind, **{**reason.values, "dropped": _figures(best)})
     return Distilled(
         avatar=final.avatar,
         form=final.form,
@@ -184,20 +187,17 @@ def _baked_alone(checked: Checked, frames: Split, task: Task, progress: Progress
     extended = residual.bases_alone(task)
     avatar = _skinned(extended, None, progress)
     found = measure.errors(extended, avatar, frames.held_out, measured_contribution(avatar), progress)
-    reason = "drivers.npz has no skeleton: the result plays the dumped takes, and nothing else"
-    candidate = Candidate("baked clips", avatar, found)
+    candidate = Candidate(BAKED, avatar, found)
     return Distilled(
-        avatar, candidate.form, reason, checked, frames, extended, (candidate,), found, found,
-        sweep(avatar, np.zeros(0), found.height), (*_doubts(checked.dumps, frames, None, task), reason),
+        avatar, candidate.form, fact("no_skeleton"), checked, frames, extended, (candidate,), found, found,
+        sweep(avatar, np.zeros(0), found.height), (*_doubts(checked.dumps, frames, None, task), doubt("no_skeleton")),
     )  # fmt: skip
 
 
-def _reason(tried: Sequence[Candidate], best: Candidate, mesh: Mesh | None) -> str:
-    figures = "; ".join(map(_figures, tried))
-    if len(tried) > 1:
-        return f"{best.form} has the least error on held-out frames ({figures})"
+def _reason(tried: Sequence[Candidate], best: Candidate, mesh: Mesh | None) -> Note:
     why = "no mesh was given" if mesh is None else "the Gaussians do not follow the mesh"
-    return f"{why}, so {best.form} was learnt ({figures})"
+    figures = "; ".join(map(_figures, tried))
+    return fact("form", form=best.form, tried=figures, why=why if len(tried) == 1 else None, dropped=None)
 
 
 def _figures(one: Candidate) -> str:
@@ -211,30 +211,31 @@ def _turns(skeleton: Skeleton, task: Task) -> F64:
     return np.where(skeleton.parents < 0, 0.0, angle)
 
 
-def _doubts(dumps: Dumps, frames: Split, skeleton: Skeleton | None, task: Task) -> tuple[str, ...]:
-    found = list(frames.warnings)
+def _doubts(dumps: Dumps, frames: Split, skeleton: Skeleton | None, task: Task) -> tuple[Note, ...]:
+    found = list(frames.doubts)
     names = dumps.drivers.driver_names
     still = [name for index, name in enumerate(names) if index not in set(task.active.tolist())]
     if still and skeleton is not None:
         more = f", {len(still)} in all" if len(still) > 1 else ""
-        found.append(
-            f"driver {still[0]} hardly varies{more}: nothing was learnt of it; dump each driver alone"
-        )
+        found.append(doubt("still_driver", driver=still[0], more=more))
     if dumps.document.get("camera"):
-        found.append("colours were dumped for one camera: seen from elsewhere they are only near")
+        found.append(doubt("one_camera"))
     return tuple(found)
 
 
-def _noted(result: Distilled, found: Sequence[str]) -> Avatar:
+def _noted(result: Distilled) -> Avatar:
     """The avatar with what happened in its provenance."""
-    errors = result.errors
-    held = f"{len(errors.frames)} held-out frames, {errors.rms:.3g} mm RMS, {errors.decibels:.1f} dB in the foreground"
-    if result.form == "baked clips":
-        held = f"baked clips, not held out: {errors.rms:.3g} mm RMS and {errors.decibels:.1f} dB in the foreground"
-    notes = [
-        f"distilled from posed dumps: {held}",
-        result.reason,
-        *(f"mended: {text}" for text in result.checked.mended),
-        *(f"{DOUBT}{text}" for text in dict.fromkeys([*result.doubts, *found])),
-    ]
-    return replace(result.avatar, provenance={**result.avatar.provenance, "notes": notes})
+    notes = [distilled_note(result), result.reason, *mended_notes(result.checked), *result.doubts]
+    return replace(result.avatar, provenance={**result.avatar.provenance, "notes": stored(notes)})
+
+
+def distilled_note(result: Distilled) -> Note:
+    """How far the avatar is from the dumps."""
+    errors, held_out = result.errors, result.form != BAKED
+    figures = {"frames": len(errors.frames), "mm": errors.rms, "db": errors.decibels}
+    return fact("distilled", held_out=held_out, **figures)
+
+
+def mended_notes(checked: Checked) -> list[Note]:
+    """What was wrong in the dumps and is right in the avatar."""
+    return [fact("mended", what=note) for note in checked.mended]

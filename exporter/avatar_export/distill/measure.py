@@ -12,12 +12,12 @@ from avatar_export.distill.learn import Task
 from avatar_export.distill.sh_turn import turned_sh
 from avatar_export.images import Box, frame_camera, robust_box
 from avatar_export.measure.yardstick import MASK_ALPHA, psnr
+from avatar_export.sparse import no_deltas
 from avatar_runtime.avatar import (
     F32,
     F64,
     I64,
     Avatar,
-    Blendshapes,
     Gaussians,
     Group,
     RasterSettings,
@@ -145,9 +145,6 @@ def _posed(task: Task, rows: Rows, splats: Splats, near: float) -> Avatar:
     if task.dumps.encoding.sh == "unrotated" and count > 1 and splats.sh_rotation is not None:
         sh = turned_sh(sh, splats.sh_rotation)
     g = Gaussians(rows.mean[0], rows.log_scale[0], rows.quat_wxyz[0], rows.opacity_logit[0], sh)
-    geometry = SparseRows.empty(n, 0, {"mean": (3,), "quat_wxyz": (4,)})
-    appearance = SparseRows.empty(n, 0, {"log_scale": (3,), "opacity_logit": (), "sh": (count, 3)})
-    none = SparseRows.empty(n, 0, {"mean": (3,)})
     return Avatar(
         name="frame",
         gaussians=g,
@@ -155,7 +152,7 @@ def _posed(task: Task, rows: Rows, splats: Splats, near: float) -> Avatar:
         rules=Rules(sh_direction="world"),
         expressions=(),
         late_morph_names=(),
-        blendshapes=Blendshapes(geometry, appearance, none, none),
+        blendshapes=no_deltas(n, coefficients=count),
         skin=SparseRows.empty(n, 0, {"weight": ()}),
         rig=None,
         sh_degree=g.sh_degree,

@@ -15,6 +15,7 @@ from avatar_export.distill.learn import Task
 from avatar_export.distill.skeleton import Skeleton
 from avatar_export.fit.closest import Triangles
 from avatar_export.rigs.rig_arrays import by_row
+from avatar_export.sparse import no_shifts
 from avatar_runtime.avatar import F32, F64, I64, Rig, SparseRows
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import PoseArrays
@@ -22,9 +23,8 @@ from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints, rest_transforms
 from avatar_runtime.stages.sparse import gather
 
-LARGEST_OFF = (
-    0.01  # of the skeleton's size: rest joints of rig and dumps that lie farther apart are not the same
-)
+# Of the skeleton's size: rest joints of rig and dumps that lie farther apart are not the same.
+LARGEST_OFF = 0.01
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def joint_basis(rig: Rig, morph_names: Sequence[str], names: Sequence[str]) -> F
 
 
 def _driver_of(morph_names: Sequence[str], names: Sequence[str]) -> I64:
-    """[K] the driver of the same name as each morph, -1 where there is none."""
+    """[K] the driver of the same name as each morph, -1 without one."""
     return np.array([names.index(name) if name in names else -1 for name in morph_names], np.int64)
 
 
@@ -104,7 +104,7 @@ def mesh_of(rig: Rig, morph_names: Sequence[str], names: Sequence[str], skeleton
     Joints that turned in the dumps become corrective joints, so that Gaussians can follow them.
     """
     joint = np.union1d(rig.corrective_joints, skeleton.turning).astype(np.int32)
-    late = SparseRows.empty(len(rig.vertices), 0, {"position": (3,)})
+    late = no_shifts(len(rig.vertices))
     feature = (9 * np.searchsorted(joint, rig.corrective_joints)[:, None] + np.arange(9)).reshape(-1)
     return Mesh(
         replace(

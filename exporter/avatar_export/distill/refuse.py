@@ -1,4 +1,4 @@
-"""What a distilled avatar must reach to be written, and what is said of one that falls short."""
+"""What a distilled avatar must reach to be written, and the doubts about one that falls short."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import numpy as np
 
 from avatar_export.distill.dumps.folder import OWNER
 from avatar_export.distill.measure import Errors
+from avatar_export.notes.note import Note, doubt
+from avatar_export.notes.text import text
 from avatar_runtime.avatar import F64, Avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
@@ -71,7 +73,7 @@ def _axis(rng: np.random.Generator) -> F64:
     return np.asarray(axis / np.linalg.norm(axis), np.float64)
 
 
-def refuse(errors: Errors, accept: bool) -> list[str]:
+def refuse(errors: Errors, accept: bool) -> list[Note]:
     """What is doubtful about the errors on held-out frames.
 
     Raises AvatarError for errors that nobody wants unknowingly, unless `accept` is set.
@@ -79,20 +81,12 @@ def refuse(errors: Errors, accept: bool) -> list[str]:
     share = 1e-3 * errors.seen / max(errors.height, 1e-9)
     found = []
     if errors.decibels < REFUSED_DB:
-        found.append(
-            f"the foreground of held-out frames reaches {errors.decibels:.1f} dB, less than {REFUSED_DB:g}"
-        )
+        found.append(doubt("foreground_off", db=errors.decibels, least=REFUSED_DB))
     if share > REFUSED_SHARE:
-        found.append(
-            f"positions of held-out frames are {errors.seen:.3g} mm off, {100 * share:.2g} % of the figure's height, "
-            f"more than {100 * REFUSED_SHARE:g} %"
-        )
+        found.append(doubt("positions_off", mm=errors.seen, share=100 * share, most=100 * REFUSED_SHARE))
     if found and not accept:
-        raise AvatarError(
-            f"{' and '.join(found)}; see the report, dump more poses, or pass --accept-error", owner=OWNER
-        )
+        said = " and ".join(map(text, found))
+        raise AvatarError(f"{said}; see the report, dump more poses, or pass --accept-error", owner=OWNER)
     if not found and errors.decibels < WARNED_DB:
-        found.append(
-            f"the foreground of held-out frames reaches {errors.decibels:.1f} dB, less than {WARNED_DB:g}"
-        )
+        found.append(doubt("foreground_off", db=errors.decibels, least=WARNED_DB))
     return found

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from html import escape
 
 import numpy as np
 
-from avatar_export.distill.make import Distilled
+from avatar_export.distill.make import BAKED, Distilled
 from avatar_export.distill.measure import Errors
-from avatar_export.measure.framing import webp
-from avatar_export.measure.report import CSS, POLICY
-from avatar_runtime.avatar import F32, F64, I64, Avatar
+from avatar_export.measure.page import cards, listed, page, table, three
+from avatar_export.notes.text import text
+from avatar_runtime.avatar import F64, I64, Avatar
 
 HALF = 0.5  # of the largest weight: frames above it exercise a driver
 MOST_DRIVERS = 400  # rows of the table
@@ -42,47 +41,31 @@ def report_html(result: Distilled) -> str:
         f"<p>Truth, distilled, and their difference, {FACTOR} times amplified.</p>",
         *_images(result.baked or result.errors),
     ]
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>{CSS}</style></head>\n"
-        "<body><main>\n" + "\n".join(body) + "\n</main></body></html>\n"
-    )
+    return page(title, body)
 
 
 def _summary(result: Distilled) -> Iterator[str]:
     errors = result.errors
-    alone = result.form == "baked clips"
+    alone = result.form == BAKED
     what = "baked, an upper bound" if alone else "held out"
     yield (
-        f"<p>Form: <b>{escape(result.form)}</b>. {escape(result.reason)}. {len(result.frames.fitted)} frames were "
-        f"learnt from, {len(result.frames.held_out)} held out.</p>"
+        f"<p>Form: <b>{escape(result.form)}</b>. {escape(text(result.reason))}. {len(result.frames.fitted)} frames "
+        f"were learnt from, {len(result.frames.held_out)} held out.</p>"
     )
-    cards = [
+    figures = [
         (f"positions, RMS, {what}", f"{errors.rms:.3g} mm"),
         ("the same, weighted by share in the picture", f"{errors.seen:.3g} mm"),
         (f"foreground, mean, {what}", f"{errors.decibels:.1f} dB"),
         ("foreground, worst frame", f"{float(np.nanmin(errors.foreground_db)):.1f} dB"),
     ]
     if result.baked is not None:
-        cards.append(
+        figures.append(
             ("foreground with bases in the clips: an upper bound", f"{result.baked.decibels:.1f} dB")
         )
-    yield (
-        '<div class="cards">'
-        + "".join(f'<div><span class="soft">{escape(a)}</span><b>{b}</b></div>' for a, b in cards)
-        + "</div>"
-    )
-    for label, texts in (("Mended", result.checked.mended), ("Doubtful", result.doubts)):
-        if texts:
-            yield f"<h3>{label}</h3><ul>" + "".join(f"<li>{escape(text)}</li>" for text in texts) + "</ul>"
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
-    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
-    return f'<div class="scroll"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+    yield cards(figures)
+    for label, notes in (("Mended", result.checked.mended), ("Doubtful", result.doubts)):
+        if notes:
+            yield f"<h3>{label}</h3>{listed(map(text, notes))}"
 
 
 def _frames(result: Distilled) -> str:
@@ -99,7 +82,7 @@ def _frames(result: Distilled) -> str:
             errors.frames.tolist(), errors.rms_mm, errors.seen_mm, errors.foreground_db, strict=True
         )
     ]
-    return _table(("frame", "RMS, mm", "weighted RMS, mm", "foreground, dB"), rows)
+    return table(("frame", "RMS, mm", "weighted RMS, mm", "foreground, dB"), rows)
 
 
 def _regions(result: Distilled) -> str:
@@ -113,7 +96,7 @@ def _regions(result: Distilled) -> str:
             rms = unit * float(np.sqrt(left[members].mean() / frames))
             cells.append(f"{_percent(left[members], errors.moved[part][members])}<small>{rms:.3g}</small>")
         rows.append(cells)
-    return _table(("region", *errors.left), rows)
+    return table(("region", *errors.left), rows)
 
 
 def _percent(left: F64, moved: F64) -> str:
@@ -184,7 +167,7 @@ def _drivers(result: Distilled) -> str:
         )
     if not rows:
         return "<p>There are no drivers.</p>"
-    return _table(("driver", "range seen", "deviation", "frames above half", ""), rows)
+    return table(("driver", "range seen", "deviation", "frames above half", ""), rows)
 
 
 def _sweep(result: Distilled) -> str:
@@ -193,7 +176,7 @@ def _sweep(result: Distilled) -> str:
         [f"{factor:g} times the range", f"{reach:.2f}", f"{growth:.3g}"]
         for factor, reach, growth in zip(sweep.factor, sweep.reach, sweep.scale, strict=True)
     ]
-    return _table(("poses", "reach, heights", "growth"), rows)
+    return table(("poses", "reach, heights", "growth"), rows)
 
 
 def _images(errors: Errors) -> Iterator[str]:
@@ -203,14 +186,4 @@ def _images(errors: Errors) -> Iterator[str]:
             "distilled": picture.distilled,
             f"difference × {FACTOR}": np.abs(picture.truth - picture.distilled) * np.float32(FACTOR),
         }
-        figures = "".join(
-            f'<figure><img alt="{escape(label)}" src="{_uri(image)}"><figcaption>{label}</figcaption></figure>'
-            for label, image in shown.items()
-        )
-        yield f'<p class="view">frame {picture.frame:05d} · {picture.decibels:.1f} dB</p>'
-        yield f'<div class="three">{figures}</div>'
-
-
-def _uri(image: F32) -> str:
-    pixels = (np.clip(np.nan_to_num(image), 0, 1) * 255 + 0.5).astype(np.uint8)
-    return "data:image/webp;base64," + base64.b64encode(webp(pixels)).decode("ascii")
+        yield three(f"frame {picture.frame:05d} · {picture.decibels:.1f} dB", shown)

@@ -15,7 +15,7 @@ from avatar_export.sparse import SparseRowsBuilder
 from avatar_runtime.avatar import F32, F64, I64, Avatar, Expression, SparseRows
 
 BASES = 20  # at most, where there is a skeleton
-BASES_ALONE = 48  # at most, where there is none: they must carry all motion
+BASES_ALONE = 48  # at most, without a skeleton: they must carry all motion
 KEPT = 0.9999  # of the variance of the sample
 LARGER = 1.1  # times its bytes without bases: so large may an avatar with bases be
 NAME = "residual_"

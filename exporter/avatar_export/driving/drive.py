@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from avatar_export.driving.frames import DrivingTake
-from avatar_export.notes import Note
+from avatar_export.notes.note import Note, fact
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.driving.arkit import ARKIT_NAMES
 from avatar_runtime.driving.driver import Driver
@@ -22,11 +22,11 @@ def driving_notes(avatar: Avatar) -> list[Note]:
     if not avatar.expressions and not avatar.late_morph_names:
         return []
     if avatar.driving.mode == "none":
-        return [Note("not_driven")]
+        return [fact("not_driven")]
     joints = {name.lower(): name for name in (avatar.rig.joint_names if avatar.rig else ())}
     outputs = {output.split("/")[1] for output in linear_map(avatar).outputs if output.startswith("joint/")}
     if "jaw" in joints and joints["jaw"] not in outputs:
-        return [Note("jaw_not_driven", {"joint": joints["jaw"]})]
+        return [fact("jaw_not_driven", joint=joints["jaw"])]
     return []
 
 

@@ -6,14 +6,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from avatar_export.formats.json_text import json_fault
+from avatar_export.formats.json_text import parse_json
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.codec.glb import short
 from avatar_runtime.driving.arkit import ARKIT_NAMES, canonical
@@ -41,10 +40,7 @@ def with_driving(avatar: Avatar, path: Path | str) -> Avatar:
 
 
 def _document(data: bytes, source: str) -> dict[str, Any]:
-    try:
-        document = json.loads(data)
-    except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not valid JSON ({json_fault(error)})", file=source) from None
+    document = parse_json(data, source)
     keys = ("inputs", "outputs", "matrix")
     if not isinstance(document, dict) or any(not isinstance(document.get(key), list) for key in keys):
         raise AvatarError(f"needs an object with the lists {', '.join(keys)}", file=source)

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from avatar_export.clips.sources import clip_notes
 from avatar_export.conversion import read_source
 from avatar_export.convert_options import SourceOptions
 from avatar_export.drop.hosts import PACK, RIG, Project
 from avatar_export.drop.placing import Delivery
+from avatar_export.notes.note import Note
 from avatar_export.packing.choices import Choices
-from avatar_export.packing.make import make_pack
+from avatar_export.packing.make import pack_of
 from avatar_export.players.archive import tarball
 from avatar_export.players.assemble import assemble
 from avatar_export.serving.session import identity
@@ -28,7 +28,7 @@ SUFFIXES = {PACK: "avatar", RIG: "glb"}
 
 @dataclass(frozen=True)
 class Source:
-    """An avatar on the disk, and what is said of it."""
+    """An avatar on the disk, and the options for it."""
 
     path: Path
     options: SourceOptions = field(default_factory=SourceOptions)
@@ -48,7 +48,7 @@ class Source:
         """The avatar. Raises AvatarError as `read_source`."""
         return read_source(self.path, self.options, progress).avatar
 
-    def pack(self, choices: Choices, progress: Callable[[str], None]) -> tuple[bytes, list[str]]:
+    def pack(self, choices: Choices, progress: Callable[[str], None]) -> tuple[bytes, list[Note]]:
         """The pack by these choices, and notes on it; a pack without further inputs as it is, whatever its frame.
 
         Raises AvatarError for an unsound source.
@@ -59,8 +59,7 @@ class Source:
             return data, []
         avatar = self.read(progress)
         notes = [note for path in self.options.clips for note in clip_notes(avatar, path)]
-        with TemporaryDirectory(prefix="avatar-export-") as work:
-            made = make_pack(avatar, Path(work) / "pack.avatar", choices, progress=progress)
+        made = pack_of(avatar, choices, progress)
         return made.file, [*notes, *made.notes]
 
     def rig(self, progress: Callable[[str], None]) -> bytes:
@@ -74,7 +73,7 @@ class Source:
 
 
 def player_files(project: Project) -> dict[str, bytes]:
-    """The files of the project's player, none where there is none. Raises AvatarError if they were not installed."""
+    """The files of the project's player, if it has a player. Raises AvatarError if they were not installed."""
     if project.host.player is None:
         return {}
     try:

@@ -10,6 +10,7 @@ from avatar_export.drop.contents import Source, asset_path, delivery, player_fil
 from avatar_export.drop.hosts import PAGE, RIG, Project, project_at
 from avatar_export.drop.placing import KEEP, NEW, SAME, UPDATE, mend, place, planned
 from avatar_export.drop.steps import Place
+from avatar_export.notes.note import Note, fact
 from avatar_export.serving import publish, site_folder
 from avatar_export.serving.session import shown
 from avatar_runtime.io.errors import AvatarError
@@ -27,7 +28,7 @@ class Dropped:
     asset: str  # pack, rig or page, below the project
     words: Mapping[str, str]  # path below the project: what happened to it, as `placing` calls it
     kept: Sequence[str]  # what the user changed, and was not replaced
-    notes: Sequence[str]
+    notes: Sequence[Note]
     steps: Sequence[str]
 
 
@@ -65,7 +66,7 @@ def drop(
     return Dropped(project, support.text, place_of, asset, words, kept, notes, steps)
 
 
-Outcome = tuple[str, Mapping[str, str], Sequence[str], Sequence[str]]  # asset, words, kept, notes
+Outcome = tuple[str, Mapping[str, str], Sequence[str], Sequence[Note]]  # asset, words, kept, notes
 
 
 def _files(
@@ -77,7 +78,7 @@ def _files(
     if not dry_run:
         mend(top, first)
     plan = planned(top, first, force)  # what is refused is refused before an avatar is packed
-    notes: list[str] = []
+    notes: list[Note] = []
     if not dry_run:
         if project.host.asset == RIG:
             data = source.rig(progress)
@@ -109,7 +110,7 @@ def _page(
     pack, notes = source.pack(project.host.choices, progress)
     avatar = shown(source.id, pack, str(source.path))
     if avatar.license is None:
-        notes.append(f"{avatar.name}: no licence is stated; --licence states one")
+        notes.append(fact("no_licence", avatar=avatar.name, option="--licence"))
     progress("writing")
     files = publish.site([avatar])
     words = {f"{source.id}/{path}": _word(out / path, data) for path, data in files.items()}

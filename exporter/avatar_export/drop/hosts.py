@@ -132,7 +132,7 @@ LOOKED_FOR = ", ".join(
 def project_at(into: Path) -> Project:
     """The project that the folder `into` is.
 
-    Raises AvatarError if it is none. The error names the project around it, or those directly below it.
+    Raises AvatarError for another folder. The error names the project around it, or those directly below it.
     """
     if not into.exists():
         raise AvatarError("no such folder; give the folder of a project", file=into)

@@ -49,9 +49,8 @@ class Plan:
 
     words: Mapping[str, str]  # path: NEW, UPDATE, SAME, REMOVE or KEEP
     at: Mapping[str, str]  # a path of `Delivery.files`: where the user has moved it, or the same
-    carried: Sequence[
-        str
-    ]  # what is in the player's folder and goes along, files and empty folders, below that folder
+    # What is in the player's folder and goes along, files and empty folders, below that folder.
+    carried: Sequence[str]
     kept: Sequence[str]  # changed by the user, and therefore not replaced; without META
     before: Listed
     meanwhile: Listed
@@ -71,7 +70,7 @@ def mend(project: Path, delivery: Delivery) -> None:
 
 
 def planned(project: Path, delivery: Delivery, force: bool) -> Plan:
-    """What is to be done in `project`, a folder without links in its path; `force` replaces what the user changed.
+    """What must be done in `project`, a folder without links in its path; `force` replaces what the user changed.
 
     Raises AvatarError for links, for what is no plain file in the place of one, for a player's folder that was not
     dropped, and for an unsound list.

@@ -1,1 +1,1 @@
-"""Do inputs that come from different files belong together? Distances, known mistakes, and what is said of them."""
+"""Do inputs that come from different files belong together? Distances, known mistakes, and the doubts that follow."""

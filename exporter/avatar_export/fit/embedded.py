@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avatar_export.fit.judge import WARNED, Sides, judged, length, mend, percent
+from avatar_export.fit.judge import WARNED, Sides, judged, mend
 from avatar_export.fit.known import TIMES, Search, explanation
 from avatar_export.fit.surface import SEARCHED, Mesh, group_fits, size_of
-from avatar_export.notes import DOUBT
+from avatar_export.notes.note import Note, doubt, fact
 from avatar_runtime.avatar import F64, Avatar
 
 CLOSE = 1e-3  # metres; rounding to six decimals, to float32 and other body model code gives far less
@@ -24,7 +24,7 @@ class Posed:
     tracked: bool = False  # the training's own pose: the mesh must have it
 
 
-def rig_fit(own: F64, poses: list[Posed], sides: Sides) -> tuple[list[str], bool]:
+def rig_fit(own: F64, poses: list[Posed], sides: Sides) -> tuple[list[Note], bool]:
     """(notes, whether they are one mesh) on the distance of the mesh's vertices [U, 3] from those of the rig.
 
     The nearest of `poses` counts; the first is that at rest, any other came with the rig. Raises AvatarError if they
@@ -36,36 +36,32 @@ def rig_fit(own: F64, poses: list[Posed], sides: Sides) -> tuple[list[str], bool
     off = [np.linalg.norm(posed.vertices - own, axis=1) for posed in poses]
     near = min(range(len(poses)), key=lambda k: float(off[k].max()))
     cause = None
-    if off[near].max() > CLOSE:  # the pose by which it would fit is the one to speak of
+    if off[near].max() > CLOSE:  # the pose by which it would fit is the one to name
         causes = [_cause(own, pose.vertices, sides) for pose in poses]
-        known = [(cause[1], k) for k, cause in enumerate(causes) if cause is not None]
-        near = min(known)[1] if known else near
-        best = causes[near]
-        cause = None if best is None else best[0]
+        known = {k: one.values["left"] for k, one in enumerate(causes) if one is not None}
+        near = min(known, key=known.__getitem__, default=near)
+        cause = causes[near]
     posed, distance = poses[near], off[near]
     far, rms, median = distance.max(), np.sqrt(np.mean(distance**2)), float(np.median(distance))
-    notes = [f"the rig {posed.when} is the mesh to within {1e3 * far:.3f} mm (rms {1e3 * rms:.3f} mm)"]
+    notes = [fact("rig_fits", when=posed.when, far=1e3 * far, rms=1e3 * rms)]
     if far <= CLOSE:
         return notes, True
     size = min(size_of(own), size_of(posed.vertices))
     share = median / max(size, 1e-30)
-    text = (
-        f"{sides.own} lies {length(median)} (median; {length(far)} at most) from {sides.goal} {posed.when}, "
-        f"{percent(share)} its size"
-    )
-    doubts = judged(text, share, cause, sides)
+    apart = {"median": median, "far": far, "when": posed.when}
+    doubts = judged("rig_off", share, cause, sides, tracked=False, **apart)
     if doubts:
         return [*notes, *doubts], False
     if any(p.tracked for p in poses):
-        look = "look whether the identity (--shape), the poses and the rig are those of the training"
-        return [*notes, f"{DOUBT}{text}, although its tracked poses are given; {look}"], False
-    tried = " or ".join(p.when for p in poses)
-    text = f"the mesh is not the rig {tried}, and no tracked poses (--poses) show that the rig fits it"
-    return [*notes, text], False
+        return [
+            *notes,
+            doubt("rig_off", own=sides.own, goal=sides.goal, share=share, tracked=True, **apart),
+        ], False
+    return [*notes, fact("rig_unproved", tried=" or ".join(p.when for p in poses))], False
 
 
-def _cause(own: F64, goal: F64, sides: Sides) -> tuple[str, float] | None:
-    """(what would make the vertices fit, the median that it would leave), if it is known."""
+def _cause(own: F64, goal: F64, sides: Sides) -> Note | None:
+    """What would make the vertices fit, if it is known; its value `left` is the median that it would leave."""
     sizes = size_of(own), size_of(goal)
     median = float(np.median(np.linalg.norm(goal - own, axis=1)))
     share = median / max(min(sizes), 1e-30)
@@ -75,11 +71,10 @@ def _cause(own: F64, goal: F64, sides: Sides) -> tuple[str, float] | None:
     search = Search(a, lambda _: b, lambda _: b, boxes[0], boxes[1])
     found = explanation(search, WARNED * sizes[1], pairs=share > WARNED)
     if found is not None:
-        return mend(*found, sides), found[1]
+        return mend(*found, sides)
     turn, left = _rigid(a, b)
     if share > WARNED and left <= min(median / TIMES, WARNED * min(sizes)):
-        text = f"a turn by {turn:.0f} degrees and a shift would leave {length(left)}: the mesh stands in another pose"
-        return f"{text}; pass the poses of the training (--poses)", left
+        return fact("other_pose", degrees=turn, left=left)
     return None
 
 
@@ -93,7 +88,7 @@ def _rigid(a: F64, b: F64) -> tuple[float, float]:
     return float(np.degrees(np.arccos(cosine))), left
 
 
-def own_mesh_fit(avatar: Avatar, mesh: Mesh, sides: Sides) -> list[str]:
+def own_mesh_fit(avatar: Avatar, mesh: Mesh, sides: Sides) -> list[Note]:
     """Doubts about Gaussians far from the mesh that their own files name. Raises AvatarError as `judge.judged`.
 
     Embedded Gaussians closer to the mesh than its edges are long are fine: offsets are as long as triangles are large.
@@ -102,14 +97,8 @@ def own_mesh_fit(avatar: Avatar, mesh: Mesh, sides: Sides) -> list[str]:
         return []
     fits, size = group_fits(avatar, mesh)
     return [
-        doubt
+        note
         for fit in fits
         if avatar.embedding is None or fit.median > mesh.edge
-        for doubt in judged(
-            f"{sides.own} lie {length(fit.median)} (median) from {sides.goal}, "
-            f"{percent(fit.median / max(size, 1e-30))} its size",
-            fit.median / max(size, 1e-30),
-            None,
-            sides,
-        )
+        for note in judged("gaussians_off", fit.median / max(size, 1e-30), None, sides, median=fit.median)
     ]

@@ -12,9 +12,8 @@ from avatar_export.fit.known import TIMES
 from avatar_export.fit.surface import SEARCHED, Mesh
 from avatar_runtime.avatar import F64
 
-NAMED_TIMES = (
-    2.0  # so many times nearer is enough for an identity that is at hand; a fitted one needs known.TIMES
-)
+# So many times nearer is enough for an identity that is at hand; a fitted one needs known.TIMES.
+NAMED_TIMES = 2.0
 FITTED = 20  # coefficients; the first ones hold most of a face's shape
 STEPS = 4
 FIT_POINTS = 500
@@ -26,7 +25,7 @@ def better_identity(
     points: F64, body: BodyModel, shape: F64 | None, others: Mapping[str, F64]
 ) -> tuple[str | None, F64, float] | None:
     """(name in `others`, None for a fitted one; its coefficients; median distance) of an identity on which `points`
-    [N, 3] lie several times nearer (in the median) than on `shape`; None if there is none."""
+    [N, 3] lie several times nearer (in the median) than on `shape`; None without one."""
     sample = points[np.unique(np.linspace(0, len(points) - 1, min(FIT_POINTS, len(points))).astype(np.int64))]
     own = np.zeros(0) if shape is None else shape
     base = _median(sample[:SEARCHED], _mesh(body, own))

@@ -1,4 +1,4 @@
-"""What is said of a misfit, and when it is refused: one table of limits for all inputs."""
+"""Which note a misfit gives, and when it is refused: one table of limits for all inputs."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from avatar_export.fit.known import Change, unit_of
-from avatar_export.notes import DOUBT
+from avatar_export.notes.note import Note, fact
+from avatar_export.notes.text import text
 from avatar_runtime.io.errors import AvatarError
 
 WARNED, REFUSED = 0.05, 0.25  # of the size: medians above are doubtful, and are refused
-LEAST_SAID = 1e-6  # metres
 ACCEPT = "--accept-misfit converts it all the same"
 
 
@@ -28,51 +28,36 @@ class Sides:
     accept: bool = False  # --accept-misfit
 
 
-def length(metres: float) -> str:
-    """A length with three digits, in mm below a metre."""
-    if abs(metres) < LEAST_SAID:
-        return f"less than {1000 * LEAST_SAID:g} mm"
-    return f"{1000 * metres:.3g} mm" if abs(metres) < 1 else f"{metres:.3g} m"
-
-
-def percent(share: float) -> str:
-    """A share of a size, in percent or as a multiple."""
-    return f"{100 * share:.2g} % of" if share < 1 else f"{share:.3g} times"
-
-
-def judged(text: str, share: float, cause: str | None, sides: Sides) -> list[str]:
-    """`text` as a doubt if the misfit is `share` of the size above WARNED, or if a `cause` is known; else nothing.
+def judged(kind: str, share: float, cause: Note | None, sides: Sides, **values: object) -> list[Note]:
+    """A note of that kind if the misfit is `share` of the size above WARNED, or if a `cause` is known; else nothing.
 
     Raises AvatarError above REFUSED, unless the misfit is accepted."""
-    said = text if cause is None else f"{text}; {cause}"
-    if share > REFUSED and not sides.accept:
-        raise AvatarError(f"{said}; {ACCEPT}", file=sides.file, owner=sides.owner)
-    return [f"{DOUBT}{said}"] if share > WARNED or cause is not None else []
+    if share <= WARNED and cause is None:
+        return []
+    whole = {"own": sides.own, "goal": sides.goal, "share": share, "cause": cause, **values}
+    note = Note(kind, whole, "misfit" if share > REFUSED else "doubt")
+    if note.severity == "misfit" and not sides.accept:
+        raise AvatarError(f"{text(note)}; {ACCEPT}", file=sides.file, owner=sides.owner)
+    return [note]
 
 
-def mend(change: Change, median: float, sides: Sides) -> str:
+def mend(change: Change, median: float, sides: Sides) -> Note:
     """What would make the two fit, and how well: the option or the change of a file."""
     steps = []
     if change.scale != 1:
         steps.append(_unit(change.scale, sides))
     if change.turns:
-        steps.append(
-            f"if x, y, z of {sides.goal} were turned, which are {change.axes} of {sides.own} "
-            "(+Y is up, the face looks along +Z)"
-        )
+        steps.append(fact("if_turned", goal=sides.goal, axes=change.axes, own=sides.own))
     if any(change.shift):
         scale = change.scale if not sides.own_unit else 1.0
         moved = ", ".join(f"{round(-value / scale, 4) + 0.0:g}" for value in change.shift)
-        steps.append(f"if {sides.goal} were moved by ({moved}) m")
-    left = median / (change.scale if not sides.own_unit else 1.0)
-    return f"it would be {length(left)} {' and '.join(steps)}"
+        steps.append(fact("if_moved", goal=sides.goal, by=moved))
+    return fact("mend", left=median / (change.scale if not sides.own_unit else 1.0), steps=steps)
 
 
-def _unit(scale: float, sides: Sides) -> str:
+def _unit(scale: float, sides: Sides) -> Note:
     if sides.option is not None and sides.own_unit:
-        return f"with {sides.option} {sides.value / scale:.6g}"
+        return fact("with_option", option=sides.option, value=sides.value / scale)
     if sides.own_unit:
-        return f"if {sides.own} were {scale:.4g} times larger"
-    return (
-        f"if {sides.goal} were in metres: its lengths seem to be {unit_of(scale)}; divide them by {scale:.4g}"
-    )
+        return fact("if_larger", own=sides.own, times=scale)
+    return fact("if_metres", goal=sides.goal, unit=unit_of(scale), times=scale)

@@ -69,7 +69,7 @@ def rotations() -> Iterator[Change]:
 
 
 def unit_of(factor: float) -> str | None:
-    """The unit of a file whose lengths are `factor` times those in metres; None if it is none of UNITS."""
+    """The unit of a file whose lengths are `factor` times those in metres; None for another factor."""
     return next((name for value, name in UNITS.items() if abs(factor / value - 1) < SAME), None)
 
 
@@ -102,7 +102,7 @@ class Search:
 
 def explanation(search: Search, limit: float, pairs: bool) -> tuple[Change, float] | None:
     """The simplest known change by which the median distance is at least TIMES smaller and at most `limit`, and that
-    median; None if there is none. `pairs`: also try two changes at once."""
+    median; None without one. `pairs`: also try two changes at once."""
     base = search.off(Change(), search.exact)
     most = min(base / TIMES, limit)
     for kind in (*_single(search), *(_double(search) if pairs else ())):

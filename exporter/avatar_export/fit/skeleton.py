@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avatar_export.fit.surface import Mesh, size_of
+from avatar_export.notes.note import Note, doubt
 from avatar_runtime.avatar import F64, Rig
 
 HEADS, BODIES, EITHER = (0.15, 0.8), (0.4, 2.5), (0.15, 2.5)  # metres of height, in a pose at rest
@@ -18,14 +19,20 @@ def heights(joints: int | None) -> tuple[float, float]:
     return {HEAD_JOINTS: HEADS, BODY_JOINTS: BODIES}.get(joints or 0, EITHER)
 
 
-def not_human(vertices: F64, joints: int | None, unit: str) -> list[str]:
-    """A phrase, if the mesh [V, 3] with so many joints has not the height of a human head or body; it ends with `unit`,
-    which says by what its unit is known."""
+def inhuman(vertices: F64, joints: int | None) -> float | None:
+    """The height of the mesh [V, 3] with so many joints if no human head or body has it, metres; else None."""
     height = float(np.ptp(vertices[:, 1])) if len(vertices) else 0.0
     low, high = heights(joints)
-    if low <= height <= high:
-        return []
-    return [f"the mesh is {height:.3g} m high {unit}"]
+    return None if low <= height <= high else height
+
+
+def skeleton_doubts(rig: Rig, mesh: Mesh, file: str) -> list[Note]:
+    """Doubts about the size of the `mesh` of a rig, which is in metres if its `file` is, and about its joints."""
+    height = inhuman(mesh.used, rig.joint_count)
+    return [
+        *([] if height is None else [doubt("not_human_if_metres", height=height, file=file)]),
+        *joint_faults(rig, mesh),
+    ]
 
 
 def joint_places(rig: Rig) -> F64:
@@ -34,20 +41,17 @@ def joint_places(rig: Rig) -> F64:
     return places
 
 
-def joint_faults(rig: Rig, mesh: Mesh) -> list[str]:
-    """Phrases on joints that lie far outside the mesh that they move, and on left joints on the right side."""
-    faults = []
+def joint_faults(rig: Rig, mesh: Mesh) -> list[Note]:
+    """A doubt about a joint far outside the mesh that it moves, or else about a left joint on the right side."""
     places, used = joint_places(rig), mesh.used
     moving = np.unique(rig.skin.column[rig.skin.values["weight"] > 0])
     grown = OUTSIDE * size_of(used)
     off = np.maximum(used.min(axis=0) - grown - places, places - used.max(axis=0) - grown).max(axis=1)
     for joint in moving.tolist():
         if off[joint] > 0:
-            faults.append(
-                f"joint {rig.joint_names[joint]} rests {off[joint] + grown:.3g} m outside the mesh that it moves"
-            )
+            return [doubt("joint_outside", joint=rig.joint_names[joint], far=off[joint] + grown)]
     names = list(rig.joint_names)
     for left, right in SIDES:
         if left in names and right in names and places[names.index(left), 0] < places[names.index(right), 0]:
-            faults.append(f"joint {left} rests on the right of {right}: the mesh is mirrored or turned round")
-    return faults[:1]
+            return [doubt("joints_exchanged", left=left, right=right)]
+    return []

@@ -1,8 +1,19 @@
-"""Why a text could not be read as JSON, in words for an error message."""
+"""JSON of a file, and why a text could not be read as such."""
 
 from __future__ import annotations
 
 import json
+from typing import Any
+
+from avatar_runtime.io.errors import AvatarError
+
+
+def parse_json(text: str | bytes, file: object, owner: str | None = None) -> Any:
+    """The value in the `text` of a file. Raises AvatarError that says where it is no JSON."""
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise AvatarError(f"is not valid JSON ({json_fault(error)})", file=file, owner=owner) from None
 
 
 def json_fault(error: ValueError | RecursionError) -> str:

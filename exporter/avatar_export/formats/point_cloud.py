@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from avatar_export.notes.note import Note
 from avatar_runtime.codec import ply
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
@@ -31,7 +32,7 @@ class PointCloud:
         return self.folders[-1].absolute().name or self.file.stem
 
     def find(self, name: str) -> Path | None:
-        """The file `name` next to the .ply, else further up in its run; None if there is none."""
+        """The file `name` next to the .ply, else further up in its run, if there is one."""
         return first_file(folder / name for folder in self.folders)
 
 
@@ -47,30 +48,28 @@ def locate(path: Path, complete: Callable[[PointCloud], bool] = lambda _: True) 
     return next((cloud for cloud in found if complete(cloud)), None)
 
 
-def chosen_iteration(path: Path, complete: Callable[[PointCloud], bool] = lambda _: True) -> list[str]:
-    """A line on the iteration that `locate` takes of a run, and those passed over; none for one .ply."""
-    cloud = locate(path, complete)
-    if cloud is None or len(cloud.folders) == 1:
+def taken_iteration(path: Path, cloud: PointCloud, needed: str) -> list[Note]:
+    """A note on the iteration `cloud` of the run `path`, and on those passed over; none for one .ply.
+
+    Raises AvatarError if the run has a newer iteration, which lacks what is `needed` then.
+    """
+    if len(cloud.folders) == 1:
         return []
-    here = cloud.file.absolute().parent
-    others = [folder.name for folder in _iterations(here.parent) if folder.name != here.name]
-    over = f"; passed over: {', '.join(others)}" if others and path.absolute() != here else ""
-    return [f"{here.name} is read{over}"]
-
-
-def refuse_incomplete(path: Path, cloud: PointCloud, needed: str) -> None:
-    """Raise AvatarError if the run `path` has a newer iteration than that of `cloud`, which is not complete then."""
-    newest = next(iter(_iterations(path / "point_cloud")), cloud.file.parent)
-    if len(cloud.folders) > 1 and newest.name != cloud.file.parent.name and cloud.file.parent != path:
+    folder, here = cloud.file.parent, cloud.file.absolute().parent
+    newest = next(iter(_iterations(path / "point_cloud")), folder)
+    if newest.name != folder.name and folder != path:
         raise AvatarError(
-            f"{newest.name} is incomplete: it needs {needed}; the newest complete one is {cloud.file.parent.name}: "
-            f"pass {cloud.file.parent}, or wait until the training has written all",
+            f"{newest.name} is incomplete: it needs {needed}; the newest complete one is {folder.name}: pass {folder}, "
+            "or wait until the training has written all",
             file=path,
         )
+    others = [other.name for other in _iterations(here.parent) if other.name != here.name]
+    values = {"what": here.name, "others": [] if path.absolute() == here else others}
+    return [Note("taken", values, passing=True)]
 
 
 def first_file(paths: Iterable[Path]) -> Path | None:
-    """The first path that is a file; None if there is none. Paths that cannot be accessed are skipped."""
+    """The first path that is a file, if there is one. Paths that cannot be accessed are skipped."""
     return next((path for path in paths if os.path.isfile(path)), None)
 
 

@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from avatar_export.ops.rings import rings
 from avatar_runtime.avatar import F64, I64, Embedding, Rules
 from avatar_runtime.rotation import quat_multiply
 from avatar_runtime.rules import NORMAL_POSITIONS
 from avatar_runtime.stages.surface import binding_pose, prepare, triangle_shape, vertex_normals
-from avatar_runtime.topology import vertex_triangles
 
 STEPS = 8  # of Newton's method; the map is nearly linear inside a triangle
-MOST_CANDIDATES = 25  # triangles tried around each Gaussian
 OUTSIDE = 1e-3  # by which a barycentric may lie below 0, as trained ones do
 STAY = 0.1  # of the change of height, against the distance that is left; among the neighbours only
 BLOCK = 1 << 13  # Gaussians at once
@@ -69,6 +68,7 @@ class _Solver:
         self.normals = vertex_normals(surface, start.canonical_vertices)
         self.flat = ~(surface.canonical.size > 0)
         self.unit = rules.position == "normal"
+        self.around = rings(start.triangles, len(start.canonical_vertices))
 
     def solve(self, rows: slice, mean: F64) -> tuple[I64, F64, F64]:
         """(triangle [n], barycentric [n, 3], displacement [n]) of the Gaussians `rows`."""
@@ -80,7 +80,7 @@ class _Solver:
         weight, height, apart = self._on(own, mean, at, before)
         chosen, moved = own.copy(), np.flatnonzero(apart > 1e-7)
         if len(moved):
-            candidates = _around(self.start, own[moved])
+            candidates = self.around[own[moved]]
             count = candidates.shape[1]
             third = np.full((len(moved), count, 3), 1 / 3)
             former = np.repeat(before[moved, None], count, axis=1)
@@ -114,7 +114,7 @@ class _Solver:
 def _newton(
     points: F64, normals: F64, mean: F64, unit_normal: bool, weight: F64, height: F64
 ) -> tuple[F64, F64]:
-    """(barycentric [..., 3], height [...]) with foot + height * normal = mean; not finite where there is none."""
+    """(barycentric [..., 3], height [...]) with foot + height * normal = mean; not finite without a foot."""
     for _ in range(STEPS):
         normal = np.einsum("...c,...cx->...x", weight, normals)
         slope = normals
@@ -134,18 +134,3 @@ def _newton(
         step = np.clip(np.stack([-b - c, b, c], axis=-1), -1, 1)
         weight = weight + step - step.sum(axis=-1, keepdims=True) / 3
     return weight, height
-
-
-def _around(embedding: Embedding, triangle: I64) -> I64:
-    """[n, MOST_CANDIDATES] the triangle first, then those that share a vertex with it; filled up with itself."""
-    ptr, around = vertex_triangles(embedding.triangles, len(embedding.canonical_vertices))
-    ptr = ptr.astype(np.int64)
-    corner = embedding.triangles[triangle].astype(np.int64)
-    columns = [triangle]
-    each = (MOST_CANDIDATES - 1) // 3
-    for k in range(3):
-        begin, end = ptr[corner[:, k]], ptr[corner[:, k] + 1]
-        for step in range(each):
-            at = np.minimum(begin + step, np.maximum(end - 1, begin))
-            columns.append(np.where(begin + step < end, around[np.minimum(at, len(around) - 1)], triangle))
-    return np.stack(columns, axis=1).astype(np.int64)

@@ -14,6 +14,7 @@ from avatar_export.images import frame_camera, seen
 from avatar_export.levels.judging import centre_rows, judged_poses
 from avatar_export.measure.framing import framing
 from avatar_export.measure.height_px import height_px
+from avatar_export.notes.note import Note, fact
 from avatar_runtime.avatar import F32, I64, Avatar
 from avatar_runtime.backends import SplatBackend, default_backend
 from avatar_runtime.camera import Camera
@@ -23,7 +24,7 @@ from avatar_runtime.posed import Clock
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import Image
 
-# A level cannot be told from full detail if every image of every pose and view has at least these PSNRs.
+# A level looks like full detail if every image of every pose and view has at least these PSNRs.
 IMAGE_DB = 40.0  # inside the outline: a root mean square error of 1 % of white
 FACE_DB = 36.0  # inside the box of the Gaussians that expressions move most
 BLOCK_DB = 30.0  # of every block of BLOCK x BLOCK pixels
@@ -44,7 +45,7 @@ class Served:
 
     kept: tuple[int, ...]  # indices of the levels, 0 first
     heights: tuple[int | None, ...]  # their `height_px`; None for level 0, which serves any
-    notes: tuple[str, ...]  # why the others are left out
+    notes: tuple[Note, ...]  # why the others are left out
 
 
 def served(levels: Sequence[Avatar]) -> Served:
@@ -53,13 +54,11 @@ def served(levels: Sequence[Avatar]) -> Served:
     kept: list[tuple[int, int | None]] = [(0, None)]
     notes = []
     for index, height in enumerate(heights, 1):
-        who, coarser = f"the level of {levels[index].gaussians.count} Gaussians is left out", heights[index:]
+        count = levels[index].gaussians.count
         if height <= LEAST_PX:
-            notes.append(
-                f"{who}: it looks different from full detail wherever the avatar is above {LEAST_PX} pixels high"
-            )
-        elif height <= max(coarser, default=0):
-            notes.append(f"{who}: a coarser one serves up to the same height, {height} pixels")
+            notes.append(fact("level_unlike", count=count, least=LEAST_PX))
+        elif height <= max(heights[index:], default=0):
+            notes.append(fact("level_served", count=count, height=height))
         else:
             kept.append((index, height))
     indices, of_kept = zip(*kept, strict=True)
@@ -67,7 +66,7 @@ def served(levels: Sequence[Avatar]) -> Served:
 
 
 def heights_px(full: Avatar, levels: Sequence[Avatar]) -> list[int]:
-    """Of each level the largest `height_px` up to which it cannot be told from `full`; 0 if there is none.
+    """Of each level the largest `height_px` up to which it looks like `full`; 0 without one.
 
     Tried heights rise from 64 to 2048 physical pixels, and none beyond is claimed. Each image is judged at the height
     that is still hoped for and at every octave below, so a level serves all heights up to its own. 0 also where the
@@ -89,20 +88,20 @@ def heights_px(full: Avatar, levels: Sequence[Avatar]) -> list[int]:
 
 
 def _judged(best: int, shown: _Shown, player: _Drawing) -> int:
-    """The last step up to `best` at which `player` is like what is shown from every side; -1 if there is none."""
+    """The last step up to `best` at which `player` is like what is shown from every side; -1 without one."""
     drawn = player.posed(shown.pose)
     for view in range(len(YAWS)):
 
         def alike(step: int, view: int = view) -> bool:
             image = player.image(drawn, shown.cameras.at(step, view))
-            return not told_apart(shown.image(step, view), image, shown.face(step, view))
+            return not differ(shown.image(step, view), image, shown.face(step, view))
 
         best = _served(best, alike)
     return best
 
 
 def _served(best: int, alike: Callable[[int], bool]) -> int:
-    """The last step up to `best` at which an image is `alike`, as it is at all octaves below; -1 if there is none."""
+    """The last step up to `best` at which an image is `alike`, as it is at all octaves below; -1 without one."""
     for step in range(0, best, STEPS_AN_OCTAVE):
         if not alike(step):
             best = step - 1
@@ -112,8 +111,8 @@ def _served(best: int, alike: Callable[[int], bool]) -> int:
     return best
 
 
-def told_apart(wanted: Image, drawn: Image, face: tuple[slice, slice] | None) -> bool:
-    """Whether `drawn` can be told from `wanted`, both over black: as a whole, in the box `face`, or in a block."""
+def differ(wanted: Image, drawn: Image, face: tuple[slice, slice] | None) -> bool:
+    """Whether `drawn` looks different from `wanted`, both over black: as a whole, in the box `face`, or in a block."""
     inside = 1 - wanted.transmittance > COVERED
     with np.errstate(all="ignore"):
         error = np.mean((drawn.colour - wanted.colour) ** 2, axis=2)

@@ -13,10 +13,9 @@ from avatar_runtime.pose import IDENTITY, Pose, clip_pose
 LEAST_POSES = 48
 FURTHER = 16  # poses of clips and mixtures at least, besides the faces and the ends of ranges
 MOST_TURNED = 12  # frames in which a joint is turned farthest
-MOVED_MOST = (
-    0.5  # of the farthest move in an expression: Gaussians that move more belong to the face's centre
-)
-STILL = 1e-4  # of the avatar's size: an expression that moves nothing farther is none
+# Of the farthest move in an expression: Gaussians that move more belong to the face's centre.
+MOVED_MOST = 0.5
+STILL = 1e-4  # of the avatar's size: an expression that moves nothing farther does not count
 TEETH = ("jawOpen", "mouthSmile", "mouthUpperUp", "mouthLowerDown")
 SIDES = ("", "Left", "Right")
 

@@ -40,9 +40,8 @@ TRIAL_STEPS = 48
 DAMPING = 0.4  # the power of a Gaussian's error against the mean error
 NEED = (0.25, 8.0)  # the limits of that factor
 BLACK = (0.0, 0.0, 0.0)
-LARGE = (
-    0.03  # of the avatar's size: a Gaussian that becomes larger in a pose stays alone, it is seen everywhere
-)
+# Of the avatar's size: a Gaussian that becomes larger in a pose stays alone, it is seen everywhere.
+LARGE = 0.03
 MOST_ALONE = 50  # one in so many Gaussians at most
 TINY = 1e-12
 

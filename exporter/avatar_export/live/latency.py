@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from statistics import median
 
-KEPT = 6000  # newest measurements, of which the median is told
+KEPT = 6000  # newest measurements, of which the median is shown
 LONGEST = 60.0  # seconds; what is longer is no answer to a frame
 
 

@@ -17,7 +17,7 @@ DIGITS = 5  # after the point
 
 
 def frame_message(frame: LiveFrame, epoch_ms: float) -> dict[str, Any]:
-    """What a page is told about a frame; `epoch_ms` is the moment 0 of `received`, milliseconds since 1970."""
+    """What a page hears about a frame; `epoch_ms` is the moment 0 of `received`, milliseconds since 1970."""
     values = [round(value, DIGITS) for value in frame.channels]
     turns = {name: values[SHAPES + 3 * k : SHAPES + 3 * k + 3] for k, name in enumerate(ANGLES)}
     return {

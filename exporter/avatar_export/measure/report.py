@@ -2,58 +2,18 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 
 import numpy as np
-import numpy.typing as npt
 
-from avatar_export.measure.framing import webp
+from avatar_export.measure.page import cards, page, table, three
 from avatar_export.measure.views import Shot
 from avatar_export.measure.yardstick import LARGEST_DB, Measured, Pair, pairs
-from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.avatar import Avatar
 
 SHOWN = 0.15  # brightness that the typical error has in the images of differences
 FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-CSS = """
-:root { color-scheme: light dark; --page: #f6f6f4; --card: #fff; --ink: #1c1d1f; --soft: #66696f; --line: #dcdcd8;
-  --bar: #3f76c4; }
-@media (prefers-color-scheme: dark) {
-  :root { --page: #15161a; --card: #1e2025; --ink: #e8e8ea; --soft: #9a9da5; --line: #33363d; --bar: #6a9ce0; } }
-* { box-sizing: border-box; }
-body { margin: 0; padding: clamp(12px, 3vw, 40px); background: var(--page); color: var(--ink);
-  font: 16px/1.5 system-ui, sans-serif; }
-main { max-width: 1080px; margin: 0 auto; }
-h1 { font-size: 1.7rem; line-height: 1.2; margin: 0 0 .3em; overflow-wrap: anywhere; }
-h2 { font-size: 1.2rem; margin: 2.2em 0 .6em; }
-h3 { font-size: 1rem; margin: 1.8em 0 .5em; overflow-wrap: anywhere; }
-p { max-width: 46em; margin: .5em 0; }
-.soft, figcaption, .view, th small, td small { color: var(--soft); }
-.cards { display: grid; grid-template-columns: repeat(auto-fit, minmax(150px, 1fr)); gap: 10px; margin: 1.2em 0; }
-.cards div { background: var(--card); border: 1px solid var(--line); border-radius: 8px; padding: 10px 14px; }
-.cards b { display: block; font-size: 1.35rem; font-variant-numeric: tabular-nums; }
-.scroll { overflow-x: auto; background: var(--card); border: 1px solid var(--line); border-radius: 8px; }
-table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; font-size: .94rem; }
-th, td { padding: 6px 12px; text-align: right; border-top: 1px solid var(--line); white-space: nowrap; }
-thead th { border-top: 0; vertical-align: bottom; }
-th:first-child, td:first-child { text-align: left; font-weight: 400; white-space: normal; min-width: 9em; }
-thead th:first-child, tfoot td, tfoot td:first-child { font-weight: 600; }
-th { white-space: normal; }
-.facts td { text-align: left; white-space: normal; }
-.facts tr:first-child td, tbody:first-child tr:first-child td { border-top: 0; }
-td small { display: block; }
-@media (max-width: 600px) { th, td { padding: 6px 8px; } table { font-size: .85rem; }
-  th:first-child, td:first-child { min-width: 7em; } }
-.share { width: 34%; min-width: 60px; }
-.bar { display: block; height: .7em; border-radius: 3px; background: var(--bar); min-width: 1px; }
-.view { margin: .7em 0 .25em; font-size: .92rem; }
-.three { display: grid; grid-template-columns: repeat(3, 1fr); gap: 6px; }
-figure { margin: 0; min-width: 0; }
-figcaption { font-size: .84rem; text-align: center; padding-top: 2px; }
-img { display: block; width: 100%; height: auto; border-radius: 6px; background: #000; }
-"""
-POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 
 def report_html(
@@ -87,14 +47,7 @@ def report_html(
         "error.</p>",
         *_images(source, other, shots, measured, factor),
     ]
-    return (
-        "<!doctype html>\n"
-        '<html lang="en"><head><meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>{CSS}</style></head>\n"
-        "<body><main>\n" + "\n".join(body) + "\n</main></body></html>\n"
-    )
+    return page(title, body)
 
 
 def difference_factor(measured: Measured) -> int:
@@ -115,20 +68,16 @@ def _explanation(measured: Measured) -> str:
 
 
 def _cards(measured: Measured, total: int) -> str:
-    cards = [
+    found = [
         ("size", _size(total)),
         (f"PSNR {measured.region}, mean", _db(measured.mean)),
         (f"PSNR {measured.region}, worst", _db(measured.worst)),
     ]
     if measured.worst_pixel is not None:
-        cards.append(("largest error of a pixel", f"{255 * measured.worst_pixel:.0f} of 255"))
+        found.append(("largest error of a pixel", f"{255 * measured.worst_pixel:.0f} of 255"))
     if measured.position_error is not None:
-        cards.append(("largest position error", _length(float(np.nanmax(measured.position_error)))))
-    return (
-        '<div class="cards">'
-        + "".join(f'<div><span class="soft">{a}</span><b>{b}</b></div>' for a, b in cards)
-        + "</div>"
-    )
+        found.append(("largest position error", _length(float(np.nanmax(measured.position_error)))))
+    return cards(found)
 
 
 def _facts(facts: Mapping[str, str]) -> str:
@@ -140,15 +89,15 @@ def _facts(facts: Mapping[str, str]) -> str:
 
 def _figures(measured: Measured) -> str:
     rows = [
-        f"<tr><td>{escape(kind)}</td><td>{measured.kinds.count(kind)}</td><td>{_db(mean)}</td>"
-        f"<td>{_db(float(measured.told[at]))}<small>{escape(measured.shots[at])}</small></td></tr>"
+        (
+            escape(kind),
+            str(measured.kinds.count(kind)),
+            _db(mean),
+            f"{_db(float(measured.judged[at]))}<small>{escape(measured.shots[at])}</small>",
+        )
         for kind, mean, at in measured.by_kind()
     ]
-    return (
-        f"<p>PSNR {measured.region}.</p>"
-        '<div class="scroll"><table><thead><tr><th>poses</th><th>images</th><th>mean</th><th>worst</th></tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
-    )
+    return f"<p>PSNR {measured.region}.</p>" + table(("poses", "images", "mean", "worst"), rows)
 
 
 def _parts(parts: Mapping[str, int]) -> str:
@@ -156,15 +105,10 @@ def _parts(parts: Mapping[str, int]) -> str:
     rows = []
     for name, size in parts.items():
         share = size / total if total else 0.0
-        rows.append(
-            f"<tr><td>{escape(name)}</td><td>{size:,}</td><td>{share:.1%}</td>"
-            f'<td class="share"><span class="bar" style="width:{share:.2%}"></span></td></tr>'
-        )
-    return (
-        '<div class="scroll"><table><thead><tr><th>part</th><th>bytes</th><th>share</th><th></th></tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody>"
-        f"<tfoot><tr><td>all</td><td>{total:,}</td><td></td><td></td></tr></tfoot></table></div>"
-    )
+        bar = f'<span class="bar" style="width:{share:.2%}"></span>'
+        rows.append((escape(name), f"{size:,}", f"{share:.1%}", bar))
+    foot = f"<tfoot><tr><td>all</td><td>{total:,}</td><td></td><td></td></tr></tfoot>"
+    return table(("part", "bytes", "share", ""), rows, foot)
 
 
 def _images(
@@ -173,7 +117,7 @@ def _images(
     chosen = []
     for kind, mean, worst in measured.by_kind():
         others = [at for at, one in enumerate(measured.kinds) if one == kind and at != worst]
-        chosen += [worst, *sorted(others, key=lambda at: abs(float(measured.told[at]) - mean))[:1]]
+        chosen += [worst, *sorted(others, key=lambda at: abs(float(measured.judged[at]) - mean))[:1]]
     for at, pair in zip(
         chosen, pairs(source, other, [shots[at] for at in chosen], measured.backend), strict=True
     ):
@@ -185,23 +129,8 @@ def _row(pair: Pair, measured: Measured, at: int, factor: int) -> str:
     with np.errstate(all="ignore"):
         difference = np.abs(pair.other - pair.source) * np.float32(factor)
     shown = {"source": pair.source, "pack": pair.other, f"difference × {factor}": difference}
-    figures = "".join(
-        f'<figure><img alt="{escape(f"{label} of {measured.shots[at]}")}" loading="lazy" src="{_data_uri(image)}">'
-        f"<figcaption>{label}</figcaption></figure>"
-        for label, image in shown.items()
-    )
-    return (
-        f'<p class="view">{measured.kinds[at]} · {_db(float(measured.told[at]))} {measured.region}</p>'
-        f'<div class="three">{figures}</div>'
-    )
-
-
-def _data_uri(image: F32) -> str:
-    return "data:image/webp;base64," + base64.b64encode(webp(_bytes(image))).decode("ascii")
-
-
-def _bytes(image: F32) -> npt.NDArray[np.uint8]:
-    return (np.clip(np.nan_to_num(image), 0, 1) * 255 + 0.5).astype(np.uint8)
+    view = f"{measured.kinds[at]} · {_db(float(measured.judged[at]))} {measured.region}"
+    return three(view, shown, f" of {measured.shots[at]}")
 
 
 def _db(value: float | None) -> str:

@@ -38,15 +38,13 @@ class Measured:
     whole: F64  # [S] PSNR of the whole image
     inside: F64  # [S] PSNR where the source's alpha is above 0.5; NaN where that is nowhere
     largest: F64  # [S] the largest error of one channel of a pixel there, of 1; NaN where that is nowhere
-    position_error: (
-        F64 | None
-    )  # [S] metres, the largest; NaN in shots without; None where the numbers of Gaussians differ
+    # [S] metres, the largest; NaN in shots without; None where the numbers of Gaussians differ.
+    position_error: F64 | None
     size: tuple[int, int]  # width and height of the first view, pixels
     backend: str
     profile: str  # of the rasteriser
-    allowance: float = (
-        0.0  # dB between mean and worst at least: rare images are worse than those that were drawn
-    )
+    # dB between mean and worst at least: rare images are worse than those that were drawn.
+    allowance: float = 0.0
 
     @property
     def region(self) -> str:
@@ -54,7 +52,7 @@ class Measured:
         return "of the whole image" if np.isnan(self.inside).all() else "inside the outline"
 
     @property
-    def told(self) -> F64:
+    def judged(self) -> F64:
         """[S] PSNR of each shot, as `region` says."""
         return self.whole if np.isnan(self.inside).all() else self.inside
 
@@ -67,11 +65,11 @@ class Measured:
     def worst(self) -> float:
         """The lowest PSNR of one shot. With an `allowance` it is TAIL standard deviations about the means of the kinds
         less, and at least `allowance` below the mean."""
-        lowest = float(np.nanmin(self.told))
+        lowest = float(np.nanmin(self.judged))
         if not self.allowance or not np.isfinite(lowest):
             return lowest
         own = {kind: mean for kind, mean, _ in self.by_kind()}
-        off = self.told - np.array([own[kind] for kind in self.kinds])
+        off = self.judged - np.array([own[kind] for kind in self.kinds])
         return min(lowest - TAIL * float(np.sqrt(np.nanmean(off**2))), self.mean - self.allowance)
 
     @property
@@ -83,9 +81,9 @@ class Measured:
         """(kind, its mean PSNR, index of its worst shot) of every kind, in the order of the shots."""
         found = []
         for kind in dict.fromkeys(self.kinds):
-            at = [i for i, one in enumerate(self.kinds) if one == kind and not np.isnan(self.told[i])]
+            at = [i for i, one in enumerate(self.kinds) if one == kind and not np.isnan(self.judged[i])]
             if at:
-                found.append((kind, float(self.told[at].mean()), min(at, key=lambda i: self.told[i])))
+                found.append((kind, float(self.judged[at].mean()), min(at, key=lambda i: self.judged[i])))
         return found
 
     def as_json(self) -> dict[str, Any]:
@@ -112,7 +110,7 @@ class Measured:
                     "name": kind,
                     "shots": self.kinds.count(kind),
                     "mean_db": _db(mean),
-                    "worst_db": _db(float(self.told[at])),
+                    "worst_db": _db(float(self.judged[at])),
                     "worst_shot": self.shots[at],
                 }
                 for kind, mean, at in self.by_kind()

@@ -17,9 +17,8 @@ from avatar_runtime.stages.joints import rest_transforms
 from avatar_runtime.stages.sparse import gather
 
 JOINT_SWEEP = np.radians(30.0)  # largest rotation of one joint, about any axis
-CHORD = 2 * np.sin(
-    JOINT_SWEEP / 2
-)  # how far that moves a point at unit distance; also bounds the entries of |R - I|
+# How far JOINT_SWEEP moves a point at unit distance; also bounds the entries of |R - I|.
+CHORD = 2 * np.sin(JOINT_SWEEP / 2)
 SIGMAS = 3.0
 STRETCH = 2.0
 CLIP_FRAMES = 24  # sampled from all clips together

@@ -10,9 +10,8 @@ from avatar_runtime.stages.surface import binding_pose, triangle_shape
 from avatar_schema import constants
 
 RULES = Rules("triangle_frame", position="triangle_frame", scale="triangle_linear", sh_direction="world")
-SPREAD = (
-    2.0  # times the standard deviation of the triangle: neighbours meet at 0.9 opacity, and edges stay sharp
-)
+# Times the standard deviation of the triangle: neighbours meet at 0.9 opacity, and edges stay sharp.
+SPREAD = 2.0
 FLATNESS = 0.02  # thickness, and smallest width of a sliver, relative to the length
 OPACITY_LOGIT = 4.6  # 0.99, the largest opacity of the rasteriser
 LEAST_SINE = 1e-7  # of the angle at a corner; smaller angles define no plane in float32

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from avatar_export.notes.note import Note, fact
+from avatar_export.notes.text import text
 from avatar_export.ops.active_sh import with_active_sh
 from avatar_export.packing.balance import Balance
 from avatar_export.packing.search import COARSEST, PARTS
@@ -49,10 +51,9 @@ class Floor:
     bytes: int  # with the fewest Gaussians that a search keeps
     parts: Mapping[str, int]  # bytes of what no step and no merging makes smaller, the largest first
 
-    def text(self) -> str:
-        """The parts, for people."""
-        named = ", ".join(f"{name.lower()} {size / 1e3:.1f} kB" for name, size in self.parts.items())
-        return f"{named}; at least {self.bytes} bytes in all"
+    def note(self) -> Note:
+        """The same for people."""
+        return fact("floor", parts=self.parts, bytes=self.bytes)
 
 
 def coarsest(levels: Sequence[Avatar]) -> tuple[list[Avatar], Fineness]:
@@ -81,10 +82,7 @@ def refuse_below(found: Floor, max_bytes: int) -> None:
         return
     cures = [f"{how} ({found.parts[part]} bytes)" for part, how in WITHOUT.items() if found.parts.get(part)]
     more = f"leave something out ({', '.join(cures)}), or give more" if cures else "give more"
-    raise AvatarError(
-        f"{max_bytes} bytes cannot be met: {found.text()}; {more}",
-        field="--max-bytes",
-    )
+    raise AvatarError(f"{max_bytes} bytes cannot be met; {text(found.note())}; {more}", field="--max-bytes")
 
 
 def _place(tensor: str) -> tuple[str, str]:

@@ -194,7 +194,7 @@ def _gaussians(g: Gaussians, fine: Fineness, codes: Found, embedded: bool) -> Ga
 
 
 def _shown(avatar: Avatar) -> tuple[F64, F64] | None:
-    """How much images show of each delta of spherical harmonics, for `signed`; None if there are none."""
+    """How much images show of each delta of spherical harmonics, for `signed`; None without deltas."""
     rows = avatar.blendshapes.appearance
     if not rows.values["sh"].any():
         return None

@@ -56,7 +56,7 @@ def reference_of(avatar: Avatar, handedness: str, file: bytes) -> Files:
 
 
 def read_pack_reference(pack: Path) -> Reference:
-    """The reference in the folder beside a pack. Raises AvatarError if there is none, or one of another pack."""
+    """The reference in the folder beside a pack. Raises AvatarError without one, and for one of another pack."""
     folder = reference_folder(pack)
     if not folder.is_dir():
         raise AvatarError(
@@ -69,7 +69,7 @@ def read_pack_reference(pack: Path) -> Reference:
 
 
 def conform_pack_driving(pack: Path, avatar: Avatar) -> Report | None:
-    """How the runtime's driving compares with the vectors beside a pack; None if there are none."""
+    """How the runtime's driving compares with the vectors beside a pack; None without vectors."""
     folder = reference_folder(pack)
     if not (folder / "driving.json").exists():
         return None

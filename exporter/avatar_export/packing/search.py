@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from avatar_export.measure.yardstick import Measured, Yardstick
+from avatar_export.notes.note import Note, fact
 from avatar_export.ops.active_sh import with_active_sh
 from avatar_export.packing.balance import Balance, balanced
 from avatar_export.packing.quantise import Kept, quantised
@@ -93,21 +94,19 @@ class Found:
             "tried": self.tried,
         }
 
-    def lines(self, source: Avatar) -> list[str]:
+    def notes(self, source: Avatar) -> list[Note]:
         """The same for people."""
         steps, kept = self.fine.factors or {}, self.levels[0]
-        lines = [f"{self.tried} packs were tried"]
+        notes = [fact("tried", count=self.tried)]
         if steps:
             finest, coarsest = min(steps, key=steps.__getitem__), max(steps, key=steps.__getitem__)
-            lines.append(
-                f"finest against the usual steps: {finest} (times {steps[finest]:.3g}); "
-                f"coarsest: {coarsest} (times {steps[coarsest]:.3g})"
-            )
+            extremes = {"fine": steps[finest], "coarse": steps[coarsest]}
+            notes.append(fact("steps", finest=finest, coarsest=coarsest, **extremes))
         if kept.sh_degree != source.sh_degree:
-            lines.append(f"spherical harmonics of degree {kept.sh_degree} instead of {source.sh_degree}")
+            notes.append(fact("degree_lowered", degree=kept.sh_degree, before=source.sh_degree))
         if kept.gaussians.count != source.gaussians.count:
-            lines.append(f"{kept.gaussians.count} of {source.gaussians.count} Gaussians")
-        return lines
+            notes.append(fact("gaussians_merged", count=kept.gaussians.count, before=source.gaussians.count))
+        return notes
 
 
 def by_aims(levels: Levels, aims: Aims, yardstick: Yardstick, coarsest: float = COARSEST) -> Found:

@@ -135,10 +135,7 @@ def document_of(avatar: Avatar, levels: Sequence[Avatar], handedness: str) -> di
         "shaders": avatar_shaders.VERSION,
         "avatar": manifest,
         "levels": [
-            {
-                "count": level.gaussians.count,
-                "groups": [_group(group) for group in level.groups],
-            }
+            {"count": level.gaussians.count, "groups": [_group(group) for group in level.groups]}
             for level in levels
         ],
     }

@@ -12,9 +12,8 @@ from avatar_shaders.texts import source
 
 LANGUAGES = ("glsl310es", "msl")  # cmake/shader_texts.cmake makes GLSL 4.30 of the first
 _KEPT = ("CMakeLists.txt", "README.md", "android", "cmake", "gles", "include", "ios", "play", "src")
-_LOCAL = re.compile(
-    r"(^|/)(\.[^/]*|build|head\.avatar|local\.properties)(/|$)"
-)  # made by whoever builds there
+# What a build leaves there.
+_LOCAL = re.compile(r"(^|/)(\.[^/]*|build|head\.avatar|local\.properties)(/|$)")
 
 
 def native_files() -> dict[str, bytes]:

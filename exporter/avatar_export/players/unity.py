@@ -20,9 +20,8 @@ from avatar_shaders.unity import unity_shaders
 TABLE = "guids.csv"
 MANIFEST = "package.json"
 _NO_ASSET = re.compile(r"(^|/)\.|\.meta$|~$")  # what the package does not take from the hand-written files
-_NO_META = re.compile(
-    r"^Documentation~(/|$)|^Samples~$"
-)  # Unity imports none of it; a sample is copied into Assets
+# Unity imports none of it; a sample is copied into Assets.
+_NO_META = re.compile(r"^Documentation~(/|$)|^Samples~$")
 _META = "fileFormatVersion: 2\nguid: {guid}\n"
 _META_OF_FOLDER = _META + "folderAsset: yes\n"
 
@@ -35,7 +34,7 @@ def unity_files() -> dict[str, bytes]:
 
 
 def hand_written(root: Path) -> list[str]:
-    """Paths of the hand-written files below `root`; Unity's own .meta files, hidden files and the table are none."""
+    """Paths of the hand-written files below `root`; without Unity's own .meta files, hidden files and the table."""
     names = (path.relative_to(root).as_posix() for path in sorted(root.rglob("*")) if path.is_file())
     return [name for name in names if name != TABLE and not _NO_ASSET.search(name)]
 

@@ -88,12 +88,7 @@ def framed(player: Player, sequence: PoseSequence) -> Box:
 
 
 def save(
-    out: Path,
-    images: Iterator[Pixels],
-    count: int,
-    fps: float,
-    force: bool,
-    progress: Callable[[int], None],
+    out: Path, images: Iterator[Pixels], count: int, fps: float, force: bool, progress: Callable[[int], None]
 ) -> None:
     """Write `count` images as one .png, an animated .webp, or a folder of frame_00000.png; all or nothing.
 

@@ -14,6 +14,7 @@ from avatar_export.clips.poses import clip_poses
 from avatar_export.clips.sources import clip_notes, clips_from
 from avatar_export.driving import drive, takes
 from avatar_export.images import arkit_pose
+from avatar_export.notes.note import Note, fact
 from avatar_export.playing.meshes import read_meshes
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.driving.arkit import ARKIT_NAMES, canonical
@@ -29,7 +30,7 @@ class PoseSequence:
 
     poses: Sequence[Pose]
     fps: float
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     posed_vertices: Sequence[F32] | None = None  # [V, 3] metres, a mesh for each pose; replaces the rig's
 
     def part(self, rows: slice) -> PoseSequence:
@@ -78,13 +79,9 @@ def recorded(avatar: Avatar, path: Path) -> PoseSequence:
             f"holds no {gltf_files.EXPRESSIONS}, so no recording; --clip plays its animation", file=path
         )
     take = takes.read_take(path)
-    notes = []
     missing = drive.unreached(avatar)
-    if missing:
-        notes.append(
-            f"{len(missing)} of the {len(ARKIT_NAMES)} ARKit names move nothing of this avatar: {', '.join(missing)}"
-        )
-    return PoseSequence(drive.poses(avatar, take), take.fps, tuple(notes))
+    notes = (fact("channels_unused", count=len(ARKIT_NAMES), names=missing),) if missing else ()
+    return PoseSequence(drive.poses(avatar, take), take.fps, notes)
 
 
 def own_clip(avatar: Avatar, name: str) -> PoseSequence:
@@ -112,7 +109,7 @@ def _clip_of_file(avatar: Avatar, path: Path, name: str | None) -> PoseSequence:
     if name is not None and name not in found:
         raise no_such("clip of this file", name, tuple(found), file=path.name)
     chosen = found[name] if name is not None else next(iter(found.values()))
-    notes = (f"clip {chosen.name!r} of {', '.join(found)}", *clip_notes(avatar, path, chosen.name))
+    notes = (fact("clip_chosen", name=chosen.name, clips=list(found)), *clip_notes(avatar, path, chosen.name))
     return PoseSequence(clip_poses(avatar, chosen), chosen.fps, notes)
 
 

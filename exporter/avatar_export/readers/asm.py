@@ -16,9 +16,10 @@ from avatar_export.asm.bake import LEAST_WEIGHT, bake_clips, bake_rig
 from avatar_export.asm.files import is_face, is_person, load, load_person
 from avatar_export.asm.model import AsmFace
 from avatar_export.clips.poses import clip_poses, rig_avatar
+from avatar_export.notes.note import Note, fact
 from avatar_export.ops.surfels import RULES, surfels
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import source_files
+from avatar_export.provenance import provenance
 from avatar_export.readers import surface
 from avatar_export.rigs.embedded_rig import EmbeddedRig, rest_vertices
 from avatar_runtime.avatar import Avatar, Clip, Driving, Rig
@@ -50,7 +51,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         mesh = rest_vertices(rig)
         with of_file(path):
             gaussians, embedding = surfels(mesh, face.template.triangles, face.template.colour)
-        made = EmbeddedRig(rig, clips=clips, driving=_driving(face), notes=_notes(face, rig, clips))
+        made = EmbeddedRig(rig, clips=clips, driving=_driving(face), notes=tuple(_notes(face, rig, clips)))
         avatar = surface.surface_avatar(
             name=options.name or face.name,
             gaussians=gaussians,
@@ -61,14 +62,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             background=(1.0, 1.0, 1.0),
             units=1.0,
         )
-        return replace(
-            avatar,
-            provenance={
-                "system": SYSTEM,
-                "source_files": source_files(files),
-                "notes": list(made.notes),
-            },
-        )
+        return replace(avatar, provenance=provenance(SYSTEM, files, made.notes))
 
 
 def _face(path: Path, options: ReadOptions) -> tuple[AsmFace, dict[str, Path]]:
@@ -101,7 +95,7 @@ def _driving(face: AsmFace) -> Driving:
     return Driving(head_pivot=(x, y, z))
 
 
-def _notes(face: AsmFace, rig: Rig, clips: tuple[Clip, ...]) -> tuple[str, ...]:
+def _notes(face: AsmFace, rig: Rig, clips: tuple[Clip, ...]) -> list[Note]:
     """Notes on what baking changed, measured over evenly spaced frames of every take."""
     avatar = replace(rig_avatar(rig, ()), clips=clips)
     player = Player(avatar, "reference")
@@ -113,14 +107,8 @@ def _notes(face: AsmFace, rig: Rig, clips: tuple[Clip, ...]) -> tuple[str, ...]:
         true = maths.posed_by(face, maths.skin_matrices(face, take)[frames])
         worst.append(1e3 * float(np.linalg.norm(shown - true, axis=2).max()))
     per_vertex = rig.skin.entries / len(rig.vertices)
-    notes = [
-        f"{face.binding.components} Gaussians a bone, weights by rule {face.template.weight_rule}",
-        f"skin weights below {LEAST_WEIGHT:g} dropped: {per_vertex:.1f} joints a vertex are left, and the neutral lies "
-        f"within {worst[-1]:.2g} mm of the formulas",
+    return [
+        fact("asm_binding", count=face.binding.components, rule=face.template.weight_rule),
+        fact("weights_dropped", least=LEAST_WEIGHT, joints=per_vertex, mm=worst[-1]),
+        *([fact("scales_rounded", mm=max(worst[:-1]))] if len(worst) > 1 else []),
     ]
-    if len(worst) > 1:
-        notes.append(
-            "scales of takes rounded to half floats, all that UsdSkel holds: they lie "
-            f"within {max(worst[:-1]):.2g} mm of the formulas"
-        )
-    return tuple(notes)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from avatar_export.formats.archive import ZIP_FAULTS
+from avatar_export.notes.text import from_stored
 from avatar_export.options import ReadOptions
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import MANIFEST, load
@@ -36,4 +37,6 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar of the normative files, with its clips and provenance. Raises AvatarError as `bundle.load`."""
     options.refuse_others(USED_OPTIONS, SYSTEM, "a bundle contains all its inputs")
     avatar = load(path)
-    return avatar if options.name is None else replace(avatar, name=options.name)
+    notes = from_stored(avatar.provenance.get("notes"))
+    provenance = {**avatar.provenance, "notes": notes} if notes else avatar.provenance
+    return replace(avatar, name=avatar.name if options.name is None else options.name, provenance=provenance)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from avatar_export.formats.json_text import json_fault
+from avatar_export.formats.json_text import parse_json
 from avatar_runtime.avatar import Enhancer
 from avatar_runtime.checks.enhancer import LARGEST, check_enhancer
 from avatar_runtime.codec.manifest import ENHANCER_FILE, decode_enhancer, encode_enhancer
@@ -40,10 +40,7 @@ def read_enhancer(folder: Path) -> Enhancer | None:
     for path, other in ((onnx, facts), (facts, onnx)):
         if not path.exists():
             raise AvatarError(f"is missing beside {other.name}", file=path)
-    try:
-        said = json.loads(read_bytes(facts, MAX_BYTES))
-    except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not valid JSON ({json_fault(error)})", file=facts) from None
+    said = parse_json(read_bytes(facts, MAX_BYTES), facts)
     for problem in key_problems(said, "enhancer"):
         raise AvatarError(problem.message, file=facts, field=problem.path)
     data = read_bytes(onnx, LARGEST)

@@ -21,14 +21,14 @@ from avatar_export.formats.obj import TriangleMesh
 from avatar_export.formats.point_cloud import (
     NAME,
     PointCloud,
-    chosen_iteration,
     has_property,
     locate,
     read_ply,
-    refuse_incomplete,
+    taken_iteration,
 )
+from avatar_export.notes.note import Setting, fact
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import source_files
+from avatar_export.provenance import provenance
 from avatar_export.readers import surface
 from avatar_export.rigs.embedded_rig import embedded_rig, no_rig, rest_vertices
 from avatar_export.rigs.rig_file import read_rig_file
@@ -40,6 +40,7 @@ from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.stages.surface import triangle_shape
 
 SYSTEM = "gaussian_avatars"
+COMMIT = "ShenhanQian/GaussianAvatars 30cc4bd"
 BINDING = "binding_0"
 POSES = "flame_param.npz"
 UNITS = 1.0  # FLAME is in metres
@@ -72,11 +73,6 @@ def detect(path: Path) -> bool:
     return cloud is not None and has_property(cloud, BINDING)
 
 
-def chosen(path: Path, options: ReadOptions) -> list[str]:
-    """The iteration that `read` takes."""
-    return chosen_iteration(path)
-
-
 def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar, in metres. Raises AvatarError if no mesh is given, and for unsound data."""
     with owned(SYSTEM):
@@ -85,7 +81,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         cloud = locate(path)
         if cloud is None:
             raise AvatarError(f"has no {NAME}", file=path)
-        refuse_incomplete(path, cloud, NAME)
+        taken = taken_iteration(path, cloud, NAME)
         rows = read_ply(cloud)
         splats = ply.gaussians(rows, cloud.file)
         poses = cloud.find(POSES)
@@ -108,22 +104,19 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             embedding=embedding,
             rules=RULES,
             rig=rig,
-            sh_degree=_degree(options, splats, cloud),
+            sh_degree=surface.degree_of(options.sh_degree, splats, cloud.file, "--sh-degree"),
             background=_background(cloud),
             units=units,
         )
-        notes = [_note(options, units), *surface.fit_notes(avatar, options, mesh_file, SYSTEM), *rig.notes]
+        notes = [
+            fact("settings", settings=[_units(options, units)]),
+            *surface.fit_notes(avatar, options, mesh_file, SYSTEM),
+            *rig.notes,
+            *taken,
+        ]
         own = {NAME: cloud.file, f"mesh/{mesh_file.name}": mesh_file, **({POSES: poses} if poses else {})}
         files = {name: file for name, file in own.items() if file not in rig.files.values()} | dict(rig.files)
-        return replace(
-            avatar,
-            provenance={
-                "system": SYSTEM,
-                "source_commit": "ShenhanQian/GaussianAvatars 30cc4bd",
-                "source_files": source_files(files),
-                "notes": notes,
-            },
-        )
+        return replace(avatar, provenance=provenance(SYSTEM, files, notes, commit=COMMIT))
 
 
 def _only_of_a_rig(options: ReadOptions) -> list[str]:
@@ -199,15 +192,8 @@ def _log_scale(mesh: TriangleMesh, triangle: U32, splats: Gaussians) -> F32:
     return result
 
 
-def _degree(options: ReadOptions, splats: Gaussians, cloud: PointCloud) -> int:
-    if options.sh_degree is None:
-        return splats.sh_degree
-    return surface.degree_of(options.sh_degree, splats, cloud.file, "--sh-degree")
-
-
-def _note(options: ReadOptions, units: float) -> str:
-    said_by = "assumed, FLAME is in metres" if options.units is None else "--units"
-    return f"{units:g} training units a metre ({said_by})"
+def _units(options: ReadOptions, units: float) -> Setting:
+    return Setting("units", units, "assumed, FLAME is in metres" if options.units is None else "--units")
 
 
 def _background(cloud: PointCloud) -> tuple[float, float, float]:

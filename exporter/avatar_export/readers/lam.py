@@ -18,12 +18,13 @@ from avatar_export.fit.embedded import own_mesh_fit
 from avatar_export.fit.judge import Sides
 from avatar_export.fit.surface import Mesh
 from avatar_export.formats.file_set import FileSet, holds_together
+from avatar_export.notes.note import Note, fact
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import source_files
 from avatar_export.rigs.gltf_rig import GltfRig, read_rig
+from avatar_export.sparse import no_deltas
 from avatar_runtime.avatar import (
     Avatar,
-    Blendshapes,
     Driving,
     Expression,
     Gaussians,
@@ -77,7 +78,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
     return replace(avatar, name=options.name or avatar.name, clips=clips, provenance=provenance)
 
 
-def _fit_notes(avatar: Avatar, options: ReadOptions) -> list[str]:
+def _fit_notes(avatar: Avatar, options: ReadOptions) -> list[Note]:
     """Doubts about offsets that lead far from the mesh. Raises AvatarError for very far ones."""
     assert avatar.rig is not None
     sides = Sides("the Gaussians", SKIN, SYSTEM, Path(OFFSETS), accept=options.accept_misfit)
@@ -125,7 +126,6 @@ def _avatar(name: str, splats: Gaussians, found: GltfRig, rotation: str) -> Avat
         raise AvatarError(f"has {n} rows, but {SKIN} has {len(rig.vertices)} vertices", file=OFFSETS)
     if rotation == "head_bone" and HEAD_JOINT not in rig.joint_names:
         raise AvatarError(f"rotation head_bone needs a joint {HEAD_JOINT!r}", file=SKIN)
-    columns = len(found.morph_names)
     with np.errstate(over="ignore"):  # an overflow becomes infinite, which the check of the avatar refuses
         mean = rig.vertices + splats.mean
     return Avatar(
@@ -139,12 +139,7 @@ def _avatar(name: str, splats: Gaussians, found: GltfRig, rotation: str) -> Avat
         ),
         expressions=tuple(Expression(morph) for morph in found.morph_names),
         late_morph_names=(),
-        blendshapes=Blendshapes(
-            geometry=_geometry(rig.morphs),
-            appearance=SparseRows.empty(n, columns, {"log_scale": (3,), "opacity_logit": (), "sh": (1, 3)}),
-            correctives=SparseRows.empty(n, 0, {"mean": (3,)}),
-            late_morphs=SparseRows.empty(n, 0, {"mean": (3,)}),
-        ),
+        blendshapes=replace(no_deltas(n, len(found.morph_names)), geometry=_geometry(rig.morphs)),
         skin=rig.skin,
         rig=rig,
         sh_degree=0,
@@ -164,15 +159,10 @@ def _geometry(morphs: SparseRows) -> SparseRows:
     return replace(morphs, values={"mean": morphs.values["position"], "quat_wxyz": still})
 
 
-def _notes(found: GltfRig) -> list[str]:
+def _notes(found: GltfRig) -> list[Note]:
     notes = []
     if found.node_pose:
-        notes.append(
-            f"the nodes of {SKIN} do not stand in binding pose (largest entry {found.rest_deviation:.3g}); "
-            "rest transforms are those of the inverse bind matrices"
-        )
+        notes.append(fact("nodes_off_binding", file=SKIN, deviation=found.rest_deviation))
     if found.renormalised:
-        notes.append(
-            f"skin weights of {found.renormalised} vertices did not add up to 1; divided by their sum"
-        )
+        notes.append(fact("weights_renormalised", count=found.renormalised))
     return notes

@@ -15,30 +15,28 @@ import numpy as np
 
 from avatar_export.bodies.body_model import SMPLX_JOINTS, BodyModel, read_body_model
 from avatar_export.bodies.body_rig import bake_rig
-from avatar_export.bodies.inputs import DEPTH, ZERO, check_given
+from avatar_export.bodies.inputs import DEPTH, ZERO, check_given, given_files
 from avatar_export.bodies.subject_files import read_shape
 from avatar_export.fit.embedded import own_mesh_fit
 from avatar_export.fit.judge import Sides
 from avatar_export.fit.surface import Mesh
 from avatar_export.formats.casts import as_float64
 from avatar_export.formats.point_cloud import PointCloud, read_ply
-from avatar_export.notes import DOUBT
+from avatar_export.notes.note import Note, doubt, fact
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import BODY_RESTRICTION, UNCHECKED, source_files
+from avatar_export.provenance import provenance
 from avatar_export.rigs.rig_driving import expressions_named, rig_driving
-from avatar_export.sparse import sparse_rows
+from avatar_export.sparse import no_deltas, no_shifts, sparse_rows
 from avatar_runtime.avatar import (
     F32,
     F64,
     I64,
     Avatar,
-    Blendshapes,
     Gaussians,
     Group,
     RasterSettings,
     Rig,
     Rules,
-    SparseRows,
 )
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import ply
@@ -46,6 +44,7 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.ownership import owned
 
 SYSTEM = "lhm"
+COMMIT = "aigc3d/LHM b31e76a"
 POINTS = "dense_sample_points"
 MODELS = ("SMPLX_NEUTRAL.npz", "SMPLX_NEUTRAL.pkl", "SMPLX_*.npz")
 FILES = (
@@ -95,21 +94,12 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         sides = Sides("the Gaussians", body_file.name, SYSTEM, body_file, accept=options.accept_misfit)
         notes += own_mesh_fit(avatar, Mesh.of(rig.vertices, rig.triangles), sides)
         if options.shape is None:
-            notes.append("no identity (--shape): joints stand where the mean shape has them")
+            notes.append(fact("mean_identity", options=("--shape",)))
         files = {path.name: path, f"body_model/{body_file.name}": body_file}
         files |= {} if points_file is None else {f"{POINTS}/{points_file.name}": points_file}
-        if options.shape is not None and options.shape.is_file():
-            files[f"shape/{options.shape.name}"] = options.shape
-        return replace(
-            avatar,
-            provenance={
-                "system": SYSTEM,
-                "source_commit": "aigc3d/LHM b31e76a",
-                "source_files": source_files(files),
-                "notes": [UNCHECKED, *notes],
-                "body_model_restriction": BODY_RESTRICTION,
-            },
-        )
+        files |= given_files(options, "shape")
+        notes = [fact("unchecked"), *notes]
+        return replace(avatar, provenance=provenance(SYSTEM, files, notes, commit=COMMIT, body_model=True))
 
 
 def _found(folder: Path | None, patterns: tuple[str, ...]) -> Path | None:
@@ -135,7 +125,7 @@ def _rig(body: BodyModel, betas: F64 | None) -> Rig:
     rig = bake_rig(body, betas)
     return replace(
         rig,
-        correctives=SparseRows.empty(body.vertex_count, 0, {"position": (3,)}),
+        correctives=no_shifts(body.vertex_count),
         corrective_joints=np.zeros(0, np.int32),
         joint_basis=np.zeros_like(rig.joint_basis),
     )
@@ -143,14 +133,11 @@ def _rig(body: BodyModel, betas: F64 | None) -> Rig:
 
 def _vertex_of(
     splats: Gaussians, body: BodyModel, rig: Rig, points_file: Path | None
-) -> tuple[I64, list[str]]:
+) -> tuple[I64, list[Note]]:
     """The vertex [N] whose weights each Gaussian takes, and what is doubtful about it."""
     if points_file is None:
-        doubt = (
-            f"{DOUBT}no {POINTS}/*_{splats.count}.ply: each Gaussian takes the weights of the vertex that is nearest "
-            f"to itself, not to its sampled point; {HOW}"
-        )
-        return nearest_vertices(splats.mean, rig.vertices), [doubt]
+        missing = doubt("no_sampled_points", pattern=f"{POINTS}/*_{splats.count}.ply", how=HOW)
+        return nearest_vertices(splats.mean, rig.vertices), [missing]
     rows = ply.decode(points_file.read_bytes(), points_file).properties
     if any(axis not in rows for axis in "xyz"):
         raise AvatarError("has no properties x, y, z", file=points_file)
@@ -189,13 +176,9 @@ def _avatar(
         rules=Rules(rotation="polar3", sh_direction="inverse_rotation" if splats.sh_degree else "world"),
         expressions=expressions,
         late_morph_names=(),
-        blendshapes=Blendshapes(
+        blendshapes=replace(
+            no_deltas(n, len(names), coefficients=splats.sh.shape[1]),
             geometry=sparse_rows({"mean": moved, "quat_wxyz": still}, least),
-            appearance=SparseRows.empty(
-                n, len(names), {"log_scale": (3,), "opacity_logit": (), "sh": splats.sh.shape[1:]}
-            ),
-            correctives=SparseRows.empty(n, 0, {"mean": (3,)}),
-            late_morphs=SparseRows.empty(n, 0, {"mean": (3,)}),
         ),
         skin=rig.skin.take(row),
         rig=rig,

@@ -7,12 +7,12 @@ those of the released code; an unstated unit is that of the release, or assumed.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from avatar_export.formats.json_text import json_fault
+from avatar_export.formats.json_text import parse_json
+from avatar_export.notes.note import Note, fact
 from avatar_export.options import LEAST_UNITS, MOST_UNITS
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.io.whole_files import read_bytes
@@ -33,10 +33,9 @@ class TrainedRules:
     recorded: Mapping[str, str]  # value of each rule whose effect is already in the stored numbers
     units: float | None = None  # training units per metre; None: not stated
 
-    def notes(self) -> list[str]:
-        """A note that lists the recorded rules, if there are any."""
-        listed = ", ".join(f"{name} {value}" for name, value in self.recorded.items())
-        return [f"{RULES_FILE} records how it was trained: {listed}"] if listed else []
+    def notes(self) -> list[Note]:
+        """A note on the recorded rules, if there are any."""
+        return [fact("recorded_rules", file=RULES_FILE, rules=self.recorded)] if self.recorded else []
 
 
 def read_rules(path: Path | None, system: str, played: Values, recorded: Values) -> TrainedRules:
@@ -68,17 +67,9 @@ def read_rules(path: Path | None, system: str, played: Values, recorded: Values)
     )
 
 
-def stated_units(path: Path | None, system: str) -> float | None:
-    """Training units per metre, as a rules.json states them; None without. Raises AvatarError as `read_rules`."""
-    return None if path is None else _stored(path, system)[1]
-
-
 def _stored(path: Path, system: str) -> tuple[dict[str, str], float | None]:
     """(the object `rules` of the file, whose values are not checked; the unit)."""
-    try:
-        document = json.loads(read_bytes(path, MAX_BYTES))
-    except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not valid JSON ({json_fault(error)})", file=path, owner=system) from None
+    document = parse_json(read_bytes(path, MAX_BYTES), path, system)
     if not isinstance(document, dict) or not isinstance(document.get("rules"), dict):
         raise AvatarError('is not of the form {"system": ..., "rules": {...}}', file=path, owner=system)
     if document.get("system") != system:

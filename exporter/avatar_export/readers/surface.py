@@ -11,18 +11,18 @@ import numpy.typing as npt
 
 from avatar_export.fit.embedded import own_mesh_fit
 from avatar_export.fit.judge import Sides
-from avatar_export.fit.skeleton import not_human
+from avatar_export.fit.skeleton import inhuman
 from avatar_export.fit.surface import Mesh
 from avatar_export.formats.obj import TriangleMesh
-from avatar_export.notes import DOUBT
+from avatar_export.notes.note import Note, doubt, fact
 from avatar_export.options import LEAST_UNITS, MOST_UNITS, ReadOptions
 from avatar_export.rigs.embedded_rig import EmbeddedRig
+from avatar_export.sparse import no_deltas
 from avatar_runtime.avatar import (
     F32,
     F64,
     U32,
     Avatar,
-    Blendshapes,
     Embedding,
     Gaussians,
     Group,
@@ -51,8 +51,10 @@ def units_of(units: float) -> float:
     return float(units)
 
 
-def degree_of(degree: int, gaussians: Gaussians, file: Path, where: str) -> int:
-    """`degree`, as stated by `where`. Raises AvatarError if the file stores a lower degree."""
+def degree_of(degree: int | None, gaussians: Gaussians, file: Path, where: str) -> int:
+    """`degree`, as stated by `where`, else that of the file. Raises AvatarError if the file stores a lower degree."""
+    if degree is None:
+        return gaussians.sh_degree
     if not 0 <= degree <= gaussians.sh_degree:
         raise AvatarError(
             f"stores SH of degree {gaussians.sh_degree}, but {where} says {degree}; pass --sh-degree",
@@ -75,7 +77,7 @@ def triangle_rows(values: Floats, mesh: TriangleMesh, file: Path, name: str, hin
     return values.astype(np.uint32)
 
 
-def check_barycentric(weights: F32, file: Path, name: str) -> list[str]:
+def check_barycentric(weights: F32, file: Path, name: str) -> list[Note]:
     """Notes on weights [N, 3] slightly outside their triangle.
 
     Raises AvatarError for a row that does not add up to 1, and for a weight below LEAST_WEIGHT.
@@ -96,11 +98,7 @@ def check_barycentric(weights: F32, file: Path, name: str) -> list[str]:
             field=f"{name}[{at}]",
         )
     outside = int((least < 0).sum())
-    return (
-        [f"{outside} Gaussians lie up to {-least.min():.2g} outside their triangle; kept so"]
-        if outside
-        else []
-    )
+    return [fact("outside_triangles", count=outside, far=-least.min())] if outside else []
 
 
 def check_areas(mesh: TriangleMesh, triangle: U32, file: Path) -> None:
@@ -119,10 +117,10 @@ def check_areas(mesh: TriangleMesh, triangle: U32, file: Path) -> None:
         )
 
 
-def fit_notes(avatar: Avatar, options: ReadOptions, mesh_file: Path | None, owner: str) -> list[str]:
+def fit_notes(avatar: Avatar, options: ReadOptions, mesh_file: Path | None, owner: str) -> list[Note]:
     """Doubts about Gaussians far from the mesh that carries them, and about the size of a human mesh.
 
-    The size of a generic rig says nothing. Raises AvatarError for Gaussians very far, unless `accept_misfit`."""
+    A generic rig may have any size. Raises AvatarError for Gaussians very far, unless `accept_misfit`."""
     assert avatar.embedding is not None
     goal = "the mesh" if mesh_file is None else mesh_file.name
     sides = Sides("the Gaussians", goal, owner, mesh_file, accept=options.accept_misfit)
@@ -130,9 +128,9 @@ def fit_notes(avatar: Avatar, options: ReadOptions, mesh_file: Path | None, owne
     on = Mesh.of(embedding.canonical_vertices, embedding.triangles)
     doubts = own_mesh_fit(avatar, on, sides)
     if options.rig is None and options.body_model is None:
-        unit = f"at {avatar.training_per_bundle:g} training units a metre; --units sets another number"
-        size = not_human(on.vertices, None, unit)
-        doubts += [f"{DOUBT}{fault}" for fault in size]
+        height = inhuman(on.vertices, None)
+        if height is not None:
+            doubts.append(doubt("not_human_at_units", height=height, units=avatar.training_per_bundle))
     return doubts
 
 
@@ -147,9 +145,8 @@ def surface_avatar(
     check_rule_values(rules)
     with np.errstate(all="ignore"):  # an overflow becomes infinite, which the check of the avatar refuses
         mean, quat_wxyz = binding_pose(embedding, rules, units)
-    n, k = gaussians.count, len(rig.expressions)
+    n = gaussians.count
     features = 0 if rig.rig is None else 9 * len(rig.rig.corrective_joints)
-    sh = gaussians.sh.shape[1:]
     return Avatar(
         name=name,
         gaussians=replace(gaussians, mean=mean, quat_wxyz=quat_wxyz),
@@ -157,12 +154,7 @@ def surface_avatar(
         rules=rules,
         expressions=rig.expressions,
         late_morph_names=(),
-        blendshapes=Blendshapes(
-            geometry=SparseRows.empty(n, k, {"mean": (3,), "quat_wxyz": (4,)}),
-            appearance=SparseRows.empty(n, k, {"log_scale": (3,), "opacity_logit": (), "sh": sh}),
-            correctives=SparseRows.empty(n, features, {"mean": (3,)}),
-            late_morphs=SparseRows.empty(n, 0, {"mean": (3,)}),
-        ),
+        blendshapes=no_deltas(n, len(rig.expressions), features, gaussians.sh.shape[1]),
         skin=SparseRows.empty(n, 0 if rig.rig is None else rig.rig.joint_count, {"weight": ()}),
         rig=rig.rig,
         sh_degree=sh_degree,

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from avatar_export.formats.archive import TRUNCATED, is_truncated
-from avatar_export.notes import Note, as_note, stored
+from avatar_export.notes.note import Note
+from avatar_export.notes.text import stored
 from avatar_export.options import ReadOptions
 from avatar_export.readers import asm, bundle, gaussian_avatars, lam, lhm
 from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blendshapes
@@ -31,17 +32,9 @@ class Reader:
     about: str
     files: tuple[str, ...]
     detect: Callable[[Path], bool]  # by content, fast; never raises
-    read: Callable[[Path, ReadOptions], Avatar]
+    read: Callable[[Path, ReadOptions], Avatar]  # `notes` of its provenance are Notes
     used_options: tuple[str, ...]  # fields of ReadOptions; any other is refused
     without_rig: ReadOptions  # options with which it reads the checkpoint alone
-    assumptions: Callable[[Path, ReadOptions], list[str]]  # that the avatar's provenance does not record
-    chosen: Callable[
-        [Path, ReadOptions], list[str]
-    ]  # of several candidates: what is taken, what is passed over
-
-
-def _none(_path: Path, _options: ReadOptions) -> list[str]:
-    return []
 
 
 READERS = tuple(
@@ -53,8 +46,6 @@ READERS = tuple(
         module.read,
         module.USED_OPTIONS,
         module.WITHOUT_RIG,
-        getattr(module, "assumptions", _none),
-        getattr(module, "chosen", _none),
     )
     for module in (
         bundle,
@@ -87,19 +78,20 @@ def read(path: str | Path, options: ReadOptions | None = None, system: str | Non
 
 
 def read_with(reader: Reader, path: Path, options: ReadOptions) -> tuple[Avatar, tuple[Note, ...]]:
-    """The avatar that `reader` makes of `path`, checked, and the notes in its provenance. Raises AvatarError."""
+    """The avatar that `reader` makes of `path`, checked, and what it says of it. Raises AvatarError."""
     avatar = reader.read(path, options)
-    notes = tuple(map(as_note, avatar.provenance.get("notes", ())))
+    given = avatar.provenance.get("notes")
+    notes = tuple(one for one in (given if isinstance(given, list) else ()) if isinstance(one, Note))
     if notes:
-        avatar = replace(avatar, provenance={**avatar.provenance, "notes": [*map(stored, notes)]})
+        avatar = replace(avatar, provenance={**avatar.provenance, "notes": stored(notes)})
     return check_avatar(avatar), notes
 
 
 def find(path: Path, system: str | None = None) -> Reader:
     """The reader of `system`, else the first that recognises `path`.
 
-    Raises AvatarError as `detected`, and if there is none; it names the subfolders of `path` that a reader recognises,
-    or says that a zip is truncated.
+    Raises AvatarError as `detected`, and if no reader recognises it; the error names the subfolders that a reader
+    recognises, or says that a zip is truncated.
     """
     known = ", ".join(reader.system for reader in READERS)
     if system is not None:

@@ -14,20 +14,20 @@ import numpy as np
 
 from avatar_export.bodies.body_model import BodyModel, read_body_model
 from avatar_export.bodies.body_rig import bake_rig, with_static_offset
-from avatar_export.bodies.inputs import ZERO, check_given, find_inputs
+from avatar_export.bodies.inputs import ZERO, check_given, find_inputs, given_files
 from avatar_export.bodies.pose_files import BodyPoses, body_clip, read_poses
 from avatar_export.bodies.subject_files import read_shape
 from avatar_export.clips.poses import clip_poses, first_frame, rig_avatar
 from avatar_export.clips.sources import clips_from
 from avatar_export.fit.embedded import Posed, rig_fit
 from avatar_export.fit.judge import Sides
-from avatar_export.fit.skeleton import joint_faults, not_human
+from avatar_export.fit.skeleton import inhuman, skeleton_doubts
 from avatar_export.fit.surface import Mesh
-from avatar_export.notes import DOUBT
+from avatar_export.notes.note import Note, doubt, fact
 from avatar_export.options import ReadOptions
 from avatar_export.rigs.rig_driving import expressions_named, rig_driving
 from avatar_export.rigs.rig_file import read_rig_file
-from avatar_export.rigs.vertex_map import VertexMap, vertex_map
+from avatar_export.rigs.vertex_map import vertex_map
 from avatar_runtime.avatar import F32, F64, I64, U32, Avatar, Clip, Driving, Expression, Rig
 from avatar_runtime.engine_pose import rests_bound
 from avatar_runtime.io.errors import AvatarError
@@ -37,10 +37,6 @@ from avatar_runtime.pose import Pose
 RIG_INPUTS = ("rig", "body_model", "shape", "poses")  # that `embedded_rig` uses, besides `dataset`
 POSE_FILES = ("flame_params.json", "poses.npz", "flame_param.npz")
 SAME_SHAPE = 1e-3  # of an identity coefficient, in standard deviations
-NO_RIG = (
-    "no rig: give one by --rig FILE.glb|.fbx or --body-model; without it there is no rig.glb, rig.usdc holds splats "
-    "alone, and the avatar plays on posed vertices, Player.frame(posed_vertices=...) or render --meshes"
-)
 
 
 @dataclass(frozen=True)
@@ -51,7 +47,7 @@ class EmbeddedRig:
     expressions: tuple[Expression, ...] = ()
     clips: tuple[Clip, ...] = ()
     driving: Driving = field(default_factory=Driving)
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     files: Mapping[str, Path] = field(default_factory=dict)  # "ROLE/FILE" -> path, for the provenance
     head_pose_in: str = "mesh"
     fits: bool = False  # whether one of its poses is the given mesh, so that its unit is right
@@ -59,7 +55,7 @@ class EmbeddedRig:
 
 def no_rig() -> EmbeddedRig:
     """An EmbeddedRig without a rig: the avatar plays on posed vertices only."""
-    return EmbeddedRig(None, notes=(NO_RIG,))
+    return EmbeddedRig(None, notes=(fact("no_rig_given"),))
 
 
 def embedded_rig(
@@ -79,13 +75,13 @@ def embedded_rig(
         if options.shape is not None:
             raise AvatarError("--shape needs --body-model; a --rig has its own shape", owner=owner)
         _check_given(options, owner)
-        return _from_file(options.rig, vertices, triangles, options, owner, units)
+        return _from_file(_Given(vertices, triangles, options.rig, options, owner, units))
     asked = options
     if options.dataset is not None:
         options = _searched(options, options.dataset, owner)
     if options.body_model is not None:
         _check_given(options, owner)
-        return _from_body_model(options.body_model, vertices, triangles, options, owner, units)
+        return _from_body_model(_Given(vertices, triangles, options.body_model, options, owner, units))
     if given := [name for name in ("shape", "poses") if getattr(asked, name) is not None]:
         raise AvatarError(f"--{given[0]} needs a rig: pass --body-model or --rig too", owner=owner)
     return no_rig()
@@ -107,39 +103,65 @@ def _check_given(options: ReadOptions, owner: str) -> None:
         check_given(options, name, owner)
 
 
-def _from_file(
-    path: Path, vertices: F32, triangles: U32, options: ReadOptions, owner: str, units: float | None
-) -> EmbeddedRig:
+@dataclass(frozen=True)
+class _Given:
+    """The mesh of an embedding, and the file that gives its rig."""
+
+    vertices: F32  # [V, 3]
+    triangles: U32  # [F, 3]
+    path: Path
+    options: ReadOptions
+    owner: str
+    units: float | None
+
+    def mapped(self, rig: Rig, vertex_ids: I64 | None) -> tuple[Rig, list[Note]]:
+        """`rig` in the numbering of the mesh, and how its vertices were found. Raises AvatarError for another mesh."""
+        try:
+            found = vertex_map(rig, vertex_ids, self.triangles, self.vertices)
+        except AvatarError as error:
+            raise AvatarError(error.message, file=self.path, owner=self.owner) from None
+        notes = [fact("vertices_found", file=self.path.name, how=found.how)]
+        if found.disagreeing:
+            notes.append(fact("vertices_repeated", count=found.disagreeing, file=self.path.name))
+        return renumbered(rig, found.rows, self.triangles), notes
+
+    def fit(self, avatar: Avatar) -> tuple[list[Note], bool]:
+        """(notes, whether they fit) on the distance between rig and mesh, at rest and in the first frame of a clip."""
+        poses = {"at rest": Pose()}
+        for clip in avatar.clips[:1]:
+            poses[f"in frame 0 of {clip.name!r}"] = clip_poses(avatar, first_frame(clip))[0]
+        player, used = Player(avatar, "reference"), np.unique(self.triangles)
+        tracked = self.options.poses is not None
+        posed = [
+            Posed(when, player.mesh(pose)[used].astype(np.float64), tracked and pose is not poses["at rest"])
+            for when, pose in poses.items()
+        ]
+        own_unit = self.units is not None and inhuman(posed[0].vertices, None) is None
+        sides = Sides(
+            "the mesh", self.path.name, self.owner, self.path, "--units", self.units or 1.0, own_unit,
+            self.options.accept_misfit,
+        )  # fmt: skip
+        return rig_fit(self.vertices[used].astype(np.float64), posed, sides)
+
+
+def _from_file(given: _Given) -> EmbeddedRig:
+    path, poses = given.path, given.options.poses
     found = read_rig_file(path)
-    mapped = _mapped(found.rig, found.vertex_ids, vertices, triangles, path, owner)
-    rig = renumbered(found.rig, mapped.rows, triangles)
+    rig, notes = given.mapped(found.rig, found.vertex_ids)
     expressions = expressions_named(found.morph_names)
     avatar = rig_avatar(rig, expressions)
     clips = clips_from(avatar, path, optional=True)
     files = {f"rig/{path.name}": path}
-    if options.poses is not None:
-        tracked = clips_from(replace(avatar, clips=clips), options.poses)
-        clips, files = (*tracked, *clips), {**files, f"poses/{options.poses.name}": options.poses}
-    near, fits = _fit_notes(
-        replace(avatar, clips=clips),
-        options.poses is not None,
-        vertices,
-        triangles,
-        _sides(path, options, owner),
-        units,
-    )
-    notes = (*found.notes, *_map_notes(mapped, path), *near)
+    if poses is not None:
+        clips = (*clips_from(replace(avatar, clips=clips), poses), *clips)
+        files[f"poses/{poses.name}"] = poses
+    near, fits = given.fit(replace(avatar, clips=clips))
     driving = rig_driving(rig, expressions)
-    return EmbeddedRig(rig, expressions, clips, driving, notes, files, fits=fits)
+    return EmbeddedRig(rig, expressions, clips, driving, (*found.notes, *notes, *near), files, fits=fits)
 
 
-def _sides(path: Path, options: ReadOptions, owner: str) -> Sides:
-    return Sides("the mesh", path.name, owner, path, "--units", accept=options.accept_misfit)
-
-
-def _from_body_model(
-    path: Path, vertices: F32, triangles: U32, options: ReadOptions, owner: str, units: float | None
-) -> EmbeddedRig:
+def _from_body_model(given: _Given) -> EmbeddedRig:
+    path, options = given.path, given.options
     body = read_body_model(path)
     poses = None if options.poses is None else read_poses(options.poses)
     shape, notes = _identity(options, poses)
@@ -147,44 +169,29 @@ def _from_body_model(
         body = _with_offset(body, poses.static_offset, options.poses)
     elif options.shape is not None:
         body = with_static_offset(body, options.shape)
-    baked = bake_rig(body, shape)
-    mapped = _mapped(baked, None, vertices, triangles, path, owner)
-    rig = renumbered(baked, mapped.rows, triangles)
+    rig, found = given.mapped(bake_rig(body, shape), None)
     expressions = expressions_named(body.expression_names)
     clips: tuple[Clip, ...] = ()
-    files = {f"body_model/{path.name}": path}
-    for role, given in (("shape", options.shape), ("poses", options.poses)):
-        if given is not None and given.is_file():
-            files[f"{role}/{given.name}"] = given
+    files = {f"body_model/{path.name}": path, **given_files(options, "shape", "poses")}
     if poses is not None and options.poses is not None:
         clips = (body_clip(rig, poses, options.poses.stem),)
-        notes.append(f"{options.poses.name} does not say its rate; {poses.fps:g} frames a second are taken")
-    avatar = replace(rig_avatar(rig, expressions), clips=clips)
-    notes += _map_notes(mapped, path)
-    sides = _sides(path, options, owner)
-    near, fits = _fit_notes(avatar, poses is not None, vertices, triangles, sides, units)
-    notes += near
-    notes += [
-        f"{DOUBT}{fault}"
-        for fault in not_human(
-            rig.vertices.astype(np.float64), rig.joint_count, f"if {path.name} is in metres"
-        )
-        + joint_faults(rig, Mesh.of(rig.vertices, rig.triangles))
-    ]
+        notes.append(fact("rate_assumed", file=options.poses.name, fps=poses.fps))
+    near, fits = given.fit(replace(rig_avatar(rig, expressions), clips=clips))
+    notes += [*found, *near, *skeleton_doubts(rig, Mesh.of(rig.vertices, rig.triangles), path.name)]
     driving = rig_driving(rig, expressions)
     return EmbeddedRig(rig, expressions, clips, driving, tuple(notes), files, fits=fits)
 
 
-def _identity(options: ReadOptions, poses: BodyPoses | None) -> tuple[F64 | None, list[str]]:
+def _identity(options: ReadOptions, poses: BodyPoses | None) -> tuple[F64 | None, list[Note]]:
     if options.shape is not None:
         given = None if str(options.shape) == ZERO else read_shape(options.shape)
         return given, _other_shape(given, poses, options)
     if poses is not None and len(poses.shape):
         return poses.shape, []
-    return None, ["no identity (--shape, --poses): the body model's mean shape is taken"]
+    return None, [fact("mean_identity", options=("--shape", "--poses"))]
 
 
-def _other_shape(given: F64 | None, poses: BodyPoses | None, options: ReadOptions) -> list[str]:
+def _other_shape(given: F64 | None, poses: BodyPoses | None, options: ReadOptions) -> list[Note]:
     """A doubt, if the tracked poses have another identity than the one given."""
     if poses is None or not len(poses.shape) or options.poses is None:
         return []
@@ -193,10 +200,8 @@ def _other_shape(given: F64 | None, poses: BodyPoses | None, options: ReadOption
     one, other = (np.pad(shape, (0, count - len(shape))) for shape in (own, poses.shape))
     if np.allclose(one, other, atol=SAME_SHAPE):
         return []
-    return [
-        f"{DOUBT}the identity of {options.poses.name} is another than that of --shape "
-        f"{'zero' if given is None else Path(str(options.shape)).name}, which is taken"
-    ]
+    named = ZERO if given is None else Path(str(options.shape)).name
+    return [doubt("identity_differs", file=options.poses.name, given=named)]
 
 
 def rest_vertices(rig: Rig) -> F32:
@@ -215,15 +220,6 @@ def _with_offset(body: BodyModel, offset: F32, path: Path | None) -> BodyModel:
     return replace(body, v_template=body.v_template + offset)
 
 
-def _mapped(
-    rig: Rig, vertex_ids: I64 | None, vertices: F32, triangles: U32, path: Path, owner: str
-) -> VertexMap:
-    try:
-        return vertex_map(rig, vertex_ids, triangles, vertices)
-    except AvatarError as error:
-        raise AvatarError(error.message, file=path, owner=owner) from None
-
-
 def renumbered(rig: Rig, rows: I64, triangles: U32) -> Rig:
     """`rig` with only its vertices `rows` [V], in that order, and with other `triangles` [F, 3]."""
     return replace(
@@ -236,30 +232,3 @@ def renumbered(rig: Rig, rows: I64, triangles: U32) -> Rig:
         skin=rig.skin.take(rows),
         anchor_vertices=np.zeros(0, np.uint32),
     )
-
-
-def _map_notes(mapped: VertexMap, path: Path) -> list[str]:
-    notes = [f"vertices of {path.name} found by {mapped.how}"]
-    if mapped.disagreeing:
-        notes.append(
-            f"{mapped.disagreeing} vertices stand in {path.name} several times with different weights or "
-            "morphs; the first is taken"
-        )
-    return notes
-
-
-def _fit_notes(
-    avatar: Avatar, tracked: bool, vertices: F32, triangles: U32, sides: Sides, units: float | None
-) -> tuple[list[str], bool]:
-    """(notes, whether they fit) on the distance between rig and mesh, at rest and in the first frame of a clip."""
-    poses = {"at rest": Pose()}
-    for clip in avatar.clips[:1]:
-        poses[f"in frame 0 of {clip.name!r}"] = clip_poses(avatar, first_frame(clip))[0]
-    player, used = Player(avatar, "reference"), np.unique(triangles)
-    posed = [
-        Posed(when, player.mesh(pose)[used].astype(np.float64), tracked and pose is not poses["at rest"])
-        for when, pose in poses.items()
-    ]
-    human = not not_human(posed[0].vertices, None, "")
-    sides = replace(sides, own_unit=units is not None and human, value=units or 1.0)
-    return rig_fit(vertices[used].astype(np.float64), posed, sides)

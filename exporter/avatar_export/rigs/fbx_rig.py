@@ -13,8 +13,10 @@ import numpy as np
 
 from avatar_export.formats.fbx.file import FbxFile, FbxMesh
 from avatar_export.formats.gltf.skeleton import MAX_CONDITION, MAX_JOINTS
+from avatar_export.notes.note import Note, fact
 from avatar_export.rigs.gltf_rig import MOST_MORPHS
 from avatar_export.rigs.rig_arrays import by_row, unit_weights
+from avatar_export.sparse import no_shifts
 from avatar_runtime.avatar import F64, I32, I64, Rig, SparseRows
 from avatar_runtime.io.errors import AvatarError
 
@@ -29,7 +31,7 @@ class FbxRig:
 
     rig: Rig  # without correctives, late morphs, joint basis and anchors
     morph_names: tuple[str, ...]  # [K] columns of rig.morphs
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def fbx_rig(file: FbxFile) -> FbxRig:
@@ -66,8 +68,8 @@ def fbx_rig(file: FbxFile) -> FbxRig:
         vertices=vertices.astype(np.float32),
         triangles=triangles.astype(np.uint32),
         morphs=_morphs(file, meshes, morph_names, v),
-        correctives=SparseRows.empty(v, 0, {"position": (3,)}),
-        late_morphs=SparseRows.empty(v, 0, {"position": (3,)}),
+        correctives=no_shifts(v),
+        late_morphs=no_shifts(v),
         skin=skin,
         joint_names=names,
         parents=parents,
@@ -196,15 +198,15 @@ def _morphs(file: FbxFile, meshes: list[FbxMesh], names: tuple[str, ...], vertic
     return by_row(row, at, {"position": np.concatenate(values).astype(np.float32)}, vertices, len(names))
 
 
-def _notes(file: FbxFile, meshes: list[FbxMesh], renormalised: int) -> Iterable[str]:
+def _notes(file: FbxFile, meshes: list[FbxMesh], renormalised: int) -> Iterable[Note]:
     polygons, between = sum(mesh.polygons for mesh in meshes), sum(mesh.between for mesh in meshes)
     if len(meshes) > 1:
-        yield f"{len(meshes)} meshes of {file.name} joined: {', '.join(mesh.name[:40] for mesh in meshes[:8])}"
+        yield fact("meshes_joined", file=file.name, meshes=[mesh.name[:40] for mesh in meshes])
     if polygons:
-        yield f"{polygons} polygons of {file.name} cut into fans of triangles from their first corner"
+        yield fact("polygons_cut", count=polygons, file=file.name)
     if between:
-        yield f"{between} in-between shapes left out: a blend shape moves straight to its last one"
+        yield fact("between_left_out", count=between)
     if not all(mesh.linear for mesh in meshes):
-        yield "a mesh is skinned by dual quaternions in the file, here linearly: twisted joints look thinner"
+        yield fact("dual_quaternions")
     if renormalised:
-        yield f"skin weights of {renormalised} vertices did not add up to 1; divided by their sum"
+        yield fact("weights_renormalised", count=renormalised)

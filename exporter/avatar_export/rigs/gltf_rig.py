@@ -17,6 +17,7 @@ import numpy.typing as npt
 from avatar_export.formats.gltf.skeleton import read_skeleton
 from avatar_export.formats.gltf.vertex_ids import vertex_ids
 from avatar_export.rigs.rig_arrays import by_row, unit_weights
+from avatar_export.sparse import no_shifts
 from avatar_runtime.avatar import F32, F64, U32, Rig, SparseRows
 from avatar_runtime.codec.glb import Glb, accessor, short
 
@@ -36,13 +37,11 @@ class GltfRig:
     rig: Rig  # without correctives, late morphs, joint basis and anchors; mesh space of the file
     morph_names: tuple[str, ...]  # [K] columns of rig.morphs
     rest_deviation: float  # largest |entry| of node_global @ inverse_bind_matrix - I over the joints
-    node_pose: Mapping[str, F64] = field(
-        default_factory=dict
-    )  # joint -> delta; empty: the nodes have the binding pose
+    # Joint -> delta; empty: the nodes have the binding pose.
+    node_pose: Mapping[str, F64] = field(default_factory=dict)
     renormalised: int = 0  # number of vertices whose weights did not add up to 1
-    vertex_ids: I64 | None = (
-        None  # [V], only if joined: row of each vertex in the mesh that the file was made from
-    )
+    # [V], only if joined: row of each vertex in the mesh that the file was made from.
+    vertex_ids: I64 | None = None
 
 
 @dataclass(frozen=True)
@@ -83,8 +82,8 @@ def read_rig(glb: Glb, *, join: bool = False) -> GltfRig:
         vertices=np.concatenate(blocks),
         triangles=_triangles(glb, parts, first),
         morphs=morphs,
-        correctives=SparseRows.empty(v, 0, {"position": (3,)}),
-        late_morphs=SparseRows.empty(v, 0, {"position": (3,)}),
+        correctives=no_shifts(v),
+        late_morphs=no_shifts(v),
         skin=skin,
         joint_names=skeleton.names,
         parents=skeleton.parents,
@@ -113,8 +112,7 @@ def _skinned_meshes(glb: Glb, join: bool) -> tuple[list[object], object]:
         if not nodes:
             glb.fail("nodes", "no node has a mesh and a skin; export the file with its skin")
         glb.fail(
-            "nodes",
-            f"{len(nodes)} nodes have a mesh and a skin ({names}), expected one; join the meshes",
+            "nodes", f"{len(nodes)} nodes have a mesh and a skin ({names}), expected one; join the meshes"
         )
     meshes: list[object] = []
     for node in nodes:

@@ -11,6 +11,7 @@ import numpy as np
 from avatar_export.asm.bake import bake_rig
 from avatar_export.asm.files import load
 from avatar_export.formats.fbx.file import open_fbx
+from avatar_export.notes.note import Note, fact
 from avatar_export.rigs.fbx_rig import fbx_rig
 from avatar_export.rigs.gltf_rig import GltfRig, read_rig
 from avatar_runtime.avatar import F64, I64, Rig
@@ -28,7 +29,7 @@ class RigFile:
     rig: Rig  # without correctives, late morphs, joint basis and anchors
     morph_names: tuple[str, ...]  # [K] columns of rig.morphs
     vertex_ids: I64 | None  # [V] row of each vertex in the mesh that the file was made from, if stored
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def read_rig_file(path: Path) -> RigFile:
@@ -46,12 +47,8 @@ def read_rig_file(path: Path) -> RigFile:
 
 def _from_glb(path: Path) -> RigFile:
     found = read_rig(glb.decode(read_bytes(path, MAX_FILE_BYTES), path.name), join=True)
-    notes = []
-    if found.renormalised:
-        notes.append(
-            f"skin weights of {found.renormalised} vertices did not add up to 1; divided by their sum"
-        )
-    return RigFile(_standing(found, path.name), found.morph_names, found.vertex_ids, tuple(notes))
+    notes = (fact("weights_renormalised", count=found.renormalised),) if found.renormalised else ()
+    return RigFile(_standing(found, path.name), found.morph_names, found.vertex_ids, notes)
 
 
 def _from_fbx(path: Path) -> RigFile:
@@ -60,7 +57,7 @@ def _from_fbx(path: Path) -> RigFile:
 
 
 def _from_asm(path: Path) -> RigFile:
-    return RigFile(bake_rig(load(path)), (), None, ("an ASM face: the rig rests in its neutral",))
+    return RigFile(bake_rig(load(path)), (), None, (fact("asm_neutral"),))
 
 
 READERS: dict[str, Callable[[Path], RigFile]] = {".glb": _from_glb, ".fbx": _from_fbx, ".npz": _from_asm}

@@ -29,9 +29,8 @@ class VertexMap:
 
     rows: I64  # [V] for each vertex of the mesh a vertex of the rig
     how: str  # the method that found it, in words
-    disagreeing: int = (
-        0  # number of vertices whose copies in the rig differ in weights or morphs; the first copy is used
-    )
+    # Number of vertices whose copies in the rig differ in weights or morphs; the first copy is used.
+    disagreeing: int = 0
 
 
 @dataclass(frozen=True)

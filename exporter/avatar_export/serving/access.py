@@ -87,11 +87,7 @@ class Door:
         file = self.find(name)
         if file is None:
             return _refused(HTTPStatus.NOT_FOUND, "Nothing is here.")
-        headers = {
-            "Content-Type": file.type,
-            "Accept-Ranges": "bytes",
-            **safe_headers(f"ws://{asked.host}"),
-        }
+        headers = {"Content-Type": file.type, "Accept-Ranges": "bytes", **safe_headers(f"ws://{asked.host}")}
         return _part(file.data, asked, headers)
 
     def _is_here(self, host: str | None) -> bool:

@@ -1,4 +1,4 @@
-"""The pages that are open, and what they are told: see `session` for the messages."""
+"""The pages that are open, and what they hear: see `session` for the messages."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ from websockets.asyncio.server import ServerConnection
 
 from avatar_export.serving.session import IN_FLIGHT, MOST_A_SECOND, compact
 
-UNANSWERED = (
-    0.25  # seconds after which frames that a page did not acknowledge no longer hold the next one back
-)
+# Seconds after which frames that a page did not acknowledge no longer hold the next one back.
+UNANSWERED = 0.25
 MOST_WAITING = 64  # messages that a page has not read; one that is slower is cut off
 CLOSED = 1013  # WebSocket: try again later
 Frame = Callable[[], Mapping[str, Any]]  # makes the message of a live frame: only for frames that are sent
@@ -80,7 +79,7 @@ class Hub:
 
 
 class _Page:
-    """What one page is still to be told."""
+    """What one page has yet to hear."""
 
     def __init__(self) -> None:
         self.waiting: list[str] = []

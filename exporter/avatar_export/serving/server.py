@@ -29,9 +29,8 @@ IDLE = 5.0  # seconds: a request must have arrived, and a client must hang up af
 STALLED = 60.0  # seconds in which a client takes nothing of an answer
 LOOK = 1.0  # seconds between two looks at a connection
 MOST_CONNECTIONS = 128
-ACCEPTED = (
-    16  # connections that are accepted at a time: a request is read before MOST_CONNECTIONS others come
-)
+# Connections that are accepted at a time: a request is read before MOST_CONNECTIONS others come.
+ACCEPTED = 16
 QUEUE = 1024  # connections that wait to be accepted
 SEND_BUFFER = 1 << 17  # bytes in the system: small, so that one sees how much a slow client takes
 LARGEST_MESSAGE = 64 << 10  # bytes of one WebSocket message
@@ -68,9 +67,8 @@ class _Connection(ServerConnection):
         if self not in self.room:
             return
         left, now = self.transport.get_write_buffer_size(), self.loop.time()
-        if (
-            left != self._left or self.state is State.OPEN
-        ):  # an open WebSocket; pings of the library find dead ones
+        # An open WebSocket; pings of the library find dead ones.
+        if left != self._left or self.state is State.OPEN:
             self._left, self._moved = left, now
         if now - self._moved > (STALLED if left else IDLE):
             self.cut()

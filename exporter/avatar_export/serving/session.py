@@ -1,4 +1,4 @@
-"""What the viewer page is told, and by which messages: the protocol between page and server.
+"""What the viewer page hears, and by which messages: the protocol between page and server.
 
 `./session.json`, or the same JSON in an element `<script type="application/json" id="session">` of the page:
 
@@ -43,9 +43,8 @@ MOST_A_SECOND = 60  # live frames to a page
 IN_FLIGHT = 3  # live frames that a page has not acknowledged
 LONGEST_ID = 48  # letters
 NOT_IN_ID = re.compile("[^a-z0-9]+")
-DEVICES = re.compile(
-    "con|prn|aux|nul|(com|lpt)[0-9]"
-)  # Windows opens no file of such a name, with any suffix
+# Windows opens no file of such a name, with any suffix.
+DEVICES = re.compile("con|prn|aux|nul|(com|lpt)[0-9]")
 
 
 @dataclass(frozen=True)

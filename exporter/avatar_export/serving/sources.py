@@ -9,7 +9,8 @@ from pathlib import Path
 from avatar_export.clips.sources import clip_notes
 from avatar_export.conversion import read_source
 from avatar_export.convert_options import SourceOptions
-from avatar_export.packing.make import make_pack
+from avatar_export.notes.note import Note, fact
+from avatar_export.packing.make import pack_of
 from avatar_export.serving.session import Shown, identity, shown
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
@@ -22,28 +23,28 @@ Stamp = tuple[tuple[str, int, int], ...]  # (path, time of the last change in ns
 
 @dataclass(frozen=True)
 class Source:
-    """An avatar on the disk: a pack, or what is packed into `work` first."""
+    """An avatar on the disk: a pack, or what is packed when it is loaded."""
 
     id: str
     path: Path
-    work: Path  # file to write a pack to
 
     def load(
-        self, progress: Progress = lambda _: None, clips: Sequence[Path] = (), note: Progress = lambda _: None
+        self,
+        progress: Progress = lambda _: None,
+        clips: Sequence[Path] = (),
+        noted: Callable[[Note], None] = lambda _: None,
     ) -> Shown:
-        """Its pack, packed with the default choices where it is none, or where `clips` are added to it.
+        """Its pack. Another file, and a pack to which `clips` are added, is packed by the default choices.
 
-        `note` is called with what those clips move and the avatar lacks. Raises AvatarError for an unsound source.
+        `noted` is called with what those clips move and the avatar lacks. Raises AvatarError for an unsound source.
         """
         if self.is_whole() and not clips:
             return shown(self.id, read_bytes(self.path, FILE_LIMIT), str(self.path))
         progress(f"packing {self.path}")
         avatar = read_source(self.path, SourceOptions(clips=tuple(clips)), lambda _: None).avatar
-        for path in clips:
-            for line in clip_notes(avatar, path):
-                note(f"{avatar.name}: {line}")
-        make_pack(avatar, self.work, force=True)
-        return self.packed()
+        for note in (note for path in clips for note in clip_notes(avatar, path)):
+            noted(fact("of_avatar", avatar=avatar.name, what=note))
+        return shown(self.id, pack_of(avatar).file, str(self.path))
 
     def is_whole(self) -> bool:
         """Whether it is a pack already. Raises AvatarError if nothing is there."""
@@ -51,12 +52,8 @@ class Source:
             raise AvatarError("no such file or folder", file=self.path)
         return is_pack(self.path)
 
-    def packed(self) -> Shown:
-        """What was packed into `work`."""
-        return shown(self.id, read_bytes(self.work, FILE_LIMIT), str(self.path))
-
     def stamp(self) -> Stamp:
-        """What changes when its files change; () where there are none."""
+        """What changes when its files change; () without files."""
         try:
             files = [self.path] if self.path.is_file() else sorted(self.path.rglob("*"))[:MOST_FILES]
             stats = [(str(file), file.stat()) for file in files]
@@ -65,10 +62,10 @@ class Source:
         return tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in stats)
 
 
-def sources_of(paths: Sequence[Path], work: Path, taken: Sequence[str] = ()) -> list[Source]:
-    """One source each, with ids of their own and not among those `taken`; packs are written below the folder `work`."""
+def sources_of(paths: Sequence[Path], taken: Sequence[str] = ()) -> list[Source]:
+    """One source each, with ids of their own and not among those `taken`."""
     found: list[Source] = []
     for path in paths:
         own = identity(path.resolve().name.split(".")[0], {*taken, *(source.id for source in found)})
-        found.append(Source(own, path, work / f"{own}.avatar"))
+        found.append(Source(own, path))
     return found

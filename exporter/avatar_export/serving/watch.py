@@ -6,10 +6,14 @@ import asyncio
 import sys
 from asyncio.subprocess import DEVNULL, PIPE
 from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
-from avatar_export.serving.session import Shown
+from avatar_export.serving.session import Shown, shown
 from avatar_export.serving.sources import Source, Stamp
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.whole_files import read_bytes
+from avatar_runtime.packs import FILE_LIMIT
 
 PERIOD = 0.25  # seconds between two looks
 PATIENCE = 1.5  # seconds that an unsound file must rest before it counts as broken: a slow writer may go on
@@ -26,8 +30,8 @@ async def watch(
 ) -> None:
     """Calls `changed` with the avatar after each change, for ever; `seen` is the stamp of what is shown.
 
-    A file must be the same in two looks before it is read. What is broken is told by `message`, and the avatar that is
-    shown stays; "" takes the message away.
+    A file must be the same in two looks before it is read. `message` is called with what is broken, and
+    the avatar that is shown stays; "" takes the message away.
     """
     loop = asyncio.get_running_loop()
     last, since, tried = seen, loop.time(), seen
@@ -59,7 +63,16 @@ async def _load(source: Source, message: Callable[[str], None]) -> Shown:
     if source.is_whole():
         return await asyncio.to_thread(source.load)
     message(f"packing {source.path}")
-    command = (sys.executable, "-m", "avatar_export", "pack", "-o", source.work, "--force", "--", source.path)
+    with TemporaryDirectory(prefix="avatar-export-") as work:
+        pack = Path(work) / "pack.avatar"
+        await _packed(source, pack)
+        return await asyncio.to_thread(
+            lambda: shown(source.id, read_bytes(pack, FILE_LIMIT), str(source.path))
+        )
+
+
+async def _packed(source: Source, pack: Path) -> None:
+    command = (sys.executable, "-m", "avatar_export", "pack", "-o", pack, "--", source.path)
     packing = await asyncio.create_subprocess_exec(*command, stdout=DEVNULL, stderr=PIPE)
     try:
         _, said = await packing.communicate()
@@ -73,4 +86,3 @@ async def _load(source: Source, message: Callable[[str], None]) -> Shown:
         raise AvatarError(
             f"`avatar-export pack` says: {last.removeprefix('avatar-export: ') or 'it cannot be packed'}"
         )
-    return await asyncio.to_thread(source.packed)

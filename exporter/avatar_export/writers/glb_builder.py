@@ -42,14 +42,9 @@ class GlbBuilder:
         for matrices. `target` as in glTF's buffer views; `bounds` writes min and max.
         """
         stored = array.swapaxes(1, 2) if array.ndim == 3 else array  # glTF stores matrices by column
-        return self._add(
-            array.dtype,
-            len(array),
-            array.shape[1:],
-            array if bounds else None,
-            bufferView=self._view(stored, target),
-            normalized=normalized,
-        )
+        item = _accessor(array.dtype, len(array), array.shape[1:])
+        item.bufferView, item.normalized = self._view(stored, target), normalized
+        return self._add(item, array if bounds else None)
 
     def sparse(self, count: int, rows: Array, values: Array) -> int:
         """Index of a float accessor [count, ...] of zeros, except `values` [n, ...] in `rows` [n], which increase; with
@@ -58,7 +53,8 @@ class GlbBuilder:
         if not len(rows):
             rows, values = np.zeros(1, np.int64), np.zeros((1, *values.shape[1:]), np.float32)
         index = rows.astype(np.uint16 if count <= 1 << 16 else np.uint32)
-        sparse = gltf.Sparse(
+        item = _accessor(values.dtype, count, values.shape[1:])
+        item.sparse = gltf.Sparse(
             count=len(rows),
             indices=gltf.AccessorSparseIndices(
                 bufferView=self._view(index), componentType=COMPONENT_TYPE[index.dtype]
@@ -67,7 +63,7 @@ class GlbBuilder:
         )
         rest = np.zeros((1 if len(rows) < count else 0, *values.shape[1:]), np.float32)
         substituted = np.concatenate([values, rest])
-        return self._add(values.dtype, count, values.shape[1:], substituted, sparse=sparse)
+        return self._add(item, substituted)
 
     def pieces(self) -> Iterator[bytes | memoryview]:
         """The bytes of the file, one piece per array. Raises AvatarError if they are more than a GLB can hold."""
@@ -97,17 +93,16 @@ class GlbBuilder:
         self._size += array.nbytes + -array.nbytes % 4
         return len(self.document.bufferViews) - 1
 
-    def _add(
-        self, dtype: np.dtype[Any], count: int, shape: tuple[int, ...], bounded: Array | None, **fields: Any
-    ) -> int:
-        item = gltf.Accessor(
-            componentType=COMPONENT_TYPE[dtype], count=count, type=ELEMENT_TYPE[shape], **fields
-        )
+    def _add(self, item: gltf.Accessor, bounded: Array | None) -> int:
         if bounded is not None:
             values = bounded.reshape(len(bounded), -1)
             item.min, item.max = values.min(axis=0).tolist(), values.max(axis=0).tolist()
         self.document.accessors.append(item)
         return len(self.document.accessors) - 1
+
+
+def _accessor(dtype: np.dtype[Any], count: int, shape: tuple[int, ...]) -> gltf.Accessor:
+    return gltf.Accessor(componentType=COMPONENT_TYPE[dtype], count=count, type=ELEMENT_TYPE[shape])
 
 
 def _without_defaults(value: Any) -> Any:

@@ -19,9 +19,8 @@ from avatar_runtime.stages.project import project
 from avatar_schema import constants
 
 SIZE = 256  # pixels, of an image
-CLOSE_SIZE = (
-    2 * int(constants()["tile"]) + 1
-)  # its last tiles reach far beyond it, so that splats beside the image are drawn
+# Its last tiles reach far beyond it, so that splats beside the image are drawn.
+CLOSE_SIZE = 2 * int(constants()["tile"]) + 1
 GOLDEN = (np.sqrt(5) - 1) / 2  # its multiples modulo 1 are all different and evenly spaced
 LARGEST_WEIGHT = 3.0  # ranges of expressions are clamped to +- this
 MOST_TURN = np.radians(9.0)  # of a joint

@@ -48,9 +48,8 @@ class Export:
     influences: int = INFLUENCES[0]
     handedness: str = "right"  # of the normative files
     maker: Maker = RUNTIME  # of reference/
-    sha256: dict[str, str] = field(
-        default_factory=dict
-    )  # hashes of the normative files by path, set as they are written
+    # Hashes of the normative files by path, set as they are written.
+    sha256: dict[str, str] = field(default_factory=dict)
 
     @cached_property
     def stored(self) -> Avatar:
@@ -70,9 +69,8 @@ class Export:
     @cached_property
     def usdc(self) -> bytes:
         """rig.usdc, which avatar.usdz wraps."""
-        from avatar_export.writers.usd.stage import (
-            rig_usdc,
-        )  # loads USD, which takes 2 s, so only if it is written
+        # Loads USD, which takes 2 s, so only if it is written.
+        from avatar_export.writers.usd.stage import rig_usdc
 
         with of_file(USDC):
             return rig_usdc(self.avatar)

@@ -29,6 +29,8 @@ FRAME = {
     "length_unit": "metre",
     "quaternion_order": "wxyz",
 }
+RASTER = {"profile": "trainer", "antialiased": False, "low_pass": 0.0, "near": 0.0, "depth_key": "view_z"}
+BLENDSHAPES = ("geometry", "appearance", "correctives", "late_morphs")
 ENHANCER_FILE = "enhancer.onnx"
 
 
@@ -47,7 +49,6 @@ def encode(
     `reference`: who made reference/, and of which cases; None if there is no reference.
     `handedness` is that of the frame in which `avatar` and `bounds` are.
     """
-    b = avatar.blendshapes
     background = avatar.raster.background
     known: dict[str, Any] = {
         "format": "avatar-export",
@@ -73,22 +74,11 @@ def encode(
         "embedding": None if avatar.embedding is None else _embedding(avatar.embedding),
         "head_pose_in": avatar.head_pose_in,
         "driving": _driving(avatar.driving),
-        "raster": {
-            "profile": "trainer",
-            "antialiased": False,
-            "low_pass": avatar.raster.low_pass,
-            "near": avatar.raster.near,
-            "depth_key": "view_z",
-        },
+        "raster": RASTER | {"low_pass": avatar.raster.low_pass, "near": avatar.raster.near},
         "color_space": "srgb_rec709_display",
         "background": background if isinstance(background, str) else list(background),
         "blendshapes": {
-            "entries": {
-                "geometry": b.geometry.entries,
-                "appearance": b.appearance.entries,
-                "correctives": b.correctives.entries,
-                "late_morphs": b.late_morphs.entries,
-            },
+            "entries": {name: getattr(avatar.blendshapes, name).entries for name in BLENDSHAPES},
             "threshold": dict(avatar.delta_threshold),
         },
         "bounds": dict(bounds),

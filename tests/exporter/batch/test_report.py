@@ -81,7 +81,7 @@ def test_the_image_of_a_row_is_its_first_view(tmp_path: Path) -> None:
     sheet[:SHEET_SIZE, :SHEET_SIZE] = (0, 255, 0)
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "preview.png").write_bytes(png(sheet))
-    made = Products(Job("a", "a", "a"), tmp_path, tmp_path, None, "right")
+    made = Products(Job("a", "a", "a"), tmp_path, None, "right")
     address = made.preview
     assert address is not None and report.ADDRESS.fullmatch(address)
     data = base64.b64decode(address.removeprefix("data:image/webp;base64,"))

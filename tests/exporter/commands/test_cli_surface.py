@@ -171,7 +171,7 @@ def test_settings_that_nothing_says_are_a_warning(
     plain = ("--no-preview", "--no-engine-files", "--no-reference", "--force", "-o", tmp_path / "out")
     warning = "warning: no file of the checkpoint and no option says"
     error = run("convert", tmp_path / "run", *plain)[2]
-    assert error.startswith(f"{warning} 1 training units a metre and mesh scaling off; wrong values")
+    assert error.startswith(f"{warning} 1 training unit a metre and mesh scaling off; wrong values")
     assert warning not in " ".join(load(tmp_path / "out").provenance["notes"])
     error = run("convert", tmp_path / "run", *plain, "--units", "4")[2]
     assert error.startswith(f"{warning} mesh scaling off; wrong")

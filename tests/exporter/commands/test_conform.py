@@ -244,7 +244,7 @@ def test_the_report_needs_nothing_else(run: Run, tmp_path: Path) -> None:
     arguments = ("conform", tmp_path / "out", "--backend", "reference", "--report", page)
     assert run(*arguments)[0] == 0
     text = page.read_text("utf-8")
-    assert "<script" not in text and "http" not in text
+    assert "<script" not in text and "http:" not in text and "https:" not in text
     sources = re.findall(r'src="([^"]+)"', text)
     assert len(sources) == 3 * 2 * 3, "reference, drawn and difference of two profiles of three cases"
     for source in sources:

@@ -23,6 +23,7 @@ from avatar_export.distill.make import Distilled, distill
 from avatar_export.distill.measure import Errors
 from avatar_export.distill.report import report_html
 from avatar_export.distill.skeleton import exercised, skeleton_of
+from avatar_export.notes.note import Note, doubt, fact
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
@@ -47,7 +48,7 @@ def of_body(body_dumps: Path, small_body: Avatar) -> Distilled:
 
 def test_a_head_is_repeated_on_poses_that_were_held_out(of_head: Distilled) -> None:
     """Asked for the whole head: 0.1 mm and 50 dB."""
-    assert of_head.form == "skinning" and "no mesh was given" in of_head.reason
+    assert of_head.form == "skinning" and of_head.reason.values["why"] == "no mesh was given"
     assert of_head.errors.rms < 0.1 and of_head.errors.decibels > 50
     assert (
         max(left.sum() / of_head.errors.moved[part].sum() for part, left in of_head.errors.left.items())
@@ -106,7 +107,7 @@ def test_without_a_skeleton_clips_are_baked(small_head: Avatar, tmp_path: Path) 
     folder = write_dumps(small_head, [poses[:16], poses[16:]], tmp_path / "dumps", skeleton=False)
     result = distill(folder, accept_error=True)
     assert result.form == "baked clips" and result.avatar.rig is None
-    assert any("no skeleton: the result plays the dumped takes" in text for text in result.doubts)
+    assert "no_skeleton" in [note.kind for note in result.doubts]
     assert {e.name[:9] for e in result.avatar.expressions} == {"residual_"}
     assert "baked, an upper bound" in report_html(result) and "baked clips, not held out" in str(
         result.avatar.provenance
@@ -116,7 +117,7 @@ def test_without_a_skeleton_clips_are_baked(small_head: Avatar, tmp_path: Path) 
 def settled_task(folder: Path) -> tuple[Task, list[str]]:
     """The task of learning from dumps, with the conventions that their motion shows."""
     dumps = open_dumps(folder)
-    fitted, mended = split(dumps).fitted, list[str]()
+    fitted, mended = split(dumps).fitted, list[Note]()
     known = layout(dumps.frame(0), dumps.encoding)
     return settled(Task.of(dumps, known, fitted, skeleton_of(dumps, fitted)), mended), mended
 
@@ -124,7 +125,7 @@ def settled_task(folder: Path) -> tuple[Task, list[str]]:
 def test_the_order_of_quaternions_is_found_by_the_motion(small_head: Avatar, tmp_path: Path) -> None:
     folder = write_dumps(small_head, [random_poses(small_head, 16, 15.0)], tmp_path / "dumps")
     task, mended = settled_task(edited(folder, encoding__quaternion="xyzw"))
-    assert mended == ["rot_0..3 turn with the joints as wxyz, not as xyzw: encoding.quaternion is wxyz"]
+    assert mended == [fact("quaternion_order", right="wxyz", stated="xyzw")]
     assert task.dumps.encoding.quaternion == "wxyz" and task.turns
 
 
@@ -143,7 +144,7 @@ def test_sh_stored_unrotated_are_found(small_head: Avatar, tmp_path: Path, store
     poses = random_poses(shown, 16, 15.0)
     folder = write_dumps(shown, [poses], tmp_path / "dumps", Encoding(sh=stored))
     task, mended = settled_task(edited(folder, encoding__sh="rotated"))
-    assert any("f_rest_* do not turn" in text for text in mended) == (stored == "unrotated")
+    assert any(note.kind == "unrotated_sh" for note in mended) == (stored == "unrotated")
     assert task.sh_direction == "inverse_rotation"
     found = still(task, task.rows(slice(0, g.count))).values["sh"].mean(axis=0).reshape(-1, 4, 3)[:, 1:]
     assert np.square(found - rest).mean() < 0.01 * np.square(rest).mean()
@@ -169,9 +170,7 @@ def test_large_errors_are_refused_unless_they_are_accepted() -> None:
         with pytest.raises(AvatarError, match=f"{wanted}.*--accept-error"):
             judges.refuse(errors, accept=False)
         assert len(judges.refuse(errors, accept=True)) == 1
-    assert judges.refuse(errors_of(35.9, 0.1), accept=False) == [
-        "the foreground of held-out frames reaches 35.9 dB, less than 36"
-    ]
+    assert judges.refuse(errors_of(35.9, 0.1), accept=False) == [doubt("foreground_off", db=35.9, least=36.0)]
     assert judges.refuse(errors_of(36.1, 2.9), accept=False) == []
 
 
@@ -185,11 +184,11 @@ def test_a_sweep_that_is_not_finite_is_refused(of_head: Distilled) -> None:
 
 
 def test_few_frames_and_one_block_of_neighbours_are_doubted(few: Path, head_dumps: Path) -> None:
-    (doubt,) = split(open_dumps(few)).warnings
-    assert "fewer than twice the 53 drivers" in doubt
-    assert split(open_dumps(head_dumps)).warnings == ()
+    (found,) = split(open_dumps(few)).doubts
+    assert found.kind == "few_frames" and found.values["drivers"] == 53
+    assert split(open_dumps(head_dumps)).doubts == ()
     frames = split(open_dumps(with_arrays(few, take=np.zeros(6, np.int64))))
-    assert "one block of neighbours" in frames.warnings[1] and frames.held_out.tolist() == [5]
+    assert frames.doubts[1].kind == "one_take" and frames.held_out.tolist() == [5]
 
 
 def test_takes_are_held_out_whole(few: Path) -> None:

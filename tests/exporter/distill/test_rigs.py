@@ -145,7 +145,7 @@ def test_options_that_do_not_fit_are_refused(
         (few, ("--body-model", tmp_path / "rig.glb"), "rig.glb"),
         (few, ("--shape", shape), "goes with --body-model"),
         (few, ("--body-model", flame, "--rig", tmp_path / "rig.glb"), "--body-model"),
-        (loose, ("--body-model", flame), "drivers.npz: has no joints, so a rig says nothing"),
+        (loose, ("--body-model", flame), "drivers.npz: has no joints, so a rig cannot help"),
     ):
         code, _, error = run("distill", folder, "-o", tmp_path / "out", *words)
         assert code == 2 and wanted in " ".join(error.replace("│", " ").split()), (words, error)

@@ -7,13 +7,14 @@ import json
 import tarfile
 from collections.abc import Mapping
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from avatar_export.drop import contents as drop_contents
 from avatar_export.drop.placing import DROPPED
+from avatar_export.notes.note import fact
 from avatar_export.packing.choices import Choices
-from avatar_export.packing.make import Made
 from avatar_export.players import assemble as assembling
 from avatar_export.players.assemble import assemble
 from avatar_export.serving.site_folder import MARK
@@ -230,11 +231,11 @@ def test_another_source_is_packed_as_the_engine_wants_it(
     """How packs are made is tested where it is done, and takes a minute."""
     asked: list[tuple[Avatar, Choices]] = []
 
-    def made(avatar: Avatar, _out: Path, choices: Choices, **_: object) -> Made:
+    def made(avatar: Avatar, choices: Choices, _: object) -> SimpleNamespace:
         asked.append((avatar, choices))
-        return Made(packed(avatar.name), {}, (), (), True, ("a level was left out",))
+        return SimpleNamespace(file=packed(avatar.name), notes=(fact("nothing_nearer"),))
 
-    monkeypatch.setattr(drop_contents, "make_pack", made)
+    monkeypatch.setattr(drop_contents, "pack_of", made)
     bundle = bundles.write(tmp_path / "bundle")
     for files, frame, path in (
         (UNITY, "left", "Assets/Avatars/anna-bell.avatar"),
@@ -243,7 +244,10 @@ def test_another_source_is_packed_as_the_engine_wants_it(
         project = lay(tmp_path / frame, files)
         code, text, notes = run("drop", bundle, "--into", project, "--licence", "CC0", "--name", "Anna Bell")
         avatar, choices = asked.pop()
-        assert (code, notes) == (0, "note: a level was left out\n") and f"avatar  {path}: new" in text
+        assert (code, notes) == (
+            0,
+            "note: nothing that was tried comes nearer to what was asked for\n",
+        ) and f"avatar  {path}: new" in text
         assert (choices.handedness, choices.levels) == (frame, (1, 0.5, 0.25))
         assert (avatar.name, avatar.provenance["licence"]) == ("Anna Bell", "CC0")
         assert (project / path).read_bytes() == packed("Anna Bell")

@@ -17,7 +17,7 @@ from avatar_export.fit.judge import Sides
 from avatar_export.fit.motion import Under, expressions, eyelids, features, joints_shared
 from avatar_export.fit.skeleton import joint_faults
 from avatar_export.fit.surface import Mesh, explained, opaque_rows, size_of
-from avatar_export.notes import DOUBT
+from avatar_export.notes.text import DOUBTFUL
 from avatar_runtime.avatar import Avatar
 from tests.exporter.fit.misfits import MISFITS, SOUND, Bases, blendshapes
 from tests.exporter.fit.table import said, stored
@@ -68,7 +68,7 @@ def test_the_table_has_these_misfits_and_no_other() -> None:
 
 
 def doubts(avatar: Avatar) -> list[str]:
-    return [note for note in avatar.provenance["notes"] if note.startswith(DOUBT)]
+    return [note for note in avatar.provenance["notes"] if note.startswith(DOUBTFUL)]
 
 
 @pytest.mark.parametrize("name", SOUND)

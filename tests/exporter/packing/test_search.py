@@ -13,6 +13,7 @@ import pytest
 from avatar_export.measure.claims import search_poses
 from avatar_export.measure.views import in_turn, views
 from avatar_export.measure.yardstick import Measured, Yardstick
+from avatar_export.notes.note import fact
 from avatar_export.packing.balance import DEPTHS, Balance, balanced
 from avatar_export.packing.quantise import quantised
 from avatar_export.packing.search import EXPRESSIVE, STILL, Aims, Found, aims_of, by_aims, by_size
@@ -122,7 +123,7 @@ def test_the_record_is_json_and_says_what_was_chosen() -> None:
     one = of_size(usual_size() - 500)
     record = json.loads(json.dumps(one.record()))
     assert record["steps"]["gaussians.sh"] == pytest.approx(one.fine.step("gaussians.sh"), rel=1e-3)
-    assert f"{record['tried']} packs were tried" in one.lines(full_avatar())
+    assert fact("tried", count=record["tried"]) in one.notes(full_avatar())
 
 
 def test_finer_steps_make_up_for_what_is_missing() -> None:

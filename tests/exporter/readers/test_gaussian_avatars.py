@@ -29,11 +29,6 @@ SMALL = "template"  # the pose of the small cases that is the mesh given
 LARGE = "jawOpen_smile"
 
 
-def _notes(avatar: Avatar) -> list[str]:
-    """The notes of the reader itself; its part for rigs reports a missing rig."""
-    return [note for note in avatar.provenance["notes"] if not note.startswith("no rig")]
-
-
 @pytest.fixture(scope="module")
 def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("mesh") / "mesh.obj"
@@ -77,7 +72,7 @@ def test_the_avatar_to_the_last_field(mesh: Path, tmp_path: Path) -> None:
     assert (avatar.raster.background, avatar.sh_degree) == ((1.0, 1.0, 1.0), 3)
     assert [(x.first, x.count, x.binding) for x in avatar.groups] == [(0, COUNT, "surface")]
     assert avatar.provenance["system"] == "gaussian_avatars"
-    assert _notes(avatar) == ["1 training units a metre (assumed, FLAME is in metres)"]
+    assert [note.kind for note in avatar.provenance["notes"]] == ["settings", "no_rig_given", "taken"]
     assert [f["path"] for f in avatar.provenance["source_files"]] == [
         "flame_param.npz", "mesh/mesh.obj", "point_cloud.ply"
     ]  # fmt: skip
@@ -170,7 +165,7 @@ def test_a_body_model_gives_the_mesh_of_the_subject(subject: Path) -> None:
     assert np.allclose(e.canonical_vertices, np.load(subject / "shaped.npy"), rtol=0, atol=1e-6)
     assert np.array_equal(rig.vertices, e.canonical_vertices) and np.array_equal(rig.triangles, e.triangles)
     assert [(clip.name, clip.frames) for clip in avatar.clips] == [("flame_param", body_files.FRAMES)]
-    assert not any("is in no pose that the rig is given in" in note for note in avatar.provenance["notes"])
+    assert not {"rig_off", "rig_unproved"} & {note.kind for note in avatar.provenance["notes"]}
     assert [f["path"] for f in avatar.provenance["source_files"]] == [
         "body_model/body.npz", "point_cloud.ply", "poses/flame_param.npz"
     ]  # fmt: skip

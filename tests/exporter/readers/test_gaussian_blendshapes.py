@@ -13,7 +13,7 @@ import pytest
 
 from avatar_export.options import ReadOptions
 from avatar_export.readers.gaussian_blendshapes import reader as gaussian_blendshapes
-from avatar_export.readers.table import find, read
+from avatar_export.readers.table import find, read, read_with
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
@@ -301,18 +301,19 @@ def test_assumptions_that_the_bundle_does_not_record(
     shutil.copytree(blendshapes_golden.viewer, tmp_path / "model")
     (tmp_path / "model" / "cfg_args").unlink(missing_ok=True)
 
-    def assumed(**options: Any) -> list[str]:
-        return find(tmp_path / "model").assumptions(tmp_path / "model", ReadOptions(**options))
+    def assumed(**options: Any) -> list[tuple[str, object]]:
+        given, model = ReadOptions(no_rig=True, **options), tmp_path / "model"
+        notes = [note for note in read_with(find(model), model, given)[1] if note.passing]
+        return [(one.name, one.value) for note in notes for one in note.values.get("settings", ())]
 
-    unit = "1 training unit a metre (assumed; --body-scale sets another number)"
-    colour = "black background (assumed; there is no cfg_args in the model folder)"
+    unit, colour = ("units", 1.0), ("background", "black")
     assert assumed() == [unit, colour] and assumed(body_scale=4.0) == assumed(body_scale=1.0) == [colour]
     (tmp_path / "model" / "cfg_args").write_text("Namespace(white_bkgd=True)")
     assert assumed() == [unit] and assumed(body_scale=4.0) == []
     rules = {"system": "gaussian_blendshapes", "training_units_per_metre": 4.0, "rules": {}}
     (tmp_path / "model" / "rules.json").write_text(json.dumps(rules))
-    assert assumed() == ["4 training units a metre (rules.json)"] and assumed(body_scale=4.0) == []
-    assert assumed(body_scale=1.0) == ["1 training units a metre (--body-scale; rules.json says 4)"]
+    assert assumed() == [("units", 4.0)] and assumed(body_scale=4.0) == []
+    assert assumed(body_scale=1.0) == [("units", 1.0)]
     for scale, used in ((None, 4.0), (1.0, 1.0)):
         assert (
             read(tmp_path / "model", ReadOptions(no_rig=True, body_scale=scale)).training_per_bundle == used

@@ -182,7 +182,7 @@ HEAD, BODY = "dataset: {frameset_type: imavatar}\n", "dataset: {frameset_type: i
     [
         (HEAD, {}, (4, "log_area", "world", 1), "4 training units a metre (assumed, usual for imavatar)"),
         (BODY, {}, (1, "none", "world", 1), "mesh scaling off (assumed, usual for instant_avatar)"),
-        ("seed: 1\n", {}, (1, "none", "world", 1), "1 training units a metre (assumed, nothing says otherwise)"),
+        ("seed: 1\n", {}, (1, "none", "world", 1), "1 training unit a metre (assumed, nothing says otherwise)"),
         (None, {}, (1, "none", "world", 1), "SH degree 1 (point_cloud.ply)"),
         ("model:\npipe: 3\n", {}, (1, "none", "world", 1), "SH direction world (assumed, the code's default)"),
         (HEAD + "model: {with_mesh_scaling: false}\n", {}, (4, "none", "world", 1), "(config.yaml model.with_"),

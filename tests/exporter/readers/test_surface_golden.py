@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avatar_export.notes import DOUBT
+from avatar_export.notes.text import DOUBTFUL
 from avatar_export.options import ReadOptions
 from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
@@ -166,4 +166,4 @@ def test_without_mesh_scaling_no_pose_changes_the_scale(
 def test_the_checkpoint_raises_no_doubt(case: SurfaceCase, name: str, tmp_path: Path) -> None:
     """Of a mesh of 20 triangles, too: its Gaussians lie 8 % of its size away, less than an edge is long."""
     read_case = avatar(case, tmp_path, 4.0 if "_x4_" in name else 1.0)
-    assert [note for note in read_case.provenance["notes"] if note.startswith(DOUBT)] == []
+    assert [note for note in read_case.provenance["notes"] if note.startswith(DOUBTFUL)] == []

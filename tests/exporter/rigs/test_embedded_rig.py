@@ -11,6 +11,7 @@ import pytest
 
 from avatar_export.clips.poses import clip_poses, rig_avatar
 from avatar_export.clips.sources import clips_from
+from avatar_export.notes.note import fact
 from avatar_export.options import ReadOptions
 from avatar_export.rigs.embedded_rig import EmbeddedRig, embedded_rig, no_rig
 from avatar_export.rigs.rig_file import read_rig_file
@@ -59,8 +60,8 @@ def test_a_rig_file(tmp_path: Path, ids: str | None) -> None:
     assert (found.driving.mode, found.driving.head_joint) == ("names", "head")
     assert found.head_pose_in == "mesh" and found.files == {"rig/made.glb": path}
     how = "the vertex ids in the file" if ids else "their connectivity"
-    assert found.notes[0] == f"vertices of made.glb found by {how}"
-    assert "is the mesh to within 0.001 mm" in found.notes[1]
+    assert found.notes[0] == fact("vertices_found", file="made.glb", how=how)
+    assert found.notes[1].kind == "rig_fits" and found.notes[1].values["far"] < 2e-3
     used = np.unique(triangles)
     for frame, played in enumerate(_played(found)):
         share = frame / (rig_files.FRAMES - 1)
@@ -71,7 +72,7 @@ def test_a_rig_file(tmp_path: Path, ids: str | None) -> None:
 def test_a_mesh_in_no_pose_of_the_rig_is_said(tmp_path: Path) -> None:
     vertices = (1.5 * rig_files.posed(0.4, 0)).astype("f4")
     found = embedded_rig(vertices, rig_files.sheet().astype("u4"), ReadOptions(rig=_glb(tmp_path)), "me")
-    assert found.notes[-1].startswith("doubtful: the mesh lies ") and "of its size" in found.notes[-1]
+    assert (found.notes[-1].kind, found.notes[-1].severity) == ("rig_off", "doubt")
 
 
 def test_another_mesh_is_refused_by_name(tmp_path: Path) -> None:
@@ -106,10 +107,13 @@ def test_flame_with_tracked_poses(tmp_path: Path, measured: Measure) -> None:
     assert [(c.name, c.fps, c.frames) for c in found.clips] == [("flame_params", 25, body_files.FRAMES)]
     assert found.files == {"body_model/body.npz": body, "poses/flame_params.json": poses}
     assert found.notes[:2] == (
-        "flame_params.json does not say its rate; 25 frames a second are taken",
-        "vertices of body.npz found by the same numbering",
+        fact("rate_assumed", file="flame_params.json", fps=25),
+        fact("vertices_found", file="body.npz", how="the same numbering"),
     )
-    assert found.notes[2].startswith("the rig in frame 0 of 'flame_params' is the mesh to within 0.000")
+    assert (
+        found.notes[2].values["when"] == "in frame 0 of 'flame_params'"
+        and found.notes[2].values["far"] < 1e-3
+    )
     for t, played in enumerate(_played(found)):
         off = np.abs(played - _at(model, p, t)).max()
         measured("embedded FLAME against plain LBS m", off, METRES)
@@ -127,7 +131,7 @@ def test_smpl_renumbered(tmp_path: Path) -> None:
     local = np.argsort(order)
     canonical = _at(model, p, 0)[order].astype("f4")
     found = embedded_rig(canonical, local[body_files.sheet()].astype("u4"), options, "me")
-    assert found.notes[1] == "vertices of body.npz found by the order of the triangles"
+    assert found.notes[1].values["how"] == "the order of the triangles"
     used = local[np.unique(body_files.sheet())]
     for t, played in enumerate(_played(found)):
         np.testing.assert_allclose(played[used], _at(model, p, t)[order][used], atol=METRES)
@@ -164,12 +168,8 @@ def test_a_body_model_alone(tmp_path: Path) -> None:
     found = embedded_rig(
         model["v_template"], body_files.sheet().astype("u4"), ReadOptions(body_model=body), "me"
     )
-    assert found.clips == () and found.notes == (
-        "no identity (--shape, --poses): the body model's mean shape is taken",
-        "vertices of body.npz found by the same numbering",
-        "the rig at rest is the mesh to within 0.000 mm (rms 0.000 mm)",
-        "doubtful: the mesh is 1.28 m high if body.npz is in metres",
-    )
+    kinds = ["mean_identity", "vertices_found", "rig_fits", "not_human_if_metres"]
+    assert found.clips == () and [note.kind for note in found.notes] == kinds
 
 
 def test_what_a_data_set_folder_holds(tmp_path: Path) -> None:
@@ -203,7 +203,7 @@ def test_no_rig(tmp_path: Path) -> None:
     vertices, triangles = rig_files.vertices(), rig_files.sheet().astype("u4")
     for found in (no_rig(), embedded_rig(vertices, triangles, ReadOptions(), "me")):
         assert found.rig is None and found.expressions == () and found.clips == () and found.files == {}
-        assert "Player.frame(posed_vertices=...) or render --meshes" in found.notes[0]
+        assert [note.kind for note in found.notes] == ["no_rig_given"]
 
 
 def test_what_cannot_be(tmp_path: Path) -> None:
@@ -236,7 +236,7 @@ def test_cesium_man_walks(measured: Measure) -> None:
     options = ReadOptions(rig=path)
     found = embedded_rig(canonical, rng.permutation(triangles).astype("u4"), options, "me")
     assert len(canonical) == 2338 and len(frames[0]) == 3273
-    assert found.notes[0] == "vertices of CesiumMan.glb found by their connectivity"
+    assert found.notes[0].values["how"] == "their connectivity"
     assert (walk.fps, walk.frames) == (24, 49)
     for played, frame in zip(_played(found), frames, strict=True):
         off = np.abs(played - frame[first[order]]).max()

@@ -20,6 +20,7 @@ from avatar_export.clips.poses import clip_poses, rig_avatar
 from avatar_export.clips.sources import clips_from
 from avatar_export.formats.fbx import file as fbx_file
 from avatar_export.formats.fbx.file import open_fbx
+from avatar_export.notes.note import fact
 from avatar_export.rigs.fbx_rig import FbxRig, fbx_rig
 from avatar_export.rigs.rig_driving import expressions_named, rig_driving
 from avatar_runtime.avatar import Expression
@@ -55,7 +56,7 @@ def test_rest_pose_in_metres_y_up(tmp_path: Path) -> None:
     quads = fbx_files.quads()
     fans = np.stack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]], axis=1).reshape(-1, 3)
     np.testing.assert_array_equal(rig.triangles, fans)
-    assert found.notes == ("5 polygons of made.fbx cut into fans of triangles from their first corner",)
+    assert found.notes == (fact("polygons_cut", count=5, file="made.fbx"),)
     world = np.linalg.inv(rig.inverse_bind_matrix.astype(np.float64))
     for name, matrix in zip(rig.joint_names, world, strict=True):
         want = fbx_files.joint_worlds()[name]
@@ -120,7 +121,7 @@ def test_a_shape_that_is_whole_at_another_weight(tmp_path: Path) -> None:
 
 def test_weights_off_one_are_divided_by_their_sum(tmp_path: Path) -> None:
     found = _rig(tmp_path, Settings(weight=0.5))
-    assert found.notes[-1] == "skin weights of 12 vertices did not add up to 1; divided by their sum"
+    assert found.notes[-1] == fact("weights_renormalised", count=12)
     sums = np.add.reduceat(found.rig.skin.values["weight"], found.rig.skin.row_ptr[:-1].astype(int))
     np.testing.assert_allclose(sums, 1, atol=1e-6)
 
@@ -135,7 +136,7 @@ def test_two_meshes_are_joined(tmp_path: Path) -> None:
         both, single = getattr(rig, name), getattr(one, name)
         np.testing.assert_array_equal(both.column, np.concatenate([single.column] * 2))
         np.testing.assert_array_equal(np.diff(both.row_ptr), np.tile(np.diff(single.row_ptr), 2))
-    assert found.notes[0] == "2 meshes of made.fbx joined: mesh0, mesh1"
+    assert found.notes[0] == fact("meshes_joined", file="made.fbx", meshes=["mesh0", "mesh1"])
 
 
 def test_meshes_bound_in_two_poses_are_refused(tmp_path: Path) -> None:

@@ -190,6 +190,6 @@ def test_the_title_is_the_name_that_the_page_shows(one_file: bool) -> None:
 
 @pytest.mark.parametrize("name", ["con", "CON", "aux", "nul", "prn", "com1", "LPT9", "com\u00b9"])
 def test_no_id_is_a_device_of_windows(name: str, tmp_path: Path) -> None:
-    found = [source.id for source in sources_of([tmp_path / f"{name}.avatar", tmp_path / name], tmp_path)]
+    found = [source.id for source in sources_of([tmp_path / f"{name}.avatar", tmp_path / name])]
     assert found == [f"avatar-{name.lower().replace(chr(0xB9), '1')}", f"{found[0]}-2"]
     assert identity("console", ()) == "console" and identity("com10", ()) == "com10"

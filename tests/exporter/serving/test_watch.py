@@ -40,8 +40,7 @@ class Log:
 
 def watched(path: Path, act: Callable[[Log], Awaitable[None]]) -> Log:
     log = Log()
-    [source] = sources_of([path], path.parent / "work")
-    source.work.parent.mkdir(exist_ok=True)
+    [source] = sources_of([path])
 
     async def main() -> None:
         task = asyncio.create_task(
@@ -129,6 +128,6 @@ def test_a_bundle_that_changes_is_packed_again(tmp_path: Path) -> None:
 
 def test_ids_are_safe_and_different(tmp_path: Path) -> None:
     names = ("head.avatar", "Head.avatar", "../head", "a/b c.avatar.zip", "ÄÖ", "محمد", "packs", "x" * 300)
-    found = [source.id for source in sources_of([tmp_path / name for name in names], tmp_path, ("packs",))]
+    found = [source.id for source in sources_of([tmp_path / name for name in names], ("packs",))]
     assert found == ["head", "head-2", "head-3", "b-c", "ao", "avatar", "packs-2", "x" * 48]
-    assert Source("a", tmp_path / "gone", tmp_path).stamp() == ()
+    assert Source("a", tmp_path / "gone").stamp() == ()

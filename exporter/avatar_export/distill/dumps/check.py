@@ -12,6 +12,7 @@ from avatar_export.distill.drivers import LARGEST
 from avatar_export.distill.dumps import order as places
 from avatar_export.distill.dumps.folder import OWNER, Dumps, frame_name
 from avatar_export.distill.dumps.frames import COVARIANCE, Layout, decoded, layout, raw_rows
+from avatar_export.notes.note import Note, fact
 from avatar_runtime.avatar import F32, F64, I64
 from avatar_runtime.codec import ply
 from avatar_runtime.io.errors import AvatarError
@@ -29,16 +30,16 @@ class Checked:
     dumps: Dumps  # with the encoding that the numbers really have
     layout: Layout
     order: I64 | None  # [F, N] where rows changed their places
-    mended: tuple[str, ...]  # what was wrong and is right now
+    mended: tuple[Note, ...]  # what was wrong and is right now
 
 
 def check(dumps: Dumps, progress: Callable[[str], None] = lambda _: None) -> Checked:
     """`dumps`, read once as a whole.
 
     Raises AvatarError for frames with different counts or properties, for numbers that are not finite, and for an order
-    that changes so that the Gaussians cannot be told apart.
+    that changes while Gaussians look too much alike to be matched.
     """
-    mended: list[str] = []
+    mended: list[Note] = []
     dumps, known = _encoding(dumps, mended)
     flips: list[int] = []
     order: I64 | None = None
@@ -69,11 +70,9 @@ def check(dumps: Dumps, progress: Callable[[str], None] = lambda _: None) -> Che
             flips.append(index)
         before, quat = signature, rows.quat_wxyz[0]
     if changes:
-        mended.append(
-            f"the order of the Gaussians changes in {_frames(changes)}; they were matched by colour, opacity and scale"
-        )
+        mended.append(fact("order_changes", frames=_frames(changes)))
     if flips:
-        mended.append(f"quaternions change their sign in {_frames(flips)}; signs were aligned")
+        mended.append(fact("signs_change", frames=_frames(flips)))
     return Checked(dumps, known, order, tuple(mended))
 
 
@@ -132,11 +131,11 @@ def _bounded(raw: F32, known: Layout, file: Path) -> F32:
     return raw
 
 
-def _encoding(dumps: Dumps, mended: list[str]) -> tuple[Dumps, Layout]:
+def _encoding(dumps: Dumps, mended: list[Note]) -> tuple[Dumps, Layout]:
     """The dumps with the encoding that the first frame's numbers show."""
     file, encoding = dumps.frame(0), dumps.encoding
     if encoding.scale != "covariance" and _has_covariances(dumps):
-        mended.append(f"{file.name} holds {COVARIANCE[0]}..5 and no scales: encoding.scale is covariance")
+        mended.append(fact("covariances", file=file.name, property=COVARIANCE[0]))
         encoding = replace(encoding, scale="covariance")
     known = layout(file, encoding)
     raw = _bounded(raw_rows(file, known, slice(0, known.rows)), known, file)
@@ -148,18 +147,17 @@ def _encoding(dumps: Dumps, mended: list[str]) -> tuple[Dumps, Layout]:
     if encoding.scale != "covariance":
         scale = _scale_encoding(encoding.scale, column(ply.SCALE), column(ply.POSITION))
         if scale != encoding.scale:
-            mended.append(
-                f"scale_0..2 of {file.name} are {np.median(column(ply.SCALE)):.3g} in the middle: they are of encoding "
-                f"{scale}, not {encoding.scale}"
-            )
+            median = float(np.median(column(ply.SCALE)))
+            values = {"file": file.name, "median": median, "right": scale, "stated": encoding.scale}
+            mended.append(fact("scale_encoding", **values))
             encoding = replace(encoding, scale=scale)
     opacity = column(ply.OPACITY)
     within = ((opacity >= 0) & (opacity <= 1)).mean()
     if encoding.opacity == "logit" and within == 1 and len(opacity) > 1:
-        mended.append(f"opacity of {file.name} lies in 0..1 everywhere: it is linear, not a logit")
+        mended.append(fact("linear_opacity", file=file.name))
         encoding = replace(encoding, opacity="linear")
     elif encoding.opacity == "linear" and within < INSIDE:
-        mended.append(f"opacity of {file.name} lies outside of 0..1: it is a logit, not linear")
+        mended.append(fact("logit_opacity", file=file.name))
         encoding = replace(encoding, opacity="logit")
     return replace(dumps, encoding=encoding), known
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from avatar_export.distill.drivers import FILE as DRIVERS
 from avatar_export.distill.drivers import Drivers, read
-from avatar_export.formats.json_text import json_fault
+from avatar_export.formats.json_text import parse_json
 from avatar_runtime.avatar import F64
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
@@ -23,6 +23,7 @@ from avatar_schema.validate import parse_version, schema_problems
 
 DOCUMENT, FRAMES = "dumps.json", "frames"
 VERSION = "1.0"
+NOTHING: Mapping[str, Any] = {}
 OWNER = "distill"
 MAX_JSON_BYTES = 1 << 22
 FEWEST_FRAMES, MOST_FRAMES = 4, 100_000
@@ -114,10 +115,7 @@ def open_dumps(folder: Path) -> Dumps:
 
 
 def _document(file: Path) -> dict[str, Any]:
-    try:
-        document = json.loads(read_bytes(file, MAX_JSON_BYTES))
-    except (ValueError, RecursionError) as error:
-        raise AvatarError(f"is not JSON ({json_fault(error)})", file=file) from None
+    document = parse_json(read_bytes(file, MAX_JSON_BYTES), file)
     version = parse_version(document.get("version")) if isinstance(document, dict) else None
     if version is not None and version[0] > 1:
         raise AvatarError(f"is newer than {VERSION}: update avatar-export", file=file, field="version")
@@ -145,7 +143,7 @@ def _expect_frames(folder: Path, count: int) -> None:
         )
 
 
-def write_document(folder: Path, name: str, encoding: Encoding, **more: Any) -> None:
+def write_document(folder: Path, name: str, encoding: Encoding, more: Mapping[str, Any] = NOTHING) -> None:
     """Write dumps.json: unit 1, +y up, space avatar, unless `more` says otherwise."""
     document = {
         "version": VERSION,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avatar_export.distill.dumps.folder import Dumps
+from avatar_export.notes.note import Note, doubt
 from avatar_runtime.avatar import I64
 
 SHARE = 0.2  # of the frames that are held out, about, where dumps.json does not say which
@@ -18,7 +19,7 @@ class Split:
 
     fitted: I64
     held_out: I64
-    warnings: tuple[str, ...]
+    doubts: tuple[Note, ...]
 
 
 def split(dumps: Dumps) -> Split:
@@ -43,17 +44,11 @@ def split(dumps: Dumps) -> Split:
     return Split(fitted, held, tuple(_doubts(dumps, fitted, held, bool(named))))
 
 
-def _doubts(dumps: Dumps, fitted: I64, held: I64, whole: bool) -> list[str]:
+def _doubts(dumps: Dumps, fitted: I64, held: I64, whole: bool) -> list[Note]:
     found = []
     drivers = len(dumps.drivers.driver_names)
     if len(fitted) < 2 * drivers:
-        found.append(
-            f"there are {len(fitted)} frames to learn from, fewer than twice the {drivers} drivers: dump more, half of "
-            "them random poses"
-        )
+        found.append(doubt("few_frames", frames=len(fitted), drivers=drivers))
     if not whole and len(held) == held[-1] - held[0] + 1:
-        found.append(
-            "there is one take, so the held-out frames are one block of neighbours of those learnt from: their error "
-            "says little of other poses; dump a second take"
-        )
+        found.append(doubt("one_take"))
     return found

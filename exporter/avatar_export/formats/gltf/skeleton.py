@@ -33,9 +33,8 @@ class Skeleton:
     inverse_bind_matrix: F32  # [J, 4, 4] joint_from_mesh, as stored
     order: I64  # [J] index in the skin -> index here
     deviation: float  # largest |entry| of node_global @ inverse_bind_matrix - I
-    node_pose: Mapping[
-        str, F64
-    ]  # joint -> delta from the binding pose to the pose of the nodes; empty if they are the same
+    # Joint -> delta from the binding pose to the pose of the nodes; empty if they are the same.
+    node_pose: Mapping[str, F64]
 
 
 def read_skeleton(glb: Glb, skin_index: object) -> Skeleton:

@@ -9,7 +9,7 @@ import numpy as np
 
 from avatar_export.readers.gaussian_blendshapes.layout import EYELIDS, JOINTS, SYSTEM
 from avatar_export.readers.gaussian_blendshapes.sources import FaceSource, MouthSource
-from avatar_export.sparse import SparseRowsBuilder
+from avatar_export.sparse import SparseRowsBuilder, no_shifts
 from avatar_runtime.avatar import F32, Blendshapes, Gaussians, SparseRows
 from avatar_runtime.io.errors import AvatarError
 
@@ -78,11 +78,7 @@ class Parts:
             [np.isfinite(v.reshape(mouth.count, -1)).all(axis=1) for v in mouth.static.values()]
         )
         if not finite.all():
-            raise AvatarError(
-                f"row {int(np.argmin(finite))} has a NaN",
-                file=mouth.file,
-                owner=SYSTEM,
-            )
+            raise AvatarError(f"row {int(np.argmin(finite))} has a NaN", file=mouth.file, owner=SYSTEM)
         self._append({"static": mouth.static})
 
     def finish(self, rigged: bool) -> tuple[Gaussians, Blendshapes, SparseRows]:
@@ -91,7 +87,7 @@ class Parts:
         n = len(static["mean"])
         parts = {name: builder.finish() for name, builder in self.builders.items()}
         if not rigged:
-            parts["correctives"] = SparseRows.empty(n, 0, {"mean": (3,)})
+            parts["correctives"] = no_shifts(n, of="mean")
             parts["skin"] = SparseRows.empty(n, 0, {"weight": ()})
         skin = parts.pop("skin")
         return Gaussians(**static), Blendshapes(**parts), skin

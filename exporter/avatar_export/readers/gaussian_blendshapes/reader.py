@@ -17,13 +17,13 @@ import numpy as np
 from avatar_export.bodies.body_model import BodyModel
 from avatar_export.bodies.inputs import Inputs, find_inputs, found_file, passed_over
 from avatar_export.formats.point_cloud import first_file
+from avatar_export.notes.note import Note, Setting, fact
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import BODY_RESTRICTION, source_files
 from avatar_export.readers.gaussian_blendshapes import rig
 from avatar_export.readers.gaussian_blendshapes.layout import (
     EYELIDS,
     JOINTS,
-    MOST_NAMED,
     SYSTEM,
     Model,
     locate,
@@ -33,16 +33,8 @@ from avatar_export.readers.gaussian_blendshapes.layout import (
 )
 from avatar_export.readers.gaussian_blendshapes.parts import Parts
 from avatar_export.readers.gaussian_blendshapes.sources import FaceSource, MouthSource, open_face, open_mouths
-from avatar_export.readers.rules_file import RULES_FILE, TrainedRules, read_rules, stated_units
-from avatar_runtime.avatar import (
-    Avatar,
-    Driving,
-    Expression,
-    Group,
-    RasterSettings,
-    Rig,
-    Rules,
-)
+from avatar_export.readers.rules_file import RULES_FILE, TrainedRules, read_rules
+from avatar_runtime.avatar import Avatar, Driving, Expression, Group, RasterSettings, Rig, Rules
 from avatar_runtime.driving.arkit import canonical
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
@@ -113,9 +105,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         gaussians=gaussians,
         groups=_groups(len(kept), mouths, baked is not None, trained.played.get("lower_teeth", "mix")),
         rules=Rules(
-            rotation="polar3",
-            sh_direction="inverse_rotation",
-            anchor=trained.played.get("anchor", "repeats"),
+            rotation="polar3", sh_direction="inverse_rotation", anchor=trained.played.get("anchor", "repeats")
         ),
         expressions=tuple(Expression(name, range=_range(name)) for name in names),
         late_morph_names=EYELIDS,
@@ -128,51 +118,44 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         head_pose_in="camera",
         training_per_bundle=scale,
         delta_threshold=parts.threshold,
-        provenance=_provenance(model, face, kept, inputs, body, trained),
     )
-    if body is None:
-        return avatar
-    fits = rig.fit_notes(avatar, body, inputs, options, model.folder)
-    stored = avatar.provenance
-    return replace(avatar, provenance={**stored, "notes": [*stored["notes"], *fits]})
+    notes = [
+        *_notes(inputs, body, trained),
+        *([] if body is None else rig.fit_notes(avatar, body, inputs, options, model.folder)),
+        *_assumed(model, trained.units, options),
+        *_taken(path, model, options),
+    ]
+    return replace(avatar, provenance=_provenance(model, face, kept, inputs, body, trained, notes))
 
 
-def chosen(path: Path, options: ReadOptions) -> list[str]:
-    """The iteration and form that `read` takes, the identity that it finds, and what it passes over."""
-    model = locate(path)
-    if model is None:
-        return []
+def _taken(path: Path, model: Model, options: ReadOptions) -> list[Note]:
+    """The iteration and form that are read, the identity that was found, and what is passed over."""
     over = [other.face.name for other in models(model.folder) if other.face != model.face]
-    listed = f"; passed over: {', '.join(over)}" if over and path == model.folder else ""
-    notes = [f"iteration {model.iteration} is read, {FORMS[model.form]} {model.face.name}{listed}"]
+    notes = [_of_this_run(f"{FORMS[model.form]} {model.face.name}", over if path == model.folder else [])]
     if options.shape is None and options.dataset is not None and not options.no_rig:
         shape = found_file(options.dataset, "shape")
         others = [] if shape is None else passed_over(options.dataset, "shape", shape)
         if shape is not None and others:
-            notes.append(
-                f"identity of {shape.name}; passed over: {', '.join(p.name for p in others[:MOST_NAMED])}"
-                + f" and {len(others) - MOST_NAMED} more" * (len(others) > MOST_NAMED)
-            )
+            notes.append(_of_this_run(f"the identity of {shape.name}", [other.name for other in others]))
     return notes
 
 
-def assumptions(path: Path, options: ReadOptions) -> list[str]:
-    """Notes on a unit and a background that nothing states. They are printed only: the provenance has no such notes."""
-    model = locate(path)
-    notes = []
-    stated = None if model is None else stated_units(first_file([model.folder / RULES_FILE]), SYSTEM)
-    if options.body_scale is not None:
-        if stated not in (None, options.body_scale):
-            notes.append(
-                f"{options.body_scale:g} training units a metre (--body-scale; {RULES_FILE} says {stated:g})"
-            )
-    elif stated is not None:
-        notes.append(f"{stated:g} training units a metre ({RULES_FILE})")
-    else:
-        notes.append("1 training unit a metre (assumed; --body-scale sets another number)")
-    if model is not None and first_file([model.folder / CONFIG]) is None:
-        notes.append(f"black background (assumed; there is no {CONFIG} in the model folder)")
-    return notes
+def _of_this_run(what: str, others: list[str]) -> Note:
+    return Note("taken", {"what": what, "others": others}, passing=True)
+
+
+def _assumed(model: Model, units: float | None, options: ReadOptions) -> list[Note]:
+    """The unit, and a background that nothing states."""
+    settings = []
+    if options.body_scale is None:
+        source = RULES_FILE if units is not None else "assumed; --body-scale sets another number"
+        settings.append(Setting("units", units or 1.0, source))
+    elif units not in (None, options.body_scale):
+        source = f"--body-scale; {RULES_FILE} says {units:g}"
+        settings.append(Setting("units", options.body_scale, source))
+    if first_file([model.folder / CONFIG]) is None:
+        settings.append(Setting("background", "black", f"assumed; there is no {CONFIG} in the model folder"))
+    return [Note("settings", {"settings": [one]}, passing=True) for one in settings]
 
 
 def _expression_names(body: BodyModel | None, gaussian_expressions: int) -> list[str]:
@@ -223,10 +206,11 @@ def _background(folder: Path) -> tuple[float, float, float]:
     return (1.0, 1.0, 1.0) if white else (0.0, 0.0, 0.0)
 
 
-def _notes(inputs: Inputs, body: BodyModel | None, trained: TrainedRules) -> list[str]:
-    notes = [f"{name} {value} ({RULES_FILE})" for name, value in trained.played.items()] + trained.notes()
+def _notes(inputs: Inputs, body: BodyModel | None, trained: TrainedRules) -> list[Note]:
+    played = (Setting(name, value, RULES_FILE) for name, value in trained.played.items())
+    notes = [*(fact("settings", settings=[one]) for one in played), *trained.notes()]
     if body is not None and inputs.eyelids is None:
-        notes.append("no eyelid files (--eyelids): the Gaussians' lids close, those of the rig's mesh do not")
+        notes.append(fact("no_mesh_eyelids"))
     return notes
 
 
@@ -237,6 +221,7 @@ def _provenance(
     inputs: Inputs,
     body: BodyModel | None,
     trained: TrainedRules,
+    notes: list[Note],
 ) -> dict[str, Any]:
     files = {**model_files(model), **inputs.files()}
     files |= {} if trained.file is None else {RULES_FILE: trained.file}
@@ -248,6 +233,6 @@ def _provenance(
         "face_rows_read": face.count,
         "face_rows_dropped": [int(row) for row in dropped],
         "source_files": source_files(files),
-        "notes": _notes(inputs, body, trained),
+        "notes": notes,
         "body_model_restriction": None if body is None else BODY_RESTRICTION,
     }

@@ -11,8 +11,9 @@ from avatar_export.bodies.body_rig import bake_rig, with_static_offset
 from avatar_export.bodies.inputs import ZERO, Inputs, found_file
 from avatar_export.bodies.subject_files import read_eyelids, read_faces, read_shape
 from avatar_export.fit.judge import Sides
-from avatar_export.fit.skeleton import not_human
+from avatar_export.fit.skeleton import inhuman
 from avatar_export.fit.skinned import Subject, skinned_fit
+from avatar_export.notes.note import Note
 from avatar_export.options import ReadOptions
 from avatar_export.readers.gaussian_blendshapes.layout import EYELIDS, JOINTS, SYSTEM
 from avatar_runtime.avatar import F32, F64, Avatar, Rig
@@ -63,20 +64,19 @@ def baked_rig(body: BodyModel, inputs: Inputs, expressions: int) -> Rig:
 
 def fit_notes(
     avatar: Avatar, body: BodyModel, inputs: Inputs, options: ReadOptions, folder: Path
-) -> list[str]:
+) -> list[Note]:
     """Notes on whether the Gaussians fit the body model with this identity. Raises AvatarError for a large misfit."""
     assert inputs.body_model is not None and avatar.rig is not None
     given = None if inputs.shape is None or str(inputs.shape) == ZERO else inputs.shape
     shape = None if given is None else read_shape(given)
-    human = not not_human(avatar.rig.vertices.astype(np.float64), len(JOINTS), "")
+    human = inhuman(avatar.rig.vertices.astype(np.float64), len(JOINTS)) is None
     sides = Sides(
         "the Gaussians", inputs.body_model.name, SYSTEM, inputs.body_model, "--body-scale", avatar.training_per_bundle,
         own_unit=human, accept=options.accept_misfit,
     )  # fmt: skip
-    said = "--shape zero" if given is None else f"--shape {given.name}"
-    return skinned_fit(
-        avatar, Subject(body, shape, said, _other_identities(inputs, shape, folder, options)), sides
-    )
+    option = f"--shape {ZERO if given is None else given.name}"
+    others = _other_identities(inputs, shape, folder, options)
+    return skinned_fit(avatar, Subject(body, shape, option, others), sides)
 
 
 def _other_identities(

@@ -216,13 +216,7 @@ def _sizes(arrays: dict[str, RowSource], shapes: dict[str, tuple[object, ...]], 
 
 
 def _static(mean: F32, sh: F32, log_scale: F32, quat: F32, opacity: F32) -> dict[str, F32]:
-    return {
-        "mean": mean,
-        "log_scale": log_scale,
-        "quat_wxyz": quat,
-        "opacity_logit": opacity[:, 0],
-        "sh": sh,
-    }
+    return {"mean": mean, "log_scale": log_scale, "quat_wxyz": quat, "opacity_logit": opacity[:, 0], "sh": sh}
 
 
 def _motion(pose: F32, eyelid: F32, weights: F32) -> Block:

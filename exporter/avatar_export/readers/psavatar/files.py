@@ -17,6 +17,7 @@ from avatar_export.formats.mesh_files import MAX_ARRAY_BYTES
 from avatar_export.formats.npy import parse_npy, parse_text_npy
 from avatar_export.formats.obj import TriangleMesh
 from avatar_export.formats.point_cloud import PointCloud
+from avatar_export.notes.note import Note
 from avatar_export.readers import surface
 from avatar_runtime.avatar import F32, U32
 from avatar_runtime.io.errors import AvatarError
@@ -47,7 +48,7 @@ class StoredPoints:
     basis: F32  # [U, V, 3]
     basis_names: tuple[str, ...]  # [U]
     training_per_metre: float
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def find_points(cloud: PointCloud) -> Path | None:

@@ -12,28 +12,23 @@ from pathlib import Path
 
 import numpy as np
 
-from avatar_export.formats.point_cloud import (
-    NAME,
-    PointCloud,
-    chosen_iteration,
-    locate,
-    read_ply,
-    refuse_incomplete,
-)
+from avatar_export.formats.point_cloud import NAME, PointCloud, locate, read_ply, taken_iteration
+from avatar_export.notes.note import Note, fact
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import source_files
+from avatar_export.provenance import provenance
 from avatar_export.readers import surface
 from avatar_export.readers.enhancer_file import read_enhancer
 from avatar_export.readers.psavatar.files import FILE, KEYS, StoredPoints, find_points, read_points
 from avatar_export.readers.rules_file import RULES_FILE, read_rules
 from avatar_export.rigs.embedded_rig import RIG_INPUTS, EmbeddedRig, embedded_rig, no_rig
-from avatar_runtime.avatar import F32, F64, I32, I64, Avatar, Embedding, Gaussians, Rig, Rules, SparseRows
+from avatar_runtime.avatar import F32, F64, I32, I64, Avatar, Embedding, Rig, Rules, SparseRows
 from avatar_runtime.codec import ply
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.io.ownership import owned
 from avatar_runtime.stages.joints import rest_transforms
 
 SYSTEM = "psavatar"
+COMMIT = "arXiv 2401.12900 as avatar-train has it"
 FILES = (
     f"point_cloud/iteration_N/{NAME} (scale, opacity, colour; the newest N is read)",
     f"{FILE} beside it, of any name (keys {', '.join(KEYS[:3])} ...)",
@@ -46,10 +41,7 @@ USED_OPTIONS = (
     *("sh_degree", "exact", "name", "accept_misfit"),
 )
 RULES = Rules(
-    position="interpolated_normal",
-    rotation="bary_vertex_lbs",
-    scale="none",
-    sh_direction="inverse_rotation",
+    position="interpolated_normal", rotation="bary_vertex_lbs", scale="none", sh_direction="inverse_rotation"
 )
 WITHOUT_SKELETON = "vertex_quaternion"  # the nearest rule that needs only a posed mesh
 PLAYED_RULES: dict[str, tuple[str, ...]] = {}  # all are played in the same way
@@ -80,11 +72,6 @@ def _complete(cloud: PointCloud) -> bool:
     return find_points(cloud) is not None
 
 
-def chosen(path: Path, options: ReadOptions) -> list[str]:
-    """The iteration that `read` takes."""
-    return chosen_iteration(path, _complete)
-
-
 def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar, in metres. Raises AvatarError if no rig is given, and for unsound data."""
     with owned(SYSTEM):
@@ -94,7 +81,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         found = None if cloud is None else find_points(cloud)
         if cloud is None or found is None:
             raise AvatarError(f"has no {NAME} with {FILE} beside it", file=path)
-        refuse_incomplete(path, cloud, f"{NAME} and {FILE}")
+        taken = taken_iteration(path, cloud, f"{NAME} and {FILE}")
         splats = ply.gaussians(read_ply(cloud), cloud.file)
         points = read_points(found, splats.count)
         trained = read_rules(cloud.find(RULES_FILE), SYSTEM, PLAYED_RULES, RECORDED_RULES)
@@ -106,7 +93,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             embedding=_embedding(points),
             rules=rules,
             rig=rig,
-            sh_degree=_degree(options, splats, cloud),
+            sh_degree=surface.degree_of(options.sh_degree, splats, cloud.file, "--sh-degree"),
             background="random",
             units=points.training_per_metre,
         )
@@ -115,16 +102,8 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         files |= {} if trained.file is None else {RULES_FILE: trained.file}
         if enhancer is not None:
             files |= {name: cloud.file.parent / name for name in ("enhancer.onnx", "enhancer.json")}
-        return replace(
-            avatar,
-            enhancer=enhancer,
-            provenance={
-                "system": SYSTEM,
-                "source_commit": "arXiv 2401.12900 as avatar-train has it",
-                "source_files": source_files(files),
-                "notes": [*trained.notes(), *points.notes, *notes, *fits, *rig.notes],
-            },
-        )
+        notes = [*trained.notes(), *points.notes, *notes, *fits, *rig.notes, *taken]
+        return replace(avatar, enhancer=enhancer, provenance=provenance(SYSTEM, files, notes, commit=COMMIT))
 
 
 def _embedding(points: StoredPoints) -> Embedding:
@@ -139,19 +118,10 @@ def _embedding(points: StoredPoints) -> Embedding:
     )
 
 
-def _degree(options: ReadOptions, splats: Gaussians, cloud: PointCloud) -> int:
-    if options.sh_degree is None:
-        return splats.sh_degree
-    return surface.degree_of(options.sh_degree, splats, cloud.file, "--sh-degree")
-
-
-def _taught_rig(points: StoredPoints, options: ReadOptions) -> tuple[EmbeddedRig, Rules, list[str]]:
+def _taught_rig(points: StoredPoints, options: ReadOptions) -> tuple[EmbeddedRig, Rules, list[Note]]:
     """(rig with the learned bases in its morphs and correctives, rules, notes)."""
     if options.no_rig:
-        note = (
-            f"without a rig rotations are those of the posed mesh ({WITHOUT_SKELETON}), not of the skeleton as "
-            "trained, and what the mesh learned is left to whoever poses it"
-        )
+        note = fact("without_skeleton", rule=WITHOUT_SKELETON)
         return no_rig(), replace(RULES, rotation=WITHOUT_SKELETON), [note]
     given = embedded_rig(points.mesh.vertices, points.mesh.triangles, options, SYSTEM)
     if given.rig is None:
@@ -162,12 +132,7 @@ def _taught_rig(points: StoredPoints, options: ReadOptions) -> tuple[EmbeddedRig
         )
     names = [expression.name for expression in given.expressions]
     rig = taught(given.rig, names, points, 0.0 if options.exact else LEAST_SHIFT)
-    added = len(points.basis_names)
-    return (
-        replace(given, rig=rig),
-        RULES,
-        [f"{added} learned basis vectors are in the rig's morphs and correctives"],
-    )
+    return replace(given, rig=rig), RULES, [fact("bases_in_rig", count=len(points.basis_names))]
 
 
 def taught(rig: Rig, expressions: Sequence[str], points: StoredPoints, least: float) -> Rig:

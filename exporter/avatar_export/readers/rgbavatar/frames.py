@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from avatar_export.readers.rgbavatar.files import Model
-from avatar_export.sparse import SparseRowsBuilder, sparse_rows
+from avatar_export.sparse import SparseRowsBuilder, no_shifts, sparse_rows
 from avatar_runtime.avatar import F32, F64, U32, Blendshapes, Gaussians, Rig, SparseRows
 from avatar_runtime.rotation import quat_from_matrix, quat_multiply
 
@@ -109,62 +109,89 @@ def blendshapes(
     pose_coefficients [9 C, K]: how much a pose feature does. A delta is that of the triangle's corners, of the frame
     (the chord from weight -1 to 1), and of the bases. Pose features move means only.
     """
-    vertices, n = rig.vertices.astype(np.float64), len(binding.triangle)
-    morphs, correctives = (_dense(s, "position") for s in (rig.morphs, rig.correctives))
-    shapes: dict[str, dict[str, tuple[int, ...]]] = {
-        "geometry": {"mean": (3,), "quat_wxyz": (4,)},
-        "appearance": {"log_scale": (3,), "opacity_logit": (), "sh": (1, 3)},
-        "correctives": {"mean": (3,)},
-    }
-    columns = {
-        "geometry": len(coefficients),
-        "appearance": len(coefficients),
-        "correctives": len(pose_coefficients),
+    n, count, features = len(binding.triangle), len(coefficients), len(pose_coefficients)
+    shapes: dict[str, tuple[int, dict[str, tuple[int, ...]]]] = {
+        "geometry": (count, {"mean": (3,), "quat_wxyz": (4,)}),
+        "appearance": (count, {"log_scale": (3,), "opacity_logit": (), "sh": (1, 3)}),
+        "correctives": (features, {"mean": (3,)}),
     }
     built = {
-        part: SparseRowsBuilder(n, columns[part], shape, {name: thresholds[name] for name in shape})
-        for part, shape in shapes.items()
+        part: SparseRowsBuilder(n, columns, shape, {name: thresholds[name] for name in shape})
+        for part, (columns, shape) in shapes.items()
     }
-    slopes, pose_slopes = _slopes(binding, vertices, morphs), _slopes(binding, vertices, correctives)
-    mean, quat, _ = binding.local(rest)
-    frames = tangent_frames(vertices[binding.triangles], binding.uv_corners)
-    turns = frame_quats(frames)
+    deltas = _Deltas.of(binding, rig, rest, coefficients, pose_coefficients)
     for first in range(0, n, ROWS):
-        rows = slice(first, min(first + ROWS, n))
-        at = binding.triangle[rows]
-        basis = [
-            part[rows].astype(np.float64)
-            for part in (binding.model.mean_basis, binding.model.quat_basis, binding.model.dc_basis)
-        ]
+        for part, values in deltas.of_rows(slice(first, min(first + ROWS, n))).items():
+            built[part].append(values)
+    done = {part: builder.finish() for part, builder in built.items()}
+    return Blendshapes(**done, late_morphs=no_shifts(n, of="mean"))
+
+
+@dataclass(frozen=True)
+class _Deltas:
+    """What the deltas of all Gaussians are made of."""
+
+    binding: Binding
+    coefficients: F64  # [E, K]
+    pose_coefficients: F64  # [9 C, K]
+    morphs: F64
+    correctives: F64
+    slopes: tuple[F32, F32]
+    pose_slopes: tuple[F32, F32]
+    mean: F64  # [N, 3] at rest, in the frames of the triangles
+    quat: F64  # [N, 4]
+    frames: F64  # [F, 3, 3]
+
+    @staticmethod
+    def of(binding: Binding, rig: Rig, rest: F64, coefficients: F64, pose_coefficients: F64) -> _Deltas:
+        vertices = rig.vertices.astype(np.float64)
+        morphs, correctives = (_dense(s, "position") for s in (rig.morphs, rig.correctives))
+        mean, quat, _ = binding.local(rest)
+        return _Deltas(
+            binding,
+            coefficients,
+            pose_coefficients,
+            morphs,
+            correctives,
+            _slopes(binding, vertices, morphs),
+            _slopes(binding, vertices, correctives),
+            mean,
+            quat,
+            tangent_frames(vertices[binding.triangles], binding.uv_corners),
+        )
+
+    def of_rows(self, rows: slice) -> dict[str, dict[str, F64]]:
+        """Part of the blendshapes -> values [B, columns, ...] of some Gaussians."""
+        model, at, coefficients = self.binding.model, self.binding.triangle[rows], self.coefficients
+        mean_basis, quat_basis, dc_basis = (
+            part[rows].astype(np.float64) for part in (model.mean_basis, model.quat_basis, model.dc_basis)
+        )
         block = _Block(
             at,
-            binding.triangles[at],
-            binding.model.barycentric[rows].astype(np.float64),
-            mean[rows],
-            np.einsum("nij,nkj->nki", frames[at], basis[0]),
+            self.binding.triangles[at],
+            model.barycentric[rows].astype(np.float64),
+            self.mean[rows],
+            np.einsum("nij,nkj->nki", self.frames[at], mean_basis),
         )
-        turn = np.broadcast_to(turns[at][:, None], basis[1].shape)
-        own_turn = np.einsum("ek,nki->nei", coefficients, quat_multiply(turn, basis[1]))
-        raw = np.moveaxis(slopes[1][:, at], 0, 1)
-        frame_turn = quat_multiply(raw, np.broadcast_to(quat[rows][:, None], raw.shape))
-        e = len(coefficients)
-        count = rows.stop - rows.start
-        built["geometry"].append(
-            {
-                "mean": _moved(block, morphs, slopes[0], coefficients),
+        turn = np.broadcast_to(frame_quats(self.frames[at])[:, None], quat_basis.shape)
+        own_turn = np.einsum("ek,nki->nei", coefficients, quat_multiply(turn, quat_basis))
+        raw = np.moveaxis(self.slopes[1][:, at], 0, 1)
+        frame_turn = quat_multiply(raw, np.broadcast_to(self.quat[rows][:, None], raw.shape))
+        still = np.zeros((len(at), len(coefficients), 3))
+        return {
+            "geometry": {
+                "mean": _moved(block, self.morphs, self.slopes[0], coefficients),
                 "quat_wxyz": own_turn + frame_turn,
-            }
-        )
-        built["appearance"].append(
-            {
-                "log_scale": np.zeros((count, e, 3)),
-                "opacity_logit": np.zeros((count, e)),
-                "sh": np.einsum("ek,nki->nei", coefficients, basis[2])[:, :, None],
-            }
-        )
-        built["correctives"].append({"mean": _moved(block, correctives, pose_slopes[0], pose_coefficients)})
-    done = {part: builder.finish() for part, builder in built.items()}
-    return Blendshapes(**done, late_morphs=SparseRows.empty(n, 0, {"mean": (3,)}))
+            },
+            "appearance": {
+                "log_scale": still,
+                "opacity_logit": still[..., 0],
+                "sh": np.einsum("ek,nki->nei", coefficients, dc_basis)[:, :, None],
+            },
+            "correctives": {
+                "mean": _moved(block, self.correctives, self.pose_slopes[0], self.pose_coefficients)
+            },
+        }
 
 
 @dataclass(frozen=True)

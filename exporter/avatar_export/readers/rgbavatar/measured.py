@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from avatar_export.notes.note import Note, fact
 from avatar_export.readers.rgbavatar.drivers import Map
 from avatar_export.readers.rgbavatar.frames import Binding
 from avatar_runtime.avatar import F32, F64, Avatar
@@ -20,8 +21,8 @@ TURN = np.radians(15.0)  # of neck, jaw and eyes about each axis, at most
 JAW = (np.radians((0.0, -4.0, -2.0)), np.radians((20.0, 4.0, 2.0)))  # lowest and highest rotation vector
 
 
-def notes(avatar: Avatar, binding: Binding, driven: Map) -> list[str]:
-    """One line on means, rotations and colours in POSES random poses; clips' poses are like these.
+def note(avatar: Avatar, binding: Binding, driven: Map) -> Note:
+    """On means, rotations and colours in POSES random poses; clips' poses are like these.
 
     Raises AvatarError for a mesh that leaves float32 in one of them.
     """
@@ -53,12 +54,10 @@ def notes(avatar: Avatar, binding: Binding, driven: Map) -> list[str]:
         turns_off.append(2 * np.arccos(np.minimum(dot, 1)))
         colours_off.append(np.abs(splats.sh[:, 0] - truth.dc).max(axis=1) * float(constants()["sh_c0"][0]))
     far, turned, faded = (np.concatenate(part) for part in (off, turns_off, colours_off))
-    return [
-        f"a bundle has no tangent frames: in {POSES} random poses (expressions of deviation {DEVIATION:g}, joints "
-        f"within 15 degrees, the jaw open by up to 20) Gaussians lie {1e3 * _rms(far):.3g} mm (rms; "
-        f"{1e3 * far.max():.3g} mm at most) from where the released formulas put them, are turned by "
-        f"{np.degrees(_rms(turned)):.2g} degrees (rms) and differ by {_rms(faded):.2g} in colour (rms, of 1)"
-    ]
+    return fact(
+        "no_tangent_frames", poses=POSES, deviation=DEVIATION, rms=_rms(far), far=float(far.max()),
+        degrees=float(np.degrees(_rms(turned))), colour=_rms(faded),
+    )  # fmt: skip
 
 
 def _random(avatar: Avatar, driven: Map, rng: np.random.Generator) -> tuple[F64, F64, F64]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from avatar_export.bodies.body_model import JOINT_NAMES, BodyModel, read_body_model
 from avatar_export.bodies.body_rig import bake_rig
-from avatar_export.bodies.inputs import ZERO, find_inputs
+from avatar_export.bodies.inputs import ZERO, find_inputs, given_files
 from avatar_export.bodies.pose_files import body_clip, read_poses
 from avatar_export.bodies.subject_files import read_shape
 from avatar_export.fit.embedded import own_mesh_fit
@@ -23,8 +23,9 @@ from avatar_export.fit.judge import Sides
 from avatar_export.fit.surface import Mesh
 from avatar_export.formats.obj import TriangleMesh
 from avatar_export.formats.point_cloud import PointCloud
+from avatar_export.notes.note import Note, fact
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import BODY_RESTRICTION, UNCHECKED, source_files
+from avatar_export.provenance import provenance
 from avatar_export.readers import surface
 from avatar_export.readers.rgbavatar import drivers, files, frames, measured
 from avatar_export.rigs.rig_driving import expressions_named, rig_driving
@@ -35,6 +36,7 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.ownership import of_file, owned
 
 SYSTEM = "rgbavatar"
+COMMIT = "LinzhouLi/RGBAvatar 27c2ba8"
 FILES = (
     f"{files.NAME} (Gaussians, bases {', '.join(files.MARKS)} ..., the network, triangles), or its run folder",
     f"{files.CONFIG} beside it (optional: the kind of the network)",
@@ -96,36 +98,25 @@ def _read(cloud: PointCloud, options: ReadOptions, body_file: Path) -> Avatar:
     check_avatar(avatar)
     assert avatar.rig is not None
     with of_file(body_file):
-        errors = measured.notes(avatar, subject.binding, subject.map)
+        errors = measured.note(avatar, subject.binding, subject.map)
     notes = [
-        UNCHECKED,
+        fact("unchecked"),
         _network_note(subject),
         *clip_notes,
-        *errors,
+        errors,
         *own_mesh_fit(avatar, Mesh.of(avatar.rig.vertices, avatar.rig.triangles), sides),
     ]
     if options.shape is None and options.poses is None:
-        notes.append("no identity (--shape, --poses): the body model's mean shape is taken")
-    return replace(
-        avatar,
-        provenance={
-            "system": SYSTEM,
-            "source_commit": "LinzhouLi/RGBAvatar 27c2ba8",
-            "source_files": source_files(_files(cloud, options, body_file)),
-            "notes": notes,
-            "body_model_restriction": BODY_RESTRICTION,
-        },
-    )
+        notes.append(fact("mean_identity", options=("--shape", "--poses")))
+    own = _files(cloud, options, body_file)
+    return replace(avatar, provenance=provenance(SYSTEM, own, notes, commit=COMMIT, body_model=True))
 
 
 def _files(cloud: PointCloud, options: ReadOptions, body_file: Path) -> Mapping[str, Path]:
     given = {files.NAME: cloud.file, f"body_model/{body_file.name}": body_file}
     config = files.config_file(cloud)
     given |= {} if config is None else {files.CONFIG: config}
-    for role, path in (("shape", options.shape), ("poses", options.poses)):
-        if path is not None and path.is_file():
-            given[f"{role}/{path.name}"] = path
-    return given
+    return {**given, **given_files(options, "shape", "poses")}
 
 
 def _subject(model: files.Model, body: BodyModel, file: Path, options: ReadOptions) -> _Subject:
@@ -217,7 +208,7 @@ def _ranged(expressions: tuple[Expression, ...], clips: tuple[Clip, ...]) -> tup
     return tuple(result)
 
 
-def _clips(subject: _Subject, options: ReadOptions) -> tuple[tuple[Clip, ...], list[str]]:
+def _clips(subject: _Subject, options: ReadOptions) -> tuple[tuple[Clip, ...], list[Note]]:
     """The tracked poses, with eyelids and with the weights that a deep network gives the bases."""
     if options.poses is None:
         return (), []
@@ -231,18 +222,11 @@ def _clips(subject: _Subject, options: ReadOptions) -> tuple[tuple[Clip, ...], l
         turns = clip.joint_delta[:, :, :3, :3].astype(np.float64)
         values = subject.map.values(weights[:, :first], turns, lids, poses.translation)
         weights[:, -len(subject.map.at_rest()) :] = subject.network.weights(values) - subject.map.at_rest()
-    note = f"{options.poses.name} does not say its rate; {poses.fps:g} frames a second are taken"
+    note = fact("rate_assumed", file=options.poses.name, fps=poses.fps)
     return (replace(clip, expression_weights=weights),), [note]
 
 
-def _network_note(subject: _Subject) -> str:
+def _network_note(subject: _Subject) -> Note:
     if subject.network.linear:
-        return (
-            "weight_module is linear: FLAME's expressions drive the bases; joints drive only their positions, and the "
-            "head's translation drives nothing"
-        )
-    return (
-        f"weight_module is a network with hidden layers, which no player runs: its {len(subject.map.at_rest())} bases "
-        f"are expressions of their own ({BASIS.format(0)} ...), 0 where FLAME rests; the clip of --poses has their "
-        "weights; for an avatar that FLAME's expressions drive alone, dump posed frames and run `avatar-export distill`"
-    )
+        return fact("linear_network")
+    return fact("hidden_layers", count=len(subject.map.at_rest()), first=BASIS.format(0))

@@ -21,10 +21,7 @@ from avatar_runtime.io.whole_files import read_bytes
 
 CONFIG = "config.yaml"
 # File -> its keys for the mesh file and the weights; the second form is that of the first release.
-FORMS = {
-    "embedding.json": ("cano_mesh", "sample_bary"),
-    "canonical.sample.json": ("mesh_fn", "_sample_bary"),
-}
+FORMS = {"embedding.json": ("cano_mesh", "sample_bary"), "canonical.sample.json": ("mesh_fn", "_sample_bary")}
 # One Gaussian takes about 190 bytes, 15 commas and 3 brackets. Much larger files are not parsed: Python lists need many
 # times the memory of their text.
 MAX_BYTES, MAX_COMMAS, MAX_BRACKETS = 1024, 32, 8
@@ -47,7 +44,7 @@ class StoredEmbedding:
 
 
 def find_embedding(cloud: PointCloud) -> Path | None:
-    """The embedding beside the .ply, of two forms the newer; None if there is none."""
+    """The embedding beside the .ply, of two forms the newer, if there is one."""
     return first_file(cloud.file.parent / name for name in FORMS)
 
 

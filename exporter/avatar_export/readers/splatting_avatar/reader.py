@@ -9,23 +9,14 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from avatar_export.fit.judge import length
 from avatar_export.formats.mesh_files import read_mesh
-from avatar_export.formats.point_cloud import (
-    NAME,
-    PointCloud,
-    chosen_iteration,
-    locate,
-    read_ply,
-    refuse_incomplete,
-)
-from avatar_export.notes import DOUBT, UNSAID, Note, Setting
+from avatar_export.formats.point_cloud import NAME, PointCloud, locate, read_ply, taken_iteration
+from avatar_export.notes.note import Note, Setting, doubt, fact
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import source_files
+from avatar_export.provenance import provenance
 from avatar_export.readers import surface
 from avatar_export.readers.rules_file import RULES_FILE, TrainedRules, read_rules
 from avatar_export.readers.splatting_avatar.files import (
@@ -45,6 +36,7 @@ from avatar_runtime.io.ownership import owned
 from avatar_runtime.rules import AREA_SCALES, NORMAL_POSITIONS, SH_DIRECTIONS, VERTEX_ROTATIONS
 
 SYSTEM = "splatting_avatar"
+COMMIT = "initialneil/SplattingAvatar 3847314"
 FILES = (
     f"point_cloud/iteration_N/{NAME} (scale, opacity, colour; the newest N is read)",
     f"{' or '.join(FORMS)} beside it (triangle, weights, displacement, rotation of each Gaussian)",
@@ -73,9 +65,9 @@ class Preset:
 # in metres, configs/instant_avatar.yaml.
 PRESETS = {"imavatar": Preset(4.0, True), "instant_avatar": Preset(1.0, False)}
 OTHERWISE = Preset(1.0, False)  # the code's default of with_mesh_scaling
-SCALES = {True: "log_area", False: "none"}  # of model.with_mesh_scaling
+SCALES: dict[object, str] = {True: "log_area", False: "none"}  # of model.with_mesh_scaling
 SCALING = {"log_area": "on", "none": "off"}  # as the note says it; other rules by their name
-DIRECTIONS = {True: "inverse_rotation", False: "world"}  # of pipe.convert_SHs_python
+DIRECTIONS: dict[object, str] = {True: "inverse_rotation", False: "world"}  # of pipe.convert_SHs_python
 PLAYED_RULES = {  # of rules.json
     "scale": AREA_SCALES,
     "position": NORMAL_POSITIONS,
@@ -105,11 +97,6 @@ def _complete(cloud: PointCloud) -> bool:
     return find_embedding(cloud) is not None
 
 
-def chosen(path: Path, options: ReadOptions) -> list[str]:
-    """The iteration that `read` takes."""
-    return chosen_iteration(path, _complete)
-
-
 def read(path: Path, options: ReadOptions) -> Avatar:
     """The avatar, in metres. Raises AvatarError for missing files and unsound data."""
     with owned(SYSTEM):
@@ -119,7 +106,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         found = None if cloud is None else find_embedding(cloud)
         if cloud is None or found is None:
             raise AvatarError(f"has no {NAME} with {' or '.join(FORMS)} beside it", file=path)
-        refuse_incomplete(path, cloud, f"{NAME} and {' or '.join(FORMS)}")
+        taken = taken_iteration(path, cloud, f"{NAME} and {' or '.join(FORMS)}")
         splats = ply.gaussians(read_ply(cloud), cloud.file)
         stored = read_embedding(found, splats.count)
         config = read_config(cloud)
@@ -140,24 +127,15 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             units=settings.units,
         )
         units, *others = settings.notes
-        if rig.fits and units.source == UNSAID:  # the unit is shown to be right
+        if rig.fits and units.source is None:  # the unit is shown to be right
             units = replace(units, source="assumed; the rig fits so")
-        notes = [Note("settings", {"settings": (units, *others)}), *trained.notes(), *notes]
+        notes = [fact("settings", settings=(units, *others)), *trained.notes(), *notes]
         notes += surface.fit_notes(avatar, options, mesh_file, SYSTEM)
-        notes += [*_position_notes(avatar, splats), *rig.notes]
+        notes += [*_position_notes(avatar, splats), *rig.notes, *taken]
         files = {NAME: cloud.file, found.name: found, mesh_file.name: mesh_file, **rig.files}
         files |= {} if config.file is None else {CONFIG: config.file}
         files |= {} if trained.file is None else {RULES_FILE: trained.file}
-        return replace(
-            avatar,
-            provenance={
-                "system": SYSTEM,
-                "source_commit": "initialneil/SplattingAvatar 3847314",
-                "form": found.name,
-                "source_files": source_files(files),
-                "notes": notes,
-            },
-        )
+        return replace(avatar, provenance=provenance(SYSTEM, files, notes, commit=COMMIT, form=found.name))
 
 
 def _settings(
@@ -170,64 +148,71 @@ def _settings(
             file=config.file,
             field="model.xyz_as_uvd",
         )
-    played = trained.played
     kind = config.get("dataset", "frameset_type", str)
     preset = PRESETS.get(kind, OTHERWISE)
-    assumed = f"assumed, usual for {kind}" if kind in PRESETS else UNSAID
-
-    def choose(
-        option: object, flag: str, rule: str | None, field: str, fallback: tuple[Any, str]
-    ) -> tuple[Any, str]:
-        if option is not None:
-            return option, flag
-        if rule is not None:
-            return rule, RULES_FILE
-        section, key = field.split(".")
-        value = config.get(section, key, type(fallback[0]))
-        return fallback if value is None else (value, f"{CONFIG} {field}")
-
-    units, units_by = preset.units, assumed
-    if trained.units is not None:
-        units, units_by = trained.units, RULES_FILE
-    if options.units is not None:
-        units, units_by = options.units, "--units"
-    usual = preset.mesh_scaling, assumed
-    scale, scale_by = choose(
-        options.mesh_scaling, "--mesh-scaling", played.get("scale"), "model.with_mesh_scaling", usual
+    assumed = f"assumed, usual for {kind}" if kind in PRESETS else None
+    stated = _Stated(config, trained)
+    scale = stated.setting(
+        Setting("scale", preset.mesh_scaling, assumed),
+        ("--mesh-scaling", options.mesh_scaling),
+        "model.with_mesh_scaling",
     )
-    scale = SCALES.get(scale, scale)
-    scaling = SCALING.get(scale, scale.removesuffix("_area"))
-    usual = False, "assumed, the code's default"
-    direction, direction_by = choose(
-        options.sh_direction, "--sh-direction", played.get("sh_direction"), "pipe.convert_SHs_python", usual
+    direction = stated.setting(
+        Setting("sh_direction", False, "assumed, the code's default"),
+        ("--sh-direction", options.sh_direction),
+        "pipe.convert_SHs_python",
     )
-    direction = DIRECTIONS.get(direction, direction)
-    stored = splats.sh_degree, NAME
-    degree, degree_by = choose(options.sh_degree, "--sh-degree", None, "model.sh_degree", stored)
-    carried = {name: played[name] for name in ("position", "rotation") if name in played}
+    degree = stated.setting(
+        Setting("sh_degree", splats.sh_degree, NAME), ("--sh-degree", options.sh_degree), "model.sh_degree"
+    )
+    scale = replace(scale, value=SCALES.get(scale.value, scale.value))
+    direction = replace(direction, value=DIRECTIONS.get(direction.value, direction.value))
+    carried = {name: trained.played[name] for name in ("position", "rotation") if name in trained.played}
+    units = _units(options, trained, Setting("units", preset.units, assumed))
+    rules = Rules(
+        **{"position": "normal", "rotation": "vertex_quaternion", **carried},
+        scale=str(scale.value),
+        sh_direction=str(direction.value),
+        quaternion_sign=options.quaternion_sign or "w_positive",
+    )
+    shown = SCALING.get(rules.scale, rules.scale.removesuffix("_area"))
+    others = (Setting(name, value, RULES_FILE) for name, value in carried.items())
     return Settings(
-        surface.units_of(units),
-        Rules(
-            position=carried.get("position", "normal"),
-            rotation=carried.get("rotation", "vertex_quaternion"),
-            scale=scale,
-            sh_direction=direction,
-            quaternion_sign=options.quaternion_sign or "w_positive",
-        ),
-        surface.degree_of(degree, splats, cloud.file, degree_by),
-        (
-            Setting(f"{units:g} training units a metre", units_by),
-            Setting(f"mesh scaling {scaling}", scale_by),
-            Setting(f"SH direction {direction}", direction_by),
-            Setting(f"SH degree {degree}", degree_by),
-            *(Setting(f"{name} {value}", RULES_FILE) for name, value in carried.items()),
-        ),
+        surface.units_of(float(units.value)),
+        rules,
+        surface.degree_of(int(degree.value), splats, cloud.file, str(degree.source)),
+        (units, replace(scale, value=shown), direction, degree, *others),
     )
+
+
+def _units(options: ReadOptions, trained: TrainedRules, usual: Setting) -> Setting:
+    if options.units is not None:
+        return replace(usual, value=options.units, source="--units")
+    return usual if trained.units is None else replace(usual, value=trained.units, source=RULES_FILE)
+
+
+@dataclass(frozen=True)
+class _Stated:
+    """What files say of the training."""
+
+    config: Config
+    trained: TrainedRules
+
+    def setting(self, usual: Setting, option: tuple[str, float | str | None], field: str) -> Setting:
+        """The setting from its option, else rules.json, else the `field` of config.yaml, else the usual one."""
+        flag, given = option
+        if given is not None:
+            return replace(usual, value=given, source=flag)
+        if usual.name in self.trained.played:
+            return replace(usual, value=self.trained.played[usual.name], source=RULES_FILE)
+        section, key = field.split(".")
+        value = self.config.get(section, key, type(usual.value))
+        return usual if value is None else replace(usual, value=value, source=f"{CONFIG} {field}")
 
 
 def _embedding(
     stored: StoredEmbedding, splats: Gaussians, options: ReadOptions, units: float
-) -> tuple[Embedding, Path, list[str | Note]]:
+) -> tuple[Embedding, Path, list[Note]]:
     """(embedding in metres, file of its mesh, notes)."""
     mesh_file = options.mesh or stored.mesh
     if options.mesh is None and not os.path.isfile(mesh_file):
@@ -237,9 +222,7 @@ def _embedding(
         )
     mesh = read_mesh(mesh_file)
     triangle = surface.triangle_rows(stored.triangle, mesh, stored.file, "sample_fidxs")
-    notes: list[str | Note] = [
-        *surface.check_barycentric(stored.barycentric, stored.file, stored.weights_key)
-    ]
+    notes = surface.check_barycentric(stored.barycentric, stored.file, stored.weights_key)
     surface.check_areas(mesh, triangle, mesh_file)
     vertices = surface.in_metres(mesh.vertices, units)
     embedding = Embedding(
@@ -252,24 +235,17 @@ def _embedding(
         local_quat_wxyz=splats.quat_wxyz if stored.quat_wxyz is None else stored.quat_wxyz,
     )
     if stored.quat_wxyz is None:
-        notes.append(f"no _rotation in {stored.file.name}: rot_* of {NAME} is taken")
+        notes.append(fact("no_own_rotation", file=stored.file.name, cloud=NAME))
     shifted = int((stored.uvd[:, :2] != 0).any(axis=1).sum())
     if shifted:
-        notes.append(
-            f"_xyz of {shifted} Gaussians has first numbers that are not 0; the release uses the third alone"
-        )
+        notes.append(fact("numbers_unused", count=shifted))
     return embedding, mesh_file, notes
 
 
-def _position_notes(avatar: Avatar, splats: Gaussians) -> list[str]:
+def _position_notes(avatar: Avatar, splats: Gaussians) -> list[Note]:
     """A doubt about the mesh if the Gaussians of the .ply, saved in the same frame, have other positions."""
     mean = surface.in_metres(splats.mean, avatar.training_per_bundle)
     with np.errstate(all="ignore"):
         apart = float(np.median(np.linalg.norm(mean - avatar.gaussians.mean, axis=1)))
         size = float(np.ptp(avatar.gaussians.mean, axis=0).max())
-    if not apart > APART * size:
-        return []
-    return [
-        f"{DOUBT}x y z of {NAME} lie {length(apart)} (median) from the embedding: another frame's, or not "
-        "its mesh"
-    ]
+    return [doubt("other_positions", cloud=NAME, apart=apart)] if apart > APART * size else []

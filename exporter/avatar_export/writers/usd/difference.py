@@ -26,7 +26,7 @@ MEMORY_OF_FILE = 64  # times the file's size, since values are copied and widene
 
 
 def difference(old: Any, new: Any) -> str | None:
-    """The first difference between two layers, as one phrase; None if there is none."""
+    """The first difference between two layers, as one phrase; None without one."""
     old_paths, new_paths = spec_paths(old), spec_paths(new)
     for path in sorted(set(old_paths) ^ set(new_paths)):
         return f"{_shown(path)} is {'missing' if path in set(new_paths) else 'not expected'}"

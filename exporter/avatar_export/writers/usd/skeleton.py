@@ -21,13 +21,7 @@ from avatar_export.writers.usd.values import (
     vec3h,
 )
 from avatar_runtime.avatar import F64, Avatar, Rig
-from avatar_runtime.engine_pose import (
-    EnginePose,
-    bind_nodes,
-    engine_rest,
-    local_transforms,
-    node_transforms,
-)
+from avatar_runtime.engine_pose import EnginePose, bind_nodes, engine_rest, local_transforms, node_transforms
 
 
 @dataclass(frozen=True)
