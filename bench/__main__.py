@@ -38,8 +38,8 @@ from avatar_export import __version__
 from avatar_export.images import arkit_pose, frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Frame, Player
-from avatar_runtime.pose import clip_pose
 from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.raster import PROFILES
 from bench.asm_speed import asm_rows
@@ -168,10 +168,10 @@ def surface_rows(folder: Path, gaussians: int) -> list[Row]:
     avatar = load(out)
     for name, backend in (("surface", "reference"), ("surface_cpu", "cpu")):
         player, times = Player(avatar, backend), dict[str, list[float]]()
-        player.animate(clip_pose(avatar, avatar.clips[0], 0))
+        player.animate(frame_pose(avatar, avatar.clips[0], 0))
         for frame in range(min(avatar.clips[0].frames, 3 * REPEATS)):
             milliseconds: dict[str, float] = {}
-            player.animate(clip_pose(avatar, avatar.clips[0], frame), milliseconds)
+            player.animate(frame_pose(avatar, avatar.clips[0], frame), milliseconds)
             for stage, value in milliseconds.items():
                 times.setdefault(stage, []).append(value)
         rows += [(f"{name}_{stage}", statistics.median(values), "ms") for stage, values in times.items()]

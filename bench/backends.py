@@ -78,7 +78,7 @@ def busy_pose(avatar: Avatar, seed: int) -> Pose:
             for name, w in zip(avatar.expression_names, rng.uniform(0.05, 0.4, 999), strict=False)
         },
         {name: joint_rotation(rng.normal(0, 0.05, 3)) for name in joints},
-        {name: 0.3 for name in avatar.late_morph_names},
+        {name: 0.3 for name in avatar.eyelids},
     )
 
 
@@ -193,7 +193,7 @@ def scattered(avatar: Avatar, count: int) -> Avatar:
         gaussians=gaussians,
         groups=(Group("all", 0, count, "none"),),
         expressions=(),
-        late_morph_names=(),
+        eyelids=(),
         blendshapes=shapes,
         skin=SparseRows.empty(count, 0, {"weight": ()}),
         rig=None,

@@ -32,9 +32,9 @@ from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import prepare, write
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.bundle import load
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.packs import placed
 from avatar_runtime.player import Player
-from avatar_runtime.pose import clip_pose
 
 TRAINED = Path("samples/trained")
 NAMES = ("head_blendshapes", "head_splatting", "head_points", "body_splatting")
@@ -132,7 +132,7 @@ def _moving(judged: Avatar, yaws: npt.NDArray[np.float64]) -> list[View]:
     clip = judged.clips[0]
     first = max(0, (clip.frames - FRAMES) // 2)
     still = [
-        replace(clip_pose(judged, clip, first + k), world_from_avatar=np.eye(4))
+        replace(frame_pose(judged, clip, first + k), world_from_avatar=np.eye(4))
         for k in range(min(FRAMES, clip.frames))
     ]
     box = posed_box(judged, still[::6])

@@ -20,9 +20,10 @@ from avatar_export.distill.dumps.folder import FRAMES, Encoding, frame_name, wri
 from avatar_export.distill.sh_turn import turned_sh
 from avatar_runtime.avatar import F32, Avatar, Clip, Gaussians
 from avatar_runtime.bundle import load
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.codec import ply
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose, joint_rotation, resolve
+from avatar_runtime.pose import Pose, joint_rotation, resolve
 from avatar_runtime.rotation import matrix_from_quat
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.joints import chain, rest_transforms
@@ -36,7 +37,7 @@ Change = Callable[[Splats, Pose], Splats]
 def clip_poses(avatar: Avatar, name: str) -> list[Pose]:
     """Every frame of a clip of `avatar`."""
     clip: Clip = next(clip for clip in avatar.clips if clip.name == name)
-    return [clip_pose(avatar, clip, frame) for frame in range(clip.frames)]
+    return [frame_pose(avatar, clip, frame) for frame in range(clip.frames)]
 
 
 def random_poses(
@@ -48,7 +49,7 @@ def random_poses(
     quarter of them by default.
     """
     rng = np.random.default_rng(seed)
-    names, eyelids = avatar.expression_names, avatar.late_morph_names
+    names, eyelids = avatar.expression_names, avatar.eyelids
     active = max(1, len(names) // 4) if active is None else active
     joints = () if avatar.rig is None else avatar.rig.joint_names
     parents = () if avatar.rig is None else avatar.rig.parents
@@ -103,7 +104,7 @@ def drivers_of(
     """What a code would know of its own frames: expressions and eyelids, and the posed joints."""
     arrays = [resolve(pose, avatar) for pose in poses]
     values = np.array([[*pose.expression_weights, *pose.late_weights] for pose in arrays], np.float64)
-    names = (*avatar.expression_names, *(f"eyelid_{name}" for name in avatar.late_morph_names))
+    names = (*avatar.expression_names, *(f"eyelid_{name}" for name in avatar.eyelids))
     values = values.reshape(len(poses), -1)
     if avatar.rig is None or not skeleton:
         none = np.zeros((0, 4, 4))

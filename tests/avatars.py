@@ -66,7 +66,7 @@ def full_avatar(seed: int = 0) -> Avatar:
             groups=GROUPS,
             rules=Rules("polar3", "neck", "inverse_rotation", "unique", quaternion_sign="largest_positive"),
             expressions=EXPRESSIONS,
-            late_morph_names=LATE_MORPHS,
+            eyelids=LATE_MORPHS,
             blendshapes=Blendshapes(
                 _ragged(rng, COUNT, k, {"mean": ((3,), 3e-3), "quat_wxyz": ((4,), 0.1)}),
                 _ragged(
@@ -278,7 +278,7 @@ def avatar_of(
         groups=(Group("all", 0, 1, "none"),),
         rules=Rules(),
         expressions=named,
-        late_morph_names=eyelids,
+        eyelids=eyelids,
         blendshapes=Blendshapes(
             SparseRows.empty(1, len(named), {"mean": (3,), "quat_wxyz": (4,)}),
             SparseRows.empty(1, len(named), {"log_scale": (3,), "opacity_logit": (), "sh": (1, 3)}),

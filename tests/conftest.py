@@ -8,7 +8,7 @@ import signal
 
 import pytest
 
-from tests.golden import ON, UNPACK, BlendshapesGolden
+from tests.golden import ON, BlendshapesGolden, unpack_gaussian_blendshapes
 from tests.session import fuzz
 
 pytest_plugins = [
@@ -35,12 +35,10 @@ def one_thread() -> None:
     threads.use_one()
 
 
-@pytest.fixture(scope="session", params=list(UNPACK))
-def blendshapes_golden(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> BlendshapesGolden:
-    """The Gaussian Blendshapes vectors: as committed, and in full where the optional data is present."""
-    return UNPACK[request.param](tmp_path_factory.mktemp(f"gaussian_blendshapes_{request.param}"))
+@pytest.fixture(scope="session")
+def blendshapes_golden(tmp_path_factory: pytest.TempPathFactory) -> BlendshapesGolden:
+    """The Gaussian Blendshapes vectors."""
+    return unpack_gaussian_blendshapes(tmp_path_factory.mktemp("gaussian_blendshapes"))
 
 
 @pytest.fixture(params=list(ON))

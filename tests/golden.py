@@ -11,8 +11,7 @@ import io
 import json
 import lzma
 import tarfile
-import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -121,12 +120,6 @@ def rasteriser_case(name: str) -> RasteriserCase:
     return RasteriserCase(name, arrays, _rasteriser_index()[name]["digests"])
 
 
-def full_rasteriser_case(name: str) -> RasteriserCase:
-    """A case with every array, from the optional test data; skips the test where it is absent."""
-    with np.load(shared(f"golden/rasteriser/{name}.npz"), allow_pickle=False) as file:
-        return RasteriserCase(name, {key: file[key] for key in file.files}, {})
-
-
 def _rasteriser_index() -> dict[str, Any]:
     cases: dict[str, Any] = json.loads((GOLDEN / "rasteriser" / "cases.json").read_text())
     return cases
@@ -194,29 +187,6 @@ def unpack_gaussian_blendshapes(target: Path) -> BlendshapesGolden:
     for file, arrays in files.items():
         np.savez(target / "golden" / f"{file}.npz", **arrays)
     return BlendshapesGolden(target, rows["face_rows"], rows["vertex_rows"])
-
-
-def unpack_full_gaussian_blendshapes(target: Path) -> BlendshapesGolden:
-    """The vectors with all their rows, from the optional test data; skips the test where it is absent."""
-    source = shared("golden/gaussian_blendshapes")
-    for archive, folder in (("model_raw.zip", "raw"), ("model_viewer.zip", "viewer")):
-        with zipfile.ZipFile(source / archive) as file:
-            for info in file.infolist():
-                if not info.is_dir():
-                    path = target / folder / Path(info.filename).relative_to("model")
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                    path.write_bytes(file.read(info))
-    for folder in ("dataset", "body", "golden"):
-        (target / folder).symlink_to(source / folder, target_is_directory=True)
-    vertices = len(_read_npz(target / "golden" / "static.npz")["vertices_neutral"])
-    kept = len(_read_npz(target / "golden" / "static.npz")["raw_row_of_kept"])
-    return BlendshapesGolden(target, np.arange(kept), np.arange(vertices))
-
-
-UNPACK: dict[str, Callable[[Path], BlendshapesGolden]] = {
-    "committed": unpack_gaussian_blendshapes,
-    "full": unpack_full_gaussian_blendshapes,
-}
 
 
 def _read_npz(path: Path) -> dict[str, Array]:

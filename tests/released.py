@@ -143,7 +143,7 @@ def pose_arrays(avatar: Avatar) -> dict[str, Array]:
     deltas = [homogeneous(matrix_from_rotvec(rng.normal(0, 0.2, 3))) for _ in range(joints)]
     return {
         "expressions": rng.uniform(0, 1, len(avatar.expressions)),
-        "eyelids": rng.uniform(0, 1, len(avatar.late_morph_names)),
+        "eyelids": rng.uniform(0, 1, len(avatar.eyelids)),
         "joints": np.array(deltas).reshape(joints, 4, 4),
         "world_from_avatar": homogeneous(
             matrix_from_rotvec(np.array([0.1, 0.3, -0.2])), np.array([0, 0.1, 0.02])
@@ -157,7 +157,7 @@ def played(avatar: Avatar, pose: dict[str, Array]) -> dict[str, Array]:
         Pose(
             dict(zip(avatar.expression_names, pose["expressions"].tolist(), strict=True)),
             dict(zip(avatar.rig.joint_names if avatar.rig else (), pose["joints"], strict=True)),
-            dict(zip(avatar.late_morph_names, pose["eyelids"].tolist(), strict=True)),
+            dict(zip(avatar.eyelids, pose["eyelids"].tolist(), strict=True)),
             pose["world_from_avatar"],
         )
     )

@@ -11,9 +11,9 @@ from tools import structure
 # fmt: off
 ORDER = {
     "avatar_runtime": (
-        "io", "rotation", "rules", "version", "avatar", "checks", "camera", "pose", "topology", "program", "codec",
-        "handedness", "driving", "subset", "stages", "packs", "bundle", "enhance", "engine_pose", "posed", "backends",
-        "player", "conformance",
+        "io", "rotation", "rules", "version", "avatar", "checks", "camera", "pose", "clips", "topology", "program",
+        "codec", "handedness", "driving", "subset", "stages", "packs", "bundle", "enhance", "engine_pose", "posed",
+        "backends", "player", "conformance",
     ),
     "avatar_export": (
         "notes", "options", "provenance", "sparse", "version", "formats", "driving", "bodies", "asm", "ops", "images",

@@ -29,7 +29,7 @@ from avatar_runtime.io.errors import AvatarError
 from tools import archives
 
 ROOT = Path(__file__).parents[1]
-LICENCES = ("LICENSE", "NOTICE.md")
+LICENSES = ("LICENSE", "NOTICE.md")
 SUFFIXES = {  # of files that may be in a package
     *(".py", ".typed", ".json", ".hlsl", ".hlsli"),
     *(".comp", ".vert", ".frag", ".metal", ".wgsl", ".hpp"),
@@ -113,7 +113,7 @@ def pyproject(given: Distribution) -> str:
             "description": given.description,
             "readme": "README.md",
             "license": given.shared["license"],
-            "license-files": LICENCES,
+            "license-files": LICENSES,
             "requires-python": given.shared["requires-python"],
             "classifiers": given.shared["classifiers"],
             "dependencies": given.dependencies,
@@ -152,7 +152,7 @@ def assemble(given: Distribution, folder: Path) -> Path:
     for name, path in sources(given).items():
         (tree / "src" / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, tree / "src" / name)
-    for name, source in {**{name: name for name in LICENCES}, "README.md": given.readme}.items():
+    for name, source in {**{name: name for name in LICENSES}, "README.md": given.readme}.items():
         shutil.copyfile(ROOT / source, tree / name)
     (tree / "pyproject.toml").write_text(pyproject(given), "utf-8")
     return tree
@@ -187,12 +187,12 @@ def check(given: Distribution, sdist: Path, wheel: Path) -> None:
     files = sources(given)
     info = f"{given.stem}.dist-info"
     expected = {*files, *(f"{info}/{name}" for name in ("METADATA", "WHEEL", "RECORD"))}
-    expected |= {f"{info}/licenses/{name}" for name in LICENCES}
+    expected |= {f"{info}/licenses/{name}" for name in LICENSES}
     expected |= {f"{info}/entry_points.txt"} if given.scripts else set()
     with zipfile.ZipFile(wheel) as archive:
         _same(wheel, set(archive.namelist()), expected)
         _check_metadata(given, wheel, archive.read(f"{info}/METADATA"))
-    own = {f"src/{name}" for name in files} | {*LICENCES, "README.md", "PKG-INFO", "pyproject.toml"}
+    own = {f"src/{name}" for name in files} | {*LICENSES, "README.md", "PKG-INFO", "pyproject.toml"}
     with tarfile.open(sdist) as packed:
         held = {item.name for item in packed.getmembers() if item.isfile()}
         _same(sdist, held, {f"{given.stem}/{name}" for name in own})

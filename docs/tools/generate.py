@@ -12,6 +12,7 @@ from pathlib import Path
 
 import engine_tables
 import figures
+import vocabulary
 import worked_numbers
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -35,6 +36,7 @@ PORTER = {
     "reader": lambda _: fenced("js", ROOT / "engine_shaders" / "web" / "read_reference.mjs"),
     "skin_numbers": lambda _: worked_numbers.skin_numbers(),
     "surface_numbers": lambda _: worked_numbers.surface_numbers(),
+    "vocabulary": vocabulary.vocabulary,
 }
 
 

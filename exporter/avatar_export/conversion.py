@@ -92,7 +92,7 @@ def read_source(source: Path, options: SourceOptions, progress: Callable[[str], 
     if not source.exists():
         raise AvatarError("no such file or folder", file=source)
     avatar, notes = read_with(find(source, options.system), source, options)
-    avatar = with_rights(avatar, options.licence, options.author, options.consent)
+    avatar = with_rights(avatar, options.license, options.author, options.consent)
     driving = options.driving or found_driving(options.dataset)
     if driving is not None:
         avatar = with_driving(avatar, driving)

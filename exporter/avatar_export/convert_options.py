@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from avatar_export.options import Author, Clips, Consent, Licence, Option, ReadOptions, option
+from avatar_export.options import Author, Clips, Consent, License, Option, ReadOptions, option
 from avatar_export.readers.table import READERS
 from avatar_export.writers.table import INFLUENCES
 from avatar_runtime.handedness import HANDEDNESS
@@ -29,7 +29,7 @@ class SourceOptions(ReadOptions):
     system: System = None
     driving: Path | None = option(None, "JSON matrix from the ARKit names to this avatar.")
     clips: Clips = ()
-    licence: Licence = None
+    license: License = None
     author: Author = None
     consent: Consent = None
 

@@ -12,11 +12,12 @@ from PIL import Image, ImageDraw, ImageFont
 
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.camera import Camera
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.driving.arkit import canonical
 from avatar_runtime.driving.driver import Driver
 from avatar_runtime.driving.frame import DrivingFrame
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose
+from avatar_runtime.pose import Pose
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.subset import subset
 
@@ -117,7 +118,7 @@ def sheet_poses(avatar: Avatar) -> list[tuple[str, Pose, float]]:
         clip = avatar.clips[0]
         for frame in np.linspace(0, clip.frames, SHEET_MOMENTS, endpoint=False).astype(int):
             label = f"{clip.name}, {frame / clip.fps:.2f} s"
-            cells.append((label, clip_pose(avatar, clip, int(frame)), float(np.radians(SHEET_VIEWS[0][1]))))
+            cells.append((label, frame_pose(avatar, clip, int(frame)), float(np.radians(SHEET_VIEWS[0][1]))))
     return cells + [(label, Pose(), float(np.radians(yaw))) for label, yaw in SHEET_VIEWS]
 
 

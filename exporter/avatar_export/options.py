@@ -148,7 +148,7 @@ Clips = Annotated[
         metavar="FILE|BUNDLE:NAME",
     ),
 ]
-Licence = Annotated[str | None, Option("Licence of the avatar, for the manifest.")]
+License = Annotated[str | None, Option("Licence of the avatar, for the manifest.", ("--licence",))]
 Author = Annotated[str | None, Option("Author of the avatar, for the manifest.")]
 Consent = Annotated[str | None, Option("Consent of the person shown, for the manifest.")]
 

@@ -47,10 +47,10 @@ def source_files(files: Mapping[str, Path]) -> list[dict[str, Any]]:
     return [_entry(name, files[name]) for name in sorted(files)]
 
 
-def with_rights(avatar: Avatar, licence: str | None, author: str | None, consent: str | None) -> Avatar:
+def with_rights(avatar: Avatar, license: str | None, author: str | None, consent: str | None) -> Avatar:
     """`avatar` with licence, author and consent statement. None keeps the statement of the source; a missing statement
     becomes null in the manifest."""
-    given = {"licence": licence, "author": author, "consent": consent}
+    given = {"licence": license, "author": author, "consent": consent}
     kept = {name: avatar.provenance.get(name) if text is None else text for name, text in given.items()}
     return replace(avatar, provenance={**avatar.provenance, **kept})
 

@@ -84,7 +84,7 @@ def summary(avatar: Avatar) -> dict[str, Any]:
         "groups": {group.name: f"{group.count} ({group.binding})" for group in avatar.groups},
         "sh_degree": avatar.sh_degree,
         "expressions": list(avatar.expression_names),
-        "late_morphs": list(avatar.late_morph_names),
+        "eyelids": list(avatar.eyelids),
         "rules": {
             **{name: value for name, value in asdict(avatar.rules).items() if value is not None},
             "head_pose_in": avatar.head_pose_in,

@@ -10,12 +10,13 @@ from avatar_runtime.backends import BACKENDS, default_backend
 from avatar_runtime.bundle import load
 from avatar_runtime.camera import Camera
 from avatar_runtime.checks.avatar import check_avatar
+from avatar_runtime.clips import clip_pose
 from avatar_runtime.driving.driver import Driver
 from avatar_runtime.driving.frame import DrivingFrame
 from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_pose, target_names
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Frame, Player
-from avatar_runtime.pose import Pose, clip_pose, joint_rotation
+from avatar_runtime.pose import Pose, joint_rotation
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import Image
 from avatar_runtime.version import __version__

@@ -165,6 +165,11 @@ class Clip:
         """How many poses the clip has, T."""
         return len(self.expression_weights)
 
+    @property
+    def seconds(self) -> float:
+        """From the first frame to the last."""
+        return (self.frames - 1) / self.fps
+
 
 @dataclass(frozen=True)
 class Enhancer:
@@ -295,7 +300,7 @@ class Avatar:
     groups: tuple[Group, ...]
     rules: Rules
     expressions: tuple[Expression, ...]
-    late_morph_names: tuple[str, ...]
+    eyelids: tuple[str, ...]  # names of the late morphs, in column order
     blendshapes: Blendshapes
     skin: SparseRows  # rows: Gaussians; columns: joints; weight [E]
     rig: Rig | None

@@ -147,7 +147,7 @@ def warnings(path: str | Path) -> list[Problem]:
 
 def _avatar(document: dict[str, Any], checked: Callable[[str], Data]) -> Avatar:
     facts = codec.decode_facts(document)
-    expressions, late = facts["expressions"], facts["late_morph_names"]
+    expressions, late = facts["expressions"], facts["eyelids"]
     gaussians = _gaussians(checked("gaussians.ply"), document["gaussians"])
     rig = _rig(document, checked, len(expressions), len(late))
     features = 9 * rig.corrective_joints.size if rig else 0

@@ -84,25 +84,50 @@ class Camera:
         view[:3, 3] = arguments.finite_array("translation", translation, (3,))
         k = _intrinsics(intrinsics)
         fx, fy, skew, cx, cy = k[0, 0], k[1, 1], k[0, 1], k[0, 2], k[1, 2]
-        depth = CLIP_FAR / (CLIP_FAR - CLIP_NEAR)
-        projection = np.array(
-            [
-                [2 * fx / width, 2 * skew / width, 2 * cx / width - 1, 0],
-                [0, 2 * fy / height, 2 * cy / height - 1, 0],
-                [0, 0, depth, -depth * CLIP_NEAR],
-                [0, 0, 1, 0],
-            ]
-        )
+        rows = [
+            [2 * fx / width, 2 * skew / width, 2 * cx / width - 1, 0],
+            [0, 2 * fy / height, 2 * cy / height - 1, 0],
+        ]
         with np.errstate(over="ignore"):  # beyond float32 becomes infinite, and nothing is drawn
-            return Camera(
-                view.astype(np.float32),
-                (projection @ view).astype(np.float32),
-                (-view[:3, :3].T @ view[:3, 3]).astype(np.float32),
-                float(np.float32(width / (2 * fx))),
-                float(np.float32(height / (2 * fy))),
-                width,
-                height,
-            )
+            centre = -view[:3, :3].T @ view[:3, 3]
+            return _camera(view, centre, rows, (width / (2 * fx), height / (2 * fy)), width, height)
+
+    @staticmethod
+    def from_opengl(
+        view: npt.NDArray[Any],  # [4, 4] camera from world
+        projection: npt.NDArray[Any],  # [4, 4]
+        width: int,
+        height: int,
+    ) -> Camera:
+        """The camera of an engine: matrices for column vectors as OpenGL has them, y up, looking along -z.
+
+        A projection for cameras that look along +z is recognised by its last row. Its depth range does not matter.
+        Raises TypeError or ValueError for an argument of another type or shape, for numbers that are not finite or
+        whose camera is beyond float32, for a view without an inverse, and for a projection without perspective and one
+        that mirrors the image or turns it over.
+        """
+        width, height = (
+            arguments.whole(name, size, 1, WIDEST) for name, size in (("width", width), ("height", height))
+        )
+        seen = arguments.finite_array("view", view, (4, 4))
+        given = arguments.finite_array("projection", projection, (4, 4))
+        along = given[3, 2]  # clip w = along * z of the engine's camera
+        if not abs(along) > 1e-6 or abs(given[3, 3]) > 1e-6:
+            raise ValueError("projection has no perspective; an orthographic camera cannot show an avatar")
+        axes = np.array([1, -1, np.sign(along)])  # ours in the engine's camera
+        rows = given[:2, :3] * axes[:2, None] * axes / abs(along)
+        if not (rows[0, 0] > 0 and rows[1, 1] > 0):
+            raise ValueError("projection mirrors the image or turns it over; give that of an image with y up")
+        own = np.eye(4)
+        own[:3] = seen[:3] * axes[:, None]
+        with np.errstate(all="ignore"):  # refused below
+            centre = -_inverse(own[:3, :3]) @ own[:3, 3]
+            tangents = 1 / rows[0, 0], 1 / rows[1, 1]
+            made = _camera(own, centre, np.pad(rows, ((0, 0), (0, 1))), tangents, width, height)
+        parts = (made.camera_from_world, made.clip_from_world, made.centre)
+        if not all(np.isfinite(part).all() for part in parts):
+            raise ValueError("view has no inverse, or the camera holds a number beyond float32")
+        return made
 
     @staticmethod
     def orbit(
@@ -136,6 +161,31 @@ class Camera:
         focal = height / (2 * np.tan(fov_y / 2))
         k = np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
         return Camera.from_opencv(rotation, -rotation @ eye, k, width, height)
+
+
+def _camera(
+    view: F64, centre: F64, rows: Any, tangents: tuple[float, float], width: int, height: int
+) -> Camera:
+    """Everything that follows from camera_from_world and the first two rows of the projection."""
+    depth = CLIP_FAR / (CLIP_FAR - CLIP_NEAR)
+    projection = np.array([*rows, [0, 0, depth, -depth * CLIP_NEAR], [0, 0, 1, 0]])
+    return Camera(
+        view.astype(np.float32),
+        (projection @ view).astype(np.float32),
+        centre.astype(np.float32),
+        float(np.float32(tangents[0])),
+        float(np.float32(tangents[1])),
+        width,
+        height,
+    )
+
+
+def _inverse(linear: F64) -> F64:
+    """Of [3, 3]; of a matrix without one, NaN."""
+    try:
+        return np.linalg.inv(linear).astype(np.float64, copy=False)
+    except np.linalg.LinAlgError:
+        return np.full((3, 3), np.nan)
 
 
 def _rotation(value: Any) -> F64:

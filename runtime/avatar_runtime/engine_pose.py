@@ -15,8 +15,9 @@ import numpy as np
 
 from avatar_runtime.avatar import F32, F64, I64, Avatar, Clip, Rig
 from avatar_runtime.checks import arguments
+from avatar_runtime.clips import check_clip_of
 from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.pose import LARGEST, Pose, check_clip_of, resolve
+from avatar_runtime.pose import LARGEST, Pose, resolve
 from avatar_runtime.rotation import homogeneous, matrix_from_quat, quat_from_matrix
 from avatar_runtime.stages.joints import chain, levels, pose_features, rest_transforms
 
@@ -52,7 +53,7 @@ def target_names(avatar: Avatar) -> tuple[str, ...]:
     rig = arguments.instance("avatar", avatar, Avatar).rig
     joints = [rig.joint_names[j] for j in rig.corrective_joints] if rig else []
     features = [f"corrective_{joint}_{entry // 3}{entry % 3}" for joint in joints for entry in range(9)]
-    return unique_names([*avatar.expression_names, *features, *avatar.late_morph_names])
+    return unique_names([*avatar.expression_names, *features, *avatar.eyelids])
 
 
 def unique_names(names: Iterable[str]) -> tuple[str, ...]:

@@ -78,7 +78,7 @@ def _avatar(held: file_codec.PackFile, level: int) -> Avatar:
     """The avatar at one level; the finest one also gives the others."""
     document, program = held.document["avatar"], held.program
     facts = codec.decode_facts(document)
-    expressions, late = facts["expressions"], facts["late_morph_names"]
+    expressions, late = facts["expressions"], facts["eyelids"]
     rig = _rig(held, document, Columns(len(expressions), 0, len(late), 0))
     features = 0 if rig is None else 9 * len(rig.corrective_joints)
     joints = 0 if rig is None else rig.joint_count

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,8 +18,12 @@ from avatar_runtime.enhance import make_enhance
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose, resolve
 from avatar_runtime.posed import Clock, Posed, Poser
+from avatar_runtime.program.chunks import BUFFER_LIMIT
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import Image
+
+if TYPE_CHECKING:  # needs the extra [gl]
+    from avatar_runtime.backends.gl import Context, Shaders
 
 # Values that overflow become infinite and are not drawn, so NumPy need not warn.
 ABSURD = np.errstate(over="ignore", invalid="ignore", divide="ignore")
@@ -63,14 +67,24 @@ class Player:
         *,
         level: int | None = None,
         enhance: bool = False,
-        **options: Any,
+        threads: int | None = None,
+        context: Context | None = None,
+        es: bool = False,
+        buffer_limit: int = BUFFER_LIMIT,
+        shaders: Shaders | None = None,
+        target: str = "rgba32f",
+        order: str = "back_to_front",
+        timed: bool = False,
     ) -> None:
-        """`level` of detail of an avatar from a pack, 0 the finest (None: the avatar as it is); `enhance` applies the
-        avatar's enhancer to every image; `options` are those of the backend.
+        """
+        level: level of detail of an avatar from a pack, 0 the finest; None: the avatar as it is.
+        enhance: apply the avatar's enhancer to every image.
+        threads: of backend `cpu`; None: one a core, at most 8.
+        context and all that follow: of backend `gl`; `backends.gl.GlBackend` says what they mean.
 
         Raises AvatarError if a library that the backend or the enhancer needs is not installed, if the avatar has no
         such level, and if `enhance` is set but the avatar has no valid enhancer; TypeError and ValueError for
-        arguments of other types, an unknown backend, and options that it does not have.
+        arguments of other types, an unknown backend, and an option that another backend has.
         """
         if isinstance(avatar, str | PathLike):
             raise arguments.wrong_type("avatar", avatar, "an Avatar, which load(path) gives,")
@@ -78,7 +92,18 @@ class Player:
         self._closed = False
         self.avatar = avatar = avatar if level is None else at_level(avatar, level)
         self._enhance = make_enhance(avatar.enhancer) if enhance else None
-        self.backend: Backend = make_backend(backend, avatar, **options)
+        self.backend: Backend = make_backend(
+            backend,
+            avatar,
+            threads=threads,
+            context=context,
+            es=es,
+            buffer_limit=buffer_limit,
+            shaders=shaders,
+            target=target,
+            order=order,
+            timed=timed,
+        )
         self._poser = Poser(avatar)
 
     @ABSURD

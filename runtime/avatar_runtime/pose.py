@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F32, F64, Avatar, Clip
+from avatar_runtime.avatar import F32, F64, Avatar
 from avatar_runtime.checks import arguments
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
@@ -56,40 +56,6 @@ def joint_rotation(rotvec: Iterable[float]) -> F64:
     return result
 
 
-def clip_pose(avatar: Avatar, clip: Clip, frame: int) -> Pose:
-    """Frame `frame` (0 to T - 1) of `clip`, a clip of `avatar`.
-
-    Raises TypeError for arguments of other types, ValueError for a frame beyond the clip's ends and for another
-    avatar's clip.
-    """
-    check_clip_of(avatar, clip)
-    frame = arguments.whole("frame", frame, 0, clip.frames - 1)
-    joints = avatar.rig.joint_names if avatar.rig else ()
-    return Pose(
-        dict(zip(avatar.expression_names, clip.expression_weights[frame].tolist(), strict=True)),
-        dict(zip(joints, clip.joint_delta[frame].astype(np.float64), strict=True)),
-        dict(zip(avatar.late_morph_names, clip.late_weights[frame].tolist(), strict=True)),
-        clip.world_from_avatar[frame].astype(np.float64),
-    )
-
-
-def check_clip_of(avatar: Avatar, clip: Clip) -> None:
-    """Raise TypeError for arguments of other types, ValueError for a clip with other inputs than the avatar has."""
-    arguments.instance("avatar", avatar, Avatar)
-    arguments.instance("clip", clip, Clip)
-    found = (clip.expression_weights.shape[1], clip.late_weights.shape[1], clip.joint_delta.shape[1])
-    own = (
-        len(avatar.expressions),
-        len(avatar.late_morph_names),
-        avatar.rig.joint_count if avatar.rig else 0,
-    )
-    if found != own:
-        raise ValueError(
-            f"clip {clip.name!r} has {found[0]} expressions, {found[1]} late morphs and {found[2]} joints, the avatar "
-            f"{own[0]}, {own[1]} and {own[2]}: it is another avatar's clip"
-        )
-
-
 def resolve(pose: Pose, avatar: Avatar) -> PoseArrays:
     """`pose` as arrays for `avatar`.
 
@@ -117,7 +83,7 @@ def resolve(pose: Pose, avatar: Avatar) -> PoseArrays:
         delta[joint_names.index(joint)] = _matrix(matrix, f"joint {joint}")
     return PoseArrays(
         _weights("expression", named, avatar.expression_names),
-        _weights("eyelid", pose.eyelids, avatar.late_morph_names),
+        _weights("eyelid", pose.eyelids, avatar.eyelids),
         delta,
         _matrix(pose.world_from_avatar, "world_from_avatar"),
     )

@@ -31,7 +31,7 @@ TURNS, START = 2.0, 0.4  # rounds of the camera during the capture; its start, r
 PITCH = (0.2, 0.25, 5.0, 0.5)  # radians: mean, swing; beats over the capture, start
 LIGHT, DARK, LIT = unit(np.array([0.25, 0.8, 0.55])), 0.68, 0.32
 SOURCE = "synthetic: computed pictures of a textured mesh, no footage; parameters exact but for the noise asked for"
-LICENCE = "Cesium Man, donated by Cesium for glTF testing; the logo is Cesium's trademark: CC BY 4.0; seams welded, lit"
+LICENSE = "Cesium Man, donated by Cesium for glTF testing; the logo is Cesium's trademark: CC BY 4.0; seams welded, lit"
 AUTHOR = "figure: Cesium; pictures: avatar-export samples.capture"
 CONSENT = "the figure is no person"
 
@@ -53,7 +53,7 @@ def write_body(out: Path, size: int, frames: int, noise: Noise) -> Path:
         body={"kind": "rig", "rig": RIG},
         frames=shots(body, out / RIG, size, frames, noise),
         source=SOURCE,
-        licence=LICENCE,
+        license=LICENSE,
         author=AUTHOR,
         consent=CONSENT,
     )

@@ -58,7 +58,7 @@ SOURCE = (
     "synthetic: computed pictures of a scanned head, no footage; moved by a real range-of-motion recording and "
     "exercises, seen by a computed camera; parameters exact but for the noise asked for"
 )
-LICENCE = (
+LICENSE = (
     "ICT-FaceKit, Copyright (c) 2020 USC Institute for Creative Technologies: MIT; Infinite, 3D Head Scan by Lee "
     "Perry-Smith, based on a work at www.triplegangers.com: CC BY 3.0, changed; Live Link Face take, Copyright (c) "
     "2021 Alexandre Donciu-Julin: MIT"
@@ -329,7 +329,7 @@ def write_head(
     (out / "driving.json").write_text(json.dumps(driving(body, names), indent=1) + "\n")
     frames_of = shots(model, take, size, noise, seen, ["train"] * (jitter + close) + splits(frames))
     name = ", ".join(["scanned head, synthetic", *worn])
-    return write_frames(out, body, frames_of, name=name, fps=FPS, source=SOURCE, licence=LICENCE)
+    return write_frames(out, body, frames_of, name=name, fps=FPS, source=SOURCE, license=LICENSE)
 
 
 def write_frames(
@@ -340,7 +340,7 @@ def write_frames(
     name: str,
     fps: float,
     source: str,
-    licence: str,
+    license: str,
 ) -> Path:
     """capture.json and the frames of the head on its body model, which lies in `out`/body; the path of capture.json."""
     return write(
@@ -357,7 +357,7 @@ def write_frames(
         },
         frames=frames,
         source=source,
-        licence=licence,
+        license=license,
         author=AUTHOR,
         consent=CONSENT,
     )

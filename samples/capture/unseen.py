@@ -62,7 +62,7 @@ SOURCE = (
     "synthetic: computed pictures of a scanned head, no footage; moved by frames of a real recording that no sample is "
     "trained on; parameters exact"
 )
-LICENCE = (
+LICENSE = (
     "ICT-FaceKit, Copyright (c) 2020 USC Institute for Creative Technologies: MIT; Infinite, 3D Head Scan by Lee "
     "Perry-Smith, based on a work at www.triplegangers.com: CC BY 3.0, changed; recording of Live Link Face packets: "
     "BSD-2"
@@ -188,4 +188,4 @@ def write_unseen(out: Path, size: int, count: int, worn: tuple[str, ...] = ()) -
     (out / CROPS).write_text(json.dumps(boxes, indent=1) + "\n")
     frames = shots(model, take, size, Noise(), seen, ["train"] * 2 + ["test"] * (2 * count))
     name = ", ".join(["scanned head, unseen poses, synthetic", *worn])
-    return write_frames(out, body, frames, name=name, fps=60.0, source=SOURCE, licence=LICENCE)
+    return write_frames(out, body, frames, name=name, fps=60.0, source=SOURCE, license=LICENSE)

@@ -25,7 +25,7 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.asm.kernels.zbuffer import depth_buffers, in_front
 from avatar_trainer.captures.mesh_raster import MeshImage, Surface, draw
-from samples.capture.head import AUTHOR, CONSENT, DARK, LICENCE, LIGHT, LIT, WRAP, Model
+from samples.capture.head import AUTHOR, CONSENT, DARK, LICENSE, LIGHT, LIT, WRAP, Model
 from samples.capture.shots import rays_per_pixel
 from samples.subjects.body_model import build_body_model
 from samples.subjects.head import Head, load_head
@@ -221,7 +221,7 @@ def write_views(out: Path, count: int, identity: int, size: int, noise: float) -
         "width": size,
         "height": size,
         "source": SOURCE,
-        "licence": LICENCE,
+        "licence": LICENSE,
         "author": AUTHOR,
         "consent": CONSENT,
         "K": camera_at(0, size)[0].tolist(),

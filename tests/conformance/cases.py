@@ -154,13 +154,7 @@ def _pose(avatar: Avatar, row: Row) -> Pose:
     return Pose(
         dict(zip(avatar.expression_names, _rounded(weights), strict=True)),
         dict(_joints(avatar, rng, row.joint_turn)),
-        dict(
-            zip(
-                avatar.late_morph_names,
-                _rounded(rng.uniform(0.3, 1, len(avatar.late_morph_names))),
-                strict=True,
-            )
-        ),
+        dict(zip(avatar.eyelids, _rounded(rng.uniform(0.3, 1, len(avatar.eyelids))), strict=True)),
         homogeneous(matrix_from_rotvec(rng.normal(0, 0.3, 3)), rng.normal(0, 0.01, 3)),
     )
 

@@ -51,9 +51,7 @@ def _names() -> Avatar:
         "names", head_pivot=(0.03, -0.11, 0.02), left_eye_joint="leftEye", right_eye_joint="rightEye"
     )
     late = ("eyeBlinkLeft", "AK_09_EyeBlinkRight")
-    return check_avatar(
-        replace(full_avatar(5), expressions=SPELLED, late_morph_names=late, driving=driving, clips=())
-    )
+    return check_avatar(replace(full_avatar(5), expressions=SPELLED, eyelids=late, driving=driving, clips=()))
 
 
 def _unrigged() -> Avatar:

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from avatar_export.checks.conform_coverage import BUNDLES, Gap, gap_lines, gaps
+from avatar_export.checks.conform_coverage import BUNDLES, Gap, gaps
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.camera import Camera
 from avatar_runtime.conformance import Reference, make_reference
@@ -74,13 +74,3 @@ def test_thresholds_are_those_that_rows_reach() -> None:
 
 def thresholds(avatar: Avatar, reference: Reference) -> set[str]:
     return {gap.value for gap in gaps(avatar, reference) if gap.kind == "threshold"}
-
-
-def test_lines_name_kind_value_and_bundle() -> None:
-    lines = gap_lines([Gap("rotation", "none"), Gap("rotation", "polar3", ("none",)), Gap("SH degree", "0")])
-    assert lines[:2] == [
-        "not tested, rotation: none (skin_unturned), polar3 here gives the numbers of none (skin_polar)",
-        "not tested, SH degree: 0 (still)",
-    ]
-    assert len(lines) == 3 and "tests.conformance.bundles" in lines[2]
-    assert gap_lines([]) == []

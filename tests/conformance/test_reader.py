@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avatar_runtime.codec.safetensors import decode
 from avatar_runtime.conformance.files import ROWS, VERTICES
 from avatar_runtime.conformance.steps import step_tensors
 from tests.conformance.avatars import AVATARS
@@ -19,7 +18,6 @@ from tests.conformance.references import committed
 from tests.interop.clients import node_program
 
 HERE = Path(__file__).parent
-READER = HERE.parents[1] / "engine_shaders" / "web" / "read_reference.mjs"
 
 
 def answer(folder: Path, **changes: dict[int, float | str]) -> dict[str, Any]:
@@ -56,30 +54,6 @@ def test_javascript_reads_every_tensor_and_two_stages_hold(avatar: str) -> None:
     outputs = {e.tensor for v in reference.cases for step in v.steps for e in step.outputs.values()}
     assert {tensor for tensor, _ in found["judged"]} == outputs
     assert all(holds for _, holds in found["judged"])
-
-
-READ_TENSORS = """
-import {{ readFileSync }} from "node:fs";
-import {{ readTensors }} from {reader};
-const bytes = readFileSync({file});
-const tensors = readTensors(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
-const facts = ([name, t]) => [name, [t.length, t.reduce((total, x) => total + Number(x), 0)]];
-process.stdout.write(JSON.stringify(Object.fromEntries(Object.entries(tensors).map(facts))));
-"""
-
-
-@pytest.mark.parametrize("file", ["rig", "blendshapes", "embedding", "clips"])
-def test_javascript_reads_the_files_that_a_bundle_plays(file: str) -> None:
-    path = READER.parents[2] / "samples" / "trained" / "head_splatting" / f"{file}.safetensors"
-    program = READ_TENSORS.format(reader=json.dumps(READER.as_uri()), file=json.dumps(str(path)))
-    command = [node_program(), "--input-type=module", "-e", program]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
-    found, wanted = json.loads(done.stdout), decode(path.read_bytes(), path.name)
-    assert found.keys() == wanted.keys()
-    for name, array in wanted.items():
-        length, total = found[name]
-        assert length == array.size
-        assert total == pytest.approx(float(array.astype("float64").sum()), rel=1e-9, abs=1e-9), name
 
 
 def value(tensor: str, index: int, avatar: str = "edges") -> float:
@@ -135,7 +109,3 @@ def test_javascript_allows_what_may_flip_and_no_more() -> None:
     off[1] = value(name, 1) + 3e-3
     assert failing("edges", thresholds__raster___engine__transmittance=off) == {name}
     assert failing("edges", thresholds__raster___engine__transmittance={0: value(name, 0) + 0.5}) == {name}
-
-
-def test_the_reader_fits_into_twenty_lines() -> None:
-    assert len(READER.read_text("utf-8").splitlines()) <= 20

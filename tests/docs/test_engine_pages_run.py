@@ -24,9 +24,10 @@ from avatar_export.writers.bundle import write_bundle
 from avatar_export.writers.rig_glb import rig_glb
 from avatar_export.writers.usd.stage import rig_usdc
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.engine_pose import EnginePose, engine_pose, target_names
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose, joint_rotation
+from avatar_runtime.pose import Pose, joint_rotation
 from tests.avatars import JOINTS, full_avatar
 from tests.commands import Run
 from tests.interop.clients import HERE, ROOT_NODE, blender_program, node_program
@@ -61,7 +62,7 @@ def posed_avatar() -> tuple[Avatar, Pose]:
     return replace(avatar, rig=replace(avatar.rig, triangles=triangles)), Pose(
         {name: rng.uniform(-0.3, 1.2) for name in avatar.expression_names},
         {name: joint_rotation(rng.normal(0, 0.4, 3)) for name in JOINTS},
-        {name: rng.uniform(0, 1) for name in avatar.late_morph_names},
+        {name: rng.uniform(0, 1) for name in avatar.eyelids},
         world,
     )
 
@@ -207,12 +208,12 @@ def test_fragments_of_the_page_for_usd_do_what_it_says(usd: dict[str, Any]) -> N
 
 
 def test_the_fragment_for_usd_runs_on_a_body_without_targets(body_avatar: Avatar, tmp_path: Path) -> None:
-    pose = engine_pose(body_avatar, clip_pose(body_avatar, body_avatar.clips[0], 7))
+    pose = engine_pose(body_avatar, frame_pose(body_avatar, body_avatar.clips[0], 7))
     (tmp_path / "rig.usdc").write_bytes(rig_usdc(body_avatar))
     (tmp_path / "pose.json").write_text(json.dumps(pose_document(body_avatar, pose)), "utf-8")
     program = f"import sys\nsys.path.insert(0, {str(ROOT)!r})\n" + fragments("usd", "python run") + PYTHON
     found = np.reshape(json.loads(run([sys.executable, "-c", program], tmp_path))["posed"], (-1, 3))
-    want = Player(body_avatar).mesh(clip_pose(body_avatar, body_avatar.clips[0], 7))
+    want = Player(body_avatar).mesh(frame_pose(body_avatar, body_avatar.clips[0], 7))
     assert np.abs(found - want).max() <= HEIGHT_PARTS * np.ptp(want[:, 1])
 
 
@@ -232,7 +233,7 @@ def test_the_pose_command_writes_what_the_page_says(request: pytest.FixtureReque
     assert (
         command("pose", tmp_path / "avatar", "-o", posed, "--clip", "nod", "--frame", "4", "--force")[0] == 0
     )
-    clip = engine_pose(avatar, clip_pose(avatar, avatar.clips[0], 4))
+    clip = engine_pose(avatar, frame_pose(avatar, avatar.clips[0], 4))
     assert json.loads(posed.read_text("utf-8")) == pose_document(avatar, clip)
 
 

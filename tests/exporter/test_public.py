@@ -32,7 +32,7 @@ def test_a_user_reads_converts_and_validates(sample_splatting_head: Path, tmp_pa
     assert avatar.provenance["system"] == "splatting_avatar" and avatar.rig is None
     out = tmp_path / "head.avatar.zip"
     plain = ConvertOptions(engine_files=False, reference=False, preview=False)
-    made = convert(str(source), out, replace(plain, body_model=body, name="Ada", licence="CC0-1.0"))
+    made = convert(str(source), out, replace(plain, body_model=body, name="Ada", license="CC0-1.0"))
     assert [problem for problem in validate(out) if not problem.warning] == []
     again = load(out)
     assert made.manifest["provenance"] == again.provenance

@@ -74,7 +74,7 @@ def random_clip(avatar: Avatar) -> Clip:
         "random",
         FPS,
         rng.uniform(*WEIGHTS, (FRAMES, len(avatar.expressions))).astype(np.float32),
-        rng.uniform(*WEIGHTS, (FRAMES, len(avatar.late_morph_names))).astype(np.float32),
+        rng.uniform(*WEIGHTS, (FRAMES, len(avatar.eyelids))).astype(np.float32),
         homogeneous(_turns(rng, FRAMES, joints)).astype(np.float32),
         homogeneous(_turns(rng, FRAMES), rng.normal(0, 0.2, (FRAMES, 3))).astype(np.float32),
     )
@@ -86,11 +86,11 @@ def random_poses(avatar: Avatar) -> Iterator[Pose]:
     names = avatar.rig.joint_names if avatar.rig else ()
     for _ in range(POSES):
         weights = rng.uniform(*WEIGHTS, len(avatar.expressions)).tolist()
-        late = rng.uniform(*WEIGHTS, len(avatar.late_morph_names)).tolist()
+        late = rng.uniform(*WEIGHTS, len(avatar.eyelids)).tolist()
         yield Pose(
             dict(zip(avatar.expression_names, weights, strict=True)),
             dict(zip(names, homogeneous(_turns(rng, len(names))), strict=True)),
-            dict(zip(avatar.late_morph_names, late, strict=True)),
+            dict(zip(avatar.eyelids, late, strict=True)),
             homogeneous(_turns(rng), rng.normal(0, 0.2, 3)),
         )
 
@@ -108,7 +108,7 @@ def clip_poses(avatar: Avatar, clip: Clip) -> Iterator[Pose]:
         yield Pose(
             dict(zip(avatar.expression_names, clip.expression_weights[k].tolist(), strict=True)),
             dict(zip(avatar.rig.joint_names, clip.joint_delta[k].astype(np.float64), strict=True)),
-            dict(zip(avatar.late_morph_names, clip.late_weights[k].tolist(), strict=True)),
+            dict(zip(avatar.eyelids, clip.late_weights[k].tolist(), strict=True)),
             clip.world_from_avatar[k].astype(np.float64),
         )
 

@@ -33,7 +33,7 @@ def driven(
     weights = {name: value for name, value in channels.items() if not re.search("(Yaw|Pitch|Roll)$", name)}
     values = _values(avatar, weights)
     expressions = [values.get(f"expression/{e.name}", 0.0) for e in avatar.expressions]
-    late = [values.get(f"eyelid/{name}", 0.0) for name in avatar.late_morph_names]
+    late = [values.get(f"eyelid/{name}", 0.0) for name in avatar.eyelids]
     if within_range:
         for k, e in enumerate(avatar.expressions):
             if f"expression/{e.name}" in values:
@@ -80,7 +80,7 @@ def _values(avatar: Avatar, weights: Mapping[str, float]) -> dict[str, float]:
         return values
     known = {key(name): name for name in weights}
     targets = [(f"expression/{e.name}", (e.name, *e.aliases)) for e in avatar.expressions]
-    targets += [(f"eyelid/{name}", (name,)) for name in avatar.late_morph_names]
+    targets += [(f"eyelid/{name}", (name,)) for name in avatar.eyelids]
     for output, names in targets:
         found = [known[key(name)] for name in names if key(name) in known]
         if found:

@@ -19,8 +19,9 @@ from avatar_export.driving.drive import poses as driven
 from avatar_export.driving.takes import read_take
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.camera import Camera
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose, joint_rotation
+from avatar_runtime.pose import Pose, joint_rotation
 
 RECORDING = Path(__file__).parents[2] / "samples" / "drive" / "live_link_face_udp.gesichter"
 MEAN_BELOW, WORST_BELOW = 0.5, 2.0  # dB that what is judged may lie below the claim
@@ -71,7 +72,7 @@ def _poses(avatar: Avatar, count: int, seed: int) -> Iterator[Pose]:
     recorded = _recorded(avatar)
     frames = [(clip, frame) for clip in avatar.clips for frame in range(clip.frames)]
     turns = _turns(avatar)
-    kinds = FACES if avatar.expressions or avatar.late_morph_names else BODIES
+    kinds = FACES if avatar.expressions or avatar.eyelids else BODIES
     for index in range(count):
         kind = kinds[index % len(kinds)]
         if kind == "moment" and recorded:
@@ -91,7 +92,7 @@ def _recorded(avatar: Avatar) -> list[Pose]:
 
 def _between(avatar: Avatar, one: Any, two: Any, share: float) -> Pose:
     """Weights between two frames of clips, and the joints of the first."""
-    first, second = clip_pose(avatar, *one), clip_pose(avatar, *two)
+    first, second = frame_pose(avatar, *one), frame_pose(avatar, *two)
     names = avatar.expression_names
     weights = {
         name: (1 - share) * first.expressions[name] + share * second.expressions[name] for name in names
@@ -109,7 +110,7 @@ def _strong(avatar: Avatar, kind: str, turns: Turns, rng: np.random.Generator) -
         weights[avatar.expressions[at].name] = end * (1 if kind != "mixture" else rng.uniform(0.4, 1))
     if kind != "mixture":
         return Pose(weights)
-    eyelids = {name: float(rng.random()) for name in avatar.late_morph_names}
+    eyelids = {name: float(rng.random()) for name in avatar.eyelids}
     return Pose(weights, _joints(turns, rng) if rng.random() < 0.5 else {}, eyelids)
 
 

@@ -41,11 +41,7 @@ def tangent_frame(corner: Array, uv: Array) -> Array:
     edge1, edge2 = corner[1] - corner[0], corner[2] - corner[0]
     (du1, dv1), (du2, dv2) = uv[1] - uv[0], uv[2] - uv[0]
     f = 1 / (du1 * dv2 - dv1 * du2)
-    columns = (
-        f * (dv2 * edge1 - dv1 * edge2),
-        f * (du1 * edge2 - du2 * edge1),
-        np.cross(edge1, edge2),
-    )
+    columns = (f * (dv2 * edge1 - dv1 * edge2), f * (du1 * edge2 - du2 * edge1), np.cross(edge1, edge2))
     return np.stack([column / math.sqrt(column @ column) for column in columns], axis=1)
 
 

@@ -18,11 +18,12 @@ from avatar_export.packing.write import driving_facts, prepare, write
 from avatar_runtime.avatar import Avatar, Driving, Expression, Rules
 from avatar_runtime.backends.gl.interpreter import Interpreter
 from avatar_runtime.camera import Camera
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.codec import safetensors
 from avatar_runtime.conformance import driving_cases, encode_driving
 from avatar_runtime.handedness import mirrored
 from avatar_runtime.packs import Pack, decode_pack
-from avatar_runtime.pose import PoseArrays, clip_pose, resolve
+from avatar_runtime.pose import PoseArrays, resolve
 from avatar_runtime.posed import Poser, posed_mesh
 from avatar_runtime.program.model import Program
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
@@ -193,7 +194,7 @@ def _sha(array: Array) -> str:
 def poses(avatar: Avatar) -> dict[str, Array]:
     """Poses and what comes of them: the whole of buffer Pose, transforms of the groups, posed anchor vertices."""
     all_poses = [
-        resolve(clip_pose(avatar, clip, frame), avatar)
+        resolve(frame_pose(avatar, clip, frame), avatar)
         for clip in avatar.clips
         for frame in range(clip.frames)
     ]
@@ -207,7 +208,7 @@ def random_poses(avatar: Avatar) -> Iterator[PoseArrays]:
     """Joints that turn, move and stretch; weights within and beyond 0 to 1, some of them 0."""
     rng = np.random.default_rng(15)
     joints_ = 0 if avatar.rig is None else avatar.rig.joint_count
-    k, late = len(avatar.expressions), len(avatar.late_morph_names)
+    k, late = len(avatar.expressions), len(avatar.eyelids)
     for index in range(POSES):
         turn = matrix_from_rotvec(rng.normal(0, 0.3 * index, (joints_, 3)))
         stretch = np.exp(rng.normal(0, 0.05, (joints_, 1, 3)))
@@ -262,15 +263,16 @@ def cameras() -> Iterator[dict[str, Any]]:
         distance, fov = rng.uniform(0.1, 9), rng.uniform(0.1, 2.5)
         orbit = Camera.orbit(target, distance, yaw, pitch, fov, width, height)
         given = [target.tolist(), distance, yaw, pitch, fov, width, height]
-        yield {"how": "orbit", "given": given, **_camera(orbit)}
+        yield {"how": "orbit", "given": given, **camera_arrays(orbit)}
         rotation = matrix_from_rotvec(rng.normal(size=3))
         k = np.array([[rng.uniform(50, 900), 3, 200], [0, rng.uniform(50, 900), 333], [0, 0, 1]])
         seen = Camera.from_opencv(rotation, target, k, width, height)
         given = [rotation.ravel().tolist(), target.tolist(), k.ravel().tolist(), width, height]
-        yield {"how": "fromOpencv", "given": given, **_camera(seen)}
+        yield {"how": "fromOpencv", "given": given, **camera_arrays(seen)}
 
 
-def _camera(camera: Camera) -> Mapping[str, Any]:
+def camera_arrays(camera: Camera) -> Mapping[str, Any]:
+    """What a player must have of `camera`."""
     return {
         "cameraFromWorld": camera.camera_from_world.ravel().tolist(),
         "clipFromWorld": camera.clip_from_world.ravel().tolist(),

@@ -61,7 +61,7 @@ def proxy(avatar: Avatar, rig: Rig) -> dict[str, Array]:
     vertices = len(rig.vertices)
     deltas = [
         dense(rig.morphs, "position", vertices, len(avatar.expressions)),
-        dense(rig.late_morphs, "position", vertices, len(avatar.late_morph_names)),
+        dense(rig.late_morphs, "position", vertices, len(avatar.eyelids)),
     ]
     weights = dense(rig.skin, "weight", vertices, rig.joint_count)[..., 0].T
     smaller = np.argsort(-weights, axis=1, kind="stable")[:, BONES:]  # of equal ones the first stay

@@ -107,7 +107,7 @@ def _pose(avatar: Avatar, arrays: PoseArrays, mirror: bool) -> Pose:
     return Pose(
         dict(zip(avatar.expression_names, map(float, arrays.expression_weights), strict=True)),
         dict(zip(rig_of(avatar).joint_names, delta, strict=True)),
-        dict(zip(avatar.late_morph_names, map(float, arrays.late_weights), strict=True)),
+        dict(zip(avatar.eyelids, map(float, arrays.late_weights), strict=True)),
         world,
     )
 
@@ -140,7 +140,7 @@ def wide_pack(joints: int = WIDE_JOINTS) -> bytes:
         "all",
         30.0,
         rng.uniform(0, 1, (WIDE_FRAMES, k)).astype(np.float32),
-        np.zeros((WIDE_FRAMES, len(full.late_morph_names)), np.float32),
+        np.zeros((WIDE_FRAMES, len(full.eyelids)), np.float32),
         homogeneous(matrix_from_rotvec(rng.normal(0, 0.05, frames)), np.zeros(frames)).astype(np.float32),
         np.tile(np.eye(4, dtype=np.float32), (WIDE_FRAMES, 1, 1)),
     )

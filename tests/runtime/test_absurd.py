@@ -3,53 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from avatar_export.checks.bundle import validate
-from avatar_runtime.avatar import Avatar
-from avatar_runtime.bundle import load
 from avatar_runtime.camera import Camera
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose
-from tests import bundles
+from avatar_runtime.pose import Pose
 from tests.avatars import full_avatar
 
 CAMERA = Camera.orbit(np.zeros(3), 2.0, 0.0, 0.0, 0.5, 16, 16)
 ANCHORED = slice(24, 32)  # Gaussians that follow the anchor vertices
 
 
-def with_rig(**given: Any) -> Avatar:
-    avatar = full_avatar()
-    assert avatar.rig is not None
-    return replace(avatar, rig=replace(avatar.rig, **given))
-
-
-def far() -> Avatar:
-    """Vertices at the end of float32: skinned, they lie beyond it."""
-    rig = full_avatar().rig
-    assert rig is not None
-    return with_rig(vertices=np.sign(rig.vertices) * np.float32(3.4e38))
-
-
 @pytest.fixture(params=["reference", "cpu"])
 def backend(request: pytest.FixtureRequest) -> str:
     return str(request.param)
-
-
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_vertices_at_the_end_of_float32_play(backend: str, tmp_path: Path) -> None:
-    bundle = bundles.write(tmp_path / "far", far())
-    assert [problem for problem in validate(bundle) if not problem.warning] == []
-    avatar = load(bundle)
-    player = Player(avatar, backend)
-    for frame in range(avatar.clips[0].frames):
-        assert np.isfinite(player.frame(clip_pose(avatar, avatar.clips[0], frame), CAMERA).image.colour).all()
 
 
 def test_a_joint_far_beyond_float32_plays(backend: str) -> None:

@@ -16,26 +16,16 @@ import pytest
 from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.camera import Camera
 from avatar_runtime.checks.avatar import check_avatar
-from avatar_runtime.handedness import (
-    SH_IN_X,
-    SH_IN_Y,
-    mirrored,
-    mirrored_boxes,
-    mirrored_matrices,
-    mirrored_points,
-    mirrored_pose,
-    mirrored_quats,
-)
+from avatar_runtime.clips import frame_pose
+from avatar_runtime.handedness import SH_IN_X, SH_IN_Y, mirrored
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose
+from avatar_runtime.pose import Pose
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.project import sh_colour
 from avatar_runtime.stages.raster import PROFILES
-from avatar_runtime.stages.surface import binding_pose
-from avatar_runtime.subset import subset
 from tests.avatars import assert_same, bits, full_avatar, leaves, surface_avatar
 from tests.measured import Measure
-from tests.oracles import rotation_sh, surface_rule
+from tests.oracles import rotation_sh
 from tests.oracles.lbs import rodrigues
 
 Array = npt.NDArray[Any]
@@ -53,10 +43,7 @@ SURFACES = {
     "in triangles, seen in the world": replace(IN_TRIANGLES, sh_direction="world"),
 }
 BY_JOINTS = Rules("bary_vertex_lbs", position="interpolated_normal")
-RIGGED = {
-    "by joints": BY_JOINTS,
-    "by joints, seen in the world": replace(BY_JOINTS, sh_direction="world"),
-}
+RIGGED = {"by joints": BY_JOINTS, "by joints, seen in the world": replace(BY_JOINTS, sh_direction="world")}
 AVATARS: dict[str, Callable[[], Avatar]] = {
     "polar3": full_avatar,
     "head_bone": lambda: replace(full_avatar(), rules=Rules("head_bone", "jaw", anchor="repeats")),
@@ -88,14 +75,14 @@ def poses(avatar: Avatar) -> list[tuple[Pose, Pose]]:
     for seed in range(3):
         rng = np.random.default_rng(seed)
         weights = {name: float(rng.normal()) for name in avatar.expression_names}
-        lids = {name: float(rng.uniform()) for name in avatar.late_morph_names}
+        lids = {name: float(rng.uniform()) for name in avatar.eyelids}
         joints = {n: affine(rng, 1.0, 0.01) for n in (avatar.rig.joint_names if avatar.rig else ())}
         world, s = affine(rng, 1.0, 0.1), np.diag([-1.0, 1, 1, 1])
         other = {name: s @ delta @ s for name, delta in joints.items()}
         found.append((Pose(weights, joints, lids, world), Pose(weights, other, lids, s @ world @ s)))
     other_avatar = mirrored(avatar)
     for clip, other_clip in zip(avatar.clips, other_avatar.clips, strict=True):
-        found.append((clip_pose(avatar, clip, 2), clip_pose(other_avatar, other_clip, 2)))
+        found.append((frame_pose(avatar, clip, 2), frame_pose(other_avatar, other_clip, 2)))
     return found
 
 
@@ -136,10 +123,7 @@ def test_the_mirrored_avatar_plays_the_mirror_image(name: str, measured: Measure
     player, other = Player(avatar, "reference"), Player(check_avatar(mirrored(avatar)), "reference")
     for (pose, other_pose), mesh in zip(poses(avatar), posed_meshes(avatar), strict=True):
         other_mesh = {key: (v * [-1, 1, 1]).astype(np.float32) for key, v in mesh.items()}
-        found, want = (
-            other.animate(other_pose, None, **other_mesh),
-            player.animate(pose, None, **mesh),
-        )
+        found, want = (other.animate(other_pose, None, **other_mesh), player.animate(pose, None, **mesh))
         away = float(np.abs(found.mean - want.mean @ S).max())
         covariance = sigma(want)
         spread = float(np.abs(sigma(found) - S @ covariance @ S).max() / np.abs(covariance).max())
@@ -224,94 +208,6 @@ def test_signs_of_the_harmonics(axis: str) -> None:
     assert [cell.strip() for cell in row.split("|")] == ["+" if sign > 0 else "-" for sign in signs]
 
 
-def test_a_quaternion_and_a_matrix_by_hand() -> None:
-    """A turn about +X is the same in the mirror; one about +Y or +Z is the other way round."""
-    for axis, other in enumerate(([0.3, 0, 0], [0, -0.3, 0], [0, 0, -0.3])):
-        vector = np.zeros(3)
-        vector[axis] = 0.3
-        np.testing.assert_allclose(
-            mirrored_matrices(rodrigues(vector)), rodrigues(np.array(other)), atol=1e-15
-        )
-        q = np.array([math.cos(0.15), *(math.sin(0.15) * vector / 0.3)])
-        want = np.array([math.cos(0.15), *(math.sin(0.15) * np.array(other) / 0.3)])
-        np.testing.assert_array_equal(mirrored_quats(q), want)
-    m = np.arange(16.0).reshape(4, 4)
-    np.testing.assert_array_equal(mirrored_matrices(m), np.diag([-1, 1, 1, 1]) @ m @ np.diag([-1, 1, 1, 1]))
-    np.testing.assert_array_equal(mirrored_points(np.array([[1.0, 2, 3]])), [[-1, 2, 3]])
-    assert mirrored_points(np.float32([1, 2, 3])).dtype == np.float32
-    box = {"rest": {"min": [-1.0, -2, -3], "max": [4.0, 5, 6]}}
-    assert mirrored_boxes(box) == {"rest": {"min": [-4.0, -2, -3], "max": [1.0, 5, 6]}}
-
-
-@pytest.mark.parametrize("name", ["on normals", "in triangles"])
-def test_mirrored_embeddings_by_a_transcription_of_the_rules(name: str) -> None:
-    """The rules in words, on the numbers of a left-handed file."""
-    avatar = made(name)
-    other = mirrored(avatar)
-    (posed,) = [m["posed_vertices"] for m in posed_meshes(made(f"{name}, no rig"))[2:]]
-    for i in range(12):
-        xyz, quat, scale = by_rule(avatar, posed.astype(np.float64), i)
-        other_xyz, other_quat, other_scale = by_rule(other, posed.astype(np.float64) @ S, i)
-        np.testing.assert_allclose(other_xyz, S @ xyz, atol=1e-9)
-        np.testing.assert_allclose(other_scale, scale, rtol=1e-9)
-        mirrored_quat = quat * [1, 1, -1, -1]
-        turned = min(np.abs(other_quat - mirrored_quat).max(), np.abs(other_quat + mirrored_quat).max())
-        assert turned <= 1e-9
-
-
-def by_rule(avatar: Avatar, posed: Array, i: int) -> tuple[Array, Array, Array]:
-    e = avatar.embedding
-    assert e is not None
-    log_scale, quat = (
-        avatar.gaussians.log_scale[i].astype(np.float64),
-        e.local_quat_wxyz[i].astype(np.float64),
-    )
-    triangle = e.triangles[e.triangle[i]]
-    if avatar.rules.position == "triangle_frame":
-        return surface_rule.gaussian_avatars(
-            posed, triangle, e.local_offset[i].astype(np.float64), quat, log_scale
-        )
-    return surface_rule.splatting_avatar(
-        *(e.canonical_vertices, posed, e.triangles, int(e.triangle[i])),
-        *(e.barycentric[i].astype(np.float64), float(e.displacement[i]), quat, log_scale),
-    )
-
-
-def test_the_largest_component_has_a_sign_in_each_frame() -> None:
-    """Turned beyond 90 degrees about +Y, largest_positive gives another quaternion in the mirror."""
-    avatar = made("on normals, largest_positive, no rig")
-    right = mirrored(avatar)
-    wrong = replace(right, rules=replace(right.rules, quaternion_sign="largest_positive"))
-    assert right.rules.quaternion_sign == "largest_positive_mirrored"
-    assert mirrored(right).rules.quaternion_sign == "largest_positive"
-    vertices = (posed_meshes(avatar)[0]["posed_vertices"] * [-1, 1, 1]).astype(np.float32)
-    a, b = (Player(x, "reference").animate(Pose(), None, posed_vertices=vertices) for x in (right, wrong))
-    assert np.abs(sigma(a) - sigma(b)).max() > 1e-6
-
-
-@pytest.mark.parametrize("name", SURFACES | RIGGED)
-def test_mirrored_gaussians_are_those_of_the_mirrored_binding_pose(name: str) -> None:
-    avatar = mirrored(made(name))
-    assert avatar.embedding is not None
-    mean, quat = binding_pose(avatar.embedding, avatar.rules, avatar.training_per_bundle)
-    np.testing.assert_allclose(avatar.gaussians.mean, mean, atol=1e-6)
-    stored = avatar.gaussians.quat_wxyz
-    parallel = (
-        np.abs(np.sum(stored * quat, axis=1)) / np.linalg.norm(stored, axis=1) / np.linalg.norm(quat, axis=1)
-    )
-    np.testing.assert_allclose(parallel, 1, atol=1e-6)
-
-
-def test_a_mirrored_pose() -> None:
-    rng = np.random.default_rng(5)
-    pose = Pose({"jawOpen": 0.5}, {"jaw": affine(rng, 1, 1)}, {"left": 0.25}, affine(rng, 1, 1))
-    other, s = mirrored_pose(pose), np.diag([-1.0, 1, 1, 1])
-    np.testing.assert_array_equal(other.joints["jaw"], s @ pose.joints["jaw"] @ s)
-    np.testing.assert_array_equal(other.world_from_avatar, s @ pose.world_from_avatar @ s)
-    assert (other.expressions, other.eyelids) == (pose.expressions, pose.eyelids)
-    assert np.linalg.det(other.joints["jaw"]) > 0
-
-
 def test_a_mirrored_camera() -> None:
     camera = Camera.orbit(np.array([0.1, 0.2, 0.3]), 2.0, 0.5, 0.3, 0.7, 64, 48)
     other = camera.mirrored()
@@ -325,26 +221,3 @@ def test_a_mirrored_camera() -> None:
             getattr(other, name) @ (point * [-1, 1, 1, 1]), getattr(camera, name) @ point, rtol=1e-6
         )
     np.testing.assert_allclose(other.camera_from_world @ [*other.centre, 1], [0, 0, 0, 1], atol=1e-6)
-
-
-def test_some_rows_of_the_mirrored_avatar_are_mirrored_rows() -> None:
-    avatar = made("on normals")
-    rows, vertices = np.array([2, 5, 11, 30]), np.arange(6)
-    assert_same(
-        subset(mirrored(avatar), rows, vertices).avatar, mirrored(subset(avatar, rows, vertices).avatar)
-    )
-
-
-def test_the_turn_to_unreal() -> None:
-    """SPEC's table: a rotation times 100. Face to X, the subject's right to Y, up to Z; and its quaternion."""
-    rows = re.findall(r"^\| [XYZ] \| (\d+) \| (\d+) \| (\d+) \|$", SPEC, re.M)
-    m = np.array(rows, float)
-    assert np.linalg.det(m) == pytest.approx(1e6)
-    np.testing.assert_allclose(m @ m.T, 1e4 * np.eye(3))
-    face, up, right = np.array([0, 0, 1]), np.array([0, 1, 0]), S @ [-1, 0, 0]
-    for vector, want in ((face, [100, 0, 0]), (right, [0, 100, 0]), (up, [0, 0, 100])):
-        np.testing.assert_array_equal(m @ vector, want)
-    (quat,) = re.findall(r"\(w, x, y, z\) = \(([^)]*)\)", SPEC)
-    w, *xyz = (float(number) for number in quat.split(","))
-    angle, axis = 2 * math.acos(w), np.array(xyz) / np.linalg.norm(xyz)
-    np.testing.assert_allclose(100 * rodrigues(angle * axis), m, atol=1e-12)

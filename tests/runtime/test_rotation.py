@@ -11,14 +11,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from avatar_runtime.rotation import (
-    homogeneous,
-    inverse_transpose,
     matrix_from_quat,
     matrix_from_rotvec,
     polar,
     quat_from_matrix,
     quat_multiply,
-    translation_matrix,
 )
 from tests.golden import Array
 
@@ -55,11 +52,6 @@ def test_directions_by_hand() -> None:
     x, y, z = np.eye(3)
     for axis, start, end in ((x, y, z), (y, z, x), (z, x, y)):
         np.testing.assert_allclose(matrix_from_rotvec(axis * math.pi / 2) @ start, end, atol=CLOSE)
-
-
-def test_no_rotation_is_the_identity_exactly() -> None:
-    np.testing.assert_array_equal(matrix_from_rotvec(np.zeros(3)), np.eye(3))
-    np.testing.assert_array_equal(quat_from_matrix(np.eye(3)), [1, 0, 0, 0])
 
 
 @given(unit_quats(), arrays(np.float64, 3, elements=st.floats(-5, 5)))
@@ -102,31 +94,3 @@ def test_polar_is_the_nearest_rotation(turn: Array, axes: Array, stretch: Array)
 def test_polar_takes_three_steps() -> None:
     """s <- (s + 1/s) / 2 from 3 gives 5/3, 17/15, 257/255: the trainer stops there."""
     np.testing.assert_allclose(polar(np.diag([3.0, 3.0, 3.0])), np.diag([257 / 255] * 3), atol=1e-12)
-
-
-@given(arrays(np.float64, (3, 3), elements=st.floats(-2, 2)))
-def test_inverse_transpose(m: Array) -> None:
-    assume(abs(np.linalg.det(m)) > 0.1)
-    np.testing.assert_allclose(inverse_transpose(m), np.linalg.inv(m).T, atol=1e-6)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_batches_equal_one_by_one_and_keep_their_type(dtype: type[np.floating]) -> None:
-    rng = np.random.default_rng(5)
-    q = rng.normal(size=(2, 3, 4))
-    q = (q / np.linalg.norm(q, axis=-1, keepdims=True)).astype(dtype)
-    m = matrix_from_quat(q)
-    for function, batch in ((matrix_from_quat, q), (quat_from_matrix, m), (polar, m * dtype(1.1))):
-        got = function(batch)
-        assert got.dtype == dtype
-        for i in np.ndindex(2, 3):
-            np.testing.assert_array_equal(got[i], function(batch[i]))
-
-
-def test_homogeneous_and_translation() -> None:
-    linear, offset = np.arange(9.0).reshape(3, 3), np.array([10.0, 11, 12])
-    want = [[0, 1, 2, 10], [3, 4, 5, 11], [6, 7, 8, 12], [0, 0, 0, 1]]
-    np.testing.assert_array_equal(homogeneous(linear, offset), want)
-    np.testing.assert_array_equal(homogeneous(linear)[:3, 3], 0)
-    np.testing.assert_array_equal(translation_matrix(offset) @ [1, 2, 3, 1], [11, 13, 15, 1])
-    assert translation_matrix(np.zeros((2, 5, 3))).shape == (2, 5, 4, 4)

@@ -83,7 +83,7 @@ def test_both_are_sound_captures(head_capture: Capture, body_capture: Capture) -
         assert {"licence", "author", "consent"} <= found.rights.keys()
     assert "Lee Perry-Smith" in head_capture.rights["licence"]
     assert "CC BY 4.0" in body_capture.rights["licence"]
-    assert head_capture.late_morph_names == ("left", "right")
+    assert head_capture.eyelids == ("left", "right")
     assert all((f.pose.late_weights == 0).all() for f in head_capture.frames)
     assert (head_capture.folder / "driving.json").is_file()
 

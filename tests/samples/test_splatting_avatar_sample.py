@@ -22,8 +22,8 @@ from samples.systems.splatting_avatar_files import save_ply
 
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.camera import Camera
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Player
-from avatar_runtime.pose import clip_pose
 from tests.oracles.surface_rule import splatting_avatar
 
 RUNS = ("sample_splatting_head", "sample_splatting_head_sh3", "sample_body")
@@ -130,7 +130,7 @@ def test_point_cloud_is_the_embedding_on_the_canonical_mesh(run: Run) -> None:
 def test_the_canonical_mesh_is_a_posed_first_frame(head: Run, splatting_head_avatar: Avatar) -> None:
     assert splatting_head_avatar.rig is not None and splatting_head_avatar.clips[0].frames == 80
     player = Player(splatting_head_avatar)
-    posed = player.mesh(clip_pose(splatting_head_avatar, splatting_head_avatar.clips[0], 0))
+    posed = player.mesh(frame_pose(splatting_head_avatar, splatting_head_avatar.clips[0], 0))
     np.testing.assert_allclose(posed * 4, head.vertices, atol=2e-6)
     assert np.linalg.norm(splatting_head_avatar.rig.vertices * 4 - head.vertices, axis=1).max() > 0.04
 
@@ -212,7 +212,7 @@ def through(avatar: Avatar, frame: int, camera: Camera, skin: np.ndarray) -> np.
     `skin`: mask of the triangles that count. The Gaussians of the far side are hidden, so that a hole shows.
     """
     assert avatar.embedding is not None
-    player, pose = Player(avatar), clip_pose(avatar, avatar.clips[0], frame)
+    player, pose = Player(avatar), frame_pose(avatar, avatar.clips[0], frame)
     vertices, triangles = player.mesh(pose).astype(float), avatar.embedding.triangles.astype(int)
     corner = vertices[triangles]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -294,7 +294,7 @@ def test_body_is_the_welded_man_at_his_first_step(sample_body: Path, body_avatar
         assert influence.setdefault(at, found) == found, "weights agree over the seams"
     edges = np.sort(np.concatenate([run.triangles[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
     assert set(np.unique(edges, axis=0, return_counts=True)[1]) == {2}, "closed"
-    posed = Player(body_avatar).mesh(clip_pose(body_avatar, body_avatar.clips[0], 0))
+    posed = Player(body_avatar).mesh(frame_pose(body_avatar, body_avatar.clips[0], 0))
     np.testing.assert_allclose(posed, run.vertices, atol=2e-6)
     assert run.config["model"]["with_mesh_scaling"] is False
 

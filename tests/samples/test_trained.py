@@ -15,9 +15,9 @@ from avatar_export.images import arkit_pose
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load, opener, read_manifest
 from avatar_runtime.camera import Camera
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.conformance import conform
 from avatar_runtime.player import Player
-from avatar_runtime.pose import clip_pose
 
 TRAINED = Path(__file__).parents[2] / "samples" / "trained"
 NORMATIVE_MB, ALL_MB = 12, 36
@@ -67,7 +67,7 @@ def test_moves(name: str) -> None:
     player, camera = Player(avatar, "reference"), front(avatar)
     clip = avatar.clips[0]
     first, later = (
-        player.frame(clip_pose(avatar, clip, frame), camera, (0, 0, 0)).image
+        player.frame(frame_pose(avatar, clip, frame), camera, (0, 0, 0)).image
         for frame in (0, clip.frames // 2)
     )
     assert (first.transmittance < 0.5).mean() > 0.03

@@ -27,7 +27,7 @@ def test_a_pack_is_its_avatar(bundle: str) -> None:
     source = load(TRAINED / bundle)
     assert document["avatar"]["frame"]["handedness"] == "left"
     assert document["packing"]["levels"] == [1.0]
-    for field in ("expressions", "late_morph_names", "joint_names", "groups", "rules"):
+    for field in ("expressions", "eyelids", "joint_names", "groups", "rules"):
         assert getattr(played, field, None) == getattr(source, field, None), field
     for field in ("licence", "consent", "author"):
         assert played.provenance[field] == source.provenance[field]

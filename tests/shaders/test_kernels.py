@@ -14,8 +14,9 @@ from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose
+from avatar_runtime.pose import Pose
 from avatar_runtime.program.bake import program_of
 from avatar_runtime.program.chunks import BUFFER_LIMIT
 from avatar_runtime.stages.project import project
@@ -40,7 +41,7 @@ def near(found: np.ndarray, want: np.ndarray, name: str) -> None:
 def compare(avatar: Avatar) -> None:
     """Every array up to stage project."""
     player = Player(avatar, "reference")
-    pose = clip_pose(avatar, avatar.clips[0], 2) if avatar.clips else Pose()
+    pose = frame_pose(avatar, avatar.clips[0], 2) if avatar.clips else Pose()
     camera = frame_camera(robust_box(avatar.gaussians.mean), 96, 64, yaw=0.3)
     answer = wasm_host.play(avatar, player.posed(pose), camera)
     splats = player.animate(pose)

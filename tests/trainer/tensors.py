@@ -11,7 +11,8 @@ import torch
 from torch import Tensor
 
 from avatar_runtime import avatar as runtime
-from avatar_runtime.pose import PoseArrays, clip_pose, resolve
+from avatar_runtime.clips import frame_pose
+from avatar_runtime.pose import PoseArrays, resolve
 from avatar_trainer.stages.blend import Deltas
 from avatar_trainer.tensors import Gaussians
 
@@ -48,7 +49,7 @@ def deltas(shapes: runtime.Blendshapes, dtype: torch.dtype = torch.float32) -> D
 
 def poses(avatar: runtime.Avatar) -> list[PoseArrays]:
     """Every frame of the avatar's clips."""
-    return [resolve(clip_pose(avatar, clip, t), avatar) for clip in avatar.clips for t in range(clip.frames)]
+    return [resolve(frame_pose(avatar, clip, t), avatar) for clip in avatar.clips for t in range(clip.frames)]
 
 
 def normal(seed: int, *shape: int, dtype: torch.dtype = torch.float64) -> Tensor:

@@ -11,7 +11,8 @@ from avatar_export.bodies.inputs import ZERO
 from avatar_export.convert_options import ConvertOptions
 from avatar_export.options import declared
 
-OPTIONS = declared(ConvertOptions)
+# Lists spell it as manifests do.
+OPTIONS = {"licence" if name == "license" else name: one for name, one in declared(ConvertOptions).items()}
 FILES = tuple(name for name, one in OPTIONS.items() if one.kind is Path)  # options that name files
 SEVERAL = tuple(name for name in FILES if OPTIONS[name].several)
 BETWEEN = ";"  # several files in one text
@@ -73,4 +74,4 @@ def arguments(options: Mapping[str, Any], paths: Mapping[str, Path]) -> ConvertO
             given[name] = [paths[f"{name}[{index}]"] for index in range(len(options.get(name) or ()))]
         elif name in paths:
             given[name] = paths[name]
-    return ConvertOptions(**given)
+    return ConvertOptions(**{OPTIONS[name].name: value for name, value in given.items()})

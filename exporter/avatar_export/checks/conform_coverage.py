@@ -158,7 +158,7 @@ def _degrees(avatar: Avatar, reference: Reference) -> set[str]:
 def _parts(avatar: Avatar) -> set[str]:
     shapes, rig = avatar.blendshapes, avatar.rig
     has = {
-        "late morphs": bool(avatar.late_morph_names),
+        "late morphs": bool(avatar.eyelids),
         "pose correctives": rig is not None and len(rig.corrective_joints) > 0,
         "appearance deltas": shapes.appearance.entries > 0,
         "joints that expressions move": rig is not None and bool(rig.joint_basis.any()),

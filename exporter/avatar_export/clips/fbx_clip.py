@@ -52,9 +52,7 @@ def clip_of(avatar: Avatar, file: FbxFile, clip: FbxClip, name: str) -> Clip:
     if not np.isfinite(deltas).all():
         raise AvatarError("moves a joint out of the range of float32", file=file.name, field=name)
     world_from_avatar = np.tile(np.eye(4, dtype=np.float32), (t, 1, 1))
-    return Clip(
-        name, FPS, weights, np.zeros((t, len(avatar.late_morph_names)), np.float32), deltas, world_from_avatar
-    )
+    return Clip(name, FPS, weights, np.zeros((t, len(avatar.eyelids)), np.float32), deltas, world_from_avatar)
 
 
 def _nodes(avatar: Avatar, file: FbxFile) -> dict[str, int]:

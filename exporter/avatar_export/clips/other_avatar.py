@@ -212,11 +212,11 @@ def _column(sparse: SparseRows, name: str, column: int) -> F64:
 
 
 def _lids(avatar: Avatar, other: Avatar, clip: Clip) -> tuple[F32, list[str]]:
-    lids = np.zeros((clip.frames, len(avatar.late_morph_names)), np.float32)
+    lids = np.zeros((clip.frames, len(avatar.eyelids)), np.float32)
     lost = []
-    for k, name in enumerate(other.late_morph_names):
-        if name in avatar.late_morph_names:
-            lids[:, avatar.late_morph_names.index(name)] = clip.late_weights[:, k]
+    for k, name in enumerate(other.eyelids):
+        if name in avatar.eyelids:
+            lids[:, avatar.eyelids.index(name)] = clip.late_weights[:, k]
         elif clip.late_weights[:, k].any():
             lost.append(name)
     return lids, lost

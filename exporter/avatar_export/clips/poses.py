@@ -10,7 +10,8 @@ import numpy as np
 
 from avatar_export.sparse import no_deltas
 from avatar_runtime.avatar import Avatar, Clip, Expression, Gaussians, Rig, Rules, SparseRows
-from avatar_runtime.pose import Pose, clip_pose, resolve
+from avatar_runtime.clips import frame_pose
+from avatar_runtime.pose import Pose, resolve
 
 
 def clip_from_poses(avatar: Avatar, name: str, fps: float, poses: Sequence[Pose]) -> Clip:
@@ -33,7 +34,7 @@ def clip_from_poses(avatar: Avatar, name: str, fps: float, poses: Sequence[Pose]
 
 def clip_poses(avatar: Avatar, clip: Clip) -> list[Pose]:
     """The pose of every frame of one of the avatar's clips."""
-    return [clip_pose(avatar, clip, frame) for frame in range(clip.frames)]
+    return [frame_pose(avatar, clip, frame) for frame in range(clip.frames)]
 
 
 def first_frame(clip: Clip) -> Clip:
@@ -55,7 +56,7 @@ def rig_avatar(rig: Rig, expressions: tuple[Expression, ...]) -> Avatar:
         groups=(),
         rules=Rules(),
         expressions=expressions,
-        late_morph_names=(),
+        eyelids=(),
         blendshapes=no_deltas(0, len(expressions), 9 * len(rig.corrective_joints)),
         skin=SparseRows.empty(0, rig.joint_count, {"weight": ()}),
         rig=rig,

@@ -107,7 +107,7 @@ def _on_joints(avatar: Avatar, clip: Clip, rows: Sequence[int | None]) -> Clip:
     return replace(
         clip,
         expression_weights=np.zeros((clip.frames, len(avatar.expressions)), np.float32),
-        late_weights=np.zeros((clip.frames, len(avatar.late_morph_names)), np.float32),
+        late_weights=np.zeros((clip.frames, len(avatar.eyelids)), np.float32),
         joint_delta=delta,
     )
 

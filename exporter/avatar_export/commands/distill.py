@@ -20,7 +20,7 @@ from avatar_export.distill.dumps.folder import open_dumps
 from avatar_export.distill.dumps.held import split
 from avatar_export.distill.report import report_html
 from avatar_export.notes.text import text
-from avatar_export.options import Author, BodyModel, Consent, Licence
+from avatar_export.options import Author, BodyModel, Consent, License
 from avatar_export.provenance import with_rights
 from avatar_export.rigs.rig_file import read_rig_file
 from avatar_export.writers.bundle import may_replace, write_bundle
@@ -59,7 +59,7 @@ def distill(
             "--accept-error", help="Write the bundle although held-out frames are far off, with a warning."
         ),
     ] = False,
-    licence: Licence = None,
+    license: License = None,
     author: Author = None,
     consent: Consent = None,
     force: arguments.Force = False,
@@ -81,7 +81,7 @@ def distill(
             progress=step,
         )
         if not dry_run:
-            avatar = with_rights(result.avatar, licence, author, consent)
+            avatar = with_rights(result.avatar, license, author, consent)
             write_bundle(avatar, out, force=force, progress=lambda file: step(f"writing {file}"))
     errors = result.errors
     measured = "baked, an upper bound" if result.form == make.BAKED else "held out"

@@ -129,7 +129,7 @@ class Builder:
                 Expression(name, range=(min(0.0, float(low)), max(0.0, float(high))))
                 for name, low, high in zip(names, self.low, self.high, strict=True)
             ),
-            late_morph_names=(),
+            eyelids=(),
             blendshapes=Blendshapes(
                 self._geometry.finish(),
                 self._appearance.finish(),

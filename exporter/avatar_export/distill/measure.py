@@ -25,8 +25,9 @@ from avatar_runtime.avatar import (
     SparseRows,
 )
 from avatar_runtime.camera import Camera
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose
+from avatar_runtime.pose import Pose
 from avatar_runtime.stages.activate import Splats
 
 SIZE = 256  # pixels
@@ -135,7 +136,7 @@ def pose_of_frame(task: Task, avatar: Avatar, frame: int) -> Pose:
     take = int(task.dumps.drivers.take[frame])
     at = np.flatnonzero(task.dumps.drivers.take == take)
     clip = next(clip for clip in avatar.clips if clip.name == task.dumps.take_name(take))
-    return clip_pose(avatar, clip, int(np.searchsorted(at, frame)))
+    return frame_pose(avatar, clip, int(np.searchsorted(at, frame)))
 
 
 def _posed(task: Task, rows: Rows, splats: Splats, near: float) -> Avatar:
@@ -151,7 +152,7 @@ def _posed(task: Task, rows: Rows, splats: Splats, near: float) -> Avatar:
         groups=(Group("frame", 0, n, "none"),),
         rules=Rules(sh_direction="world"),
         expressions=(),
-        late_morph_names=(),
+        eyelids=(),
         blendshapes=no_deltas(n, coefficients=count),
         skin=SparseRows.empty(n, 0, {"weight": ()}),
         rig=None,

@@ -19,7 +19,7 @@ def poses(avatar: Avatar, take: DrivingTake) -> list[Pose]:
 
 def driving_notes(avatar: Avatar) -> list[Note]:
     """What a user should know about ARKit driving of an avatar; [] if there is nothing to say."""
-    if not avatar.expressions and not avatar.late_morph_names:
+    if not avatar.expressions and not avatar.eyelids:
         return []
     if avatar.driving.mode == "none":
         return [fact("not_driven")]

@@ -71,7 +71,7 @@ def _outputs(names: list[str], avatar: Avatar, source: str) -> tuple[str, ...]:
     """Output names with expression aliases resolved."""
     known = {f"expression/{alias}": f"expression/{e.name}" for e in avatar.expressions for alias in e.aliases}
     own = [f"expression/{name}" for name in avatar.expression_names]
-    own += [f"eyelid/{name}" for name in avatar.late_morph_names]
+    own += [f"eyelid/{name}" for name in avatar.eyelids]
     joints = avatar.rig.joint_names if avatar.rig else ()
     own += [f"joint/{name}/{axis}" for name in joints for axis in "xyz"]
     known |= {name: name for name in own}

@@ -181,8 +181,7 @@ class _Drawing:
 
     def __init__(self, avatar: Avatar) -> None:
         name = default_backend()
-        options: dict[str, Any] = {"threads": 1} if name == "cpu" else {}
-        self.player = Player(avatar, name, **options)
+        self.player = Player(avatar, name, threads=1 if name == "cpu" else None)
         self.backend = cast(SplatBackend, self.player.backend)
 
     def posed(self, pose: Pose) -> Splats:

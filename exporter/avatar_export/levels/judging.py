@@ -7,8 +7,9 @@ import numpy as np
 from avatar_export.images import FRAMED, SHEET_EXPRESSIONS, animated_rows, arkit_pose
 from avatar_export.measure.poses import poses
 from avatar_runtime.avatar import I64, Avatar
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.driving.arkit import canonical
-from avatar_runtime.pose import IDENTITY, Pose, clip_pose
+from avatar_runtime.pose import IDENTITY, Pose
 
 LEAST_POSES = 48
 FURTHER = 16  # poses of clips and mixtures at least, besides the faces and the ends of ranges
@@ -60,7 +61,7 @@ def _faces(avatar: Avatar) -> list[Pose]:
 
 def _ends(avatar: Avatar) -> list[Pose]:
     """The eyelids shut, and each expression at each end of its range that is not 0."""
-    lids = [Pose(eyelids=dict.fromkeys(avatar.late_morph_names, 1.0))] if avatar.late_morph_names else []
+    lids = [Pose(eyelids=dict.fromkeys(avatar.eyelids, 1.0))] if avatar.eyelids else []
     return lids + [Pose({e.name: end}) for e in avatar.expressions for end in e.range if end]
 
 
@@ -73,5 +74,5 @@ def _turned(avatar: Avatar) -> list[Pose]:
     cosine = np.trace(turns, axis1=2, axis2=3)  # [frames, J] 1 + 2 cos
     chosen = np.unique(np.argmin(cosine, axis=0))
     chosen = chosen[np.unique(np.linspace(0, len(chosen) - 1, min(len(chosen), MOST_TURNED)).astype(int))]
-    found = [clip_pose(avatar, *frames[index]) for index in chosen]
+    found = [frame_pose(avatar, *frames[index]) for index in chosen]
     return [Pose(p.expressions, p.joints, p.eyelids, IDENTITY) for p in found]

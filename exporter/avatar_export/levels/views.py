@@ -10,8 +10,9 @@ from avatar_export.images import Box, frame_camera, robust_box
 from avatar_export.levels.compositing import ALPHA_MIN, Flat
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.camera import Camera
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose, joint_rotation
+from avatar_runtime.pose import Pose, joint_rotation
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.project import project
 from avatar_runtime.stages.sort import sort
@@ -68,7 +69,7 @@ def some_poses(avatar: Avatar, count: int, phase: float, seed: int) -> list[Pose
     frames = [(clip, frame) for clip in avatar.clips for frame in range(clip.frames)]
     moments = min(len(frames), round(count * CLIP_SHARE))
     at = ((np.arange(moments) + phase) / max(moments, 1) * len(frames)).astype(int)
-    poses = [_still(clip_pose(avatar, *frames[index])) for index in at]
+    poses = [_still(frame_pose(avatar, *frames[index])) for index in at]
     while len(poses) < count:
         poses.append(_within_ranges(avatar, rng))
     return poses
@@ -89,7 +90,7 @@ def _within_ranges(avatar: Avatar, rng: np.random.Generator) -> Pose:
     names = avatar.expressions
     used = rng.permutation(len(names))[:EXPRESSIONS_AT_ONCE]
     weights = {names[k].name: float(rng.uniform(*sorted(names[k].range))) for k in used}
-    late = {name: float(rng.uniform(0, 0.7)) for name in avatar.late_morph_names}
+    late = {name: float(rng.uniform(0, 0.7)) for name in avatar.eyelids}
     joints = {}
     if avatar.rig is not None:
         for name, parent in zip(avatar.rig.joint_names, avatar.rig.parents, strict=True):

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from avatar_export.measure.poses import NamedPose, expression_ranges, joint_ranges, movable
 from avatar_runtime.avatar import Avatar, Clip
-from avatar_runtime.pose import IDENTITY, Pose, clip_pose
+from avatar_runtime.clips import frame_pose
+from avatar_runtime.pose import IDENTITY, Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 
 Number = Mapping[str, int]  # poses of each kind
@@ -52,7 +53,7 @@ class _Source:
 
     def eyelids(self) -> dict[str, float]:
         """All eyelids, anywhere."""
-        return {name: float(self.rng.random()) for name in self.avatar.late_morph_names}
+        return {name: float(self.rng.random()) for name in self.avatar.eyelids}
 
     def joints(self) -> dict[str, npt.NDArray[np.float64]]:
         """All joints, anywhere in their ranges."""
@@ -79,14 +80,14 @@ def _drawn(avatar: Avatar, numbers: Number, seed: int, frames: list[tuple[Clip, 
 
 
 def _expressive(avatar: Avatar) -> bool:
-    return len(movable(avatar)) > 0 or bool(avatar.late_morph_names)
+    return len(movable(avatar)) > 0 or bool(avatar.eyelids)
 
 
 def _ends(source: _Source, most: int) -> list[NamedPose]:
     ends = [end for expression in source.shuffled() for end in expression]
     count = min(max(-(-len(ends) // 2), 2), len(ends), most)  # two ends of an expression never share a pose
     found = [(ends[at::count], Pose(dict(ends[at::count]))) for at in range(count)]
-    found += [([(name, 1.0)], Pose(eyelids={name: 1.0})) for name in source.avatar.late_morph_names]
+    found += [([(name, 1.0)], Pose(eyelids={name: 1.0})) for name in source.avatar.eyelids]
     return [
         NamedPose(" and ".join(f"{name} at {weight:.3g}" for name, weight in weights), pose, "ends")
         for weights, pose in found
@@ -132,7 +133,7 @@ def _clips(source: _Source, count: int) -> list[NamedPose]:
     return [
         NamedPose(
             f"clip {clip.name}, frame {frame}",
-            replace(clip_pose(source.avatar, clip, frame), world_from_avatar=IDENTITY),
+            replace(frame_pose(source.avatar, clip, frame), world_from_avatar=IDENTITY),
             "clips",
         )
         for clip, frame in (source.frames[at] for at in chosen)

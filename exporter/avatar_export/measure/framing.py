@@ -13,8 +13,9 @@ from PIL import Image
 from avatar_export.images import FRAMED, MARGIN, animated_rows, frame_camera, robust_box, seen
 from avatar_export.ops.bounds import below, share
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Player
-from avatar_runtime.pose import IDENTITY, Pose, clip_pose
+from avatar_runtime.pose import IDENTITY, Pose
 from avatar_runtime.stages.activate import sigmoid
 from avatar_runtime.stages.sparse import gather
 
@@ -99,7 +100,7 @@ def still_pose(avatar: Avatar) -> Pose:
     if avatar.expressions or not avatar.clips:
         return Pose()
     clip = avatar.clips[-1]
-    pose = clip_pose(avatar, clip, clip.frames // 2)
+    pose = frame_pose(avatar, clip, clip.frames // 2)
     return Pose(joints=pose.joints, eyelids=pose.eyelids, world_from_avatar=IDENTITY)
 
 

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F64, Avatar, SparseRows
-from avatar_runtime.pose import IDENTITY, Pose, clip_pose
+from avatar_runtime.clips import frame_pose
+from avatar_runtime.pose import IDENTITY, Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec, quat_from_matrix
 
 COUNT = 8
@@ -117,7 +118,7 @@ def _frames(avatar: Avatar, count: int) -> list[NamedPose]:
     return [
         NamedPose(
             f"clip {clip.name}, frame {frame}",
-            replace(clip_pose(avatar, clip, frame), world_from_avatar=IDENTITY),
+            replace(frame_pose(avatar, clip, frame), world_from_avatar=IDENTITY),
         )
         for clip, frame in (frames[index] for index in chosen)
     ]
@@ -146,8 +147,8 @@ def _mixtures(avatar: Avatar, count: int) -> list[NamedPose]:
         names = [avatar.expressions[column].name for column in chosen]
         eyelids = dict(
             zip(
-                avatar.late_morph_names,
-                spread(len(avatar.late_morph_names), 2 * number).tolist(),
+                avatar.eyelids,
+                spread(len(avatar.eyelids), 2 * number).tolist(),
                 strict=True,
             )
         )

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from avatar_runtime.avatar import F32, F64, Avatar, Embedding, Group, Rig, SparseRows
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Player
-from avatar_runtime.pose import clip_pose
 from avatar_runtime.rotation import matrix_from_quat
 from avatar_runtime.stages.bind import rows_of
 from avatar_runtime.stages.joints import rest_transforms
@@ -118,7 +118,7 @@ def _clip_frames(avatar: Avatar) -> Iterator[tuple[F64, F64]]:
     player = Player(avatar, "reference")
     for index in np.unique(np.linspace(0, len(frames) - 1, min(len(frames), CLIP_FRAMES)).astype(int)):
         clip, frame = frames[index]
-        splats = player.animate(replace(clip_pose(avatar, clip, frame), world_from_avatar=np.eye(4)))
+        splats = player.animate(replace(frame_pose(avatar, clip, frame), world_from_avatar=np.eye(4)))
         yield splats.mean.astype(np.float64), reach(splats.scale, splats.quat_wxyz)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from avatar_export.players.sources import folder, licence
+from avatar_export.players.sources import folder, license_text
 from avatar_schema.version import __version__
 from avatar_shaders.entries import ENTRIES, path_of
 from avatar_shaders.texts import source
@@ -23,7 +23,9 @@ def native_files() -> dict[str, bytes]:
     }
     made = {"VERSION": f"{__version__}\n"} | texts
     return (
-        native_sources(*_KEPT) | {path: text.encode() for path, text in made.items()} | {"LICENSE": licence()}
+        native_sources(*_KEPT)
+        | {path: text.encode() for path, text in made.items()}
+        | {"LICENSE": license_text()}
     )
 
 

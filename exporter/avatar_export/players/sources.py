@@ -18,7 +18,7 @@ def folder(player: str) -> Path:
     raise FileNotFoundError(f"this installation has no files of the {player} player")
 
 
-def licence() -> bytes:
+def license_text() -> bytes:
     """The licence of all players. Raises FileNotFoundError if this install has none."""
     if (_CHECKOUT.parent / "LICENSE").is_file():
         return (_CHECKOUT.parent / "LICENSE").read_bytes()

@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from avatar_export.players.sources import folder, licence
+from avatar_export.players.sources import folder, license_text
 from avatar_runtime.io.errors import AvatarError
 from avatar_schema.version import __version__
 from avatar_shaders.unity import unity_shaders
@@ -45,7 +45,7 @@ def unity_made(root: Path) -> dict[str, bytes]:
     name = {"name": manifest.pop("name"), "version": __version__}
     text = json.dumps(name | manifest, indent=2, ensure_ascii=False) + "\n"
     shaders = {path: shader.encode() for path, shader in unity_shaders().items()}
-    return {MANIFEST: text.encode(), "LICENSE.md": licence()} | shaders
+    return {MANIFEST: text.encode(), "LICENSE.md": license_text()} | shaders
 
 
 def assets(names: Iterable[str]) -> dict[str, bool]:

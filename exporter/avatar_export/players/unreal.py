@@ -10,7 +10,7 @@ import json
 import re
 
 from avatar_export.players.native import native_sources, written
-from avatar_export.players.sources import folder, licence
+from avatar_export.players.sources import folder, license_text
 from avatar_schema.version import __version__
 from avatar_shaders.unreal import unreal_kernels, unreal_shaders
 
@@ -27,7 +27,7 @@ def unreal_files() -> dict[str, bytes]:
     made |= {f"{MODULE}/Engine/{name}": text for name, text in unreal_kernels(draws).items()}
     made[PLUGIN] = described((root / PLUGIN).read_text("utf-8"), __version__)
     core = {f"{MODULE}/Native/{name}": data for name, data in native_sources("include", "src").items()}
-    return own | core | {name: text.encode() for name, text in made.items()} | {"LICENSE": licence()}
+    return own | core | {name: text.encode() for name, text in made.items()} | {"LICENSE": license_text()}
 
 
 def described(text: str, version: str) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from avatar_export.players.sources import folder, licence
+from avatar_export.players.sources import folder, license_text
 from avatar_runtime.io.errors import AvatarError
 from avatar_schema.version import __version__
 
@@ -36,7 +36,7 @@ def web_files() -> dict[str, bytes]:
     manifest = json.loads((root / MANIFEST).read_text("utf-8"))
     name = {"name": manifest.pop("name"), "version": __version__}
     text = json.dumps(name | manifest, indent=2, ensure_ascii=False) + "\n"
-    return held | {MANIFEST: text.encode(), "LICENSE": licence()}
+    return held | {MANIFEST: text.encode(), "LICENSE": license_text()}
 
 
 def _time(path: Path) -> int:

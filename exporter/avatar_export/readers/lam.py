@@ -138,7 +138,7 @@ def _avatar(name: str, splats: Gaussians, found: GltfRig, rotation: str) -> Avat
             sh_direction="world",
         ),
         expressions=tuple(Expression(morph) for morph in found.morph_names),
-        late_morph_names=(),
+        eyelids=(),
         blendshapes=replace(no_deltas(n, len(found.morph_names)), geometry=_geometry(rig.morphs)),
         skin=rig.skin,
         rig=rig,

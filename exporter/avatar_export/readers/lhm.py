@@ -175,7 +175,7 @@ def _avatar(
         groups=(Group("body", 0, n, "skin"),),
         rules=Rules(rotation="polar3", sh_direction="inverse_rotation" if splats.sh_degree else "world"),
         expressions=expressions,
-        late_morph_names=(),
+        eyelids=(),
         blendshapes=replace(
             no_deltas(n, len(names), coefficients=splats.sh.shape[1]),
             geometry=sparse_rows({"mean": moved, "quat_wxyz": still}, least),

@@ -153,7 +153,7 @@ def surface_avatar(
         groups=(Group("surface", 0, n, "surface"),),
         rules=rules,
         expressions=rig.expressions,
-        late_morph_names=(),
+        eyelids=(),
         blendshapes=no_deltas(n, len(rig.expressions), features, gaussians.sh.shape[1]),
         skin=SparseRows.empty(n, 0 if rig.rig is None else rig.rig.joint_count, {"weight": ()}),
         rig=rig.rig,

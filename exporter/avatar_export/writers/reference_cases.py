@@ -8,11 +8,12 @@ import numpy.typing as npt
 from avatar_export.images import FARTHEST, animated_rows, frame_camera, seen
 from avatar_runtime.avatar import Avatar, RasterSettings
 from avatar_runtime.camera import Camera
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.conformance import Case
 from avatar_runtime.conformance.make import ROWS
 from avatar_runtime.conformance.rows import thinned
 from avatar_runtime.player import ABSURD
-from avatar_runtime.pose import Pose, clip_pose
+from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.project import project
@@ -51,7 +52,7 @@ def reference_cases(avatar: Avatar) -> tuple[Case, ...]:
     if avatar.clips:
         clip = avatar.clips[0]
         frame = clip.frames // 2
-        pose = clip_pose(avatar, clip, frame)
+        pose = frame_pose(avatar, clip, frame)
         why = f"frame {frame} of clip {clip.name!r}"
         cases.append(Case("clip", why, pose, _framed(avatar, pose, ASIDE)))
     return tuple(cases)
@@ -66,7 +67,7 @@ def every_input(avatar: Avatar) -> Pose:
 
     Weights are in their ranges; they get smaller the more there are, so that the avatar stays recognisable.
     """
-    expressions, late = avatar.expressions, avatar.late_morph_names
+    expressions, late = avatar.expressions, avatar.eyelids
     ends = np.clip([e.range[1] or e.range[0] for e in expressions], -LARGEST_WEIGHT, LARGEST_WEIGHT)
     weights = ends * _spread(len(expressions)) * min(1.0, 4.0 / np.sqrt(max(1, len(expressions))))
     joints = avatar.rig.joint_names if avatar.rig else ()

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from avatar_runtime.avatar import F64, Avatar, Rig
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.engine_pose import rests_bound
-from avatar_runtime.pose import Pose, clip_pose, joint_rotation, resolve
+from avatar_runtime.pose import Pose, joint_rotation, resolve
 from avatar_runtime.stages.joints import chain
 
 POSES = 12  # random poses that are measured
@@ -37,7 +38,7 @@ def residual_poses(avatar: Avatar) -> Iterator[Pose]:
     for clip in avatar.clips:
         most = min(CLIP_FRAMES, max(1, ALL_CLIP_FRAMES // len(avatar.clips)))
         for k in np.unique(np.linspace(0, clip.frames - 1, most).astype(np.int64)):
-            yield replace(clip_pose(avatar, clip, int(k)), world_from_avatar=np.eye(4))
+            yield replace(frame_pose(avatar, clip, int(k)), world_from_avatar=np.eye(4))
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -69,9 +70,9 @@ def _random_poses(avatar: Avatar, seed: int, count: int) -> Iterator[Pose]:
         axes = rng.standard_normal((len(joints), 3))
         axes /= np.linalg.norm(axes, axis=1, keepdims=True)
         turns = axes * rng.uniform(0, MOST_ANGLE, (len(joints), 1))
-        late = rng.uniform(0, 1, len(avatar.late_morph_names))
+        late = rng.uniform(0, 1, len(avatar.eyelids))
         yield Pose(
             dict(zip(avatar.expression_names, weights.tolist(), strict=True)),
             {name: joint_rotation(turn) for name, turn in zip(joints, turns, strict=True)},
-            dict(zip(avatar.late_morph_names, late.tolist(), strict=True)),
+            dict(zip(avatar.eyelids, late.tolist(), strict=True)),
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy.typing as npt
@@ -15,6 +15,7 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.checks import arguments
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.posed import Clock, Posed
+from avatar_runtime.program.chunks import BUFFER_LIMIT
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import Image
 from avatar_schema.extras import how_to_install
@@ -67,12 +68,26 @@ class Row:
     module: str
     library: str | None  # the library that it needs besides NumPy
     extra: str  # the extra of this package that installs it
+    options: Mapping[str, Any] = field(default_factory=dict)  # of Player, with their defaults
 
 
 BACKENDS: Mapping[str, Row] = {
     "reference": Row("avatar_runtime.backends.reference", None, ""),
-    "cpu": Row("avatar_runtime.backends.cpu", "numba", "fast"),
-    "gl": Row("avatar_runtime.backends.gl", "moderngl", "gl"),
+    "cpu": Row("avatar_runtime.backends.cpu", "numba", "fast", {"threads": None}),
+    "gl": Row(
+        "avatar_runtime.backends.gl",
+        "moderngl",
+        "gl",
+        {
+            "context": None,
+            "es": False,
+            "buffer_limit": BUFFER_LIMIT,
+            "shaders": None,
+            "target": "rgba32f",
+            "order": "back_to_front",
+            "timed": False,
+        },
+    ),
 }
 
 
@@ -82,13 +97,19 @@ def default_backend() -> str:
 
 
 def make_backend(name: str | None, avatar: Avatar, **options: Any) -> Backend:
-    """The backend of that name for `avatar`; None takes the default.
+    """The backend of that name for `avatar`; None takes the default. `options` are named in BACKENDS.
 
-    Raises ValueError for an unknown name, AvatarError where its library is not installed.
+    Raises ValueError for an unknown name, and for an option of another backend that is not at its default; AvatarError
+    where the backend's library is not installed.
     """
     name = arguments.text("backend", default_backend() if name is None else name, BACKENDS)
     row = BACKENDS[name]
+    own = {option: value for option, value in options.items() if option in row.options}
+    for option in options.keys() - own:
+        have = {other: one.options[option] for other, one in BACKENDS.items() if option in one.options}
+        if options[option] not in have.values():
+            raise ValueError(f"{option} is an option of backend {' and '.join(have)}, not of {name}")
     if row.library and importlib.util.find_spec(row.library) is None:
         raise AvatarError(f"needs {row.library}: {how_to_install(row.extra)}", field=f"backend {name}")
-    backend: Backend = importlib.import_module(row.module).make(avatar, **options)
+    backend: Backend = importlib.import_module(row.module).make(avatar, **own)
     return backend

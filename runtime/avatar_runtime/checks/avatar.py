@@ -40,7 +40,7 @@ def check_avatar(avatar: Avatar) -> Avatar:
         )
     _check_groups(avatar)
     check_names("expressions", avatar.expression_names)
-    check_names("late_morph_names", avatar.late_morph_names)
+    check_names("eyelids", avatar.eyelids)
     n, k = avatar.gaussians.count, len(avatar.expressions)
     joints = avatar.rig.joint_count if avatar.rig else 0
     features = 9 * len(avatar.rig.corrective_joints) if avatar.rig else 0
@@ -48,16 +48,16 @@ def check_avatar(avatar: Avatar) -> Avatar:
     check_sparse(b.geometry, "geometry", n, k, {"mean": (3,), "quat_wxyz": (4,)})
     check_sparse(b.appearance, "appearance", n, k, {"log_scale": (3,), "opacity_logit": (), "sh": sh})
     check_sparse(b.correctives, "correctives", n, features, {"mean": (3,)})
-    check_sparse(b.late_morphs, "late_morphs", n, len(avatar.late_morph_names), {"mean": (3,)})
+    check_sparse(b.late_morphs, "late_morphs", n, len(avatar.eyelids), {"mean": (3,)})
     check_sparse(avatar.skin, "skin", n, joints, {"weight": ()})
     if avatar.rig:
-        _check_rig(avatar.rig, k, len(avatar.late_morph_names))
+        _check_rig(avatar.rig, k, len(avatar.eyelids))
     _check_rules(avatar)
     if avatar.embedding:
         check_embedding(avatar, avatar.embedding)
     check_names("clips", tuple(clip.name for clip in avatar.clips))
     for clip in avatar.clips:
-        check_clip(clip, k, len(avatar.late_morph_names), joints)
+        check_clip(clip, k, len(avatar.eyelids), joints)
     if avatar.enhancer:
         check_enhancer(avatar.enhancer)
     return avatar
@@ -210,7 +210,7 @@ def _check_surface_rules(avatar: Avatar) -> None:
 
 def _check_outputs(avatar: Avatar) -> None:
     known = {f"expression/{name}" for name in avatar.expression_names}
-    known |= {f"eyelid/{name}" for name in avatar.late_morph_names}
+    known |= {f"eyelid/{name}" for name in avatar.eyelids}
     joints = avatar.rig.joint_names if avatar.rig else ()
     known |= {f"joint/{name}/{axis}" for name in joints for axis in "xyz"}
     for output in avatar.driving.outputs:

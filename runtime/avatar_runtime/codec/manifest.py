@@ -68,7 +68,7 @@ def encode(
         "expressions": [
             {"name": e.name, "aliases": list(e.aliases), "range": list(e.range)} for e in avatar.expressions
         ],
-        "late_morphs": list(avatar.late_morph_names),
+        "late_morphs": list(avatar.eyelids),
         "joints": None if avatar.rig is None else list(avatar.rig.joint_names),
         "clips": [{"name": c.name, "fps": c.fps, "frames": c.frames} for c in avatar.clips],
         "embedding": None if avatar.embedding is None else _embedding(avatar.embedding),
@@ -107,7 +107,7 @@ def decode_facts(manifest: Mapping[str, Any]) -> dict[str, Any]:
         "name": manifest["name"],
         "rules": decode_rules(manifest),
         "expressions": decode_expressions(manifest),
-        "late_morph_names": tuple(manifest["late_morphs"]),
+        "eyelids": tuple(manifest["late_morphs"]),
         "sh_degree": int(manifest["gaussians"]["sh_degree"]),  # JSON knows 2.0 as an integer
         "driving": decode_driving(manifest),
         "raster": decode_raster(manifest),

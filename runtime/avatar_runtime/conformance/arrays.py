@@ -237,7 +237,7 @@ def sizes(avatar: Avatar) -> dict[str, int]:
         "V": vertices if embedding is None else len(embedding.canonical_vertices),
         "A": 0 if rig is None else len(rig.anchor_vertices),
         "K": len(avatar.expressions),
-        "L": len(avatar.late_morph_names),
+        "L": len(avatar.eyelids),
         "J": 0 if rig is None else rig.joint_count,
         "F": avatar.blendshapes.correctives.columns,
         "G": len(avatar.groups),

@@ -208,7 +208,7 @@ def _posed(avatar: Avatar, rig: Rig) -> PoseArrays:
     )
     return PoseArrays(
         np.round(rng.uniform(-0.4, 1.3, len(avatar.expressions)), 3).astype(np.float32),
-        np.round(rng.uniform(0, 1, len(avatar.late_morph_names)), 3).astype(np.float32),
+        np.round(rng.uniform(0, 1, len(avatar.eyelids)), 3).astype(np.float32),
         delta,
         np.eye(4),
     )

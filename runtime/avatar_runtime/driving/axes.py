@@ -1,7 +1,7 @@
 """The nine rotation channels of Live Link Face as rotations in mesh axes.
 
 Mesh axes: right-handed, +X the subject's left, +Y up, face +Z. The app documents neither axes nor signs;
-they were found from two recordings (`python -m tests.runtime.driving.axes_evidence` prints the numbers):
+they were found from two recordings:
 
 - Radians. An eye channel is 0.609 rad (35 degrees) times the difference of its eyeLook weights.
 - Sides. rightEyeYaw = 0.6093 (eyeLookInLeft - eyeLookOutLeft) with offset 0.0000 and residual 0.00024 rad;

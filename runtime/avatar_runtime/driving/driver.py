@@ -69,7 +69,7 @@ class Driver:
         self._late_range: dict[str, Range] = {}
         if within_range:
             self._expression_range = {e.name: e.range for e in avatar.expressions}
-            self._late_range = dict.fromkeys(avatar.late_morph_names, LATE_RANGE)
+            self._late_range = dict.fromkeys(avatar.eyelids, LATE_RANGE)
 
     def pose(self, frame: DrivingFrame) -> Pose:
         """The pose of one frame. Weights that the frame does not name are 0.

@@ -38,14 +38,14 @@ def linear_map(avatar: Avatar) -> LinearMap:
     """The linear map from ARKit names to the outputs of `avatar`. Raises AvatarError for driving mode "none"."""
     maps: dict[str, Callable[[Avatar], LinearMap]] = {"names": _map_by_name, "matrix": _map_by_matrix}
     if avatar.driving.mode not in maps:
-        message = NO_DRIVING if avatar.expressions or avatar.late_morph_names else NOTHING_TO_DRIVE
+        message = NO_DRIVING if avatar.expressions or avatar.eyelids else NOTHING_TO_DRIVE
         raise AvatarError(message, owner=avatar.name, field="driving")
     return maps[avatar.driving.mode](avatar)
 
 
 def _map_by_name(avatar: Avatar) -> LinearMap:
     targets = [(f"expression/{e.name}", (e.name, *e.aliases)) for e in avatar.expressions]
-    targets += [(f"eyelid/{name}", (name,)) for name in avatar.late_morph_names]
+    targets += [(f"eyelid/{name}", (name,)) for name in avatar.eyelids]
     rows = [(output, first_canonical(names)) for output, names in targets]
     reached = [(output, name) for output, name in rows if name is not None]
     matrix = np.array([[float(name == column) for column in ARKIT_NAMES] for _, name in reached])

@@ -73,7 +73,7 @@ def pose_layout(avatar: Avatar) -> tuple[Mapping[str, int], int]:
     sizes = (
         len(avatar.expressions),
         avatar.blendshapes.correctives.columns,
-        len(avatar.late_morph_names),
+        len(avatar.eyelids),
         12 * (0 if rig is None else rig.joint_count),
     )
     ends = np.cumsum(sizes).tolist()

@@ -64,10 +64,10 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_the_bundle_is_the_one_that_convert_writes(face: Path, tmp_path: Path) -> None:
-    options = {**QUICK, "preview": True, "name": "Somebody", "handedness": "left", "licence": "CC0"}
-    result = do(Job("one", str(face), str(tmp_path / "one"), options), "a")
+    options = {**QUICK, "preview": True, "name": "Somebody", "handedness": "left"}
+    result = do(Job("one", str(face), str(tmp_path / "one"), {**options, "licence": "CC0"}), "a")
     assert (result.state, result.message) == ("done", "")
-    convert(face, tmp_path / "converted", ConvertOptions(**options))
+    convert(face, tmp_path / "converted", ConvertOptions(**options, license="CC0"))
     assert report.preview(result) is not None
     made = contents(tmp_path / "one" / "one")
     assert made == contents(tmp_path / "converted")

@@ -77,7 +77,7 @@ def test_what_has_no_counterpart_is_listed(other: Path) -> None:
     avatar = replace(
         _renamed(given, [*given.expressions[:3], Expression("another")]),
         rig=rig,
-        late_morph_names=("left", "lid"),
+        eyelids=("left", "lid"),
     )
     notes = clip_notes(avatar, Path(f"{other}:nod"))
     lost = {"expressions": ["exp_003"], "eyelids": ["right"], "joints": ["jaw"]}
@@ -155,7 +155,7 @@ def test_a_clip_that_moves_nothing_here_is_refused(other: Path) -> None:
     assert given.rig is not None
     rig = replace(given.rig, joint_names=tuple("abcde"))
     names = [Expression(name) for name in ("e", "f", "g", "h")]
-    avatar = replace(_renamed(given, names), rig=rig, late_morph_names=("i", "j"))
+    avatar = replace(_renamed(given, names), rig=rig, eyelids=("i", "j"))
     with pytest.raises(
         AvatarError, match=r"clip 'nod' moves nothing of this avatar; it moves jawOpen, .*no counterpart"
     ):
@@ -189,7 +189,7 @@ def test_colons_of_paths_and_names(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def test_the_commands_take_it(other: Path, tmp_path: Path, run: Run) -> None:
     """`publish` packs a pack anew for it; what is lost is listed."""
-    bare = replace(full_avatar(), clips=(), enhancer=None, late_morph_names=("left", "lid"))
+    bare = replace(full_avatar(), clips=(), enhancer=None, eyelids=("left", "lid"))
     own, packed = bundles.write(tmp_path / "own", bare), tmp_path / "own.avatar"
     still = tmp_path / "frame.png"
     code, _, error = run(

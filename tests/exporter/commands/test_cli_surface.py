@@ -16,9 +16,9 @@ from avatar_export.playing.sequences import PoseSequence, clip
 from avatar_export.readers.table import expect_bundle, find
 from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.bundle import load
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
-from avatar_runtime.pose import clip_pose
 from tests.avatars import surface_avatar
 from tests.commands import Run
 from tests.session.rights import as_anybody
@@ -252,7 +252,7 @@ def test_a_clip_of_the_bundle_is_played_as_it_stands(splatting_head_avatar: Avat
     sequence: PoseSequence = clip(avatar, avatar.clips[0].name, None).part(slice(None, None, 2))
     assert sequence.fps == avatar.clips[0].fps / 2
     player = Player(avatar)
-    want = player.mesh(clip_pose(avatar, avatar.clips[0], 4))
+    want = player.mesh(frame_pose(avatar, avatar.clips[0], 4))
     np.testing.assert_array_equal(player.mesh(sequence.poses[2]), want)
     part = sequence.part(slice(1, 3))
     np.testing.assert_array_equal(player.mesh(part.poses[1]), want)

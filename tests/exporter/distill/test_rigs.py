@@ -51,7 +51,7 @@ def carried(file: Path, shape: Path | None = None) -> Avatar:
         base,
         gaussians=replace(base.gaussians, mean=mean, quat_wxyz=quat),
         expressions=tuple(map(Expression, names)),
-        late_morph_names=(),
+        eyelids=(),
         blendshapes=replace(
             shapes,
             geometry=replace(shapes.geometry, columns=k),

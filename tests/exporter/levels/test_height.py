@@ -111,7 +111,7 @@ def test_every_expression_is_judged_at_its_ends_with_lids_shut_and_a_wide_mouth(
     assert all(np.array_equal(pose.world_from_avatar, np.eye(4)) for pose in poses)
     alone = {tuple(pose.expressions.items()) for pose in poses if len(pose.expressions) == 1}
     assert {((e.name, end),) for e in avatar.expressions for end in e.range if end} <= alone
-    assert any(min(pose.eyelids.get(name, 0) for name in avatar.late_morph_names) == 1 for pose in poses)
+    assert any(min(pose.eyelids.get(name, 0) for name in avatar.eyelids) == 1 for pose in poses)
     lids = ("eyeBlinkLeft", "eyeBlinkRight")
     assert any(min(pose.expressions.get(name, 0) for name in lids) == 1 for pose in poses)
     assert any(pose.expressions.get("jawOpen", 0) == 1 for pose in poses)

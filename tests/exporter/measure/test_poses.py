@@ -26,7 +26,7 @@ def without_expressions(avatar: Avatar) -> Avatar:
     return replace(
         avatar,
         expressions=still,
-        late_morph_names=(),
+        eyelids=(),
         blendshapes=replace(shapes, late_morphs=none),
         rig=rig,
         clips=tuple(replace(clip, late_weights=clip.late_weights[:, :0]) for clip in avatar.clips),

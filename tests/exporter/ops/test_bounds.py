@@ -11,8 +11,9 @@ import pytest
 from avatar_export.ops.bounds import bounds
 from avatar_runtime.avatar import Avatar, Blendshapes, Group, Rules, SparseRows
 from avatar_runtime.checks.avatar import check_avatar
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose, joint_rotation
+from avatar_runtime.pose import Pose, joint_rotation
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.surface import binding_pose
 from tests.avatars import COUNT, GROUPS, JOINTS, LATE_MORPHS, full_avatar, surface_avatar
@@ -206,7 +207,7 @@ def test_every_frame_of_a_short_clip_is_inside(avatar: Avatar) -> None:
     box, player = bounds(avatar)["swept"], Player(avatar)
     assert box["max"][0] > 0.5 or min(box["min"]) < -0.5 or max(box["max"]) > 0.5
     for frame in range(clip.frames):
-        pose = replace(clip_pose(avatar, avatar.clips[0], frame), world_from_avatar=np.eye(4))
+        pose = replace(frame_pose(avatar, avatar.clips[0], frame), world_from_avatar=np.eye(4))
         assert overhang(player.animate(pose), box) <= SLACK
 
 

@@ -14,8 +14,9 @@ from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose
+from avatar_runtime.pose import Pose
 from tests.avatars import full_avatar, surface_avatar
 
 DATA = Path(__file__).parents[2] / "data" / "packs"
@@ -31,7 +32,7 @@ MAKE = {
 
 def played(avatar: Avatar) -> dict[str, np.ndarray]:
     """Splats of a frame of the first clip, or at rest."""
-    pose = clip_pose(avatar, avatar.clips[0], 2) if avatar.clips else Pose()
+    pose = frame_pose(avatar, avatar.clips[0], 2) if avatar.clips else Pose()
     splats = Player(avatar, "reference").animate(pose)
     return {name: getattr(splats, name) for name in ARRAYS}
 

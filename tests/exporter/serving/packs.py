@@ -47,16 +47,16 @@ PICTURE = _picture()
 
 
 @cache
-def packed(name: str = "Head", licence: str | None = None) -> bytes:
+def packed(name: str = "Head", license: str | None = None) -> bytes:
     """A pack of a small avatar of that name."""
     avatar = surface_avatar()
-    provenance = {**avatar.provenance, "licence": licence}
+    provenance = {**avatar.provenance, "licence": license}
     return pack([replace(avatar, name=name, provenance=provenance)], Fineness(), preview=PICTURE).file
 
 
-def of(identity: str, name: str = "Head", licence: str | None = None) -> Shown:
+def of(identity: str, name: str = "Head", license: str | None = None) -> Shown:
     """The same as an avatar of a session."""
-    return shown(identity, packed(name, licence), identity)
+    return shown(identity, packed(name, license), identity)
 
 
 @dataclass

@@ -83,7 +83,7 @@ def data(address: str) -> bytes:
 
 
 def test_one_avatar_is_the_page_itself() -> None:
-    files = publish.site([of("head", licence="CC BY 4.0")])
+    files = publish.site([of("head", license="CC BY 4.0")])
     assert {re.sub(r"[.][0-9a-f]{16}[.]", ".", path) for path in files} == {
         *("index.html", "packs/head.avatar", "previews/head.webp"),
         *(f"viewer/{name}" for name in page_files() if name != "index.html"),
@@ -115,7 +115,7 @@ def test_several_avatars_make_a_gallery_and_have_pages_of_their_own() -> None:
 
 
 def test_link_previews_are_absolute_and_jpeg() -> None:
-    files = publish.site([of("head", licence="CC BY 4.0"), of("body", "Body")], URL)
+    files = publish.site([of("head", license="CC BY 4.0"), of("body", "Body")], URL)
     for page, own, title, picture in (
         ("index.html", "", "2 avatars", "head"),
         ("head/index.html", "head/", "Head", "head"),

@@ -111,7 +111,7 @@ def test_the_posed_case_leaves_no_input_at_rest() -> None:
     for expression in avatar.expressions:
         low, high = expression.range
         assert low <= pose.expressions[expression.name] <= high
-    assert set(pose.eyelids) == set(avatar.late_morph_names) and all(pose.eyelids.values())
+    assert set(pose.eyelids) == set(avatar.eyelids) and all(pose.eyelids.values())
     assert avatar.rig is not None
     assert set(pose.joints) == set(avatar.rig.joint_names)
     turns = [m[:3, :3] for m in (*pose.joints.values(), pose.world_from_avatar)]
@@ -137,7 +137,7 @@ def test_the_camera_looks_at_the_pose() -> None:
 
 
 def test_what_an_avatar_lacks_is_not_asked_for() -> None:
-    bare = replace(surface_avatar(rigged=False), late_morph_names=(), clips=())
+    bare = replace(surface_avatar(rigged=False), eyelids=(), clips=())
     names = {case.name: case.pose for case in reference_cases(bare)}
     assert list(names) == ["rest", "posed", "close"]
     assert not names["posed"].joints and not names["posed"].eyelids

@@ -94,7 +94,7 @@ def test_clips_at_their_keys_are_engine_pose(measured: Measure) -> None:
                 world_from_avatar=clip.world_from_avatar[k].astype(np.float64),
             )
             state.weights = [
-                0.0 if name in avatar.late_morph_names else weight
+                0.0 if name in avatar.eyelids else weight
                 for name, weight in zip(
                     file.target_names, np.array(list(state.weights), dtype=float).tolist(), strict=True
                 )

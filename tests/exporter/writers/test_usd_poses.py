@@ -48,7 +48,7 @@ def random_pose(avatar: Avatar, rng: np.random.Generator) -> Pose:
     return Pose(
         {name: rng.uniform(-0.3, 1.2) for name in avatar.expression_names},
         {name: turn() for name in rig_of(avatar).joint_names},
-        {name: rng.uniform(-0.3, 1.2) for name in avatar.late_morph_names},
+        {name: rng.uniform(-0.3, 1.2) for name in avatar.eyelids},
         world,
     )
 
@@ -112,7 +112,7 @@ def test_rotations_do_not_jump_and_what_stands_still_has_no_samples() -> None:
         "spin",
         30.0,
         np.zeros((9, len(avatar.expressions)), np.float32),
-        np.zeros((9, len(avatar.late_morph_names)), np.float32),
+        np.zeros((9, len(avatar.eyelids)), np.float32),
         delta.astype(np.float32),
         spin.astype(np.float32),
     )

@@ -16,11 +16,14 @@ from avatar_export import read
 from avatar_export.driving.live_link_csv import read_live_link_csv
 from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
+from avatar_runtime.camera import Camera
+from avatar_runtime.clips import clip_pose, frame_pose
 from avatar_runtime.codec import safetensors
 from avatar_runtime.driving.arkit import canonical, rotation_channel
 from avatar_runtime.packs import decode_pack
-from avatar_runtime.pose import clip_pose, resolve
-from avatar_runtime.rotation import quat_from_matrix
+from avatar_runtime.pose import PoseArrays, resolve
+from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+from tests.players import core_cases
 from tests.players.native import ask
 from tests.players.unity_cases import write_contents
 from tests.runtime.backends.gl_cases import avatars
@@ -145,42 +148,20 @@ def test_clips_are_sampled_as_python_does(unity_cases: Path, tmp_path: Path) -> 
     (found,) = ask("clips", [folder], tmp_path)
     made = np.frombuffer(found["sampled"]).reshape(len(times), -1)
     for frame in frames:
-        arrays = resolve(clip_pose(avatar, clip, int(frame)), avatar)
-        parts = (arrays.expression_weights, arrays.late_weights, arrays.joint_delta, arrays.world_from_avatar)
-        want = np.concatenate([np.asarray(part, np.float64).ravel() for part in parts])
+        want = _flat(resolve(frame_pose(avatar, clip, int(frame)), avatar))
         np.testing.assert_array_equal(made[frame], want)
     np.testing.assert_array_equal(made[-3], made[0])
     np.testing.assert_array_equal(made[-2], made[clip.frames - 1])
     np.testing.assert_array_equal(made[-1], made[0])
-    arrays = [resolve(clip_pose(avatar, clip, frame), avatar) for frame in (1, 2)]
     for row, part in zip(made[clip.frames :], PARTS, strict=False):
-        weights = (1 - part) * arrays[0].expression_weights + part * arrays[1].expression_weights
-        limit = 16 * EPSILON
-        np.testing.assert_allclose(row[: len(weights)], weights, rtol=0, atol=limit)
-        deltas = [
-            _between(a, b, part) for a, b in zip(arrays[0].joint_delta, arrays[1].joint_delta, strict=True)
-        ]
-        deltas.append(_between(arrays[0].world_from_avatar, arrays[1].world_from_avatar, part))
-        np.testing.assert_allclose(row[-16 * len(deltas) :], np.ravel(deltas), rtol=0, atol=limit)
+        want = _flat(resolve(clip_pose(avatar, clip, (1 + part) / clip.fps), avatar))
+        np.testing.assert_allclose(row, want, rtol=0, atol=16 * EPSILON)
     assert b"there is no clip 99; the last one is clip 1" in found["no clip"]
 
 
-def _between(a: Array, b: Array, part: float) -> Array:
-    """Rotations by QR and by quaternions the short way; what remains, and translations, linearly."""
-    turns, rests = [], []
-    for matrix in (a, b):
-        q, r = np.linalg.qr(matrix[:3, :3].astype(np.float64))
-        signs = np.sign(np.diag(r))
-        signs[2] = signs[0] * signs[1] * np.linalg.det(q)
-        turns.append(quat_from_matrix(q * signs))
-        rests.append(signs[:, None] * r)
-    second = turns[1] if turns[0] @ turns[1] > 0 else -turns[1]
-    w, x, y, z = quat = (1 - part) * turns[0] + part * second
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    turn = np.eye(3) + 2 * (w * cross + cross @ cross) / (quat @ quat)
-    made = np.array((1 - part) * a + part * b, np.float64)
-    made[:3, :3] = turn @ ((1 - part) * rests[0] + part * rests[1])
-    return made
+def _flat(arrays: PoseArrays) -> Array:
+    parts = (arrays.expression_weights, arrays.late_weights, arrays.joint_delta, arrays.world_from_avatar)
+    return np.concatenate([np.asarray(part, np.float64).ravel() for part in parts])
 
 
 def test_cameras_have_the_matrices_of_python(unity_cases: Path, tmp_path: Path) -> None:
@@ -189,14 +170,30 @@ def test_cameras_have_the_matrices_of_python(unity_cases: Path, tmp_path: Path) 
     for how, file in zip(order, ("orbit", "opencv"), strict=True):
         given = [np.hstack([np.ravel(x) for x in row["given"]]) for row in told if row["how"] == how]
         (tmp_path / f"{file}.f64").write_bytes(np.array(given, np.float64).tobytes())
+    rng = np.random.default_rng(4)
+    engines = [_engine_camera(rng) for _ in range(20)]
+    rows = [[*view.ravel(), *projection.ravel(), *size] for view, projection, size in engines]
+    (tmp_path / "opengl.f64").write_bytes(np.array(rows, np.float64).tobytes())
     (found,) = ask("cameras", [tmp_path], tmp_path)
     made = np.frombuffer(found["cameras"], CAMERA)
+    seen = [Camera.from_opengl(view, projection, *size) for view, projection, size in engines]
     wanted = [row for how in order for row in told if row["how"] == how]
+    wanted += [core_cases.camera_arrays(camera) for camera in seen]
     assert len(made) == len(wanted)
     for have, want in zip(made, wanted, strict=True):
         for key in CAMERA_PARTS:
             limit = 4 * EPSILON * max(1, np.abs(want[key]).max())
             np.testing.assert_allclose(have[key], want[key], rtol=0, atol=limit)
+
+
+def _engine_camera(rng: np.random.Generator) -> tuple[Array, Array, tuple[int, int]]:
+    """A view and a projection of OpenGL, or of an engine whose cameras look along +z; off the middle, any size."""
+    towards, size = rng.choice([-1, 1]), rng.uniform(0.5, 3)
+    view = homogeneous(matrix_from_rotvec(rng.normal(size=3)), rng.normal(size=3)) * rng.uniform(0.5, 2)
+    x, y = rng.uniform(0.5, 4, 2)
+    off_x, off_y = rng.normal(0, 0.2, 2)
+    projection = size * np.array([[x, 0, off_x, 0], [0, y, off_y, 0], [0, 0, 1.1, -0.2], [0, 0, towards, 0]])
+    return view, projection, (int(rng.integers(1, 3000)), int(rng.integers(1, 3000)))
 
 
 def test_recordings_and_packets_are_read_as_python_reads_them(unity_cases: Path, tmp_path: Path) -> None:

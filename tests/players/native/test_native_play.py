@@ -17,12 +17,13 @@ from avatar_export.driving.live_link_csv import read_live_link_csv
 from avatar_export.packing.write import prepare, write
 from avatar_runtime.avatar import F64, Avatar
 from avatar_runtime.camera import Camera
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.driving.arkit import CHANNELS
 from avatar_runtime.driving.driver import Driver
 from avatar_runtime.driving.frame import frame_of
 from avatar_runtime.packs import decode_pack
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose
+from avatar_runtime.pose import Pose
 from tests.exporter.packing.cases import COARSE
 from tests.measured import Measure
 from tests.players.native.gles import LIMIT_S, play_program, run_gl, start_gl
@@ -87,7 +88,7 @@ def test_a_clip_is_what_python_draws(
     assert done.returncode == 0, done.stderr
     stages = {line.split()[0] for line in done.stdout.splitlines()}
     assert {"joints", "blend", "bind", "project", "sort", "raster", "composite"} <= stages
-    poses = [clip_pose(avatar, clip, frame) for frame in range(2)]
+    poses = [frame_pose(avatar, clip, frame) for frame in range(2)]
     poses = [replace(pose, expressions={**pose.expressions, name: 0.5}) for pose in poses]
     worst = farthest(avatar, poses, tmp_path)
     measured(f"avatar_play, {kind}, frames of a clip", worst, BYTE)

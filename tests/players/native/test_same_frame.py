@@ -10,9 +10,9 @@ import PIL.Image
 
 from avatar_export.measure.framing import framing
 from avatar_export.packing.write import pack
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.packs import decode_pack
 from avatar_runtime.player import Player
-from avatar_runtime.pose import clip_pose
 from tests.exporter.packing.cases import COARSE
 from tests.measured import Measure
 from tests.players.native.gles import play_program, run_gl
@@ -32,7 +32,7 @@ def test_players_show_the_same_frame(tmp_path: Path, measured: Measure) -> None:
     file.write_bytes(pack([source], COARSE, facts).file)
     avatar = decode_pack(file.read_bytes(), HEAD).avatar
     clip = avatar.clips[0]
-    pose, camera = clip_pose(avatar, clip, 2), framed(facts["framing"]["whole"], SIZE, YAW, PITCH)
+    pose, camera = frame_pose(avatar, clip, 2), framed(facts["framing"]["whole"], SIZE, YAW, PITCH)
     words = ["--clip", clip.name, "--fps", str(clip.fps), "--frames", "3", "--yaw", str(YAW)]
     words += ["--pitch", str(PITCH), "--size", "x".join(map(str, SIZE)), "-o", str(tmp_path / "frame_%d.png")]
     done = run_gl(play_program(), [str(file), *words])

@@ -236,7 +236,7 @@ def test_a_live_face_wins_where_the_file_maps_it(core: Core, right: Stage, packs
     found = right.pose(1)
     frame = DrivingFrame(0.0, {"jawOpen": 0.75}, head=(0.2, 0, 0), left_eye=(0, 0.3, 0))
     wanted = Driver(avatar, within_range=True).pose(frame)
-    known_names = avatar.expression_names, avatar.late_morph_names, avatar.rig.joint_names
+    known_names = avatar.expression_names, avatar.eyelids, avatar.rig.joint_names
     parts = wanted.expressions, wanted.eyelids, wanted.joints
     mapped = {"jawOpen", "exp_003"}, {"left"}, {"jaw", "leftEye", "rightEye", "neck"}
     for part, own in enumerate(known_names):
@@ -279,7 +279,7 @@ def test_names_are_found_in_any_case(right: Stage, packs: dict[str, bytes]) -> N
     assert right.clip(1, "sneeze") == (-1, 0)
     avatar = decode_pack(packs["right"], "right").avatar
     assert avatar.rig is not None
-    names = (avatar.expression_names, avatar.late_morph_names, avatar.rig.joint_names, ["nod", "blink"])
+    names = (avatar.expression_names, avatar.eyelids, avatar.rig.joint_names, ["nod", "blink"])
     assert right.names(1) == [name for part in names for name in part]
 
 

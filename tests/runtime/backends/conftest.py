@@ -1,21 +1,28 @@
-"""Sample avatars of every system that the fast backends are held against the reference on."""
+"""Contexts of both kinds of OpenGL, and sample avatars of every system."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import moderngl
 import pytest
 
 from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.backends.gl.context import own_context
 from tests.shared_data import shared
 
 SAMPLES = (
-    "blendshapes_avatar",
-    "lam_avatar",
-    "splatting_head_avatar",
-    "splatting_head_sh3_avatar",
-    "body_avatar",
-    "lam_original",
+    *("blendshapes_avatar", "lam_avatar", "splatting_head_avatar"),
+    *("splatting_head_sh3_avatar", "body_avatar", "lam_original"),
 )
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["desktop", "es"])
+def context(request: pytest.FixtureRequest) -> Iterator[moderngl.Context]:
+    made = own_context(es=request.param)
+    yield made
+    made.release()
 
 
 @pytest.fixture(scope="session")

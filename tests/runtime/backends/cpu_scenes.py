@@ -26,7 +26,6 @@ TOLERANCE = 1e-4  # what is further away is a threshold's other side: alpha at 1
 FLIP = 4e-3
 FLIPPED_SHARE = 1e-4  # of the pixels, and one more
 COLOUR_TOLERANCE = 1e-6  # SH sums are fused here
-BLACK = np.zeros(3, np.float32)
 SKY = np.array([0.2, 0.5, 0.9], np.float32)
 
 

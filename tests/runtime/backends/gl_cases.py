@@ -13,8 +13,9 @@ from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.backends.gl import GlBackend
 from avatar_runtime.backends.reference import ReferenceBackend
 from avatar_runtime.camera import Camera
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose
+from avatar_runtime.pose import Pose
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.rules import QUATERNION_SIGNS, SH_DIRECTIONS, SKIN_ROTATIONS, SURFACE_RULES
 from tests.avatars import full_avatar, surface_avatar
@@ -59,7 +60,7 @@ def avatars() -> dict[str, Avatar]:
 def pose_of(avatar: Avatar) -> Pose:
     """A frame of its clip, or of a rigless avatar the place of one."""
     if avatar.clips:
-        return clip_pose(avatar, avatar.clips[0], 2)
+        return frame_pose(avatar, avatar.clips[0], 2)
     other = full_avatar(3)
     return Pose(world_from_avatar=other.clips[0].world_from_avatar[2].astype(np.float64))
 

@@ -17,7 +17,6 @@ import pytest
 from avatar_runtime.backends import make_backend
 from avatar_runtime.backends.cpu.deform.skinned import animate_skinned
 from avatar_runtime.backends.cpu.jit import SOURCES, kernel
-from avatar_runtime.backends.cpu.threads import thread_count
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
@@ -30,11 +29,6 @@ CAMERA = Camera.orbit(np.zeros(3), 0.6, 0.3, 0.1, 0.5, 48, 40)
 def test_less_than_one_thread_is_refused(threads: int) -> None:
     with pytest.raises(ValueError, match=f"threads is {threads}; at least 1"):
         Player(full_avatar(), "cpu", threads=threads)
-
-
-@pytest.mark.parametrize("threads", [np.int32(2), np.uint8(2)])
-def test_numpys_whole_numbers_are_threads(threads: Any) -> None:
-    assert Player(full_avatar(), "cpu", threads=threads).backend.threads == thread_count(2)
 
 
 @pytest.mark.parametrize("threads", [1.0, True, "2", np.bool_(True), np.ones(2, int)])

@@ -9,20 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from avatar_runtime.avatar import RasterSettings
-from avatar_runtime.posed import Clock
-from avatar_runtime.stages.activate import Splats
-from avatar_runtime.stages.project import project
-from avatar_runtime.stages.raster import PROFILES, raster
+from avatar_runtime.stages.raster import raster
 from avatar_runtime.stages.raster import tile_lists as reference_lists
 from avatar_runtime.stages.sort import sort
 from tests.avatars import full_avatar
 
 pytest.importorskip("numba")
 from avatar_runtime.backends.cpu.draw import tiles as cpu_tiles
-from avatar_runtime.backends.cpu.draw.frame import RUN, draw
+from avatar_runtime.backends.cpu.draw.frame import RUN
 from avatar_runtime.backends.cpu.draw.sort import sort as cpu_sort
-from tests.runtime.backends.cpu_scenes import BLACK, COLOUR_TOLERANCE, SKY, scene
+from tests.runtime.backends.cpu_scenes import SKY, scene
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3, 50])
@@ -64,32 +60,6 @@ def test_sort_of_many(spread: float) -> None:
     np.testing.assert_array_equal(cpu_sort(depth, radius), want[radius[want] != 0])
 
 
-@pytest.mark.parametrize("profile", PROFILES)
-def test_stages_take_the_golden_inputs_alone(profile: str) -> None:
-    """From read-only arrays, some of them not contiguous."""
-    avatar = full_avatar(1)
-    one = scene(17, 100, degree=avatar.sh_degree)
-    rotation = np.eye(3, dtype=np.float32) + 0 * one.splats.mean[:, :1, None]
-    inputs = {
-        name: np.asfortranarray(getattr(one.splats, name))
-        for name in ("mean", "scale", "quat_wxyz", "opacity", "sh")
-    } | {"sh_rotation": rotation if one.splats.sh_rotation is None else one.splats.sh_rotation}
-    for array in inputs.values():
-        array.setflags(write=False)
-    want = project(Splats(**inputs), one.camera, avatar.raster, avatar.sh_degree)
-    out = RUN["project"](avatar, inputs, one.camera, profile, 2)
-    assert list(out) == ["centre", "depth", "conic", "opacity", "rgb", "radius"]
-    for name, got in out.items():
-        np.testing.assert_allclose(got, getattr(want, name), rtol=0, atol=COLOUR_TOLERANCE, err_msg=name)
-    order = RUN["sort"](avatar, out, None, profile, 2)
-    assert order["order"].dtype == np.int64
-    np.testing.assert_array_equal(order["order"], sort(want))
-    got = RUN["raster"](avatar, out | order | {"background": SKY}, one.camera, profile, 2)
-    image = raster(want, sort(want), one.camera, SKY, profile)
-    np.testing.assert_allclose(got["colour"], image.colour, rtol=0, atol=1e-5)
-    np.testing.assert_allclose(got["transmittance"], image.transmittance, rtol=0, atol=1e-5)
-
-
 def test_raster_draws_the_splats_that_the_order_names() -> None:
     one = scene(18)
     p = one.reference()
@@ -115,12 +85,7 @@ def test_arrays_that_do_not_fit_are_the_callers_mistake(name: str) -> None:
             replace(one, splats=replace(one.splats, **{name: wrong})).drawn("trainer")
 
 
-def test_time_goes_to_the_stages() -> None:
-    clock, one = Clock(), scene(19)
-    draw(one.splats, one.camera, RasterSettings(), 0, BLACK, "trainer", 1, clock)
-    assert list(clock.milliseconds) == ["project", "sort", "raster"]
-
-
 def test_unknown_profile_is_the_callers_mistake() -> None:
-    with pytest.raises(ValueError, match="trainer, engine"):
-        scene(1).drawn("fast")
+    for draw_by in (scene(1).drawn, scene(1).image):
+        with pytest.raises(ValueError, match="trainer, engine"):
+            draw_by("fast")

@@ -18,11 +18,6 @@ def test_each_worker_runs_once_and_all_have_ended(count: int) -> None:
     assert sorted(ran) == list(range(count))
 
 
-def test_they_run_at_the_same_time() -> None:
-    barrier = threading.Barrier(3, timeout=20)
-    share(lambda worker: barrier.wait() and None, 3)
-
-
 @pytest.mark.parametrize("bad", [0, 2])
 def test_an_error_comes_when_all_have_ended(bad: int) -> None:
     ran: list[int] = []

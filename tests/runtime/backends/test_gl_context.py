@@ -22,6 +22,7 @@ from tests.runtime.backends.gl_cases import BACKGROUND, SIZE, backend, camera, p
 
 AVATAR = full_avatar(3)
 WIDTH, HEIGHT = SIZE
+BEHIND = tuple(BACKGROUND.tolist())
 
 
 def current_handle() -> int:
@@ -129,6 +130,8 @@ def read(framebuffer: moderngl.Framebuffer) -> Any:
 
 
 def test_draw_into_over_what_is_there(context: moderngl.Context, scene: moderngl.Framebuffer) -> None:
+    """All of the image is drawn, and the viewport is afterwards the caller's."""
+    scene.viewport = (10, 20, 30, 40)
     want = reference_image(AVATAR, camera())
     bare = want.colour - want.transmittance[..., None] * BACKGROUND
     with backend(AVATAR, context=context) as gl:
@@ -136,23 +139,11 @@ def test_draw_into_over_what_is_there(context: moderngl.Context, scene: moderngl
         left = want.transmittance[..., None]
         assert np.abs(read(scene)[..., :3] - (bare + left * np.float32([0.1, 0.2, 0.3]))).max() <= 1 / 255
         assert np.abs(read(scene)[..., 3] - (1 - want.transmittance * 0.5)).max() <= 1 / 255
-        gl.draw_into(scene, posed_of(gl), camera(), background=tuple(BACKGROUND.tolist()))
+        gl.draw_into(scene, posed_of(gl), camera(), background=BEHIND)
         assert np.abs(read(scene)[..., :3] - want.colour).max() <= 1 / 255
-        assert (read(scene)[..., 3] == 1).all()
+        assert (read(scene)[..., 3] == 1).all() and scene.viewport == (10, 20, 30, 40)
         with pytest.raises(ValueError, match=r"the framebuffer is \(4, 4\), the camera \(200, 160\)"):
             gl.draw_into(context.simple_framebuffer((4, 4)), posed_of(gl), camera())
-
-
-def test_draw_into_a_framebuffer_with_a_viewport(
-    context: moderngl.Context, scene: moderngl.Framebuffer
-) -> None:
-    """All of the image is drawn, and the viewport is afterwards the caller's."""
-    want = reference_image(AVATAR, camera())
-    scene.viewport = (10, 20, 30, 40)
-    with backend(AVATAR, context=context) as gl:
-        gl.draw_into(scene, posed_of(gl), camera(), background=tuple(BACKGROUND.tolist()))
-    assert np.abs(read(scene)[..., :3] - want.colour).max() <= 1 / 255
-    assert scene.viewport == (10, 20, 30, 40)
 
 
 def test_draw_into_linear_light(context: moderngl.Context, scene: moderngl.Framebuffer) -> None:
@@ -160,7 +151,7 @@ def test_draw_into_linear_light(context: moderngl.Context, scene: moderngl.Frame
     want = reference_image(AVATAR, camera()).colour.astype(np.float64)
     linear = np.where(want <= 0.04045, want / 12.92, ((want + 0.055) / 1.055) ** 2.4)
     with backend(AVATAR, context=context) as gl:
-        gl.draw_into(scene, posed_of(gl), camera(), background=tuple(BACKGROUND.tolist()), linear=True)
+        gl.draw_into(scene, posed_of(gl), camera(), background=BEHIND, linear=True)
     assert np.abs(read(scene)[..., :3] - linear).max() <= 1 / 255
 
 
@@ -176,9 +167,7 @@ def test_draw_into_a_scene_with_depth() -> None:
         want = gl.scene.image([posed_of(gl)], camera(), BACKGROUND, depth=depth)
         changed = np.abs(whole.colour - want.colour).max(axis=2) > 0.01
         assert changed[: HEIGHT // 2].any() and not changed[HEIGHT // 2 :].any()
-        gl.draw_into(
-            framebuffer, posed_of(gl), camera(), background=tuple(BACKGROUND.tolist()), depth=texture
-        )
+        gl.draw_into(framebuffer, posed_of(gl), camera(), background=BEHIND, depth=texture)
         assert np.abs(read(framebuffer)[..., :3] - want.colour).max() <= 1e-6
         assert texture.compare_func == "<="
     context.release()

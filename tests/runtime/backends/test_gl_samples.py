@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import moderngl
 import numpy as np
-import pytest
 from bench.backends import busy_pose
 
 from avatar_export.images import frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.backends.gl.context import own_context
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
 from avatar_runtime.posed import Clock
 from tests.measured import Measure
 from tests.runtime.backends.gl_cases import BACKGROUND, IMAGE_LIMIT, backend, check_stage, stage_inputs
-
-
-@pytest.fixture(scope="module", params=[False, True], ids=["desktop", "es"])
-def context(request: pytest.FixtureRequest) -> Iterator[moderngl.Context]:
-    made = own_context(es=request.param)
-    yield made
-    made.release()
 
 
 def test_sample(sample: Avatar, context: moderngl.Context, measured: Measure) -> None:

@@ -26,6 +26,7 @@ from avatar_runtime import (
     target_names,
 )
 from avatar_runtime.checks.fields import CHECKS
+from avatar_runtime.clips import frame_pose
 from tests.avatars import full_avatar, surface_avatar
 
 AVATAR, SURFACE = full_avatar(), surface_avatar()
@@ -35,6 +36,7 @@ CAMERA = Camera.orbit(np.zeros(3), 2.0, 0.0, 0.0, 0.5, 8, 8)
 DRIVER = Driver(AVATAR)
 NONE: Any = None
 COMPLEX: Any = np.eye(4) * (1 + 1j)
+GL_PROJECTION = np.array([[1.0, 0, 0, 0], [0, 2, 0, 0], [0, 0, -1, -0.2], [0, 0, -1, 0]])
 K = np.array([[9.0, 0, 4], [0, 9, 4], [0, 0, 1]])
 
 
@@ -46,6 +48,12 @@ def opencv(**given: Any) -> Camera:
 def orbit(**given: Any) -> Camera:
     values: dict[str, Any] = {"target": np.zeros(3), "distance": 1.0, "yaw": 0.0, "pitch": 0.0, "fov_y": 0.5}
     return Camera.orbit(**{**values, "width": 8, "height": 8, **given})
+
+
+def opengl(**given: Any) -> Camera:
+    return Camera.from_opengl(
+        **{"view": np.eye(4), "projection": GL_PROJECTION, "width": 8, "height": 8, **given}
+    )
 
 
 def weight(value: Any) -> object:
@@ -98,6 +106,9 @@ MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
     (lambda: Player(NONE), TypeError, "avatar is None; an Avatar is needed"),
     (lambda: Player(AVATAR, "gpu"), ValueError, "backend: 'gpu' is not one of reference, cpu, gl"),
     (lambda: Player(AVATAR, 3), TypeError, "backend is an int; a text is needed"),
+    (lambda: Player(AVATAR, "cpu", es=True), ValueError, "es is an option of backend gl, not of cpu"),
+    (lambda: Player(AVATAR, "reference", threads=2), ValueError, "threads is an option of backend cpu, not of ref"),
+    (lambda: Player(AVATAR, "gl", threads=2), ValueError, "threads is an option of backend cpu, not of gl"),
     (lambda: Player(AVATAR, level=0.5), TypeError, "level is a float; a whole number is needed"),
     (lambda: opencv(intrinsics=np.eye(2)), ValueError, "intrinsics has shape [2, 2]; [3, 3] is needed"),
     (lambda: opencv(intrinsics=K.T), ValueError, "intrinsics are not [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]"),
@@ -111,16 +122,25 @@ MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
     (lambda: orbit(distance="far"), TypeError, "distance is the text 'far'; a number is needed"),
     (lambda: orbit(yaw=np.nan), ValueError, "yaw is nan; a finite number is needed"),
     (lambda: orbit(fov_y=20), ValueError, "fov_y is 20 radians; more than 0 and less than pi is needed"),
+    (lambda: opengl(view=np.eye(3)), ValueError, "view has shape [3, 3]; [4, 4] is needed"),
+    (lambda: opengl(view=np.full((4, 4), np.inf)), ValueError, "view holds a number that is not finite"),
+    (lambda: opengl(projection=np.eye(4)), ValueError, "projection has no perspective; an orthographic camera"),
+    (lambda: opengl(projection=GL_PROJECTION + np.diag([0, 0, 0, 1.0])), ValueError, "projection has no perspective"),
+    (lambda: opengl(projection=np.diag([1, -1, 1, 1.0]) @ GL_PROJECTION), ValueError, "projection mirrors the image"),
+    (lambda: opengl(view=np.diag([0, 1, 1, 1.0])), ValueError, "view has no inverse"),
+    (lambda: opengl(view=np.eye(4) * 1e300), ValueError, "view has no inverse, or the camera holds a number beyond"),
+    (lambda: opengl(width=0), ValueError, "width is 0; 1 to 32768 is needed"),
     (lambda: replace(CAMERA, centre=np.zeros(2)), ValueError, "centre has shape [2]; [3] is needed"),
     (lambda: replace(CAMERA, height=None), TypeError, "height is None; a whole number is needed"),
-    (lambda: clip_pose(AVATAR, CLIP, CLIP.frames), ValueError, f"frame is {CLIP.frames}; 0 to {CLIP.frames - 1}"),
-    (lambda: clip_pose(AVATAR, CLIP, -1), ValueError, "frame is -1; 0 to"),
-    (lambda: clip_pose(AVATAR, CLIP, 0.5), TypeError, "frame is a float; a whole number is needed"),
+    (lambda: clip_pose(AVATAR, CLIP, np.nan), ValueError, "seconds is nan; a finite number is needed"),
+    (lambda: clip_pose(AVATAR, CLIP, "0"), TypeError, "seconds is the text '0'; a number is needed"),
+    (lambda: frame_pose(AVATAR, CLIP, CLIP.frames), ValueError, f"frame is {CLIP.frames}; 0 to {CLIP.frames - 1}"),
+    (lambda: frame_pose(AVATAR, CLIP, 0.5), TypeError, "frame is a float; a whole number is needed"),
     (lambda: clip_pose(AVATAR, NONE, 0), TypeError, "clip is None; a Clip is needed"),
     (
         lambda: engine_clip(AVATAR, replace(CLIP, joint_delta=CLIP.joint_delta[:, 1:])),
         ValueError,
-        "clip 'nod' has 4 expressions, 2 late morphs and 4 joints, the avatar 4, 2 and 5: it is another avatar's",
+        "clip 'nod' has 4 expressions, 2 eyelids and 4 joints, the avatar 4, 2 and 5: it is another avatar's",
     ),
     (lambda: engine_pose(AVATAR, NONE), TypeError, "pose is None; a Pose is needed"),
     (lambda: engine_pose(NONE, Pose()), TypeError, "avatar is None; an Avatar is needed"),

@@ -82,15 +82,8 @@ def group(index: int, **fields: Any) -> Any:
 
 MATRIX = Driving("matrix", ("jawOpen",), ("expression/jawOpen",), np.ones((1, 1), np.float32))
 SPARSE = (
-    ("blendshapes.geometry", "geometry"),
-    ("blendshapes.appearance", "appearance"),
-    ("blendshapes.correctives", "correctives"),
-    ("blendshapes.late_morphs", "late_morphs"),
-    ("skin", "skin"),
-    ("rig.morphs", "rig.morphs"),
-    ("rig.correctives", "rig.correctives"),
-    ("rig.late_morphs", "rig.late_morphs"),
-    ("rig.skin", "rig.skin"),
+    *((f"blendshapes.{name}", name) for name in ("geometry", "appearance", "correctives", "late_morphs")),
+    *((path, path) for path in ("skin", "rig.morphs", "rig.correctives", "rig.late_morphs", "rig.skin")),
 )
 FLOATS = (
     *(f"gaussians.{name}" for name in ("mean", "log_scale", "quat_wxyz", "opacity_logit", "sh")),
@@ -132,8 +125,8 @@ BROKEN: list[tuple[str, Any, str, str]] = [
     ("expressions", (Expression("a"), Expression("a")), "expressions", "duplicate"),
     ("expressions", (Expression(""),), "expressions", "is empty"),
     ("expressions", (Expression("a"),), "geometry", "4 columns, expected 1"),
-    ("late_morph_names", ("a", "b", "c"), "late_morphs", "2 columns, expected 3"),
-    ("late_morph_names", ("",), "late_morph_names", "is empty"),
+    ("eyelids", ("a", "b", "c"), "late_morphs", "2 columns, expected 3"),
+    ("eyelids", ("",), "eyelids", "is empty"),
     *((f"{path}.columns", 1000, field, "1000 columns") for path, field in SPARSE),
     *((f"{path}.column", at(0, 999), f"{field}.column", "= 999") for path, field in SPARSE),
     *((f"{path}.column", i64, f"{field}.column", "u16") for path, field in SPARSE),

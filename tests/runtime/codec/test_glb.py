@@ -59,14 +59,6 @@ def test_every_component_width_and_stride(component: int, kind: str, width: int,
     assert got.tolist() == (np.array(values)[:, 0].tolist() if width == 1 else values)
 
 
-def test_the_last_element_needs_no_gap_after_it() -> None:
-    binary = struct.pack("<f4xf", 1.5, 2.5)
-    assert read(binary, {"componentType": 5126, "count": 2, "type": "SCALAR"}, byteStride=8).tolist() == [
-        1.5,
-        2.5,
-    ]
-
-
 def test_matrices_are_stored_by_column() -> None:
     got = read(struct.pack("<16f", *range(16)), {"componentType": 5126, "count": 1, "type": "MAT4"})
     assert got[0].tolist() == [[0, 4, 8, 12], [1, 5, 9, 13], [2, 6, 10, 14], [3, 7, 11, 15]]
@@ -151,48 +143,25 @@ def test_real_file_as_trimesh_reads_it() -> None:
     assert all(len(glb.accessor(document, i)) for i in range(len(document.document["accessors"])))
 
 
-def test_later_chunks_are_ignored() -> None:
-    data = pack({"asset": {}}, b"1234")
-    longer = data + struct.pack("<II", 4, 0x12345678) + b"more"
-    longer = longer[:8] + struct.pack("<I", len(longer)) + longer[12:]
-    assert glb.decode(longer).binary == b"1234"
-    assert len(glb.decode(pack({}, None)).binary) == 0
-
-
 DEEP = b"[" * 100_000 + b"]" * 100_000
 GOOD = pack({"asset": {"version": "2.0"}}, b"1234")
 
 BAD_FILES = {
     "empty": (b"", "is not a GLB file"),
     "another format": (b"ply\n" + GOOD, "is not a GLB file"),
-    "JSON text": (b'{"asset": {"version": "2.0"}}', "is not a GLB file"),
     "version 1": (GOOD[:4] + struct.pack("<I", 1) + GOOD[8:], "is GLB version 1"),
     "truncated": (GOOD[:-1], f"says {len(GOOD)} bytes, but has {len(GOOD) - 1}"),
-    "junk at the end": (GOOD + b"\0", "bytes, but has"),
-    "chunk too long": (
-        GOOD[:12] + struct.pack("<I", 2**32 - 1) + GOOD[16:],
-        "chunk 0: says 4294967295 bytes",
-    ),
-    "binary first": (
-        struct.pack("<4sIIII4s", b"glTF", 2, 24, 4, BIN, b"1234"),
-        "does not begin with its JSON chunk",
-    ),
-    "half a chunk header": (
-        struct.pack("<4sIIII4s", b"glTF", 2, 28, 4, JSON, b"{}  ") + b"half",
-        "4 bytes after chunk 0",
-    ),
+    "chunk too long": (GOOD[:12] + struct.pack("<I", 2**32 - 1) + GOOD[16:], "chunk 0: says 4294967295"),
+    "binary first": (struct.pack("<4sIIII4s", b"glTF", 2, 24, 4, BIN, b"1234"), "does not begin with"),
     "many chunks": (
         struct.pack("<4sII", b"glTF", 2, 12 + 8 * 99) + struct.pack("<II", 0, JSON) * 99,
         "bytes after chunk 15",
     ),
     "no JSON": (pack(b"{nope"), "JSON: cannot be parsed"),
-    "no UTF-8": (pack(b'{"a": "\xff"}'), "JSON: cannot be parsed"),
     "deep": (pack(DEEP), "JSON: cannot be parsed"),
     "NaN": (pack(b'{"a": NaN}'), "NaN is not JSON"),
-    "digits without end": (pack(b'{"a": ' + b"9" * 9999 + b"}"), "JSON: cannot be parsed"),
     "a list": (pack([]), "JSON: is not an object"),
     "an extension": (pack({"extensionsRequired": ["KHR_draco_mesh_compression"]}), "cannot be read"),
-    "extensions no list": (pack({"extensionsRequired": {"a": [1]}}), "cannot be read"),
 }
 
 
@@ -215,39 +184,17 @@ HUGE = 1 << 62
 
 BAD_ACCESSORS: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "past its view": (FLOATS | {"count": 5}, {}, "5 elements end at byte 20, but its bufferView has 16"),
-    "absurd count": (FLOATS | {"count": HUGE}, {}, "elements end at byte"),
-    "count past 64 bits": (FLOATS | {"count": 1 << 80}, {}, "count: a huge number is not a whole number"),
-    "absurd count of zeros": (
-        FLOATS | {"count": HUGE, "bufferView": "-"},
-        {},
-        "zeros, but the file has 16 bytes",
-    ),
+    "absurd count of zeros": (FLOATS | {"count": HUGE, "bufferView": "-"}, {}, "zeros, but the file has 16"),
     "negative count": (FLOATS | {"count": -1}, {}, "count: -1 is not a whole number"),
-    "fraction": (FLOATS | {"count": 1.5}, {}, "count: 1.5 is not a whole number"),
-    "true": (FLOATS | {"count": True}, {}, "count: True is not a whole number"),
-    "no count": ({"componentType": 5126, "type": "SCALAR"}, {}, "count: None is not a whole number"),
-    "offset past its view": (FLOATS | {"byteOffset": HUGE}, {}, "elements end at byte"),
     "negative offset": (FLOATS | {"byteOffset": -4}, {}, "byteOffset: -4 is not a whole number"),
     "unknown component": (FLOATS | {"componentType": 5124}, {}, "componentType: 5124 is not one of 5120"),
-    "list for a component": (FLOATS | {"componentType": [5126]}, {}, "componentType: list is not one of"),
     "unknown type": (FLOATS | {"type": "MAT5"}, {}, "type: MAT5 is not one of SCALAR"),
-    "list for a type": (FLOATS | {"type": ["VEC3"]}, {}, "type: list is not one of"),
-    "normalised floats": (
-        FLOATS | {"normalized": True},
-        {},
-        "normalized: goes with 8- and 16-bit integers only",
-    ),
+    "normalised floats": (FLOATS | {"normalized": True}, {}, "normalized: goes with 8- and 16-bit integers"),
     "no such view": (FLOATS | {"bufferView": 7}, {}, "bufferViews[7]: does not exist"),
-    "view past the buffer": (
-        FLOATS,
-        {"byteLength": 17},
-        "bufferViews[0]: ends at byte 17, but its buffer has 16",
-    ),
+    "view past the buffer": (FLOATS, {"byteLength": 17}, "bufferViews[0]: ends at byte 17, but its buffer"),
     "view before the buffer": (FLOATS, {"byteOffset": -1}, "byteOffset: -1"),
-    "absurd view": (FLOATS, {"byteOffset": HUGE, "byteLength": HUGE}, "bufferViews[0]: ends at byte"),
     "stride too small": (FLOATS, {"byteStride": 3}, "elements of 4 bytes in a bufferView with byteStride 3"),
     "stride of zero": (FLOATS, {"byteStride": 0}, "byteStride: 0 is not 1..252"),
-    "stride too large": (FLOATS, {"byteStride": 256}, "byteStride: 256 is not 1..252"),
     "another buffer": (FLOATS, {"buffer": 1}, "buffers[1]: does not exist"),
     "compressed": (FLOATS, {"extensions": {"EXT_meshopt_compression": {}}}, "has extensions"),
 }
@@ -298,15 +245,15 @@ def test_bad_sparse_is_named(indices: list[int], count: int, message: str) -> No
     assert message in str(caught.value)
 
 
-@pytest.mark.parametrize("value", [None, [], {}, {"count": 1}, {"count": 1, "indices": {}, "values": {}}])
-def test_broken_sparse_is_refused(value: Any) -> None:
-    document = small(bytes(16), FLOATS | {"sparse": value})
-    with pytest.raises(AvatarError):
-        glb.accessor(glb.decode(pack(document, bytes(16))), 0)
-
-
 def test_an_index_of_nothing_is_refused() -> None:
     document = glb.decode(pack(small(bytes(16), FLOATS), bytes(16)))
     for index in (-1, 1, True, "0", None, 1 << 70, [0]):
         with pytest.raises(AvatarError, match="does not exist"):
             glb.accessor(document, index)
+
+
+@pytest.mark.parametrize("value", [None, {"count": 1}])
+def test_broken_sparse_is_refused(value: Any) -> None:
+    document = small(bytes(16), FLOATS | {"sparse": value})
+    with pytest.raises(AvatarError):
+        glb.accessor(glb.decode(pack(document, bytes(16))), 0)

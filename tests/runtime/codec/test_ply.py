@@ -75,19 +75,6 @@ def test_any_order_and_scalar_type(kind: str) -> None:
     assert_bit_equal(ply.gaussians(ply.decode(with_plyfile(g, kind, reverse=True))), g)
 
 
-def test_every_scalar_type_as_plyfile_writes_it() -> None:
-    codes = ["i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8"]
-    rows = np.zeros(3, [(f"p_{code}", code) for code in codes])
-    for code in codes:
-        rows[f"p_{code}"] = [1, 2, 100]
-    stream = io.BytesIO()
-    PlyData([PlyElement.describe(rows, "vertex")], byte_order="<").write(stream)
-    decoded = ply.decode(memoryview(stream.getvalue()))
-    for code in codes:
-        column = decoded.properties[f"p_{code}"]
-        assert column.dtype == np.dtype(code) and column.tolist() == [1, 2, 100]
-
-
 def test_real_splat_as_plyfile_reads_it() -> None:
     path = shared("splat/playbot_lod3.ply")
     g = ply.gaussians(ply.decode(path.read_bytes(), path.name))
@@ -97,12 +84,6 @@ def test_real_splat_as_plyfile_reads_it() -> None:
     assert np.array_equal(g.sh[:, 3, 1], vertex["f_rest_10"])  # green, third of eight
     again = ply.encode(g)
     assert_bit_equal(ply.gaussians(ply.decode(again)), g)
-
-
-def test_decode_copies_nothing() -> None:
-    data = ply.encode(made())
-    column = ply.decode(data).properties["opacity"]
-    assert np.shares_memory(column, np.frombuffer(data, np.uint8))
 
 
 def test_comments_are_one_line_of_ascii() -> None:
@@ -121,39 +102,19 @@ def _header(old: bytes, new: bytes) -> bytes:
 
 
 BAD = {
-    "empty": (b"", "does not begin with 'ply'"),
     "another format": (b"glTF" + GOOD, "does not begin with 'ply'"),
     "ASCII": (_header(b"binary_little_endian", b"ascii"), "got 'format ascii 1.0'"),
-    "big-endian": (_header(b"binary_little_endian", b"binary_big_endian"), "got 'format binary_big_endian"),
     "truncated": (GOOD[:-1], "says 5 rows of 104 bytes, but 519 bytes follow"),
     "junk after the rows": (GOOD + b"\0", "says 5 rows of 104 bytes, but 521 bytes follow"),
     "absurd count": (_header(b"vertex 5", b"vertex 999999999999999999"), "says 999999999999999999 rows"),
-    "count too long": (_header(b"vertex 5", b"vertex " + b"9" * 5000), "is not a name and a count"),
     "negative count": (_header(b"vertex 5", b"vertex -5"), "is not a name and a count"),
-    "fewer rows than stored": (_header(b"vertex 5", b"vertex 4"), "says 4 rows"),
     "no rows": (HEAD.replace(b"vertex 5", b"vertex 0") + b"end_header\n", "vertex: has no rows"),
     "list": (_header(b"property float x\n", b"property list uchar int x\n"), "is a list"),
     "unknown type": (_header(b"property float x\n", b"property half x\n"), "is not a scalar type and a name"),
-    "property twice": (
-        _header(b"property float ny\n", b"property float nx\n"),
-        "property nx: is a duplicate",
-    ),
-    "element twice": (
-        _header(b"element vertex 5\n", b"element vertex 5\nelement vertex 5\n"),
-        "duplicate",
-    ),
-    "faces": (
-        _header(b"element vertex 5\n", b"element face 2\nelement vertex 5\n"),
-        "element face: has 2 rows",
-    ),
-    "other element": (
-        _header(b"element vertex 5", b"element point 0"),
-        "no element 'vertex' with properties",
-    ),
-    "no properties": (
-        b"ply\nformat binary_little_endian 1.0\nelement vertex 9\nend_header\n",
-        "with properties",
-    ),
+    "property twice": (_header(b"property float ny\n", b"property float nx\n"), "nx: is a duplicate"),
+    "element twice": (_header(b"element vertex 5\n", b"element vertex 5\nelement vertex 5\n"), "duplicate"),
+    "faces": (_header(b"element vertex 5\n", b"element face 2\nelement vertex 5\n"), "element face: has 2"),
+    "other element": (_header(b"element vertex 5", b"element point 0"), "no element 'vertex' with"),
     "no format": (b"ply\nelement vertex 9\nend_header\n", "got 'element vertex 9'"),
     "nothing in the header": (b"ply\nend_header\n", "got 'nothing'"),
     "stray line": (_header(b"property float x\n", b"properly float x\n"), "is not PLY"),
@@ -163,10 +124,6 @@ BAD = {
         "no end_header",
     ),
     "missing property": (_header(b"float rot_2\n", b"float rot_9\n"), "property rot_2: is missing"),
-    "f_rest with a gap": (
-        _header(b"float f_rest_3\n", b"float f_rest_30\n"),
-        "property f_rest_3: is missing",
-    ),
     "f_rest of no degree": (_header(b"float f_rest_3\n", b"float f_dest_3\n"), "f_rest_*: 8 properties"),
     "NaN": (GOOD[:-2] + b"\xff\xff", "rot_3[4]: is nan"),
 }

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from avatar_runtime.codec.safetensors import DTYPES, HEADER_LIMIT, decode, encode
 from avatar_runtime.io.errors import AvatarError
+from tests.hostile import only_avatar_errors
 from tests.session.fuzz import examples
 
 Array = npt.NDArray[Any]
@@ -89,12 +90,6 @@ def test_every_array_is_aligned_and_read_without_a_copy() -> None:
     assert not any(a.flags.writeable for a in arrays.values())
 
 
-def test_encoding_does_not_copy_contiguous_arrays() -> None:
-    array = np.arange(1000, dtype=np.float32)
-    pieces = list(encode({"a": array}))
-    assert np.shares_memory(np.frombuffer(pieces[1], np.uint8), array)
-
-
 def file_of(header: Any, body: bytes = b"", claimed: int | None = None) -> bytes:
     text = header if isinstance(header, bytes) else json.dumps(header).encode()
     return struct.pack("<Q", len(text) if claimed is None else claimed) + text + body
@@ -106,47 +101,25 @@ def entry(dtype: Any = "F32", shape: Any = (1,), offsets: Any = (0, 4)) -> dict[
 
 BODY = b"\0" * 4
 HOSTILE = {
-    "empty": (b"", "at least 8"),
     "short": (b"\0" * 7, "at least 8"),
     "header longer than the file": (file_of({}, claimed=100), "header claims"),
-    "header of 2^63 bytes": (file_of({}, claimed=1 << 63), "header claims"),
     "header beyond the limit": (file_of(b" " * (HEADER_LIMIT + 1) + b"{}"), "header claims"),
     "not JSON": (file_of(b"{"), "not JSON"),
     "not UTF-8": (file_of(b'{"\xff": 1}'), "not JSON"),
     "nested too deep": (file_of(b"[" * 100_000), "not JSON"),
-    "an endless number": (file_of(b'{"a": ' + b"9" * 5000 + b"}"), "not JSON"),
     "a list": (file_of([]), "not a JSON object"),
-    "entry is not an object": (file_of({"a": 3}), "a: is not a JSON object"),
     "entry without fields": (file_of({"a": {}}), "dtype None"),
     "unknown type": (file_of(entry("BF16"), BODY), "dtype 'BF16'"),
-    "type is a list": (file_of(entry(["F32"]), BODY), "dtype"),
-    "type is an object": (file_of(entry({}), BODY), "dtype"),
     "shape is a number": (file_of(entry(shape=1), BODY), "lists of counts"),
-    "shape is a text": (file_of(entry(shape="1"), BODY), "lists of counts"),
     "negative length": (file_of(entry(shape=[-1]), BODY), "lists of counts"),
-    "true as a length": (file_of(entry(shape=[True]), BODY), "lists of counts"),
     "fractional length": (file_of(entry(shape=[1.0]), BODY), "lists of counts"),
-    "infinite length": (
-        file_of(b'{"a":{"dtype":"F32","shape":[1e999],"data_offsets":[0,4]}}', BODY),
-        "counts",
-    ),
     "a length of 2^48": (file_of(entry(shape=[1 << 48]), BODY), "lists of counts"),
-    "nine axes": (file_of(entry(shape=[1] * 9), BODY), "lists of counts"),
-    "one offset": (file_of(entry(offsets=[0]), BODY), "lists of counts"),
     "three offsets": (file_of(entry(offsets=[0, 4, 4]), BODY), "lists of counts"),
-    "negative offset": (file_of(entry(offsets=[-4, 0]), BODY), "lists of counts"),
-    "offsets backwards": (file_of(entry(offsets=[4, 0]), BODY), "does not fit"),
     "offsets beyond the file": (file_of(entry(offsets=[4, 8]), BODY), "does not fit"),
-    "shape larger than its bytes": (file_of(entry(shape=[2]), BODY), "does not fit"),
     "shape smaller than its bytes": (file_of(entry(shape=[0]), BODY), "does not fit"),
     "a product beyond 64 bits": (file_of(entry(shape=[1 << 40, 1 << 40]), BODY), "does not fit"),
-    "no elements, endless strides": (
-        file_of(entry(shape=[0, 1 << 47, 1 << 47], offsets=[0, 0])),
-        "does not fit",
-    ),
     "bytes after the last": (file_of(entry(), BODY + b"\0"), "end at byte 4"),
     "a hole before the first": (file_of(entry(offsets=[4, 8]), BODY * 2), "hole or overlap at byte 0"),
-    "overlap": (file_of(entry() | {"b": entry()["a"]}, BODY), "hole or overlap"),
     "a line break in a name": (file_of({"a\nb": 3}), "a b: is not"),
 }
 
@@ -163,24 +136,6 @@ def test_hostile_headers_are_refused(name: str) -> None:
 
 def test_metadata_is_passed_over() -> None:
     assert set(decode(file_of({"__metadata__": {"x": "y"}} | entry(), BODY), "x")) == {"a"}
-
-
-GOOD = whole({"a": np.arange(6, dtype=np.float32).reshape(2, 3), "b": np.array([1, 2], np.uint16)})
-
-
-@settings(max_examples=examples(300))
-@given(st.data())
-def test_no_bytes_give_anything_but_arrays_or_an_avatar_error(data: st.DataObject) -> None:
-    mangled = bytearray(GOOD)
-    for _ in range(data.draw(st.integers(1, 4))):
-        at = data.draw(st.integers(0, len(mangled) - 1))
-        mangled[at : at + data.draw(st.integers(0, 3))] = data.draw(st.binary(max_size=4))
-    try:
-        arrays = decode(bytes(mangled), "x")
-    except AvatarError as error:
-        assert "\n" not in str(error)
-    else:
-        assert sum(a.nbytes for a in arrays.values()) <= len(mangled)
 
 
 JSON = st.recursive(
@@ -201,9 +156,7 @@ ENTRIES = st.fixed_dictionaries(
 @settings(max_examples=examples(300))
 @given(st.dictionaries(st.text(max_size=3), ENTRIES | JSON, max_size=3), st.binary(max_size=8))
 def test_no_header_gives_anything_but_arrays_or_an_avatar_error(header: dict[str, Any], body: bytes) -> None:
-    try:
-        arrays = decode(file_of(header, body), "x")
-    except AvatarError as error:
-        assert "\n" not in str(error)
-    else:
-        assert sum(a.nbytes for a in arrays.values()) == len(body)
+    def read() -> None:
+        assert sum(a.nbytes for a in decode(file_of(header, body), "x").values()) == len(body)
+
+    only_avatar_errors(read)

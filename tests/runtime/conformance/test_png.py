@@ -32,12 +32,6 @@ def test_pillow_reads_what_is_written(shape: tuple[int, ...]) -> None:
         np.testing.assert_array_equal(np.asarray(image), want)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_what_is_written_is_read_back(shape: tuple[int, ...]) -> None:
-    want = pixels(shape)
-    np.testing.assert_array_equal(png.decode(png.encode(want), shape, "x.png"), want)
-
-
 def with_filters(want: np.ndarray) -> bytes:
     """A PNG whose rows take the five filters in turn, by the standard's own words and byte by byte."""
     channels = want.shape[2] if want.ndim == 3 else 1
@@ -67,11 +61,6 @@ def test_what_pillow_saves_is_read(shape: tuple[int, ...]) -> None:
     want, out = pixels(shape), io.BytesIO()
     Image.fromarray(want).save(out, "PNG")
     np.testing.assert_array_equal(png.decode(out.getvalue(), shape, "x.png"), want)
-
-
-def test_smooth_images_become_small() -> None:
-    y, x = np.mgrid[:256, :256]
-    assert len(png.encode(np.stack([x, y, x], axis=-1).astype(np.uint8))) < 3000
 
 
 @pytest.mark.parametrize("shape", [(5, 8, 3), (6, 7, 3), (5, 7)])

@@ -6,7 +6,6 @@ import pytest
 
 from avatar_runtime.driving.arkit import ARKIT_NAMES, CHANNELS, ROTATION_CHANNELS, canonical, rotation_channel
 from tests.runtime.driving.recordings import CSV, recording
-from tests.shared_data import shared
 
 
 def test_the_table_is_the_recording_s_own_order() -> None:
@@ -58,13 +57,3 @@ def test_every_name_has_its_four_spellings(name: str) -> None:
 def test_rotation_channels() -> None:
     assert [rotation_channel(name.upper()) for name in ROTATION_CHANNELS] == list(ROTATION_CHANNELS)
     assert rotation_channel("jawOpen") is None
-
-
-def test_ict_names_reach_all_but_the_tongue() -> None:
-    import numpy as np
-
-    with np.load(shared("head/ict_lps_head.npz"), allow_pickle=False) as head:
-        names = [str(name) for name in head["expression_names"]]
-    assert set(ARKIT_NAMES) - {canonical(name) for name in names} == {"tongueOut"}
-    strangers = ["PupilDilate_L", "PupilDilate_R", "cheekRaiser_L", "cheekRaiser_R"]
-    assert [name for name in names if canonical(name) is None] == strangers

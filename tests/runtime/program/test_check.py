@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable
 from itertools import chain
 
 import numpy as np
@@ -14,21 +13,15 @@ import pytest
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.program.bake import bake
 from avatar_runtime.program.check import check_program
-from avatar_runtime.program.model import Buffer, Pass, Program
+from avatar_runtime.program.model import Program
 from avatar_runtime.program.passes import PADDING, interfaces
 from tests.avatars import full_avatar, surface_avatar
-from tests.oracles.kernel_accesses import KERNELS, Harm, guarded, key, run, walk
+from tests.oracles.kernel_accesses import KERNELS, Harm, key, walk
 from tests.runtime.backends.gl_cases import avatars
 from tests.runtime.program.coded import programs
-from tests.runtime.program.mutations import (
-    Mutation,
-    constants,
-    contents,
-    structure,
-)
+from tests.runtime.program.mutations import Mutation, constants, contents, structure
 
 PROGRAMS = programs()
-Change = Callable[[Program], Program]
 
 
 def accepted(program: Program, groups: int) -> bool:
@@ -59,52 +52,6 @@ def test_coded_programs_are_accepted_and_harmless(name: str) -> None:
     program, groups = PROGRAMS[name]
     check_program(program, groups)
     walk(program)
-
-
-def test_these_programs_have_every_entry_and_width() -> None:
-    found = [one for program, _ in PROGRAMS.values() for one in program.passes()]
-    assert {one.entry for one in found} == set(KERNELS)
-    for entry in KERNELS:
-        access = interfaces()[entry]["access"]
-        for name, told in access.get("sections", {}).items():
-            if told["kind"] in ("linear", "signed", "weight", "table"):
-                widths = {one.constants[told["width"]] for one in found if one.entry == entry}
-                assert len(widths) >= 3, (entry, name, widths)
-
-
-def test_the_oracle_sees_every_section_and_buffer() -> None:
-    """A section that begins where its buffer ends, and a buffer of no bytes, do harm in each kernel."""
-    found, wanted = set(), set()
-    for program, _ in PROGRAMS.values():
-        for one in program.passes():
-            access = interfaces()[one.entry]["access"]
-            ends = {n: program.buffers[bound].size // 4 for n, bound in one.buffers.items()}
-            sections = access.get("sections", {}).items()
-            begins = {name: told["buffer"] for name, told in sections}
-            begins |= {told["scale"]: told["buffer"] for _, told in sections if "scale" in told}
-            tries = {n: replace(one, constants={**one.constants, n: ends[b]}) for n, b in begins.items()}
-            for name, changed in (tries | {name: one for name in one.buffers}).items():
-                wanted.add((one.entry, name))
-                if (one.entry, name) not in found:
-                    buffers = dict(program.buffers)
-                    if name in one.buffers:
-                        buffers[one.buffers[name]] = Buffer(one.buffers[name], 0)
-                    found |= {(one.entry, name)} if does_harm(changed, buffers) else set()
-    assert sorted(wanted - found) == []
-
-
-def does_harm(one: Pass, buffers: Mapping[str, Buffer]) -> bool:
-    """Of one pass alone; every triangle has vertices 0, 1 and the last."""
-    held = guarded(buffers)
-    if "Triangles" in one.buffers:
-        count, vertices = one.count("triangles"), one.count("vertices")
-        triangles = held[one.buffers["Triangles"]]
-        triangles.held = {2 * count + i: (0, 1, vertices - 1) for i in range(count)}
-    try:
-        run(one, held)
-    except Harm:
-        return True
-    return False
 
 
 @pytest.mark.parametrize("name", PROGRAMS)

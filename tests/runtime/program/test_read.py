@@ -32,7 +32,7 @@ def without(program: Program, buffer: str, section: str | None) -> Program:
 def read(program: Program, avatar: Avatar) -> None:
     """Its finest level."""
     joints = 0 if avatar.rig is None else avatar.rig.joint_count
-    columns = Columns(len(avatar.expressions), 0, len(avatar.late_morph_names), joints)
+    columns = Columns(len(avatar.expressions), 0, len(avatar.eyelids), joints)
     read_level(program, 0, columns, avatar.rules.position or "")
 
 

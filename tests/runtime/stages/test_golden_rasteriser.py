@@ -7,14 +7,7 @@ import pytest
 
 from avatar_runtime.stages.raster import raster, tile_lists
 from avatar_runtime.stages.sort import sort
-from tests.golden import (
-    Array,
-    RasteriserCase,
-    digest,
-    full_rasteriser_case,
-    rasteriser_case,
-    rasteriser_names,
-)
+from tests.golden import Array, RasteriserCase, digest, rasteriser_case, rasteriser_names
 from tests.measured import Measure
 from tests.runtime.stages.golden_scene import camera_of, projected_of
 
@@ -34,11 +27,6 @@ def test_every_case_is_committed() -> None:
 @pytest.mark.parametrize("name", rasteriser_names())
 def test_meets_the_reference(name: str, measured: Measure) -> None:
     check(rasteriser_case(name), measured)
-
-
-@pytest.mark.parametrize("name", BIG_CASES)
-def test_meets_the_reference_array_by_array(name: str, measured: Measure) -> None:
-    check(full_rasteriser_case(name), measured)
 
 
 def check(case: RasteriserCase, measured: Measure) -> None:

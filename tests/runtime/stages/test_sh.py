@@ -10,12 +10,11 @@ import pytest
 from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import matrix_from_rotvec
-from avatar_runtime.stages.activate import Splats, activate
+from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.project import project, sh_colour
-from tests.golden import FRAMES, Array, BlendshapesGolden
+from tests.golden import Array
 from tests.measured import Measure
 from tests.oracles import rotation_sh
-from tests.runtime.stages.golden_model import GoldenModel, bound
 
 DEGREES = (1, 2, 3)
 COLOUR = 1e-6
@@ -60,30 +59,3 @@ def test_seen_along_the_turned_direction_equals_rotated_coefficients(degree: int
     np.testing.assert_allclose(got, turned, rtol=0, atol=COLOUR)
     unturned = rgb(replace(splats, sh_rotation=None), camera, degree)
     assert np.abs(got - unturned).max() > 0.1  # the rotation has an effect
-
-
-def test_degree_zero_does_not_turn() -> None:
-    splats, camera = scene(0)
-    np.testing.assert_array_equal(rgb(splats, camera, 0), rgb(replace(splats, sh_rotation=None), camera, 0))
-
-
-@pytest.mark.parametrize("index", FRAMES)
-@pytest.mark.parametrize("degree", DEGREES)
-def test_golden_rotated_sh(blendshapes_golden: BlendshapesGolden, index: int, degree: int) -> None:
-    """The trainer rotates the coefficients; seen along R^T d the blended ones give the same colour."""
-    model = GoldenModel(blendshapes_golden)
-    frame = model.frames[index]
-    rotated = np.concatenate([frame[f"{name}_sh"] for name in ("face", "upper", "lower")])
-    splats = activate(bound(model, frame))
-    camera = Camera.from_opencv(frame["camera_R"], frame["camera_t"], frame["camera_K"], 512, 512)
-    got = project(splats, camera, RasterSettings(), degree).rgb
-    want = project(replace(splats, sh=rotated, sh_rotation=None), camera, RasterSettings(), degree).rgb
-    assert np.ptp(want) > 0.5
-    np.testing.assert_allclose(got, want, rtol=0, atol=2e-6)
-
-
-def test_golden_coefficients_meet_the_oracle(blendshapes_golden: BlendshapesGolden) -> None:
-    frame = blendshapes_golden.frame(3)
-    want = frame["face_sh"][:50]
-    got = rotation_sh.rotate(frame["face_1_blended_sh"][:50], frame["face_5_lbs_rotation"][:50], 3)
-    np.testing.assert_allclose(got, want, rtol=0, atol=2e-6)

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from avatar_runtime.avatar import SparseRows
 from avatar_runtime.checks.arrays import check_sparse
-from avatar_runtime.stages.bind import rows_of
 from avatar_runtime.stages.sparse import combine, gather
 from tests.golden import Array
 
@@ -76,20 +75,6 @@ def test_gather_meets_dense_loops(size: tuple[int, int, int, float]) -> None:
     close(gather(weighted, table), want, columns)
 
 
-def test_first_middle_and_last_row_may_be_empty() -> None:
-    sparse = SparseRows(
-        np.array([0, 0, 2, 2, 3, 3], np.uint32),
-        np.array([0, 2, 1], np.uint16),
-        {"mean": np.array([[1, 2, 3], [10, 20, 30], [5, 5, 5]], np.float32)},
-        3,
-    )
-    got = combine(sparse, np.array([1, 2, 3], np.float32))["mean"]
-    np.testing.assert_array_equal(got, [[0, 0, 0], [31, 62, 93], [0, 0, 0], [10, 10, 10], [0, 0, 0]])
-    # A weight of zero empties a row that has entries.
-    got = combine(sparse, np.array([1, 0, 0], np.float32))["mean"]
-    np.testing.assert_array_equal(got, [[0, 0, 0], [1, 2, 3], [0, 0, 0], [0, 0, 0], [0, 0, 0]])
-
-
 @pytest.mark.parametrize(("rows", "columns"), [(4, 7), (4, 0), (0, 0)])
 def test_an_empty_matrix_gives_zeros(rows: int, columns: int) -> None:
     sparse = SparseRows.empty(rows, columns, SHAPES)
@@ -108,24 +93,3 @@ def test_zero_weights_are_not_read() -> None:
         2,
     )
     np.testing.assert_array_equal(combine(sparse, np.array([0, 2], np.float32))["mean"], [[2, 4, 6]])
-
-
-def test_a_row_does_not_depend_on_its_neighbours() -> None:
-    """The same bits whether a row is summed alone or among others, so that groups may be cut anywhere."""
-    sparse = random_rows(3, 9, 30, 0.5)
-    weights = np.random.default_rng(4).normal(size=30).astype(np.float32)
-    whole = combine(sparse, weights)
-    for first in range(9):
-        part = combine(rows_of(sparse, first, 1), weights)
-        for name in SHAPES:
-            np.testing.assert_array_equal(part[name][0], whole[name][first])
-
-
-def test_rows_of_is_a_view_of_its_rows() -> None:
-    sparse = random_rows(5, 6, 8, 0.5)
-    part = rows_of(sparse, 2, 3)
-    check_sparse(part, "part", 3, 8, SHAPES)
-    for name in SHAPES:
-        want = sparse.values[name][int(sparse.row_ptr[2]) : int(sparse.row_ptr[5])]
-        np.testing.assert_array_equal(part.values[name], want)
-        assert np.shares_memory(part.values[name], sparse.values[name])

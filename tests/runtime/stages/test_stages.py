@@ -7,17 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avatar_runtime.avatar import Avatar, Rules
+from avatar_runtime.avatar import Avatar
 from avatar_runtime.camera import Camera
 from avatar_runtime.pose import Pose, joint_rotation, resolve
-from avatar_runtime.rotation import homogeneous, matrix_from_quat, matrix_from_rotvec
+from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.stages.activate import activate
 from avatar_runtime.stages.bind import Bound, bind
 from avatar_runtime.stages.blend import blend
 from avatar_runtime.stages.groups import anchor_transform, group_transforms
 from avatar_runtime.stages.joints import Joints, joints, rest_transforms
 from avatar_runtime.stages.project import Projected, project
-from avatar_runtime.stages.skin import skin
 from tests.avatars import full_avatar
 from tests.golden import Array
 
@@ -46,25 +45,6 @@ def bound(avatar: Avatar, pose: Pose) -> Bound:
     return bind(avatar, blended, matrix, feature, arrays.late_weights, groups, arrays.world_from_avatar)
 
 
-def test_an_expression_alone_moves_joints_but_turns_nothing() -> None:
-    avatar = full_avatar()
-    rest = rest_transforms(avatar.rig)[:, :3, 3]
-    state = state_of(avatar, Pose(EXPRESSION))
-    np.testing.assert_allclose(state.skin_matrix, [np.eye(4)] * 5, atol=1e-6)
-    weights = resolve(Pose(EXPRESSION), avatar).expression_weights
-    moved = rest + sum(w * offset for w, offset in zip(weights, avatar.rig.joint_basis, strict=True))
-    np.testing.assert_allclose(state.rest_position, moved, atol=1e-6)
-    np.testing.assert_allclose(state.position, moved, atol=1e-6)
-
-
-def test_a_joint_lies_where_its_skin_matrix_takes_it() -> None:
-    avatar = full_avatar()
-    state = state_of(avatar, Pose(EXPRESSION, TURNED))
-    rest = np.concatenate([state.rest_position, np.ones((5, 1))], axis=1)
-    moved = np.einsum("jab,jb->ja", state.skin_matrix, rest)[:, :3]
-    np.testing.assert_allclose(moved, state.position, atol=1e-6)
-
-
 def test_a_turned_joint_carries_its_children_and_only_them() -> None:
     avatar = full_avatar()
     state = state_of(avatar, Pose(joints={"neck": TURNED["neck"]}))
@@ -77,30 +57,6 @@ def test_a_turned_joint_carries_its_children_and_only_them() -> None:
     rest = rest_transforms(avatar.rig)[names.index("neck"), :3, :3]
     np.testing.assert_allclose(neck[:3, :3], rest @ TURNED["neck"][:3, :3] @ rest.T, atol=1e-6)
     np.testing.assert_allclose(state.position[1], state.rest_position[1], atol=1e-6)
-
-
-def test_late_morphs_of_the_mesh_are_not_skinned() -> None:
-    rig = full_avatar().rig
-    matrix = state_of(full_avatar(), Pose(joints=TURNED)).skin_matrix
-    with_lid = skin(rig, rig.vertices, matrix, np.array([1, 0], np.float32))
-    without = skin(rig, rig.vertices, matrix, np.zeros(2, np.float32))
-    want = np.zeros_like(rig.vertices)
-    for row in range(len(want)):
-        for entry in range(int(rig.late_morphs.row_ptr[row]), int(rig.late_morphs.row_ptr[row + 1])):
-            if rig.late_morphs.column[entry] == 0:
-                want[row] = rig.late_morphs.values["position"][entry]
-    assert np.abs(want).max() > 1e-3
-    np.testing.assert_allclose(with_lid - without, want, atol=1e-7)
-
-
-def test_a_group_without_binding_stays() -> None:
-    """Only its deltas move it: no joint, no anchor."""
-    avatar = full_avatar()
-    hair = slice(40, 48)
-    still, turned = bound(avatar, Pose(EXPRESSION)), bound(avatar, Pose(EXPRESSION, {"neck": TURNED["neck"]}))
-    np.testing.assert_array_equal(still.gaussians.mean[hair], turned.gaussians.mean[hair])
-    np.testing.assert_array_equal(turned.rotation[hair], [np.eye(3)] * 8)
-    assert np.abs(still.gaussians.mean[:40] - turned.gaussians.mean[:40]).max() > 1e-3
 
 
 def test_rotation_rules() -> None:
@@ -120,14 +76,6 @@ def test_rotation_rules() -> None:
         np.testing.assert_array_equal(other.gaussians.mean, polar3.gaussians.mean)
 
 
-def test_world_sh_are_seen_as_they_are() -> None:
-    avatar, pose = full_avatar(), Pose(joints=TURNED)
-    world = bound(replace(avatar, rules=replace(avatar.rules, sh_direction="world")), pose)
-    inverse = bound(avatar, pose)
-    np.testing.assert_array_equal(world.rotation, [np.eye(3)] * 48)
-    np.testing.assert_array_equal(world.gaussians.quat_wxyz, inverse.gaussians.quat_wxyz)
-
-
 def test_anchor_rules_weight_repeats() -> None:
     """Moving one vertex of many copies pulls `repeats` further than `unique`."""
     rng = np.random.default_rng(3)
@@ -142,12 +90,6 @@ def test_anchor_rules_weight_repeats() -> None:
     for fit in (repeats, unique):
         np.testing.assert_allclose(fit[:3, :3] @ fit[:3, :3].T, np.eye(3), atol=1e-6)
         assert np.linalg.det(fit[:3, :3]) == pytest.approx(1, abs=1e-5)
-
-
-def test_a_mirrored_anchor_gives_a_rotation() -> None:
-    points = np.random.default_rng(4).normal(size=(6, 3)).astype(np.float32)
-    fit = anchor_transform(points, np.arange(6), points * np.float32([-1, 1, 1]), "repeats")
-    assert np.linalg.det(fit[:3, :3]) == pytest.approx(1, abs=1e-5)
 
 
 def seen(avatar: Avatar, pose: Pose, camera: Camera) -> Projected:
@@ -169,29 +111,6 @@ def test_the_avatar_and_the_camera_moved_alike_give_the_same_splats(name: str, t
     got = seen(avatar, Pose(EXPRESSION, TURNED, world_from_avatar=WORLD), there)
     assert (want.radius > 0).sum() > 30
     np.testing.assert_allclose(getattr(got, name), getattr(want, name), rtol=tolerance, atol=tolerance)
-
-
-def test_the_identity_changes_no_bit() -> None:
-    avatar = full_avatar()
-    plain, placed = bound(avatar, Pose()), bound(avatar, Pose(world_from_avatar=np.eye(4)))
-    np.testing.assert_array_equal(plain.gaussians.mean, placed.gaussians.mean)
-    np.testing.assert_array_equal(plain.gaussians.quat_wxyz, placed.gaussians.quat_wxyz)
-
-
-def test_an_expression_only_avatar_needs_no_joints() -> None:
-    avatar = full_avatar()
-    groups = tuple(replace(group, binding="none", joint_mix={}) for group in avatar.groups)
-    bare = replace(avatar, rig=None, groups=groups, rules=Rules())
-    got = bound(bare, Pose(EXPRESSION, eyelids={"left": 0.5}, world_from_avatar=WORLD))
-    blended = blend(
-        avatar.gaussians, avatar.blendshapes, resolve(Pose(EXPRESSION), avatar).expression_weights
-    )
-    lid = bound(bare, Pose(EXPRESSION, eyelids={"left": 0.5})).gaussians.mean
-    assert np.abs(lid - blended.mean).max() > 1e-3
-    np.testing.assert_allclose(got.gaussians.mean, lid @ WORLD[:3, :3].T + WORLD[:3, 3], atol=1e-6)
-    unit = blended.quat_wxyz / np.linalg.norm(blended.quat_wxyz, axis=1, keepdims=True)
-    turned = activate(got).quat_wxyz
-    np.testing.assert_allclose(matrix_from_quat(turned), WORLD[:3, :3] @ matrix_from_quat(unit), atol=2e-6)
 
 
 def test_an_anchor_group_needs_its_vertices() -> None:

@@ -16,9 +16,9 @@ from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_quat, matrix_from_rotvec
 from avatar_runtime.rules import NORMAL_POSITIONS
-from avatar_runtime.stages.surface import binding_pose, pose_embedded, prepare
+from avatar_runtime.stages.surface import pose_embedded, prepare
 from avatar_runtime.topology import topology_hash, vertex_triangles
-from tests.avatars import COUNT, full_avatar, surface_avatar
+from tests.avatars import full_avatar, surface_avatar
 from tests.oracles import surface_rule
 
 Array = npt.NDArray[Any]
@@ -111,24 +111,6 @@ def test_gaussian_avatars_is_its_rule(u: float) -> None:
         assert np.abs(np.exp(found.log_scale[i].astype(np.float64)) * u / scale - 1).max() <= 1e-5
 
 
-@pytest.mark.parametrize("u", [1.0, 4.0])
-def test_code_and_paper_part_where_triangles_turn_apart(u: float) -> None:
-    """On a mesh that turns as a whole rotations and scales are the same; heights never are on a bumpy one."""
-    canonical, posed, triangles = sheet(0.05)
-    e = embedding(canonical, triangles, SPLATTING_AVATAR, 0.05)
-    log_scale = np.full((N, 3), np.log(0.01), np.float32)
-    paper = replace(SPLATTING_AVATAR, **PAPER)
-    r = matrix_from_rotvec(np.array([0.2, 0.5, -0.4]))
-    for vertices, same in ((posed, False), ((canonical @ r.T).astype(np.float32), True)):
-        code, printed = (
-            pose_embedded(prepare(e, rules, u), vertices, log_scale) for rules in (SPLATTING_AVATAR, paper)
-        )
-        quats = [c.quat_wxyz / np.linalg.norm(c.quat_wxyz, axis=1, keepdims=True) for c in (code, printed)]
-        assert (np.abs(quats[0] - quats[1]).max() < 1e-6) == same
-        assert (np.abs(code.log_scale - printed.log_scale).max() < 1e-4) == same
-        assert np.abs(code.mean - printed.mean).max() > 1e-4
-
-
 @pytest.mark.parametrize("rules", [SPLATTING_AVATAR, GAUSSIAN_AVATARS], ids=["splatting", "gaussian"])
 def test_a_rigid_motion_of_the_mesh_moves_the_splats_rigidly(rules: Rules) -> None:
     avatar = surface_avatar(rules=rules)
@@ -147,48 +129,12 @@ def test_a_rigid_motion_of_the_mesh_moves_the_splats_rigidly(rules: Rules) -> No
     np.testing.assert_allclose(placed.mean, rest.mean @ r.T + [0.1, 0.2, 0.3], atol=1e-6)
 
 
-def test_the_rig_carries_the_splats() -> None:
-    """What the rig makes of a pose is what posed_vertices would be."""
-    avatar = surface_avatar()
-    pose = Pose(
-        {"jawOpen": 0.7}, {"jaw": homogeneous(matrix_from_rotvec(np.array([0.4, 0.1, 0.0])))}, {"left": 1.0}
-    )
-    player = Player(avatar)
-    by_rig = player.animate(pose)
-    by_mesh = player.animate(Pose(), posed_vertices=player.mesh(pose))
-    for a, b in (
-        (by_rig.mean, by_mesh.mean),
-        (by_rig.quat_wxyz, by_mesh.quat_wxyz),
-        (by_rig.scale, by_mesh.scale),
-    ):
-        np.testing.assert_array_equal(a, b)
-    assert np.abs(by_rig.mean - player.animate(Pose()).mean).max() > 1e-3
-
-
-def test_without_a_rig_the_canonical_mesh_is_shown() -> None:
-    avatar = surface_avatar(rigged=False)
-    np.testing.assert_array_equal(Player(avatar).animate(Pose()).mean, avatar.gaussians.mean)
-
-
 def test_posed_vertices_must_fit() -> None:
     camera = Camera.orbit(np.zeros(3), 1.0, 0, 0, 0.5, 16, 16)
     with pytest.raises(ValueError, match=r"posed_vertices has shape \[19, 3\]; \[20, 3\]"):
         Player(surface_avatar()).frame(Pose(), camera, posed_vertices=np.zeros((19, 3)))
     with pytest.raises(ValueError, match="bound to a surface"):
         Player(full_avatar()).animate(Pose(), posed_vertices=np.zeros((20, 3)))
-
-
-def test_colour_turns_with_the_mesh_or_stays() -> None:
-    """Seen along R^T d a rigid turn of mesh and eye changes nothing; in world axes only without the turn."""
-    r = matrix_from_rotvec(np.array([0.0, 1.2, 0.0]))
-    for direction in ("inverse_rotation", "world"):
-        avatar = surface_avatar(rules=replace(SPLATTING_AVATAR, sh_direction=direction))
-        assert avatar.embedding is not None
-        moved = (avatar.embedding.canonical_vertices @ r.T).astype(np.float32)
-        splats = Player(avatar).animate(Pose(), posed_vertices=moved)
-        assert splats.sh_rotation is not None
-        want = np.broadcast_to(r if direction == "inverse_rotation" else np.eye(3), (COUNT, 3, 3))
-        np.testing.assert_allclose(splats.sh_rotation, want, atol=1e-4)
 
 
 def test_vertex_triangle_lists_and_the_name_of_a_topology() -> None:
@@ -207,16 +153,3 @@ def test_vertex_triangle_lists_and_the_name_of_a_topology() -> None:
         # sha256 of 03000000 00000000 01000000 02000000, by coreutils' sha256sum
         "6256a4b0be4127b6ff9fa076fe7595961bc296521bd01220f64c6f95768c1fdd"
     )
-
-
-def test_the_binding_pose_is_that_of_the_canonical_mesh() -> None:
-    for rules in (SPLATTING_AVATAR, GAUSSIAN_AVATARS):
-        avatar = surface_avatar(rules=rules)
-        assert avatar.embedding is not None
-        mean, quat = binding_pose(avatar.embedding, rules, avatar.training_per_bundle)
-        np.testing.assert_array_equal(mean, avatar.gaussians.mean)
-        splats = Player(avatar).animate(Pose(), posed_vertices=avatar.embedding.canonical_vertices)
-        np.testing.assert_allclose(
-            splats.quat_wxyz, quat / np.linalg.norm(quat, axis=1, keepdims=True), atol=1e-6
-        )
-        np.testing.assert_allclose(splats.scale, np.exp(avatar.gaussians.log_scale), rtol=1e-6)

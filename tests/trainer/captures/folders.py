@@ -92,7 +92,7 @@ def own(folder: Path, count: int = FRAMES) -> Path:
             "anchor_faces": "body/back_of_head.txt",
         },
         frames=((f"{t:03d}", shot(t)) for t in range(count)),
-        **RIGHTS,
+        **dict(zip(("source", "license", "author", "consent"), RIGHTS.values(), strict=True)),
     )
     return folder
 

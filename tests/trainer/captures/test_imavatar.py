@@ -25,7 +25,7 @@ METRES = 1e-6
 def test_posed_mesh_is_flames(tmp_path: Path, measured: Measure) -> None:
     folder, model, p = folders.imavatar(tmp_path / "take")
     capture = load(folder)
-    assert capture.head_pose_in == "mesh" and capture.late_morph_names == ()
+    assert capture.head_pose_in == "mesh" and capture.eyelids == ()
     assert len(capture.frames) == body_files.FRAMES
     for t, frame in enumerate(capture.frames):
         want = posed_vertices(model, p["shape"], p["expression"][t], p["rotation"][t], np.zeros(3))

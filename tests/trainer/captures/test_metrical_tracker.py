@@ -51,7 +51,7 @@ def capture(released: BlendshapesGolden) -> Capture:
 
 def test_what_was_found(capture: Capture, released: BlendshapesGolden) -> None:
     assert capture.layout.endswith("images in images/, their alpha is the matte (INSTA)")
-    assert capture.head_pose_in == "camera" and capture.late_morph_names == ("left", "right")
+    assert capture.head_pose_in == "camera" and capture.eyelids == ("left", "right")
     assert [frame.name for frame in capture.frames] == [f"{i:05d}" for i in golden.FRAMES]
     assert capture.export_inputs == {
         "body_model": released.body / "body_model.npz",
@@ -149,7 +149,7 @@ def test_body_files_are_named_where_they_are_missing(tmp_path: Path) -> None:
     capture = load(
         data, tmp_path / "again" / "body_model.npz", tmp_path / "again", tmp_path / "again/back_of_head.txt"
     )
-    assert len(capture.rig.anchor_vertices) == 12 and capture.late_morph_names == ("left", "right")
+    assert len(capture.rig.anchor_vertices) == 12 and capture.eyelids == ("left", "right")
 
 
 def test_a_tracker_without_eyelids_leaves_them_open(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ def test_what_was_written_comes_back(tmp_path: Path) -> None:
     assert (capture.name, capture.width, capture.height, capture.fps) == ("small", WIDTH, HEIGHT, 30)
     assert (capture.head_pose_in, capture.rights) == ("camera", folders.RIGHTS)
     assert capture.expression_names == ("exp_000", "exp_001", "exp_002")
-    assert capture.late_morph_names == ("left", "right")
+    assert capture.eyelids == ("left", "right")
     body = tmp_path / "take" / "body"
     assert capture.export_inputs == {
         "body_model": body / "body_model.npz",

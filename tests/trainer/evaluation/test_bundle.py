@@ -54,7 +54,7 @@ def capture(tmp_path_factory: pytest.TempPathFactory, avatar: Avatar) -> Capture
         Image.fromarray(np.clip(pixels, 0, 255).astype(np.uint8)).save(frame.image)
         Image.fromarray(np.full(pixels.shape[:2], 255, np.uint8)).save(frame.mask)
         frames.append(replace(frame, pose=pose))
-    return replace(found, frames=tuple(frames), expression_names=names, late_morph_names=(), rig=avatar.rig)
+    return replace(found, frames=tuple(frames), expression_names=names, eyelids=(), rig=avatar.rig)
 
 
 def test_what_the_bundle_drew_is_measured_as_equal(avatar: Avatar, capture: Capture) -> None:

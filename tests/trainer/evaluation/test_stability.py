@@ -27,7 +27,7 @@ def avatar() -> Avatar:
     still = np.tile(
         np.eye(4, dtype=np.float32), (FRAMES, len(plain.rig.joint_names) if plain.rig else 0, 1, 1)
     )
-    late = np.zeros((FRAMES, len(plain.late_morph_names)), np.float32)
+    late = np.zeros((FRAMES, len(plain.eyelids)), np.float32)
     world = np.tile(np.eye(4, dtype=np.float32), (FRAMES, 1, 1))
     clips = (
         Clip(name, 30.0, weights * size, late, still, world)
@@ -133,7 +133,7 @@ def test_flicker_is_that_of_the_mesh_where_splats_stay_on_it() -> None:
     rng = np.random.default_rng(3)
     none = (
         np.zeros((1, len(bound.expressions)), np.float32),
-        np.zeros((1, len(bound.late_morph_names)), np.float32),
+        np.zeros((1, len(bound.eyelids)), np.float32),
     )
     still = np.tile(np.eye(4, dtype=np.float32), (1, len(bound.rig.joint_names), 1, 1))
     clip = Clip("training", 30.0, *none, still, still[:, 0])

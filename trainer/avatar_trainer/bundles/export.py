@@ -88,7 +88,7 @@ def clips(capture: Capture, avatar: Avatar) -> tuple[Clip, ...]:
                     _reordered(
                         poses, "expression_weights", capture.expression_names, avatar.expression_names
                     ),
-                    _reordered(poses, "late_weights", capture.late_morph_names, avatar.late_morph_names),
+                    _reordered(poses, "late_weights", capture.eyelids, avatar.eyelids),
                     np.stack([pose.joint_delta for pose in poses]).astype(np.float32),
                     np.stack([pose.world_from_avatar for pose in poses]).astype(np.float32),
                 )
@@ -128,7 +128,7 @@ def image(system: System, avatar: Avatar, case: Case, rasteriser: str = "cpu") -
         expression_weights=_reordered(
             [pose], "expression_weights", avatar.expression_names, capture.expression_names
         )[0],
-        late_weights=_reordered([pose], "late_weights", avatar.late_morph_names, capture.late_morph_names)[0],
+        late_weights=_reordered([pose], "late_weights", avatar.eyelids, capture.eyelids)[0],
     )
     background = torch.tensor(case.background, dtype=torch.float32)
     settings = raster_settings(system)

@@ -25,7 +25,7 @@ class Body:
 
     rig: Rig
     expression_names: tuple[str, ...]
-    late_morph_names: tuple[str, ...]
+    eyelids: tuple[str, ...]
     export_inputs: Mapping[str, Path]
 
 

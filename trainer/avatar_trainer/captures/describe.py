@@ -29,7 +29,7 @@ def describe(capture: Capture) -> list[str]:
         f"{capture.rig.joint_count} joints; head pose in the {capture.head_pose_in}",
         f"joints       {_joints(capture)}",
         *_weights("expressions", capture.expression_names, train, test),
-        *_weights("eyelids", capture.late_morph_names, train, test),
+        *_weights("eyelids", capture.eyelids, train, test),
     ]
     lines += [f"{key:<12} {text}" for key, text in capture.rights.items()]
     return [*lines, *(f"note         {note}" for note in capture.notes)]

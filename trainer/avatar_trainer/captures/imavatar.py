@@ -58,7 +58,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
         fps=poses.fps,
         rig=body.rig,
         expression_names=body.expression_names,
-        late_morph_names=body.late_morph_names,
+        eyelids=body.eyelids,
         head_pose_in="mesh",
         frames=check_rows(rows, body.expression_names, (first.width, first.height)),
         export_inputs={**body.export_inputs, "poses": file},

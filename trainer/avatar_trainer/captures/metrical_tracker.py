@@ -73,7 +73,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
         fps=FPS,
         rig=body.rig,
         expression_names=body.expression_names,
-        late_morph_names=body.late_morph_names,
+        eyelids=body.eyelids,
         head_pose_in="camera",
         frames=frames,
         export_inputs=body.export_inputs,
@@ -134,7 +134,7 @@ def _row(one: Tracked, body: Body, folder: Path, matte: str) -> Row:
             file=one.file,
             field="flame.exp",
         )
-    if one.eyelids.any() and not body.late_morph_names:
+    if one.eyelids.any() and not body.eyelids:
         raise AvatarError(
             f"moves the eyelids, but there are no {' and '.join(EYELID_FILES.values())} (they come with the tracker); "
             "pass --eyelids FOLDER",
@@ -154,7 +154,7 @@ def _row(one: Tracked, body: Body, folder: Path, matte: str) -> Row:
         one.intrinsics,
         one.rotation,
         one.translation,
-        PoseArrays(weights, one.eyelids[: len(body.late_morph_names)].astype(np.float32), delta, np.eye(4)),
+        PoseArrays(weights, one.eyelids[: len(body.eyelids)].astype(np.float32), delta, np.eye(4)),
         None,
     )
 

@@ -39,7 +39,7 @@ class Capture:
     fps: float
     rig: Rig  # the body model with the subject's identity, metres
     expression_names: tuple[str, ...]  # [K] of the rig's morphs
-    late_morph_names: tuple[str, ...]  # [L] eyelids
+    eyelids: tuple[str, ...]  # [L] eyelids
     head_pose_in: str  # avatar_runtime.rules.HEAD_POSE_IN
     frames: tuple[Frame, ...]
     export_inputs: Mapping[str, Path]  # the exporter's inputs besides a checkpoint: ReadOptions field -> file

@@ -59,7 +59,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
     strangers = unknown_keys(document, file)
     body = _body(folder, document["body"], given)
     columns = [_index(name, body.expression_names, "expression", file) for name in document["expressions"]]
-    lids = [_index(name, body.late_morph_names, "eyelid", file) for name in document.get("eyelids", ())]
+    lids = [_index(name, body.eyelids, "eyelid", file) for name in document.get("eyelids", ())]
     rows = []
     for i, frame in enumerate(document["frames"]):
         at = f"frames[{i}]"
@@ -86,7 +86,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
         fps=float(document["fps"]),
         rig=body.rig,
         expression_names=body.expression_names,
-        late_morph_names=body.late_morph_names,
+        eyelids=body.eyelids,
         head_pose_in=document["head_pose_in"],
         frames=check_rows(rows, body.expression_names, (width, height)),
         export_inputs=body.export_inputs,
@@ -108,7 +108,7 @@ def write(
     frames: Iterable[tuple[str, Shot]],
     eyelids: Sequence[str] = (),
     source: str = "",
-    licence: str = "",
+    license: str = "",
     author: str = "",
     consent: str = "",
 ) -> Path:
@@ -140,7 +140,7 @@ def write(
         "width": size[1],
         "height": size[0],
         "fps": fps,
-        **{key: text for key, text in zip(RIGHTS, (source, licence, author, consent), strict=True) if text},
+        **{key: text for key, text in zip(RIGHTS, (source, license, author, consent), strict=True) if text},
         "head_pose_in": head_pose_in,
         "expressions": list(expressions),
         "eyelids": list(eyelids),
@@ -205,7 +205,7 @@ def _pose(
     frame: Object, body: Body, columns: Sequence[int], lids: Sequence[int], file: Path, at: str
 ) -> PoseArrays:
     weights = np.zeros(len(body.expression_names), np.float32)
-    late = np.zeros(len(body.late_morph_names), np.float32)
+    late = np.zeros(len(body.eyelids), np.float32)
     for part, out, where in (("expression", weights, columns), ("eyelids", late, lids)):
         row = frame.get(part, ())
         if len(row) != len(where) and (row or part == "expression"):

@@ -92,7 +92,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
         fps=fps,
         rig=body.rig,
         expression_names=body.expression_names,
-        late_morph_names=body.late_morph_names,
+        eyelids=body.eyelids,
         head_pose_in="mesh",
         frames=frames,
         export_inputs=body.export_inputs,

@@ -55,12 +55,12 @@ def pose_of(capture: Capture, avatar: Avatar, frame: Frame) -> Pose:
     """A tracked pose by names; only names that `avatar` has."""
     pose, known = frame.pose, _joints(avatar)
     expressions = dict(zip(capture.expression_names, pose.expression_weights.tolist(), strict=True))
-    eyelids = dict(zip(capture.late_morph_names, pose.late_weights.tolist(), strict=True))
+    eyelids = dict(zip(capture.eyelids, pose.late_weights.tolist(), strict=True))
     joints = zip(capture.rig.joint_names, pose.joint_delta, strict=True)
     return Pose(
         {name: weight for name, weight in expressions.items() if name in avatar.expression_names},
         {name: delta for name, delta in joints if name in known},
-        {name: weight for name, weight in eyelids.items() if name in avatar.late_morph_names},
+        {name: weight for name, weight in eyelids.items() if name in avatar.eyelids},
         pose.world_from_avatar,
     )
 
@@ -75,7 +75,7 @@ def left_out(capture: Capture, avatar: Avatar) -> list[str]:
     )
     parts: Iterable[tuple[str, Sequence[str], Any, Iterable[str]]] = (
         ("expressions", capture.expression_names, used, avatar.expression_names),
-        ("eyelids", capture.late_morph_names, lids, avatar.late_morph_names),
+        ("eyelids", capture.eyelids, lids, avatar.eyelids),
         ("joints", capture.rig.joint_names, turned, _joints(avatar)),
     )
     notes = []

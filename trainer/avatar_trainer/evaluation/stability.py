@@ -127,7 +127,7 @@ def _mesh_of(avatar: Avatar, capture: Capture | None) -> Mesh | None:
     """The mesh below the avatar; None for an avatar without a rig."""
     own = avatar.rig
     if capture is None:
-        return None if own is None else Mesh(own, avatar.expression_names, avatar.late_morph_names)
+        return None if own is None else Mesh(own, avatar.expression_names, avatar.eyelids)
     body = capture.rig
     if own is None or len(own.vertices) != len(body.vertices) or own.joint_names != body.joint_names:
         raise AvatarError(
@@ -135,7 +135,7 @@ def _mesh_of(avatar: Avatar, capture: Capture | None) -> Mesh | None:
             "of the bundle; name the capture of its training",
             file=capture.folder,
         )
-    return Mesh(body, capture.expression_names, capture.late_morph_names)
+    return Mesh(body, capture.expression_names, capture.eyelids)
 
 
 class Mesh(NamedTuple):
@@ -151,7 +151,7 @@ class Mesh(NamedTuple):
         own = replace(
             arrays,
             expression_weights=_ordered(avatar.expression_names, arrays.expression_weights, self.expressions),
-            late_weights=_ordered(avatar.late_morph_names, arrays.late_weights, self.late_morphs),
+            late_weights=_ordered(avatar.eyelids, arrays.late_weights, self.late_morphs),
         )
         vertices = posed_mesh(self.rig, own, joints(self.rig, own)).astype(np.float64)
         result: F64 = vertices @ own.world_from_avatar[:3, :3].T + own.world_from_avatar[:3, 3]

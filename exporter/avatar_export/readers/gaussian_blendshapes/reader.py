@@ -108,7 +108,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             rotation="polar3", sh_direction="inverse_rotation", anchor=trained.played.get("anchor", "repeats")
         ),
         expressions=tuple(Expression(name, range=_range(name)) for name in names),
-        late_morph_names=EYELIDS,
+        eyelids=EYELIDS,
         blendshapes=blendshapes,
         skin=skin,
         rig=baked,

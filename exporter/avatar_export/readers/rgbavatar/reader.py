@@ -175,7 +175,7 @@ def _avatar(subject: _Subject, name: str, clips: tuple[Clip, ...], dropping: flo
         groups=(Group("head", 0, len(subject.binding.triangle), "skin"),),
         rules=RULES,
         expressions=expressions,
-        late_morph_names=(),
+        eyelids=(),
         blendshapes=frames.blendshapes(
             subject.binding,
             subject.rig,

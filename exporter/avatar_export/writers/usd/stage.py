@@ -113,7 +113,7 @@ def _rest(avatar: Avatar, rig: Rig) -> Clip:
         "rest",
         RATE,
         np.zeros((1, len(avatar.expressions)), np.float32),
-        np.zeros((1, len(avatar.late_morph_names)), np.float32),
+        np.zeros((1, len(avatar.eyelids)), np.float32),
         np.tile(identity, (1, rig.joint_count, 1, 1)),
         identity[None],
     )

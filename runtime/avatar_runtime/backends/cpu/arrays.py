@@ -161,7 +161,7 @@ class Sizes(NamedTuple):
         return Sizes(
             len(avatar.expressions),
             avatar.blendshapes.correctives.columns if rig is None else 9 * len(rig.corrective_joints),
-            len(avatar.late_morph_names),
+            len(avatar.eyelids),
             0 if rig is None else rig.joint_count,
             len(avatar.groups),
         )

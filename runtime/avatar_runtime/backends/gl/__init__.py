@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from avatar_runtime.backends.gl.backend import GlBackend, make, make_scene
+from moderngl import Context
+
+from avatar_runtime.backends.gl.backend import GlBackend, make_scene
+from avatar_runtime.backends.gl.programs import Shaders
 from avatar_runtime.backends.gl.scene import Scene
 
-__all__ = ["GlBackend", "Scene", "make", "make_scene"]
+make = GlBackend
+
+__all__ = ["Context", "GlBackend", "Scene", "Shaders", "make", "make_scene"]

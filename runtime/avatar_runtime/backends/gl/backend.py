@@ -24,11 +24,6 @@ from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import Image
 
 
-def make(avatar: Avatar, **options: Any) -> GlBackend:
-    """The GPU backend for `avatar`; `options` as for `GlBackend`."""
-    return GlBackend(avatar, **options)
-
-
 class GlBackend:
     """Plays one avatar on the GPU: static buffers are uploaded once, a pose and a camera each frame.
 

@@ -15,9 +15,10 @@ from avatar_export.options import ReadOptions
 from avatar_export.readers import table
 from avatar_export.readers.rgbavatar import files, frames, measured
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.clips import frame_pose
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, clip_pose, joint_rotation
+from avatar_runtime.pose import Pose, joint_rotation
 from tests.exporter.bodies import body_files
 from tests.exporter.readers.rgbavatar import run_files
 from tests.exporter.readers.rgbavatar.run_files import BASES, HIDDEN, INPUTS, Run
@@ -182,7 +183,7 @@ def test_a_deep_network_gives_its_bases_to_the_clip(tmp_path: Path, measured_onc
     assert avatar.expression_names[-BASES:] == ("basis_00", "basis_01", "basis_02")
     seen = clip.expression_weights[:, -1]
     assert avatar.expressions[-1].range == (min(0, float(seen.min())), max(0, float(seen.max())))
-    splats = Player(avatar, "reference").animate(clip_pose(avatar, clip, 3))
+    splats = Player(avatar, "reference").animate(frame_pose(avatar, clip, 3))
     vertices = _vertices(made, np.zeros(3), turned, NO_LIDS)
     weights = _weights(made, poses["expression"][3], turned, lids[3], deep=True)
     for n in ROWS:

@@ -281,7 +281,7 @@ def seen_from_the_front(
         eyelids=("left", "right"),
         body=body | {"anchor_faces": "body/back_of_head.txt"},
         frames=[("000", shot), ("001", replace(shot, image=255 - shot.image))],
-        source="synthetic", licence="CC0", author="nobody", consent="none is needed",
+        source="synthetic", license="CC0", author="nobody", consent="none is needed",
     )  # fmt: skip
     found = load(folder)
     return replace(

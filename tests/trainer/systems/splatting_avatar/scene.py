@@ -92,7 +92,7 @@ def folder(path: Path, images: list[tuple[Array, Array]], **changed: Any) -> Pat
         expressions=("exp_000",),
         body={"kind": "body_model", "model": "body/body_model.npz"},
         frames=((f"{t:03d}", shot(t, *image, **changed)) for t, image in enumerate(images)),
-        source="synthetic", licence="CC0", author="nobody", consent="none is needed",
+        source="synthetic", license="CC0", author="nobody", consent="none is needed",
     )  # fmt: skip
     return path
 

@@ -303,7 +303,7 @@ def test_captures_that_it_cannot_train_on_are_refused(capture: Capture) -> None:
     lids = replace(
         capture,
         frames=(replace(capture.frames[0], pose=pose), *capture.frames[1:]),
-        late_morph_names=("left",),
+        eyelids=("left",),
     )
     with pytest.raises(AvatarError, match="eyelid"):
         create(lids, scene.settings(), 0)

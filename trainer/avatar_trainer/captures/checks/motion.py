@@ -24,7 +24,7 @@ def impossible(capture: Capture) -> Iterator[tuple[str, str]]:
         yield from _angles(capture)
     for part, names, morphs in (
         ("expression", capture.expression_names, capture.rig.morphs),
-        ("eyelids", capture.late_morph_names, capture.rig.late_morphs),
+        ("eyelids", capture.eyelids, capture.rig.late_morphs),
     ):
         if names:
             yield from _weights(capture, part, names, morphs)

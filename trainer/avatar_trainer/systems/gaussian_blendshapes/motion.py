@@ -91,7 +91,7 @@ def _empty_avatar(capture: Capture, rules: Mapping[str, str]) -> Avatar:
         ),
         rules=Rules(rotation="polar3", sh_direction="inverse_rotation", anchor=rules["anchor"]),
         expressions=tuple(Expression(name) for name in capture.expression_names),
-        late_morph_names=capture.late_morph_names,
+        eyelids=capture.eyelids,
         blendshapes=Blendshapes(none, none, none, none),
         skin=SparseRows.empty(0, capture.rig.joint_count, {"weight": ()}),
         rig=capture.rig,

@@ -62,9 +62,9 @@ RESET_OPACITY = 0.01
 def create(capture: Capture, settings: Settings, seed: int) -> GaussianBlendshapes:
     """The avatar before training. Raises AvatarError for a body model that this system cannot be trained on."""
     rig = capture.rig
-    if tuple(rig.joint_names) != JOINTS or len(capture.late_morph_names) not in (0, 2):
+    if tuple(rig.joint_names) != JOINTS or len(capture.eyelids) not in (0, 2):
         raise AvatarError(
-            f"has joints {', '.join(rig.joint_names)[:80]} and {len(capture.late_morph_names)} eyelids; this system "
+            f"has joints {', '.join(rig.joint_names)[:80]} and {len(capture.eyelids)} eyelids; this system "
             f"is trained on FLAME's layout: {', '.join(JOINTS)}, and two eyelids or none",
             file=capture.folder,
             field="body",

@@ -68,7 +68,7 @@ def create(capture: Capture, settings: Settings, seed: int) -> PSAvatar:
     Raises AvatarError for a capture without training frames, with eyelids (this system's body model has none), and
     for a region that the body model does not define.
     """
-    if capture.late_morph_names and any(frame.pose.late_weights.any() for frame in capture.frames):
+    if capture.eyelids and any(frame.pose.late_weights.any() for frame in capture.frames):
         raise AvatarError(
             "has eyelid weights that are not 0; this system has no eyelids", file=capture.folder
         )
