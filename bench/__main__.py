@@ -32,29 +32,28 @@ from collections.abc import Callable
 from pathlib import Path
 
 from samples.make import make_splatting_head
-from tests.psnr import profile_psnr
 
 from avatar_export import __version__
-from avatar_export.images import arkit_pose, frame_camera, robust_box
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.clips import frame_pose
-from avatar_runtime.player import Frame, Player
-from avatar_runtime.stages import STAGES
-from avatar_runtime.stages.raster import PROFILES
+from avatar_runtime.player import Player
 from bench.asm_speed import asm_rows
 from bench.backends import backend_rows, dense_rows, static_rows
-from bench.batch.parts import batch_rows
+from bench.batch.faults import fault_rows
+from bench.batch.network import network_rows
+from bench.batch.overhead import overhead_rows
+from bench.batch.rows import row_rows
 from bench.distill.large import large_rows
 from bench.gl_speed import speed_rows
+from bench.native_player import native_rows
 from bench.packs import pack_rows
 from bench.posing import posing_rows
 from bench.training import training_rows
+from bench.unity_player import unity_rows
 
 RESULTS = Path(__file__).parent / "results"
 FORMS = ("dump", "raw")
-POSE = {"jawOpen": 0.6, "mouthSmileLeft": 0.7, "mouthSmileRight": 0.7, "eyeBlinkLeft": 0.4}
-SIZE = 512
 REPEATS = 5
 
 Row = tuple[str, float, str]
@@ -81,7 +80,7 @@ def main() -> None:
 
 
 def conversion_rows(folder: Path, gaussians: int) -> list[Row]:
-    """Converting, loading and playing on NumPy."""
+    """Converting and loading."""
     rows: list[Row] = []
     bundle = folder / "bundle_dump"
     for form in FORMS:
@@ -97,10 +96,6 @@ def conversion_rows(folder: Path, gaussians: int) -> list[Row]:
     load(bundle)
     wall, cpu = median_seconds(lambda: load(bundle))
     rows += [("load_warm_wall", wall, "s"), ("load_warm_cpu", cpu, "s")]
-    avatar = load(bundle)
-    for profile in PROFILES:
-        rows += stage_rows(avatar, profile)
-    rows.append(("engine_against_trainer", profile_psnr(avatar, arkit_pose(avatar, POSE), SIZE), "dB"))
     return rows
 
 
@@ -123,22 +118,6 @@ def compared_rows(folder: Path, gaussians: int) -> list[Row]:
     return [*rows, ("cpu_first_start", first, "s"), ("cpu_second_start", statistics.median(later), "s")]
 
 
-def unity_rows() -> list[Row]:
-    """What a pose costs in the core of the Unity player."""
-    command = [sys.executable, "-m", "bench.unity_player"]
-    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    lines = [line.split() for line in printed.splitlines()]
-    return [(f"unity_{name}", float(milliseconds), "ms") for name, milliseconds in lines]
-
-
-def native_rows() -> list[Row]:
-    """What loading and posing cost in the core of the native player."""
-    command = [sys.executable, "-m", "bench.native_player"]
-    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    lines = [line.split() for line in printed.splitlines()]
-    return [(name.rstrip(":"), float(value), unit) for name, value, unit in lines]
-
-
 def start(bundle: Path, environment: dict[str, str]) -> float:
     """Seconds from a fresh process's `Player(avatar, "cpu")` to its first image."""
     program = (
@@ -150,6 +129,16 @@ def start(bundle: Path, environment: dict[str, str]) -> float:
     command, variables = [sys.executable, "-c", program, str(bundle)], {**os.environ, **environment}
     done = subprocess.run(command, check=True, capture_output=True, env=variables)
     return float(done.stdout)
+
+
+def batch_rows(folder: Path) -> list[Row]:
+    """Faults on one machine and over a network, the cost against a shell loop, and rows alone."""
+    return [
+        *fault_rows(folder / "faults"),
+        *network_rows(folder / "network"),
+        *overhead_rows(folder / "overhead"),
+        *row_rows(folder / "rows"),
+    ]
 
 
 def surface_rows(folder: Path, gaussians: int) -> list[Row]:
@@ -199,19 +188,6 @@ def converted(arguments: tuple[str, ...], out: Path) -> tuple[float, float]:
     return usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024 / 1e6
 
 
-def stage_rows(avatar: Avatar, profile: str) -> list[Row]:
-    """Median milliseconds a stage, and evaluations a pixel."""
-    player, camera = Player(avatar, "reference"), frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
-    pose = arkit_pose(avatar, POSE)
-    frames: list[Frame] = [player.frame(pose, camera, profile=profile) for _ in range(REPEATS)]
-    per_pixel = frames[0].image.evaluations / SIZE**2
-    rows = [(f"{profile}_evaluations_per_pixel", per_pixel, "1")]
-    for stage in STAGES:
-        times = [frame.milliseconds.get(stage, 0.0) for frame in frames]
-        rows.append((f"{profile}_{stage}", statistics.median(times), "ms"))
-    return rows
-
-
 def median_seconds(run: Callable[[], object]) -> tuple[float, float]:
     """Median (wall, CPU) seconds of REPEATS runs."""
     walls, cpus = [], []
@@ -224,7 +200,7 @@ def median_seconds(run: Callable[[], object]) -> tuple[float, float]:
 
 
 def processor() -> str:
-    """The processor's own name where the system tells it."""
+    """The processor's own name where the system gives it."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
         return next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))

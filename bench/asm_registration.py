@@ -1,10 +1,9 @@
-"""ASM faces fitted to scans: `python -m bench.asm_registration OUT` prints the tables of the paper's 7 and 3.
+"""ASM faces fitted to scans: `python -m bench.asm_registration` prints the tables of the paper's 7 and 3.
 
 Table 7: what is tuned. Table 3: the topology. Scans: people of ICT's identity shapes, whose points are no template's
 vertices, and the Perry-Smith scan itself. Errors are scan to mesh in the facial region (`asm_align.scan_to_mesh`), in
 millimetres, of people at other points of the surface than were fitted. Orders, not figures, are what compares with
 the paper: these scans are smoother than a scanner's.
-Writes OUT/registration.png.
 """
 
 from __future__ import annotations
@@ -12,7 +11,6 @@ from __future__ import annotations
 import argparse
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import torch
@@ -20,13 +18,12 @@ from samples.asm.data import AsmHead, load_asm_head
 from samples.asm.scans import coefficients, head_scan, person_scan, seen
 
 from avatar_runtime.avatar import F64
-from avatar_trainer.asm.align import Scan, face_region, scan_to_mesh
+from avatar_trainer.asm.align import Scan, scan_to_mesh
 from avatar_trainer.asm.kernels.closest import nearest, triangle_tree
 from avatar_trainer.asm.model import VARIANTS
 from avatar_trainer.asm.register.fit import Registration, register, scan_error
 from avatar_trainer.asm.register.settings import RegisterSettings
 from avatar_trainer.loop.machine import reproducible
-from bench.asm_images import errors, face_camera, grey, save_sheet
 
 SCAN = "lee_perry_smith"
 TOPOLOGIES = ("ict", "rocketbox", SCAN)
@@ -34,8 +31,6 @@ REACH = 0.3  # iterations times learning rate, the paper's 300 steps of 1e-3, wh
 POINTS = 5000  # of a scan
 FRESH = 1000  # added to the seed of a person for the points of errors
 OWN = ("static", "full")  # variants fitted to the Perry-Smith scan, with K = 2
-SIZE, MOST = 320, 0.5e-3  # pixels of an image; metres that are red
-COLUMNS = "scan | template | static | full | static's error | full's error (red: 0.5 mm)"
 
 
 @dataclass(frozen=True)
@@ -129,30 +124,8 @@ def line(row: Row, fits: list[Fitted], people: list[Target]) -> str:
     return f"| {row.label} | {mean} | {floor:.4f} | {own} | {seconds:.0f} |"
 
 
-def image_row(target: Target, static: Fitted, full: Fitted) -> list[F64]:
-    """One row of the contact sheet, all in the scan's frame."""
-    middle, radius = face_region(target.scan.keypoints)
-    camera = face_camera(middle, SIZE)
-    truth = target.head.template.triangles.astype(np.int64)
-    tree = triangle_tree(target.vertices, truth)
-    template = static.registration.face.template
-    triangles = template.triangles.astype(np.int64)
-    meshes = [
-        fit.registration.placements[0].inverse().apply(fit.registration.vertices[0]) for fit in (static, full)
-    ]
-    still = static.registration.placements[0].inverse().apply(template.vertices.astype(np.float64))
-    apart = [np.sqrt(nearest(mesh, target.vertices, tree).squared_distance) for mesh in meshes]
-    for mesh, off in zip(meshes, apart, strict=True):
-        off[np.linalg.norm(mesh - middle, axis=1) > radius] = 0
-    return [
-        grey(target.vertices, truth, camera),
-        *(grey(mesh, triangles, camera) for mesh in (still, *meshes)),
-        *(errors(mesh, triangles, off, MOST, camera) for mesh, off in zip(meshes, apart, strict=True)),
-    ]
-
-
-def tables(out: Path, scans: list[Target], iterations: int, smooth: float) -> None:
-    """Print both tables and write the image."""
+def tables(scans: list[Target], iterations: int, smooth: float) -> None:
+    """Print both tables."""
     results: dict[Row, list[Fitted]] = {}
     for title, table in (("Table 7: what is tuned", TABLE_7), ("Table 3: topology", TABLE_3)):
         print(
@@ -168,16 +141,10 @@ def tables(out: Path, scans: list[Target], iterations: int, smooth: float) -> No
             results[row] = known or [fitted(row, target, iterations, smooth) for target in wanted]
             print(line(row, results[row], scans[:-1]), flush=True)
         print()
-    shown = sorted({0, len(scans) - 2, len(scans) - 1})
-    by_variant = {row.variant: fits for row, fits in results.items() if row in TABLE_7[:4]}
-    rows = [image_row(scans[i], by_variant["static"][i], by_variant["full"][i]) for i in shown]
-    save_sheet(rows, out / "registration.png")
-    print(f"{out / 'registration.png'}: {COLUMNS}")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench.asm_registration", description=__doc__)
-    parser.add_argument("out", type=Path, help="folder to write registration.png to")
     parser.add_argument("--scans", type=int, default=3, help="people")
     parser.add_argument("--iterations", type=int, default=200)
     parser.add_argument("--smooth", type=float, default=RegisterSettings.smooth, help="weight of the strain")
@@ -185,7 +152,7 @@ def main() -> None:
     parser.add_argument("--holes", action="store_true", help="scans with holes")
     args = parser.parse_args()
     with reproducible(0, threads=1):
-        tables(args.out, targets(args.scans, args.noise_mm, args.holes), args.iterations, args.smooth)
+        tables(targets(args.scans, args.noise_mm, args.holes), args.iterations, args.smooth)
 
 
 def _same(a: Row, b: Row) -> bool:

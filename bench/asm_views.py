@@ -3,13 +3,11 @@
 Faces fitted to 3, 5, 10 and 20 uncalibrated images of heads that the template is not (samples.capture.views), with
 K = 2 and 5. The error is the 3D-RMSE of the facial region, the truth's vertices within 95 mm of the tip of its nose
 that can be seen from outside: each one's distance to the fitted surface, in the truth's millimetres, after a similarity
-that brings the truth to the fit. It takes the scale away, which images without a known length cannot tell. The sum
+that brings the truth to the fit. It takes the scale away, which images without a known length do not show. The sum
 of squares that it makes small is that in the fit's unit; ROUNDS of nearest points are within 0.1 % of converged.
 
 Easier than photographs: landmarks are the same points of the mesh in every image and on the template, those of the
 contour too, where a detector's slide along it (noise of a pixel is added); K is exact; nothing shines.
-
-Writes OUT/views.png: truth | fitted | error (red: 3 mm), from the fewest and from the most views.
 """
 
 from __future__ import annotations
@@ -26,18 +24,16 @@ from samples.asm.data import load_asm_head
 from samples.capture.views import write_views
 
 from avatar_export.asm.model import Binding, Template
-from avatar_trainer.asm.align import Placement, placed_by_pairs
+from avatar_trainer.asm.align import placed_by_pairs
 from avatar_trainer.asm.kernels.closest import TriangleTree, nearest, triangle_tree
 from avatar_trainer.asm.views.files import Views, read
 from avatar_trainer.asm.views.fit import ViewSettings, fit
 from avatar_trainer.loop.machine import reproducible
-from bench.asm_images import errors, face_camera, grey, save_sheet
 
 Array = npt.NDArray[Any]
 
 COUNTS, COMPONENTS, SIZE = (3, 5, 10, 20), (2, 5), 384
 ROUNDS = 30  # of placing by nearest points
-WORST_MM = 3.0  # the red end of the image's scale
 ABLATIONS = {
     "without photometric consistency": {"photometric": 0.0},
     "without edges": {"edge": 0.0},
@@ -60,8 +56,8 @@ class Truth:
             return Truth(file["vertices"], file["triangles"], file["facial"], file["landmarks"])
 
 
-def placed(truth: Truth, vertices: Array, tree: TriangleTree, landmarks: Array) -> tuple[Placement, Array]:
-    """(the similarity that brings the truth's facial region to the mesh, its vertices' distances in true metres)."""
+def distances(truth: Truth, vertices: Array, tree: TriangleTree, landmarks: Array) -> Array:
+    """Distances of the truth's facial vertices to the mesh, in true metres, after the best similarity."""
     points = truth.vertices[truth.facial]
     placement = placed_by_pairs(truth.vertices[truth.landmarks], vertices[landmarks], similarity=True)
     for _ in range(ROUNDS):
@@ -69,13 +65,14 @@ def placed(truth: Truth, vertices: Array, tree: TriangleTree, landmarks: Array) 
         foot = np.einsum("nk,nkx->nx", found.barycentric, vertices[tree.triangles[found.triangle]])
         placement = placed_by_pairs(points, foot, similarity=True)
     squared = nearest(placement.apply(points), vertices, tree).squared_distance
-    return placement, np.sqrt(squared) / placement.scale
+    result: Array = np.sqrt(squared) / placement.scale
+    return result
 
 
 def rmse_mm(truth: Truth, template: Template, vertices: Array) -> float:
     """The 3D-RMSE of a fit with the template's topology, millimetres."""
     tree = triangle_tree(vertices, template.triangles.astype(np.int64))
-    _, distance = placed(truth, vertices, tree, marks(template))
+    distance = distances(truth, vertices, tree, marks(template))
     return float(1e3 * np.sqrt(np.mean(distance**2)))
 
 
@@ -94,32 +91,18 @@ class Subject:
 
 def measured(
     subject: Subject, template: Template, binding: Binding, count: int, settings: ViewSettings
-) -> tuple[float, float, Array]:
-    """(RMSE in mm, CPU seconds, fitted vertices) from the first `count` views."""
+) -> tuple[float, float]:
+    """(RMSE in mm, CPU seconds) from the first `count` views."""
     start = time.process_time()
     found = fit(template, binding, subject.views.chosen(np.arange(count)), settings)
     seconds = time.process_time() - start
-    return rmse_mm(subject.truth, template, found.vertices), seconds, found.vertices
-
-
-def panels(truth: Truth, template: Template, vertices: Array) -> list[Array]:
-    """Truth, fitted, error on the truth: blue none, red WORST_MM."""
-    triangles = template.triangles.astype(np.int64)
-    placement, distance = placed(truth, vertices, triangle_tree(vertices, triangles), marks(template))
-    error = np.zeros(len(truth.vertices))
-    error[truth.facial] = distance
-    camera = face_camera(truth.vertices[truth.facial].mean(axis=0), SIZE)
-    return [
-        grey(truth.vertices, truth.triangles, camera),
-        grey(placement.inverse().apply(vertices), triangles, camera),
-        errors(truth.vertices, truth.triangles, error, WORST_MM * 1e-3, camera),
-    ]
+    return rmse_mm(subject.truth, template, found.vertices), seconds
 
 
 def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(prog="python -m bench.asm_views", description=__doc__)
-    parser.add_argument("out", type=Path, help="folder for the captures and images")
+    parser.add_argument("out", type=Path, help="folder for the captures")
     parser.add_argument("--identities", type=int, default=2)
     parser.add_argument("--iterations", type=int, default=ViewSettings().iterations)
     given = parser.parse_args()
@@ -132,7 +115,6 @@ def main() -> None:
         subjects.append(Subject(read(folder), Truth.of(folder)))
     first = [rmse_mm(s.truth, head.template, head.template.vertices.astype(np.float64)) for s in subjects]
     print(f"3D-RMSE in mm, mean of {len(subjects)} identities (each); the template itself: {_row(first)}")
-    sheet: list[list[Array]] = []
     with reproducible(0, threads=0):
         for count in COUNTS:
             for k in COMPONENTS:
@@ -141,11 +123,6 @@ def main() -> None:
                     f"{count:3d} views  K={k}  {_row([r[0] for r in rows])}  {rows[0][1]:.0f} s CPU",
                     flush=True,
                 )
-                if k == min(COMPONENTS) and count in (min(COUNTS), max(COUNTS)):
-                    sheet += [
-                        panels(s.truth, head.template, r[2]) for s, r in zip(subjects, rows, strict=True)
-                    ]
-        save_sheet(sheet, given.out / "views.png")
         for label, changed in ABLATIONS.items():
             settings = ViewSettings(iterations=given.iterations, **changed)
             errors = [measured(s, head.template, head.bindings[2], 10, settings)[0] for s in subjects]

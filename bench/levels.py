@@ -1,4 +1,4 @@
-"""What levels of detail cost and how they look: `python -m bench.levels [OUT]` prints a row for each level.
+"""What levels of detail cost and how they look: `python -m bench.levels` prints a row for each level.
 
 Levels are fitted without the avatar's longest clip and judged on it, as a pack plays them. PSNR: 8 poses of that clip
 and of the ranges, each from the front and from 40 degrees to both sides, 512x512, backend `cpu`, over black, where the
@@ -8,8 +8,6 @@ In motion: 30 frames of that clip that follow each other, from the front, and fr
 frame. Flicker is the mean of |I(t+1) - 2 I(t) + I(t-1)| where the source covers more than half of a pixel, divided by
 that of the source: over all frames, and in the worst one. Holes are the share of those pixels in which the level covers
 less than half of what the source covers, in the worst frame.
-
-With OUT, contact sheets are written there: source, level and ten times their difference, at rest and in motion.
 """
 
 from __future__ import annotations
@@ -22,7 +20,6 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image
 
 from avatar_export.images import frame_camera
 from avatar_export.levels import coarser, heights_px
@@ -39,7 +36,7 @@ from avatar_runtime.player import Player
 TRAINED = Path("samples/trained")
 NAMES = ("head_blendshapes", "head_splatting", "head_points", "body_splatting")
 KEEP = (0.5, 0.25)
-SIZE, SHOWN, FRAMES = 512, 6, 30
+SIZE, FRAMES = 512, 30
 CAMERAS = (np.zeros(FRAMES), np.radians(25.0 + np.arange(FRAMES)))  # yaw of each frame
 COLUMNS = "avatar             part  Gaussians  mean dB  worst dB  most px  flicker  worst frame  holes %  CPU s to make"
 POSES, YAWS = 8, tuple(np.radians([0.0, 40.0, -40.0]))
@@ -60,16 +57,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("out", type=Path, nargs="?", help="folder for contact sheets")
     parser.add_argument("--avatars", nargs="+", type=Path, default=[TRAINED / name for name in NAMES])
     parser.add_argument("--keep", nargs="+", type=float, default=KEEP)
     args = parser.parse_args()
     print(COLUMNS)
     for path in args.avatars:
-        measure(with_active_sh(load(path)), path.name, args.keep, args.out)
+        measure(with_active_sh(load(path)), path.name, args.keep)
 
 
-def measure(avatar: Avatar, name: str, keep: Sequence[float], out: Path | None) -> None:
+def measure(avatar: Avatar, name: str, keep: Sequence[float]) -> None:
     """Print the rows of an avatar's levels, the finest first."""
     longest = max(avatar.clips, key=lambda clip: clip.frames)
     judged = replace(avatar, clips=(longest,))
@@ -95,11 +91,6 @@ def measure(avatar: Avatar, name: str, keep: Sequence[float], out: Path | None) 
             f"{moved.flicker:8.2f} {moved.worst:12.2f} {100 * moved.holes:8.3f} {took:14.1f}",
             flush=True,
         )
-        if out is not None and part < 1:
-            out.mkdir(parents=True, exist_ok=True)
-            sheet(avatar, level, [*seen[:: len(seen) // SHOWN][:SHOWN], *moving[0][: SHOWN // 2]]).save(
-                out / f"{name}_{part:g}.png"
-            )
     whole, finest = (len(write(one).file) for one in (prepared, prepare([avatar], Fineness())))
     print(
         f"{name:18s} its levels below the finest add {100 * (whole / finest - 1):.0f} % to the file, if all are kept; "
@@ -168,14 +159,6 @@ def _change(images: F32) -> F32:
     """[T - 2, H, W] how far each image is from the mean of its neighbours in time, doubled; mean over RGB."""
     result: F32 = np.abs(images[2:] - 2 * images[1:-1] + images[:-2]).mean(axis=3)
     return result
-
-
-def sheet(avatar: Avatar, level: Avatar, seen: Sequence[View]) -> Image.Image:
-    """Rows: source, level, ten times the difference; a column a view."""
-    (a, _), (b, _) = (_drawn(one, seen) for one in (avatar, level))
-    rows = [np.concatenate(list(images), axis=1) for images in (a, b, 10 * np.abs(a - b))]
-    pixels = np.clip(np.concatenate(rows), 0, 1)
-    return Image.fromarray((255 * pixels + 0.5).astype(np.uint8))
 
 
 if __name__ == "__main__":

@@ -22,12 +22,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from tests.oracles.pack_claims import judged
 
 from avatar_export.measure.claims import claim_poses
 from avatar_export.measure.framing import preview_webp
-from avatar_export.measure.poses import poses
 from avatar_export.measure.views import in_turn, views
 from avatar_export.measure.yardstick import compare
 from avatar_export.notes.text import text
@@ -39,11 +37,9 @@ from avatar_export.packing.write import Packing, pack
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.codec import pack as file_codec
 from avatar_runtime.packs import decode_pack, placed
-from avatar_runtime.program.bake import bake
 from avatar_runtime.program.check import check_program
-from avatar_runtime.program.model import Program
 from bench.backends import backend_rows
-from bench.pack_avatars import AVATARS, LAM, Pinned, arrays_sha256
+from bench.pack_avatars import AVATARS, LAM, Limited
 
 MB = 1e6
 CLIP_SHARE = 0.2  # of the float32 size
@@ -85,15 +81,15 @@ def pack_rows(source: Avatar) -> list[tuple[str, float, str]]:
     return rows + [(f"packed_{name}", value, unit) for name, value, unit in frames]
 
 
-def show(name: str, pinned: Pinned, avatar: Avatar, scratch: Path, claims: bool) -> None:
+def show(name: str, limited: Limited, avatar: Avatar, scratch: Path, claims: bool) -> None:
     """Prints the row of one avatar."""
     source = scratch / "source.pickle"
     source.write_bytes(pickle.dumps(avatar))
     command = [sys.executable, "-m", "bench.packs", "--once", str(source)]
     once = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     made, seconds = packed_by_default(avatar)
-    print(f"{name}: {avatar.gaussians.count} Gaussians, {hash_line(avatar, pinned.sha256)}")
-    for line in (*figures(made, pinned, avatar, once["clips"]), *map(text, made.notes)):
+    print(f"{name}: {avatar.gaussians.count} Gaussians")
+    for line in (*figures(made, limited, avatar, once["clips"]), *map(text, made.notes)):
         print(f"  {line}")
     if claims:
         print(f"  {claim_line(avatar, made)}")
@@ -106,25 +102,14 @@ def show(name: str, pinned: Pinned, avatar: Avatar, scratch: Path, claims: bool)
         f"  packing with given steps: {once['cpu']:.1f} s CPU, peak {once['peak_mb']:.0f} MB; reading: inflating "
         f"and checking {once['check']:.3f} s, dequantising {once['dequantise']:.3f} s"
     )
-    gpu, reads = once["gpu"], once["reads"]
-    print(
-        f"  BlendStatic: {gpu[1]} bytes packed, {gpu[0]} unpacked, {gpu[0] / gpu[1]:.1f} times; blend reads a frame: "
-        f"{reads[1]} packed, {reads[0]} unpacked, {reads[0] / reads[1]:.1f} times"
-    )
     sys.stdout.flush()
 
 
-def hash_line(avatar: Avatar, expected: str) -> str:
-    """The hash of an avatar, and whether it is the one that is pinned."""
-    found = arrays_sha256(avatar)
-    return f"arrays {found}" + ("" if found == expected else f", NOT THE PINNED {expected or '(none)'}")
-
-
-def figures(made: Made, pinned: Pinned, avatar: Avatar, clips: int) -> list[str]:
+def figures(made: Made, limited: Limited, avatar: Avatar, clips: int) -> list[str]:
     """Bytes and claim beside their limits."""
     size, measured, aims = len(made.file) - clips, made.measured[0], aims_of(avatar, None)
     return [
-        f"{size / MB:.3f} MB (limit {pinned.limit_mb:g}): {passed(size <= pinned.limit_mb * MB)}",
+        f"{size / MB:.3f} MB (limit {limited.limit_mb:g}): {passed(size <= limited.limit_mb * MB)}",
         f"claims {measured.mean:.2f} dB (aim {aims.mean:g}): {passed(measured.mean >= aims.mean)}",
         f"claims {measured.worst:.2f} dB the worst (aim {aims.worst:g}): {passed(measured.worst >= aims.worst)}",
     ]
@@ -162,7 +147,6 @@ def packed_once(avatar: Avatar) -> Mapping[str, Any]:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / MB
     clips = sum(size for name, size in made.sizes.items() if name.startswith("clips."))
     check, whole = reading_seconds(made)
-    packed, unpacked = file_codec.decode(made.file, "pack").program, bake(avatar)
     return {
         "cpu": cpu,
         "peak_mb": peak,
@@ -170,8 +154,6 @@ def packed_once(avatar: Avatar) -> Mapping[str, Any]:
         "clips": clips,
         "check": check,
         "dequantise": whole - check,
-        "gpu": [blend_bytes(unpacked), blend_bytes(packed)],
-        "reads": [blend_reads(unpacked, avatar), blend_reads(packed, made.avatar)],
     }
 
 
@@ -187,41 +169,6 @@ def reading_seconds(made: Packing) -> tuple[float, float]:
         decode_pack(made.file, "pack")
         wholes.append(time.process_time() - before)
     return min(checks), min(wholes)
-
-
-def blend_bytes(program: Program) -> int:
-    """Bytes of the buffers that hold base and deltas for kernel `blend`."""
-    return sum(buffer.size for name, buffer in program.buffers.items() if name.startswith("BlendStatic"))
-
-
-def blend_reads(program: Program, avatar: Avatar) -> int:
-    """Bytes of BlendStatic that kernel `blend` touches in a frame, each counted once; the mean over the poses.
-
-    Pointers, columns and the base are read whole; of the deltas, those whose expression has a weight.
-    """
-    total = 0.0
-    shown = poses(avatar)
-    for named in shown:
-        weights = named.pose.expressions
-        active = np.array([weights.get(e.name, 0.0) != 0 for e in avatar.expressions], bool)
-        for name, buffer in program.buffers.items():
-            if name.startswith("BlendStatic"):
-                total += sum(_touched(buffer, active))
-    return round(total / len(shown))
-
-
-def _touched(buffer: Any, active: Any) -> list[float]:
-    sections = {section.name: section.elements for section in buffer.sections}
-    found = []
-    for name, elements in sections.items():
-        part = name.partition("_")[0]
-        column = sections.get(f"{part}_column")
-        read = np.ones(1)
-        if column is not None and not name.endswith(("_ptr", "_column")):
-            read = active if name.endswith("_step") else active[column]
-        share = float(read.mean()) if len(read) else 0.0
-        found.append(share * elements.nbytes)
-    return found
 
 
 def clip_arrays(clip: Any) -> list[Any]:

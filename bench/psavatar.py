@@ -53,7 +53,6 @@ VARIANTS = (
 )
 WHITE = torch.ones(3)
 COVERED = 0.25  # share of a pixel
-SHOWN, ENLARGED = 3, 3  # frames of an image, factor
 
 
 def capture_of(which: str, out: Path, size: int) -> Capture:
@@ -109,34 +108,20 @@ def scores(system: System, capture: Capture, *, worn: bool) -> list[float]:
 
 
 def off_the_mesh(which: str, out: Path, settings: Settings, size: int) -> list[str]:
-    """VARIANTS, and the image OUT/<which>.png: truth, then one for each of them."""
+    """A row for each of VARIANTS."""
     capture = capture_of(which, out, size)
     lines = [
         f"| {which} | PSNR in the region dB | PSNR dB | SSIM | points left | CPU s |",
         "|---|---|---|---|---|---|",
     ]
-    systems = []
     for label, share, moves in VARIANTS:
         rules = {**settings.rules, "displacement": moves}
         system, seconds = trained(capture, replace(settings, off_mesh=share, rules=rules))
-        systems.append(system)
         inside, whole, similar = scores(system, capture, worn=True)
         count = len(system.splats(capture.frames[0].pose).mean)
         lines.append(f"| {label} | {inside:.2f} | {whole:.2f} | {similar:.4f} | {count} | {seconds:.0f} |")
         print(lines[-1], flush=True)
-    _show(capture, systems, out / f"{which}.png")
     return lines
-
-
-def _show(capture: Capture, systems: list[System], path: Path) -> None:
-    """A row for each of some held-out frames."""
-    rows = []
-    for frame in evenly(capture.test, SHOWN):
-        images = [read(frame).over(WHITE), *(drawn(system, frame) for system in systems)]
-        rows.append(torch.cat(images, dim=1))
-    pixels = (torch.cat(rows) * 255).round().to(torch.uint8).numpy()
-    image = Image.fromarray(pixels)
-    image.resize((image.width * ENLARGED, image.height * ENLARGED), Image.Resampling.BICUBIC).save(path)
 
 
 def acquisition(which: str, out: Path, settings: Settings, size: int) -> list[str]:

@@ -4,8 +4,7 @@
     python -m bench.training
 
 One thread of rasteriser `cpu`, from splats to colour and back to every input. The scene is the shell of a head,
-half of it turned away, with splats as large as their number leaves room for; the plain rasteriser `torch` draws the
-smaller ones, and the ratio is of both directions together.
+half of it turned away, with splats as large as their number leaves room for.
 """
 
 from __future__ import annotations
@@ -21,28 +20,24 @@ import torch
 from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
 from avatar_trainer.raster.renderer import render
-from avatar_trainer.tensors import Points, Splats
+from avatar_trainer.tensors import Splats
 from bench.training_iterations import iteration_rows
-from bench.training_stages import rows as stage_rows
 
 Row = tuple[str, float, str]
 COUNTS = (5_000, 10_000, 20_000, 50_000)
 SIZES = (128, 256, 512)
-PLAIN = ((5_000, 128), (10_000, 128), (5_000, 256))  # what `torch` draws too
-ROUNDS, PLAIN_ROUNDS = 9, 3
+ROUNDS = 9
 RADII = (0.08, 0.12, 0.1)  # metres
 SH_DEGREE = 1
-POINTS, POINTS_SIZE, DISC = 40_000, 256, 2.0  # a disc's radius over a splat's standard deviation
 OVERLAP = 0.6  # standard deviation of a splat over the width of its share of the surface
 
 
 def training_rows(folder: Path, gaussians: int) -> list[Row]:
-    """Forward, backward and, where `torch` runs, the ratio; stages alone, and whole iterations."""
+    """Forward and backward, and whole iterations."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
-        stages = [(f"training_{name.replace(' ', '_')}", ms, "ms") for name, ms in stage_rows()]
-        return [*_rows(), *_point_rows(), *stages, *iteration_rows(folder)]
+        return [*_rows(), *iteration_rows(folder)]
     finally:
         torch.set_num_threads(before)
 
@@ -50,41 +45,22 @@ def training_rows(folder: Path, gaussians: int) -> list[Row]:
 def _rows() -> Iterator[Row]:
     for size in SIZES:
         for count in COUNTS:
-            forward, backward = timed(count, size, "cpu", ROUNDS)
+            forward, backward = timed(count, size)
             yield f"training_{count}_at_{size}_forward", forward, "ms"
             yield f"training_{count}_at_{size}_backward", backward, "ms"
-            if (count, size) in PLAIN:
-                plain = sum(timed(count, size, "torch", PLAIN_ROUNDS))
-                yield f"training_{count}_at_{size}_torch", plain, "ms"
-                yield f"training_{count}_at_{size}_torch_over_cpu", plain / (forward + backward), "1"
 
 
-def _point_rows() -> Iterator[Row]:
-    """Point splatting: discs about as large as the shell's splats, so that they close."""
-    inputs = points(POINTS)
-    camera = Camera.orbit(np.zeros(3), 0.7, 0.2, 0.1, 0.45, POINTS_SIZE, POINTS_SIZE)
-    forward, backward = _timed(inputs, list(vars(inputs).values()), camera, "cpu", ROUNDS)
-    yield f"training_{POINTS}_points_at_{POINTS_SIZE}_forward", forward, "ms"
-    yield f"training_{POINTS}_points_at_{POINTS_SIZE}_backward", backward, "ms"
-
-
-def timed(count: int, size: int, rasteriser: str, rounds: int) -> tuple[float, float]:
+def timed(count: int, size: int) -> tuple[float, float]:
     """Median CPU milliseconds (forward, backward) after one round that compiles and fills caches."""
     splats, camera = shell(count), Camera.orbit(np.zeros(3), 0.7, 0.2, 0.1, 0.45, size, size)
-    return _timed(splats, [v for v in vars(splats).values() if v is not None], camera, rasteriser, rounds)
-
-
-def _timed(
-    given: Splats | Points, inputs: list[torch.Tensor], camera: Camera, rasteriser: str, rounds: int
-) -> tuple[float, float]:
-    size = camera.width
-    offset, background = torch.zeros(len(given.mean), 2, requires_grad=True), torch.zeros(3)
+    inputs = [v for v in vars(splats).values() if v is not None]
+    offset, background = torch.zeros(len(splats.mean), 2, requires_grad=True), torch.zeros(3)
     grad_colour = torch.randn(size, size, 3, generator=torch.Generator().manual_seed(1)) / size**2
     times = []
-    for _ in range(rounds + 1):
+    for _ in range(ROUNDS + 1):
         start = time.process_time()
         rendered = render(
-            given, camera, RasterSettings(near=0.05), SH_DEGREE, background, rasteriser, offset, threads=1
+            splats, camera, RasterSettings(near=0.05), SH_DEGREE, background, "cpu", offset, threads=1
         )
         middle = time.process_time()
         torch.autograd.grad(rendered.colour, [*inputs, offset], grad_colour)
@@ -111,13 +87,6 @@ def shell(count: int) -> Splats:
         0.3 * normal(count, (SH_DEGREE + 1) ** 2, 3),
     )
     return Splats(*(value.requires_grad_() for value in tensors))
-
-
-def points(count: int) -> Points:
-    """`count` points in the places and colours of a shell's splats."""
-    splats = shell(count)
-    values = (splats.mean, splats.scale.mean(dim=1) * DISC, splats.opacity, splats.sh[:, 0] + 0.5)
-    return Points(*(value.detach().requires_grad_() for value in values))
 
 
 def main() -> None:

@@ -12,11 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 Command = tuple[str, ...]  # the arguments after `python -m`
-BARE = (
-    "--no-engine-files",
-    "--no-preview",
-    "--force",
-)  # files that `convert` makes again from the normative files
+# `convert` makes the other files again from the normative ones.
+BARE = ("--no-engine-files", "--no-preview", "--force")
 
 
 @dataclass(frozen=True)

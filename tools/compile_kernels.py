@@ -13,7 +13,7 @@ TRAIN = (
     *("raster/test_cpu.py", "raster/test_points.py", "kernels", "captures/test_mesh_raster.py"),
     *("systems/gaussian_blendshapes/test_system.py", "systems/splatting_avatar", "systems/psavatar"),
 )
-FIT = ("asm/kernels", "asm/test_model.py", "asm/test_weights.py", "asm/views/test_energies.py")
+FIT = ("asm/kernels", "asm/test_model.py", "asm/test_template.py", "asm/views/test_energies.py")
 
 
 def play() -> None:

@@ -1,13 +1,14 @@
 """A batch whose workers are killed and whose connection is cut; afterwards every bundle is compared with `convert`'s.
 
-python -m bench.batch.faults FOLDER [--rows 300] [--kills 5] [--cuts 1] [--out URL] [--scheduler tcp://HOST:PORT]
+python -m bench.batch.faults FOLDER [--rows 300] [--kills 5] [--cuts 1] [--sources URL] [--out URL]
+    [--scheduler tcp://HOST:PORT]
 
-The avatars, of all six systems, are made in FOLDER. Without --scheduler two workers of this machine are started.
+The avatars, of all six systems, are made in FOLDER; --sources is a copy of them. --out is below FOLDER by default.
+Without --scheduler two workers of this machine are started.
 """
 
 from __future__ import annotations
 
-import argparse
 import collections
 import os
 import random
@@ -27,11 +28,10 @@ from avatar_export.batch.job import Job
 from avatar_export.batch.jobs import read_list
 from avatar_export.batch.result import Result
 from avatar_export.conversion import convert
-from bench.batch.cpu import cpu_seconds
+from bench.batch.command import Row, cpu_seconds, parsed, show
 from bench.batch.lists import avatars_in, mostly_cheap, write_list
 
 SEED = 19
-Row = tuple[str, float, str]
 
 
 class Cut:
@@ -147,24 +147,6 @@ def contents(location: str) -> dict[str, str]:
     return {name: stores.sha256(location, name) for name in stores.files_of(location)}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--rows", type=int, default=300)
-    parser.add_argument("--kills", type=int, default=5)
-    parser.add_argument("--cuts", type=int, default=1)
-    parser.add_argument(
-        "--sources", help="URL of a copy of the avatars; default: they are read where they are made"
-    )
-    parser.add_argument("--out", help="URL; default: below FOLDER")
-    parser.add_argument("--scheduler")
-    given = parser.parse_args()
-    for name, value, unit in fault_rows(**vars(given)):
-        print(f"{name:36s} {value:12.4g} {unit}", flush=True)
-
-
 def fault_rows(
     folder: Path,
     rows: int = 300,
@@ -180,7 +162,6 @@ def fault_rows(
     write_list(local, mostly_cheap(made), rows)
     out = out or str(folder / "out")
     near = read_list(str(local), str(folder / "unused"))
-    far = near
     if sources is not None:
         there = folder / "list_there.csv"
         there.write_text(local.read_text().replace(str(folder / "avatars"), sources))
@@ -198,4 +179,4 @@ def fault_rows(
 
 
 if __name__ == "__main__":
-    main()
+    show(fault_rows, parsed(__doc__, "sources", "out", "scheduler", rows=300, kills=5, cuts=1))

@@ -8,7 +8,6 @@ read their inputs from the store and write their outputs to it, through s3fs.
 
 from __future__ import annotations
 
-import argparse
 import os
 import shutil
 import subprocess
@@ -21,8 +20,7 @@ from pathlib import Path
 import s3fs
 
 from avatar_export.batch import cluster, row
-from bench.batch.cpu import cpu_seconds
-from bench.batch.faults import Row
+from bench.batch.command import Row, cpu_seconds, parsed, show
 from bench.batch.lists import avatars_in
 
 NEAR, FAR = "avatar-batch-a", "avatar-batch-b"  # namespaces
@@ -128,24 +126,8 @@ def network_rows(folder: Path, rows: int = 300, kills: int = 5, cuts: int = 1) -
     return [*found, ("batch_network_cpu_with_store_and_checks", cpu_seconds() - cpu, "s")]
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--rows", type=int, default=300)
-    parser.add_argument("--kills", type=int, default=5)
-    parser.add_argument("--cuts", type=int, default=1)
-    parser.add_argument(
-        "--upload", action="store_true", help="only this: what the bench starts in a namespace"
-    )
-    given = vars(parser.parse_args())
-    if given.pop("upload"):
-        upload(given["folder"])
-        return
-    for name, value, unit in network_rows(**given):
-        print(f"{name:36s} {value:12.4g} {unit}", flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    if sys.argv[2:] == ["--upload"]:  # what `network_rows` starts in a namespace
+        upload(Path(sys.argv[1]))
+    else:
+        show(network_rows, parsed(__doc__, rows=300, kills=5, cuts=1))

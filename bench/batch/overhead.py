@@ -8,7 +8,6 @@ figures of the batch are printed beside those of as many rows.
 
 from __future__ import annotations
 
-import argparse
 import os
 import shlex
 import subprocess
@@ -18,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from avatar_export.batch.jobs import read_list
-from bench.batch.faults import Row
+from bench.batch.command import Row, parsed, show
 from bench.batch.lists import avatars_in, mostly_cheap, write_list
 
 OPTIONS = {"dataset": "--dataset", "body_model": "--body-model", "rig": "--rig", "mesh": "--mesh"}
@@ -73,16 +72,5 @@ def overhead_rows(folder: Path, rows: int = 300, loop: int = 300) -> list[Row]:
     ]
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--rows", type=int, default=300)
-    parser.add_argument("--loop", type=int, default=300)
-    for name, value, unit in overhead_rows(**vars(parser.parse_args())):
-        print(f"{name:36s} {value:12.4g} {unit}", flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    show(overhead_rows, parsed(__doc__, rows=300, loop=300))

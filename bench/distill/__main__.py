@@ -1,8 +1,7 @@
-"""Prints what was asked, what a prototype reached and what is reached: `python -m bench.distill [ROW ...]`.
+"""Prints what is reached: `python -m bench.distill [ROW ...]`.
 
 Truth is the dump drawn by backend `cpu` from three cameras in turn (front, 40 degrees to each side), 256x256.
-Foreground is alpha above 0.5 in the truth; takes are held out whole. Pictures (truth, distilled, difference times 20)
-go to --out.
+Foreground is alpha above 0.5 in the truth; takes are held out whole.
 """
 
 from __future__ import annotations
@@ -16,18 +15,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from PIL import Image
 from samples.dumps import clip_poses, random_poses, write_dumps
 from tests.shared_data import ROOT
 
 from avatar_export.distill import make
-from avatar_export.distill.measure import box_of, pictures
 from avatar_export.readers.table import read
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.pose import Pose
 from bench.distill import boxes
-from bench.distill.driven import driven_map
 from bench.distill.large import large
 
 NORMATIVE = ("gaussians.ply", "blendshapes.safetensors", "embedding.safetensors", "rig.safetensors")
@@ -40,8 +36,6 @@ class Row:
     name: str
     make: boxes.Make
     takes: boxes.Takes
-    asked: str
-    prototype: str
     with_rig: bool = False
     network: bool = False
 
@@ -52,15 +46,15 @@ def rows() -> list[Row]:
     clip = clip_poses(splat, "training")
     neural = boxes.clip_only(head, 216, 72) | boxes.randoms(head, 216, 48, 8.0)
     return [
-        Row("blendshapes_clip", lambda: head, boxes.clip_only(head, 96, 24), "0.03 / 62", "0.020 / 63.4"),
-        Row("blendshapes_random", lambda: head, boxes.randoms(head, 96, 24, 8.0), "0.1 / 50", "0.118 / 48.6"),
-        Row("splatting_clip", lambda: splat, boxes.clip_only(splat, 144, 56), "0.04 / 62", "0.041 / 61.3", True),
+        Row("blendshapes_clip", lambda: head, boxes.clip_only(head, 96, 24)),
+        Row("blendshapes_random", lambda: head, boxes.randoms(head, 96, 24, 8.0)),
+        Row("splatting_clip", lambda: splat, boxes.clip_only(splat, 144, 56), True),
         Row(
             "splatting_random", lambda: splat,
-            {"clip": boxes.spread(clip, 96)} | boxes.randoms(splat, 60, 24, 8.0), "0.2 / 40", "0.22 / 36.2", True,
+            {"clip": boxes.spread(clip, 96)} | boxes.randoms(splat, 60, 24, 8.0), True,
         ),
-        Row("body", lambda: body, _body(body), "0.6 / 40", "0.64 / 38.6", True),
-        Row("neural", lambda: head, neural, "- / 36; - / 31.5", "- / 36.3; - / 31.9", network=True),
+        Row("body", lambda: body, _body(body), True),
+        Row("neural", lambda: head, neural, network=True),
     ]  # fmt: skip
 
 
@@ -68,8 +62,8 @@ def _body(body: Avatar) -> boxes.Takes:
     return {"walk": clip_poses(body, "walk")[:48]} | boxes.randoms(body, 100, 24, 15.0)
 
 
-def measure(row: Row, out: Path) -> None:
-    """Print one row and write its pictures."""
+def measure(row: Row) -> None:
+    """Print one row."""
     avatar = row.make()
     change = boxes.network(avatar) if row.network else None
     names = list(row.takes)
@@ -86,7 +80,6 @@ def measure(row: Row, out: Path) -> None:
         )
         spent = time.process_time() - spent
         small, original = _bytes(result.avatar, Path(folder) / "a"), _bytes(avatar, Path(folder) / "b")
-        _save(result, out / f"{row.name}.png")
     errors, take = result.errors, result.task.dumps.drivers.take
     reached = []
     for index in held:
@@ -95,9 +88,7 @@ def measure(row: Row, out: Path) -> None:
             f"{np.sqrt(np.square(errors.rms_mm[at]).mean()):.4f} / {np.nanmean(errors.foreground_db[at]):.1f}"
         )
     print(f"{row.name}: {len(result.frames.fitted)} + {len(result.frames.held_out)} frames, {result.form}")
-    print(
-        f"  asked {row.asked} | prototype {row.prototype} | reached {'; '.join(reached)}  (mm / dB, held out)"
-    )
+    print(f"  reached {'; '.join(reached)}  (mm / dB, held out)")
     for one in result.tried:
         print(f"  tried: {one.form} {one.errors.rms:.4f} mm, {one.errors.decibels:.1f} dB")
     if result.baked is not None:
@@ -114,17 +105,7 @@ def _bytes(avatar: Avatar, folder: Path) -> int:
     return sum(entry["bytes"] for entry in manifest["files"] if entry["path"] in NORMATIVE)
 
 
-def _save(result: make.Distilled, file: Path) -> None:
-    held = result.errors.frames
-    some = held[np.linspace(0, len(held) - 1, 3).astype(int)]
-    shown = [
-        np.concatenate([one.truth, one.distilled, 20 * np.abs(one.truth - one.distilled)], axis=1)
-        for one, _, _ in pictures(result.task, result.avatar, some, box_of(result.task, some))
-    ]
-    Image.fromarray((np.clip(np.concatenate(shown), 0, 1) * 255).astype(np.uint8)).save(file)
-
-
-def lam(out: Path) -> None:
+def lam() -> None:
     """A real LAM head, distilled from its own dumps and compared with what LAM's reader plays."""
     data = os.environ.get("AVATAR_TEST_DATA", ROOT.parent / "shared" / "data")
     path = Path(data) / "lam" / "p2-1.zip"
@@ -141,27 +122,19 @@ def lam(out: Path) -> None:
         "held_random": random_poses(avatar, 24, 8.0, 8),
     }
     takes = {name: take for name, take in takes.items() if take}
-    measure(Row("lam", lambda: avatar, takes, "-", "-"), out)
+    measure(Row("lam", lambda: avatar, takes))
 
 
 def main() -> None:
     """Measure the rows that are named, or all."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("row", nargs="*")
-    parser.add_argument("--out", type=Path, default=Path("distill_pictures"))
-    parser.add_argument(
-        "--map", action="store_true", help="measure a map that would drive residual bases, and no row"
-    )
     given = parser.parse_args()
-    if given.map:
-        driven_map()
-        return
-    given.out.mkdir(parents=True, exist_ok=True)
     for row in rows():
         if not given.row or row.name in given.row:
-            measure(row, given.out)
+            measure(row)
     if not given.row or "lam" in given.row:
-        lam(given.out)
+        lam()
     if not given.row or "large" in given.row:
         large()
     print(f"peak memory of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+import tempfile
 from pathlib import Path
 
 from tests.players.unity_pose_cases import WIDE_JOINTS, wide_pack
@@ -15,15 +16,15 @@ RUNS, POSES = 9, 500
 _LINE = re.compile(r"load ([0-9.]+) ms, driving and pose ([0-9.]+) ms")
 
 
-def native_rows(folder: Path) -> list[tuple[str, float, str]]:
+def native_rows() -> list[tuple[str, float, str]]:
     """Milliseconds of a pose, driven by ARKit: 51 expressions and anchors."""
     rows = []
-    for joints in (HEAD_JOINTS, WIDE_JOINTS):
-        pack = folder / f"joints_{joints}.avatar"
-        pack.write_bytes(wide_pack(joints))
-        load, pose = measured(pack)
-        rows.append((f"native_load_{joints}_joints", load, "ms"))
-        rows.append((f"native_pose_{joints}_joints", pose, "ms"))
+    with tempfile.TemporaryDirectory() as folder:
+        pack = Path(folder) / "wide.avatar"
+        for joints in (HEAD_JOINTS, WIDE_JOINTS):
+            pack.write_bytes(wide_pack(joints))
+            parts = zip(("load", "pose"), measured(pack), strict=True)
+            rows += [(f"native_{part}_{joints}_joints", value, "ms") for part, value in parts]
     return rows
 
 

@@ -62,7 +62,7 @@ class Bench:
             job.run(_program())
             exact = job.image(TARGETS[0])
             if exact[..., 3].max() < 0.5:
-                raise RuntimeError("nothing is seen in the image: no error can be told")
+                raise RuntimeError("nothing is seen in the image: no error can be measured")
             return {name: float(np.abs(job.image(name) - exact).max()) for name in TARGETS[1:]}
 
     def _job(self, folder: Path, camera: Camera) -> Job:

@@ -26,9 +26,9 @@ KINDS = {
     "path": "PATH",
     "float": "NUMBER",
     "int": "NUMBER",
+    "integer": "NUMBER",
     "str": "TEXT",
     "text": "TEXT",
-    "integer": "NUMBER",
 }
 
 

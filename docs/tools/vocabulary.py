@@ -1,8 +1,8 @@
-"""The table of public names in every language, from vocabulary.toml."""
+"""The table of public names in every language, from vocabulary.csv."""
 
 from __future__ import annotations
 
-import tomllib
+import csv
 from pathlib import Path
 
 from engine_tables import table
@@ -17,16 +17,14 @@ LANGUAGES = {
 
 
 def concepts() -> list[dict[str, str]]:
-    """The rows of vocabulary.toml."""
-    rows: list[dict[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))[
-        "concept"
-    ]
-    return rows
+    """The rows of vocabulary.csv: OWNER.MEMBER, functions, types; nothing where a language has no name of its own."""
+    with Path(__file__).with_suffix(".csv").open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def names(row: dict[str, str], language: str) -> list[str]:
     """The public names of a concept in a language."""
-    return [name for name in row.get(language, "").split(", ") if name]
+    return [name for name in row[language].split(", ") if name]
 
 
 def vocabulary(_: Path) -> str:

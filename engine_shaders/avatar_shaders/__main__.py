@@ -47,6 +47,7 @@ def main() -> int:
             write(ROOT, files)
             for path in stale(files):
                 path.unlink()
+            print(f"{len(files)} files below {ROOT}")
     except ShaderError as error:
         print(f"avatar_shaders: {error}", file=sys.stderr)
         return 2

@@ -228,7 +228,7 @@ def _of_chunk(elements: dict[str, str]) -> Contract:
         "most": {"count": MOST_ROWS},
         "chunk": "count",
         "same": {buffer: ["count"] for buffer in elements},
-        "elements": {buffer: [{"elements": told}] for buffer, told in elements.items()},
+        "elements": {buffer: [{"elements": count}] for buffer, count in elements.items()},
     }
 
 
@@ -247,16 +247,16 @@ def _pointer(buffer: str, name: str, rows: str) -> dict[str, Contract]:
 
 
 def _index(buffer: str, name: str, elements: str, below: str) -> dict[str, Contract]:
-    told = {"kind": "index", "elements": elements, "width": f"{name}_width", "widths": INDEX, "below": below}
-    return {name: {"buffer": buffer, **told}}
+    width = {"width": f"{name}_width", "widths": INDEX}
+    return {name: {"buffer": buffer, "kind": "index", "elements": elements, **width, "below": below}}
 
 
 def _planes(
     buffer: str, name: str, channels: int | str, rows: str, when: dict[str, list[int]] | None = None
 ) -> dict[str, Contract]:
     """A section of `channels` planes; low and step of each channel are its scale."""
-    told = _floats(name, "linear", "scale", f"{channels}*{rows}", f"2*{channels}")
-    return {name: {"buffer": buffer, **told, **({} if when is None else {"when": when})}}
+    contract = _floats(name, "linear", "scale", f"{channels}*{rows}", f"2*{channels}")
+    return {name: {"buffer": buffer, **contract, **({} if when is None else {"when": when})}}
 
 
 def _sparse(
@@ -270,7 +270,7 @@ def _sparse(
     return {
         **_pointer(buffer, f"{name}_ptr", rows),
         **_index(buffer, f"{name}_column", f"#{name}_ptr", f"#{columns}"),
-        **{section: {"buffer": buffer, **told} for section, told in signed.items()},
+        **{section: {"buffer": buffer, **contract} for section, contract in signed.items()},
     }
 
 

@@ -76,16 +76,20 @@ def _contract(name: str, access: dict[str, Any], arrays: _Arrays) -> str:
     return arrays.taken() + f"const Contract {name}_access = {{\n{body}}};\n\n"
 
 
-def _section(name: str, told: dict[str, Any], arrays: _Arrays) -> str:
+def _section(name: str, section: dict[str, Any], arrays: _Arrays) -> str:
     parts = [
         _text(name),
-        _text(told["buffer"]),
-        f"SectionKind::{_kind(told['kind'])}",
-        _text(told["elements"]),
+        _text(section["buffer"]),
+        f"SectionKind::{_kind(section['kind'])}",
+        _text(section["elements"]),
     ]
-    parts += [_text(told.get("width")), arrays.numbers(told.get("widths", [32])), _text(told.get("below"))]
-    parts += [str(told.get("pointer", 0)), _text(told.get("scale")), _text(told.get("floats"))]
-    return "{" + ", ".join([*parts, arrays.when(told)]) + "}"
+    parts += [
+        _text(section.get("width")),
+        arrays.numbers(section.get("widths", [32])),
+        _text(section.get("below")),
+    ]
+    parts += [str(section.get("pointer", 0)), _text(section.get("scale")), _text(section.get("floats"))]
+    return "{" + ", ".join([*parts, arrays.when(section)]) + "}"
 
 
 def _kind(name: str) -> str:
@@ -123,9 +127,9 @@ class _Arrays:
         """A list of names."""
         return self.of("char* const", [_text(value) for value in values])
 
-    def when(self, told: dict[str, Any]) -> str:
+    def when(self, part: dict[str, Any]) -> str:
         """The conditions of a part of a contract."""
-        rows = told.get("when", {})
+        rows = part.get("when", {})
         return self.of("Values", [f"{{{_text(k)}, {self.numbers(v)}}}" for k, v in rows.items()])
 
 

@@ -58,7 +58,7 @@ def _contract(access: dict[str, Any]) -> str:
         if not isinstance(value, dict):
             lines.append(f"{_pascal(name)} = {_value(value)},\n")
             continue
-        rows = [f"[{_text(key)}] = {_told(kind, one)}" for key, one in value.items()]
+        rows = [f"[{_text(key)}] = {_row_text(kind, one)}" for key, one in value.items()]
         if name == "sections":
             body = "".join(_wrapped(f"{row},") + "\n" for row in rows)
             lines.append(f"{_pascal(name)} = {{\n{_indented(body, 1)}}},\n")
@@ -71,11 +71,11 @@ def _list(items: list[str]) -> str:
     return "new[] { " + ", ".join(items) + " }"
 
 
-def _told(kind: str | None, value: Any) -> str:
+def _row_text(kind: str | None, value: Any) -> str:
     if kind is None:
         return _value(value)
     if isinstance(value, list):
-        return _list([_told(kind, one) for one in value])
+        return _list([_row_text(kind, one) for one in value])
     fields = ", ".join(f"{_pascal(name)} = {_field(one)}" for name, one in value.items())
     return f"new {kind} {{ {fields} }}"
 

@@ -20,6 +20,7 @@ HLSL = PACKAGE / "hlsl"
 _VARYING = re.compile(r"\b(?:_entryPointOutput|q)_(?=\w)")
 _COMBINED = re.compile(r"SPIRV_Cross_Combined(\w+?)SPIRV_Cross_DummySampler")
 
+_WIDTH = 116
 Texts = dict[tuple[str, str], str]
 
 
@@ -50,15 +51,20 @@ def generate_all(hlsl: Path = HLSL) -> dict[str, str]:
 
 
 def _json(value: object, depth: int = 0) -> str:
-    """JSON in which a part that fits on a line stands on one."""
+    """JSON in which lines hold as many elements of a list, and parts of an object, as fit."""
     text = json.dumps(value)
-    if depth + len(text) < 116 or not isinstance(value, dict | list):
+    if depth + len(text) < _WIDTH or not isinstance(value, dict | list):
         return text
     keys = [f"{json.dumps(key)}: " for key in value] if isinstance(value, dict) else [""] * len(value)
     parts = value.values() if isinstance(value, dict) else value
-    inner = ",\n".join(" " * (depth + 1) + k + _json(v, depth + 1) for k, v in zip(keys, parts, strict=True))
+    lines = [""]
+    for text in (key + _json(part, depth + 1) for key, part in zip(keys, parts, strict=True)):
+        if lines[-1] and (depth == 1 or len(lines[-1]) + len(text) > _WIDTH - depth):
+            lines.append("")
+        lines[-1] += f"{' ' if lines[-1] else ''}{text},"
+    inner = f"\n{' ' * (depth + 1)}".join(lines)[:-1]
     opened, closed = "{}" if isinstance(value, dict) else "[]"
-    return f"{opened}\n{inner}\n{' ' * depth}{closed}"
+    return f"{opened}\n{' ' * (depth + 1)}{inner}\n{' ' * depth}{closed}"
 
 
 def _texts(hlsl: Path, entry: str, module: bytes, languages: tuple[str, ...]) -> Texts:

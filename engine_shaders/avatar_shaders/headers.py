@@ -51,5 +51,5 @@ def literal(value: float | int) -> str:
 
 def table(name: str) -> dict[str, Any]:
     """A table of avatar_schema/v1 as plain data."""
-    told: dict[str, Any] = json.loads((files("avatar_schema") / "v1" / name).read_text("utf-8"))
-    return told
+    data: dict[str, Any] = json.loads((files("avatar_schema") / "v1" / name).read_text("utf-8"))
+    return data

@@ -19,22 +19,24 @@ _SHARED = re.compile(r"^shared (\w+) \w+((?:\[\d+\])*);", re.MULTILINE)
 
 def interface(name: str, row: Entry, reflected: str, glsl: str) -> dict[str, Any]:
     """One row of reflection.json. `glsl` is the GLSL ES 3.10 of the entry: shared memory is counted in it."""
-    told = json.loads(reflected)
-    types = told.get("types", {})
+    reflection = json.loads(reflected)
+    types = reflection.get("types", {})
     result: dict[str, Any] = {
         "hlsl": row.hlsl,
         "kind": row.kind,
         "stage": row.stage,
         "entry_point": {language: "main" if language.startswith("glsl") else name for language in LANGUAGES},
-        "storage": [_storage(s, types) for s in _by_binding(told.get("ssbos", []))],
-        "uniform_blocks": [_block(u, types) for u in told.get("ubos", [])],
-        "textures": [{"name": t["name"], "binding": t["binding"]} for t in told.get("separate_images", [])],
+        "storage": [_storage(s, types) for s in _by_binding(reflection.get("ssbos", []))],
+        "uniform_blocks": [_block(u, types) for u in reflection.get("ubos", [])],
+        "textures": [
+            {"name": t["name"], "binding": t["binding"]} for t in reflection.get("separate_images", [])
+        ],
     }
     if row.kind == "compute":
-        result["thread_group"] = told["entryPoints"][0]["workgroup_size"]
+        result["thread_group"] = reflection["entryPoints"][0]["workgroup_size"]
         result["shared_bytes"] = sum(_bytes(*found) for found in _SHARED.findall(glsl))
     if row.kind == "vertex":
-        inputs = sorted(told.get("inputs", []), key=lambda i: i["location"])
+        inputs = sorted(reflection.get("inputs", []), key=lambda i: i["location"])
         result["inputs"] = [
             {"name": _plain(i["name"]), "location": i["location"], "type": _type(i["type"])} for i in inputs
         ]
@@ -59,10 +61,10 @@ def _storage(buffer: dict[str, Any], types: dict[str, Any]) -> dict[str, Any]:
 def _block(block: dict[str, Any], types: dict[str, Any]) -> dict[str, Any]:
     members = []
     for member in types[block["type"]]["members"]:
-        told = {"name": member["name"], "offset": member["offset"], "type": _type(member["type"])}
+        entry = {"name": member["name"], "offset": member["offset"], "type": _type(member["type"])}
         if "array" in member:
-            told |= {"count": member["array"][0], "stride": member["array_stride"]}
-        members.append(told)
+            entry |= {"count": member["array"][0], "stride": member["array_stride"]}
+        members.append(entry)
     # spirv-cross gives the end of the last member; the size of a GL block is a multiple of 16.
     size = -(-block["block_size"] // 16) * 16
     return {"name": block["name"], "binding": CONSTANTS_BINDING, "size": size, "members": members}

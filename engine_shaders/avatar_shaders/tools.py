@@ -93,14 +93,14 @@ def version(tool: str) -> str:
     if tool == "glslang":
         first = run(["glslangValidator", "--version"]).stdout.decode().splitlines()[0]
         return first.rpartition(" ")[2]
-    told = run([program("slangc"), "-version"] if tool == "slang" else [program("zig"), "version"])
-    return (told.stdout + told.stderr).decode().strip()
+    output = run([program("slangc"), "-version"] if tool == "slang" else [program("zig"), "version"])
+    return (output.stdout + output.stderr).decode().strip()
 
 
 def _spirv_cross_version() -> str:
-    """spirv-cross tells its revision only; Debian's package does not even tell that."""
-    told = run(["spirv-cross", "--revision"])
-    revision = (told.stdout + told.stderr).decode().strip()
+    """spirv-cross prints only its revision; Debian's package does not print even that."""
+    output = run(["spirv-cross", "--revision"])
+    revision = (output.stdout + output.stderr).decode().strip()
     if "Debian" in revision and shutil.which("dpkg-query"):
         return (
             run(["dpkg-query", "-W", "-f", "${Version}", "spirv-cross"]).stdout.decode().strip() or revision

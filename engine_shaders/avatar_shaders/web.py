@@ -162,8 +162,8 @@ def _texts(name: str, about: str, texts: dict[str, str]) -> str:
 
 
 def _interfaces(rows: dict[str, dict[str, Any]]) -> str:
-    told = {name: json.dumps(_interface(row), separators=(",", ":")) for name, row in rows.items()}
-    lines = "".join(f"  {name}: {text},\n" for name, text in told.items())
+    texts = {name: json.dumps(_interface(row), separators=(",", ":")) for name, row in rows.items()}
+    lines = "".join(f"  {name}: {text},\n" for name, text in texts.items())
     return f"export const INTERFACES: Readonly<Record<string, Interface>> = {{\n{lines}}};\n"
 
 

@@ -17,7 +17,7 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.pose import joint_rotation
 from avatar_trainer.captures.mesh_raster import Surface, draw
 from avatar_trainer.captures.own import Shot, write
-from samples.capture.shots import Noise, rays_per_pixel, shot, splits
+from samples.capture.shots import Noise, camera_towards, rays_per_pixel, shot, splits
 from samples.subjects.body import ATTRIBUTES, Body, load_body, values
 from samples.subjects.glb import Builder
 from samples.subjects.head import Mesh, smoothstep, unit
@@ -131,16 +131,6 @@ def camera_at(frame: int, frames: int, size: int) -> tuple[Array, Array, Array]:
     """(K, R, t) of the camera, OpenCV, on its way around the man."""
     share = frame / frames
     mean, swing, beats, start = PITCH
-    camera = Camera.orbit(
-        np.array(TARGET),
-        DISTANCE,
-        START + 2 * np.pi * TURNS * share,
-        mean + swing * np.sin(2 * np.pi * beats * share + start),
-        FOV_Y,
-        size,
-        size,
-    )
-    view = camera.camera_from_world.astype(np.float64)
-    focal = size / (2 * np.tan(FOV_Y / 2))
-    k = np.array([[focal, 0, size / 2], [0, focal, size / 2], [0, 0, 1]])
-    return k, view[:3, :3], view[:3, 3]
+    yaw = START + 2 * np.pi * TURNS * share
+    pitch = mean + swing * np.sin(2 * np.pi * beats * share + start)
+    return camera_towards(np.array(TARGET), DISTANCE, yaw, pitch, FOV_Y, size)

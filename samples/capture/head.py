@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -19,25 +18,22 @@ from avatar_trainer.captures.mesh_raster import MeshImage, Surface, draw
 from avatar_trainer.captures.own import Shot, write
 from samples.capture.extras import EXTRAS, Extra, worn_with
 from samples.capture.eyes import closing_lids, lid_shade, painted_eyes
-from samples.capture.shots import Noise, rays_per_pixel, shot, splits
+from samples.capture.shots import Noise, camera_towards, rays_per_pixel, shot, splits
 from samples.capture.tracking_mesh import tracking_body
 from samples.subjects.body_files import save_body
 from samples.subjects.body_model import GAUSSIAN_SHAPES, JOINTS, BodyModel, build_body_model, driving
 from samples.subjects.colour import surface_opacity
 from samples.subjects.head import DATA, Head, Mesh, load_head, smoothstep, unit
 from samples.subjects.surface import Samples
-from samples.subjects.take import AT_REST, RECORDING, Take, performed, posed_vertices
+from samples.subjects.take import Take, performed, posed_vertices, recording
 
 Array = npt.NDArray[Any]
 
 FPS = 30.0
 EXERCISE_SHARE = 0.2  # of the frames, the first ones
 # Frames of `--jitter`: expressions and a camera that nobody performed, so that the training frames cover the range.
-JITTER_SEED, JITTERED, FULL = (
-    11,
-    (0.2, 0.8),
-    (0.7, 1.0),
-)  # share of a recorded frame that is kept; weight of one more
+# JITTERED: share of a recorded frame that is kept; FULL: weight of one more.
+JITTER_SEED, JITTERED, FULL = 11, (0.2, 0.8), (0.7, 1.0)
 GOLDEN = (5**0.5 - 1) / 2  # of the path between the cameras of two such frames
 # Frames of `--close`: the camera looks at what their expression moves, so near (metres), so far aside (radians).
 NEAR, ASIDE = (0.26, 0.48), (0.75, 0.3)
@@ -201,12 +197,7 @@ def exercises(count: int, frames: int) -> Array:
 
 def recorded(names: tuple[str, ...], frames: int) -> Array:
     """Weights [frames, names] of the whole recording at `frames` even times; 0 for names that it lacks."""
-    header, *rows = csv.reader(RECORDING.read_text("utf-8").splitlines())
-    columns = [name[:1].lower() + name[1:] for name in header[2:]]
-    values = np.array([row[2:] for row in rows], np.float64)
-    for begin, (rest, gain) in AT_REST.items():
-        own = [k for k, name in enumerate(columns) if name.startswith(begin)]
-        values[:, own] = np.clip((values[:, own] - rest) * gain, 0, 1)
+    columns, values = recording()
     times = np.linspace(0, len(values) - 1, frames)
     result = np.zeros((frames, len(names)))
     for k, name in enumerate(names):
@@ -250,23 +241,8 @@ def close_camera(head: Head, frame: int, size: int) -> tuple[Array, Array, Array
     target = head.eye_centres[side] + EYE_AHEAD if name.startswith(EYES_MOVE) else np.array(MOUTH)
     aside, above, away = (((frame + 0.5) * GOLDEN**power) % 1 for power in (1, 2, 3))
     near, far = NEAR
-    camera = Camera.orbit(
-        target,
-        near + (far - near) * away,
-        ASIDE[0] * (2 * aside - 1),
-        ASIDE[1] * (2 * above - 1),
-        FOV_Y,
-        size,
-        size,
-    )
-    view = camera.camera_from_world.astype(np.float64)
-    return focal_matrix(size), view[:3, :3], view[:3, 3]
-
-
-def focal_matrix(size: int) -> Array:
-    """K [3, 3] of the capture's camera for square images of `size` pixels."""
-    focal = size / (2 * np.tan(FOV_Y / 2))
-    return np.array([[focal, 0, size / 2], [0, focal, size / 2], [0, 0, 1]])
+    yaw, pitch = ASIDE[0] * (2 * aside - 1), ASIDE[1] * (2 * above - 1)
+    return camera_towards(target, near + (far - near) * away, yaw, pitch, FOV_Y, size)
 
 
 def camera_at(frame: float, frames: int, size: int, yaw: float = YAW[0]) -> tuple[Array, Array, Array]:
@@ -283,19 +259,12 @@ def camera_at(frame: float, frames: int, size: int, yaw: float = YAW[0]) -> tupl
         reach, beats, start = path
         return float(reach * np.sin(beats * time + start))
 
-    camera = Camera.orbit(
-        np.array(TARGET),
-        DISTANCE * (1 + swing(NEARER)),
-        swing((reach, *YAW[1:])),
-        swing(PITCH),
-        FOV_Y,
-        size,
-        size,
-    )
-    view = camera.camera_from_world.astype(np.float64)
+    distance = DISTANCE * (1 + swing(NEARER))
+    yaw, pitch = swing((reach, *YAW[1:])), swing(PITCH)
+    k, rotation, translation = camera_towards(np.array(TARGET), distance, yaw, pitch, FOV_Y, size)
     roll = swing(ROLL)
     turn = np.array([[np.cos(roll), -np.sin(roll), 0], [np.sin(roll), np.cos(roll), 0], [0, 0, 1]])
-    return focal_matrix(size), turn @ view[:3, :3], turn @ view[:3, 3]
+    return k, turn @ rotation, turn @ translation
 
 
 def write_head(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.captures.mesh_raster import MeshImage
 from avatar_trainer.captures.own import Shot
@@ -48,6 +49,17 @@ class Noise:
 def rays_per_pixel(size: int) -> int:
     """Rays across a pixel of an image of this size."""
     return max(3, -(-RAYS // size))
+
+
+def camera_towards(
+    target: Array, distance: float, yaw: float, pitch: float, fov_y: float, size: int
+) -> tuple[Array, Array, Array]:
+    """(K, R, t), OpenCV, of a camera that looks at `target`; square images of `size` pixels."""
+    camera = Camera.orbit(np.asarray(target), distance, yaw, pitch, fov_y, size, size)
+    seen = camera.camera_from_world.astype(np.float64)
+    focal = size / (2 * np.tan(fov_y / 2))
+    k = np.array([[focal, 0, size / 2], [0, focal, size / 2], [0, 0, 1]])
+    return k, seen[:3, :3], seen[:3, 3]
 
 
 def splits(frames: int) -> list[str]:

@@ -15,12 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export.driving.takes import read_take
-from avatar_runtime.camera import Camera
 from avatar_runtime.driving.arkit import CHANNELS
 from avatar_runtime.io.errors import AvatarError
 from samples.capture.extras import EXTRAS
 from samples.capture.head import Model, blinking_head, shots, write_frames
-from samples.capture.shots import Noise
+from samples.capture.shots import Noise, camera_towards
 from samples.capture.tracking_mesh import tracking_body
 from samples.subjects.body_files import save_body
 from samples.subjects.body_model import build_body_model
@@ -51,10 +50,8 @@ HALF_CLOSED = 2  # more, where both lids are nearest to 0.5; the rest are spread
 SIDES = ((0, 0), (28, 4), (-28, -4), (14, -6), (-14, 6))
 HEAD = ((0.0, -0.025, 0.0), 0.86, 0.43)  # target, distance in metres, vertical field of view in radians
 FACE = ((0.0, -0.006, 0.09), 0.50, 0.32)
-LID_REACH, LIPS = (
-    0.022,
-    ((0.0, -0.042), (0.032, 0.022)),
-)  # metres: from an eye's centre; middle, half of a box
+LID_REACH = 0.022  # metres from an eye's centre
+LIPS = ((0.0, -0.042), (0.032, 0.022))  # metres: middle, half of a box
 WORN = ("glasses",)  # with a crop of their own; hair is judged with the head
 CLOSED = 0.85  # of eyeBlink: from here on the crop is called a lid, under which no eye may show
 MARGIN = 0.05  # of a box's size, on every side
@@ -104,13 +101,8 @@ def chosen(weights: Mapping[str, Array], count: int) -> list[int]:
 def view(at: tuple[tuple[float, float, float], float, float], side: tuple[float, float], size: int) -> View:
     """(K, R, t) of a camera that looks at the head from `side`, as SIDES has them."""
     target, distance, fov_y = at
-    camera = Camera.orbit(
-        np.array(target), distance, np.radians(side[0]), np.radians(side[1]), fov_y, size, size
-    )
-    seen = camera.camera_from_world.astype(np.float64)
-    focal = size / (2 * np.tan(fov_y / 2))
-    k = np.array([[focal, 0, size / 2], [0, focal, size / 2], [0, 0, 1]])
-    return k, seen[:3, :3], seen[:3, 3]
+    yaw, pitch = np.radians(side)
+    return camera_towards(np.array(target), distance, yaw, pitch, fov_y, size)
 
 
 def parts(head: Head) -> dict[str, Array]:

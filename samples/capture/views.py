@@ -26,7 +26,7 @@ from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.asm.kernels.zbuffer import depth_buffers, in_front
 from avatar_trainer.captures.mesh_raster import MeshImage, Surface, draw
 from samples.capture.head import AUTHOR, CONSENT, DARK, LICENSE, LIGHT, LIT, WRAP, Model
-from samples.capture.shots import rays_per_pixel
+from samples.capture.shots import camera_towards, rays_per_pixel
 from samples.subjects.body_model import build_body_model
 from samples.subjects.head import Head, load_head
 
@@ -42,49 +42,11 @@ FACE_REACH = 0.095  # metres about the tip of the nose: the facial region that e
 NOSE_TIP = 30  # of the landmarks
 # Landmarks in the order of the 68-point annotation: vertices of the head (idx_to_landmark_verts of ICT-FaceKit).
 LANDMARKS = (
-    *(1225, 1888, 1052, 367, 1719, 1722, 2199, 1447, 966, 3661, 4390, 3927, 3924, 2608, 3272, 4088, 3443),
-    *(
-        268,
-        493,
-        1914,
-        2044,
-        1401,
-        3615,
-        4240,
-        4114,
-        2734,
-        2509,
-        978,
-        4527,
-        4942,
-        4857,
-        1140,
-        2075,
-        1147,
-        4269,
-    ),
-    *(
-        3360,
-        1507,
-        1542,
-        1537,
-        1528,
-        1518,
-        1511,
-        3742,
-        3751,
-        3756,
-        3721,
-        3725,
-        3732,
-        5708,
-        5695,
-        2081,
-        0,
-        4275,
-    ),
-    *(6200, 6213, 6346, 6461, 5518, 5957, 5841, 5702, 5711, 5533, 6216, 6207, 6470, 5517, 5966),
-)
+    1225, 1888, 1052, 367, 1719, 1722, 2199, 1447, 966, 3661, 4390, 3927, 3924, 2608, 3272, 4088, 3443,
+    268, 493, 1914, 2044, 1401, 3615, 4240, 4114, 2734, 2509, 978, 4527, 4942, 4857, 1140, 2075, 1147,
+    4269, 3360, 1507, 1542, 1537, 1528, 1518, 1511, 3742, 3751, 3756, 3721, 3725, 3732, 5708, 5695, 2081,
+    0, 4275, 6200, 6213, 6346, 6461, 5518, 5957, 5841, 5702, 5711, 5533, 6216, 6207, 6470, 5517, 5966,
+)  # fmt: skip
 HIDDEN_BEHIND = 0.004  # metres; a surface this far in front of a landmark hides it
 FACING = 0.05  # least cosine between a visible landmark's normal and the direction to the camera
 SOURCE = "synthetic: computed pictures of a scanned head changed by identity modes, no footage"
@@ -122,14 +84,12 @@ def camera_at(view: int, size: int) -> tuple[Array, Array, Array]:
     yaw, pitch, roll, nearer = (2 * radical_inverse(view + 1, base) - 1 for base in BASES)
     if view == 0:
         pitch = roll = 0.0
-    camera = Camera.orbit(
-        np.array(TARGET), DISTANCE * (1 + NEARER * nearer), YAW * yaw, PITCH * pitch, FOV_Y, size, size
+    distance = DISTANCE * (1 + NEARER * nearer)
+    k, rotation, translation = camera_towards(
+        np.array(TARGET), distance, YAW * yaw, PITCH * pitch, FOV_Y, size
     )
-    seen = camera.camera_from_world.astype(np.float64)
     turn = matrix_from_rotvec(np.array([0, 0, ROLL * roll]))
-    focal = size / (2 * np.tan(FOV_Y / 2))
-    k = np.array([[focal, 0, size / 2], [0, focal, size / 2], [0, 0, 1]])
-    return k, turn @ seen[:3, :3], turn @ seen[:3, 3]
+    return k, turn @ rotation, turn @ translation
 
 
 def surface_of(model: Model) -> Surface:

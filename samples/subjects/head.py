@@ -151,14 +151,14 @@ def load_head() -> Head:
     )
 
 
-def part_of(head: Head, rows: Array, triangles: Array, kept: Array) -> Head:
-    """The vertices `rows`; `triangles` index them and are those of the mask `kept`."""
+def part_of(head: Head, rows: Array, triangles: Array, part: Array) -> Head:
+    """The vertices `rows`; `triangles` [F, 3] index them, `part` [F] is theirs."""
     return replace(
         head,
         vertices=head.vertices[rows],
         colors=head.colors[rows],
         triangles=triangles,
-        part=head.part[kept],
+        part=part,
         expressions=head.expressions[:, rows],
         identity=head.identity[:, rows],
     )
@@ -174,7 +174,7 @@ def simplify(head: Head, cell: float) -> Head:
     a, b, c = triangles.T
     kept = (a != b) & (b != c) & (c != a)
     used, flat = np.unique(triangles[kept], return_inverse=True)
-    return part_of(head, chosen[used], flat.reshape(-1, 3), kept)
+    return part_of(head, chosen[used], flat.reshape(-1, 3), head.part[kept])
 
 
 def turned_eyes(head: Head) -> Head:

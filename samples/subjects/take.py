@@ -57,15 +57,21 @@ class Take:
         return len(self.pose)
 
 
-def load_take(body: BodyModel, shape: Array) -> Take:
-    """The recording on this body, with a sway of head and trunk."""
+def recording() -> tuple[tuple[str, ...], Array]:
+    """(ARKit names, weights [T, names]) of the whole recording, the face at rest at 0."""
     header, *rows = csv.reader(RECORDING.read_text("utf-8").splitlines())
     names = tuple(name[:1].lower() + name[1:] for name in header[2:])
-    weights = np.array([row[2:] for row in rows[FIRST_ROW : FIRST_ROW + FRAMES]], np.float64)
+    weights = np.array([row[2:] for row in rows], np.float64)
     for begin, (rest, gain) in AT_REST.items():
         columns = [k for k, name in enumerate(names) if name.startswith(begin)]
         weights[:, columns] = np.clip((weights[:, columns] - rest) * gain, 0, 1)
-    weights *= eased(FRAMES)[:, None]
+    return names, weights
+
+
+def load_take(body: BodyModel, shape: Array) -> Take:
+    """The recording on this body, with a sway of head and trunk."""
+    names, weights = recording()
+    weights = weights[FIRST_ROW : FIRST_ROW + FRAMES] * eased(FRAMES)[:, None]
     take = performed(body, shape, names, weights)
     turn = 2 * np.pi * np.arange(FRAMES)[:, None] / FRAMES
     for j, size in SWAY.items():

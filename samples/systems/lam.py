@@ -16,7 +16,7 @@ from samples.subjects.colour import logit, surface_colour, surface_opacity
 from samples.subjects.glb import Clip, Node, save_animation_glb, save_skin_glb
 from samples.subjects.head import Head, neck_height, part_of, smoothstep, turned_eyes, unit
 from samples.subjects.surface import vertex_samples
-from samples.systems.ply import ply_bytes
+from samples.systems.ply import ply_bytes, splat_columns
 
 Array = npt.NDArray[Any]
 
@@ -78,7 +78,7 @@ def restrict(head: Head) -> Head:
     for eye, name in enumerate(("left_eye", "right_eye")):
         kept &= ~(head.triangles_in(name) & (unit(centre - head.eye_centres[eye])[:, 2] < -0.35))
     used, flat = np.unique(head.triangles[kept], return_inverse=True)
-    return part_of(head, used, flat.reshape(-1, 3), kept)
+    return part_of(head, used, flat.reshape(-1, 3), head.part[kept])
 
 
 def skin(vertices: Array) -> tuple[Array, Array]:
@@ -160,16 +160,9 @@ def clips() -> list[Clip]:
 
 def offset_ply(avatar: LamAvatar) -> bytes:
     """17 floats a Gaussian: x, y, z are the offset from the vertex, f_dc plain RGB."""
-    n = len(avatar.offset)
-    columns = {
-        **{k: avatar.offset[:, i] for i, k in enumerate("xyz")},
-        **{f"n{k}": np.zeros(n) for k in "xyz"},
-        **{f"f_dc_{i}": avatar.rgb[:, i] for i in range(3)},
-        "opacity": avatar.opacity_logit,
-        **{f"scale_{i}": avatar.log_scale[:, i] for i in range(3)},
-        **{f"rot_{i}": avatar.quat_wxyz[:, i] for i in range(4)},
-    }
-    return ply_bytes(columns)
+    return ply_bytes(
+        splat_columns(avatar.offset, avatar.rgb, avatar.opacity_logit, avatar.log_scale, avatar.quat_wxyz)
+    )
 
 
 def save_lam(avatar: LamAvatar, path: Path) -> None:

@@ -12,7 +12,7 @@ from avatar_runtime.rotation import quat_from_matrix
 from samples.subjects.body import Body, node_matrices
 from samples.subjects.head import Mesh
 from samples.subjects.surface import Samples, sample_mesh
-from samples.systems.ply import ply_bytes
+from samples.systems.ply import ply_bytes, splat_columns
 from samples.systems.splatting_body import shading
 
 Array = npt.NDArray[Any]
@@ -103,12 +103,9 @@ def splat_bytes(samples: Samples, mean: Array, colour: Array) -> bytes:
     """The .ply of LHM: 3DGS without SH rest, opacities clamped to 0.001 .. 0.999."""
     n = len(mean)
     sigma = np.maximum(samples.spacing, 1e-4)[:, None] * np.array([WIDTH, WIDTH, THICKNESS])
-    columns = {name: mean[:, k] for k, name in enumerate("xyz")} | {f"n{axis}": np.zeros(n) for axis in "xyz"}
-    columns |= {f"f_dc_{k}": (colour[:, k] - 0.5) / SH_C0 for k in range(3)}
-    columns["opacity"] = np.full(n, min(OPACITY_LOGIT, MOST_LOGIT))
-    columns |= {f"scale_{k}": np.log(sigma[:, k]) for k in range(3)}
-    quats = quat_from_matrix(samples.frame)
-    return ply_bytes(columns | {f"rot_{k}": quats[:, k] for k in range(4)})
+    opacity = np.full(n, min(OPACITY_LOGIT, MOST_LOGIT))
+    dc = (colour - 0.5) / SH_C0
+    return ply_bytes(splat_columns(mean, dc, opacity, np.log(sigma), quat_from_matrix(samples.frame)))
 
 
 def nearest_rows(points: Array, others: Array) -> Array:

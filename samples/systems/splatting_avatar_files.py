@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from samples.subjects.head import Mesh
-from samples.systems.ply import ply_bytes
+from samples.systems.ply import ply_bytes, splat_columns
 from samples.systems.splatting_avatar import Embedded
 
 Array = npt.NDArray[Any]
@@ -57,17 +57,10 @@ def save_ply(trained: Embedded, path: Path) -> None:
     """The canonical Gaussians in graphdeco's layout; of the rotations only their unit form with w >= 0."""
     quat = trained.rotation / np.linalg.norm(trained.rotation, axis=1, keepdims=True)
     quat = np.where(quat[:, :1] < 0, -quat, quat)
-    xyz = trained.xyz
-    rest = np.moveaxis(trained.sh[:, 1:], 2, 1).reshape(len(xyz), -1)  # red, then green, then blue
-    columns = {
-        **{k: xyz[:, i] for i, k in enumerate("xyz")},
-        **{f"n{k}": np.zeros(len(xyz)) for k in "xyz"},
-        **{f"f_dc_{i}": trained.sh[:, 0, i] for i in range(3)},
-        **{f"f_rest_{i}": rest[:, i] for i in range(rest.shape[1])},
-        "opacity": trained.opacity_logit,
-        **{f"scale_{i}": trained.log_scale[:, i] for i in range(3)},
-        **{f"rot_{i}": quat[:, i] for i in range(4)},
-    }
+    rest = np.moveaxis(trained.sh[:, 1:], 2, 1).reshape(len(quat), -1)  # red, then green, then blue
+    columns = splat_columns(
+        trained.xyz, trained.sh[:, 0], trained.opacity_logit, trained.log_scale, quat, rest
+    )
     path.write_bytes(ply_bytes(columns))
 
 

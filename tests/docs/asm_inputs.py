@@ -14,10 +14,8 @@ KEYPOINTS = {
     "right_eye_inner": 39,
     "left_eye_inner": 42,
     "left_eye_outer": 45,
-    "nose_bottom": 33,
-    "mouth_right": 48,
-    "mouth_left": 54,
-}  # iBUG's numbers
+}  # of iBUG
+KEYPOINTS |= {"nose_bottom": 33, "mouth_right": 48, "mouth_left": 54}
 
 
 def main(out: Path) -> None:

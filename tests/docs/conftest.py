@@ -15,10 +15,18 @@ ROOT = Path(__file__).parents[2]
 SITE = ROOT / "docs" / "reference" / "commands"  # where links find them
 
 
+def ran(command: list[str], folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """A program that ran in a folder and sees the checkout, as wide as a line may be; half an hour at most."""
+    paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+    around = {**os.environ, "PYTHONPATH": paths, "COLUMNS": "1000", **environment}
+    return subprocess.run(
+        command, cwd=folder, env=around, capture_output=True, text=True, check=False, timeout=1800
+    )
+
+
 def write_command_pages(folder: Path, **environment: str) -> Path:
-    """Writes them into a folder."""
-    command = [sys.executable, "docs/tools/command_pages.py", str(folder)]
-    subprocess.run(command, cwd=ROOT, env={**os.environ, **environment}, check=True)
+    done = ran([sys.executable, "docs/tools/command_pages.py", str(folder)], ROOT, **environment)
+    assert done.returncode == 0, done.stderr
     return folder
 
 

@@ -26,11 +26,11 @@ from avatar_export.writers.usd.stage import rig_usdc
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.clips import frame_pose
 from avatar_runtime.engine_pose import EnginePose, engine_pose, target_names
-from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, joint_rotation
 from tests.avatars import JOINTS, full_avatar
 from tests.commands import Run
-from tests.interop.clients import HERE, ROOT_NODE, blender_program, node_program
+from tests.docs.conftest import ran
+from tests.interop.clients import HERE, PATHS, blender_program, job_pose, node_program
 from tests.oracles.gltf_pose import File, State, quaternion_matrix
 
 Array = npt.NDArray[Any]
@@ -69,25 +69,15 @@ def posed_avatar() -> tuple[Avatar, Pose]:
 
 def pose_document(avatar: Avatar, pose: EnginePose) -> dict[str, Any]:
     """pose.json as docs/engines/engine_pose.md writes it."""
-    assert avatar.rig is not None
-    nodes = [(ROOT_NODE, pose.root_translation, pose.root_rotation_xyzw, np.ones(3))]
-    nodes += zip(avatar.rig.joint_names, pose.translation, pose.rotation_xyzw, pose.scale, strict=True)
-    return {
-        "nodes": {
-            name: {"translation": t.tolist(), "rotation_xyzw": r.tolist(), "scale": s.tolist()}
-            for name, t, r, s in nodes
-        },
-        "weights": dict(zip(target_names(avatar), pose.weights.tolist(), strict=True)),
-    }
+    job = job_pose(avatar, pose)
+    return {"nodes": job["nodes"], "weights": dict(zip(target_names(avatar), job["weights"], strict=True))}
 
 
 def state_of(document: dict[str, Any]) -> State:
     """pose.json as the oracle takes it."""
-    paths = ("translation", "rotation_xyzw", "scale")
-    return State(
-        *({name: node[path] for name, node in document["nodes"].items()} for path in paths),
-        document["weights"],
-    )
+    nodes = document["nodes"]
+    by_path = ({name: node[path] for name, node in nodes.items()} for path in PATHS)
+    return State(*by_path, document["weights"])
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +93,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def expected(folder: Path, sets: int = 1) -> Array:
-    """Posed vertices of rig.glb by the oracle."""
     document = json.loads((folder / "pose.json").read_text("utf-8"))
     return File((folder / "rig.glb").read_bytes()).posed(state_of(document), sets)
 
@@ -117,14 +106,12 @@ def check(answer: dict[str, Any], posed: Array) -> None:
 
 
 def run(command: list[str], folder: Path) -> str:
-    """Standard output of a program in `folder`."""
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    done = ran(command, folder)
     assert done.returncode == 0, done.stderr[-2000:]
     return done.stdout
 
 
 def run_node(page: str, program: str, folder: Path) -> dict[str, Any]:
-    """What the last line of a program says, as JSON."""
     node, link = node_program(), folder / "node_modules"
     if not link.exists():
         link.symlink_to(HERE / "node_modules", target_is_directory=True)
@@ -179,11 +166,6 @@ def test_babylon_mirrors_unless_told_right_handed(babylon: dict[str, Any]) -> No
     assert babylon["roots"] == [["__root__", [1, 1, 1]], ["__root__", [1, 1, -1]]]
 
 
-def test_babylon_drops_custom_attributes(babylon: dict[str, Any]) -> None:
-    known = {"position", "normal", "uv", "matricesIndices", "matricesWeights", "color"}
-    assert set(babylon["kinds"]) <= known and "uv" in babylon["kinds"]
-
-
 PYTHON = """
 from tests.oracles.usd_pose import posed_by_usd
 posed = posed_by_usd(stage, 0).ravel().tolist()
@@ -195,7 +177,7 @@ print(json.dumps({"vertexOfId": list(vertex_of_id.items()), "posed": posed, "pri
 
 @pytest.fixture(scope="module")
 def usd(folder: Path) -> dict[str, Any]:
-    program = f"import sys\nsys.path.insert(0, {str(ROOT)!r})\n" + fragments("usd", "python run") + PYTHON
+    program = fragments("usd", "python run") + PYTHON
     answer: dict[str, Any] = json.loads(run([sys.executable, "-c", program], folder))
     return answer
 
@@ -207,16 +189,6 @@ def test_fragments_of_the_page_for_usd_do_what_it_says(usd: dict[str, Any]) -> N
     check(usd, File(b"".join(rig_glb(avatar, 8) or [])).posed(state, 2))
 
 
-def test_the_fragment_for_usd_runs_on_a_body_without_targets(body_avatar: Avatar, tmp_path: Path) -> None:
-    pose = engine_pose(body_avatar, frame_pose(body_avatar, body_avatar.clips[0], 7))
-    (tmp_path / "rig.usdc").write_bytes(rig_usdc(body_avatar))
-    (tmp_path / "pose.json").write_text(json.dumps(pose_document(body_avatar, pose)), "utf-8")
-    program = f"import sys\nsys.path.insert(0, {str(ROOT)!r})\n" + fragments("usd", "python run") + PYTHON
-    found = np.reshape(json.loads(run([sys.executable, "-c", program], tmp_path))["posed"], (-1, 3))
-    want = Player(body_avatar).mesh(frame_pose(body_avatar, body_avatar.clips[0], 7))
-    assert np.abs(found - want).max() <= HEIGHT_PARTS * np.ptp(want[:, 1])
-
-
 def test_the_pose_command_writes_what_the_page_says(request: pytest.FixtureRequest, tmp_path: Path) -> None:
     command: Run = request.getfixturevalue("run")  # `run` is another thing in this file
     avatar, posed = full_avatar(), tmp_path / "pose.json"
@@ -226,20 +198,11 @@ def test_the_pose_command_writes_what_the_page_says(request: pytest.FixtureReque
     wanted = Pose({"mouthSmileLeft": 0.8}, {"jaw": joint_rotation([np.radians(20), 0, 0])}, {"left": 1.0})
     assert json.loads(posed.read_text("utf-8")) == pose_document(avatar, engine_pose(avatar, wanted))
     assert command("pose", tmp_path / "avatar", "-o", posed, *flags)[0] == 2, "it is there already"
-    code, _, error = command(
-        "pose", tmp_path / "avatar", "-o", posed, "--clip", "nod", "--frame", "5", "--force"
-    )
-    assert code == 2 and "the clip has 5 frames" in error
-    assert (
-        command("pose", tmp_path / "avatar", "-o", posed, "--clip", "nod", "--frame", "4", "--force")[0] == 0
-    )
+    words = ("pose", tmp_path / "avatar", "-o", posed, "--clip", "nod", "--force", "--frame")
+    code, _, error = command(*words, "5")
+    assert code == 2 and "5 frames" in error and command(*words, "4")[0] == 0
     clip = engine_pose(avatar, frame_pose(avatar, avatar.clips[0], 4))
     assert json.loads(posed.read_text("utf-8")) == pose_document(avatar, clip)
-
-
-def test_usd_has_the_ids_twice(usd: dict[str, Any]) -> None:
-    assert usd["primvars"]["primvars:avatar:vertexId"] == "int[]"
-    assert usd["primvars"]["primvars:st"] == "texCoord2f[]"
 
 
 BLENDER_PROGRAM = """
@@ -293,25 +256,12 @@ def test_worked_example_prints_what_the_page_says(tmp_path: Path) -> None:
     write_bundle(avatar, tmp_path / "out" / "demo" / "avatar", preview=False, engine_files=False)
     said = run([sys.executable, "-c", fragments("engine_pose", "python run")], tmp_path)
     assert said == fragments("engine_pose", "text output")
-    world = joint_rotation([0, np.pi / 2, 0])
-    world[:3, 3] = [0, 0, 0.5]
-    pose = Pose({"mouthSmileLeft": 0.8}, {"jaw": joint_rotation([np.pi / 9, 0, 0])}, {"left": 1.0}, world)
-    written = json.loads((tmp_path / "pose.json").read_text("utf-8"))
-    again = pose_document(avatar, engine_pose(avatar, pose))
-    assert list(written["weights"]) == list(again["weights"]) and list(written["nodes"]) == list(
-        again["nodes"]
-    )
-    for name, node in again["nodes"].items():
-        for path, value in node.items():
-            np.testing.assert_allclose(written["nodes"][name][path], value, atol=1e-7)
-    np.testing.assert_allclose([*written["weights"].values()], [*again["weights"].values()], atol=1e-7)
 
 
 # Claims of the pages that no other test shows
 
 
 def matrix(node: dict[str, list[float]]) -> Array:
-    """4x4 of translation, rotation, scale."""
     result = np.eye(4)
     result[:3, :3] = quaternion_matrix(node["rotation_xyzw"]) @ np.diag(node["scale"])
     result[:3, 3] = node["translation"]
@@ -325,7 +275,6 @@ def unity(node: dict[str, list[float]]) -> dict[str, list[float]]:
 
 
 def unreal(node: dict[str, list[float]]) -> dict[str, list[float]]:
-    """The second row."""
     (tx, ty, tz), (x, y, z, w), (sx, sy, sz) = node["translation"], node["rotation_xyzw"], node["scale"]
     return {
         "translation": [100 * tx, 100 * tz, 100 * ty],
@@ -353,6 +302,16 @@ def test_mirrored_poses_give_the_mirrored_mesh(rule: Any, mirror: Array, folder:
         )
 
 
+def test_babylon_drops_custom_attributes(babylon: dict[str, Any]) -> None:
+    known = {"position", "normal", "uv", "matricesIndices", "matricesWeights", "color"}
+    assert set(babylon["kinds"]) <= known and "uv" in babylon["kinds"]
+
+
+def test_usd_has_the_ids_twice(usd: dict[str, Any]) -> None:
+    assert usd["primvars"]["primvars:avatar:vertexId"] == "int[]"
+    assert usd["primvars"]["primvars:st"] == "texCoord2f[]"
+
+
 def test_every_vertex_has_a_uv_of_its_own(folder: Path) -> None:
     uv = File((folder / "rig.glb").read_bytes()).attribute("TEXCOORD_0")
     assert len(np.unique(uv, axis=0)) == len(uv) and (uv == np.round(uv)).all()
@@ -361,3 +320,23 @@ def test_every_vertex_has_a_uv_of_its_own(folder: Path) -> None:
 def test_targets_move_positions_alone(folder: Path) -> None:
     targets = File((folder / "rig.glb").read_bytes()).json["meshes"][0]["primitives"][0]["targets"]
     assert targets and all(set(target) == {"POSITION"} for target in targets)
+
+
+PAGE = ROOT / "docs" / "artist" / "jaw.md"
+IMPORT = 'import bpy\nbpy.ops.wm.read_factory_settings(use_empty=True)\nbpy.ops.import_scene.gltf(filepath="rig.glb")\n'
+ASK = """
+import json
+key = bpy.data.objects["avatar"].data.shape_keys.key_blocks["corrective_jaw_00"]
+key.value = -1.5
+ranges = {(key.slider_min, key.slider_max) for key in bpy.data.objects["avatar"].data.shape_keys.key_blocks}
+print(json.dumps([key.value, sorted(ranges)]))
+"""
+
+
+@pytest.mark.bpy
+def test_the_script_widens_every_slider(tmp_path: Path) -> None:
+    (script,) = re.findall(r"^```python run blender\n(.*?)^```$", PAGE.read_text("utf-8"), re.M | re.S)
+    (tmp_path / "rig.glb").write_bytes(b"".join(rig_glb(full_avatar(), 4) or []))
+    command = [blender_program(), "-c", IMPORT + script + ASK]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True)
+    assert json.loads(done.stdout.splitlines()[-1]) == [-1.5, [[-10, 10]]]

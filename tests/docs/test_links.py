@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
+import shutil
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,23 +16,9 @@ from tests.docs.conftest import SITE
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = (
-    ".",
-    "schema",
-    "engine_shaders",
-    "runtime",
-    "samples",
-    "samples/data",
-    "trainer",
-    "tests/data/bundles",
-    "tests/data/golden",
-    "players",
-    "players/unity",
-    "players/unity/Documentation~",
-    "players/unreal",
-    "players/unreal/Docs",
-    "players/native/android",
-    "players/native/ios",
-    ".github",
+    *(".", "schema", "engine_shaders", "runtime", "samples", "samples/data", "trainer", ".github"),
+    *("tests/data/bundles", "tests/data/golden", "players", "players/unity", "players/unity/Documentation~"),
+    *("players/unreal", "players/unreal/Docs", "players/native/android", "players/native/ios"),
 )
 # Paths of the repository in prose: from its root. Words in capitals and stars stand for something else.
 SOURCES = "schema|engine_shaders|runtime|exporter|trainer|players|samples|docs|tests"
@@ -44,12 +33,10 @@ def name_of(path: Path) -> str:
 
 
 def prose_of(document: Path) -> str:
-    """Text without code."""
     return re.sub(r"^```.*?^```|`[^`\n]+`", "", document.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
 
 
 def anchors_of(document: Path) -> set[str]:
-    """What forges and the site call the headings."""
     headings = re.findall(r"^#+ (.*)$", document.read_text("utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
 
@@ -85,21 +72,6 @@ def test_links_of_the_pages_of_commands_lead_somewhere(command_pages: Path) -> N
     assert not [targets for targets in wrong if targets]
 
 
-def test_a_link_to_a_page_of_a_command_that_is_not_made_is_found(command_pages: Path, tmp_path: Path) -> None:
-    page = tmp_path / "page.md"
-    page.write_text(
-        "[a](commands/avatar-export/pack.md#options) [b](commands/avatar-export/gone.md)", "utf-8"
-    )
-    wrong = wrong_links(page, SITE.parent / "index.md", lambda: command_pages)
-    assert wrong == ["commands/avatar-export/gone.md#"]
-
-
-def test_documents_beside_the_site_link_to_no_page_that_a_forge_lacks() -> None:
-    """The overview of the reference alone does: it says where these pages are."""
-    linking = [name_of(page) for page in DOCUMENTS if "reference/commands" in page.read_text("utf-8")]
-    assert not linking
-
-
 @pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
 def test_paths_that_documents_name_exist(document: Path) -> None:
     named = [name for name in NAMED.findall(document.read_text("utf-8")) if not re.search(r"[A-Z]{4,}", name)]
@@ -131,3 +103,56 @@ def test_commands_that_documents_name_exist(command_pages: Path) -> None:
     }
     assert len(found) > 12
     assert not found - known
+
+
+TESTS = Path(__file__).parents[1]
+DOCS = TESTS.parent / "docs" / "engines"
+TESTED = re.compile(r"\*\*\[tested here\]\*\*<!-- ([\w, ]+) -->")  # readers see no name of a test
+
+
+def test_what_is_called_tested_has_a_test() -> None:
+    texts = "\n".join(page.read_text("utf-8") for page in DOCS.glob("*.md"))
+    named = {name.strip() for names in TESTED.findall(texts) for name in names.split(",")}
+    code = "\n".join(p.read_text("utf-8") for p in TESTS.rglob("test_*.py") if "node_modules" not in p.parts)
+    assert len(named) > 40 and not named - set(re.findall(r"^def (test_\w+)", code, re.M))
+
+
+SOURCE = ROOT / "docs" / "porter" / "first_stage.c"
+BUNDLES = [ROOT / "samples" / "trained" / name for name in ("head_blendshapes", "head_splatting")]
+
+
+def program(text: str, folder: Path) -> Path:
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    assert compiler, "the guide's program needs a C compiler: sh .ci/packages tests"
+    (folder / "first_stage.c").write_text(text, "utf-8")
+    flags = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2")
+    subprocess.run([compiler, *flags, "-o", "first_stage", "first_stage.c", "-lm"], cwd=folder, check=True)
+    return folder / "first_stage"
+
+
+def test_it_agrees_with_every_case(tmp_path: Path) -> None:
+    first_stage = program(SOURCE.read_text("utf-8"), tmp_path)
+    for bundle in BUNDLES:
+        cases = json.loads((bundle / "reference" / "cases.json").read_text("utf-8"))["cases"]
+        names = [case["name"] for case in cases if any(stage["stage"] == "skin" for stage in case["stages"])]
+        assert len(names) >= 3
+        for name in names:
+            command = [first_stage, bundle, name]
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            assert done.returncode == 0 and "right" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("posed += late_weight", "posed -= late_weight"),
+        ("skin_weight[e] * matrix", "skin_weight[e] * NAN * matrix"),
+        ("float posed = m[0]", "float posed = (row ? 0.0f : NAN) + m[0]"),  # one vertex alone
+    ],
+)
+def test_it_notices_a_fault(right: str, wrong: str, tmp_path: Path) -> None:
+    text = SOURCE.read_text("utf-8")
+    assert right in text
+    first_stage = program(text.replace(right, wrong), tmp_path)
+    done = subprocess.run([first_stage, BUNDLES[0], "posed"], capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and "WRONG" in done.stdout

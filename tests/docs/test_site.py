@@ -10,9 +10,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from PIL import Image
-
-from tests.players.web import PROGRAMS, need_chromium
 
 ROOT = Path(__file__).parents[2]
 # What a page loads by itself; links that a reader follows may lead anywhere.
@@ -25,7 +22,6 @@ ELSEWHERE = re.compile(r"^[\"']?(?:https?:)?//")
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The built site, in a folder of the test's own."""
     beside = Path(sys.executable).with_name("mkdocs")
     mkdocs = str(beside) if beside.exists() else shutil.which("mkdocs")
     assert mkdocs, "the site needs mkdocs: make docs installs it"
@@ -48,37 +44,6 @@ def test_pages_load_nothing_from_elsewhere(site: Path) -> None:
             found = match[1] or match[2] or match[0]
             targets = HREF.findall(found) if found.startswith("<link") else [found]
             assert not [target for target in targets if ELSEWHERE.match(target)], f"{page.name}: {found}"
-
-
-@pytest.mark.more
-def test_the_search_knows_the_pages(site: Path) -> None:
-    index = (site / "search" / "search_index.json").read_text("utf-8")
-    for words in ("Jaw and correctives", "avatar-export convert", "Quaternions are (w, x, y, z)"):
-        assert words in index, words
-
-
-@pytest.mark.more
-def test_the_search_works_in_a_page_that_was_opened_from_disk(site: Path, tmp_path: Path) -> None:
-    page = f"{(site / 'index.html').as_uri()}?q=correctives"
-    flags = [
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--virtual-time-budget=20000",
-        f"--user-data-dir={tmp_path}",
-    ]
-    need_chromium()
-    browser = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, PROGRAMS)))
-    command = [browser, *flags, "--dump-dom", page]
-    seen = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True).stdout
-    assert re.search(r"\d+ matching documents", seen) and "artist/jaw.html" in seen
-
-
-@pytest.mark.more
-def test_the_first_page_shows_an_avatar_that_moves(site: Path) -> None:
-    [picture] = re.findall(r"<img [^>]*src=\"([^\"]+\.webp)\"", (site / "index.html").read_text("utf-8"))
-    with Image.open(site / picture) as image:
-        assert getattr(image, "n_frames", 1) > 1
 
 
 @pytest.mark.more

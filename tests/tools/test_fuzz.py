@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from pathlib import Path
 from random import Random
 
 import pytest
-from tools.fuzz import attack as attacks
-from tools.fuzz import run as runs
-from tools.fuzz.attack import CORPUS, CRASH, GREEDY, HANG, REFUSED, SOUND, Arena, attack, judged
-from tools.fuzz.targets import TARGETS, Target
+from tools.fuzz.attack import CORPUS, REFUSED, SOUND, Arena, attack, judged
+from tools.fuzz.targets import TARGETS
 
-from avatar_runtime.io.errors import AvatarError
 from tests.session.shared_folder import made_once
 
 CASES = 300  # of a target
@@ -68,49 +64,3 @@ def test_a_finding_stays_mended(arena: Arena, place: str) -> None:
         (copy / path).write_bytes(data)
     outcome = judged(arena.target, copy)
     assert not outcome.text, outcome.text
-
-
-def refuse(_: Path) -> object:
-    raise AvatarError("is too long", file="x" * 4000)
-
-
-def misread(folder: Path) -> object:
-    """Crashes, hangs, takes memory or dies, as the first byte says."""
-    what = (folder / "byte").read_bytes()[:1]
-    if what == b"c":
-        raise KeyError("x")
-    if what == b"h":
-        while True:
-            pass
-    if what == b"m":
-        return len(os.urandom(1) * (600 << 20))
-    if what == b"d":
-        os._exit(7)
-    if what == b"l":
-        return refuse(folder)
-    return None
-
-
-def made(folder: Path) -> None:
-    (folder / "one").mkdir()
-    (folder / "one" / "byte").write_bytes(b"x")
-
-
-def test_every_kind_of_finding_is_found_and_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    letters = iter("cxlmhdx")
-    monkeypatch.setitem(TARGETS, "made up", Target(made, misread))
-    monkeypatch.setattr(attacks, "SECONDS", 2.0)
-    monkeypatch.setattr(attacks, "mutated", lambda *_: next(letters).encode())
-    monkeypatch.setattr(runs, "CHUNK", 6)
-    (found,) = runs.run({"made up": 6}, tmp_path / "work", workers=1, corpus=tmp_path / "corpus").values()
-    assert (found.sound, found.refused, found.crashes, found.hangs, found.greedy) == (1, 0, 3, 1, 1)
-    kept = [path.read_text().split("\n")[0] for path in tmp_path.glob("corpus/made up/one-*/finding.text")]
-    assert Counter(kept) == {CRASH: 3, HANG: 1, GREEDY: 1}
-    files = [path.read_bytes() for path in tmp_path.glob("corpus/made up/one-*/byte")]
-    assert sorted(files) == [b"c", b"d", b"h", b"l", b"m"]
-
-
-def test_the_same_number_gives_the_same_input(tmp_path: Path) -> None:
-    arena = Arena("meshes", tmp_path)
-    draws = [attacks.hostile(arena, Random(f"meshes/0/{n}")) for n in (1, 1, 2)]
-    assert draws[0] == draws[1] != draws[2]

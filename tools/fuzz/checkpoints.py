@@ -8,9 +8,7 @@ from samples.dumps import random_poses, write_dumps
 from samples.make import make_gaussian_blendshapes
 from tests.asm_faces import small_face
 from tests.avatars import full_avatar
-from tests.exporter.readers import lam_files, psavatar_run, splatting_files
-from tests.exporter.readers.lhm import person_files
-from tests.exporter.readers.rgbavatar import run_files
+from tests.exporter.readers import lam_files, lhm_files, psavatar_run, rgbavatar_files, splatting_files
 
 from avatar_export.asm import files as asm_files
 
@@ -40,7 +38,7 @@ def bound(folder: Path) -> None:
 
 
 def psavatar(folder: Path) -> None:
-    psavatar_run.write_run(folder / "run", psavatar_run.arrays())
+    psavatar_run.write_run(folder / "run", psavatar_run.arrays(), {"order": "mesh_first"})
 
 
 def lam(folder: Path) -> None:
@@ -55,12 +53,12 @@ def faces(folder: Path) -> None:
 
 
 def rgbavatar(folder: Path) -> None:
-    run_files.run().write(folder / "run")
+    rgbavatar_files.run().write(folder / "run")
 
 
 def lhm(folder: Path) -> None:
     (folder / "person").mkdir()
-    person_files.Person(folder / "person")
+    lhm_files.Person(folder / "person")
 
 
 def dumps(folder: Path) -> None:

@@ -184,7 +184,7 @@ def glb(data: bytes, rng: Random) -> bytes:
 
 
 def archive(data: bytes, rng: Random) -> bytes:
-    """A zip, one member of which is changed as its name tells, renamed, dropped, written twice or compressed."""
+    """A zip, one member of which is changed as its name asks, renamed, dropped, written twice or compressed."""
     with zipfile.ZipFile(io.BytesIO(data)) as stored:
         members = [(info.filename, info.compress_type, stored.read(info)) for info in stored.infolist()]
     at, kind = rng.randrange(len(members)), rng.randrange(10)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import gzip
 import hashlib
 import json
+import pickle
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,9 +22,9 @@ import numpy as np
 from tests.avatars import full_avatar, leaves, surface_avatar
 from tests.exporter.bodies import body_files
 from tests.exporter.live import senders
-from tests.exporter.readers import splatting_files
-from tests.exporter.readers.lhm import person_files
+from tests.exporter.readers import lhm_files, splatting_files
 from tests.exporter.rigs import rig_files
+from tests.hostile import Torch, py2_array, py2_dict
 from tests.runtime.conformance import made
 
 from avatar_export.bodies.body_model import read_body_model
@@ -140,7 +141,20 @@ def _conform(folder: Path) -> object:
 def _bodies(folder: Path) -> None:
     for name, parents in (("flame", body_files.FLAME_PARENTS), ("smpl", body_files.SMPL_PARENTS)):
         (folder / name).mkdir()
-        body_files.write_body(folder / name / "body.npz", body_files.body(parents))
+        path = body_files.write_body(folder / name / "body.npz", body_files.body(parents))
+    arrays = {key: array for key, array in dict(np.load(path)).items() if array.size}
+    for name, data in {
+        "pickle of Python 2": py2_dict({key: py2_array(array) for key, array in arrays.items()}),
+        **{f"pickle {protocol}": pickle.dumps(arrays, protocol) for protocol in (0, 2, 4)},
+    }.items():
+        (folder / name).mkdir()
+        (folder / name / "body.pkl").write_bytes(data)
+
+
+def _frames(folder: Path) -> None:
+    (folder / "frame").mkdir()
+    content = {"flame": {"shape": np.ones((1, 9), "f4")}, "frame_id": "00000"}
+    Torch().save(folder / "frame" / "00000.frame", content)
 
 
 def _poses(folder: Path) -> None:
@@ -154,8 +168,11 @@ def _poses(folder: Path) -> None:
 
 def _recordings(folder: Path) -> None:
     rng = np.random.default_rng(4)
-    for name in ("csv", "packets"):
+    for name in ("csv", "packets", "json"):
         (folder / name).mkdir()
+    shown = [{"weights": [0.1 * k, 0.2], "time": k / 30, "rotation": []} for k in range(5)]
+    told = {"names": ["tongueOut", "jawOpen"], "metadata": {"fps": 30, "frame_count": 5}, "frames": shown}
+    (folder / "json" / "bsData.json").write_text(json.dumps(told))
     rows = [f"00:00:{k:02}:10.500,61," + ",".join(f"{v:.6f}" for v in rng.random(61)) for k in range(5)]
     titles = [channel[0].upper() + channel[1:] for channel in CHANNELS]
     (folder / "csv" / "take.csv").write_text(
@@ -251,9 +268,10 @@ TARGETS: dict[str, Target] = {
         checkpoints.rgbavatar,
         lambda folder: read(folder, ReadOptions(body_model=folder / "body.npz", shape=Path("zero"))),
     ),
-    "lhm": Target(checkpoints.lhm, lambda folder: read(folder / "person.ply", person_files.options(folder), "lhm")),
+    "lhm": Target(checkpoints.lhm, lambda folder: read(folder / "person.ply", lhm_files.options(folder), "lhm")),
     "dumps": Target(checkpoints.dumps, lambda folder: check(open_dumps(folder))),
-    "body models": Target(_bodies, lambda folder: read_body_model(folder / "body.npz")),
+    "body models": Target(_bodies, lambda folder: read_body_model(_only(folder))),
+    "tracked frames": Target(_frames, lambda folder: read_shape(_only(folder))),
     "tracked poses": Target(_poses, _shape_or_poses),
     "recordings": Target(_recordings, lambda folder: read_take(_only(folder))),
     "live frames": Target(_live, _received),

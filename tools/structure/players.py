@@ -89,6 +89,6 @@ def _imports(path: str, text: str) -> Iterator[str]:
 
 
 def _included(path: str, name: str) -> Iterator[str]:
-    """What a C++ file of a player includes from a folder that the compiler is told of."""
+    """What a C++ file of a player includes from one of the compiler's include folders."""
     player = "/".join(path.split("/")[:2])
     yield from (other for other in files() if other.startswith(player) and other.endswith(f"/{name}"))

@@ -16,7 +16,7 @@
 
 #define AVATAR_THREADS 64 // threads of a group
 
-// A texture that is read with all 32 bits of its floats. Where an engine reads fewer unless told, define it before.
+// A texture that is read with all 32 bits of its floats. Define it before where an engine reads fewer by default.
 #ifndef AVATAR_FLOAT_TEXTURE
 #define AVATAR_FLOAT_TEXTURE(name) Texture2D<float4> name
 #endif

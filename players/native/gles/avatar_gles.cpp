@@ -29,7 +29,7 @@ int avatar_gles_set_target(AvatarGles* gles, uint32_t target) {
         gles->draw.set_kind(target);
         return AVATAR_OK;
     }
-    gles->errors.set("target", "%u: this context cannot blend into such an image; avatar_gles_can_blend tells", target);
+    gles->errors.set("target", "%u: this context cannot blend into such an image; avatar_gles_can_blend says which it can", target);
     return AVATAR_FAILED;
 }
 

@@ -67,15 +67,15 @@ void RecordedPasses::upload(const Gl& gl) const {
 void RecordedPasses::run(const Gl& gl, uint32_t first, uint32_t end, const Clock& clock) const {
     for (uint32_t i = first; i < end; i++) {
         const Step& step = steps_[i];
-        const AvatarDispatch& told = step.dispatch;
+        const AvatarDispatch& dispatch = step.dispatch;
         if (step.waits || i == first) gl.MemoryBarrier(gl_storage_barrier);
         for (uint32_t b = 0; b < step.count; b++) gl.BindBufferBase(gl_storage_buffer, step.bound[b].binding, step.bound[b].buffer);
-        const ptrdiff_t bytes = static_cast<ptrdiff_t>((told.block_bytes + 15) / 16 * 16);  // drivers round up, too
-        gl.BindBufferRange(gl_uniform_buffer, told.block_binding, blocks_, static_cast<ptrdiff_t>(told.block_offset), bytes);
+        const ptrdiff_t bytes = static_cast<ptrdiff_t>((dispatch.block_bytes + 15) / 16 * 16);  // drivers round up, too
+        gl.BindBufferRange(gl_uniform_buffer, dispatch.block_binding, blocks_, static_cast<ptrdiff_t>(dispatch.block_offset), bytes);
         gl.UseProgram(step.program);
-        gl.DispatchCompute(told.groups, 1, 1);
-        const bool last = i + 1 == end || std::strcmp(steps_[i + 1].dispatch.stage, told.stage) != 0;
-        if (last) clock.end(gl, told.stage);
+        gl.DispatchCompute(dispatch.groups, 1, 1);
+        const bool last = i + 1 == end || std::strcmp(steps_[i + 1].dispatch.stage, dispatch.stage) != 0;
+        if (last) clock.end(gl, dispatch.stage);
     }
 }
 

@@ -9,7 +9,7 @@ struct Clock {
     void (*ended)(void* user, const char* stage) = nullptr;
     void* user = nullptr;
 
-    /// Waits for the GPU and tells it, if somebody measures.
+    /// Waits for the GPU and reports its time, if somebody measures.
     void end(const Gl& gl, const char* stage) const {
         if (ended == nullptr) return;
         gl.Finish();

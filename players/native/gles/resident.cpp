@@ -10,10 +10,10 @@ SharedBuffers::SharedBuffers(Context given, const AvatarPack* of) : pack(of), ar
     buffers_ = arena_.make<uint32_t>(facts.buffers);
 }
 
-uint32_t SharedBuffers::get(const Context& context, uint32_t index, const AvatarBuffer& told) {
+uint32_t SharedBuffers::get(const Context& context, uint32_t index, const AvatarBuffer& declared) {
     if (index >= buffers_.size) return 0;  // its memory was not given, and the error is set
     uint32_t& buffer = buffers_[index];
-    if (buffer == 0) buffer = make_buffer(context.gl, context.errors, told.name, told.bytes, pack, index);
+    if (buffer == 0) buffer = make_buffer(context.gl, context.errors, declared.name, declared.bytes, pack, index);
     return buffer;
 }
 
@@ -100,15 +100,15 @@ bool Resident::upload_pose() {
 }
 
 uint32_t Resident::chunks() const {
-    AvatarLevel told;
-    return avatar_level(shared->pack, level, &told) == AVATAR_OK ? told.chunks : 0;
+    AvatarLevel row;
+    return avatar_level(shared->pack, level, &row) == AVATAR_OK ? row.chunks : 0;
 }
 
 bool Resident::chunk(uint32_t index, uint32_t& projected, uint32_t& count) {
-    AvatarChunk told;
-    if (avatar_chunk(shared->pack, level, index, &told) != AVATAR_OK) return false;
-    count = told.count;
-    projected = buffer(told.projected);
+    AvatarChunk row;
+    if (avatar_chunk(shared->pack, level, index, &row) != AVATAR_OK) return false;
+    count = row.count;
+    projected = buffer(row.projected);
     return projected != 0;
 }
 
@@ -118,10 +118,10 @@ uint32_t Resident::find(void* user, const AvatarBinding& binding) {
 }
 
 uint32_t Resident::buffer(uint32_t index) {
-    AvatarBuffer told;
-    if (avatar_buffer(shared->pack, index, &told) != AVATAR_OK || index >= own_.size) return 0;
-    if (told.has_content != 0) return shared->get(context_, index, told);
-    if (own_[index] == 0) own_[index] = make_buffer(context_.gl, context_.errors, told.name, told.bytes);
+    AvatarBuffer declared;
+    if (avatar_buffer(shared->pack, index, &declared) != AVATAR_OK || index >= own_.size) return 0;
+    if (declared.has_content != 0) return shared->get(context_, index, declared);
+    if (own_[index] == 0) own_[index] = make_buffer(context_.gl, context_.errors, declared.name, declared.bytes);
     return own_[index];
 }
 

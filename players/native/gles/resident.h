@@ -16,7 +16,7 @@ struct SharedBuffers {
     SharedBuffers(Context given, const AvatarPack* of);
 
     /// The buffer of an index; 0 with an error.
-    uint32_t get(const Context& context, uint32_t index, const AvatarBuffer& told);
+    uint32_t get(const Context& context, uint32_t index, const AvatarBuffer& declared);
     void release(const Gl& gl);
 
     const AvatarPack* pack;

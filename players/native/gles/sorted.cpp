@@ -24,10 +24,10 @@ bool Sorted::make(Resident* first) {
     }
     count_ = avatar_sort_count(sort_);
     for (uint32_t i = 0; i < buffer_count; i++) {
-        AvatarSceneBuffer told;
-        if (avatar_sort_buffer(sort_, i, &told) != AVATAR_OK) return false;
-        const uint64_t bytes = static_cast<uint64_t>(told.stride) * told.count;
-        buffers_[i] = make_buffer(context_.gl, context_.errors, told.name, bytes);
+        AvatarSceneBuffer declared;
+        if (avatar_sort_buffer(sort_, i, &declared) != AVATAR_OK) return false;
+        const uint64_t bytes = static_cast<uint64_t>(declared.stride) * declared.count;
+        buffers_[i] = make_buffer(context_.gl, context_.errors, declared.name, bytes);
         if (buffers_[i] == 0) return false;
     }
     return recorded_.make(context_.gl, context_.programs, avatar_sort_passes(sort_), {&Sorted::find, this}, arena_);

@@ -46,13 +46,13 @@ bool StageRunner::load(const AvatarPack* pack, const AvatarSort* scene) {
     buffers_ = arena_.make<Known>(facts.buffers + 4);
     if (context_.errors.any()) return false;
     for (uint32_t i = 0; i < facts.buffers; i++) {
-        AvatarBuffer told;
-        avatar_buffer(pack, i, &told);
-        if (!add(told.name, told.bytes, pack, told.has_content != 0 ? static_cast<int64_t>(i) : -1)) return false;
+        AvatarBuffer declared;
+        avatar_buffer(pack, i, &declared);
+        if (!add(declared.name, declared.bytes, pack, declared.has_content != 0 ? static_cast<int64_t>(i) : -1)) return false;
     }
-    AvatarSceneBuffer told;
-    for (uint32_t i = 0; avatar_sort_buffer(scene, i, &told) == AVATAR_OK; i++) {
-        if (!add(told.name, static_cast<uint64_t>(told.stride) * told.count, nullptr, -1)) return false;
+    AvatarSceneBuffer declared;
+    for (uint32_t i = 0; avatar_sort_buffer(scene, i, &declared) == AVATAR_OK; i++) {
+        if (!add(declared.name, static_cast<uint64_t>(declared.stride) * declared.count, nullptr, -1)) return false;
     }
     return true;
 }

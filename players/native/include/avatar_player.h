@@ -348,7 +348,7 @@ AVATAR_API const void* avatar_passes_blocks(const AvatarPasses* passes, size_t* 
  * pack, with a line. Allocates nothing. */
 AVATAR_API int avatar_passes_set(AvatarPasses* passes, const AvatarInstance* instance);
 /* Call it when all dispatches of deform have run once: colours that no expression changes stay in their buffer, and
- * blend, of whose work they are most, is told so. Returns 1 where a constant has changed. Allocates nothing. */
+ * blend, whose work they mostly are, reads none of them. Returns 1 where a constant has changed. Allocates nothing. */
 AVATAR_API int avatar_passes_keep_lasting(AvatarPasses* passes);
 
 /* ---- Scenes ------------------------------------------------------------------------------------------------------- */

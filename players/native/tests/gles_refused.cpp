@@ -12,8 +12,8 @@ namespace {
 
 /// A row: prints what was not refused, or refused without its words.
 void row(const char* what, bool good, const char* line, const char* words) {
-    const bool told = words == nullptr || (line != nullptr && std::strstr(line, words) != nullptr);
-    std::printf("%s %s: %s%s\n", good && told ? "refused" : "taken", what, good ? "" : "was not refused; ", line != nullptr ? line : "no line");
+    const bool named = words == nullptr || (line != nullptr && std::strstr(line, words) != nullptr);
+    std::printf("%s %s: %s%s\n", good && named ? "refused" : "taken", what, good ? "" : "was not refused; ", line != nullptr ? line : "no line");
 }
 
 void without_scene() {

@@ -32,9 +32,9 @@ struct Table {
 
     /// A row: `good` is whether it was refused; `line` must hold `words`, in one line. `words` NULL: there is no line.
     void row(const char* what, bool good, const char* line = nullptr, const char* words = nullptr) {
-        const bool told = words == nullptr || (line != nullptr && std::strstr(line, words) != nullptr && std::strchr(line, '\n') == nullptr);
-        const std::string said = std::string(good ? "" : "was not refused; ") + (told ? "" : line != nullptr ? line : "no line");
-        out.text(std::to_string(rows++) + " " + what, good && told ? "" : said.c_str());
+        const bool named = words == nullptr || (line != nullptr && std::strstr(line, words) != nullptr && std::strchr(line, '\n') == nullptr);
+        const std::string said = std::string(good ? "" : "was not refused; ") + (named ? "" : line != nullptr ? line : "no line");
+        out.text(std::to_string(rows++) + " " + what, good && named ? "" : said.c_str());
     }
 
     /// Calls functions of a handle with what no function takes: numbers beyond all, NaN, NULL. They must give nothing.

@@ -65,8 +65,8 @@ export class Uniforms {
   }
 
   /**
-   * Call it when the dispatches have run once: SH that no expression changes stay in their buffer, and blend, of whose
-   * work they are most, is told that there are none. Returns whether a value has changed.
+   * Call it when the dispatches have run once: SH that no expression changes stay in their buffer, and blend, whose
+   * work they mostly are, reads none of them. Returns whether a value has changed.
    */
   keepLasting(): boolean {
     let changed = false;

@@ -55,7 +55,7 @@ const STEPS = [
   ["dispose", 3],
   ["add", "/left.avatar"],
   ["picture", "left"],
-  ["told", "told"],
+  ["announced", "announced"],
   ["addLevel", 9, "nine"],
   ["disposeAvatars"],
   ["addLevel", 0, "afterwards"],
@@ -182,7 +182,7 @@ for (const engine of ENGINES) {
       assert.ok(Math.abs(height / want[0] - 1) < 1e-5 && level === want[1], `${name}: ${seen[name]}, not ${wanted[name]}`);
     }
     // Where a worker computes, the engine's event says that there is a newer picture.
-    assert.equal(String(seen.told), String(engine.api === "webgl2" && engine.synchronous !== true));
+    assert.equal(String(seen.announced), String(engine.api === "webgl2" && engine.synchronous !== true));
     assert.equal(String(seen.nine), "AvatarError: mole: level: there is no level 9; the last one is level 1");
     assert.equal(String(seen.afterwards), "AvatarError: AvatarScene: was disposed; create another");
     assert.equal(difference(seen.half, filled(WALL), left), 0);

@@ -40,7 +40,7 @@ try {
         return changed / (now.length / 4);
       });
       if (share < SHARE) continue;
-      await new Promise((done) => setTimeout(done, ANSWER_MS)); // the page tells the server what it showed
+      await new Promise((done) => setTimeout(done, ANSWER_MS)); // the page reports to the server what it showed
       say({ changed: share });
     }
   }

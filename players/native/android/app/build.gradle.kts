@@ -15,7 +15,7 @@ android {
         versionCode = 1
         versionName = "1.0" // of this app
         ndk { abiFilters += listOf("arm64-v8a", "x86_64") }
-        // Devices with memory pages of 16 KB load only libraries that are aligned to them; NDK 27 has to be told.
+        // Devices with memory pages of 16 KB load only libraries that are aligned to them; NDK 27 needs the flag.
         externalNativeBuild {
             cmake { arguments += listOf("-DANDROID_STL=c++_static", "-DANDROID_SUPPORT_FLEXIBLE_PAGE_SIZES=ON") }
         }

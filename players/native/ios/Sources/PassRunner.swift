@@ -119,19 +119,19 @@ final class PassRunner {
         var facts = AvatarFacts.sized
         avatar_facts(pack, &facts)
         return try (0..<facts.buffers).map { index in
-            var told = AvatarBuffer.sized
-            avatar_buffer(pack, index, &told)
-            let made = try zeros(device, Int(told.bytes))
-            if told.has_content != 0 { avatar_buffer_content(pack, index, made.contents()) }
+            var declared = AvatarBuffer.sized
+            avatar_buffer(pack, index, &declared)
+            let made = try zeros(device, Int(declared.bytes))
+            if declared.has_content != 0 { avatar_buffer_content(pack, index, made.contents()) }
             return made
         }
     }
 
     private static func sceneBuffers(_ device: MTLDevice, _ sort: OpaquePointer) throws -> [MTLBuffer] {
         var made: [MTLBuffer] = []
-        var told = AvatarSceneBuffer.sized
-        while avatar_sort_buffer(sort, UInt32(made.count), &told) == AVATAR_OK {
-            made.append(try zeros(device, Int(told.stride) * Int(told.count)))
+        var declared = AvatarSceneBuffer.sized
+        while avatar_sort_buffer(sort, UInt32(made.count), &declared) == AVATAR_OK {
+            made.append(try zeros(device, Int(declared.stride) * Int(declared.count)))
         }
         return made
     }

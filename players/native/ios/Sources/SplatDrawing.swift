@@ -45,10 +45,10 @@ final class SplatDrawing {
             encoder.endEncoding()
         }
         if let encoder = commands.makeRenderCommandEncoder(descriptor: Self.pass(target)) {
-            var told = CompositeConstants(background: SIMD4(0.1, 0.1, 0.1, 1), imageSize: size)
+            var values = CompositeConstants(background: SIMD4(0.1, 0.1, 0.1, 1), imageSize: size)
             encoder.setRenderPipelineState(composite)
             encoder.setFragmentTexture(image, index: 0)
-            encoder.setFragmentBytes(&told, length: MemoryLayout<CompositeConstants>.stride, index: Self.constants)
+            encoder.setFragmentBytes(&values, length: MemoryLayout<CompositeConstants>.stride, index: Self.constants)
             encoder.drawPrimitives(type: .triangle, vertexStart: 0, vertexCount: 3)
             encoder.endEncoding()
         }
@@ -56,28 +56,28 @@ final class SplatDrawing {
 
     private func image(width: Int, height: Int) -> MTLTexture? {
         if image?.width != width || image?.height != height {
-            let told = MTLTextureDescriptor.texture2DDescriptor(
+            let descriptor = MTLTextureDescriptor.texture2DDescriptor(
                 pixelFormat: Self.imageFormat, width: width, height: height, mipmapped: false)
-            told.usage = [.renderTarget, .shaderRead]
-            told.storageMode = .private
-            image = device.makeTexture(descriptor: told)
+            descriptor.usage = [.renderTarget, .shaderRead]
+            descriptor.storageMode = .private
+            image = device.makeTexture(descriptor: descriptor)
         }
         return image
     }
 
     private static func pass(_ texture: MTLTexture) -> MTLRenderPassDescriptor {
-        let told = MTLRenderPassDescriptor()
-        told.colorAttachments[0].texture = texture
-        told.colorAttachments[0].loadAction = .clear
-        told.colorAttachments[0].storeAction = .store
-        told.colorAttachments[0].clearColor = MTLClearColor(red: 0, green: 0, blue: 0, alpha: 0)
-        return told
+        let descriptor = MTLRenderPassDescriptor()
+        descriptor.colorAttachments[0].texture = texture
+        descriptor.colorAttachments[0].loadAction = .clear
+        descriptor.colorAttachments[0].storeAction = .store
+        descriptor.colorAttachments[0].clearColor = MTLClearColor(red: 0, green: 0, blue: 0, alpha: 0)
+        return descriptor
     }
 
     private static func quadPipeline(_ device: MTLDevice) throws -> MTLRenderPipelineState {
-        let told = MTLRenderPipelineDescriptor()
-        told.vertexFunction = try shaderFunction(device, "raster_vertex")
-        told.fragmentFunction = try shaderFunction(device, "raster_pixel")
+        let descriptor = MTLRenderPipelineDescriptor()
+        descriptor.vertexFunction = try shaderFunction(device, "raster_vertex")
+        descriptor.fragmentFunction = try shaderFunction(device, "raster_pixel")
         let layout = MTLVertexDescriptor()
         for attribute in 0..<3 {  // quad0, quad1, quad2
             layout.attributes[attribute].format = .float4
@@ -86,22 +86,22 @@ final class SplatDrawing {
         }
         layout.layouts[0].stride = 48
         layout.layouts[0].stepFunction = .perInstance
-        told.vertexDescriptor = layout
-        let colour = told.colorAttachments[0]!
+        descriptor.vertexDescriptor = layout
+        let colour = descriptor.colorAttachments[0]!
         colour.pixelFormat = imageFormat
         colour.isBlendingEnabled = true
         colour.sourceRGBBlendFactor = .one
         colour.sourceAlphaBlendFactor = .one
         colour.destinationRGBBlendFactor = .oneMinusSourceAlpha
         colour.destinationAlphaBlendFactor = .oneMinusSourceAlpha
-        return try device.makeRenderPipelineState(descriptor: told)
+        return try device.makeRenderPipelineState(descriptor: descriptor)
     }
 
     private static func compositePipeline(_ device: MTLDevice) throws -> MTLRenderPipelineState {
-        let told = MTLRenderPipelineDescriptor()
-        told.vertexFunction = try shaderFunction(device, "composite_vertex")
-        told.fragmentFunction = try shaderFunction(device, "composite_pixel")
-        told.colorAttachments[0].pixelFormat = screenFormat
-        return try device.makeRenderPipelineState(descriptor: told)
+        let descriptor = MTLRenderPipelineDescriptor()
+        descriptor.vertexFunction = try shaderFunction(device, "composite_vertex")
+        descriptor.fragmentFunction = try shaderFunction(device, "composite_pixel")
+        descriptor.colorAttachments[0].pixelFormat = screenFormat
+        return try device.makeRenderPipelineState(descriptor: descriptor)
     }
 }

@@ -56,7 +56,7 @@ static const DispatchRow* row_of(const AvatarPasses* passes, uint32_t index) {
 
 int avatar_dispatch(const AvatarPasses* passes, uint32_t index, AvatarDispatch* out) {
     const DispatchRow* row = row_of(passes, index);
-    return row == nullptr ? refuse(out) : give(row->told, out);
+    return row == nullptr ? refuse(out) : give(row->dispatch, out);
 }
 
 int avatar_binding(const AvatarPasses* passes, uint32_t dispatch, uint32_t index, AvatarBinding* out) {

@@ -50,7 +50,7 @@ bool GpuStages::run_stage(const char* stage) {
     for (AvatarPasses* list : lists_) {
         list->list.set(values_);
         for (uint32_t i = 0; i < list->list.dispatches.size; i++) {
-            if (Text(list->list.dispatches[i].told.stage) != stage) continue;
+            if (Text(list->list.dispatches[i].dispatch.stage) != stage) continue;
             failed = failed || runner_.run(runner_.user, list, i) != AVATAR_OK;
         }
     }

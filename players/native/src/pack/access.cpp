@@ -26,8 +26,8 @@ const PoseSection& Held::section(Text name) const {
 Access::Access(const char* where, Pass& given, const Held& held, Errors& errors)
     : pass(given), held_(held), errors_(errors) {
     std::snprintf(place_, sizeof(place_), "%s (%s)", where, Cut(pass.entry, 40).data);
-    told = interface_of(pass.entry);
-    if (told != nullptr && told->access == nullptr) told = nullptr;
+    declared = interface_of(pass.entry);
+    if (declared != nullptr && declared->access == nullptr) declared = nullptr;
 }
 
 bool Access::fail(Text what, const char* format, ...) const {
@@ -42,20 +42,20 @@ bool Access::fail(Text what, const char* format, ...) const {
 }
 
 const StorageBuffer* Access::storage(Text buffer) const {
-    for (const StorageBuffer& one : told->storage) {
+    for (const StorageBuffer& one : declared->storage) {
         if (buffer == one.name) return &one;
     }
     return nullptr;
 }
 
-static const Member* member_of(const Interface& told, Text name) {
-    for (const Member& one : told.members) {
+static const Member* member_of(const Interface& declared, Text name) {
+    for (const Member& one : declared.members) {
         if (name == one.name && name != padding) return &one;
     }
     return nullptr;
 }
 
-ConstantType Access::type_of(Text constant) const { return member_of(*told, constant)->type; }
+ConstantType Access::type_of(Text constant) const { return member_of(*declared, constant)->type; }
 
 static void keep_first(Text* best, bool* has, Text name) {
     if (!*has || text_before(name, *best)) *best = name;
@@ -63,7 +63,7 @@ static void keep_first(Text* best, bool* has, Text name) {
 }
 
 bool Access::check_names() {
-    if (told == nullptr) {
+    if (declared == nullptr) {
         errors_.set(place_, "is no entry that a program may use; a newer version may know it");
         return false;
     }
@@ -71,19 +71,19 @@ bool Access::check_names() {
         Text missing, extra;
         bool has_missing = false, has_extra = false;
         if (of_buffers) {
-            for (const StorageBuffer& one : told->storage) {
+            for (const StorageBuffer& one : declared->storage) {
                 if (pass.buffer(one.name) == nullptr) keep_first(&missing, &has_missing, one.name);
             }
             for (const Bound& one : pass.buffers) {
                 if (storage(one.name) == nullptr) keep_first(&extra, &has_extra, one.name);
             }
         } else {
-            for (const Member& one : told->members) {
+            for (const Member& one : declared->members) {
                 const Text name = one.name;
                 if (name != padding && pass.constant(name) == nullptr) keep_first(&missing, &has_missing, name);
             }
             for (const Constant& one : pass.constants) {
-                if (member_of(*told, one.name) == nullptr) keep_first(&extra, &has_extra, one.name);
+                if (member_of(*declared, one.name) == nullptr) keep_first(&extra, &has_extra, one.name);
             }
         }
         const char* what = of_buffers ? "buffers" : "constants";

@@ -74,7 +74,7 @@ class Access {
 public:
     Access(const char* where, Pass& pass, const Held& held, Errors& errors);
 
-    const Interface* told = nullptr;  // null where the entry is not known
+    const Interface* declared = nullptr;  // null where the entry is not known
     Pass& pass;
 
     /// Unless the entry is known and the pass binds and sets exactly what it declares.
@@ -85,7 +85,7 @@ public:
     double check_sections() const;
 
     bool fail(Text what, const char* format, ...) const AVATAR_FORMAT(3, 4);
-    const Contract& contract() const { return *told->access; }
+    const Contract& contract() const { return *declared->access; }
     /// A constant that is a whole number.
     double count(Text name) const;
     bool applies(const Table<Values>& when) const;
@@ -109,10 +109,10 @@ private:
     bool check_type(const Constant& value) const;
     bool check_ranges() const;
     double factor(Text factor) const;
-    bool check_section(const SectionContract& told) const;
-    bool check_length(const SectionContract& told, const Section& section, double width, double wanted) const;
-    bool check_kind(const SectionContract& told, const Found& found, double width) const;
-    bool check_scale(const SectionContract& told, const Found& found, double width) const;
+    bool check_section(const SectionContract& expected) const;
+    bool check_length(const SectionContract& expected, const Section& section, double width, double wanted) const;
+    bool check_kind(const SectionContract& expected, const Found& found, double width) const;
+    bool check_scale(const SectionContract& expected, const Found& found, double width) const;
     bool check_below(Text name, double largest, double end) const;
 
     const Held& held_;

@@ -249,7 +249,7 @@ double Checker::check_list(const char* place, const PassKind& kind, Span<Pass> p
 bool Checker::check_stage(const Access& access, const PassKind& kind, size_t index, int* reached) {
     int stage = -1;
     for (int i = 0; i < kind.stage_count; i++) {
-        if (Text(access.told->stage) == kind.stages[i]) stage = i;
+        if (Text(access.declared->stage) == kind.stages[i]) stage = i;
     }
     if (stage < *reached || (index == 0 && stage != 0)) {
         char order[48];
@@ -258,7 +258,7 @@ bool Checker::check_stage(const Access& access, const PassKind& kind, size_t ind
             const char* gap = i > 0 ? ", " : "";
             size += static_cast<size_t>(std::snprintf(order + size, sizeof(order) - size, "%s%s", gap, kind.stages[i]));
         }
-        return access.fail("entry", "stage %s is out of place; the order is %s", access.told->stage, order);
+        return access.fail("entry", "stage %s is out of place; the order is %s", access.declared->stage, order);
     }
     *reached = stage;
     return true;
@@ -351,8 +351,8 @@ bool Checker::agree(const Access& access, Agreed* known, const char* what, const
 
 bool Checker::check_chunk(const Access& access, const Level& level) {
     char what[96];
-    std::snprintf(what, sizeof(what), "%s (%s)", level_place_, access.told->entry);
-    Agreed* known = &level_agreed_[static_cast<size_t>(access.told - interfaces) * most_agreed];
+    std::snprintf(what, sizeof(what), "%s (%s)", level_place_, access.declared->entry);
+    Agreed* known = &level_agreed_[static_cast<size_t>(access.declared - interfaces) * most_agreed];
     if (!agree(access, known, what, access.contract().level)) return false;
     const char* constant = access.contract().chunk;
     if (constant == nullptr) return true;

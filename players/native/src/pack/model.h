@@ -31,7 +31,7 @@ struct Elements {
 
 /// A run of equal elements in a packed buffer. It begins at a 32-bit word.
 struct Section {
-    Text name;  // the constant that tells kernels where it begins
+    Text name;  // the constant by which kernels know where it begins
     Elements elements;
 };
 

@@ -14,19 +14,19 @@ void PassList::make(Span<Dispatched> passes, const FrameLayout* layout, const Na
     size_t bytes = 0, constants = 0;
     dispatches = arena.make<DispatchRow>(passes.size);
     for (size_t i = 0; i < dispatches.size; i++) {
-        const Interface& told = *interface_of(passes[i].pass->entry);
-        AvatarDispatch& one = dispatches[i].told;
-        one.entry = told.entry;
-        one.stage = told.stage;
+        const Interface& declared = *interface_of(passes[i].pass->entry);
+        AvatarDispatch& one = dispatches[i].dispatch;
+        one.entry = declared.entry;
+        one.stage = declared.stage;
         one.groups = passes[i].groups;
-        one.threads = told.thread_group;
-        one.binding_count = told.storage.size;
-        one.constant_count = told.members.size;
-        one.block_binding = told.block_binding;
-        one.block_bytes = told.block_bytes;
+        one.threads = declared.thread_group;
+        one.binding_count = declared.storage.size;
+        one.constant_count = declared.members.size;
+        one.block_binding = declared.block_binding;
+        one.block_bytes = declared.block_bytes;
         one.block_offset = static_cast<uint32_t>(bytes);
-        bytes += (told.block_bytes + AVATAR_BLOCK_ALIGN - 1) / AVATAR_BLOCK_ALIGN * AVATAR_BLOCK_ALIGN;
-        constants += told.members.size;
+        bytes += (declared.block_bytes + AVATAR_BLOCK_ALIGN - 1) / AVATAR_BLOCK_ALIGN * AVATAR_BLOCK_ALIGN;
+        constants += declared.members.size;
     }
     blocks = arena.make<uint8_t>(bytes);
     copies_ = arena.make<Copied>(constants);
@@ -41,28 +41,28 @@ void PassList::make(Span<Dispatched> passes, const FrameLayout* layout, const Na
 void PassList::make_dispatch(size_t index, const Dispatched& one, const FrameLayout* layout, const Names* scene,
                              Arena& arena) {
     const Pass& pass = *one.pass;
-    const Interface& told = *interface_of(pass.entry);
+    const Interface& declared = *interface_of(pass.entry);
     DispatchRow& made = dispatches[index];
-    made.bindings = arena.make<AvatarBinding>(told.storage.size);
-    made.constants = arena.make<AvatarConstant>(told.members.size);
+    made.bindings = arena.make<AvatarBinding>(declared.storage.size);
+    made.constants = arena.make<AvatarConstant>(declared.members.size);
     if (arena.errors().any()) return;
-    for (uint32_t i = 0; i < told.storage.size; i++) {
-        const StorageBuffer& storage = told.storage.data[i];
+    for (uint32_t i = 0; i < declared.storage.size; i++) {
+        const StorageBuffer& storage = declared.storage.data[i];
         const Bound* bound = pass.buffer(storage.name);
         const int64_t in_scene = scene == nullptr ? bound->index : scene->find(bound->buffer);
         made.bindings[i] = {sizeof(AvatarBinding), storage.name, bound->buffer.data, storage.binding, storage.is_read_only,
                             static_cast<int32_t>(in_scene)};
     }
-    for (uint32_t i = 0; i < told.members.size; i++) {
-        const Member& member = told.members.data[i];
+    for (uint32_t i = 0; i < declared.members.size; i++) {
+        const Member& member = declared.members.data[i];
         made.constants[i] = {sizeof(AvatarConstant), member.name, static_cast<uint32_t>(member.type), member.offset};
         const Constant* value = pass.constant(member.name);  // none for what fills a gap: it is 0
-        if (value != nullptr) set_constant(made.told.block_offset + member.offset, *value, member.type, layout);
+        if (value != nullptr) set_constant(made.dispatch.block_offset + member.offset, *value, member.type, layout);
     }
     const Constant* width = pass.constant("appearance_sh_width");
     if (pass.entry != "blend" || width == nullptr || width->kind != Constant::Kind::number || width->number != 0) return;
-    for (const Member& member : told.members) {
-        if (Text(member.name) == "sh_terms") lasting_[lasting_count_++] = made.told.block_offset + member.offset;
+    for (const Member& member : declared.members) {
+        if (Text(member.name) == "sh_terms") lasting_[lasting_count_++] = made.dispatch.block_offset + member.offset;
     }
 }
 

@@ -11,7 +11,7 @@ struct Dispatched {
 
 /// A dispatch, with the lists that it counts.
 struct DispatchRow {
-    AvatarDispatch told;
+    AvatarDispatch dispatch;
     Span<AvatarBinding> bindings;
     Span<AvatarConstant> constants;
 };
@@ -26,8 +26,8 @@ public:
 
     /// Copies what the frame gives. Returns whether a value has changed.
     bool set(const FrameValues& values);
-    /// When the dispatches have run once: SH that no expression changes stay in their buffer, and blend, of whose work
-    /// they are most, is told that there are none. Returns whether a value has changed.
+    /// When the dispatches have run once: SH that no expression changes stay in their buffer, and blend, whose work
+    /// they mostly are, reads none of them. Returns whether a value has changed.
     bool keep_lasting();
 
     Span<DispatchRow> dispatches;

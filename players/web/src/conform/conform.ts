@@ -65,11 +65,11 @@ async function runnerOf({ renderer }: Player, avatar: Avatar): Promise<StageRunn
   return new WebGl2Stages(avatar);
 }
 
-function cameraOf({ camera: told }: Case): Camera {
+function cameraOf({ camera: stored }: Case): Camera {
   const camera = new Camera();
-  const tan = [told.tan_half_fov_x, told.tan_half_fov_y];
-  const { camera_from_world: view, clip_from_world: clip } = told;
-  camera.setMatrices(view.flat(), clip.flat(), told.centre, tan, told.width, told.height);
+  const tan = [stored.tan_half_fov_x, stored.tan_half_fov_y];
+  const { camera_from_world: view, clip_from_world: clip } = stored;
+  camera.setMatrices(view.flat(), clip.flat(), stored.centre, tan, stored.width, stored.height);
   return camera;
 }
 

@@ -1,6 +1,6 @@
 // Copies the depth of a host's framebuffer.
 
-/** Draws against depth where the host has some. Formats must be equal for a copy, and WebGL2 does not tell the host's. */
+/** Draws against depth where the host has some. Formats must be equal for a copy, and WebGL2 hides the host's. */
 export class GlDepth {
   private readonly formats: readonly GLenum[];
   private readonly known = new WeakMap<object, number>(); // place in `formats`; NONE or FAILED

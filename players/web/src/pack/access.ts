@@ -55,7 +55,7 @@ export class Access {
     for (const member of row.uniforms?.members ?? []) {
       if (member.name !== PADDING) this.types.set(member.name, member.type);
     }
-    for (const told of Object.values(this.contract.sections ?? {})) this.packedNames.add(told.buffer);
+    for (const section of Object.values(this.contract.sections ?? {})) this.packedNames.add(section.buffer);
     this.checkNames("buffers", this.storage, one.buffers);
     this.checkNames("constants", this.types, one.constants);
     this.checkBuffers();
@@ -110,7 +110,7 @@ export class Access {
   touched(): Map<string, number> {
     const found = new Map<string, number>();
     for (const [buffer, rows] of Object.entries(this.contract.elements ?? {})) {
-      const sizes = rows.filter((told) => this.applies(told)).map((told) => this.number(told.elements));
+      const sizes = rows.filter((row) => this.applies(row)).map((row) => this.number(row.elements));
       found.set(buffer, Math.max(0, ...sizes));
     }
     return found;
@@ -119,10 +119,10 @@ export class Access {
   /** Throws AvatarError for a section that the kernel would leave. Returns the entries of all pointers together. */
   checkSections(): number {
     let entries = 0;
-    for (const [name, told] of Object.entries(this.contract.sections ?? {})) {
-      if (this.applies(told)) {
-        this.checkSection(name, told);
-        entries += told.kind === "pointer" ? this.number(`#${name}`) : 0;
+    for (const [name, expected] of Object.entries(this.contract.sections ?? {})) {
+      if (this.applies(expected)) {
+        this.checkSection(name, expected);
+        entries += expected.kind === "pointer" ? this.number(`#${name}`) : 0;
       }
     }
     return entries;
@@ -178,8 +178,8 @@ export class Access {
     return this.held.pose.get(name) as PoseSection;
   }
 
-  private applies(told: Touched | SectionContract): boolean {
-    return Object.entries(told.when ?? {}).every(([name, values]) => values.includes(this.count(name)));
+  private applies(part: Touched | SectionContract): boolean {
+    return Object.entries(part.when ?? {}).every(([name, values]) => values.includes(this.count(name)));
   }
 
   /** The section of that name, which must begin where the constant says. */
@@ -194,20 +194,20 @@ export class Access {
     return { packed, section };
   }
 
-  private checkSection(name: string, told: SectionContract): void {
-    const { packed, section } = this.section(name, told.buffer);
-    const wanted = this.number(told.elements);
-    const width = told.width === undefined ? 32 : this.count(told.width);
-    const widths = told.widths ?? [32];
-    if (!widths.includes(width)) throw this.error(told.width ?? name, `is ${width}; known are ${widths.join(", ")}`);
+  private checkSection(name: string, expected: SectionContract): void {
+    const { packed, section } = this.section(name, expected.buffer);
+    const wanted = this.number(expected.elements);
+    const width = expected.width === undefined ? 32 : this.count(expected.width);
+    const widths = expected.widths ?? [32];
+    if (!widths.includes(width)) throw this.error(expected.width ?? name, `is ${width}; known are ${widths.join(", ")}`);
     if (width === 0) {
-      if (told.kind !== "signed" && wanted > 0 && (packed.offsets.get(name) as number) >= packed.words) {
+      if (expected.kind !== "signed" && wanted > 0 && (packed.offsets.get(name) as number) >= packed.words) {
         throw this.error(name, "begins at the end of its buffer; one word is read at width 0");
       }
     } else {
       this.checkLength(name, section, width, wanted);
     }
-    this.checkKind(name, told, packed, section, width);
+    this.checkKind(name, expected, packed, section, width);
   }
 
   private checkLength(name: string, section: Section, width: number, wanted: number): void {
@@ -222,19 +222,19 @@ export class Access {
     }
   }
 
-  private checkKind(name: string, told: SectionContract, packed: Packed, section: Section, width: number): void {
-    if (told.kind === "pointer") {
+  private checkKind(name: string, expected: SectionContract, packed: Packed, section: Section, width: number): void {
+    if (expected.kind === "pointer") {
       const rows = packed.rows(section);
       if (!rows.rises) throw this.error(name, "does not begin with 0, or falls");
-      if (rows.longest > (told.pointer as number)) {
-        throw this.error(name, `gives a row ${rows.longest} entries; ${told.pointer} are the most`);
+      if (rows.longest > (expected.pointer as number)) {
+        throw this.error(name, `gives a row ${rows.longest} entries; ${expected.pointer} are the most`);
       }
-    } else if (told.kind === "index") {
-      this.checkBelow(name, packed.largest(section), this.number(told.below as string));
+    } else if (expected.kind === "index") {
+      this.checkBelow(name, packed.largest(section), this.number(expected.below as string));
     } else if (width === 32) {
       if (!packed.finite(section)) throw this.error(name, "holds a float that is not finite");
     } else {
-      this.checkScale(name, told, packed, section, width);
+      this.checkScale(name, expected, packed, section, width);
     }
   }
 
@@ -242,18 +242,18 @@ export class Access {
     if (largest >= end) throw this.error(name, `holds ${largest}; less than ${end} is needed`);
   }
 
-  private checkScale(name: string, told: SectionContract, packed: Packed, section: Section, width: number): void {
-    const scale = told.scale as string;
-    const floats = this.section(scale, told.buffer).section;
+  private checkScale(name: string, expected: SectionContract, packed: Packed, section: Section, width: number): void {
+    const scale = expected.scale as string;
+    const floats = this.section(scale, expected.buffer).section;
     const length = floats.elements.length;
-    const wanted = told.floats === undefined ? Math.max(length, 1) : this.number(told.floats);
+    const wanted = expected.floats === undefined ? Math.max(length, 1) : this.number(expected.floats);
     if (widthOf(floats) !== 32 || length !== wanted) {
       throw this.error(scale, `has ${length} elements; ${wanted} of 32 bits are needed`);
     }
     if (!packed.finite(floats, MOST_SCALE)) {
       throw this.error(scale, `holds a float that is not finite or exceeds 1e+30`);
     }
-    if (told.kind === "table") this.checkBelow(name, width > 0 ? packed.largest(section) : 0, length);
+    if (expected.kind === "table") this.checkBelow(name, width > 0 ? packed.largest(section) : 0, length);
   }
 }
 

@@ -5,7 +5,7 @@ export type Elements = Uint8Array | Uint16Array | Uint32Array;
 
 /** A run of equal elements in a packed buffer. It begins at a 32-bit word. */
 export interface Section {
-  readonly name: string; // the constant that tells kernels where it begins
+  readonly name: string; // the constant by which kernels know where it begins
   readonly elements: Elements; // their size is the width: 8, 16 or 32 bits
 }
 

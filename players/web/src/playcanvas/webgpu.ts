@@ -62,13 +62,13 @@ export class WebGpuHost extends GpuScene<CameraComponent> {
     const { impl, samples } = device.renderTarget;
     const descriptor = impl.renderPassDescriptor;
     const color = (descriptor.colorAttachments as (GPURenderPassColorAttachment | null)[])[0];
-    const told = impl.colorAttachments[0];
-    if (!color || !told || device.passEncoder === null) throw unknown("a pass under way");
-    if (told.transient || impl.depthAttachment?.transient) {
+    const attachment = impl.colorAttachments[0];
+    if (!color || !attachment || device.passEncoder === null) throw unknown("a pass under way");
+    if (attachment.transient || impl.depthAttachment?.transient) {
       throw new AvatarError("avatars cannot be drawn into a target with transient attachments", { owner: "PlayCanvas" });
     }
     over.color = color;
-    over.format = told.format;
+    over.format = attachment.format;
     over.samples = Math.max(samples, 1);
     over.depth = descriptor.depthStencilAttachment;
     over.depthFormat = impl.depthAttachment?.format;

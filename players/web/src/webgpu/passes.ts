@@ -82,15 +82,15 @@ export class PassList {
   }
 
   private bindGroup(one: Bound, i: number): GPUBindGroup {
-    const told = INTERFACES[one.entry];
-    const entries: GPUBindGroupEntry[] = (told?.storage ?? []).map((item) => ({
+    const declared = INTERFACES[one.entry];
+    const entries: GPUBindGroupEntry[] = (declared?.storage ?? []).map((item) => ({
       binding: item.binding,
       resource: { buffer: one.buffers[item.name] as GPUBuffer },
     }));
-    if (told?.uniforms) {
+    if (declared?.uniforms) {
       const offset = this.uniforms.offsets[i] as number;
-      const resource = { buffer: this.block, offset, size: told.uniforms.size };
-      entries.push({ binding: told.uniforms.binding, resource });
+      const resource = { buffer: this.block, offset, size: declared.uniforms.size };
+      entries.push({ binding: declared.uniforms.binding, resource });
     }
     const { layout } = this.kernels[i] as Kernel;
     return this.pipelines.device.createBindGroup({ label: one.entry, layout, entries });

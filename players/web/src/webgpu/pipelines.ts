@@ -46,15 +46,15 @@ export class Pipelines {
   }
 
   private made(entry: string): Kernel {
-    const told = INTERFACES[entry];
-    if (told === undefined) throw new Error(`no kernel ${entry}`);
-    const entries: GPUBindGroupLayoutEntry[] = told.storage.map((one) => ({
+    const declared = INTERFACES[entry];
+    if (declared === undefined) throw new Error(`no kernel ${entry}`);
+    const entries: GPUBindGroupLayoutEntry[] = declared.storage.map((one) => ({
       binding: one.binding,
       visibility: COMPUTE,
       buffer: { type: one.readonly ? "read-only-storage" : "storage" },
     }));
-    if (told.uniforms) {
-      entries.push({ binding: told.uniforms.binding, visibility: COMPUTE, buffer: { type: "uniform" } });
+    if (declared.uniforms) {
+      entries.push({ binding: declared.uniforms.binding, visibility: COMPUTE, buffer: { type: "uniform" } });
     }
     const layout = this.device.createBindGroupLayout({ label: entry, entries });
     const pipeline = this.device.createComputePipeline({

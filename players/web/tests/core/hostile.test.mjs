@@ -125,16 +125,16 @@ async function served(answer, use) {
   }
 }
 
-test("a download is loaded, and tells how far it is", async () => {
+test("a download is loaded, and reports how far it is", async () => {
   const size = whole.length;
   const loadedOf = async (answer) => {
-    const told = [];
-    const avatar = await served(answer, (url) => core.load(new URL(url), { onProgress: (...at) => told.push(at) }));
+    const reports = [];
+    const avatar = await served(answer, (url) => core.load(new URL(url), { onProgress: (...at) => reports.push(at) }));
     assert.equal(avatar.bytes, size);
-    return [told[0], told.at(-1)];
+    return [reports[0], reports.at(-1)];
   };
-  const told = await loadedOf((_, response) => response.writeHead(200, { "content-length": size }).end(whole));
-  assert.deepEqual(told, [[0, size], [size, size]]);
+  const reports = await loadedOf((_, response) => response.writeHead(200, { "content-length": size }).end(whole));
+  assert.deepEqual(reports, [[0, size], [size, size]]);
   const chunked = await loadedOf((_, response) => {
     response.write(whole.subarray(0, 9000));
     response.end(whole.subarray(9000));

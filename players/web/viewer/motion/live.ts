@@ -82,7 +82,7 @@ export class Live {
     this.posed = null;
   }
 
-  /** Tells the server that the packet's pose is on the canvas. */
+  /** Reports to the server that the packet's pose is on the canvas. */
   shown(): void {
     if (this.drawing === null || this.socket?.readyState !== WebSocket.OPEN) return;
     this.socket.send(JSON.stringify({ type: "shown", time: this.drawing }));

@@ -1,4 +1,4 @@
-// Files that a person drops, pastes or picks: an avatar or a recording, told apart by their content.
+// Files that a person drops, pastes or picks: an avatar or a recording, distinguished by their content.
 import { AvatarError } from "../../src/index.js";
 import { byId } from "./dom.js";
 

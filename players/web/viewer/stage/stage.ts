@@ -9,7 +9,7 @@ const STILL_MS = 500; // how old the kept picture may become while things move
 /** Changes the pose before a frame. True: it goes on moving, so another frame follows. */
 export type Mover = (nowMs: number) => boolean;
 
-/** What the stage tells the page. */
+/** What the stage reports to the page. */
 export interface StageEvents {
   /** After each frame was asked for. */
   drawn(): void;

@@ -6,7 +6,7 @@ import { makeStage } from "stage";
 const actors = [];
 let stage;
 let avatar; // that was added last
-let told = false; // of a newer picture, by the engine's own event
+let announced = false; // a newer picture, by the engine's own event
 
 /** Draws until the worker has nothing newer. */
 async function picture() {
@@ -14,7 +14,7 @@ async function picture() {
     stage.newer = false;
     stage.draw();
     await stage.finished();
-    told ||= stage.newer;
+    announced ||= stage.newer;
   } while (stage.newer);
   stage.draw();
   return stage.read();
@@ -38,7 +38,7 @@ const STEPS = {
   seen: (actor, name) => post(name, JSON.stringify(actors[actor].seen())),
   part: (x, y, size) => stage.part(x, y, size),
   wall: (z) => stage.wall(z),
-  told: (name) => post(name, String(told)),
+  announced: (name) => post(name, String(announced)),
   picture: async (name) => post(name, await picture()),
   lose: () => stage.lose(),
   orthographic: async (name) => {

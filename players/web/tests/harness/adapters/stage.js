@@ -53,9 +53,9 @@ export function webGl(gl) {
     async lose() {
       const extension = gl.getExtension("WEBGL_lose_context");
       for (const [event, run] of [["webglcontextlost", () => extension.loseContext()], ["webglcontextrestored", () => extension.restoreContext()]]) {
-        const told = new Promise((resolve) => gl.canvas.addEventListener(event, resolve, { once: true }));
+        const heard = new Promise((resolve) => gl.canvas.addEventListener(event, resolve, { once: true }));
         run();
-        await told;
+        await heard;
         await new Promise((resolve) => setTimeout(resolve)); // a context may be restored in a later task alone
       }
     },

@@ -6,8 +6,8 @@ import android.os.SystemClock
 import javax.microedition.khronos.egl.EGLConfig
 import javax.microedition.khronos.opengles.GL10
 
-/** Plays the first clip of a pack in a loop. `told` gets the line of a failure, once. */
-class AvatarRenderer(private val file: ByteArray, private val name: String, private val told: (String) -> Unit) :
+/** Plays the first clip of a pack in a loop. `onFailure` gets the line of a failure, once. */
+class AvatarRenderer(private val file: ByteArray, private val name: String, private val onFailure: (String) -> Unit) :
     GLSurfaceView.Renderer {
     /** Radians and a factor; the thread of the screen writes them. */
     @Volatile var turn = 0.0
@@ -22,7 +22,7 @@ class AvatarRenderer(private val file: ByteArray, private val name: String, priv
     override fun onSurfaceCreated(gl: GL10?, config: EGLConfig?) {
         if (handle == 0L) handle = NativeAvatar.open(file, name)
         NativeAvatar.contextMade(handle)
-        tell()
+        reportFailure()
     }
 
     override fun onSurfaceChanged(gl: GL10?, width: Int, height: Int) {
@@ -35,7 +35,7 @@ class AvatarRenderer(private val file: ByteArray, private val name: String, priv
         val length = NativeAvatar.clipSeconds(handle, 0)
         val clip = if (length > 0) 0 else -1
         val seconds = if (length > 0) SystemClock.uptimeMillis() / 1000.0 % length else 0.0
-        if (!failed && !NativeAvatar.draw(handle, width, height, turn, tilt, zoom, clip, seconds)) tell()
+        if (!failed && !NativeAvatar.draw(handle, width, height, turn, tilt, zoom, clip, seconds)) reportFailure()
     }
 
     /** Frees the avatar, after the GL thread has ended. A new surface opens it again. */
@@ -45,9 +45,9 @@ class AvatarRenderer(private val file: ByteArray, private val name: String, priv
         failed = false
     }
 
-    private fun tell() {
+    private fun reportFailure() {
         val line = NativeAvatar.error(handle) ?: return
-        if (!failed) told(line)
+        if (!failed) onFailure(line)
         failed = true
     }
 }

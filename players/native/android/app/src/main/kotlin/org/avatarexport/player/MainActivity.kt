@@ -14,9 +14,9 @@ class MainActivity : Activity() {
         val file = try {
             assets.open(FILE).use { it.readBytes() }
         } catch (missing: IOException) {
-            return tell("$FILE is not in the app: put it into app/src/main/assets (${missing.message})")
+            return show("$FILE is not in the app: put it into app/src/main/assets (${missing.message})")
         }
-        view = AvatarView(this, AvatarRenderer(file, FILE) { line -> runOnUiThread { tell(line) } })
+        view = AvatarView(this, AvatarRenderer(file, FILE) { line -> runOnUiThread { show(line) } })
         setContentView(view)
     }
 
@@ -30,7 +30,7 @@ class MainActivity : Activity() {
         super.onPause()
     }
 
-    private fun tell(line: String) {
+    private fun show(line: String) {
         view = null
         setContentView(TextView(this).apply { text = line })
     }
