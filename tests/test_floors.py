@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import subprocess
 import sys
 from functools import cache
@@ -51,7 +52,7 @@ HEAVY: dict[str, tuple[str, ...]] = {  # library: the folders that may import it
     "distributed": ("exporter/avatar_export/batch",),
     "fsspec": ("exporter/avatar_export/batch",),
 }
-SAMPLES_THAT_TRAIN = ("asm", "by_hand", "capture", "closeups.py", "trained.py")  # rooms and files of samples/
+SAMPLES_THAT_TRAIN = ("asm", "capture", "closeups.py", "trained.py")  # rooms and files of samples/
 
 
 @cache
@@ -73,6 +74,36 @@ def test_imports_point_down(package: str) -> None:
     for file in files:
         extra = imports(file) - sys.stdlib_module_names - allowed - {package}
         assert not extra, f"{file.relative_to(ROOT)} may not import {sorted(extra)}"
+
+
+def public_names(package: str) -> set[str]:
+    """What the `__init__` of a package lists in `__all__`."""
+    return set(getattr(importlib.import_module(package), "__all__", ()))
+
+
+def test_the_trainer_uses_public_names_of_the_floors_below() -> None:
+    """Names and whole modules that a package lists in `__all__`; a deeper path is private to its floor."""
+    known = structure.modules()
+    for module in known.values():
+        if not module.name.startswith("avatar_trainer"):
+            continue
+        for source, names in module.imports:
+            if not source.startswith(("avatar_schema", "avatar_runtime", "avatar_export")):
+                continue
+            where = f"{module.path.relative_to(ROOT)}: {source}"
+            assert names and known[source].path.name == "__init__.py", (
+                f"{where} is no package; import a name of one"
+            )
+            private = {name.rpartition(".")[2] for name in names} - public_names(source)
+            assert not private, f"{where} does not list {sorted(private)} in __all__"
+
+
+def test_what_a_package_lists_exists() -> None:
+    for module in structure.modules().values():
+        if module.name.partition(".")[0] in FLOORS and module.path.name == "__init__.py":
+            for name in public_names(module.name):
+                if f"{module.name}.{name}" not in structure.modules():
+                    getattr(importlib.import_module(module.name), name)
 
 
 def test_heavy_libraries_keep_to_their_room() -> None:

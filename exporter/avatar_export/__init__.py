@@ -1,6 +1,8 @@
 """Reads trained avatars and writes bundles.
 
-The names in `__all__` are the public face. Nothing heavy is loaded before one of them is used.
+The names in `__all__` are the public interface. Nothing heavy is loaded before one of them is used. What a sub-package
+lists in its own `__all__` is for packages that build on this one, as the trainer does, and may change from one version
+to the next; so may `cli`, `images` and `provenance`.
 """
 
 from __future__ import annotations
@@ -20,8 +22,8 @@ if TYPE_CHECKING:
 
 # fmt: off
 __all__ = [
-    "GENERATOR", "READERS", "AvatarError", "ConvertOptions", "ReadOptions", "__version__", "convert", "read",
-    "validate",
+    "GENERATOR", "READERS", "AvatarError", "ConvertOptions", "ReadOptions", "__version__", "cli", "convert", "images",
+    "provenance", "read", "validate",
 ]
 # fmt: on
 _HOMES = {

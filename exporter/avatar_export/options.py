@@ -121,7 +121,7 @@ def declared(kind: type[Options]) -> Mapping[str, Declared]:
 
 
 def declared_as(name: str, hint: Any, default: Any, option: Option | None = None) -> Declared:
-    """An `option` of the type `hint`; without one, `hint` is an Annotated with it."""
+    """An option of the type `hint`. If `option` is None, `hint` is Annotated[type, option]."""
     kind, option = (hint, option) if option is not None else get_args(hint)
     optional = get_origin(kind) in (Union, types.UnionType)
     if optional:

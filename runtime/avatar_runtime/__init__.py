@@ -1,11 +1,30 @@
 """Plays avatar bundles: load one, pose it, see it through a camera. NumPy only; faster backends are extras.
 
-The names in `__all__` are the public interface; every other module may change from one version to the next.
+The names in `__all__` are the public interface. What a sub-package lists in its own `__all__` is for packages that
+build on this one, as the exporter and the trainer do, and may change from one version to the next.
 """
 
 from __future__ import annotations
 
-from avatar_runtime.avatar import Avatar, Clip
+from avatar_runtime import rotation, rules, topology
+from avatar_runtime.avatar import (
+    F32,
+    F64,
+    I32,
+    I64,
+    U32,
+    Avatar,
+    Blendshapes,
+    Clip,
+    Enhancer,
+    Expression,
+    Gaussians,
+    Group,
+    RasterSettings,
+    Rig,
+    Rules,
+    SparseRows,
+)
 from avatar_runtime.backends import BACKENDS, default_backend
 from avatar_runtime.bundle import load
 from avatar_runtime.camera import Camera
@@ -16,15 +35,18 @@ from avatar_runtime.driving.frame import DrivingFrame
 from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_pose, target_names
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Frame, Player
-from avatar_runtime.pose import Pose, joint_rotation
+from avatar_runtime.pose import Pose, PoseArrays, joint_rotation, resolve
+from avatar_runtime.posed import Poser, posed_mesh
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import Image
 from avatar_runtime.version import __version__
 
 # fmt: off
 __all__ = [
-    "BACKENDS", "Avatar", "AvatarError", "Camera", "Clip", "Driver", "DrivingFrame", "EnginePose", "Frame", "Image",
-    "Player", "Pose", "Splats", "__version__", "check_avatar", "clip_pose", "default_backend", "engine_clip",
-    "engine_pose", "joint_rotation", "load", "target_names",
+    "BACKENDS", "F32", "F64", "I32", "I64", "U32", "Avatar", "AvatarError", "Blendshapes", "Camera", "Clip", "Driver",
+    "DrivingFrame", "EnginePose", "Enhancer", "Expression", "Frame", "Gaussians", "Group", "Image", "Player", "Pose",
+    "PoseArrays", "Poser", "RasterSettings", "Rig", "Rules", "SparseRows", "Splats", "__version__", "check_avatar",
+    "clip_pose", "default_backend", "engine_clip", "engine_pose", "joint_rotation", "load", "posed_mesh", "resolve",
+    "rotation", "rules", "target_names", "topology",
 ]
 # fmt: on

@@ -8,4 +8,15 @@ from __future__ import annotations
 from avatar_schema.documents import LATEST, constants, schema
 from avatar_schema.rule_table import Family, Rule, Value, families, rules
 
-__all__ = ["LATEST", "Family", "Rule", "Value", "constants", "families", "rules", "schema"]
+__all__ = [
+    "LATEST",
+    "Family",
+    "Rule",
+    "Value",
+    "constants",
+    "extras",
+    "families",
+    "rules",
+    "schema",
+    "validate",
+]

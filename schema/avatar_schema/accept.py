@@ -37,7 +37,7 @@ class Acceptors:
         self._root, self._made = root, dict[int, Accept]()
 
     def of(self, part: Schema) -> Accept:
-        """What tells whether a value meets `part`, an object inside the schema. It is made once."""
+        """What decides whether a value meets `part`, an object inside the schema. It is made once."""
         if isinstance(part, bool):
             return lambda _: bool(part)
         found = self._made.get(id(part))

@@ -81,3 +81,14 @@ def relative(value: Tensor, expected: Tensor) -> float:
 def largest(value: Tensor, expected: npt.NDArray[Any]) -> float:
     """The largest absolute difference."""
     return float(np.abs(value.detach().numpy() - expected).max(initial=0))
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two states are the same: types, keys in their order, and every bit of tensors."""
+    if isinstance(a, Tensor):
+        return isinstance(b, Tensor) and a.dtype == b.dtype and torch.equal(a, b)
+    if isinstance(a, dict):
+        return type(b) is type(a) and list(a) == list(b) and all(same(a[k], b[k]) for k in a)
+    if isinstance(a, list):
+        return isinstance(b, list) and len(a) == len(b) and all(map(same, a, b))
+    return type(a) is type(b) and a == b

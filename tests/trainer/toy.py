@@ -42,7 +42,6 @@ class Settings:
     gaussians: int = 40
     sh_degree: int = 0
     learning_rate: float = 0.02
-    ballast: int = 0  # additional bytes in a checkpoint
     poison: int = 0  # the iteration whose loss is NaN
     rules: Mapping[str, str] = field(default_factory=lambda: rule_defaults(RULES))
     density: DensitySettings = field(
@@ -72,7 +71,6 @@ class Toy:
         for name, values in cloud(settings.gaussians, seed).items():
             self.table.add(name, values, settings.learning_rate, "cloud")
         self.density = Density(settings.gaussians)
-        self.ballast = torch.full((settings.ballast,), 7, dtype=torch.uint8)
 
     def splats(self, pose: PoseArrays) -> Splats:
         t = self.table
@@ -108,7 +106,7 @@ class Toy:
         self.density.reset(t.count("cloud"))
 
     def state(self) -> dict[str, Any]:
-        return {"table": self.table.state(), "density": self.density.state(), "ballast": self.ballast}
+        return {"table": self.table.state(), "density": self.density.state()}
 
     def load_state(self, state: dict[str, Any]) -> None:
         self.table.load_state(state["table"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from avatar_export.cli import app as exporter
+from avatar_export import cli
 from avatar_export.commands import program
 from avatar_trainer.commands.asm import app as asm
 from avatar_trainer.commands.batch import batch
@@ -35,4 +35,4 @@ app.callback(help=app.info.help)(program.root)
 
 def main() -> None:
     """Entry point."""
-    program.run(app, "avatar-train", avatar_export=exporter)
+    program.run(app, "avatar-train", avatar_export=cli.app)

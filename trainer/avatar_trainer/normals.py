@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F64
+from avatar_runtime import F64
 
 
 def vertex_normals(vertices: F64, triangles: npt.NDArray[np.integer]) -> F64:

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from avatar_runtime.io.errors import AvatarError, no_such
+from avatar_runtime import AvatarError
+from avatar_runtime.io import no_such
 
 T = TypeVar("T")
 MOST = (1 << 31) - 1  # of a whole number without another bound

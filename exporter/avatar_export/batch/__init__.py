@@ -1,6 +1,7 @@
 """Many avatars in one go, on this machine or on a Dask cluster. Needs the extra [batch].
 
-The public face: `run`, `read_list`, `Job`, `Result`. Nothing heavy is loaded before one of these names is used.
+For users: `run`, `read_list`, `Job`, `Result`. The modules are for other kinds of batch. Nothing heavy is loaded before
+one of these names is used.
 """
 
 from __future__ import annotations
@@ -18,7 +19,12 @@ if TYPE_CHECKING:
     from avatar_export.batch.result import Result
     from avatar_export.batch.running import run
 
-__all__ = ["Job", "Result", "expect_extra", "read_list", "run"]
+# fmt: off
+__all__ = [
+    "Job", "Result", "engine", "expect_extra", "failures", "jobs", "locations", "meter", "read_list", "report",
+    "result", "run", "running",
+]
+# fmt: on
 _HOMES = {"Job": "job", "Result": "result", "read_list": "jobs", "run": "running"}
 _LIBRARIES = ("dask", "distributed", "fsspec")
 

@@ -230,8 +230,10 @@ def unscaled(rule: str, turned: Turned, log_scale: F32, training_per_bundle: flo
         result = (log_scale + np.log(u)) / ratio[..., None] - np.log(u)
     elif rule == "linear_area":
         result = log_scale - np.log(np.maximum(turned.size, 1e-30) / turned.canonical_size)[..., None]
-    else:
+    elif rule == "none":
         result = log_scale
+    else:
+        raise KeyError(f"scale rule {rule} has no inverse here")
     return np.asarray(result, np.float32)
 
 

@@ -58,4 +58,3 @@ WEIGHTS = ("skin.weight", "rig.skin.weight")
 # Never coarser than by default: users turn joints farther than a measured pose does, and small triangles of a mesh
 # would have no area.
 KEPT_FINE = (*WEIGHTS, "rig.vertices", "embedding.canonical_vertices")
-FINEST_WEIGHT = 1 / 65535

@@ -20,6 +20,11 @@ from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import Image
 from avatar_schema.extras import how_to_install
 
+# fmt: off
+__all__ = [
+    "BACKENDS", "Arrays", "Backend", "Row", "SplatBackend", "Stages", "default_backend", "make_backend",
+]
+# fmt: on
 Arrays = Mapping[str, npt.NDArray[Any]]
 
 

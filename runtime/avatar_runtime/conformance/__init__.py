@@ -43,5 +43,6 @@ __all__ = [
     "driving_cases",
     "encode",
     "encode_driving",
+    "images",
     "make_reference",
 ]

@@ -24,7 +24,7 @@ class TriangleShape:
     """Frames and sizes of a mesh's triangles, as the rules read them."""
 
     frame: F64  # [F, 3, 3] columns; world from triangle
-    size: F64  # [F] edge length for GaussianAvatars' rules, else area
+    size: F64  # [F] GaussianAvatars' rules: mean of an edge and its height; else area
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from samples.capture.shots import Noise
 
 from avatar_export.checks.bundle import validate
 from avatar_export.checks.reference import read_reference
-from avatar_export.cli import main as export_main
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load, opener, read_manifest
 from avatar_runtime.conformance import conform, images
@@ -36,19 +35,16 @@ from avatar_trainer.systems.table import system_module
 Measured = Callable[[str, float], None]
 PAPER = {"scale": "linear_area", "position": "interpolated_normal", "rotation": "vertex_quaternion_mean"}
 PAPER_BLENDSHAPES = {"mask": "per_blendshape", "init_position": "rotation", "init_sh": "rotated"}
+PAPER_BLENDSHAPES |= {"anchor": "unique", "lower_teeth": "jaw"}
 CASES = {
     "blendshapes": ("head", "gaussian_blendshapes", {}, 1),
-    "blendshapes by paper and unique anchors": (
-        "head",
-        "gaussian_blendshapes",
-        {**PAPER_BLENDSHAPES, "anchor": "unique", "lower_teeth": "jaw"},
-        1,
-    ),
+    "blendshapes by paper and unique anchors": ("head", "gaussian_blendshapes", PAPER_BLENDSHAPES, 1),
     "splatting": ("head", "splatting_avatar", {}, 1),
     "splatting by paper": ("head", "splatting_avatar", PAPER, 0),
     "body": ("body", "splatting_avatar", {}, 0),
     "points on and off the mesh": ("head", "psavatar", {}, 1),
 }
+SIZE = 48  # pixels a side
 # One of each system: rules and captures change what is drawn, which `compare` sees; not how it is drawn.
 DRAWN_BY_DEFINITION = ("blendshapes", "splatting", "points on and off the mesh")
 
@@ -56,8 +52,8 @@ DRAWN_BY_DEFINITION = ("blendshapes", "splatting", "points on and off the mesh")
 @pytest.fixture(scope="module")
 def captures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Capture]:
     folder = tmp_path_factory.mktemp("captures")
-    write_head(folder / "head", 64, 20, Noise(0.0, 0.0, 0), (), np.radians(40.0))
-    write_body(folder / "body", 64, 20, Noise(0.0, 0.0, 0))
+    write_head(folder / "head", SIZE, 10, Noise(0.0, 0.0, 0), (), np.radians(40.0))
+    write_body(folder / "body", SIZE, 10, Noise(0.0, 0.0, 0))
     return {name: load_capture(folder / name) for name in ("head", "body")}
 
 
@@ -66,10 +62,10 @@ def trained(capture: Capture, name: str, rules: dict[str, str], sh_degree: int, 
     module = system_module(name)
     plain = module.Settings()
     settings = replace(
-        plain, iterations=25, gaussians=900, sh_degree=sh_degree, rules={**plain.rules, **rules}
+        plain, iterations=12, gaussians=300, sh_degree=sh_degree, rules={**plain.rules, **rules}
     )
     system = module.create(capture, settings, 1)
-    run = TrainSettings(iterations=25, seed=1, evaluate_every=0, checkpoint_every=25)
+    run = TrainSettings(iterations=12, seed=1, evaluate_every=0, checkpoint_every=12)
     train(system, capture, run, out, system_settings=settings)
     return system
 
@@ -107,11 +103,11 @@ def test_the_bundle_gives_the_trainers_image(case: str, exported: Exported, meas
             assert getattr(avatar.rules, key) == rules[key]
     exact, fast, engine, live = compare(system, avatar)
     for row in (exact, fast, live):
-        assert (row.frames, row.pixels) == (4, 4 * 64 * 64)
+        assert (row.frames, row.pixels) == (2, 2 * SIZE * SIZE)
         assert row.holds, row.backend
     assert engine.psnr_db >= 65
     measured("trained avatar, runtime against trainer, except for flips", max(exact.largest, fast.largest))
-    measured("trained avatar, flipped pixels of 16384", max(exact.flipped, fast.flipped))
+    measured("trained avatar, flipped pixels of 4608", max(exact.flipped, fast.flipped))
     measured("live model, rasteriser cpu against torch, except for flips", live.largest)
     _meets_its_reference(bundle, avatar)
     if case in DRAWN_BY_DEFINITION:
@@ -139,7 +135,6 @@ def _is_drawn_as_defined(bundle: Path, avatar: Avatar, system: System) -> None:
 
 
 def test_an_avatar_that_was_changed_on_its_way_is_noticed(exported: Exported) -> None:
-    """The comparison fails for another rule, for one Gaussian of another colour, and for NaN."""
     system, bundle = exported("splatting")
     avatar = load(bundle)
     tint, nothing = avatar.gaussians.sh.copy(), avatar.gaussians.sh.copy()
@@ -159,7 +154,6 @@ def test_an_avatar_that_was_changed_on_its_way_is_noticed(exported: Exported) ->
 def test_backends_that_training_does_not_need_may_be_missing(
     exported: Exported, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The extra [train] brings no moderngl: the others are compared, and a line says so."""
     _, bundle = exported("splatting")
     avatar, found = load(bundle), importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "moderngl" else found(name))
@@ -175,18 +169,5 @@ def test_nothing_held_out_is_nothing_to_compare(exported: Exported) -> None:
     system, bundle = exported("splatting")
     other = copy(system)
     other.capture = replace(system.capture, frames=system.capture.train)
-    with pytest.raises(AvatarError, match="holds no frame out"):
+    with pytest.raises(AvatarError, match="has no held-out frames"):
         compare(other, load(bundle))
-
-
-def test_conform_says_who_made_the_reference(
-    exported: Exported,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    _, bundle = exported("body")
-    monkeypatch.setattr("sys.argv", ["avatar-export", "conform", str(bundle)])
-    with pytest.raises(SystemExit) as code:
-        export_main()
-    assert not code.value.code
-    assert "made by trainer" in capsys.readouterr().out

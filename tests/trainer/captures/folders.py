@@ -25,7 +25,6 @@ FRAMES = 6
 K = np.array([[40.0, 0.0, 6.5], [0.0, 41.0, 4.5], [0.0, 0.0, 1.0]])
 AHEAD = np.array([0.0, 0.0, 1.0])
 RIGHTS = {"source": "synthetic", "licence": "CC0", "author": "nobody", "consent": "none is needed"}
-JOINTS = ("root", "neck", "jaw", "leftEye", "rightEye")
 
 
 def body_folder(folder: Path) -> dict[str, Array]:

@@ -1,20 +1,14 @@
 """Captures with a mistake, and what `check` says.
 
-`python -m tests.trainer.captures.table OUT [--before CHECKOUT]` writes
-results/wrong_captures.csv.
-
-OUT is filled with synthetic captures, or holds those of an earlier run. The last rows are right captures, in which
-nothing may be found. With --before the captures of the first subject are also given to another checkout's `check`.
+`python -m tests.trainer.captures.table OUT` writes results/wrong_captures.csv. OUT is filled with synthetic captures,
+or holds those of an earlier run. The last rows are right captures, in which nothing may be found.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
-import os
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -30,8 +24,7 @@ from tests.trainer.captures.wrong import MISTAKES, Mistake, invert_masks, made
 
 ROOT = Path(__file__).parents[3]
 RESULTS = ROOT / "tests" / "results" / "wrong_captures.csv"
-SOURCES = ("schema", "engine_shaders", "runtime", "exporter", "trainer")
-COLUMNS = ("capture", "wrong", "found", "subjects", "before", "now")
+COLUMNS = ("capture", "wrong", "found", "subjects", "now")
 SIZE, FRAMES = 64, 6
 INVERTED = Mistake("masks inverted", lambda _: None, "", False)
 
@@ -40,74 +33,32 @@ def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(prog="python -m tests.trainer.captures.table", description=__doc__)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--before", type=Path, help="checkout of the version to compare with")
-    arguments = parser.parse_args()
-    right = dict(captures(arguments.out))
+    out = parser.parse_args().out
+    right = dict(captures(out))
     takes = [right["head"], right["head with hair and glasses"], right["body"]]
-    old = {row["capture"]: row["before"] for row in stored()}
-    rows = [_wrong(mistake, takes, arguments.out, arguments.before, old) for mistake in (*MISTAKES, INVERTED)]
-    rows += [_right(name, take) for name, take in right.items()]
+    rows = [_wrong(mistake, takes, out) for mistake in (*MISTAKES, INVERTED)]
+    for name, take in right.items():
+        now = _plain(said(take), take)
+        rows.append((name, "no", int(now != ""), 1, now))
     with RESULTS.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-    alarms = sum(row["wrong"] == "no" and row["now"] != "" for row in rows)
-    named = sum(row["wrong"] == "yes" and row["found"] == row["subjects"] for row in rows)
-    print(f"{named} of {len(MISTAKES) + 1} wrong captures named on every subject")
-    print(f"{alarms} alarms in {len(right)} right captures")
+        csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows])
 
 
-def stored() -> list[dict[str, str]]:
-    """The rows of the results."""
-    if not RESULTS.exists():
-        return []
-    with RESULTS.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
-def _wrong(
-    mistake: Mistake, takes: list[Path], out: Path, checkout: Path | None, old: dict[str, str]
-) -> dict[str, str]:
+def _wrong(mistake: Mistake, takes: list[Path], out: Path) -> tuple[str | int, ...]:
     """The mistake on each subject; the sentences are those of the first."""
-    texts, before = [], old.get(mistake.what, "")
-    subjects = takes[: 2 if mistake.faces_only else 3]
-    for take in subjects:
-        folder = out / "wrong"
+    texts, folder = [], out / "wrong"
+    for take in takes[: 2 if mistake.faces_only else 3]:
         shutil.rmtree(folder, ignore_errors=True)
         made(take, mistake, folder)
         if mistake is INVERTED:
             invert_masks(folder)
         texts.append(_plain(said(folder), folder))
-        if checkout is not None and take == takes[0]:
-            before = _elsewhere(folder, checkout)
     found = sum(bool(text) and mistake.says in text for text in texts)
-    print(f"{mistake.what}: {found} of {len(texts)}", flush=True)
-    return _row(mistake.what, "yes", found, len(texts), before, texts[0])
-
-
-def _right(name: str, take: Path) -> dict[str, str]:
-    now = _plain(said(take), take)
-    print(f"{name}: {now or 'nothing'}", flush=True)
-    return _row(name, "no", int(now != ""), 1, "", now)
-
-
-def _row(*values: str | int) -> dict[str, str]:
-    return dict(zip(COLUMNS, map(str, values), strict=True))
+    return mistake.what, "yes", found, len(texts), texts[0]
 
 
 def _plain(text: str, folder: Path) -> str:
     return text.replace(f"{folder}/", "").replace(f"{folder}: ", "").partition(" If they are right")[0]
-
-
-def _elsewhere(folder: Path, checkout: Path) -> str:
-    """What another checkout's `check` ends with; "" if it accepts the capture."""
-    paths = os.pathsep.join(str(checkout / source) for source in SOURCES)
-    done = subprocess.run(
-        [sys.executable, "-m", "avatar_trainer", "check", str(folder)],
-        env={**os.environ, "PYTHONPATH": paths}, cwd=folder.parent, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    text = done.stderr.strip().splitlines()[-1].partition(": ")[2] if done.returncode else ""
-    return _plain(text, folder)
 
 
 def said(folder: Path) -> str:

@@ -10,8 +10,6 @@ from PIL import Image
 
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures.checks import overlays
-from avatar_trainer.captures.checks.colours import sample
-from avatar_trainer.captures.checks.silhouette import Overlap, cells_of, grid
 from avatar_trainer.captures.checks.verdict import judge
 from avatar_trainer.captures.load import load
 from tests.trainer.captures.folders import changed
@@ -52,14 +50,6 @@ def test_a_body_in_millimetres_is_told_by_its_size(head_take: Path) -> None:
     assert "millimetres" in " ".join(judge(replace(capture, rig=rig)).odd)
 
 
-def test_keys_that_are_unknown_but_like_none_are_told(head_take: Path, tmp_path: Path) -> None:
-    take = made(head_take, Mistake("", lambda d: d.update(camera_model="pinhole"), ""), tmp_path / "take")
-    assert "not read: camera_model" in load(take).notes[0]
-    assert said(changed(take, lambda d: d["body"].update(eyelid=d["body"].pop("eyelids")))).endswith(
-        "body: 'eyelid' is not a key here; did you mean eyelids?"
-    )
-
-
 def test_overlays_show_mesh_and_mask(head_take: Path, tmp_path: Path) -> None:
     capture = load(head_take)
     assert overlays.write(capture, tmp_path / "out") == len(capture.frames)
@@ -74,13 +64,9 @@ def test_overlays_show_mesh_and_mask(head_take: Path, tmp_path: Path) -> None:
         overlays.expect_place(tmp_path / "out")
 
 
-def test_cells_and_samples_by_hand() -> None:
-    mask = np.zeros((120, 80), np.float32)
-    mask[0, 79] = mask[119, 0] = 1
-    cells = cells_of(mask)
-    assert grid(80, 120) == cells.shape == (40, 27)
-    assert np.argwhere(cells).tolist() == [[0, 26], [39, 0]]
-    image = np.arange(12, dtype=np.float32).reshape(3, 4, 1)
-    places = np.array([[0.5, 0.5], [3.5, 2.5], [1.0, 0.5], [2.5, 1.25], [-9, 99]])
-    assert sample(image, places)[:, 0].tolist() == [0, 11, 0.5, 5.0, 8]
-    assert (Overlap(8, 10, 6).inside, Overlap(8, 10, 6).union) == (0.75, 0.5)
+def test_keys_that_are_unknown_but_like_none_are_told(head_take: Path, tmp_path: Path) -> None:
+    take = made(head_take, Mistake("", lambda d: d.update(camera_model="pinhole"), ""), tmp_path / "take")
+    assert "not read: camera_model" in load(take).notes[0]
+    assert said(changed(take, lambda d: d["body"].update(eyelid=d["body"].pop("eyelids")))).endswith(
+        "body: 'eyelid' is not a key here; did you mean eyelids?"
+    )

@@ -35,7 +35,6 @@ def test_posed_mesh_is_flames(tmp_path: Path, measured: Measure) -> None:
 
 
 def test_points_fall_where_the_files_own_camera_puts_them(tmp_path: Path) -> None:
-    """In its own terms: lengths times 4, y up, z backwards, an image of sides 1 whose y runs down."""
     folder, _, p = folders.imavatar(tmp_path / "take")
     point = np.array([0.05, -0.07, 0.1])
     for t, frame in enumerate(load(folder).frames):
@@ -48,23 +47,7 @@ def test_points_fall_where_the_files_own_camera_puts_them(tmp_path: Path) -> Non
         assert frame.camera.camera_from_world[2, 3] == pytest.approx(1.0), "metres"
 
 
-def test_images_and_masks(tmp_path: Path) -> None:
-    folder, _, _ = folders.imavatar(tmp_path / "take")
-    capture = load(folder)
-    assert capture.layout == "IMavatar flame_params.json, images in image/, mattes in mask/"
-    image, mask = pixels(capture.frames[3])
-    assert np.array_equal(np.rint(image * 255), folders.image(3))
-    assert np.array_equal(np.rint(mask * 255), folders.mask(3))
-    assert capture.export_inputs == {
-        "body_model": folder / "body" / "body_model.npz",
-        "shape": folder / "flame_params.json",
-        "poses": folder / "flame_params.json",
-        "anchor_faces": folder / "body" / "back_of_head.txt",
-    }
-
-
 def test_splatting_avatars_own_packing(tmp_path: Path) -> None:
-    """`images` where the file says `image`, with the matte as alpha."""
     folder, _, _ = folders.imavatar(tmp_path / "take")
     (folder / "image").rename(folder / "images")
     (folder / "mask").rename(folder / "unused")
@@ -86,26 +69,14 @@ def entry(t: int, key: str, value: Any) -> Callable[[dict[str, Any]], object]:
 BAD = [
     (lambda d: d.pop("intrinsics"), r"flame_params\.json: intrinsics: does not hold usable numbers \[4\]"),
     (lambda d: d.update(intrinsics=[0, 1, 1, 1]), "camera.K: is singular or mirrored"),
-    (lambda d: d.update(intrinsics=[1, 1, 1]), "intrinsics"),
-    (
-        entry(2, "world_mat", None),
-        r"flame_params\.json: frames\[2\].world_mat: does not hold usable numbers \[3, 4\]",
-    ),
-    (entry(2, "world_mat", [[1, 2], [3]]), r"frames\[2\].world_mat"),
+    (entry(2, "world_mat", None), r"flame_params\.json: frames\[2\].world_mat: does not hold usable numbers \[3, 4\]"),
     (entry(2, "world_mat", np.ones((3, 4)).tolist()), r"frames\[2\].camera.R: is not a rotation"),
-    (entry(2, "world_mat", np.full((3, 4), np.nan).tolist()), r"frames\[2\].world_mat"),
     (entry(2, "pose", [0.0] * 14), r"frames\[2\].pose: is not a list of 15 numbers"),
     (entry(2, "expression", [0.0, float("nan"), 0.0]), r"frames\[2\].expression"),
     (lambda d: [f.update(expression=[1.0] * 7) for f in d["frames"]], "has 7 expressions, but the rig has 3"),
-    (
-        entry(2, "file_path", "../../secret"),
-        r"frames\[2\].file_path: '../../secret' leaves the capture's folder",
-    ),
-    (entry(2, "file_path", "/etc/passwd"), r"frames\[2\].file_path: .* leaves"),
-    (entry(2, "file_path", 7), r"frames\[2\].file_path: is not a path"),
+    (entry(2, "file_path", "../../secret"), r"frames\[2\].file_path: '../../secret' leaves the capture's folder"),
     (entry(2, "file_path", "./image/1"), r"frames\[2\].image: is called '1' as frames\[1\] is"),
-    (entry(2, "file_path", "./image/77"), r"77\.png: frames\[2\].file_path: no such image"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("change", "message"), BAD)
@@ -128,11 +99,3 @@ def test_a_mask_that_is_missing_or_of_another_size(tmp_path: Path) -> None:
     mask.unlink()
     with pytest.raises(AvatarError, match=r"mask/3\.png: no such image"):
         load(folder)
-
-
-def test_eyelids_go_with_no_imavatar_capture(tmp_path: Path) -> None:
-    folder, _, _ = folders.imavatar(tmp_path / "take")
-    with pytest.raises(
-        AvatarError, match=r"--eyelids cannot be used here: flame_params\.json has no eyelids"
-    ):
-        load(folder, eyelids=folder / "body")

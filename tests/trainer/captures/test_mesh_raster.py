@@ -11,10 +11,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from avatar_runtime.backends.cpu.threads import using
 from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import matrix_from_rotvec
-from avatar_trainer.captures.mesh_raster import LAYERS, Surface, draw, intrinsics
+from avatar_trainer.captures.mesh_raster import Surface, draw
 from tests.measured import Measure
 
 Array = npt.NDArray[Any]
@@ -45,17 +44,6 @@ def surface(vertices: Array, triangles: Array, uv: Array | None = None, opacity:
     if uv is None:
         uv = np.full((len(triangles), 3, 2), 0.5)
     return Surface(vertices, triangles, uv.astype(np.float32), ramp(), ones, 0 * ones, opacity * ones)
-
-
-def joined(*parts: Surface) -> Surface:
-    """The parts as one mesh."""
-    first = np.cumsum([0, *(len(p.vertices) for p in parts[:-1])])
-    triangles = np.concatenate([p.triangles + n for p, n in zip(parts, first, strict=True)])
-    rest = {
-        name: np.concatenate([getattr(p, name) for p in parts])
-        for name in ("vertices", "uv", "gain", "gloss", "opacity")
-    }
-    return Surface(triangles=triangles, texture=parts[0].texture, **rest)
 
 
 def square(x0: float, x1: float, y0: float, y1: float, depth: float, opacity: float = 1.0) -> Surface:
@@ -126,42 +114,8 @@ def test_agrees_with_rays_in_world_space(seed: int, measured: Measure) -> None:
     assert worst < 2e-5
 
 
-def test_intrinsics_come_back() -> None:
-    k = np.array([[310.5, 0, 120.25], [0, 295.0, 133.5], [0, 0, 1]])
-    view = matrix_from_rotvec(np.array([0.2, -0.4, 0.1])) @ FRONT
-    assert (
-        np.abs(intrinsics(Camera.from_opencv(view, np.array([0.1, 0.2, 0.9]), k, 256, 240)) - k).max() < 2e-4
-    )
-
-
-def test_pixels_begin_at_integers_of_k() -> None:
-    image = draw(square(7, 9, 3, 4, 2.0), plain_camera(), 3)
-    covered = np.zeros((SIZE, SIZE))
-    covered[3, 7:9] = 1
-    assert np.array_equal(image.alpha, covered)
-
-
-def test_alpha_is_the_share_of_rays() -> None:
-    image = draw(square(7.5, 9.25, 3, 4.5, 2.0), plain_camera(), 4)
-    assert image.alpha[3:5, 7:10] == pytest.approx(np.outer([1, 0.5], [0.5, 1, 0.25]), abs=1e-6)
-    assert image.alpha.sum() == pytest.approx(1.75 * 1.5, abs=1e-5)
-
-
-def test_area_of_a_disc(measured: Measure) -> None:
-    angle = np.linspace(0, 2 * np.pi, 200, endpoint=False)
-    rim = np.stack([0.7 * np.cos(angle), 0.7 * np.sin(angle), np.full(200, -1.5)], axis=1)
-    ring = np.arange(200)
-    fan = np.stack([np.full(200, 200), ring, (ring + 1) % 200], axis=1)
-    image = draw(surface(np.vstack([rim, (0, 0, -1.5)]), fan), plain_camera(), 8)
-    area = 100 * np.sin(2 * np.pi / 200) * (0.7 * 20 / 1.5) ** 2
-    off = abs(image.alpha.sum(dtype=np.float64) / area - 1)
-    measured("area of a disc, share", off, 2e-3)
-    assert off < 2e-3
-
-
 @pytest.mark.parametrize(("bump", "samples"), [(0.0, 1), (0.0, 2), (0.0, 5), (0.05, 2), (0.05, 4)])
 def test_no_cracks_between_triangles(bump: float, samples: int) -> None:
-    """From both sides of a wall whose edges lie on rays; where it is flat its corners do, too."""
     k = np.array([[16.0, 0, 16], [0, 16.0, 16], [0, 0, 1]])
     camera = Camera.from_opencv(FRONT, np.zeros(3), k, 32, 32)
     place = (np.arange(34) - 0.5 - 16) / 16
@@ -182,52 +136,6 @@ def test_nothing_nearer_than_near_and_a_floor_reaches_behind_the_camera() -> Non
     # Row y sees the floor at depth 20 / (y + 0.5 - 12): the last one nearer than 2 metres.
     cut = draw(floor, plain_camera(), 1, near=2.0).alpha.sum(axis=1)
     assert cut[21] == SIZE and cut[22] == 0
-
-
-def test_colour_is_straight() -> None:
-    """Where a pixel is covered in part its colour is that of the surface, not mixed with what is behind."""
-    image = draw(square(7.3, 9.7, 3.2, 6.6, 2.0), plain_camera(), 5)
-    seen = image.alpha > 0
-    assert 0 < image.alpha[seen].min() < 1
-    assert image.colour[seen] == pytest.approx(
-        np.tile(0.5 + SLOPE.sum(axis=1) / 2, (seen.sum(), 1)), abs=1e-5
-    )
-    assert (image.colour[~seen] == 0).all()
-
-
-def test_translucent_surfaces_are_blended_front_to_back() -> None:
-    """In whatever order they are listed; what lies behind the opaque one is not seen."""
-    layers = {1.0: 0.25, 1.5: 0.5, 2.0: 1.0, 2.5: 0.5}
-    light = {1.0: 0.2, 1.5: 0.6, 2.0: 1.0, 2.5: 9.0}
-    parts = [
-        replace(square(4, 20, 4, 20, z, opacity), gain=np.full(4, light[z], np.float32))
-        for z, opacity in layers.items()
-    ]
-    base = 0.5 + SLOPE.sum(axis=1) / 2
-    expected = base * (0.25 * 0.2 + 0.75 * (0.5 * 0.6 + 0.5 * 1.0))
-    for order in ((0, 1, 2, 3), (3, 1, 2, 0)):
-        image = draw(joined(*(parts[i] for i in order)), plain_camera(), 2)
-        assert image.alpha[8, 9] == pytest.approx(1, abs=1e-6)
-        assert image.colour[8, 9] == pytest.approx(expected, abs=1e-6)
-    glass = draw(joined(parts[1], parts[0]), plain_camera(), 1)
-    assert glass.alpha[8, 9] == pytest.approx(1 - 0.75 * 0.5, abs=1e-6)
-
-
-def test_deeper_layers_than_the_limit_are_left_out() -> None:
-    parts = [square(4, 20, 4, 20, 1.0 + 0.1 * i, 0.5) for i in range(LAYERS + 2)]
-    assert draw(joined(*parts), plain_camera(), 1).alpha[8, 9] == pytest.approx(1 - 0.5**LAYERS, abs=1e-6)
-
-
-def test_any_number_of_threads_gives_the_same_bits() -> None:
-    mesh = replace(
-        soup(np.random.default_rng(5), 60), opacity=np.linspace(0.2, 1.5, 180).clip(0, 1).astype(np.float32)
-    )
-    images = []
-    for threads in (1, numba.config.NUMBA_NUM_THREADS):
-        with using(threads):
-            images.append(draw(mesh, plain_camera(), 3))
-    assert np.array_equal(images[0].colour, images[1].colour)
-    assert np.array_equal(images[0].alpha, images[1].alpha)
 
 
 def test_wrong_arguments_are_named() -> None:

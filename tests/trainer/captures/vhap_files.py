@@ -17,11 +17,11 @@ Array = npt.NDArray[Any]
 TEETH = 120  # vertices that VHAP appends
 
 
-def write(take: Path, folder: Path, offset: Array | None = None, combined: bool = False) -> Path:
+def write(take: Path, folder: Path, offset: Array | None = None) -> Path:
     """The capture `take`, with root and neck at rest and the body at take/body, as a VHAP export in `folder`.
 
     Each head is turned about the root joint and moved, and its camera with it. `offset` [V, 3] becomes the static
-    offset. `combined`: as two sequences beside a folder whose files name them, one of them held out.
+    offset.
     """
     document = json.loads((take / "capture.json").read_text())
     model = np.load(take / "body" / "body_model.npz")
@@ -32,7 +32,6 @@ def write(take: Path, folder: Path, offset: Array | None = None, combined: bool 
     rng = np.random.default_rng(4)
     entries = []
     for t, frame in enumerate(document["frames"]):
-        home = folder.parent / f"seq{t % 2}" if combined else folder
         turn, move = rng.normal(0, 0.4, 3), rng.normal(0, 0.1, 3)
         expression = np.zeros(len(names))
         expression[columns] = frame["expression"]
@@ -44,19 +43,18 @@ def write(take: Path, folder: Path, offset: Array | None = None, combined: bool 
             "eyes_pose": [*frame["joints"]["leftEye"], *frame["joints"]["rightEye"]],
             "expr": expression,
         }
-        number = f"{t // 2 if combined else t:05d}"
-        _parameters(home / "flame_param" / f"{number}.npz", values, offset)
-        _pictures(take, frame, home, f"{number}_00.png")
-        above = f"../{home.name}/" if combined else ""
+        number = f"{t:05d}"
+        _parameters(folder / "flame_param" / f"{number}.npz", values, offset)
+        _pictures(take, frame, folder, f"{number}_00.png")
         entries.append(
             {
                 "timestep_index": t,
                 "camera_index": 0,
                 "camera_id": "0",
                 "transform_matrix": _transform(frame["camera"], turn, move, root).tolist(),
-                "file_path": f"{above}images/{number}_00.png",
-                "fg_mask_path": f"{above}fg_masks/{number}_00.png",
-                "flame_param_path": f"{above}flame_param/{number}.npz",
+                "file_path": f"images/{number}_00.png",
+                "fg_mask_path": f"fg_masks/{number}_00.png",
+                "flame_param_path": f"flame_param/{number}.npz",
                 **_intrinsics(document, frame["camera"]),
             }
         )
@@ -65,11 +63,8 @@ def write(take: Path, folder: Path, offset: Array | None = None, combined: bool 
     _parameters(folder / "canonical_flame_param.npz", {**still, **canonical}, offset)
     shutil.copytree(take / "body", folder / "body")
     test = [t for t, frame in enumerate(document["frames"]) if frame["split"] == "test"]
-    parts = {
-        "train": [e for t, e in enumerate(entries) if t not in test],
-        "test": [entries[t] for t in test],
-        "val": [],
-    }
+    train = [e for t, e in enumerate(entries) if t not in test]
+    parts = {"train": train, "test": [entries[t] for t in test], "val": []}
     for part, listed in parts.items():
         (folder / f"transforms_{part}.json").write_text(json.dumps({"frames": listed}))
     (folder / "transforms.json").write_text(json.dumps({"frames": entries}))

@@ -9,36 +9,25 @@ from pathlib import Path
 
 import pytest
 
-from avatar_trainer.settings import chosen_rules, settable, with_values
-from avatar_trainer.systems.table import SYSTEMS, system_module
+from avatar_trainer.systems.table import SYSTEMS
 
 Train = Callable[..., tuple[int, str, str]]
-
-
-SHORT = ("--iterations", 6, "--threads", 1)
 
 
 def test_what_is_missing_is_told_before_preparing(
     folder: Path, tmp_path: Path, avatar_train: Train, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    find = importlib.util.find_spec
+    find, export = importlib.util.find_spec, ("--export", tmp_path / "bundle")
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda name, *rest: None if name in ("gsplat", "lpips") else find(name)
     )
-    for arguments, said in [
+    for (system, *options), said in [
         (("toy", "--rasteriser", "gsplat"), "rasteriser gsplat: needs gsplat"),
         (("splatting_avatar", "--set", "lpips=1"), "lpips: needs the package lpips"),
         (("gaussian_blendshapes", "--set", "weights.lpips=1"), "weights.lpips: needs the package lpips"),
-        (
-            ("splatting_avatar", "--rule", "embedding=fixed", "--export", tmp_path / "bundle"),
-            "embedding=fixed is for comparison",
-        ),
-        (
-            ("psavatar", "--rule", "order=as_printed", "--export", tmp_path / "bundle"),
-            "order=as_printed is for comparison",
-        ),
+        (("splatting_avatar", "--rule", "embedding=fixed", *export), "embedding=fixed is for comparison"),
+        (("psavatar", "--rule", "order=as_printed", *export), "order=as_printed is for comparison"),
     ]:
-        system, *options = arguments
         code, _, err = avatar_train(system, tmp_path / "no capture", "-o", tmp_path / "out", *options)
         assert code == 2 and said in err and err.count("\n") == 1, err
 
@@ -47,45 +36,29 @@ OUT_OF_RANGE = {
     "toy": (
         ("--seed", "4294967296", "seed is 4294967296; at least 0, at most 2147483647"),
         ("--size", "99999999999", "size is 99999999999"),
-        ("--threads", "99999999999", "threads is 99999999999"),
         ("--iterations", "99999999999", "iterations is 99999999999"),
         ("--set", "density.densify_every=0", "densify_every is 0; at least 1"),
-        ("--set", "density.opacity_reset_every=0", "opacity_reset_every is 0"),
         ("--set", "density.percent_dense=-1", "percent_dense is -1.0; at least 0"),
-        ("--set", "density.min_opacity=2", "min_opacity is 2.0; at least 0, at most 1"),
-        ("--set", "density.max_world_scale=0", "max_world_scale is 0.0"),
     ),
     "splatting_avatar": (
         ("--gaussians", "1000001", "gaussians is 1000001; at least 1, at most 1000000"),
-        ("--set", "sh_degree_every=0", "sh_degree_every is 0; at least 1"),
-        ("--set", "learning_rates.position=-1", "settings.learning_rates: position is -1.0"),
-        ("--set", "learning_rates.position=0", "position is 0.0"),
-        ("--set", "learning_rates.sh=-1", "sh is -1.0; at least 0"),
-        ("--set", "scaling=-1", "scaling is -1.0"),
-        ("--set", "thin_ratio=0", "thin_ratio is 0.0"),
+        ("--set", "learning_rates.position=0", "settings.learning_rates: position is 0.0"),
         ("--set", "walk_decay=2", "walk_decay is 2.0"),
     ),
     "psavatar": (
-        ("--gaussians", "1000001", "gaussians is 1000001; at least 1, at most 1000000"),
         ("--set", "off_mesh=1.1", "off_mesh is 1.1; at least 0, at most 1"),
-        ("--set", "r_max=-0.1", "r_max is -0.1"),
-        ("--set", "acquiring=1", "acquiring is 1.0; at least 0, at most 0.9"),
         ("--set", "region=nose", "region is 'nose'; one of all, head, face"),
         ("--set", "vgg=0.1", "vgg needs vgg_weights"),
-        ("--set", "learning_rates.falls_to=0", "falls_to is 0.0"),
+        ("--set", "scale=1e7", "scale is 1"),
     ),
     "gaussian_blendshapes": (
         ("--gaussians", "250001", "gaussians is 250001; at least 4, at most 250000"),
-        ("--set", "mouth_gaussians=250001", "mouth_gaussians is 250001"),
-        ("--set", "rates.mean=0", "mean is 0.0"),
-        ("--set", "rates.delta_sh=-1", "delta_sh is -1.0"),
-        ("--set", "weights.alpha=-1", "alpha is -1.0"),
         ("--set", "weights.dssim=2", "dssim is 2.0; at least 0, at most 1"),
         ("--set", "mouth_cylinder=0,0,0,1e-9,0", "mouth_cylinder has radius 1e-09"),
         ("--set", "mouth_cylinder=0,0,0,0.05,0", "half height 0.0; at least 0.001"),
-        ("--set", "extent=0", "extent is 0.0"),
-        ("--set", "least_mask=2", "least_mask is 2.0"),
-        ("--set", "expressions=10001", "expressions is 10001"),
+        ("--set", "delta_sh_degree=3", "delta_sh_degree"),
+        ("--set", "background=pink", "background"),
+        ("--set", "unseen=0", "unseen is 0.0; above 0, at most 1"),
     ),
 }
 
@@ -102,24 +75,17 @@ def test_numbers_out_of_range_are_one_line(
 
 
 WRONG = [
-    (["--set", "densityy=3"], "'densityy' is not a setting; did you mean"),
-    (["--set", "density=3"], "'density' is not a setting"),
     (["--set", "density.densify_ever=3"], "did you mean density.densify_every"),
     (["--set", "density.densify_every=few"], "expected a whole number"),
     (["--set", "learning_rate=nan"], "expected a finite number"),
     (["--set", "learning_rate=-1"], "learning_rate must be above 0"),
-    (["--set", "log_every=0"], "log_every is 0; at least 1"),
-    (["--set", "rules=3"], "'rules' is not a setting"),
     (["--set", "iterations=3"], "'iterations' is not a setting"),
     (["--set", "seed"], "avatar-train: --set: 'seed' is not NAME=VALUE"),
-    (["--rule", "=world"], "avatar-train: --rule: '=world' is not NAME=VALUE"),
     (["--set", "log_every=2", "--set", "log_every=3"], "log_every is given 2 times"),
     (["--rule", "sky=black", "--rule", "sky=black"], "sky is given 2 times"),
     (["--rule", "skye=black"], "did you mean sky?"),
-    (["--rule", "sky=blak"], "did you mean black?"),
     (["--rasteriser", "gpu"], "'gpu' is not one of cpu"),
     (["--sh-degree", "4"], "--sh-degree"),
-    (["--iterations", "0"], "--iterations"),
 ]
 
 
@@ -146,16 +112,3 @@ def test_rules_and_settings_are_listed(avatar_train: Train) -> None:
     assert code == 0 and json.loads(said)["density.max_gaussians"] == 80
     assert "density.max_gaussians" in avatar_train("settings", "toy")[1]
     assert avatar_train("settings", "toi")[0] == 2
-
-
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_every_system_has_what_the_command_line_asks_for(name: str) -> None:
-    module = system_module(name)
-    settings = module.Settings()
-    assert settings.iterations > 0 and settings.gaussians > 0 and 0 <= settings.sh_degree <= 3
-    assert settings.rules == chosen_rules(module.RULES, [])
-    for rule in module.RULES.values():
-        assert rule.default in rule.values and rule.about and "\n" not in rule.about
-    for key, value in settable(settings, ("rules",)).items():
-        text = ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
-        assert with_values(settings, [(key, text)]) == settings

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import json
 import os
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -69,57 +68,31 @@ def test_a_run_finds_its_capture_or_says_so(folder: Path, tmp_path: Path, avatar
     assert iteration == 6 and settings.iterations == 6 and system.table.count("cloud") == 40
 
 
-def test_export_and_compare_get_the_trained_model(
+def test_the_trained_model_is_exported_once(
     folder: Path, tmp_path: Path, avatar_train: Train, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    calls: list[tuple[str, tuple[object, ...], dict[str, object]]] = []
+    calls: list[tuple[Path, dict[str, bool]]] = []
 
-    def export(system: toy.Toy, *args: object, **options: object) -> None:
-        calls.append((system.name, args, options))
+    def export(system: toy.Toy, upstream: Path, bundle: Path, **options: bool) -> None:
+        calls.append((upstream, options))
+        plain = {"preview": False, "engine_files": False, "reference": False}
+        write_bundle(full_avatar(), bundle, **plain, force=options["force"])
 
-    saved, save = [], toy.Toy.save
-
-    def counted(system: toy.Toy, upstream: Path, iteration: int) -> None:
-        saved.append(iteration)
-        save(system, upstream, iteration)
-
-    monkeypatch.setattr(toy.Toy, "save", counted)
     monkeypatch.setattr("avatar_trainer.bundles.export.export", export)
     out, bundle = tmp_path / "out", tmp_path / "bundle"
-    code, said, err = avatar_train("toy", folder, "-o", out, *SHORT, "--export", bundle)
-    assert code == 0 and str(bundle) in said, err
-    assert (out / "upstream" / "toy6.npz").is_file() and saved == [6]  # written once, read by the exporter
+    again = ("toy", folder, "-o", out, *SHORT, "--export", bundle)
+    code, said, err = avatar_train(*again)
+    assert code == 0 and str(bundle) in said and calls == [(out / "upstream", {"force": False})], err
+    assert (out / "upstream" / "toy6.npz").is_file()
+    code, said, err = avatar_train(*again)
+    assert code == 0 and "exists already" in said and len(calls) == 1, err
+    assert avatar_train(*again, "--force")[0] == 0 and calls[-1][1] == {"force": True}
     assert avatar_train("export", out, bundle, "--no-preview", "--force")[0] == 0
-    assert calls == [
-        ("toy", (out / "upstream", bundle), {"force": False}),
-        ("toy", (out / "upstream", bundle), {"engine_files": True, "preview": False, "force": True}),
-    ]
-    bundle.mkdir()
-    code, _, err = avatar_train("toy", folder, "-o", tmp_path / "other", *SHORT, "--export", bundle)
-    assert code == 2 and "exists" in err and not (tmp_path / "other").exists()
+    assert calls[-1][1] == {"engine_files": True, "preview": False, "force": True}
+    code, _, err = avatar_train(*again, "--no-resume")
+    assert code == 2 and "exists; pass --force" in err and (out / "evaluation.json").is_file()
     code, _, err = avatar_train("compare", out, tmp_path / "none")
     assert code == 2 and err.count("\n") == 1
-
-
-def test_the_same_command_exports_once(
-    folder: Path, tmp_path: Path, avatar_train: Train, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def export(system: toy.Toy, upstream: Path, bundle: Path, *, force: bool) -> None:
-        forced.append(force)
-        write_bundle(full_avatar(), bundle, preview=False, engine_files=False, reference=False, force=force)
-
-    forced: list[bool] = []
-    monkeypatch.setattr("avatar_trainer.bundles.export.export", export)
-    bundle = tmp_path / "bundle"
-    again = ("toy", folder, "-o", tmp_path / "out", *SHORT, "--export", bundle)
-    assert avatar_train(*again)[0] == 0 and forced == [False]
-    code, said, err = avatar_train(*again)
-    assert code == 0 and "exists already" in said and forced == [False], err
-    assert avatar_train(*again, "--force")[0] == 0 and forced == [False, True]
-    shutil.rmtree(bundle)
-    assert avatar_train(*again)[0] == 0 and forced == [False, True, False]
-    code, _, err = avatar_train(*again, "--no-resume")
-    assert code == 2 and "exists; pass --force" in err and (tmp_path / "out" / "evaluation.json").is_file()
 
 
 def test_places_that_cannot_be_written_are_found_first(
@@ -133,29 +106,24 @@ def test_places_that_cannot_be_written_are_found_first(
     closed.mkdir()
     allowed = os.access
     monkeypatch.setattr(os, "access", lambda path, mode: path != closed and allowed(path, mode))
-    for place, said in [
-        (out, "in each other"),
-        (out / "bundle", "in each other"),
-        (tmp_path, "in each other"),
+    for name in (parts := ("checkpoints", "logs", "upstream", "preview")):
+        (tmp_path / f"with_{name}").mkdir()
+        (tmp_path / f"with_{name}" / name).write_text("")
+    bundles = [
+        *((place, "overlap") for place in (out, out / "bundle", tmp_path)),
+        *((place, "exists; pass --force") for place in (file, photos)),
         (file / "bundle", "is a file"),
-        (closed / "deeper" / "bundle", "does not permit"),
-        (file, "exists; pass --force"),
-        (photos, "exists; pass --force"),
+        (closed / "deeper" / "bundle", "no permission"),
+    ]
+    for options, said in [
+        *((("-o", out, "--export", place), said) for place, said in bundles),
+        (("-o", out, "--export", photos, "--force"), "is not a bundle"),
+        *((("-o", tmp_path / f"with_{name}"), f"with_{name}/{name}: is a file") for name in parts),
+        *((("-o", place), "is a file") for place in (file, file / "run")),
+        (("-o", closed / "a" / "b"), "no permission"),
     ]:
-        code, _, err = avatar_train("toy", folder, "-o", out, *SHORT, "--export", place)
-        assert code == 2 and said in err and err.count("\n") == 1, err
-    code, _, err = avatar_train("toy", folder, "-o", out, *SHORT, "--export", photos, "--force")
-    assert code == 2 and "is not a bundle" in err
-    assert not out.exists()
-    for name in ("checkpoints", "logs", "upstream", "preview"):
-        run_folder = tmp_path / f"with_{name}"
-        run_folder.mkdir()
-        (run_folder / name).write_text("")
-        code, _, err = avatar_train("toy", folder, "-o", run_folder, *SHORT)
-        assert code == 2 and f"with_{name}/{name}: is a file" in err and err.count("\n") == 1
-    for place, said in [(file, "is a file"), (file / "run", "is a file"), (closed / "a" / "b", "not permit")]:
-        code, _, err = avatar_train("toy", folder, "-o", place, *SHORT)
-        assert code == 2 and said in err and err.count("\n") == 1
+        code, _, err = avatar_train("toy", folder, *SHORT, *options)
+        assert code == 2 and said in err and err.count("\n") == 1 and not out.exists(), err
 
 
 def test_a_full_disk_is_one_line_that_names_the_run(
@@ -164,44 +132,13 @@ def test_a_full_disk_is_one_line_that_names_the_run(
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    for place in (
-        "loop.checkpoint.write",
-        "loop.run.write",
-        "loop.train.Logs",
-        "loop.train.save_upstream",
-    ):
+    for place in ("loop.checkpoint.write", "loop.run.write", "loop.train.Logs", "loop.train.save_upstream"):
         out = tmp_path / place
         with monkeypatch.context() as patched:
             patched.setattr(f"avatar_trainer.{place}", full)
             code, _, err = avatar_train("toy", folder, "-o", out, *SHORT, "--export", tmp_path / "bundle")
         assert code == 2 and "Traceback" not in err
         assert err.splitlines()[-1] == f"avatar-train: {out}: cannot be written (No space left on device)"
-
-
-def test_beginning_anew_checks_the_images_first_and_leaves_nothing_old(
-    folder: Path, tmp_path: Path, avatar_train: Train
-) -> None:
-    copy, out = tmp_path / "capture", tmp_path / "out"
-    shutil.copytree(folder, copy)
-    assert avatar_train("toy", copy, "-o", out, *SHORT, "--preview")[0] == 0
-    (out / "mine.txt").write_text("dear")
-    (out / "preview" / "mine.png").write_text("dear")
-    before = sorted(out.rglob("*"))
-    image = copy / "images" / "007.png"
-    whole = image.read_bytes()
-    damaged = bytearray(whole)
-    damaged[len(whole) // 2] ^= 0xFF
-    image.write_bytes(damaged)
-    code, _, err = avatar_train("toy", copy, "-o", out, "--iterations", 4, "--no-resume")
-    assert code == 2 and "007.png" in err and sorted(out.rglob("*")) == before
-    image.write_bytes(whole)
-    # It ends before its first checkpoint: what is there is its own, and what the command did not write.
-    failed = ("--iterations", 4, "--no-resume", "--set", "poison=1")
-    code, _, err = avatar_train("toy", copy, "-o", out, *failed)
-    assert code == 2 and "no checkpoint yet" in err
-    left = {str(path.relative_to(out)) for path in out.rglob("*") if path.is_file()}
-    assert {name for name in left if "tfevents" not in name} == {"mine.txt", "preview/mine.png", "run.json"}
-    assert sum("tfevents" in name for name in left) == 1
 
 
 def test_bad_captures_and_runs_are_one_line(folder: Path, tmp_path: Path, avatar_train: Train) -> None:
@@ -219,27 +156,6 @@ def test_bad_captures_and_runs_are_one_line(folder: Path, tmp_path: Path, avatar
         assert code == 2 and err.startswith("avatar-train: ") and err.count("\n") == 1, err
 
 
-def test_a_damaged_image_is_found_before_training(folder: Path, tmp_path: Path, avatar_train: Train) -> None:
-    copy = tmp_path / "capture"
-    shutil.copytree(folder, copy)
-    image = copy / "images" / "007.png"
-    data = bytearray(image.read_bytes())
-    data[len(data) // 2] ^= 0xFF
-    image.write_bytes(data)
-    for arguments in (("check", copy), ("toy", copy, "-o", tmp_path / "out", *SHORT)):
-        code, _, err = avatar_train(*arguments)
-        assert code == 2 and "007.png" in err and err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
-
-
-def test_memory_that_ran_out_is_one_line(
-    folder: Path, tmp_path: Path, avatar_train: Train, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(toy, "create", lambda *_: (_ for _ in ()).throw(MemoryError()))
-    code, _, err = avatar_train("toy", folder, "-o", tmp_path / "out", *SHORT)
-    assert code == 3 and "lower --gaussians" in err and err.count("\n") == 1
-
-
 def test_check_says_what_is_there(folder: Path, avatar_train: Train) -> None:
     code, said, _ = avatar_train("check", folder)
     assert code == 0 and "9 to train on, 3 held out" in said
@@ -249,7 +165,6 @@ def test_check_says_what_is_there(folder: Path, avatar_train: Train) -> None:
 def test_advice_of_the_exporter_names_its_program(
     folder: Path, tmp_path: Path, avatar_train: Train, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An option that only `avatar-export` has."""
     write_bundle(full_avatar(), tmp_path / "bundle", preview=False, engine_files=False, reference=False)
 
     def fails(*_: object) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import pytest
 import torch
@@ -23,7 +22,6 @@ BY_JOINTS = Rules("bary_vertex_lbs", position="interpolated_normal", scale="none
 
 @pytest.mark.parametrize("large", [False, True], ids=["below the floor of normals", "above it"])
 def test_it_is_embed_with_gradients_for_the_mesh(large: bool, measured: Measure) -> None:
-    """The surface stage in float64 is the definition; a mesh so fine that normals stay short, and one that is not."""
     case = surface_case(BY_VERTEX)
     barycentric, displacement, quat, log_scale = case.values()
     size = 1.0 if large else 2e-3
@@ -69,11 +67,3 @@ def test_turns_are_those_of_the_stage(measured: Measure) -> None:
         worst = max(worst, float((rotation - wanted).abs().max()), float((top - wanted[:, 0]).abs().max()))
     measured("turns under points against the stage", worst, 2e-6)
     assert worst < 2e-6
-
-
-def test_a_triangle_that_is_not_there_is_refused() -> None:
-    case = surface_case(BY_VERTEX)
-    triangle = case.triangle.clone()
-    triangle[1] = len(case.mesh.triangles)
-    with pytest.raises(ValueError, match="does not name one of"):
-        placed(kernel_mesh(case.mesh), triangle, replace(case).values()[0].float())

@@ -12,12 +12,8 @@ import pytest
 import torch
 
 from avatar_runtime.io.errors import AvatarError
-from avatar_trainer import cli
-from avatar_trainer.captures.load import load
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.loop import checkpoint, run
-from avatar_trainer.loop.iterate import Trainer
-from avatar_trainer.loop.machine import reproducible
 from avatar_trainer.loop.resume import load_run
 from avatar_trainer.loop.train import train
 from avatar_trainer.settings import TrainSettings
@@ -36,14 +32,9 @@ def toy_is_a_system() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
-    return load(toy.capture_folder(tmp_path_factory.mktemp("capture") / "toy"))
-
-
-@pytest.fixture(scope="module")
-def finished(capture: Capture, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def finished(toy_capture: Capture, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("run") / "out"
-    go_on(capture, out)
+    go_on(toy_capture, out)
     return out
 
 
@@ -78,7 +69,7 @@ def edit_checkpoint(out: Path, iteration: int = 4, **changes: Any) -> None:
 ABSENT = object()
 
 
-def test_a_run_is_loaded_as_it_was_left(capture: Capture, out: Path) -> None:
+def test_a_run_is_loaded_as_it_was_left(toy_capture: Capture, out: Path) -> None:
     system, settings, iteration = load_run(out)
     assert (settings, iteration) == (SETTINGS, 4)
     whole = checkpoint.newest(out / run.CHECKPOINTS, pytest.fail)
@@ -89,8 +80,8 @@ def test_a_run_is_loaded_as_it_was_left(capture: Capture, out: Path) -> None:
     assert load_run(out)[1].threads == 2
 
 
-def test_a_run_with_another_capture_is_refused(capture: Capture, out: Path, tmp_path: Path) -> None:
-    trained_on = capture.folder
+def test_a_run_with_another_capture_is_refused(toy_capture: Capture, out: Path, tmp_path: Path) -> None:
+    trained_on = toy_capture.folder
     other = toy.capture_folder(tmp_path / "other", count=8)
     with pytest.raises(
         AvatarError, match=rf"other: is not the capture .*out was trained on, .*{trained_on}.*--capture"
@@ -110,14 +101,10 @@ def test_a_run_with_another_capture_is_refused(capture: Capture, out: Path, tmp_
     [
         ("system_settings", {"rules": {"sky": "black"}}, r"rules\.sky was random, is black"),
         ("system_settings", {"learning_rate": 0.5}, "learning_rate was 0.02, is 0.5"),
-        ("settings", {"seed": 3}, "seed was 0, is 3"),
-        ("settings", {"iterations": 5}, "iterations was 4, is 5"),
         ("settings", {"rasteriser": "torch"}, "rasteriser was cpu, is torch"),
         ("settings", {"rasteriser": "gone"}, "'gone' is not a rasteriser"),
-        ("settings", {"rasteriser": "cpuu"}, "did you mean cpu"),
         ("settings", {"size": "x" * 300}, "expected a whole number"),
         ("capture", {"fingerprint": "0"}, "the capture's content is another"),
-        ("capture", {"fingerprint": None}, "the capture's content is another"),
     ],
 )
 def test_a_run_json_that_was_edited_is_refused(
@@ -132,82 +119,63 @@ def test_a_run_json_that_was_edited_is_refused(
 @pytest.mark.parametrize(
     "before", [None, [], [1], "run", 3, {}, {"settings": {"seed": torch.zeros(3)}}, ABSENT]
 )
-def test_a_checkpoint_that_does_not_say_of_which_run(capture: Capture, out: Path, before: Any) -> None:
+def test_a_checkpoint_that_does_not_say_of_which_run(toy_capture: Capture, out: Path, before: Any) -> None:
     edit_checkpoint(out, run=before)
-    with pytest.raises(AvatarError, match="of the checkpoint beside it"):
+    with pytest.raises(AvatarError, match="differs from its checkpoint"):
         load_run(out)
     with pytest.raises(AvatarError, match=r"holds another run .*--no-resume"):
-        go_on(capture, out)
+        go_on(toy_capture, out)
 
 
-@pytest.mark.parametrize("command", ["evaluate", "export", "compare"])
-def test_every_command_says_so_in_one_line(
-    capture: Capture,
-    out: Path,
-    tmp_path: Path,
-    command: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> None:
-    other = toy.capture_folder(tmp_path / "other", count=8)
-    bundle = [] if command == "evaluate" else [str(tmp_path / "bundle")]
-    monkeypatch.setattr("sys.argv", ["avatar-train", command, str(out), *bundle, "--capture", str(other)])
-    with pytest.raises(SystemExit) as end:
-        cli.main()
-    said = capfd.readouterr().err
-    assert end.value.code == 2 and said.count("\n") == 1 and "is not the capture that" in said
-
-
-@pytest.mark.parametrize("iteration", [5, 10**9 - 1])
-def test_a_checkpoint_from_after_the_end_is_refused(capture: Capture, out: Path, iteration: int) -> None:
-    edit_checkpoint(out, iteration)
-    said = f"the checkpoint is of iteration {iteration}, the last is 4"
-    with pytest.raises(AvatarError, match=said):
-        load_run(out)
-    with pytest.raises(AvatarError, match=said):
-        go_on(capture, out)
-
-
-def test_a_checkpoint_from_before_the_start_is_none(out: Path) -> None:
-    edit_checkpoint(out)
-    path = checkpoint.path_of(out / run.CHECKPOINTS, 4)
-    content = checkpoint.read(path)
-    path.unlink()
-    written = checkpoint.write(path.parent, -1, content.state)
-    written.rename(path)
-    with pytest.raises(AvatarError, match="not a checkpoint of avatar-train"):
-        checkpoint.read(path)
+def test_a_checkpoint_from_after_the_end_is_refused(toy_capture: Capture, out: Path) -> None:
+    edit_checkpoint(out, 5)
+    for again in (lambda: load_run(out), lambda: go_on(toy_capture, out)):
+        with pytest.raises(AvatarError, match="the checkpoint is of iteration 5, the last is 4"):
+            again()
 
 
 @pytest.mark.parametrize("name", ["generator", "torch"])
 @pytest.mark.parametrize(
     "value",
-    [
-        ABSENT,
-        None,
-        "text",
-        [1, 2],
-        torch.zeros(3, dtype=torch.uint8),
-        torch.zeros(5056),
-        torch.zeros(5056).byte(),
-    ],
-    ids=["absent", "none", "text", "list", "short", "floats", "zeros"],
+    [ABSENT, "text", torch.zeros(3, dtype=torch.uint8), torch.zeros(5056), torch.zeros(5056).byte()],
+    ids=["absent", "text", "short", "floats", "zeros"],
 )
-def test_random_numbers_that_cannot_go_on(capture: Capture, out: Path, name: str, value: Any) -> None:
+def test_random_numbers_that_cannot_go_on(toy_capture: Capture, out: Path, name: str, value: Any) -> None:
     edit_checkpoint(out, **{name: value})
     with pytest.raises(AvatarError, match=r"random numbers cannot be restored .*--no-resume"):
-        go_on(capture, out)
+        go_on(toy_capture, out)
 
 
-def test_both_generators_go_on(capture: Capture) -> None:
-    """A system draws from the run's own generator; libraries may draw from torch's."""
-    with reproducible(3, 1):
-        first, second = (Trainer(toy.create(capture, OWN, 0), capture, SETTINGS) for _ in range(2))
-        torch.rand(5)
-        torch.rand(5, generator=first.generator)
-        state = first.state()
-        expected = torch.rand(4), torch.rand(4, generator=first.generator)
-        torch.rand(7)
-        second.load_state(state)
-        found = torch.rand(4), torch.rand(4, generator=second.generator)
-    assert torch.equal(found[0], expected[0]) and torch.equal(found[1], expected[1])
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"system": "other"},
+        {"system": ["toy"]},
+        {"settings": 3},
+        {"settings": {"seed": "x"}},
+        {"settings": {"seeed": 1}},
+        {"system_settings": {"rules": {"sky": "green"}}},
+        {"system_settings": {"density": 3}},
+        {"capture": []},
+    ],
+)
+def test_a_strange_run_json_is_bad_data(change: dict[str, object], tmp_path: Path) -> None:
+    good = {"system": "toy", "settings": {}, "system_settings": {}, "capture": {}}
+    run.write(tmp_path, good)
+    assert run.settings_of(run.read(tmp_path), tmp_path) == (TrainSettings(), toy.Settings())
+    run.write(tmp_path, {**good, **change})
+    with pytest.raises(AvatarError, match=r"run\.json"):
+        run.settings_of(run.read(tmp_path), tmp_path / run.FILE)
+
+
+@pytest.mark.parametrize("text", ["", "[", "[]", "3", "[" * 100_000, "{" + " " * (1 << 20) + "}"])
+def test_a_run_json_that_is_none(text: str, tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text(text)
+    with pytest.raises(AvatarError, match=r"run\.json"):
+        run.read(tmp_path)
+
+
+def test_a_run_json_that_never_ends(tmp_path: Path) -> None:
+    (tmp_path / "run.json").symlink_to("/dev/zero")
+    with pytest.raises(AvatarError, match=r"run\.json: cannot be read \(is not a regular file\)"):
+        run.read(tmp_path)

@@ -11,7 +11,7 @@ from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
 from avatar_trainer.raster.points import rasterise
 from avatar_trainer.tensors import Points, Rendered
-from tests.trainer.raster.scenes import camera
+from tests.trainer.raster.scenes import camera, loss
 
 INPUTS = ("mean", "radius", "opacity", "rgb", "background", "screen_offset")
 
@@ -76,18 +76,8 @@ def drawn(of: PointScene, inputs: list[Tensor], threads: int | None = 1) -> Rend
     return rasterise(Points(*points), of.camera, RasterSettings(), background, offset, threads)
 
 
-def loss(of: PointScene, rendered: Rendered) -> Tensor:
-    """A fixed random sum of colour and alpha."""
-    generator = torch.Generator().manual_seed(99)
-    shape = (of.camera.height, of.camera.width)
-    grad_colour = torch.randn((*shape, 3), generator=generator, dtype=torch.float64)
-    grad_alpha = torch.randn(shape, generator=generator, dtype=torch.float64)
-    dtype = rendered.colour.dtype
-    return (rendered.colour * grad_colour.to(dtype)).sum() + (rendered.alpha * grad_alpha.to(dtype)).sum()
-
-
 def gradients(of: PointScene, dtype: torch.dtype, threads: int | None = 1) -> dict[str, Tensor]:
     """Of `loss` with respect to each input."""
     inputs = of.leaves(dtype)
-    loss(of, drawn(of, inputs, threads)).backward()
+    loss(drawn(of, inputs, threads)).backward()
     return {name: leaf.grad for name, leaf in zip(INPUTS, inputs, strict=True) if leaf.grad is not None}

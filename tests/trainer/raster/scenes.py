@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -102,6 +103,13 @@ def harsh() -> Scene:
     return replace(base, splats=rounded(splats))
 
 
+def splats_of(case: dict[str, Any]) -> tuple[Any, ...]:
+    """The arrays of a golden scene: mean, scale, quaternion, opacity and SH."""
+    sh = case.get("shs", np.full((len(case["means3D"]), 1, 3), 0.2, np.float32))
+    scale = case["scales"] * case["scale_modifier"]
+    return case["means3D"], scale, case["rotations"], case["opacities"], sh
+
+
 def leaves(of: Scene, dtype: torch.dtype) -> list[Tensor]:
     """The inputs as `INPUTS` names them, in `dtype`, ready for gradients."""
     s = of.splats
@@ -118,23 +126,16 @@ def drawn(of: Scene, inputs: list[Tensor], rasteriser: str, threads: int | None 
     return render(given, of.camera, of.settings, of.sh_degree, background, rasteriser, offset, threads)
 
 
-def weights(of: Scene) -> tuple[Tensor, Tensor]:
-    """Fixed random gradients of colour and alpha; float64."""
-    generator = torch.Generator().manual_seed(99)
-    shape = (of.camera.height, of.camera.width)
-    return (
-        torch.randn((*shape, 3), generator=generator, dtype=torch.float64),
-        torch.randn(shape, generator=generator, dtype=torch.float64),
-    )
-
-
-def loss(of: Scene, rendered: Rendered) -> Tensor:
-    grad_colour, grad_alpha = (w.to(rendered.colour.dtype) for w in weights(of))
-    return (rendered.colour * grad_colour).sum() + (rendered.alpha * grad_alpha).sum()
+def loss(rendered: Rendered) -> Tensor:
+    """A fixed random sum of colour and alpha."""
+    generator, dtype = torch.Generator().manual_seed(99), rendered.colour.dtype
+    images = (rendered.colour, rendered.alpha)
+    weights = (torch.randn(i.shape, generator=generator, dtype=torch.float64).to(dtype) for i in images)
+    return torch.stack([(image * weight).sum() for image, weight in zip(images, weights, strict=True)]).sum()
 
 
 def gradients(of: Scene, rasteriser: str, dtype: torch.dtype, threads: int | None = 1) -> dict[str, Tensor]:
     """Of `loss` with respect to each input."""
     inputs = leaves(of, dtype)
-    loss(of, drawn(of, inputs, rasteriser, threads)).backward()
+    loss(drawn(of, inputs, rasteriser, threads)).backward()
     return {name: leaf.grad for name, leaf in zip(INPUTS, inputs, strict=True) if leaf.grad is not None}

@@ -18,7 +18,7 @@ from avatar_trainer.tensors import Splats
 from tests.golden import rasteriser_case, rasteriser_names
 from tests.measured import Measure
 from tests.runtime.stages.golden_scene import camera_of
-from tests.trainer.raster.scenes import Scene, drawn, gradients, harsh, leaves, scene
+from tests.trainer.raster.scenes import drawn, gradients, harsh, leaves, scene, splats_of
 
 IMAGE_TOLERANCE = 1e-6
 BIG = ("dense", "playbot_a")  # half a minute each
@@ -33,7 +33,6 @@ SCENES = {
 
 @pytest.mark.parametrize("name", SCENES)
 def test_gradcheck(name: str) -> None:
-    """Of colour and alpha by every input, along random directions."""
     of = SCENES[name]()
 
     def image(*inputs: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -43,31 +42,11 @@ def test_gradcheck(name: str) -> None:
     assert torch.autograd.gradcheck(image, leaves(of, torch.float64), fast_mode=True)
 
 
-def test_gradcheck_number_by_number() -> None:
-    """Of two random sums over colour and alpha."""
-    of = scene(6, 4, 1, (20, 15), rotated=True)
-    mixed = torch.randn(4 * 20 * 15, 2, generator=torch.Generator().manual_seed(3), dtype=torch.float64)
-
-    def sums(*inputs: torch.Tensor) -> torch.Tensor:
-        rendered = drawn(of, list(inputs), "torch")
-        return torch.cat([rendered.colour.flatten(), rendered.alpha.flatten()]) @ mixed
-
-    assert torch.autograd.gradcheck(sums, leaves(of, torch.float64))
-
-
 @pytest.mark.parametrize("name", [name for name in rasteriser_names() if name not in BIG])
 def test_draws_the_golden_scenes(name: str, measured: Measure) -> None:
-    """As the runtime's stages do, which meet the reference rasteriser: float32 against float32."""
     case = rasteriser_case(name).arrays
     camera, degree = camera_of(case), int(case["sh_degree"])
-    sh = case.get("shs", np.zeros((len(case["means3D"]), 1, 3), np.float32))
-    arrays = (
-        case["means3D"],
-        case["scales"] * case["scale_modifier"],
-        case["rotations"],
-        case["opacities"],
-        sh,
-    )
+    arrays = splats_of(case)
     want = runtime_project(RuntimeSplats(*arrays), camera, RasterSettings(), degree)
     want_image = runtime_raster(want, runtime_sort(want), camera, case["bg"])
 
@@ -101,16 +80,3 @@ def test_clamps_and_culls_have_no_gradient() -> None:
     assert got["sh"][20:26, :, 0].any()
     assert got["mean"][2].any()  # the Jacobian is clamped there, the centre is not
     assert not got["quat_wxyz"][26].any()
-
-
-def test_nothing_to_draw_is_the_background() -> None:
-    of = scene(1, 8, 0)
-    for mean in (of.splats.mean + 100, of.splats.mean[:0]):
-        n = len(mean)
-        s = of.splats
-        splats = Splats(mean, s.scale[:n], s.quat_wxyz[:n], s.opacity[:n], s.sh[:n])
-        empty = Scene(splats, of.camera, of.settings, 0, of.background)
-        rendered = drawn(empty, leaves(empty, torch.float64), "torch")
-        assert torch.equal(rendered.colour, of.background.expand(20, 24, 3))
-        assert not rendered.alpha.any()
-        assert gradients(empty, "torch", torch.float64)["background"].all()

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avatar_runtime.avatar import F64, I64
+from avatar_runtime import F64, I64
 from avatar_trainer.asm.kernels.closest import Nearest, TriangleTree, nearest
 
 # The seven points that NoW marks on a scan, and which of iBUG's landmarks they are; right is the person's.

@@ -15,8 +15,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, F64, I64
-from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime import F32, F64, I64
+from avatar_runtime.backends.cpu import inlined, kernel
 from avatar_trainer.asm.kernels.closest import nearest
 from avatar_trainer.asm.model import Face, TemplateTensors
 from avatar_trainer.kernels.arrays import plain

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from avatar_export.asm.model import Binding
-from avatar_runtime.avatar import F64
+from avatar_export.asm import Binding
+from avatar_runtime import F64
 from avatar_trainer.asm.kernels.mixture import mixture_weights_cpu
 from avatar_trainer.asm.model import Face
 

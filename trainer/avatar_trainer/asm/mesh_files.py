@@ -17,12 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from avatar_export.formats.mesh_files import read_mesh
-from avatar_runtime.avatar import F64, I64
-from avatar_runtime.codec.glb import decode
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.whole_files import read_bytes
-from avatar_schema.extras import how_to_install
+from avatar_export.formats import mesh_files
+from avatar_runtime import F64, I64, AvatarError
+from avatar_runtime.codec import glb
+from avatar_runtime.io import read_bytes
+from avatar_schema import extras
 
 FORMATS = (".obj", ".ply", ".stl", ".off", ".glb")  # by trimesh
 NUMBERED = (".obj", ".npz")  # by the exporter, as they are numbered in the file
@@ -57,7 +56,7 @@ def read_topology(path: Path) -> Mesh:
 
 
 def _numbered(path: Path) -> Mesh:
-    mesh = read_mesh(path)
+    mesh = mesh_files.read_mesh(path)
     return mesh.vertices.astype(np.float64), mesh.triangles.astype(np.int64)
 
 
@@ -76,7 +75,7 @@ def _expect_claims(data: bytes, suffix: str, path: Path) -> None:
     """Raise AvatarError where a file claims more elements than it has bytes: memory would be made for them."""
     claims: list[Any] = []
     if suffix == ".glb":
-        accessors = decode(data, path).document.get("accessors", [])
+        accessors = glb.decode(data, path).document.get("accessors", [])
         claims = (
             [a.get("count") for a in accessors if isinstance(a, dict)] if isinstance(accessors, list) else []
         )
@@ -95,8 +94,10 @@ def _by_trimesh(data: bytes, suffix: str, path: Path) -> Mesh:
     try:
         import trimesh
     except ImportError:
-        raise AvatarError(f"reading {suffix} needs trimesh: {how_to_install('train')}", file=path) from None
-    logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # what it has to say is said below, in one line
+        raise AvatarError(
+            f"reading {suffix} needs trimesh: {extras.how_to_install('train')}", file=path
+        ) from None
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # the error below says it in one line
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")

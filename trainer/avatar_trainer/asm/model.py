@@ -15,8 +15,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_export.asm.model import Binding, Take, Template
-from avatar_runtime.avatar import F64
+from avatar_export.asm import Binding, Take, Template
+from avatar_runtime import F64
 from avatar_trainer.asm.kernels.closest import TriangleTree, nearest, triangle_tree
 
 POSE = ("rotation_vector", "translation", "log_scale")  # tau of Eq. 2

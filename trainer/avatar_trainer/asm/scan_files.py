@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from avatar_runtime.avatar import F64
-from avatar_runtime.io.errors import AvatarError, no_such
-from avatar_runtime.io.whole_files import read_bytes
+from avatar_runtime import F64, AvatarError
+from avatar_runtime.io import no_such, read_bytes
 from avatar_trainer.asm.align import KEYPOINTS, Scan
 from avatar_trainer.asm.mesh_files import FURTHEST, read_points
 

@@ -17,11 +17,10 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import Avatar, SparseRows
+from avatar_runtime import Avatar, Camera, SparseRows
+from avatar_runtime import rules as runtime_rules
 from avatar_runtime.backends import Arrays, make_backend
-from avatar_runtime.camera import Camera
-from avatar_runtime.rules import RIGGED_ROTATIONS
-from avatar_runtime.stages.project import TILE, touched_tiles
+from avatar_runtime.stages import project as runtime_project
 from avatar_trainer.raster.definition import raster
 from avatar_trainer.stages.activate import activate
 from avatar_trainer.stages.bind import bind_skin, place
@@ -135,11 +134,10 @@ def _bind(own: TrainerStages, x: Mapping[str, Tensor], camera: Camera | None) ->
 def _bind_surface(
     own: TrainerStages, x: Mapping[str, Tensor], blended: Gaussians
 ) -> tuple[Gaussians, Tensor]:
-    """Binding surface."""
     embedding, rules = own.avatar.embedding, own.avatar.rules
     assert embedding is not None
     matrix: Tensor | None = None
-    if rules.rotation in RIGGED_ROTATIONS:
+    if rules.rotation in runtime_rules.RIGGED_ROTATIONS:
         matrix = gather(own.rig.skin, x["skin_matrix"][:, :3])
     embedded = embed(
         pose_mesh(x["posed_vertices"], own.mesh, rules, matrix),
@@ -197,7 +195,7 @@ def _sort(own: TrainerStages, x: Mapping[str, Tensor], camera: Camera | None) ->
 def _raster(own: TrainerStages, x: Mapping[str, Tensor], camera: Camera | None) -> dict[str, Tensor]:
     assert camera is not None
     extent = x["radius"][:, None].numpy().astype(np.float32)
-    tiles = tensor(touched_tiles(x["centre"].numpy(), extent, camera, TILE))
+    tiles = tensor(runtime_project.touched_tiles(x["centre"].numpy(), extent, camera, runtime_project.TILE))
     tiles[x["radius"] == 0] = 0
     depth = x["radius"].new_zeros(0)
     seen = Projected(x["centre"], depth, x["conic"], x["opacity"], x["rgb"], x["radius"], tiles)

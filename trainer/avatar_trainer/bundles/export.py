@@ -10,17 +10,12 @@ from typing import Any
 import numpy as np
 import torch
 
-from avatar_export import GENERATOR, READERS, ReadOptions, read
-from avatar_export.driving.matrix import with_driving
-from avatar_export.ops.active_sh import with_active_sh
-from avatar_export.provenance import with_rights
-from avatar_export.writers.bundle import write_bundle
-from avatar_runtime.avatar import F32, Avatar, Clip
-from avatar_runtime.checks.avatar import check_avatar
-from avatar_runtime.conformance import Case, Maker
-from avatar_runtime.conformance.images import draw
-from avatar_runtime.pose import PoseArrays, resolve
-from avatar_runtime.stages.raster import Image
+from avatar_export import GENERATOR, READERS, ReadOptions, provenance, read
+from avatar_export.driving import matrix
+from avatar_export.ops import active_sh
+from avatar_export.writers import bundle as bundles
+from avatar_runtime import F32, Avatar, Clip, Image, PoseArrays, check_avatar, resolve
+from avatar_runtime.conformance import Case, Maker, images
 from avatar_trainer.bundles.definitions import TrainerStages
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.raster.renderer import render
@@ -48,17 +43,21 @@ def export(
     as the exporter does.
     """
     avatar = exported(system, run)
-    write_bundle(avatar, bundle, engine_files=engine_files, preview=preview, maker=maker(system), force=force)
+    bundles.write_bundle(
+        avatar, bundle, engine_files=engine_files, preview=preview, maker=maker(system), force=force
+    )
 
 
 def exported(system: System, run: Path) -> Avatar:
     """The exporter's avatar of the checkpoint at `run`, with the capture's poses as clips."""
     capture = system.capture
-    avatar = with_active_sh(read(run, options_for(capture, system.name), system.name))
+    avatar = active_sh.with_active_sh(read(run, options_for(capture, system.name), system.name))
     driving = capture.folder / DRIVING
     if driving.is_file():
-        avatar = with_driving(avatar, driving)
-    avatar = with_rights(avatar, *(capture.rights.get(name) for name in ("licence", "author", "consent")))
+        avatar = matrix.with_driving(avatar, driving)
+    avatar = provenance.with_rights(
+        avatar, *(capture.rights.get(name) for name in ("licence", "author", "consent"))
+    )
     said = {"trainer": GENERATOR, "capture": capture.rights.get("source")}
     avatar = replace(
         avatar, head_pose_in=capture.head_pose_in, provenance={**avatar.provenance, "trained": said}
@@ -116,7 +115,7 @@ def maker(system: System) -> Maker:
 
 def _images(system: System, avatar: Avatar, case: Case) -> Mapping[str, Image]:
     """Profile `trainer` by the live model; `engine`, which no trainer draws, by the runtime's NumPy stages."""
-    return {**draw(avatar, case, ("engine",)), "trainer": image(system, avatar, case)}
+    return {**images.draw(avatar, case, ("engine",)), "trainer": image(system, avatar, case)}
 
 
 @torch.no_grad()

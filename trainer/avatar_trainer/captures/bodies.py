@@ -7,15 +7,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from avatar_export import ReadOptions
-from avatar_export.bodies.body_model import JOINT_NAMES, read_body_model
-from avatar_export.bodies.body_rig import bake_rig, with_static_offset
-from avatar_export.bodies.inputs import Inputs, find_inputs
-from avatar_export.bodies.subject_files import read_eyelids, read_faces, read_shape
-from avatar_export.rigs.rig_file import read_rig_file
-from avatar_runtime.avatar import Rig
-from avatar_runtime.io.errors import AvatarError
+from avatar_export.bodies import body_model, body_rig, subject_files
+from avatar_export.bodies import inputs as body_inputs
+from avatar_export.rigs import rig_file
+from avatar_runtime import AvatarError, Rig
 
-FLAME_JOINTS = JOINT_NAMES[5]
+FLAME_JOINTS = body_model.JOINT_NAMES[5]
 BESIDE = "body"  # a folder of this name beside the data is searched, too
 
 
@@ -29,13 +26,13 @@ class Body:
     export_inputs: Mapping[str, Path]
 
 
-def found_inputs(folder: Path, given: ReadOptions, shape: Path | None = None) -> Inputs:
+def found_inputs(folder: Path, given: ReadOptions, shape: Path | None = None) -> body_inputs.Inputs:
     """Each input as given, else from the data's folder, else from a folder `body` beside it.
 
     `shape`: the file with the identity, if it is known. Raises AvatarError if no body model is found.
     """
     beside = folder.resolve().parent / BESIDE
-    inputs = find_inputs(
+    inputs = body_inputs.find_inputs(
         beside if beside.is_dir() else folder, replace(given, dataset=folder, shape=shape), "capture"
     )
     if inputs.body_model is None:
@@ -46,15 +43,19 @@ def found_inputs(folder: Path, given: ReadOptions, shape: Path | None = None) ->
     return inputs
 
 
-def body_of_model(inputs: Inputs) -> Body:
+def body_of_model(inputs: body_inputs.Inputs) -> Body:
     """The body model with the identity of `inputs.shape`; None: the mean shape. Raises AvatarError for broken files."""
     if inputs.body_model is None:
         raise ValueError("no body model is given")
-    body = with_static_offset(read_body_model(inputs.body_model), inputs.shape)
+    body = body_rig.with_static_offset(body_model.read_body_model(inputs.body_model), inputs.shape)
     zero = inputs.shape is None or str(inputs.shape) == "zero"
-    shape = None if zero or inputs.shape is None else read_shape(inputs.shape)
-    lids = None if inputs.eyelids is None else read_eyelids(inputs.eyelids, body.vertex_count)
-    faces = None if inputs.anchor_faces is None else read_faces(inputs.anchor_faces, len(body.triangles))
+    shape = None if zero or inputs.shape is None else subject_files.read_shape(inputs.shape)
+    lids = None if inputs.eyelids is None else subject_files.read_eyelids(inputs.eyelids, body.vertex_count)
+    faces = (
+        None
+        if inputs.anchor_faces is None
+        else subject_files.read_faces(inputs.anchor_faces, len(body.triangles))
+    )
     files = {
         "body_model": inputs.body_model,
         "shape": Path("zero") if zero else inputs.shape,
@@ -62,7 +63,7 @@ def body_of_model(inputs: Inputs) -> Body:
         "anchor_faces": inputs.anchor_faces,
     }
     try:
-        rig = bake_rig(body, shape, lids, faces)
+        rig = body_rig.bake_rig(body, shape, lids, faces)
     except AvatarError as error:
         raise AvatarError(error.message, file=inputs.shape or inputs.body_model, field=error.field) from None
     return Body(
@@ -85,5 +86,5 @@ def check_flame(body: Body) -> None:
 
 def body_of_rig(path: Path) -> Body:
     """A skinned .glb or .fbx; its morph targets are the expressions."""
-    found = read_rig_file(path)
+    found = rig_file.read_rig_file(path)
     return Body(found.rig, found.morph_names, (), {"rig": path})

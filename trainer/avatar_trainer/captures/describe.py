@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, F64
+from avatar_runtime import F32, F64
 from avatar_trainer.captures.model import Capture, Frame
 
 SEEN = 0.05  # an expression whose weight stays below was not seen

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.whole_files import read_bytes
-from avatar_schema.validate import parse_version, schema_problems
+from avatar_runtime import AvatarError
+from avatar_runtime.io import read_bytes
+from avatar_schema import validate
 
 VERSION = "1.0"  # of capture.json and views.json
 
@@ -30,13 +30,13 @@ def read_document(
         document = json.loads(read_bytes(file, limit), parse_constant=constant)
     except (ValueError, RecursionError) as error:
         raise AvatarError(f"is not JSON ({type(error).__name__})", file=file) from None
-    version = parse_version(document.get("version")) if isinstance(document, dict) else None
+    version = validate.parse_version(document.get("version")) if isinstance(document, dict) else None
     if version and version[0] > 1:
         raise AvatarError(
             f"is {document['version']}; {VERSION} is known: update avatar-export", file=file, field="version"
         )
     if first is not None and isinstance(document, dict):
         first(document)
-    for problem in schema_problems(document, schema):
+    for problem in validate.schema_problems(document, schema):
         raise AvatarError(problem.message, file=file, field=problem.path.removeprefix("$."))
     return dict(document)

@@ -14,9 +14,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from avatar_runtime.avatar import F32
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.files import open_file
+from avatar_runtime import F32, AvatarError
+from avatar_runtime.io import open_file
 
 MAX_SIDE = 8192  # pixels; an image is decoded as a whole
 MAX_FILE_BYTES = 512 << 20
@@ -122,7 +121,7 @@ def _check_whole(path: Path, opened: Image.Image, tail: bytes) -> None:
             f"has {opened.width}x{opened.height} pixels, sides up to {MAX_SIDE} are read", file=path
         )
     if ENDINGS[str(opened.format)] not in tail:
-        raise AvatarError(f"is cut off: a whole {opened.format} ends otherwise", file=path)
+        raise AvatarError(f"is cut off: the end of the {opened.format} is missing", file=path)
 
 
 def _unit(pixels: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]) -> F32:

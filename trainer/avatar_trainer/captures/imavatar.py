@@ -16,12 +16,9 @@ from typing import Any
 import numpy as np
 
 from avatar_export import ReadOptions
-from avatar_export.bodies.pose_files import body_clip, read_poses
-from avatar_export.bodies.tracked_cameras import from_world_mat, numbers, pinhole
-from avatar_runtime.avatar import F64, Clip
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.whole_files import read_bytes
-from avatar_runtime.pose import PoseArrays
+from avatar_export.bodies import pose_files, tracked_cameras
+from avatar_runtime import F64, AvatarError, Clip, PoseArrays
+from avatar_runtime.io import read_bytes
 from avatar_trainer.captures import image_files
 from avatar_trainer.captures.bodies import body_of_model, check_flame, found_inputs
 from avatar_trainer.captures.model import Capture
@@ -38,13 +35,13 @@ def read(folder: Path, given: ReadOptions) -> Capture:
     """The capture in `folder`. Raises AvatarError naming the frame for everything that CAPTURE.md lists."""
     file = folder / FILE
     given.refuse_others(("body_model", "anchor_faces"), "capture", f"{FILE} has no eyelids")
-    poses = read_poses(file)
+    poses = pose_files.read_poses(file)
     document = json.loads(read_bytes(file, MAX_JSON_BYTES))  # read_poses has shown that it can be read
     inputs = replace(found_inputs(folder, given, shape=file), eyelids=None)
     body = body_of_model(inputs)
     check_flame(body)
-    clip = body_clip(body.rig, poses, str(file))
-    fractions = numbers(document.get("intrinsics"), (4,), file, "intrinsics")
+    clip = pose_files.body_clip(body.rig, poses, str(file))
+    fractions = tracked_cameras.numbers(document.get("intrinsics"), (4,), file, "intrinsics")
     images = [_image(folder, frame, t) for t, frame in enumerate(document["frames"])]
     first = image_files.header(images[0])
     matte, how = _mattes(images[0], first)
@@ -70,7 +67,9 @@ def read(folder: Path, given: ReadOptions) -> Capture:
 def _row(
     file: Path, frame: Mapping[str, Any], t: int, image: Path, matte: str | None, k: F64, clip: Clip
 ) -> Row:
-    view = from_world_mat(numbers(frame.get("world_mat"), (3, 4), file, f"frames[{t}].world_mat"))
+    view = tracked_cameras.from_world_mat(
+        tracked_cameras.numbers(frame.get("world_mat"), (3, 4), file, f"frames[{t}].world_mat")
+    )
     mask = image if matte is None else image.parent.with_name(matte) / f"{image.stem}.png"
     pose = PoseArrays(
         clip.expression_weights[t],
@@ -82,7 +81,9 @@ def _row(
 
 
 def _intrinsics(fractions: F64, first: image_files.Header) -> F64:
-    return pinhole(*np.abs(fractions) * (first.width, first.height, first.width, first.height))
+    return tracked_cameras.pinhole(
+        *np.abs(fractions) * (first.width, first.height, first.width, first.height)
+    )
 
 
 def _image(folder: Path, frame: Mapping[str, Any], t: int) -> Path:

@@ -1,4 +1,4 @@
-"""Keys of capture.json that its schema does not name, and a list of frames that is none."""
+"""Keys of capture.json that its schema does not name, and `frames` that is not a list."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import AvatarError
 from avatar_schema import schema
 from avatar_trainer.captures.rows import too_few
 
@@ -25,7 +25,7 @@ def check_frame_list(file: Path, document: Mapping[str, Any]) -> None:
 
 
 def unknown_keys(document: Mapping[str, Any], file: Path) -> str:
-    """The keys that the schema does not name, for people; "" if there are none.
+    """The keys that the schema does not name, for people; "" without such keys.
 
     Raises AvatarError for one that is a known key misspelled: it would be ignored, and the known one be at rest.
     """

@@ -9,8 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from avatar_export import ReadOptions
-from avatar_runtime.avatar import F32
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import F32, AvatarError
 from avatar_trainer.captures import image_files, imavatar, metrical_tracker, own, vhap
 from avatar_trainer.captures.model import Capture, Frame
 
@@ -61,7 +60,7 @@ def pixels(frame: Frame) -> tuple[F32, F32]:
 
 
 def check_pixels(capture: Capture) -> None:
-    """Decode every image. Raises AvatarError for the first that is damaged, and for a mask that shows nobody."""
+    """Decode every image. Raises AvatarError for the first that is damaged, and for an empty mask."""
     for frame in capture.frames:
         if not pixels(frame)[1].any():
-            raise AvatarError("is empty: nobody is in the image", file=frame.mask)
+            raise AvatarError("is empty: it shows no person", file=frame.mask)

@@ -11,18 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from numba import prange
 
-from avatar_runtime.avatar import F32, F64, I32, I64
-from avatar_runtime.backends.cpu.jit import kernel
-from avatar_runtime.camera import Camera
+from avatar_runtime import F32, F64, I32, I64, Camera
+from avatar_runtime.backends.cpu import kernel
 
 LAYERS = 4  # translucent surfaces that are composited in front of the opaque one
 NEAR = 0.01  # metres
 BAND = 16  # rows of samples that one thread computes at a time
-
-I8 = npt.NDArray[np.int8]
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_export import ReadOptions
-from avatar_export.bodies.subject_files import EYELID_FILES
-from avatar_export.formats.npy import ComputedArray, StoredArray
-from avatar_export.formats.pth import read_frame
-from avatar_runtime.avatar import F64
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.pose import PoseArrays
-from avatar_runtime.rotation import homogeneous
+from avatar_export.bodies import subject_files
+from avatar_export.formats import npy, pth
+from avatar_runtime import F64, AvatarError, PoseArrays
+from avatar_runtime import rotation as runtime_rotation
 from avatar_trainer.captures import image_files
 from avatar_trainer.captures.bodies import FLAME_JOINTS, Body, body_of_model, check_flame, found_inputs
 from avatar_trainer.captures.model import Capture
@@ -29,7 +26,7 @@ from avatar_trainer.captures.rows import MAX_FRAMES, Row, check_rows
 
 PATTERN = "checkpoint/*.frame"
 IMAGES = "images"
-EYELIDS = tuple(EYELID_FILES)
+EYELIDS = tuple(subject_files.EYELID_FILES)
 FPS = 25.0  # the rate to which the tracker converts videos; the files do not store it
 MAX_VALUES = 1000  # of one array of a frame; FLAME has 300 + 100 coefficients
 SAME_IDENTITY = 0.01  # largest standard deviation: one take has one identity
@@ -84,7 +81,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
 
 def read_tracked(file: Path) -> Tracked:
     """One .frame file. Raises AvatarError for an array that is missing, has another shape or is not numeric."""
-    content = read_frame(file)
+    content = pth.read_frame(file)
     flame, opencv = (_part(content, name, file) for name in ("flame", "opencv"))
     lids = _array(flame, "flame", "eyelids", (2,), file) if "eyelids" in flame else np.zeros(2)
     jaw = _array(flame, "flame", "jaw", (6,), file)
@@ -136,15 +133,15 @@ def _row(one: Tracked, body: Body, folder: Path, matte: str) -> Row:
         )
     if one.eyelids.any() and not body.eyelids:
         raise AvatarError(
-            f"moves the eyelids, but there are no {' and '.join(EYELID_FILES.values())} (they come with the tracker); "
-            "pass --eyelids FOLDER",
+            f"moves the eyelids, but there are no {' and '.join(subject_files.EYELID_FILES.values())} "
+            "(they come with the tracker); pass --eyelids FOLDER",
             file=one.file,
             field="flame.eyelids",
         )
     weights = np.zeros(known, np.float32)
     weights[: len(one.expression)] = one.expression[:known]
     delta = np.tile(np.eye(4), (len(names), 1, 1))
-    delta[[names.index(joint) for joint in FLAME_JOINTS[2:]]] = homogeneous(one.joints)
+    delta[[names.index(joint) for joint in FLAME_JOINTS[2:]]] = runtime_rotation.homogeneous(one.joints)
     name = f"{one.file.stem}.png"
     return Row(
         one.file,
@@ -206,7 +203,7 @@ def _array(
     source, field = part.get(name), f"{owner}.{name}" if owner else name
     if isinstance(source, (list, tuple)) and all(type(v) in (int, float) for v in source):
         source = np.array(source, np.float64)
-    elif not isinstance(source, (StoredArray, ComputedArray)):
+    elif not isinstance(source, (npy.StoredArray, npy.ComputedArray)):
         raise AvatarError("is missing" if source is None else "is not an array", file=file, field=field)
     sizes = tuple(source.shape)
     while len(sizes) > len(shape) and sizes[0] == 1:
@@ -222,5 +219,7 @@ def _array(
     )
     if not np.isfinite(values).all():
         at = [int(i[0]) for i in np.nonzero(~np.isfinite(values))]
-        raise AvatarError(f"{at} is {values[tuple(at)]}, no usable number", file=file, field=field)
+        raise AvatarError(
+            f"{at} is {values[tuple(at)]}, which is not a usable number", file=file, field=field
+        )
     return values

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from avatar_runtime.avatar import Rig
-from avatar_runtime.camera import Camera
-from avatar_runtime.pose import PoseArrays
+from avatar_runtime import Camera, PoseArrays, Rig
 
 RIGHTS = ("source", "licence", "author", "consent")
 

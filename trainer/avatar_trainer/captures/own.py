@@ -14,11 +14,9 @@ import numpy.typing as npt
 from PIL import Image
 
 from avatar_export import ReadOptions
-from avatar_export.bodies.inputs import Inputs
-from avatar_runtime.avatar import F64
-from avatar_runtime.io.errors import AvatarError, no_such
-from avatar_runtime.io.text_files import write_text
-from avatar_runtime.pose import PoseArrays, joint_rotation
+from avatar_export.bodies import inputs
+from avatar_runtime import F64, AvatarError, PoseArrays, joint_rotation
+from avatar_runtime.io import no_such, write_text
 from avatar_trainer.captures.bodies import Body, body_of_model, body_of_rig
 from avatar_trainer.captures.documents import VERSION, read_document
 from avatar_trainer.captures.keys import check_frame_list, unknown_keys
@@ -186,7 +184,7 @@ def _body(folder: Path, body: Object, given: ReadOptions) -> Body:
     others = (path(key) if key in body else None for key in ("shape", "eyelids", "anchor_faces"))
     shape, eyelids, anchor_faces = others
     return body_of_model(
-        Inputs(
+        inputs.Inputs(
             given.body_model or path("model"),
             shape,
             given.eyelids or eyelids,

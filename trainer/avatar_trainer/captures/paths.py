@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path, PurePosixPath
 
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import AvatarError
 
 MAX_PATH, MAX_NAME = 1000, 250  # bytes; endings are added to names
 

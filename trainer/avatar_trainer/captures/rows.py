@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.camera import Camera
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.pose import PoseArrays
+from avatar_runtime import AvatarError, Camera, PoseArrays
 from avatar_trainer.captures import image_files
 from avatar_trainer.captures.model import Frame
 

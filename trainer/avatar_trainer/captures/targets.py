@@ -12,7 +12,7 @@ import torch
 from PIL import Image
 from torch import Tensor
 
-from avatar_runtime.camera import Camera
+from avatar_runtime import Camera
 from avatar_trainer.captures.image_files import person
 from avatar_trainer.captures.model import Capture, Frame
 

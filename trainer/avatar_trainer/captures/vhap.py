@@ -15,11 +15,9 @@ from typing import Any
 import numpy as np
 
 from avatar_export import ReadOptions
-from avatar_export.bodies.pose_files import BodyPoses, body_clip, read_poses
-from avatar_export.bodies.tracked_cameras import transform_camera
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.whole_files import read_bytes
-from avatar_runtime.pose import PoseArrays
+from avatar_export.bodies import pose_files, tracked_cameras
+from avatar_runtime import AvatarError, PoseArrays
+from avatar_runtime.io import read_bytes
 from avatar_trainer.captures import image_files
 from avatar_trainer.captures.bodies import Body, body_of_model, check_flame, found_inputs
 from avatar_trainer.captures.model import Capture
@@ -68,7 +66,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
     given.refuse_others(("body_model", "anchor_faces"), "capture", "VHAP tracks no eyelids")
     folder = folder.resolve()
     entries = _entries(folder)
-    identity = read_poses(folder / FILE)
+    identity = pose_files.read_poses(folder / FILE)
     body = body_of_model(replace(found_inputs(folder, given, shape=folder / FILE), eyelids=None))
     check_flame(body)
     poses: dict[Path, PoseArrays] = {}
@@ -126,7 +124,7 @@ def _of_file(file: Path, split: str | None) -> list[Entry]:
 
 
 def _row(entry: Entry, folder: Path, pose: PoseArrays, over: float | None) -> Row:
-    camera = transform_camera(entry.frame, entry.whole, entry.file, entry.field)
+    camera = tracked_cameras.transform_camera(entry.frame, entry.whole, entry.file, entry.field)
     image = entry.path(folder, "file_path")
     view = camera.camera_from_world
     take = "" if image.is_relative_to(folder) else f"{image.relative_to(folder.parent).parts[0]}_"
@@ -147,7 +145,7 @@ def _row(entry: Entry, folder: Path, pose: PoseArrays, over: float | None) -> Ro
 
 def _size(entries: list[Entry]) -> tuple[int, int] | None:
     """Width and height that all entries state. Raises AvatarError for two sizes."""
-    sizes = [transform_camera(e.frame, e.whole, e.file, e.field).size for e in entries]
+    sizes = [tracked_cameras.transform_camera(e.frame, e.whole, e.file, e.field).size for e in entries]
     for entry, size in zip(entries, sizes, strict=True):
         if size != sizes[0]:
             raise AvatarError(
@@ -159,7 +157,6 @@ def _size(entries: list[Entry]) -> tuple[int, int] | None:
 
 
 def _mask(entry: Entry, folder: Path, image: Path) -> Path:
-    """The matte that the entry names, else the image's own alpha."""
     if "fg_mask_path" in entry.frame:
         return entry.path(folder, "fg_mask_path")
     if image_files.header(image).mode != "RGBA":
@@ -167,9 +164,9 @@ def _mask(entry: Entry, folder: Path, image: Path) -> Path:
     return image
 
 
-def _pose(file: Path, body: Body, identity: BodyPoses) -> PoseArrays:
+def _pose(file: Path, body: Body, identity: pose_files.BodyPoses) -> PoseArrays:
     """The pose of one time. Raises AvatarError for a file of another subject, and for one with several poses."""
-    poses = read_poses(file)
+    poses = pose_files.read_poses(file)
     if poses.frames != 1:
         raise AvatarError(f"has {poses.frames} poses; one is expected", file=file, field="neck_pose")
     if _differ(poses.shape, identity.shape):
@@ -178,7 +175,7 @@ def _pose(file: Path, body: Body, identity: BodyPoses) -> PoseArrays:
         )
     if _differ(poses.static_offset, identity.static_offset):
         raise AvatarError(f"differs from that of {FILE}", file=file, field="static_offset")
-    clip = body_clip(body.rig, poses, str(file))
+    clip = pose_files.body_clip(body.rig, poses, str(file))
     return PoseArrays(
         clip.expression_weights[0],
         clip.late_weights[0],
@@ -204,7 +201,7 @@ def _background(entry: Entry, folder: Path) -> float | None:
     return next((ground for ground in (1.0, 0.0) if np.abs(outside - ground).max() <= PLAIN), None)
 
 
-def _offset_notes(identity: BodyPoses, poses: Mapping[Path, PoseArrays]) -> list[str]:
+def _offset_notes(identity: pose_files.BodyPoses, poses: Mapping[Path, PoseArrays]) -> list[str]:
     if identity.static_offset is None or not identity.static_offset.any():
         return []
     most = float(np.linalg.norm(identity.static_offset, axis=1).max())

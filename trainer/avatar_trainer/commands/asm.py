@@ -11,14 +11,11 @@ from typing import Annotated
 import typer
 
 from avatar_export import ReadOptions, read
-from avatar_export.asm.check import NEUTRAL, check_names
-from avatar_export.asm.files import load, save
-from avatar_export.asm.model import AsmFace, Binding
-from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, facts_table, output
-from avatar_export.writers.bundle import write_bundle
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.ownership import of_file
+from avatar_export.asm import NEUTRAL, AsmFace, Binding, check_names, load, save
+from avatar_export.commands import arguments, console
+from avatar_export.writers import bundle
+from avatar_runtime import AvatarError
+from avatar_runtime.io import of_file
 from avatar_trainer.asm.align import Scan
 from avatar_trainer.asm.register.fit import Registration, register_takes, scan_error, template_keypoints
 from avatar_trainer.asm.register.settings import RegisterSettings
@@ -34,9 +31,7 @@ from avatar_trainer.loop.machine import disk_advice, memory_advice, reproducible
 from avatar_trainer.settings import with_values
 
 app = typer.Typer(
-    help="ASM: bone-driven faces, fitted to scans and images.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
+    help="ASM: bone-driven faces, fitted to scans and images.", no_args_is_help=True, rich_markup_mode=None
 )
 
 Out = Annotated[Path, typer.Option("--out", "-o", help="Face to write, FACE.npz.")]
@@ -44,8 +39,7 @@ TemplateFile = Annotated[
     Path, typer.Option("--template", help="Face to begin with, .npz: a topology with bones and mixtures.")
 ]
 Components = Annotated[
-    int | None,
-    typer.Option(help="Mixture components K of a bone; default: the template's.", min=1, max=16),
+    int | None, typer.Option(help="Mixture components K of a bone; default: the template's.", min=1, max=16)
 ]
 Bundle = Annotated[Path | None, typer.Option(help="Bundle to write of the face, too.", metavar="BUNDLE")]
 Force = Annotated[bool, typer.Option("--force", help="Replace FACE.npz and BUNDLE if they exist.")]
@@ -84,7 +78,7 @@ def scan(
     """Fit a bone-driven face to a scan, and its poses to scans of expressions."""
     settings = with_values(RegisterSettings(similarity=units == 0), arguments.pairs(set_, "--set"))
     _expect_places(out, export, force)
-    with Steps() as step, memory_advice():
+    with console.Steps() as step, memory_advice():
         step("reading")
         start = load(template)
         with of_file(template):
@@ -99,9 +93,9 @@ def scan(
         if export is not None:
             step(f"writing {export}")
             with disk_advice(export):
-                write_bundle(read(out, ReadOptions(name=found.face.name)), export, force=force)
-    output.print(f"{out}: {len(start.template.bone_names)} bones, {len(scans)} takes")
-    output.print(facts_table(_errors(found, scans)))
+                bundle.write_bundle(read(out, ReadOptions(name=found.face.name)), export, force=force)
+    console.output.print(f"{out}: {len(start.template.bone_names)} bones, {len(scans)} takes")
+    console.output.print(console.facts_table(_errors(found, scans)))
 
 
 @app.command()
@@ -116,7 +110,7 @@ def views(
     """Fit a bone-driven face to images of a still head from many sides; their cameras' poses are found, too."""
     settings = with_values(ViewSettings(), arguments.pairs(set_, "--set"))
     _expect_places(out, None, force)
-    with Steps() as step, memory_advice():
+    with console.Steps() as step, memory_advice():
         step("reading")
         start, images = load(template), read_views(folder)
         step("preparing")
@@ -125,7 +119,7 @@ def views(
         with reproducible(0, threads=0):
             found = fit_views(start.template, binding, images, settings)
         write_face(as_face(found, start.template, images.name), out)
-    output.print(f"{out}: {len(start.template.bone_names)} bones from {len(images.mask)} views")
+    console.output.print(f"{out}: {len(start.template.bone_names)} bones from {len(images.mask)} views")
 
 
 @app.command()
@@ -147,12 +141,14 @@ def template(
 ) -> None:
     """Make a template of a head mesh: 84 bones placed by landmarks, with first weights. +Y up, face +Z."""
     _expect_places(out, None, force)
-    with Steps() as step, memory_advice():
+    with console.Steps() as step, memory_advice():
         step("placing bones")
         with reproducible(0, threads=0):
             found = template_of(mesh, landmarks, units, components)
         write_face(found, out)
-    output.print(f"{out}: {len(found.template.bone_names)} bones, {len(found.template.vertices)} vertices")
+    console.output.print(
+        f"{out}: {len(found.template.bone_names)} bones, {len(found.template.vertices)} vertices"
+    )
 
 
 def with_components(face: AsmFace, components: int | None) -> Binding:
@@ -211,7 +207,6 @@ def _scans(paths: list[Path], keypoints: Path, units: float) -> list[Scan]:
 
 
 def _errors(found: Registration, scans: list[Scan]) -> dict[str, str]:
-    """Each take's scan-to-mesh error, in words."""
     errors = [scan_error(found, given, i).mean_mm for i, given in enumerate(scans)]
     takes = zip(found.face.takes, errors, strict=True)
     return {take.name: f"scan to mesh {error:.3f} mm" for take, error in takes}

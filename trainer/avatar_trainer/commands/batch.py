@@ -16,21 +16,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from avatar_export.batch import expect_extra
-from avatar_export.commands import arguments
+from avatar_export.commands import arguments, console, memory
 from avatar_export.commands import batch as exporting
-from avatar_export.commands.console import output
-from avatar_export.commands.memory import TRAIN
-from avatar_runtime.io.errors import AvatarError, no_such
+from avatar_runtime import AvatarError
+from avatar_runtime.io import no_such
 from avatar_trainer.commands.train import train_command
 from avatar_trainer.loop import run
 from avatar_trainer.settings import TrainSettings
 from avatar_trainer.systems.table import SYSTEMS
 
 if TYPE_CHECKING:
-    from avatar_export.batch.result import Result
+    from avatar_export.batch import result
 
 OWN = ("name", "source", "system", "output")  # columns besides the options of a training
-SET_HERE = ("--out", "--resume", "--help")  # options that are no column
+SET_HERE = ("--out", "--resume", "--help")  # options that are not columns
 BETWEEN = ";"  # several values of an option that may be repeated
 LOCK = ".batch.lock"
 LOG = "batch.log"
@@ -72,19 +71,19 @@ def batch(
     """
     expect_extra()
     from avatar_export.batch import engine, report, running  # the libraries of the extra
-    from avatar_export.commands.batch import BatchProgress
+    from avatar_export.commands import batch as exporting
 
     arguments.exclude({"--workers": workers, "--scheduler": scheduler})
     trainings = read_list(rows, out.absolute(), max(1, (os.cpu_count() or 1) // workers) if workers else 1)
-    needed = TRAIN[""].memory + TrainSettings().cache_megabytes * MEGABYTE
+    needed = memory.TRAIN[""].memory + TrainSettings().cache_megabytes * MEGABYTE
     tasks = [engine.Task(one.name, needed, partial(do, one)) for one in trainings]
     if dry_run:
         for one in trainings:
-            output.print(f"{one.name}: avatar-train {one.system} {' '.join(one.words)}")
-        output.print(f"{len(tasks)} rows; memory of each up to {needed / 1e9:.1f} GB")
+            console.output.print(f"{one.name}: avatar-train {one.system} {' '.join(one.words)}")
+        console.output.print(f"{len(tasks)} rows; memory of each up to {needed / 1e9:.1f} GB")
         return
     exporting.expect_new(str(out), resume)
-    with BatchProgress(len(tasks)) as watch:
+    with exporting.BatchProgress(len(tasks)) as watch:
         client = running.opened(tasks, workers, scheduler, (__name__,))
         results = running.do(tasks, client, retries, watch, lambda found: report.write(found, str(out)))
     exporting.finish(results, str(out))
@@ -95,26 +94,27 @@ def read_list(location: str, out: Path, threads: int) -> list[Training]:
 
     Raises AvatarError with file and line for a wrong one.
     """
-    from avatar_export.batch.jobs import below, placed, read_rows, refuse_shared
-    from avatar_export.batch.locations import is_url, joined, leaf, normal, parent
+    from avatar_export.batch import jobs, locations
 
-    location, out_name = placed(location, "LIST"), placed(str(out), "--out")
+    location, out_name = jobs.placed(location, "LIST"), jobs.placed(str(out), "--out")
     columns = tuple(_options(next(iter(SYSTEMS))))  # every system has the same
     found: list[Training] = []
     captures: list[str] = []
     named: dict[int, str] = {}
-    for line, row in read_rows(location, (*OWN, *columns)):
+    for line, row in jobs.read_rows(location, (*OWN, *columns)):
         where = {"file": location, "field": f"line {line}"}
         system = str(row.get("system", ""))
         if system not in SYSTEMS:
             raise no_such("system", system, SYSTEMS, **where)
         try:
-            capture = normal(joined(parent(location), str(row.get("source", ""))))
-            name = str(row.get("name", leaf(capture)))
-            place = below(out_name, str(row.get("output", name)))
+            capture = locations.normal(
+                locations.joined(locations.parent(location), str(row.get("source", "")))
+            )
+            name = str(row.get("name", locations.leaf(capture)))
+            place = jobs.below(out_name, str(row.get("output", name)))
         except ValueError as error:
             raise AvatarError(str(error), **where) from None
-        if not row.get("source") or is_url(capture) or is_url(place):
+        if not row.get("source") or locations.is_url(capture) or locations.is_url(place):
             raise AvatarError("a training needs a source and an output on a disk", **where)
         given = {"threads": threads, **{column: row[column] for column in columns if column in row}}
         words = (capture, "--out", place, *_words(given, system))
@@ -128,13 +128,12 @@ def read_list(location: str, out: Path, threads: int) -> list[Training]:
     if not found:
         raise AvatarError("holds no row", file=location)
     rows = zip(found, captures, strict=True)
-    refuse_shared([(one.name, str(one.out), {"source": capture}) for one, capture in rows], named)
+    jobs.refuse_shared([(one.name, str(one.out), {"source": capture}) for one, capture in rows], named)
     return found
 
 
 @cache
 def _parser(system: str) -> Any:
-    """The command line `avatar-train SYSTEM`."""
     app = typer.Typer(add_completion=False, rich_markup_mode=None)
     app.command(system)(train_command(system))
     return typer.main.get_command(app)
@@ -151,7 +150,6 @@ def _options(system: str) -> dict[str, Any]:
 
 
 def _words(given: Mapping[str, object], system: str) -> Iterator[str]:
-    """The options of a row as words of a command line."""
     for column, option in _options(system).items():
         if column not in given:
             continue
@@ -163,32 +161,40 @@ def _words(given: Mapping[str, object], system: str) -> Iterator[str]:
                 yield from (flag, part)
 
 
-def do(one: Training, attempt: str) -> Result:
+def do(one: Training, attempt: str) -> result.Result:
     """Trains in this process, from the newest checkpoint on if there is one. Raises for bugs only.
 
     What the command prints goes to OUT/batch.log. `attempt` is not needed: a run has one folder, and one attempt at a
     time.
     """
-    from avatar_export.batch.failures import KINDS, kind_of
-    from avatar_export.batch.meter import Meter
-    from avatar_export.batch.result import Result
+    from avatar_export.batch import failures, result
+    from avatar_export.batch import meter as meters
 
-    meter, said = Meter(), io.StringIO()
+    meter, said = meters.Meter(), io.StringIO()
     try:
         with _alone(one.out), redirect_stdout(said), redirect_stderr(said):
             _parser(one.system).main(list(one.words), one.system, standalone_mode=False)
         (one.out / LOG).write_text(said.getvalue(), "utf-8")
     except (AvatarError, OSError, MemoryError, typer.BadParameter) as error:
-        kind = kind_of(error)
+        kind = failures.kind_of(error)
         remedy = (
-            "correct the row; `avatar-train` with it says the same" if kind == "input" else KINDS[kind].remedy
+            "correct the row; `avatar-train` with it says the same"
+            if kind == "input"
+            else failures.KINDS[kind].remedy
         )
         message = " ".join((str(error) or "memory ran out").split())
         spent = meter.spent()
-        return Result(
-            one.name, "failed", kind, message, remedy, str(one.out), **spent, retryable=KINDS[kind].retryable
+        return result.Result(
+            one.name,
+            "failed",
+            kind,
+            message,
+            remedy,
+            str(one.out),
+            **spent,
+            retryable=failures.KINDS[kind].retryable,
         )
-    return Result(one.name, "done", output=str(one.out), **meter.spent(), psnr=_psnr_db(one.out))
+    return result.Result(one.name, "done", output=str(one.out), **meter.spent(), psnr=_psnr_db(one.out))
 
 
 @contextmanager
@@ -201,7 +207,7 @@ def _alone(out: Path) -> Iterator[None]:
 
 
 def _psnr_db(out: Path) -> float | None:
-    """Mean PSNR of the held-out frames, whole images; None where there is none."""
+    """Mean PSNR of the held-out frames, whole images; None without such frames."""
     means = json.loads((out / run.EVALUATION).read_text("utf-8"))["splits"].get("test", {})
     value = means.get("psnr_db")
     return None if value is None else float(value)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from avatar_export.commands.console import Steps, messages, output
+from avatar_export.commands import console
 from avatar_trainer.captures.checks import overlays
 from avatar_trainer.captures.checks.verdict import judge
 from avatar_trainer.captures.describe import describe
@@ -22,7 +22,7 @@ def check(
     ] = None,
 ) -> None:
     """Read a whole capture, say what is in it, and find what does not fit: cameras, units, poses, masks."""
-    with Steps() as step:
+    with console.Steps() as step:
         if pictures is not None:
             overlays.expect_place(pictures)
         step("reading")
@@ -35,9 +35,9 @@ def check(
         step("comparing mesh and images")
         verdict = judge(scene)
     for line in describe(scene):
-        output.print(line)
+        console.output.print(line)
     if pictures is not None:
-        output.print(f"{pictures}: {count} overlays")
+        console.output.print(f"{pictures}: {count} overlays")
     for text in verdict.odd:
-        messages.print(f"warning: {text}")
+        console.messages.print(f"warning: {text}")
     verdict.refuse(scene)

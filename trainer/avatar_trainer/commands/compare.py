@@ -8,10 +8,9 @@ from typing import Annotated
 
 import typer
 
-from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, output, print_json
-from avatar_export.readers.table import expect_bundle
-from avatar_runtime.bundle import load
+from avatar_export.commands import arguments, console
+from avatar_export.readers import table
+from avatar_runtime import load
 from avatar_trainer.commands.arguments import Captured, Run
 from avatar_trainer.evaluation import compare as comparison
 from avatar_trainer.loop.progress import note
@@ -26,10 +25,10 @@ def compare(
     as_json: arguments.AsJson = False,
 ) -> None:
     """Hold a bundle's images, by every backend, against the model it was made of; exit code 1 if they differ."""
-    with Steps() as step:
+    with console.Steps() as step:
         step("loading")
         system, _, _ = load_run(out, capture)
-        expect_bundle(bundle)
+        table.expect_bundle(bundle)
         avatar = load(bundle)
         step("drawing")
         backends, missing = comparison.playable(avatar)
@@ -37,7 +36,7 @@ def compare(
     for line in missing:
         note(line)
     if as_json:
-        print_json([{**dataclasses.asdict(row), "holds": row.holds} for row in rows])
+        console.print_json([{**dataclasses.asdict(row), "holds": row.holds} for row in rows])
     else:
-        output.print(comparison.table(rows))
+        console.output.print(comparison.table(rows))
     raise typer.Exit(0 if all(row.holds for row in rows if row.profile == comparison.TRAINED) else 1)

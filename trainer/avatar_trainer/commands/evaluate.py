@@ -8,13 +8,12 @@ from typing import Annotated, Any
 
 import typer
 
-from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, messages, output, print_json
-from avatar_export.readers.bundle import detect
-from avatar_export.readers.table import expect_bundle
+from avatar_export.commands import arguments, console
+from avatar_export.readers import bundle as bundles
+from avatar_export.readers import table
+from avatar_runtime import AvatarError
+from avatar_runtime import load as load_bundle
 from avatar_runtime.backends import BACKENDS
-from avatar_runtime.bundle import load as load_bundle
-from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures.load import check_pixels, load
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.evaluation import evaluate as evaluation
@@ -51,26 +50,26 @@ def evaluate(
     Of a run it writes OUT/evaluation.json.
     """
     arguments.one_of("--backend", backend, BACKENDS)
-    with Steps() as step, memory_advice():
+    with console.Steps() as step, memory_advice():
         step("loading")
         weights = None if lpips_weights is None else Lpips(lpips_weights)
-        of = _of_bundle if detect(out) else _of_run
+        of = _of_bundle if bundles.detect(out) else _of_run
         result = of(out, capture, backend, weights, step)
     if as_json:
-        print_json(result)
+        console.print_json(result)
         return
     for note in result.get("notes", ()):
-        messages.print(f"note: {note}")
-    output.print(evaluation.table(result))
+        console.messages.print(f"note: {note}")
+    console.output.print(evaluation.table(result))
     if weights is None:
-        messages.print("note: LPIPS is not measured without --lpips-weights")
+        console.messages.print("note: LPIPS is not measured without --lpips-weights")
 
 
 def _of_run(
     out: Path, capture: Path | None, backend: str | None, weights: Lpips | None, step: Callable[[str], None]
 ) -> dict[str, Any]:
     if not (out / run.FILE).is_file():
-        expect_bundle(out)  # a trained avatar that must be converted first
+        table.expect_bundle(out)  # a trained avatar that must be converted first
     if backend is not None:
         raise typer.BadParameter("is for bundles; a run is drawn by its rasteriser", param_hint="--backend")
     system, settings, iteration = load_run(out, capture)
@@ -100,7 +99,6 @@ def _of_bundle(
 
 
 def _expect_large(scene: Capture, weights: Lpips | None) -> None:
-    """Raise AvatarError for images that are too small for LPIPS."""
     if weights is not None and min(scene.width, scene.height) < SMALLEST[weights.network]:
         least = SMALLEST[weights.network]
         raise AvatarError(

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, output
+from avatar_export.commands import arguments, console
 from avatar_trainer.commands.arguments import Captured, Run
 from avatar_trainer.commands.places import expect_bundle_place, expect_run_folder
 from avatar_trainer.loop.machine import disk_advice, memory_advice
@@ -30,7 +29,7 @@ def export(
 
     expect_run_folder(out)
     expect_bundle_place(bundle, None, force=force)
-    with Steps() as step, memory_advice():
+    with console.Steps() as step, memory_advice():
         step("loading")
         system, _, iteration = load_run(out, capture)
         step(f"writing {bundle}")
@@ -39,4 +38,4 @@ def export(
         export(
             system, upstream, bundle, engine_files=not no_engine_files, preview=not no_preview, force=force
         )
-    output.print(f"{bundle}: written from iteration {iteration}")
+    console.output.print(f"{bundle}: written from iteration {iteration}")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from avatar_export.writers.bundle import may_replace
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.staging import followed
+from avatar_export.writers import bundle as bundles
+from avatar_runtime import AvatarError
+from avatar_runtime.io import followed
 from avatar_trainer.loop import run
 
 FOLDERS = (run.CHECKPOINTS, run.UPSTREAM, run.LOGS, run.PREVIEW)  # of a run
@@ -18,7 +18,7 @@ def expect_run_folder(out: Path) -> None:
     expect_room(out)
     for folder in (out, *(out / name for name in FOLDERS)):
         if folder.exists() and not folder.is_dir():
-            raise AvatarError("is a file where a run has a folder; name another --out", file=folder)
+            raise AvatarError("is a file, but a run needs a folder here; name another --out", file=folder)
 
 
 def expect_bundle_place(bundle: Path, out: Path | None, *, force: bool) -> None:
@@ -27,10 +27,8 @@ def expect_bundle_place(bundle: Path, out: Path | None, *, force: bool) -> None:
     here = followed(bundle)
     there = here if out is None else followed(out)
     if out is not None and (here == there or here in there.parents or there in here.parents):
-        raise AvatarError(
-            f"a bundle and the run in {out} cannot lie in each other; name another", file=bundle
-        )
-    may_replace(here, force)
+        raise AvatarError(f"the bundle and the run in {out} overlap; name another folder", file=bundle)
+    bundles.may_replace(here, force)
     expect_room(here.parent)
 
 
@@ -42,4 +40,4 @@ def expect_room(folder: Path) -> None:
     if not path.is_dir():
         raise AvatarError(f"cannot be written: {path} is a file", file=folder)
     if not os.access(path, os.W_OK | os.X_OK):
-        raise AvatarError(f"cannot be written: {path} does not permit it", file=folder)
+        raise AvatarError(f"cannot be written: no permission for {path}", file=folder)

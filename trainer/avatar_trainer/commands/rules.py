@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from avatar_export.commands import arguments
-from avatar_export.commands.console import output, print_json
+from avatar_export.commands import arguments, console
 from avatar_trainer.systems.table import SYSTEMS, system_module
 
 
@@ -13,12 +12,14 @@ def rules(as_json: arguments.AsJson = False) -> None:
     """List the rules of each system: in what paper and released code differ, and what is taken."""
     found = {name: system_module(name).RULES for name in SYSTEMS}
     if as_json:
-        print_json({name: {k: dataclasses.asdict(v) for k, v in own.items()} for name, own in found.items()})
+        console.print_json(
+            {name: {k: dataclasses.asdict(v) for k, v in own.items()} for name, own in found.items()}
+        )
         return
     for name, own in found.items():
-        output.print(name, style="bold")
+        console.output.print(name, style="bold")
         for rule, facts in own.items():
-            output.print(f"  {rule} = {' | '.join(facts.values)}: {facts.about}")
-            output.print(
+            console.output.print(f"  {rule} = {' | '.join(facts.values)}: {facts.about}")
+            console.output.print(
                 f"      paper {facts.paper}, released code {facts.released}, default {facts.default}"
             )

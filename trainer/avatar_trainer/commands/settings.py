@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from avatar_export.commands import arguments
-from avatar_export.commands.console import facts_table, output, print_json
+from avatar_export.commands import arguments, console
 from avatar_trainer.commands.train import OPTIONS
 from avatar_trainer.settings import TrainSettings, settable
 from avatar_trainer.systems.table import SYSTEMS, system_module
@@ -20,6 +19,6 @@ def settings(
     arguments.one_of("system", system, SYSTEMS)
     found = {**settable(system_module(system).Settings(), OPTIONS), **settable(TrainSettings(), OPTIONS)}
     if as_json:
-        print_json(found)
+        console.print_json(found)
         return
-    output.print(facts_table(found))
+    console.output.print(console.facts_table(found))

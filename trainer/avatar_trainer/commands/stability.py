@@ -8,11 +8,10 @@ from typing import Annotated
 
 import typer
 
-from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, output, print_json
+from avatar_export.commands import arguments, console
 from avatar_export.playing import sequences
-from avatar_export.readers.table import expect_bundle
-from avatar_runtime.bundle import load
+from avatar_export.readers import table
+from avatar_runtime import load
 from avatar_trainer.captures.load import load as load_capture
 from avatar_trainer.evaluation import stability as measures
 from avatar_trainer.loop.progress import note
@@ -38,9 +37,9 @@ def stability(
     as_json: arguments.AsJson = False,
 ) -> None:
     """Measure how a bundle holds up in motion that it was not trained on: torn share, flicker, sharpness."""
-    with Steps() as step:
+    with console.Steps() as step:
         step("loading")
-        expect_bundle(bundle)
+        table.expect_bundle(bundle)
         avatar = load(bundle)
         trained_on = None if capture is None else load_capture(capture)
         sequence = sequences.clip(avatar, clip, None).part(slice(None, None, every))
@@ -48,9 +47,10 @@ def stability(
         result = measures.stability(avatar, sequence.poses, trained_on)
     if trained_on is None and avatar.provenance.get("system") == PSAVATAR:
         note(
-            "the mesh of flicker has the learned bases of this bundle; --capture gives the body model without"
+            "flicker is measured against a mesh that has the learned bases of this bundle; pass --capture to "
+            "measure it against the body model"
         )
     if as_json:
-        print_json({"clip": clip, "how": measures.HOW, **dataclasses.asdict(result)})
+        console.print_json({"clip": clip, "how": measures.HOW, **dataclasses.asdict(result)})
     else:
-        output.print(measures.table(result))
+        console.output.print(measures.table(result))

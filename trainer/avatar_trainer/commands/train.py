@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import typer
 
-from avatar_export.commands import arguments
-from avatar_export.commands.console import Steps, output
-from avatar_runtime.io.errors import AvatarError, no_such
+from avatar_export.commands import arguments, console
+from avatar_runtime import AvatarError
+from avatar_runtime.io import no_such
 from avatar_trainer.captures.checks.verdict import judge
 from avatar_trainer.captures.load import check_pixels, load
 from avatar_trainer.captures.model import Capture
@@ -105,16 +105,16 @@ def train_command(name: str) -> Callable[..., None]:
             expect_bundle_place(export, out, force=force or there)
         scene = _read(capture, out, settings, resume, accept_misfit)
         with memory_advice():
-            with Steps() as step:
+            with console.Steps() as step:
                 step("preparing")
                 system = module.create(scene, own, seed)
             trained = train(system, scene, settings, out, system_settings=own, resume=resume)
-            output.print(
+            console.output.print(
                 f"{out}: {trained.iterations} iterations, {trained.gaussians} Gaussians, {trained.seconds:.0f} s"
             )
             _evaluate(system, scene, out, trained.iterations, Drawing(rasteriser, threads or None))
             if there:
-                output.print(f"{export}: exists already and is kept; --force replaces it")
+                console.output.print(f"{export}: exists already and is kept; --force replaces it")
             elif export is not None:
                 _export(system, trained, export, force)
 
@@ -146,7 +146,6 @@ def _settings(
 
 
 def _expect_lpips(own: object) -> None:
-    """Raise AvatarError if a loss needs a package that is not installed."""
     for name, value in settable(own).items():
         if name.rpartition(".")[2] == LPIPS and value and importlib.util.find_spec(LPIPS) is None:
             raise AvatarError(f"needs the package {LPIPS}: pip install {LPIPS}", field=name)
@@ -165,7 +164,7 @@ def _expect_exportable(rules: Mapping[str, Rule], chosen: Mapping[str, str]) -> 
 
 def _read(folder: Path, out: Path, settings: TrainSettings, resume: bool, accept_misfit: bool) -> Capture:
     """The capture; everything is checked before a new run begins, as `check` does."""
-    with Steps() as step:
+    with console.Steps() as step:
         step("reading")
         scene = load(folder)
         if not (resume and checkpoint.paths(out / run.CHECKPOINTS)):
@@ -178,17 +177,15 @@ def _read(folder: Path, out: Path, settings: TrainSettings, resume: bool, accept
 
 
 def _evaluate(system: System, scene: Capture, out: Path, iteration: int, by: Drawing) -> None:
-    """Measure the held-out frames, write OUT/evaluation.json and print the means."""
-    with Steps() as step:
+    with console.Steps() as step:
         step("measuring")
         result = evaluate(system, scene, by)
     with disk_advice(out):
         run.write(out, {"iteration": iteration, **result}, run.EVALUATION)
-    output.print(table(result))
+    console.output.print(table(result))
 
 
 def _export(system: System, trained: Trained, bundle: Path, force: bool) -> None:
-    """Write the bundle of OUT/upstream, which `train` wrote."""
     from avatar_trainer.bundles.export import export
 
     if trained.upstream is None:
@@ -196,7 +193,7 @@ def _export(system: System, trained: Trained, bundle: Path, force: bool) -> None
             "is not written: the released layout cannot hold what was trained (see the note above)",
             file=bundle,
         )
-    with Steps() as step:
+    with console.Steps() as step:
         step(f"writing {bundle}")
         export(system, trained.upstream, bundle, force=force)
-    output.print(f"{bundle}: written")
+    console.output.print(f"{bundle}: written")

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from onnx import ModelProto, NodeProto, TensorProto, helper, numpy_helper
 from torch import Tensor
 
-from avatar_runtime.avatar import Enhancer
-from avatar_runtime.checks.enhancer import check_enhancer
+from avatar_runtime import Enhancer
+from avatar_runtime.checks import enhancer
 from avatar_trainer.enhancer.network import (
     CHANNELS,
     MULTIPLE,
@@ -50,7 +50,7 @@ def onnx_enhancer(
     PSNR in dB over the images that `measured_on` names, which were not trained on; None: not measured.
     Raises ValueError for weights of another network, AvatarError for impossible values.
     """
-    return check_enhancer(
+    return enhancer.check_enhancer(
         Enhancer(
             onnx=encode(weights),
             input=INPUT,
@@ -89,10 +89,7 @@ def _model(weights: Mapping[str, Tensor]) -> ModelProto:
         constants,
     )
     return helper.make_model(
-        graph,
-        producer_name=PRODUCER,
-        ir_version=IR_VERSION,
-        opset_imports=[helper.make_opsetid("", OPSET)],
+        graph, producer_name=PRODUCER, ir_version=IR_VERSION, opset_imports=[helper.make_opsetid("", OPSET)]
     )
 
 

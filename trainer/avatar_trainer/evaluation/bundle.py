@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from avatar_runtime.avatar import Avatar
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose
+from avatar_runtime import Avatar, AvatarError, Player, Pose
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import Target
 from avatar_trainer.evaluation.evaluate import Score, measured, score, summary

@@ -13,10 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from rich.table import Table
 
-from avatar_runtime.avatar import Avatar
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.player import Player
-from avatar_runtime.stages.raster import Image
+from avatar_runtime import Avatar, AvatarError, Image, Player
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.evaluation.bundle import pose_of
 from avatar_trainer.systems.drawing import Drawing, draw
@@ -84,7 +81,7 @@ def compare(
     frames = system.capture.test[::every]
     if not frames:
         raise AvatarError(
-            "holds no frame out (split test), so there is nothing to compare", file=system.capture.folder
+            "has no held-out frames (split test), so there is nothing to compare", file=system.capture.folder
         )
     wanted = [_image(draw(system, frame)) for frame in frames]
     rows = [
@@ -117,7 +114,6 @@ def _image(rendered: Rendered) -> Image:
 def _played(
     capture: Capture, avatar: Avatar, frames: Iterable[Frame], backend: str, profile: str
 ) -> Iterator[Image]:
-    """The frames by the bundle, over black."""
     player = Player(avatar, backend)
     for frame in frames:
         yield player.frame(pose_of(capture, avatar, frame), frame.camera, (0.0, 0.0, 0.0), profile).image

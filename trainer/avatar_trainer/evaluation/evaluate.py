@@ -12,7 +12,7 @@ import torch
 from rich.table import Table
 from torch import Tensor
 
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import AvatarError
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import Target, Targets, evenly
 from avatar_trainer.evaluation.lpips import Lpips
@@ -183,7 +183,6 @@ def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:
 
 
 def _shared(score: Score, measures: Sequence[str]) -> dict[str, Any]:
-    """A frame's score, without measures that no frame has."""
     return {name: value for name, value in vars(score).items() if name not in OPTIONAL or name in measures}
 
 

@@ -15,7 +15,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import AvatarError
 
 MAKE = "python -c \"import lpips, torch; torch.save(lpips.LPIPS(net='vgg').state_dict(), 'lpips_vgg.pth')\""
 LAYERS = 5

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from avatar_export.images import png
+from avatar_export import images
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.captures.targets import Targets, evenly
 from avatar_trainer.systems.drawing import DRAWING, Drawing, draw
@@ -29,4 +29,4 @@ def write(path: Path, system: System, capture: Capture, targets: Targets, by: Dr
         rows.append(torch.cat([wanted, drawn, ((drawn - wanted).abs() * GAIN).clamp(0, 1)], dim=1))
     sheet = np.rint(torch.cat(rows).numpy() * 255).astype(np.uint8)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(png(sheet))
+    path.write_bytes(images.png(sheet))

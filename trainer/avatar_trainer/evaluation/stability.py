@@ -9,14 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from rich.table import Table
 
-from avatar_export.images import frame_camera, robust_box
-from avatar_export.playing.sequences import own_clip
-from avatar_runtime.avatar import F32, F64, I64, Avatar, Rig
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, resolve
-from avatar_runtime.posed import posed_mesh
-from avatar_runtime.stages.joints import joints
+from avatar_export import images
+from avatar_export.playing import sequences
+from avatar_runtime import F32, F64, I64, Avatar, AvatarError, Player, Pose, Rig, posed_mesh, resolve
+from avatar_runtime.stages import joints
 from avatar_trainer.asm.kernels.closest import nearest, triangle_tree
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.kernels.neighbours import nearest_others
@@ -63,7 +59,7 @@ def stability(avatar: Avatar, poses: Sequence[Pose], capture: Capture | None = N
     player = Player(avatar)
     stretch = Stretch(avatar, player)
     limit = np.zeros(avatar.gaussians.count)
-    for pose in own_clip(avatar, TRAINING).poses:
+    for pose in sequences.own_clip(avatar, TRAINING).poses:
         np.maximum(limit, stretch.of(player.animate(pose).mean), out=limit)
     torn, weight, places = np.zeros(len(limit)), np.zeros(len(limit)), []
     for pose in poses:
@@ -124,7 +120,6 @@ def _share(part: F64, whole: F64) -> float:
 
 
 def _mesh_of(avatar: Avatar, capture: Capture | None) -> Mesh | None:
-    """The mesh below the avatar; None for an avatar without a rig."""
     own = avatar.rig
     if capture is None:
         return None if own is None else Mesh(own, avatar.expression_names, avatar.eyelids)
@@ -153,7 +148,7 @@ class Mesh(NamedTuple):
             expression_weights=_ordered(avatar.expression_names, arrays.expression_weights, self.expressions),
             late_weights=_ordered(avatar.eyelids, arrays.late_weights, self.late_morphs),
         )
-        vertices = posed_mesh(self.rig, own, joints(self.rig, own)).astype(np.float64)
+        vertices = posed_mesh(self.rig, own, joints.joints(self.rig, own)).astype(np.float64)
         result: F64 = vertices @ own.world_from_avatar[:3, :3].T + own.world_from_avatar[:3, 3]
         return result
 
@@ -196,7 +191,7 @@ def _sharpness(avatar: Avatar, player: Player, poses: Sequence[Pose]) -> float |
     """The mean gradient inside alpha, relative to the held-out clip from the same camera."""
     if all(clip.name != HELD_OUT for clip in avatar.clips):
         return None
-    camera = frame_camera(robust_box(player.animate(Pose()).mean), SIZE, SIZE)
+    camera = images.frame_camera(images.robust_box(player.animate(Pose()).mean), SIZE, SIZE)
 
     def gradient(shown: Iterable[Pose]) -> float:
         total, count = 0.0, 0
@@ -206,7 +201,7 @@ def _sharpness(avatar: Avatar, player: Player, poses: Sequence[Pose]) -> float |
             total, count = total + float(length.sum(dtype=np.float64)), count + length.size
         return total / max(count, 1)
 
-    known = gradient(own_clip(avatar, HELD_OUT).poses)
+    known = gradient(sequences.own_clip(avatar, HELD_OUT).poses)
     return gradient(poses) / known if known > 0 else None
 
 

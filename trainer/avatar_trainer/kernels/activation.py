@@ -6,9 +6,8 @@ import math
 
 import numpy as np
 
-from avatar_runtime.avatar import F32
-from avatar_runtime.backends.cpu.jit import Scalar, inlined
-from avatar_runtime.backends.cpu.rotation import Quat
+from avatar_runtime import F32
+from avatar_runtime.backends.cpu import Quat, Scalar, inlined
 
 ONE = np.float32(1)
 

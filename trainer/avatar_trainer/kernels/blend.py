@@ -9,8 +9,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, I64
-from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime import F32, I64
+from avatar_runtime.backends.cpu import inlined, kernel
 from avatar_trainer.kernels.arrays import plain
 from avatar_trainer.stages.blend import Deltas
 from avatar_trainer.tensors import Gaussians
@@ -82,7 +82,6 @@ def _values(tensors: tuple[Tensor, ...], coefficients: int) -> Values:
 
 
 def _check_pattern(deltas: Deltas, rows: int, columns: int) -> None:
-    """Checks the indices, since kernels do not."""
     ptr, column = deltas.row_ptr, deltas.column
     if any(index.dtype != torch.int64 or not index.is_contiguous() for index in (ptr, column)):
         raise ValueError("row_ptr and column are contiguous int64")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avatar_runtime.backends.cpu.arrays import Mesh, read_only
-from avatar_runtime.topology import vertex_triangles
+from avatar_runtime import topology
+from avatar_runtime.backends.cpu import Mesh, read_only
 from avatar_trainer.stages.surface import SurfaceMesh
 
 
@@ -22,6 +22,6 @@ class KernelMesh:
 def kernel_mesh(mesh: SurfaceMesh) -> KernelMesh:
     """The arrays of `mesh`, made once for all poses."""
     triangles = mesh.triangles.numpy().astype(np.uint32)
-    lists = vertex_triangles(triangles, mesh.vertices)
+    lists = topology.vertex_triangles(triangles, mesh.vertices)
     parts = triangles, mesh.frame.reshape(-1, 9).numpy(), mesh.area.numpy(), *lists
     return KernelMesh(mesh, Mesh(*(read_only(part, part.dtype, part.shape) for part in parts)))

@@ -15,10 +15,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, F64, I64
-from avatar_runtime.backends.cpu.arrays import Mesh
-from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
-from avatar_runtime.backends.cpu.rotation import newton_step, quat_from_matrix
+from avatar_runtime import F32, F64, I64
+from avatar_runtime.backends.cpu import Mesh, Scalar, inlined, kernel, newton_step, quat_from_matrix
 from avatar_schema import constants
 from avatar_trainer.kernels.activation import ONE, store_quat
 from avatar_trainer.kernels.arrays import plain
@@ -119,7 +117,6 @@ class _MeshPoints(torch.autograd.Function):
 
 @kernel(parallel=True)
 def _across(vertices: F32, mesh: Mesh, across: F64) -> None:
-    """edge x edge of each triangle."""
     for f in numba.prange(len(across)):
         a, b, c = _corner(vertices, mesh, f, 0), _corner(vertices, mesh, f, 1), _corner(vertices, mesh, f, 2)
         across[f, 0], across[f, 1], across[f, 2] = _cross(_minus(b, a), _minus(c, a))
@@ -250,7 +247,6 @@ def _linear(i: int, matrix: F32, rows: Rows) -> tuple[Scalar, ...]:
 
 @inlined
 def _corner(vertices: F32, mesh: Mesh, f: int, k: int) -> Vector:
-    """Corner `k` of a triangle, float64."""
     v = mesh.triangles[f, k]
     return vertices[v, 0] + 0.0, vertices[v, 1] + 0.0, vertices[v, 2] + 0.0
 

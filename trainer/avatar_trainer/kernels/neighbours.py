@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from avatar_runtime.avatar import F64, I64
-from avatar_runtime.backends.cpu.jit import kernel
+from avatar_runtime import F64, I64
+from avatar_runtime.backends.cpu import kernel
 
 
 def nearest_others(position: F64, count: int) -> I64:

@@ -10,19 +10,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32
-from avatar_runtime.backends.cpu.deform.bind import POLAR_STEPS
-from avatar_runtime.backends.cpu.jit import inlined, kernel
-from avatar_runtime.backends.cpu.rotation import newton_step, quat_from_matrix, quat_multiply
-from avatar_trainer.kernels.activation import (
-    ONE,
-    conjugate,
-    divided,
-    quat_at,
-    sigmoid,
-    store_quat,
-    undivided,
-)
+from avatar_runtime import F32
+from avatar_runtime.backends.cpu import inlined, kernel, newton_step, quat_from_matrix, quat_multiply
+from avatar_runtime.backends.cpu.deform import POLAR_STEPS
+from avatar_trainer.kernels.activation import ONE, conjugate, divided, quat_at, sigmoid, store_quat, undivided
 from avatar_trainer.kernels.arrays import plain
 from avatar_trainer.stages.activate import SHORTEST
 from avatar_trainer.tensors import Gaussians, Splats
@@ -121,7 +112,6 @@ def _move(motion: Motion, given: Values, out: Values, length: F32) -> None:
 
 @kernel(parallel=True)
 def _move_backward(motion: Motion, out: Values, length: F32, gradient: Values, back: Values) -> None:
-    """Writes the gradient of the inputs to `back`, from that of `out`."""
     for i in numba.prange(len(length)):
         _move_row_backward(i, motion, out, length, gradient, back)
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from avatar_runtime.avatar import F32, I64, U32
-from avatar_runtime.backends.cpu.jit import kernel
+from avatar_runtime import F32, I64, U32
+from avatar_runtime.backends.cpu import kernel
 
 
 class Edges(NamedTuple):

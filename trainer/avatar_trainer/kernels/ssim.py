@@ -14,8 +14,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, F64
-from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
+from avatar_runtime import F32, F64
+from avatar_runtime.backends.cpu import Scalar, inlined, kernel
 from avatar_trainer.kernels.arrays import plain
 
 HALF = 5  # pixels of the window beside its centre

@@ -10,39 +10,26 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, I64, Rules
-from avatar_runtime.backends.cpu.deform import surface as runtime
-from avatar_runtime.backends.cpu.deform.inputs import fresh_posed_mesh
-from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
-from avatar_runtime.backends.cpu.rotation import (
+from avatar_runtime import F32, I64, Rules
+from avatar_runtime import rules as runtime_rules
+from avatar_runtime.backends.cpu import (
     Quat,
+    Scalar,
+    inlined,
+    kernel,
     matrix_from_quat,
     newton_step,
     quat_from_matrix,
     quat_multiply,
 )
-from avatar_runtime.rules import code
+from avatar_runtime.backends.cpu.deform import fresh_posed_mesh
+from avatar_runtime.backends.cpu.deform import surface as runtime
 from avatar_schema import constants
-from avatar_trainer.kernels.activation import (
-    ONE,
-    conjugate,
-    divided,
-    quat_at,
-    sigmoid,
-    store_quat,
-    undivided,
-)
+from avatar_trainer.kernels.activation import ONE, conjugate, divided, quat_at, sigmoid, store_quat, undivided
 from avatar_trainer.kernels.arrays import plain
 from avatar_trainer.kernels.mesh import KernelMesh
 from avatar_trainer.stages.activate import SHORTEST
-from avatar_trainer.stages.surface import (
-    TINY,
-    PosedMesh,
-    SurfaceMesh,
-    check_rules,
-    linear_rows,
-    scale_change,
-)
+from avatar_trainer.stages.surface import TINY, PosedMesh, SurfaceMesh, check_rules, linear_rows, scale_change
 from avatar_trainer.tensors import Splats
 
 POLAR_STEPS = int(constants()["polar_steps"])
@@ -90,7 +77,10 @@ def pose_mesh_cpu(
         raise ValueError("pose_mesh_cpu has no gradients; stages.surface.pose_mesh has")
     definition = mesh.definition
     posed = fresh_posed_mesh(mesh.arrays)
-    rotation, sign = code("rotation", rules.rotation), code("quaternion_sign", rules.quaternion_sign)
+    rotation, sign = (
+        runtime_rules.code("rotation", rules.rotation),
+        runtime_rules.code("quaternion_sign", rules.quaternion_sign),
+    )
     runtime.triangle_turns(plain(vertices, definition.vertices, 3), mesh.arrays, rotation, sign, posed)
     unit_area = definition.training_per_bundle**2
     runtime.vertex_sums(
@@ -190,7 +180,6 @@ def _embed(on_mesh: OnMesh, unit_normal: bool, given: Values, out: Out, frame: F
 def _embed_backward(
     on_mesh: OnMesh, unit_normal: bool, given: Values, out: Out, gradient: Out, back: Values
 ) -> None:
-    """Writes the gradient of the inputs to `back`, from that of `out`."""
     for i in numba.prange(len(given.displacement)):
         _embed_row_backward(i, on_mesh, unit_normal, given, out, gradient, back)
 

@@ -20,10 +20,9 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from avatar_runtime import AvatarError
 from avatar_runtime.codec import safetensors
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.files import open_file
-from avatar_runtime.io.staging import sync_folder
+from avatar_runtime.io import open_file, sync_folder
 
 MAGIC = b"AVTRAIN1"
 NAME = re.compile(r"iteration_(\d{6,9})\.ckpt")
@@ -110,7 +109,7 @@ def newest(folder: Path, note: Note) -> Checkpoint | None:
         except AvatarError as error:
             note(f"{error}; trying the one before")
     if found:
-        raise AvatarError("no checkpoint here is whole; --no-resume starts again", file=folder)
+        raise AvatarError("every checkpoint here is damaged; --no-resume starts again", file=folder)
     return None
 
 
@@ -144,7 +143,7 @@ def _whole_body(path: Path) -> bytearray:
                 raise AvatarError(f"is cut: {max(held, 0)} bytes of {claimed}", file=path)
             body = bytearray(claimed)
             if file.readinto(body) != claimed or hashlib.sha256(body).digest() != file.read():
-                raise AvatarError("is damaged: its SHA-256 is another", file=path)
+                raise AvatarError("is damaged: its SHA-256 does not match", file=path)
             return body
     except OSError as error:
         raise AvatarError(f"cannot be read ({error.strerror or error})", file=path) from None

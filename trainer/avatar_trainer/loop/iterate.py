@@ -11,8 +11,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.backends.cpu.threads import thread_count
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import AvatarError
+from avatar_runtime.backends.cpu import thread_count
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import Target
 from avatar_trainer.loop.resume import load_system

@@ -10,8 +10,9 @@ from typing import Any
 import numba
 import torch
 
-from avatar_runtime.backends.cpu.threads import thread_count
-from avatar_runtime.io.errors import AvatarError, MemoryShortage
+from avatar_runtime import AvatarError
+from avatar_runtime.backends.cpu import thread_count
+from avatar_runtime.io import MemoryShortage
 
 OUT_OF_MEMORY = ("can't allocate memory", "not enough memory", "out of memory")  # torch's, in a RuntimeError
 

@@ -8,12 +8,12 @@ from datetime import timedelta
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from avatar_export.commands.console import SECONDS, messages
+from avatar_export.commands import console
 
 
 def note(text: str) -> None:
     """A line of its own, above a bar."""
-    messages.print(f"note: {text}")
+    console.messages.print(f"note: {text}")
 
 
 class TrainProgress:
@@ -27,7 +27,7 @@ class TrainProgress:
             MofNCompleteColumn(),
             TimeRemainingColumn(),
             TextColumn("{task.fields[state]}"),
-            console=messages,
+            console=console.messages,
             disable=not sys.stderr.isatty(),
         )
         self._task = self._bar.add_task("", total=total, completed=done, state="")
@@ -48,9 +48,9 @@ class TrainProgress:
         now = time.monotonic()
         if self._began is None:
             self._began, self._first = now, iteration
-        if self._bar.disable and (now - self._spoke >= SECONDS or iteration == self._total):
+        if self._bar.disable and (now - self._spoke >= console.SECONDS or iteration == self._total):
             self._spoke = now
-            messages.print(
+            console.messages.print(
                 f"iteration {iteration} of {self._total}, {state}, {self._left(iteration, now)} left"
             )
 

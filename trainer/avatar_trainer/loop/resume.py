@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import AvatarError
 from avatar_trainer.captures.load import load
 from avatar_trainer.captures.targets import resized
 from avatar_trainer.loop import checkpoint, run
@@ -31,12 +31,11 @@ def load_run(out: Path, capture: Path | None = None) -> tuple[System, TrainSetti
         )
     found = checkpoint.newest(out / run.CHECKPOINTS, note)
     if found is None:
-        raise AvatarError("holds no checkpoint yet", file=out)
+        raise AvatarError("has no checkpoint yet", file=out)
     different = run.differences(found.state.get("run"), content, found.iteration, settings.iterations)
     if different:
         raise AvatarError(
-            f"is not of the checkpoint beside it ({'; '.join(different[:4])}); undo what was changed, or train "
-            "anew",
+            f"differs from its checkpoint ({'; '.join(different[:4])}); undo what was changed, or train anew",
             file=out / run.FILE,
         )
     scene = resized(load(folder), settings.size)

@@ -15,8 +15,8 @@ import numpy as np
 import torch
 
 from avatar_export import GENERATOR
-from avatar_runtime.io.errors import AvatarError, no_such
-from avatar_runtime.io.files import open_file
+from avatar_runtime import AvatarError
+from avatar_runtime.io import no_such, open_file
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.raster.renderer import RASTERISERS
 from avatar_trainer.settings import TrainSettings, chosen_rules, with_values
@@ -141,7 +141,6 @@ def settings_of(content: Mapping[str, Any], file: Path) -> tuple[TrainSettings, 
 
 
 def _texts(values: Any) -> list[tuple[str, str]]:
-    """Nested values as (dotted name, text) pairs."""
     return [
         (name, ",".join(map(str, value)) if isinstance(value, list) else str(value))
         for name, value in _flat(values).items()

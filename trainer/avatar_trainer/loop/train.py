@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import AvatarError
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.captures.targets import AHEAD, Targets
 from avatar_trainer.loop import checkpoint, run
@@ -155,7 +155,6 @@ def _save(system: System, out: Path, iteration: int) -> Path | None:
 
 @contextmanager
 def _last_good(kept: Path | None) -> Iterator[None]:
-    """Adds to an AvatarError which checkpoint is kept."""
     try:
         yield
     except AvatarError as error:

@@ -169,7 +169,6 @@ class Table:
         return {moment: state[moment] for moment in MOMENTS}
 
     def _replace(self, name: str, values: Tensor) -> None:
-        """Replaces a parameter, with its optimiser state."""
         parameter = nn.Parameter(values)
         self._optimiser.state[parameter] = self._optimiser.state.pop(self._parameters[name])
         self._group(name)["params"] = [parameter]

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from avatar_runtime.avatar import F32
-from avatar_runtime.backends.cpu.draw.colour import C0, C1, C2, C3, FOUR, HALF, THREE, TWO
-from avatar_runtime.backends.cpu.jit import inlined
-from avatar_runtime.backends.cpu.lanes import fma
-from avatar_trainer.raster.geometry_backward import Vector, add_to, dot
+from avatar_runtime import F32
+from avatar_runtime.backends.cpu import fma, inlined
+from avatar_runtime.backends.cpu.draw import C0, C1, C2, C3
+from avatar_trainer.raster.geometry_backward import FOUR, HALF, TWO, Vector, add_to, dot
 
 f32 = np.float32
-SIX, EIGHT = f32(6), f32(8)
+THREE, SIX, EIGHT = f32(3), f32(6), f32(8)
 VALUE, BY_X, BY_Y, BY_Z = range(4)  # columns of a basis
 
 

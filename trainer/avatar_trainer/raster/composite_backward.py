@@ -11,9 +11,20 @@ from typing import Any
 import numpy as np
 from numba import prange
 
-from avatar_runtime.avatar import F32, I32, I64, U32
-from avatar_runtime.backends.cpu.draw.raster import ALPHA_MAX, ALPHA_MIN, LANES, aligned, look_up
-from avatar_runtime.backends.cpu.draw.screen import (
+from avatar_runtime import F32, I32, I64, U32
+from avatar_runtime.backends.cpu import (
+    exponential,
+    fma,
+    inlined,
+    kernel,
+    lanes_above,
+    lowest_bit,
+    prefetch,
+    take_next,
+)
+from avatar_runtime.backends.cpu.draw import (
+    ALPHA_MAX,
+    ALPHA_MIN,
     BLUE,
     CENTRE_X,
     CENTRE_Y,
@@ -22,12 +33,13 @@ from avatar_runtime.backends.cpu.draw.screen import (
     CONIC_XY,
     CONIC_YY,
     GREEN,
+    LANES,
     OPACITY,
     RED,
     TILE,
+    aligned,
+    look_up,
 )
-from avatar_runtime.backends.cpu.jit import inlined, kernel
-from avatar_runtime.backends.cpu.lanes import exponential, fma, lanes_above, lowest_bit, prefetch, take_next
 from avatar_trainer.raster.reduce import sum_of_16
 
 f32, u32, u64 = np.float32, np.uint32, np.uint64
@@ -88,7 +100,6 @@ def _work(
     grad_transmittance: F32,
     rows: F32,
 ) -> Any:
-    """Go through tiles until none is left."""
     columns = -(-transmittance.shape[1] // TILE)
     state, sums, least = aligned(LANES * BLOCK), aligned(LANES * ROW), aligned(LANES)
     splat_row = aligned(COLUMNS).reshape(1, COLUMNS)
@@ -216,6 +227,5 @@ def _block_backward(
 
 @inlined
 def _total(sums: F32, rows: F32, at: int) -> None:
-    """Row `at` from the sums of the lanes."""
     for j in range(ROW):
         rows[at, j] = sum_of_16(sums, j * LANES)

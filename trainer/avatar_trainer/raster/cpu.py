@@ -12,17 +12,20 @@ import torch
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from avatar_runtime.avatar import F32, I32, I64, U32, RasterSettings
-from avatar_runtime.backends.cpu.arrays import read_only
-from avatar_runtime.backends.cpu.draw.frame import STOP
-from avatar_runtime.backends.cpu.draw.project import project
-from avatar_runtime.backends.cpu.draw.raster import composite_tiles
-from avatar_runtime.backends.cpu.draw.screen import CENTRE_X, CENTRE_Y, TILE, Screen
-from avatar_runtime.backends.cpu.draw.sort import sort
-from avatar_runtime.backends.cpu.draw.tiles import tile_lists
-from avatar_runtime.backends.cpu.threads import thread_count, using
-from avatar_runtime.camera import Camera
-from avatar_runtime.stages.activate import Splats as RuntimeSplats
+from avatar_runtime import F32, I32, I64, U32, Camera, RasterSettings
+from avatar_runtime import Splats as RuntimeSplats
+from avatar_runtime.backends.cpu import read_only, thread_count, using
+from avatar_runtime.backends.cpu.draw import (
+    CENTRE_X,
+    CENTRE_Y,
+    STOP,
+    TILE,
+    Screen,
+    composite_tiles,
+    project,
+    sort,
+    tile_lists,
+)
 from avatar_trainer.raster.composite_backward import ROW, composite_tiles_backward
 from avatar_trainer.raster.project_backward import SplatArrays, ViewArrays, project_splats_backward
 from avatar_trainer.tensors import Rendered, Splats

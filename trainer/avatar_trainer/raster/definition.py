@@ -8,14 +8,15 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import RasterSettings
-from avatar_runtime.camera import Camera
-from avatar_runtime.stages.project import TILE
-from avatar_runtime.stages.raster import tile_lists
+from avatar_runtime import Camera, RasterSettings
+from avatar_runtime.stages import project as runtime_project
+from avatar_runtime.stages import raster as runtime_raster
 from avatar_schema import constants
 from avatar_trainer.stages.project import Projected, constant, project
 from avatar_trainer.stages.sort import sort
 from avatar_trainer.tensors import Rendered, Splats
+
+TILE = runtime_project.TILE
 
 
 def rasterise(
@@ -42,7 +43,7 @@ def raster(
     background: Tensor,  # [3]
 ) -> tuple[Tensor, Tensor]:
     """(colour [H, W, 3] over the background, transmittance [H, W])."""
-    ids, ranges = tile_lists(projected.tiles.numpy(), order.numpy(), camera, TILE)
+    ids, ranges = runtime_raster.tile_lists(projected.tiles.numpy(), order.numpy(), camera, TILE)
     columns = -(-camera.width // TILE)
     rows = []
     for row in range(-(-camera.height // TILE)):

@@ -6,13 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avatar_runtime.avatar import F32
-from avatar_runtime.backends.cpu.draw.geometry import FRUSTUM_CLAMP, HALF, HOMOGENEOUS_EPSILON, ONE, TWO
-from avatar_runtime.backends.cpu.jit import inlined
-from avatar_runtime.backends.cpu.rotation import Quat, matrix_from_quat
+from avatar_runtime import F32
+from avatar_runtime.backends.cpu import Quat, inlined, matrix_from_quat
+from avatar_runtime.backends.cpu.draw import FRUSTUM_CLAMP, HOMOGENEOUS_EPSILON
 
 f32 = np.float32
-FOUR = f32(4)
+HALF, ONE, TWO, FOUR = f32(0.5), f32(1), f32(2), f32(4)
 Pair = tuple[np.float32, np.float32]
 Vector = tuple[np.float32, np.float32, np.float32]
 Symmetric = tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]  # xx xy xz yy yz zz

@@ -14,9 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import RasterSettings
-from avatar_runtime.camera import Camera
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import AvatarError, Camera, RasterSettings
 from avatar_trainer.stages.project import splat_colour
 from avatar_trainer.tensors import Rendered, Splats
 
@@ -82,7 +80,6 @@ def expect_gsplat() -> None:
 
 
 def _moved(splats: Splats) -> Splats:
-    """The same on the GPU."""
     rotation = splats.sh_rotation
     return replace(
         splats,

@@ -11,8 +11,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import RasterSettings
-from avatar_runtime.camera import Camera
+from avatar_runtime import Camera, RasterSettings
 from avatar_trainer.raster import points_cpu, points_definition
 from avatar_trainer.raster.points_screen import project
 from avatar_trainer.tensors import Points, Rendered
@@ -46,7 +45,6 @@ def rasterise(
 
 
 def _check(points: Points, background: Tensor, screen_offset: Tensor | None) -> None:
-    """Raise ValueError for shapes that do not fit together."""
     n = len(points.mean)
     expected: list[tuple[str, Tensor | None, tuple[int, ...]]] = [
         ("mean", points.mean, (n, 3)),

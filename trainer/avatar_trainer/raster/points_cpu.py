@@ -10,12 +10,9 @@ import torch
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from avatar_runtime.avatar import F32, I32, I64, U32, RasterSettings
-from avatar_runtime.backends.cpu.arrays import read_only
-from avatar_runtime.backends.cpu.draw.sort import sort
-from avatar_runtime.backends.cpu.draw.tiles import tile_lists
-from avatar_runtime.backends.cpu.threads import using
-from avatar_runtime.camera import Camera
+from avatar_runtime import F32, I32, I64, U32, Camera, RasterSettings
+from avatar_runtime.backends.cpu import read_only, using
+from avatar_runtime.backends.cpu.draw import sort, tile_lists
 from avatar_trainer.raster.cpu import started
 from avatar_trainer.raster.points_geometry import project_points, project_points_backward
 from avatar_trainer.raster.points_kernels import BAND, COLUMNS, ROW, composite_bands, composite_bands_backward
@@ -172,7 +169,6 @@ def _largest(weight: F32, first_row: I64) -> F32:
 
 
 def _composite_backward(drawn: Drawn, view: View, background: F32, grad_colour: F32, grad_alpha: F32) -> F32:
-    """Rows [P, ROW] of gradients."""
     rows = np.empty((len(drawn.members), ROW), np.float32)
     composite_bands_backward(
         drawn.discs,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from avatar_runtime.camera import Camera
+from avatar_runtime import Camera
 from avatar_trainer.raster.points_screen import ALPHA_MAX, STOP, Discs
 
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, I32, I64
-from avatar_runtime.backends.cpu.draw.geometry import HOMOGENEOUS_EPSILON
-from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime import F32, I32, I64
+from avatar_runtime.backends.cpu import inlined, kernel
+from avatar_runtime.backends.cpu.draw import HOMOGENEOUS_EPSILON
 from avatar_trainer.raster import points_screen
 from avatar_trainer.raster.points_kernels import (
     BAND,

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 from numba import prange
 
-from avatar_runtime.avatar import F32, I32, I64, U32
-from avatar_runtime.backends.cpu.draw.raster import aligned
-from avatar_runtime.backends.cpu.jit import inlined, kernel
-from avatar_runtime.backends.cpu.lanes import fma, prefetch, take_next
+from avatar_runtime import F32, I32, I64, U32
+from avatar_runtime.backends.cpu import fma, inlined, kernel, prefetch, take_next
+from avatar_runtime.backends.cpu.draw import aligned
 from avatar_trainer.raster import points_screen
 from avatar_trainer.raster.reduce import sum_of_16
 
@@ -57,17 +56,7 @@ def composite_bands(
     counter = np.zeros(1, np.int64)
     for _ in prange(workers):
         _work(
-            counter,
-            discs,
-            bands,
-            first_row,
-            members,
-            starts,
-            background,
-            colour,
-            transmittance,
-            last,
-            weight,
+            counter, discs, bands, first_row, members, starts, background, colour, transmittance, last, weight
         )
 
 
@@ -85,7 +74,6 @@ def _work(
     last: F32,
     weight: F32,
 ) -> Any:
-    """Composite bands until none is left."""
     height, width = last.shape
     columns = -(-width // SIDE)
     state, largest, disc = aligned(BAND // SIDE * columns * BLOCK), aligned(LANES), aligned(COLUMNS)
@@ -186,7 +174,6 @@ def _add_block(
 def _write(
     state: F32, y0: int, y1: int, columns: int, background: F32, colour: F32, transmittance: F32, last: F32
 ) -> None:
-    """The band over the background."""
     for y in range(y0, y1):
         for x in range(last.shape[1]):
             at = _place(x, y - y0, columns)
@@ -243,7 +230,6 @@ def _work_backward(
     grad_transmittance: F32,
     rows: F32,
 ) -> Any:
-    """Go through bands until none is left."""
     height, width = last.shape
     columns = -(-width // SIDE)
     state, sums, disc = aligned(BAND // SIDE * columns * BLOCK), aligned(LANES * ROW), aligned(COLUMNS)
@@ -288,7 +274,6 @@ def _read(
 def _take(
     state: F32, sums: F32, disc: F32, y0: int, y1: int, width: int, columns: int, position: np.float32
 ) -> None:
-    """Take the disc out of the rows from y0 to y1."""
     left, right = _span(disc[CENTRE_X], disc[RADIUS], 0, width)
     top, bottom = _span(disc[CENTRE_Y], disc[RADIUS], y0, y1)
     for row in range(top, bottom):

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import RasterSettings
-from avatar_runtime.camera import Camera
+from avatar_runtime import Camera, RasterSettings
 from avatar_schema import constants
 from avatar_trainer.stages.project import affine, constant, like, screen_centre
 from avatar_trainer.tensors import Points

@@ -11,11 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from avatar_runtime.avatar import F32, I32, I64
-from avatar_runtime.backends.cpu.draw.geometry import HALF, TWO
-from avatar_runtime.backends.cpu.draw.screen import CONIC_XX, CONIC_XY, CONIC_YY, OPACITY
-from avatar_runtime.backends.cpu.jit import inlined, kernel
-from avatar_runtime.backends.cpu.lanes import take_next
+from avatar_runtime import F32, I32, I64
+from avatar_runtime.backends.cpu import inlined, kernel, take_next
+from avatar_runtime.backends.cpu.draw import CONIC_XX, CONIC_XY, CONIC_YY, OPACITY
 from avatar_trainer.raster.colour_backward import colour_backward
 from avatar_trainer.raster.composite_backward import (
     ROW,
@@ -30,6 +28,8 @@ from avatar_trainer.raster.composite_backward import (
     S,
 )
 from avatar_trainer.raster.geometry_backward import (
+    HALF,
+    TWO,
     add_to,
     centre_backward,
     combined,
@@ -101,7 +101,6 @@ def _work(
     grad: SplatArrays,
     grad_centre: F32,
 ) -> None:
-    """Go through chunks until none is left."""
     total, basis = np.empty(ROW, np.float32), np.empty((16, 4), np.float32)
     while True:
         begin = CHUNK * take_next(counter)
@@ -135,7 +134,6 @@ def _work(
 
 @inlined
 def _sum_rows(total: F32, rows: F32, begin: int, end: int) -> None:
-    """Add up the rows of one splat, tile by tile."""
     for j in range(ROW):
         total[j] = f32(0)
     for at in range(begin, end):

@@ -7,7 +7,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 
-from avatar_runtime.backends.cpu.lanes import intrinsic
+from avatar_runtime.backends.cpu import intrinsic
 
 
 @intrinsic

@@ -6,15 +6,11 @@ from collections.abc import Callable
 
 from torch import Tensor
 
-from avatar_runtime.avatar import RasterSettings
-from avatar_runtime.camera import Camera
+from avatar_runtime import Camera, RasterSettings
 from avatar_trainer.raster import cpu, definition, gsplat, points
 from avatar_trainer.tensors import Points, Rendered, Splats
 
-Rasterise = Callable[
-    [Splats, Camera, RasterSettings, int, Tensor, Tensor | None, int | None],
-    Rendered,
-]
+Rasterise = Callable[[Splats, Camera, RasterSettings, int, Tensor, Tensor | None, int | None], Rendered]
 RASTERISERS: dict[str, Rasterise] = {
     "cpu": cpu.rasterise,
     "torch": definition.rasterise,
@@ -58,7 +54,6 @@ def render(
 
 
 def _check(splats: Splats, sh_degree: int, background: Tensor, screen_offset: Tensor | None) -> None:
-    """Raise ValueError for shapes that do not fit together."""
     n, stored = len(splats.mean), splats.sh.shape[1] if splats.sh.ndim == 3 else 0
     expected: list[tuple[str, Tensor | None, tuple[int, ...]]] = [
         ("mean", splats.mean, (n, 3)),

@@ -12,10 +12,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, RasterSettings
-from avatar_runtime.camera import Camera
+from avatar_runtime import F32, Camera, RasterSettings
 from avatar_runtime.stages import project as runtime
-from avatar_runtime.stages.project import TILE
 from avatar_schema import constants
 from avatar_trainer.tensors import Splats
 
@@ -74,7 +72,9 @@ def _geometry(
     conic = torch.stack([cov[:, 2], -cov[:, 1], cov[:, 0]], dim=1) * (1 / det)[:, None]
     radius, centre = _radius(cov.detach(), det.detach()), screen_centre(splats.mean, camera)
     with np.errstate(all="ignore"):
-        touched = runtime.touched_tiles(centre.detach().numpy(), radius[:, None].numpy(), camera, TILE)
+        touched = runtime.touched_tiles(
+            centre.detach().numpy(), radius[:, None].numpy(), camera, runtime.TILE
+        )
     tiles = torch.from_numpy(touched)
     visible = (p[:, 2] > constant(settings.near)) & (det != 0) & torch.isfinite(radius)
     visible &= (tiles[:, 2] > tiles[:, 0]) & (tiles[:, 3] > tiles[:, 1])

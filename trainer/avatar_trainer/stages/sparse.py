@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import SparseRows
+from avatar_runtime import SparseRows
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, U32, Rules
-from avatar_runtime.rules import RIGGED_ROTATIONS
+from avatar_runtime import F32, U32, Rules
+from avatar_runtime import rules as runtime_rules
 from avatar_schema import constants
 from avatar_trainer.stages.rotation import matrix_from_quat, polar, quat_from_matrix, quat_multiply
 
@@ -110,10 +110,10 @@ def linear_rows(vertex_matrix: Tensor | None, mesh: SurfaceMesh, rules: Rules) -
 
     Raises ValueError if `vertex_matrix` is missing, of another shape, or not read.
     """
-    rigged = rules.rotation in RIGGED_ROTATIONS
+    rigged = rules.rotation in runtime_rules.RIGGED_ROTATIONS
     if rigged != (vertex_matrix is not None):
         raise ValueError(
-            f"rule rotation {rules.rotation!r}: vertex_matrix goes with {', '.join(RIGGED_ROTATIONS)}"
+            f"rule rotation {rules.rotation!r}: vertex_matrix goes with {', '.join(runtime_rules.RIGGED_ROTATIONS)}"
         )
     if vertex_matrix is None:
         return None
@@ -134,8 +134,8 @@ def embed(
 ) -> EmbeddedGaussians:
     """Gaussians on the posed mesh; differentiable in all floating inputs.
 
-    The rotation of rules.RIGGED_ROTATIONS has no gradient: it would not reach the vertices, and it hardly changes
-    between the corners of one triangle.
+    The rotation of rules.RIGGED_ROTATIONS has no gradient. A gradient could not reach the vertices, and the
+    rotation is almost the same at the corners of one triangle.
     Source: SplattingAvatar 3847314 splatting_avatar_model.py:75; paper Eqs. 2 to 5; PSAvatar, Eqs. 8 to 11. Raises
     ValueError for a rule that is not trained.
     """
@@ -240,6 +240,9 @@ def _linear_area(posed: Tensor, canonical: Tensor, training_per_bundle: float) -
 
 
 VERTEX_TURNS = {"vertex_quaternion": _of_unit_length, "vertex_quaternion_mean": _mean_by_area}
-UNIT_TURNS = {**dict.fromkeys(VERTEX_TURNS, _unit), **dict.fromkeys(RIGGED_ROTATIONS, _of_matrices)}
+UNIT_TURNS = {
+    **dict.fromkeys(VERTEX_TURNS, _unit),
+    **dict.fromkeys(runtime_rules.RIGGED_ROTATIONS, _of_matrices),
+}
 POSITIONS = {"normal": _unit, "interpolated_normal": _as_it_is}
 SCALES = {"none": _same_scale, "log_area": _log_area, "linear_area": _linear_area}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import RasterSettings
+from avatar_runtime import RasterSettings
 from avatar_schema import constants
 from avatar_trainer.captures.model import Frame
 from avatar_trainer.raster.renderer import render

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Protocol
 
 from torch import Generator, Tensor
 
-from avatar_runtime.pose import PoseArrays
+from avatar_runtime import PoseArrays
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.parameters.table import Table
 from avatar_trainer.tensors import Points, Rendered, Splats

@@ -26,7 +26,6 @@ COVARIANCE = tuple(f"cov_{k}" for k in range(6))  # xx xy xz yy yz zz
 NORMALS = ("nx", "ny", "nz")
 SCALE_FLOOR = 1e-9  # of a linear scale, before its logarithm
 OPACITY_FLOOR = 1e-6  # of a linear opacity and of 1 minus it
-MAX_FRAME_BYTES = 2 << 30
 
 Array = npt.NDArray[Any]
 

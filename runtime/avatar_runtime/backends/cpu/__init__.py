@@ -14,18 +14,43 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.backends import Arrays
-from avatar_runtime.backends.cpu.arrays import Base, Out, PosedArrays, Sizes, read_only
+from avatar_runtime.backends.cpu.arrays import Base, Mesh, Out, PosedArrays, Sizes, read_only
 from avatar_runtime.backends.cpu.deform import inputs as kernel_inputs
 from avatar_runtime.backends.cpu.deform import mesh as mesh_kernels
 from avatar_runtime.backends.cpu.deform import single_stage
 from avatar_runtime.backends.cpu.deform.bindings import Binding, EmbeddedBinding, SkinnedBinding
 from avatar_runtime.backends.cpu.draw.frame import RUN as DRAW_RUN
 from avatar_runtime.backends.cpu.draw.frame import draw
-from avatar_runtime.backends.cpu.threads import thread_count
+from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
+from avatar_runtime.backends.cpu.lanes import (
+    exponential,
+    fma,
+    intrinsic,
+    lanes_above,
+    lowest_bit,
+    prefetch,
+    take_next,
+)
+from avatar_runtime.backends.cpu.rotation import (
+    Quat,
+    matrix_from_quat,
+    newton_step,
+    quat_from_matrix,
+    quat_multiply,
+)
+from avatar_runtime.backends.cpu.threads import thread_count, using
 from avatar_runtime.camera import Camera
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.raster import PROFILES, Image
+
+# fmt: off
+__all__ = [  # the backend, and what other kernels are built of
+    "CpuBackend", "Mesh", "Quat", "Scalar", "exponential", "fma", "inlined", "intrinsic", "kernel", "lanes_above",
+    "lowest_bit", "make", "matrix_from_quat", "newton_step", "prefetch", "quat_from_matrix", "quat_multiply",
+    "read_only", "take_next", "thread_count", "using",
+]
+# fmt: on
 
 
 def make(avatar: Avatar, threads: int | None = None) -> CpuBackend:

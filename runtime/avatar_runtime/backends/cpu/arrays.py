@@ -115,8 +115,8 @@ class Mesh(NamedTuple):
 class EmbeddedRules(NamedTuple):
     """Which formulas move embedded Gaussians, and the numbers that these take."""
 
-    position: int  # a value of deform.surface.POSITION_RULES
-    scale: int  # a value of deform.embedded.SCALE_RULES
+    position: int  # the code of rule `position` in rules.json
+    scale: int  # the code of rule `scale` in rules.json
     log_unit: float  # ln of training_per_bundle
     damping: float  # constant area_damping, in bundle units squared
     sh_world: bool  # rule sh_direction is world

@@ -8,7 +8,6 @@ import torch
 import trimesh
 
 from avatar_runtime.avatar import F64, I64
-from avatar_runtime.backends.cpu.threads import using
 from avatar_trainer.asm.kernels.closest import nearest, point_to_surface, triangle_tree
 from tests.measured import Measure
 
@@ -68,48 +67,6 @@ def test_distances_are_those_of_a_search_through_every_triangle(triangles: int, 
     measured("nearest point of triangles against trimesh, sizes of 1", float(off.max()))
 
 
-def test_the_point_found_lies_in_its_triangle_at_its_distance() -> None:
-    vertices, rows = soup(300, 3)
-    points = points_about(vertices, 100, 2)
-    found = nearest(points, vertices, triangle_tree(vertices, rows))
-    assert (found.barycentric >= 0).all()
-    np.testing.assert_allclose(found.barycentric.sum(axis=1), 1, atol=1e-15)
-    at = np.einsum("nk,nkx->nx", found.barycentric, vertices[rows[found.triangle]])
-    np.testing.assert_allclose(((points - at) ** 2).sum(axis=1), found.squared_distance, atol=1e-14)
-
-
-def test_of_equally_near_triangles_the_first_is_found() -> None:
-    vertices, rows = soup(300, 3)  # rows 300 to 319 repeat 0 to 19
-    found = nearest(vertices[:60], vertices, triangle_tree(vertices, rows))
-    assert found.triangle.max() < 300
-
-
-def test_neither_tree_nor_guess_nor_threads_change_a_bit() -> None:
-    vertices, rows = soup(400, 5)
-    points = points_about(vertices, 300, 4)
-    tree = triangle_tree(vertices, rows)
-    with using(1):
-        first = nearest(points, vertices, tree)
-    other = triangle_tree(vertices[:, ::-1] * 2, rows)
-    guess = np.random.default_rng(0).integers(0, len(rows), len(points))
-    for found in (
-        nearest(points, vertices, other),
-        nearest(points, vertices, tree, guess),
-        nearest(points, vertices, tree, first.triangle),
-    ):
-        assert all(np.array_equal(a, b) for a, b in zip(found, first, strict=True))
-
-
-def test_a_tree_serves_vertices_that_have_moved() -> None:
-    vertices, rows = soup(200, 6)
-    tree = triangle_tree(vertices, rows)
-    moved = vertices[::-1] * 1.5 + 0.3
-    points = points_about(moved, 40, 7)
-    expected = by_every_triangle(points, moved, rows)
-    off = np.abs(np.sqrt(nearest(points, moved, tree).squared_distance) - expected)
-    assert off.max() < 1e-8
-
-
 def test_gradients_are_those_of_differences() -> None:
     vertices, rows = soup(40, 8)
     tree = triangle_tree(vertices, rows)
@@ -122,22 +79,6 @@ def test_gradients_are_those_of_differences() -> None:
         return (point_to_surface(p, v, tree)[0] * weight).sum()
 
     assert torch.autograd.gradcheck(total, (points, places), eps=1e-6, atol=1e-6)
-
-
-def test_float32_tensors_give_float32_gradients_and_the_same_bits_again() -> None:
-    vertices, rows = soup(40, 8)
-    tree = triangle_tree(vertices, rows)
-
-    def run() -> tuple[torch.Tensor, ...]:
-        points = torch.tensor(vertices[:30] + 0.1, dtype=torch.float32, requires_grad=True)
-        places = torch.tensor(vertices, dtype=torch.float32, requires_grad=True)
-        squared, _ = point_to_surface(points, places, tree)
-        squared.sum().backward()
-        assert points.grad is not None and places.grad is not None
-        return squared.detach(), points.grad, places.grad
-
-    assert all(part.dtype == torch.float32 for part in run())
-    assert all(torch.equal(a, b) for a, b in zip(run(), run(), strict=True))
 
 
 def test_a_callers_mistakes_are_refused() -> None:

@@ -6,7 +6,6 @@ import pytest
 import torch
 from torch import Tensor
 
-from avatar_runtime.backends.cpu.threads import using
 from avatar_trainer.asm.kernels.mixture import mixture_weights_cpu
 from avatar_trainer.asm.model import Face, TemplateTensors, weights
 from tests.measured import Measure
@@ -50,21 +49,6 @@ def test_values_and_gradients_are_those_of_the_definition(components: int, measu
         off = float((part - wanted).abs().max() / wanted.abs().max().clamp_min(1))
         assert off < 2e-5
         measured("mixture weights kernel against the definition, relative to the largest", off)
-
-
-def test_the_same_bits_on_any_number_of_threads() -> None:
-    with using(1):
-        first, _ = both(2)
-    with using(2):
-        second, _ = both(2)
-    assert all(torch.equal(a, b) for a, b in zip(first, second, strict=True))
-
-
-def test_far_from_every_bone_a_vertex_goes_to_the_nearest() -> None:
-    uv = torch.tensor([[40.0, 0.0], [-40.0, 0.0]])
-    tril = torch.tensor([-2.0, -2.0, 0.0]).expand(2, 1, 3)
-    found = mixture_weights_cpu(uv, torch.zeros(2, 1), torch.tensor([[[1.0, 0.0]], [[-1.0, 0.0]]]), tril)
-    assert found.tolist() == [[1.0, 0.0], [0.0, 1.0]]
 
 
 def test_a_callers_mistakes_are_refused() -> None:

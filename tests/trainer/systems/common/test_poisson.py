@@ -39,10 +39,6 @@ def test_searched_neighbours_are_the_nearest(name: str) -> None:
     assert neighbour_distance(CLOUDS[name]) == pytest.approx(among_all(CLOUDS[name]), rel=1e-14)
 
 
-def test_no_points_have_no_distances() -> None:
-    assert neighbour_distance(np.zeros((0, 3))).shape == (0,)
-
-
 @pytest.mark.parametrize("searched", [1, 10**9])
 def test_first_scales_either_way(searched: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(first_points, "SEARCHED", searched)

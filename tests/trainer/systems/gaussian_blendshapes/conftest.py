@@ -13,9 +13,7 @@ from avatar_export.bodies.body_model import read_body_model
 from avatar_export.bodies.body_rig import bake_rig
 from avatar_export.bodies.subject_files import read_eyelids, read_faces
 from avatar_runtime.avatar import Rig
-from avatar_trainer.systems.gaussian_blendshapes.mesh import (
-    Expressions,
-)
+from avatar_trainer.systems.gaussian_blendshapes.mesh import Expressions
 from tests.golden import BlendshapesGolden
 
 Array = npt.NDArray[Any]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -66,8 +65,3 @@ def shaken(system: GaussianBlendshapes, seed: int = 3) -> GaussianBlendshapes:
 def subject(folder: Path, rules: dict[str, str] | None = None, **changed: Any) -> GaussianBlendshapes:
     """A shaken system on the small capture."""
     return shaken(create(capture(folder), settings(rules, **changed), 0))
-
-
-def of_one_frame(given: Capture) -> Capture:
-    """The capture with its first frame alone."""
-    return replace(given, frames=given.frames[:1])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +14,7 @@ from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends.reference import make
 from avatar_runtime.posed import Clock, Poser
-from avatar_runtime.stages.project import project
-from avatar_runtime.stages.raster import raster
-from avatar_runtime.stages.sort import sort
-from avatar_trainer.systems.drawing import draw
 from avatar_trainer.systems.gaussian_blendshapes import files
-from avatar_trainer.systems.gaussian_blendshapes.npy import write_npy_dict
 from avatar_trainer.systems.gaussian_blendshapes.system import GaussianBlendshapes
 from tests.golden import BlendshapesGolden
 from tests.measured import Measure
@@ -74,21 +68,7 @@ def test_the_files_play_what_was_trained(case: str, tmp_path: Path, measured: Me
             assert value < 1e-5, (case, name)
 
 
-def test_the_files_draw_what_was_trained(tmp_path: Path, measured: Measure) -> None:
-    system = subject(tmp_path)
-    avatar = exported(system, tmp_path / "model")
-    for frame in system.capture.frames:
-        splats = make(avatar).animate(Poser(avatar).posed(frame.pose), Clock())
-        seen = project(splats, frame.camera, avatar.raster, avatar.sh_degree)
-        played = raster(seen, sort(seen), frame.camera, np.zeros(3, np.float32), "trainer")
-        trained = draw(system, frame)
-        worst = np.abs(played.colour - trained.colour.numpy()).max()
-        measured("gaussian_blendshapes files, image", float(worst))
-        assert worst < 1e-4 and float(trained.alpha.max()) > 0.1
-
-
 def test_layout_is_that_of_the_released_code(tmp_path: Path, blendshapes_golden: BlendshapesGolden) -> None:
-    """Types and shapes as in a checkpoint that the released code wrote, except for numbers of rows, expressions."""
     system = subject(tmp_path)
     system.save(tmp_path / "model", ITERATION)
 
@@ -120,33 +100,6 @@ def test_layout_is_that_of_the_released_code(tmp_path: Path, blendshapes_golden:
     assert "Namespace(sh_degree=3" in (tmp_path / "model" / "cfg_args").read_text()
 
 
-def test_dense_values_are_the_entries(tmp_path: Path) -> None:
-    system = subject(tmp_path)
-    system.save(tmp_path, ITERATION)
-    face, _ = torch.load(tmp_path / f"fix_chkpnt{ITERATION}.pth", weights_only=True)
-    acc = np.load(tmp_path / f"acc{ITERATION}.npy", allow_pickle=True).item()
-    rows, there = system.rows, np.zeros((60, 3), bool)
-    for row in range(60):
-        for entry in range(*rows.learned.row_ptr[row : row + 2].tolist()):
-            column = int(rows.learned.column[entry])
-            there[row, column] = True
-            assert torch.equal(face[11][row, :4, :, column], system.table["delta_sh"][entry])
-            assert torch.equal(face[13][row, :, column], system.table["delta_quat_wxyz"][entry])
-            assert acc["expr_mask_tensor"][row, column] == rows.mask[entry]
-    assert there.any() and (face[11].detach().numpy()[:, 4:] == 0).all()
-    assert (face[10].detach().numpy().transpose(0, 2, 1)[~there] == 0).all()
-    assert (acc["expr_mask_tensor"][~there] == 0).all()
-
-
-def test_rules_that_a_reader_knows_are_written(tmp_path: Path) -> None:
-    system = subject(tmp_path, {"anchor": "unique", "mask": "per_blendshape"})
-    avatar = exported(system, tmp_path / "model")
-    written = json.loads((tmp_path / "model" / "rules.json").read_text())
-    assert (written["system"], written["training_units_per_metre"]) == ("gaussian_blendshapes", 1.0)
-    assert written["rules"]["anchor"] == "unique" == avatar.rules.anchor
-    assert written["rules"]["mask"] == "per_blendshape"
-
-
 def test_a_file_is_there_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     system = subject(tmp_path)
     model = tmp_path / "model"
@@ -165,13 +118,3 @@ def test_a_file_is_there_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest
     assert left == {"mouth0_chkpnt2.pth", "mouth1_chkpnt2.pth", "acc2.npy"}
     monkeypatch.undo()
     assert read(model, ReadOptions(**system.capture.export_inputs)).gaussians.count == 74
-
-
-def test_npy_dict_refuses_what_it_cannot_write(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="float64"):
-        write_npy_dict(tmp_path / "a.npy", {"x": np.zeros(3)})
-    arrays = {"x": np.arange(6, dtype=np.float32).reshape(2, 3).T, "y": np.zeros((0, 4), np.float32)}
-    write_npy_dict(tmp_path / "a.npy", arrays)
-    back = np.load(tmp_path / "a.npy", allow_pickle=True).item()
-    assert list(back) == ["x", "y"] and back["y"].shape == (0, 4)
-    assert np.array_equal(back["x"], arrays["x"]) and back["x"].dtype == np.float32

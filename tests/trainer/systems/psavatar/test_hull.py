@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from avatar_trainer.captures.load import load
 from avatar_trainer.captures.model import Capture
-from avatar_trainer.systems.psavatar import hull
-from avatar_trainer.systems.psavatar.hull import OUTSIDE, seen
+from avatar_trainer.systems.psavatar.hull import seen
 from avatar_trainer.systems.psavatar.settings import UNITS
 from tests.trainer.systems.psavatar import scene
 from tests.trainer.systems.splatting_avatar import scene as sheet
@@ -62,33 +60,3 @@ def test_what_stands_before_the_background_is_left_out(tmp_path: Path) -> None:
     surrounded = ((row > 0) & (row < side - 1) & (column > 0) & (column < side - 1)).all(axis=1)
     behind = seen(capture, UNITS, triangle, barycentric, np.full(500, -10 * RAISED, np.float32))
     assert (inside & surrounded).any() and not behind[surrounded].any()
-
-
-@pytest.mark.parametrize(("shown", "kept"), [(0, False), (1, False), (sheet.FRAMES - 1, True)])
-def test_what_the_mesh_hides_in_nearly_all_frames_is_left_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shown: int, kept: bool
-) -> None:
-    """A wall stands before everything but in the first `shown` of the training frames."""
-    capture = half_covered(tmp_path / "half", 0)
-    monkeypatch.setattr(hull, "BEFORE_MESH", 1.5 / len(capture.train))
-    far, seen_before = np.full((SIZE, SIZE), np.inf), {id(frame.camera) for frame in capture.train[:shown]}
-    monkeypatch.setattr(
-        hull, "depth_of", lambda v, t, camera: far if id(camera) in seen_before else 0 * np.ones_like(far)
-    )
-    triangle = np.arange(len(capture.rig.triangles))
-    thirds = np.full((len(triangle), 3), 1 / 3, np.float32)
-    left = (columns(capture, triangle, thirds) < HALF - 1).all(axis=0)
-    raised = np.full(left.sum(), RAISED, np.float32)
-    assert seen(capture, UNITS, triangle[left], thirds[left], raised).all() == kept
-
-
-@pytest.mark.parametrize(("uncovered", "kept"), [(0, True), (2, False)])
-def test_few_frames_that_err_do_not_count(tmp_path: Path, uncovered: int, kept: bool) -> None:
-    assert OUTSIDE * sheet.FRAMES < 2
-    capture = half_covered(tmp_path / "half", uncovered)
-    triangle = np.arange(len(capture.rig.triangles))
-    thirds = np.full((len(triangle), 3), 1 / 3, np.float32)
-    left = (columns(capture, triangle, thirds) < HALF - 1).all(axis=0)
-    assert left.any()
-    raised = np.full(left.sum(), RAISED, np.float32)
-    assert seen(capture, UNITS, triangle[left], thirds[left], raised).all() == kept

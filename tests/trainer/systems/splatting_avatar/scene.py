@@ -10,13 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from avatar_runtime.avatar import RasterSettings
-from avatar_runtime.camera import Camera
 from avatar_trainer.captures.load import load
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.captures.own import Shot, write
-from avatar_trainer.losses import psnr_db
-from avatar_trainer.raster.renderer import render
 from avatar_trainer.systems.drawing import draw
 from avatar_trainer.systems.splatting_avatar.system import Settings, SplattingAvatar, create
 from tests.exporter.bodies import body_files
@@ -28,12 +24,11 @@ WIDTH = 0.24  # metres
 AWAY = 0.9
 K = np.array([[150.0, 0, SIZE / 2], [0, 150.0, SIZE / 2], [0, 0, 1]])
 FACING = np.diag([1.0, -1.0, -1.0])  # a camera before the sheet: +y down, +z into it
-NO_EXPRESSION = np.zeros(1, np.float32)
 
 
-def sheet() -> Array:
-    """Triangles [128, 3], wound so that normals point to +z."""
-    at = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
+def sheet(side: int = SIDE) -> Array:
+    """Triangles [F, 3] of a square sheet of side x side vertices, wound so that normals point to +z."""
+    at = np.arange(side * side).reshape(side, side)
     a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel(), at[1:, :-1].ravel()
     return np.concatenate([np.stack([a, b, c], 1), np.stack([c, d, a], 1)])
 
@@ -144,11 +139,6 @@ def taught(path: Path) -> Capture:
     return load(folder(path / "taught", images(teacher(plain), plain)))
 
 
-def camera() -> Camera:
-    """The one that takes the images."""
-    return Camera.from_opencv(FACING, np.array([0, 0, AWAY]), K, SIZE, SIZE)
-
-
 def settings(**values: Any) -> Settings:
     """Settings with rules given beside them."""
     plain = Settings(iterations=100, gaussians=150)
@@ -158,31 +148,3 @@ def settings(**values: Any) -> Settings:
 
 def system_of(capture: Capture, **values: Any) -> SplattingAvatar:
     return create(capture, settings(**values), 0)
-
-
-def step(system: SplattingAvatar, iteration: int, generator: torch.Generator, size: int = SIZE) -> float:
-    """One iteration on a training frame; its PSNR."""
-    frames = system.capture.train
-    frame = frames[iteration % len(frames)]
-    image, mask = decoded(frame)
-    system.before_step(iteration)
-    background = system.background(generator)
-    target = image * mask[..., None] + background * (1 - mask[..., None])
-    splats = system.splats(frame.pose)
-    offset = torch.zeros(len(splats.mean), 2, requires_grad=True)
-    rendered = render(splats, frame.camera, RasterSettings(near=0.05), 0, background, "cpu", offset)
-    loss = torch.stack(list(system.losses(rendered, target, mask, iteration).values())).sum()
-    system.table.zero_grad()
-    loss.backward()
-    assert offset.grad is not None
-    system.observe(rendered, offset.grad * size / 2)
-    system.table.step()
-    system.after_step(iteration, generator)
-    return psnr_db(rendered.colour.detach(), target)
-
-
-def decoded(frame: Any) -> tuple[torch.Tensor, torch.Tensor]:
-    from avatar_trainer.captures.load import pixels
-
-    image, mask = pixels(frame)
-    return torch.from_numpy(image), torch.from_numpy(mask)

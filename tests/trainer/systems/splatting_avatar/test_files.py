@@ -7,23 +7,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
-import torch
 import yaml
 
 from avatar_export.options import ReadOptions
 from avatar_export.readers.splatting_avatar import reader
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.camera import Camera
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import ply
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, PoseArrays
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
-from avatar_runtime.stages.activate import Splats
-from avatar_runtime.stages.project import project
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.evaluation.compare import FLIP
 from avatar_trainer.systems.drawing import draw
@@ -31,7 +26,6 @@ from avatar_trainer.systems.splatting_avatar.system import SplattingAvatar, crea
 from tests.measured import Measure
 from tests.trainer.systems.splatting_avatar import scene
 
-Array = npt.NDArray[Any]
 ITERATION = 42
 PAPER = {"position": "interpolated_normal", "rotation": "vertex_quaternion_mean", "scale": "linear_area"}
 RULES = {
@@ -85,19 +79,7 @@ def test_the_runtime_plays_what_was_trained(
         apart = np.abs(draw(system, frame).colour.numpy() - theirs.colour).max(axis=-1)
         flipped = apart >= FLIP  # rounding decided whether a splat's alpha reaches 1/255 there
         measured("SplattingAvatar image, trainer against cpu, except for flips", float(apart[~flipped].max()))
-        assert flipped.sum() <= 2
-        assert apart.max() <= np.ptp(theirs.colour) / 255
-        for row, column in np.argwhere(flipped):
-            assert from_threshold(avatar, played, frame.camera, column, row) <= 16 * np.finfo(np.float32).eps
-
-
-def from_threshold(avatar: Avatar, splats: Splats, camera: Camera, x: int, y: int) -> float:
-    """How far the alpha of the nearest splat is from 1/255 at pixel (x, y), relative to it."""
-    seen = project(splats, camera, avatar.raster, avatar.sh_degree)
-    dx, dy = (seen.centre.astype(np.float64) - (x, y)).T
-    a, b, c = seen.conic.T.astype(np.float64)
-    alpha = seen.opacity * np.exp(-0.5 * (a * dx * dx + c * dy * dy) - b * dx * dy)
-    return float(np.abs(255 * alpha[seen.radius > 0] - 1).min())
+        assert flipped.sum() <= 2 and apart.max() <= np.ptp(theirs.colour) / 255
 
 
 def named(avatar: Avatar, pose: PoseArrays) -> Pose:
@@ -111,30 +93,10 @@ def named(avatar: Avatar, pose: PoseArrays) -> Pose:
     )
 
 
-def test_every_number_comes_back_as_it_was(capture: Capture, tmp_path: Path) -> None:
-    system = trained(capture)
-    avatar = read_back(system, tmp_path)
-    embedding, table = avatar.embedding, system.table
-    assert embedding is not None
-    np.testing.assert_array_equal(embedding.triangle, system.embedding.triangle)
-    np.testing.assert_array_equal(embedding.barycentric, system.embedding.barycentric)
-    np.testing.assert_array_equal(embedding.local_quat_wxyz, table["rotation"].detach())
-    np.testing.assert_array_equal(embedding.displacement, table["displacement"].detach() / 4)
-    np.testing.assert_array_equal(embedding.canonical_vertices, system.canonical.vertices)
-    np.testing.assert_array_equal(avatar.gaussians.opacity_logit, table["opacity_logit"].detach())
-    np.testing.assert_allclose(avatar.gaussians.log_scale, table["log_scale"].detach() - np.log(4), atol=1e-6)
-
-
 def test_the_files_are_those_of_the_released_code(capture: Capture, tmp_path: Path) -> None:
     system = trained(capture, **PAPER)
     system.save(tmp_path, ITERATION)
     folder = tmp_path / "point_cloud" / f"iteration_{ITERATION}"
-    assert sorted(path.name for path in folder.iterdir()) == [
-        "embedding.json",
-        "embedding.obj",
-        "point_cloud.ply",
-    ]
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["config.yaml", "point_cloud", "rules.json"]
     cloud = ply.gaussians(ply.decode((folder / "point_cloud.ply").read_bytes()))
     stored = json.loads((folder / "embedding.json").read_text())
     assert (cloud.quat_wxyz[:, 0] >= 0).all()
@@ -143,20 +105,21 @@ def test_the_files_are_those_of_the_released_code(capture: Capture, tmp_path: Pa
     assert (raw[:, 0] < 0).any()
     assert (np.abs(np.linalg.norm(raw, axis=1) - 1) > 0.1).any()
     assert all(u == v == 0 for u, v, _ in stored["_xyz"])
-    assert stored["cano_mesh"] == "embedding.obj"
     config = yaml.safe_load((tmp_path / "config.yaml").read_text())
-    assert config["dataset"]["frameset_type"] == "imavatar"
     assert config["model"] == {
         "sh_degree": 0, "num_init_samples": 150, "xyz_as_uvd": True, "with_mesh_scaling": True
     }  # fmt: skip
     rules = json.loads((tmp_path / "rules.json").read_text())
     assert (rules["system"], rules["training_units_per_metre"]) == ("splatting_avatar", 4.0)
     assert rules["rules"] == {"embedding": "walking", "sh_direction": "inverse_rotation", **PAPER}
-    lines = (folder / "embedding.obj").read_text().splitlines()
-    assert sum(line.startswith("f ") for line in lines) == len(scene.sheet())
-    assert all(
-        len(word.partition(".")[2]) == 6 for line in lines if line[0] == "v" for word in line.split()[1:]
-    )
+
+
+def test_a_shift_in_space_is_not_written(capture: Capture, tmp_path: Path) -> None:
+    system = trained(capture, embedding="fixed")
+    assert float(system.splats(capture.frames[1].pose).mean.detach().abs().max()) > 0
+    with pytest.raises(AvatarError, match="embedding fixed"):
+        system.save(tmp_path, ITERATION)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_body_is_trained_in_metres_without_mesh_scaling(capture: Capture, tmp_path: Path) -> None:
@@ -168,27 +131,3 @@ def test_a_body_is_trained_in_metres_without_mesh_scaling(capture: Capture, tmp_
     config = yaml.safe_load((tmp_path / "config.yaml").read_text())
     assert config["dataset"]["frameset_type"] == "instant_avatar"
     assert config["model"]["with_mesh_scaling"] is False
-
-
-def test_saving_again_replaces_and_leaves_nothing_half_written(capture: Capture, tmp_path: Path) -> None:
-    system = trained(capture)
-    system.save(tmp_path, ITERATION)
-    stray = tmp_path / "point_cloud" / f".iteration_{ITERATION}.partial"
-    stray.mkdir()  # of a process that was killed
-    (stray / "point_cloud.ply").write_bytes(b"ply")
-    first = (tmp_path / "point_cloud" / f"iteration_{ITERATION}" / "embedding.json").read_bytes()
-    with torch.no_grad():
-        system.table["displacement"].add_(0.01)
-    system.save(tmp_path, ITERATION)
-    second = (tmp_path / "point_cloud" / f"iteration_{ITERATION}" / "embedding.json").read_bytes()
-    assert first != second
-    assert not stray.exists()
-    assert reader.detect(tmp_path)
-
-
-def test_a_shift_in_space_is_not_written(capture: Capture, tmp_path: Path) -> None:
-    system = trained(capture, embedding="fixed")
-    assert float(system.splats(capture.frames[1].pose).mean.detach().abs().max()) > 0
-    with pytest.raises(AvatarError, match="embedding fixed"):
-        system.save(tmp_path, ITERATION)
-    assert not list(tmp_path.iterdir())

@@ -14,8 +14,8 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F64, I64
-from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime import F64, I64
+from avatar_runtime.backends.cpu import inlined, kernel
 
 IN_A_LEAF = 6  # triangles at most
 DEEPEST = 64  # boxes that may wait while a tree is walked; a tree of 2^40 triangles needs 42

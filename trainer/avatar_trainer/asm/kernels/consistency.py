@@ -11,8 +11,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, F64, I64
-from avatar_runtime.backends.cpu.jit import kernel
+from avatar_runtime import F32, F64, I64
+from avatar_runtime.backends.cpu import kernel
 from avatar_trainer.kernels.arrays import plain
 
 NEAR = 1e-3  # metres; what is nearer is projected as if it were there

@@ -10,8 +10,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, F64
-from avatar_runtime.backends.cpu.jit import kernel
+from avatar_runtime import F32, F64
+from avatar_runtime.backends.cpu import kernel
 from avatar_trainer.kernels.arrays import plain
 
 CHUNK = 512  # vertices that one thread owns at a time
@@ -50,10 +50,7 @@ class _Mix(torch.autograd.Function):
         bones, components = log_pi.shape
         count = bones * components
         ctx.mixtures = Mixtures(
-            plain(uv, len(uv), 2),
-            plain(log_pi, count),
-            plain(centre, count, 2),
-            plain(scale_tril, count, 3),
+            plain(uv, len(uv), 2), plain(log_pi, count), plain(centre, count, 2), plain(scale_tril, count, 3)
         )
         ctx.share = np.empty((count, len(uv)), np.float32)
         ctx.weights = np.empty((bones, len(uv)), np.float32)

@@ -8,8 +8,8 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F32, F64, I64
-from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_runtime import F32, F64, I64
+from avatar_runtime.backends.cpu import inlined, kernel
 
 NEAR = 0.01  # metres; triangles that reach nearer are left out
 
@@ -136,7 +136,6 @@ def _box(a: F64, b: F64, c: F64, width: int, height: int) -> tuple[int, int, int
 
 @inlined
 def _shares(a: F64, b: F64, c: F64, x: float, y: float, area: float) -> tuple[float, float]:
-    """Barycentric weights of a and b."""
     u = ((b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)) / area
     v = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area
     return u, v

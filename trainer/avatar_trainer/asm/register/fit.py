@@ -13,17 +13,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_export.asm.model import AsmFace, Binding, Take, Template
-from avatar_runtime.avatar import F64
-from avatar_runtime.io.errors import AvatarError
-from avatar_trainer.asm.align import (
-    KEYPOINTS,
-    Placement,
-    Scan,
-    ScanError,
-    face_region,
-    scan_to_mesh,
-)
+from avatar_export.asm import AsmFace, Binding, Take, Template
+from avatar_runtime import F64, AvatarError
+from avatar_trainer.asm.align import KEYPOINTS, Placement, Scan, ScanError, face_region, scan_to_mesh
 from avatar_trainer.asm.kernels.closest import TriangleTree, triangle_tree
 from avatar_trainer.asm.kernels.mixture import mixture_weights_cpu
 from avatar_trainer.asm.model import (
@@ -231,7 +223,6 @@ class _Fit:
 
 
 def _begin(binding: Binding, settings: RegisterSettings, scans: int, start: Take | None) -> Face:
-    """The start of a fit: one pose for every scan."""
     face = Face.of(binding, start)
     if VARIANTS[settings.variant].random_mixtures:
         face = random_mixtures(face, torch.Generator().manual_seed(settings.seed))

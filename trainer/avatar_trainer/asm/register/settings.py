@@ -44,15 +44,7 @@ class RegisterSettings:
         if self.variant not in VARIANTS:
             raise ValueError(f"variant {self.variant!r} is not one of {', '.join(VARIANTS)}")
         weights = dict.fromkeys(
-            (
-                "prior",
-                "smooth",
-                "lambda_pose",
-                "lambda_zeta",
-                "lambda_pi",
-                "lambda_mu",
-                "lambda_sigma",
-            ),
+            ("prior", "smooth", "lambda_pose", "lambda_zeta", "lambda_pi", "lambda_mu", "lambda_sigma"),
             (0.0, 1e6),
         )
         caps = dict.fromkeys(("first_cap_mm", "last_cap_mm"), (1e-3, 1e6))

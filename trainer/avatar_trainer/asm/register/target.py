@@ -8,15 +8,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F64, I64
-from avatar_runtime.io.errors import AvatarError
-from avatar_trainer.asm.align import (
-    Placement,
-    Scan,
-    in_face,
-    keypoint_rows,
-    placed_by_pairs,
-)
+from avatar_runtime import F64, I64, AvatarError
+from avatar_trainer.asm.align import Placement, Scan, in_face, keypoint_rows, placed_by_pairs
 from avatar_trainer.asm.kernels.closest import TriangleTree, point_to_surface
 from avatar_trainer.asm.model import rotation_matrices
 from avatar_trainer.asm.register.settings import RegisterSettings
@@ -103,7 +96,6 @@ class Target:
 
 
 def _start(scan: Scan, goal: dict[str, F64], settings: RegisterSettings) -> Placement:
-    """The placement of a scan by its keypoints."""
     try:
         return placed_by_pairs(keypoint_rows(scan.keypoints), keypoint_rows(goal), settings.similarity)
     except ValueError as error:

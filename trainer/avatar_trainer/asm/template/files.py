@@ -7,12 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from avatar_export.asm.check import NEUTRAL, check_names
-from avatar_export.asm.model import AsmFace, Binding, Take, Template
-from avatar_runtime.avatar import F64, I64
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.ownership import of_file
-from avatar_runtime.io.whole_files import read_bytes
+from avatar_export.asm import NEUTRAL, AsmFace, Binding, Take, Template, check_names
+from avatar_runtime import F64, I64, AvatarError
+from avatar_runtime.io import of_file, read_bytes
 from avatar_trainer.asm.mesh_files import FURTHEST, read_topology
 from avatar_trainer.asm.scan_files import expect_eyes
 from avatar_trainer.asm.template.make import initial_binding, make_template

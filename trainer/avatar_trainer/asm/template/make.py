@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_export.asm.model import Binding, Template
-from avatar_runtime.avatar import F32, F64
-from avatar_runtime.io.errors import AvatarError
+from avatar_export.asm import Binding, Template
+from avatar_runtime import F32, F64, AvatarError
 from avatar_trainer.asm.gmm import fit, polish
 from avatar_trainer.asm.template.place import LANDMARKS, place, skeleton
 from avatar_trainer.asm.template.unwrap import unwrap

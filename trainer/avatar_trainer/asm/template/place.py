@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F64, I32, I64
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import F64, I32, I64, AvatarError
 
 BONES_FILE = Path(__file__).with_name("bones.json")
 LANDMARKS = 68

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F64, I64
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import F64, I64, AvatarError
 
 LEAST_WEIGHT, MOST_WEIGHT = 0.02, 20.0  # of an edge; cotangents of obtuse angles are negative
 RINGS = (60, 30, 15, 8)  # at which the change of radius is known: fewer where large triangles would fold

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import prange
 
-from avatar_runtime.avatar import F64, I64
-from avatar_runtime.backends.cpu.jit import kernel
+from avatar_runtime import F64, I64
+from avatar_runtime.backends.cpu import kernel
 from avatar_trainer.asm.template.unwrap import Welded, cotangent_edges, weld
 
 CONDUCTED = 4.0  # 1 spreads a bone over a face: its four largest weights of a vertex then miss a sixth

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_export.asm.check import NEUTRAL, check_names
-from avatar_runtime.avatar import F32, F64
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.ownership import of_file
+from avatar_export.asm import NEUTRAL, check_names
+from avatar_runtime import F32, F64, AvatarError
+from avatar_runtime.io import of_file
 from avatar_trainer.captures import image_files
 from avatar_trainer.captures.documents import read_document
 from avatar_trainer.captures.paths import inside
@@ -91,7 +90,6 @@ def _document(file: Path) -> dict[str, Any]:
 
 
 def _refuse(constant: str) -> None:
-    """NaN and Infinity are not JSON."""
     raise ValueError(constant)
 
 

@@ -14,9 +14,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_export.asm.model import AsmFace, Binding, Template
-from avatar_runtime.avatar import F32, F64, I64
-from avatar_runtime.io.errors import AvatarError
+from avatar_export.asm import AsmFace, Binding, Template
+from avatar_runtime import F32, F64, I64, AvatarError
 from avatar_trainer.asm.kernels.consistency import Scene, consistency
 from avatar_trainer.asm.kernels.mixture import mixture_weights_cpu
 from avatar_trainer.asm.model import Face, TemplateTensors, posed, rotation_matrices

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from avatar_runtime.avatar import F64
-from avatar_runtime.rotation import matrix_from_rotvec
+from avatar_runtime import F64
+from avatar_runtime import rotation as runtime_rotation
 
 ROUNDS = 50  # of Levenberg and Marquardt; a face takes about 10
 FEWEST = 4  # points
@@ -26,7 +26,7 @@ def pose_from_points(points: F64, pixels: F64, intrinsics: F64) -> tuple[F64, F6
     for _ in range(ROUNDS):
         normal = jacobian.T @ jacobian
         step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal)), jacobian.T @ error)
-        turned, moved = matrix_from_rotvec(step[:3]) @ rotation, translation + step[3:]
+        turned, moved = runtime_rotation.matrix_from_rotvec(step[:3]) @ rotation, translation + step[3:]
         tried = _residual(points, pixels, intrinsics, turned, moved)
         if tried[0] @ tried[0] < error @ error:
             gained = 1 - (tried[0] @ tried[0]) / (error @ error)

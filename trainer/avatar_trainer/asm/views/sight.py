@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from avatar_runtime.avatar import F32, F64, I64
+from avatar_runtime import F32, F64, I64
 from avatar_trainer.asm.kernels.zbuffer import covering, depth_buffers, in_front
 from avatar_trainer.asm.views.energy import Pairs, Texels
 from avatar_trainer.normals import vertex_normals

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, F64, I64
+from avatar_runtime import F32, F64, I64
 from avatar_trainer.captures.checks.conventions import View
 from avatar_trainer.captures.checks.silhouette import Seen
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from avatar_runtime.avatar import F64
+from avatar_runtime import F64
 
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])  # camera axes: y up, z backwards
 Y_FROM_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # world axes
@@ -92,9 +92,7 @@ def _inverse_motion(view: View) -> View:
 
 CONVENTIONS = (
     Convention(
-        "cameras of OpenGL (y up, z backwards)",
-        "negate rows 1 and 2 of R and t",
-        _view(lambda m: OPENGL @ m),
+        "cameras of OpenGL (y up, z backwards)", "negate rows 1 and 2 of R and t", _view(lambda m: OPENGL @ m)
     ),
     Convention("world from camera", "write the inverse: R transposed, t = -R^T t", _view(_inverse)),
     Convention(

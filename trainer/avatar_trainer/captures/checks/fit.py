@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avatar_runtime.avatar import F64, I64
-from avatar_runtime.posed import posed_mesh
-from avatar_runtime.stages.joints import joints
+from avatar_runtime import F64, I64, posed_mesh
+from avatar_runtime.stages import joints
 from avatar_trainer.captures import image_files
 from avatar_trainer.captures.checks.colours import Colours, centre_of, change, sample, visible
 from avatar_trainer.captures.checks.readings import STATED, Reading, readings
@@ -97,7 +96,7 @@ def looked_at(count: int) -> list[int]:
 
 
 def misfit(fits: Sequence[Fit]) -> Misfit | None:
-    """The reading that fits clearly better than STATED and best of all; None if there is none."""
+    """The reading that fits clearly better than STATED and best of all; else None."""
     found = [wrong for fit in fits[1:] if (wrong := _clearly_better(fits[0], fit)) is not None]
     return max(found, key=_goodness, default=None)
 
@@ -108,7 +107,6 @@ def lost(fits: Sequence[Fit]) -> bool:
 
 
 def _add_image(fits: Sequence[Fit], capture: Capture, index: int, points: SurfacePoints) -> None:
-    """Add image `index` to every fit."""
     frame = capture.frames[index]
     image, matte = image_files.person(frame.image, frame.mask, frame.over)
     cells, person = cells_of(matte), np.dstack([image, matte])
@@ -119,7 +117,7 @@ def _add_image(fits: Sequence[Fit], capture: Capture, index: int, points: Surfac
         row = fit.reading.row(index, len(capture.frames))
         key = (row, fit.reading.pose is STATED.pose)
         if key not in posed:
-            vertices = posed_mesh(capture.rig, pose, joints(capture.rig, pose)).astype(np.float64)
+            vertices = posed_mesh(capture.rig, pose, joints.joints(capture.rig, pose)).astype(np.float64)
             posed[key] = points.at(vertices), points.normals(vertices)
         at, normals = posed[key]
         seen = project(at, view)

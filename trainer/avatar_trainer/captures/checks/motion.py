@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from avatar_runtime.avatar import F64, I64, SparseRows
+from avatar_runtime import F64, I64, SparseRows
 from avatar_trainer.captures.bodies import FLAME_JOINTS
 from avatar_trainer.captures.model import Capture, Frame
 
@@ -19,7 +19,7 @@ MILLIMETRES, CENTIMETRES = 1000, 100
 
 
 def impossible(capture: Capture) -> Iterator[tuple[str, str]]:
-    """(field, what is wrong with it): angles and weights that belong to no face, the worst frame of each."""
+    """(field, what is wrong with it): angles and weights that no face can have, the worst frame of each."""
     if capture.rig.joint_names == FLAME_JOINTS:
         yield from _angles(capture)
     for part, names, morphs in (

@@ -8,11 +8,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from avatar_export.images import png
-from avatar_runtime.camera import Camera
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.posed import posed_mesh
-from avatar_runtime.stages.joints import joints
+from avatar_export import images
+from avatar_runtime import AvatarError, Camera, posed_mesh
+from avatar_runtime.stages import joints
 from avatar_trainer.captures import targets
 from avatar_trainer.captures.mesh_raster import Surface, draw, intrinsics
 from avatar_trainer.captures.model import Capture, Frame
@@ -36,7 +34,7 @@ def write(capture: Capture, folder: Path) -> int:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for frame in frames:
-            (folder / f"{frame.name}.png").write_bytes(png(overlay(capture, frame)))
+            (folder / f"{frame.name}.png").write_bytes(images.png(overlay(capture, frame)))
     except OSError as error:
         raise AvatarError(f"cannot be written ({error.strerror or error})", file=folder) from None
     return len(frames)
@@ -57,7 +55,7 @@ def overlay(capture: Capture, frame: Frame) -> npt.NDArray[np.uint8]:
 def _shaded(capture: Capture, frame: Frame) -> Surface:
     """The posed mesh in world space, brighter where it faces the camera."""
     rig, pose = capture.rig, frame.pose
-    vertices = posed_mesh(rig, pose, joints(rig, pose)).astype(np.float64)
+    vertices = posed_mesh(rig, pose, joints.joints(rig, pose)).astype(np.float64)
     vertices = vertices @ pose.world_from_avatar[:3, :3].T + pose.world_from_avatar[:3, 3]
     triangles = rig.triangles.astype(np.int64)
     normal = np.zeros_like(vertices)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
-from avatar_runtime.pose import PoseArrays
+from avatar_runtime import PoseArrays
 from avatar_trainer.captures.checks.conventions import CONVENTIONS, View
 from avatar_trainer.captures.mesh_raster import intrinsics
 from avatar_trainer.captures.model import Capture

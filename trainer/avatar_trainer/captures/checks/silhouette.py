@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F32, F64, I64, U32
+from avatar_runtime import F32, F64, I64, U32
 from avatar_trainer.captures.checks.conventions import View
 
 CELLS = 40  # along the longer side of an image

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import AvatarError
 from avatar_trainer.captures.checks import fit, motion
 from avatar_trainer.captures.model import Capture
 
@@ -20,7 +20,7 @@ class Verdict:
     odd: tuple[str, ...]  # worth a look; no reason to refuse
 
     def refuse(self, capture: Capture) -> None:
-        """Raise AvatarError for the first of what is wrong."""
+        """Raise AvatarError for the first thing that is wrong."""
         for field, why in self.wrong:
             raise AvatarError(
                 f"{why}. If they are right, pass {ACCEPT} to the training", file=capture.folder, field=field

@@ -8,10 +8,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F64, I64
-from avatar_runtime.camera import Camera
-from avatar_runtime.posed import posed_mesh
-from avatar_runtime.stages.joints import joints
+from avatar_runtime import F64, I64, Camera, posed_mesh
+from avatar_runtime.stages import joints
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.captures.targets import Target, evenly, read
 
@@ -58,7 +56,7 @@ def busy(capture: Capture) -> F64:
     rig, rows = capture.rig, []
     for frame in evenly(capture.train, LOOKED_AT):
         world = frame.pose.world_from_avatar.astype(np.float64)
-        posed = posed_mesh(rig, frame.pose, joints(rig, frame.pose)).astype(np.float64)
+        posed = posed_mesh(rig, frame.pose, joints.joints(rig, frame.pose)).astype(np.float64)
         corner = (posed @ world[:3, :3].T + world[:3, 3])[rig.triangles]
         place, normal = (
             corner.mean(axis=1),

@@ -14,8 +14,7 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, F64, I64
-from avatar_runtime.camera import Camera
+from avatar_runtime import F32, F64, I64, Camera
 from avatar_trainer.systems.common.poisson import neighbour_distance
 
 NEIGHBOURS = 3  # whose mean squared distance is the first variance, as in 3DGS

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import prange
 
-from avatar_runtime.avatar import F64, I64
-from avatar_runtime.backends.cpu.jit import kernel
+from avatar_runtime import F64, I64
+from avatar_runtime.backends.cpu import kernel
 
 CANDIDATES = 8  # random points for each that is wanted
 PACKING = 0.72  # a maximal Poisson-disk set of radius r holds about this many points on an area r^2

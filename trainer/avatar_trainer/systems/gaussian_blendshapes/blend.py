@@ -9,8 +9,8 @@ import torch
 from numba import prange
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, I64
-from avatar_runtime.backends.cpu.jit import kernel
+from avatar_runtime import F32, I64
+from avatar_runtime.backends.cpu import kernel
 from avatar_trainer.kernels import blend_cpu
 from avatar_trainer.stages.blend import Deltas
 from avatar_trainer.systems.gaussian_blendshapes.rows import Entries, Rows

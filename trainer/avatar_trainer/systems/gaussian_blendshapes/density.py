@@ -7,7 +7,7 @@ import math
 import torch
 from torch import Generator, Tensor
 
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import AvatarError
 from avatar_trainer.parameters.densify import SPLIT_COPIES, SPLIT_SHRINK, Plan
 from avatar_trainer.parameters.table import Table
 from avatar_trainer.stages.rotation import matrix_from_quat

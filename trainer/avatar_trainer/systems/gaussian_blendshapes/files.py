@@ -22,7 +22,7 @@ import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 
-from avatar_export.readers.rules_file import UNITS
+from avatar_export.readers import rules_file
 from avatar_trainer.systems.gaussian_blendshapes.npy import write_npy_dict
 from avatar_trainer.systems.gaussian_blendshapes.rows import Entries, Rows
 from avatar_trainer.tensors import Gaussians
@@ -72,7 +72,7 @@ def save_model(model: Model, system: str, folder: Path, iteration: int) -> None:
     """Write `model` into `folder`; every file appears whole, fix_chkpnt*.pth (which readers look for) last."""
     folder.mkdir(parents=True, exist_ok=True)
     with _written(folder / "rules.json") as path:
-        document = {"system": system, UNITS: model.training_per_metre, "rules": dict(model.rules)}
+        document = {"system": system, rules_file.UNITS: model.training_per_metre, "rules": dict(model.rules)}
         path.write_text(json.dumps(document, indent=1) + "\n", "utf-8")
     with _written(folder / "cfg_args") as path:
         path.write_text(repr(argparse.Namespace(**model.config)), "utf-8")
@@ -144,7 +144,6 @@ def _face(model: Model, dense: _Dense) -> tuple[object, ...]:
 
 
 def _fixed(model: Model, dense: _Dense) -> dict[str, Array]:
-    """What acc*.npy holds."""
     rows, face = model.rows, model.parts[0]
     late = torch.zeros(face.stop, 3, 2)
     pose = torch.zeros(FEATURES, face.stop, 3)

@@ -8,11 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from avatar_runtime.avatar import F32, I64
-from avatar_runtime.camera import Camera
-from avatar_runtime.pose import PoseArrays
-from avatar_runtime.posed import posed_mesh
-from avatar_runtime.stages.joints import joints
+from avatar_runtime import F32, I64, Camera, PoseArrays, posed_mesh
+from avatar_runtime.stages import joints
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import Target, Targets, evenly
 from avatar_trainer.tensors import Splats
@@ -29,7 +26,7 @@ def seen_triangles(capture: Capture) -> npt.NDArray[np.bool_]:
     rig = capture.rig
     seen: npt.NDArray[np.bool_] = np.zeros(len(rig.vertices), bool)
     for frame, target in _chosen(capture):
-        vertices = posed_mesh(rig, frame.pose, joints(rig, frame.pose))
+        vertices = posed_mesh(rig, frame.pose, joints.joints(rig, frame.pose))
         world = frame.pose.world_from_avatar.astype(np.float32)
         position = vertices @ world[:3, :3].T + world[:3, 3]
         seen[np.flatnonzero(np.isfinite(_looked_up(position, frame.camera, target)[:, 0]))] = True

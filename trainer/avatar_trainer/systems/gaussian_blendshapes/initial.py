@@ -10,7 +10,7 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F64, I64, Rig, SparseRows
+from avatar_runtime import F64, I64, Rig, SparseRows
 from avatar_trainer.systems.common.poisson import Samples, neighbour_distance, poisson_disk
 from avatar_trainer.systems.gaussian_blendshapes.mesh import (
     Expressions,
@@ -212,7 +212,6 @@ def _fields(values: F64, rows: int) -> Tensor:
 
 
 def _padded(values: F64, rows: int) -> F64:
-    """`values` and then `rows` of zeros."""
     return np.concatenate([values, np.zeros((rows, *values.shape[1:]))])
 
 

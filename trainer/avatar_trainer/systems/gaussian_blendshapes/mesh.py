@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avatar_runtime.avatar import F64, I64, Rig
-from avatar_runtime.rotation import polar, quat_from_matrix
-from avatar_runtime.stages.groups import anchor_transform
+from avatar_runtime import F64, I64, Rig
+from avatar_runtime import rotation as runtime_rotation
+from avatar_runtime.stages import groups
 
 # Mask of the released code, metres: f(tau) = 0, f(full) = 1, no upper limit (train.py:28-42).
 FIXED_NONE, FIXED_FULL = 0.1 * 0.000237277025008, 0.005703532602638
@@ -53,7 +53,7 @@ class Expressions:
         """
         moved = self.vertices + self.offsets[expression]
         if len(anchors):
-            fit = anchor_transform(
+            fit = groups.anchor_transform(
                 moved.astype(np.float32),
                 anchors.astype(np.uint32),
                 self.vertices[anchors].astype(np.float32),
@@ -99,7 +99,7 @@ def triangle_motion(before: F64, after: F64, position: F64, rule: str) -> tuple[
     """
     gradient = triangle_frames(after) @ np.linalg.inv(triangle_frames(before))
     with np.errstate(divide="ignore", invalid="ignore"):
-        rotation = polar(gradient)
+        rotation = runtime_rotation.polar(gradient)
     rotation[~np.isfinite(rotation).all(axis=(1, 2))] = np.eye(3)  # the triangle collapses
     if rule == "affine":
         linear, old, new = gradient, before[:, 0], after[:, 0]
@@ -111,5 +111,5 @@ def triangle_motion(before: F64, after: F64, position: F64, rule: str) -> tuple[
 
 def quaternion_shift(rotation: F64) -> F64:
     """The rotation's quaternion minus (1, 0, 0, 0), [N, 4] (face_gs_model.py:670)."""
-    result: F64 = quat_from_matrix(rotation) - (1.0, 0.0, 0.0, 0.0)
+    result: F64 = runtime_rotation.quat_from_matrix(rotation) - (1.0, 0.0, 0.0, 0.0)
     return result

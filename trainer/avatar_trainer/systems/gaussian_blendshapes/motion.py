@@ -9,11 +9,20 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_export.readers.gaussian_blendshapes.reader import LOWER_TEETH
-from avatar_runtime.avatar import F32, F64, Avatar, Blendshapes, Expression, Group, Rules, SparseRows
-from avatar_runtime.avatar import Gaussians as RuntimeGaussians
-from avatar_runtime.pose import PoseArrays
-from avatar_runtime.posed import Poser
+from avatar_export.readers.gaussian_blendshapes import reader
+from avatar_runtime import (
+    F32,
+    F64,
+    Avatar,
+    Blendshapes,
+    Expression,
+    Group,
+    PoseArrays,
+    Poser,
+    Rules,
+    SparseRows,
+)
+from avatar_runtime import Gaussians as RuntimeGaussians
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.stages.bind import skin_matrices
 from avatar_trainer.stages.rotation import quat_from_matrix, quat_multiply
@@ -80,7 +89,7 @@ def _empty_avatar(capture: Capture, rules: Mapping[str, str]) -> Avatar:
     none = SparseRows.empty(0, 0, {"mean": (3,)})
     blank = np.zeros((0, 3), np.float32)
     mouth = rules["mouth"] == "on"
-    mix = {LOWER: LOWER_TEETH[rules["lower_teeth"]]}
+    mix = {LOWER: reader.LOWER_TEETH[rules["lower_teeth"]]}
     return Avatar(
         name=capture.name,
         gaussians=RuntimeGaussians(blank, blank, blank[:, :0], blank[:, 0], blank[:, None]),

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import F64, I64, Rig
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import F64, I64, AvatarError, Rig
 from avatar_trainer.systems.common.poisson import Samples, poisson_disk
 
 LOWER_WEIGHT = (

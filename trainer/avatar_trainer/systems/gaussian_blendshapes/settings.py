@@ -6,16 +6,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from avatar_runtime.rules import ANCHOR_RULES
+from avatar_runtime import rules as runtime_rules
 from avatar_trainer.parameters.densify import DensitySettings
-from avatar_trainer.settings import (
-    ABOVE_ZERO,
-    MOST,
-    MOST_ITERATIONS,
-    Rule,
-    expect_ranges,
-    rule_defaults,
-)
+from avatar_trainer.settings import ABOVE_ZERO, MOST, MOST_ITERATIONS, Rule, expect_ranges, rule_defaults
 
 BACKGROUNDS = {"black": 0.0, "white": 1.0}
 COLOURS = ("frames", "grey")
@@ -26,71 +19,41 @@ LEAST_MOUTH = 1e-3  # metres: radius and half height of a mouth
 
 RULES: dict[str, Rule] = {
     "mask": Rule(
-        ("fixed", "per_blendshape"),
-        released="fixed",
-        paper="per_blendshape",
-        default="fixed",
-        about="what displacement of the mesh is 1 in Eq. 2: 5.7 mm, or the largest of each expression",
+        ("fixed", "per_blendshape"), "fixed", "per_blendshape", "fixed",
+        "what displacement of the mesh is 1 in Eq. 2: 5.7 mm, or the largest of each expression",
     ),
     "init_position": Rule(
-        ("affine", "rotation"),
-        released="affine",
-        paper="rotation",
-        default="affine",
-        about="how a triangle carries a Gaussian's place to an expression: all of its deformation, or the turn",
+        ("affine", "rotation"), "affine", "rotation", "affine",
+        "how a triangle carries a Gaussian's place to an expression: all of its deformation, or the turn",
     ),
     "init_sh": Rule(
-        ("zero", "rotated"),
-        released="zero",
-        paper="rotated",
-        default="zero",
-        about="whether an expression turns the neutral SH with the triangle",
+        ("zero", "rotated"), "zero", "rotated", "zero",
+        "whether an expression turns the neutral SH with the triangle",
     ),
     "weights": Rule(
-        ("nearest_triangle",),
-        released="grid",
-        paper="grid",
-        default="nearest_triangle",
-        about="where skin weights and masks come from: a grid of 256^3 (3.7 GB to blur) in both; here the triangle "
+        ("nearest_triangle",), "grid", "grid", "nearest_triangle",
+        "where skin weights and masks come from: a grid of 256^3 (3.7 GB to blur) in both; here the triangle "
         "that each point was sampled on, copied along by density control",
     ),
     "anchor": Rule(
-        ANCHOR_RULES,
-        released="repeats",
-        paper="left open",
-        default="repeats",
-        about="how often a vertex counts in the fit that carries the upper teeth; the paper: rigidly bound to the "
+        runtime_rules.ANCHOR_RULES, "repeats", "left open", "repeats",
+        "how often a vertex counts in the fit that carries the upper teeth; the paper: rigidly bound to the "
         "back of the head",
     ),
     "lower_teeth": Rule(
-        ("mix", "jaw"),
-        released="mix",
-        paper="mix",
-        default="mix",
-        about="what carries the lower teeth: the joints of the vertex that the jaw holds most, or the jaw alone",
+        ("mix", "jaw"), "mix", "mix", "mix",
+        "what carries the lower teeth: the joints of the vertex that the jaw holds most, or the jaw alone",
     ),
     "consistency": Rule(
-        ("all", "position", "none"),
-        released="all",
-        paper="all",
-        default="all",
-        about="which learned differences the mask scales (ablation, Fig. 4)",
+        ("all", "position", "none"), "all", "all", "all",
+        "which learned differences the mask scales (ablation, Fig. 4)",
     ),
     "deltas": Rule(
-        ("trained", "fixed"),
-        released="trained",
-        paper="trained",
-        default="trained",
-        about="whether differences are learned beyond their init terms (ablation, Fig. 9)",
+        ("trained", "fixed"), "trained", "trained", "trained",
+        "whether differences are learned beyond their init terms (ablation, Fig. 9)",
     ),
-    "mouth": Rule(
-        ("on", "off"),
-        released="on",
-        paper="on",
-        default="on",
-        about="Gaussians for the inside of the mouth (ablation, Fig. 10)",
-    ),
-}
+    "mouth": Rule(("on", "off"), "on", "on", "on", "Gaussians for the inside of the mouth (ablation, Fig. 10)"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -146,9 +109,8 @@ class Settings:
     # learned of that expression is smaller in proportion; 0: the paper.
     supported: float = 0.25
     decay: float = 1e-3  # of the learned differences, share an iteration; 0: the paper
-    longest: float = (
-        5.0  # times its middle axis, that a Gaussian's longest may be in the neutral face; 0: the paper
-    )
+    # Largest ratio of a Gaussian's longest axis to its middle one in the neutral face; 0: the paper.
+    longest: float = 5.0
     least_mask: float = 0.01  # nothing is learned where the mask of Eq. 2 is at most this; 0: the paper
     sh_every: int = 500  # iterations until the next degree is used
     # Metres: of what 3DGS calls the scene; scales rates and density control. A choice of ours.
@@ -205,29 +167,14 @@ class Settings:
 
 # Sections 3.2 to 4.1 and, where the paper is silent, the released code's cfg_args; but `weights` and `extent` are ours.
 PAPER = Settings(
-    iterations=40_000,
-    gaussians=50_000,
-    mouth_gaussians=7000,
-    sh_degree=3,
-    delta_sh_degree=3,
-    sh_every=1000,
-    supported=0.0,
-    decay=0.0,
-    longest=0.0,
-    least_mask=0.0,
-    colours="grey",
-    unseen=1.0,
+    iterations=40_000, gaussians=50_000, mouth_gaussians=7000, sh_degree=3, delta_sh_degree=3, sh_every=1000,
+    supported=0.0, decay=0.0, longest=0.0, least_mask=0.0, colours="grey", unseen=1.0,
     rates=Rates(
-        mean=1.6e-4,
-        log_scale=5e-3,
-        delta_mean=3.2e-7,
-        delta_opacity_logit=5e-5,
-        delta_log_scale=5e-4,
-        delta_quat_wxyz=1e-4,
-        delta_sh=1.25e-3,
+        mean=1.6e-4, log_scale=5e-3, delta_mean=3.2e-7, delta_opacity_logit=5e-5, delta_log_scale=5e-4,
+        delta_quat_wxyz=1e-4, delta_sh=1.25e-3,
     ),
     density=DensitySettings(),
     opacity_resets=True,
     rules=rule_defaults(RULES)
     | {"mask": "per_blendshape", "init_position": "rotation", "init_sh": "rotated"},
-)
+)  # fmt: skip

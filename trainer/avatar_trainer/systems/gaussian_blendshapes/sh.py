@@ -6,8 +6,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F64
-from avatar_runtime.stages.project import sh_colour
+from avatar_runtime import F64
+from avatar_runtime.stages import project
 
 DIRECTIONS = 64  # enough and even enough for the 16 functions of degree 3
 
@@ -29,7 +29,7 @@ def _basis(direction: F64, degree: int) -> F64:
     """Y_k(d), [D, K]."""
     count = (degree + 1) ** 2
     unit = np.broadcast_to(np.eye(count), (len(direction), count, count))
-    result: F64 = sh_colour(unit, direction, degree).astype(np.float64) - 0.5  # type: ignore[arg-type]
+    result: F64 = project.sh_colour(unit, direction, degree).astype(np.float64) - 0.5  # type: ignore[arg-type]
     return result
 
 

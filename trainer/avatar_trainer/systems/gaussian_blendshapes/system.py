@@ -11,12 +11,9 @@ import numpy as np
 import torch
 from torch import Generator, Tensor
 
-from avatar_export.bodies.subject_files import read_faces
-from avatar_export.readers.gaussian_blendshapes.layout import JOINTS, SYSTEM
-from avatar_export.readers.gaussian_blendshapes.reader import PLAYED_RULES, RECORDED_RULES
-from avatar_runtime.avatar import F32, I64, Rig
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.pose import PoseArrays
+from avatar_export.bodies import subject_files
+from avatar_export.readers.gaussian_blendshapes import layout, reader
+from avatar_runtime import F32, I64, AvatarError, PoseArrays, Rig
 from avatar_trainer import losses
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.kernels import skinned_cpu
@@ -32,11 +29,7 @@ from avatar_trainer.systems.gaussian_blendshapes.blend import (
     with_learned,
 )
 from avatar_trainer.systems.gaussian_blendshapes.density import grow
-from avatar_trainer.systems.gaussian_blendshapes.files import (
-    STORED_DEGREE,
-    Model,
-    save_model,
-)
+from avatar_trainer.systems.gaussian_blendshapes.files import STORED_DEGREE, Model, save_model
 from avatar_trainer.systems.gaussian_blendshapes.frames import frame_colours, seen_triangles
 from avatar_trainer.systems.gaussian_blendshapes.initial import Start, dense, start
 from avatar_trainer.systems.gaussian_blendshapes.motion import Motion, placed
@@ -62,10 +55,10 @@ RESET_OPACITY = 0.01
 def create(capture: Capture, settings: Settings, seed: int) -> GaussianBlendshapes:
     """The avatar before training. Raises AvatarError for a body model that this system cannot be trained on."""
     rig = capture.rig
-    if tuple(rig.joint_names) != JOINTS or len(capture.eyelids) not in (0, 2):
+    if tuple(rig.joint_names) != layout.JOINTS or len(capture.eyelids) not in (0, 2):
         raise AvatarError(
             f"has joints {', '.join(rig.joint_names)[:80]} and {len(capture.eyelids)} eyelids; this system "
-            f"is trained on FLAME's layout: {', '.join(JOINTS)}, and two eyelids or none",
+            f"is trained on FLAME's layout: {', '.join(layout.JOINTS)}, and two eyelids or none",
             file=capture.folder,
             field="body",
         )
@@ -116,7 +109,7 @@ def supported(first: Start, capture: Capture, enough: float) -> Start:
 class GaussianBlendshapes:
     """B_0, its differences and B_m, trained together."""
 
-    name: ClassVar[str] = SYSTEM
+    name: ClassVar[str] = layout.SYSTEM
     training_per_bundle = 1.0
 
     def __init__(self, capture: Capture, settings: Settings, first: Start) -> None:
@@ -274,9 +267,11 @@ class GaussianBlendshapes:
             extent=self.settings.extent,
             rates={group: rates.get(name, 0.0) for group, name in RATE_OF.items()},
             config=self._config(folder, iteration),
-            rules={name: self.settings.rules[name] for name in (*PLAYED_RULES, *RECORDED_RULES)},
+            rules={
+                name: self.settings.rules[name] for name in (*reader.PLAYED_RULES, *reader.RECORDED_RULES)
+            },
         )
-        save_model(model, SYSTEM, folder, iteration)
+        save_model(model, layout.SYSTEM, folder, iteration)
 
     def _config(self, folder: Path, iteration: int) -> dict[str, Any]:
         """The cfg_args of the released code, as far as they apply here."""
@@ -326,15 +321,12 @@ class GaussianBlendshapes:
 
 def _volume(cylinder: Cylinder) -> losses.Cylinder:
     return losses.Cylinder(
-        torch.tensor(cylinder.centre),
-        torch.tensor([0.0, 1.0, 0.0]),
-        cylinder.radius,
-        cylinder.half_height,
+        torch.tensor(cylinder.centre), torch.tensor([0.0, 1.0, 0.0]), cylinder.radius, cylinder.half_height
     )
 
 
 def _neck(rig: Rig, file: str) -> I64:
     """Vertices whose motion no mask counts: those in `file`, else those that the root joint holds most."""
     if file:
-        return read_faces(Path(file), len(rig.vertices)).astype(np.int64)
-    return np.flatnonzero(dense(rig.skin, "weight").argmax(axis=1) == JOINTS.index("root"))
+        return subject_files.read_faces(Path(file), len(rig.vertices)).astype(np.int64)
+    return np.flatnonzero(dense(rig.skin, "weight").argmax(axis=1) == layout.JOINTS.index("root"))

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from avatar_runtime.avatar import F64, I64
-from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
+from avatar_runtime import F64, I64
+from avatar_runtime.backends.cpu import Scalar, inlined, kernel
 
 REACH = 0.15  # metres from a triangle to what it may hold
 PER_METRE = 0.01  # of swing that a distance counts as: what errors of normals do grows with it
@@ -55,7 +55,7 @@ def _anchored(
         weight, x = np.zeros(3), place[i]
         for f in order:
             if moved[f] >= least:
-                break  # nor is any triangle after it steadier
+                break  # the triangles after it are less steady
             d = _distance_along(x, middle[f], along[f])
             if d <= 0 or d > REACH or moved[f] + 0.5 * d * cost[f] >= least:
                 continue

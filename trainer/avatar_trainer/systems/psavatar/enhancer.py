@@ -8,7 +8,7 @@ from statistics import fmean
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import Enhancer
+from avatar_runtime import Enhancer
 from avatar_trainer.captures.targets import evenly, read
 from avatar_trainer.enhancer.network import enhanced
 from avatar_trainer.enhancer.onnx_file import onnx_enhancer

@@ -15,9 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from avatar_export.readers.enhancer_file import save_enhancer
-from avatar_export.readers.rules_file import UNITS
-from avatar_runtime.avatar import F32, I64, Enhancer, Gaussians, Rig
+from avatar_export.readers import enhancer_file, rules_file
+from avatar_runtime import F32, I64, Enhancer, Gaussians, Rig
 from avatar_runtime.codec import ply
 
 
@@ -53,7 +52,7 @@ def save(checkpoint: Checkpoint, folder: Path, iteration: int) -> None:
     clouds.mkdir(parents=True, exist_ok=True)
     document = {
         "system": checkpoint.system,
-        UNITS: checkpoint.training_per_metre,
+        rules_file.UNITS: checkpoint.training_per_metre,
         "rules": dict(checkpoint.rules),
     }
     partial = folder / ".rules.json.partial"
@@ -76,6 +75,6 @@ def save(checkpoint: Checkpoint, folder: Path, iteration: int) -> None:
         training_per_metre=np.array([checkpoint.training_per_metre], np.float32),
     )
     if checkpoint.enhancer is not None:
-        save_enhancer(partial, checkpoint.enhancer)
+        enhancer_file.save_enhancer(partial, checkpoint.enhancer)
     shutil.rmtree(final, ignore_errors=True)
     partial.rename(final)

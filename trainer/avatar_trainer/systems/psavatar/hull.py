@@ -7,8 +7,7 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, I64, Rig
-from avatar_runtime.camera import Camera
+from avatar_runtime import F32, I64, Camera, Rig
 from avatar_trainer.captures.mesh_raster import depth_of
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import evenly, read
@@ -67,7 +66,6 @@ def _shown(rig: Rig, frame: Frame, at: Placed, raised: Tensor) -> tuple[Mask, Ma
 
 
 def _widened(person: Tensor) -> Tensor:
-    """A mask [H, W] and the pixels beside it."""
     return torch.nn.functional.max_pool2d(person[None].float(), 3, stride=1, padding=1)[0] > 0
 
 

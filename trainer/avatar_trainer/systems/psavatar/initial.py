@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from avatar_runtime.avatar import F32, F64, I64, Rig
-from avatar_runtime.io.errors import AvatarError
+from avatar_runtime import F32, F64, I64, AvatarError, Rig
 from avatar_trainer.normals import vertex_normals
 from avatar_trainer.systems.common.first_points import sampled
 from avatar_trainer.systems.psavatar.anchors import anchored

@@ -9,9 +9,9 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from avatar_runtime import AvatarError
 from avatar_runtime.codec import safetensors
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.io.files import open_file
+from avatar_runtime.io import open_file
 from avatar_trainer.losses import dssim_loss, l1
 
 VGG_SHAPES = {  # of the first four layers of VGG-16 and VGG-19 (convolution, ReLU, twice), named as torchvision does

@@ -16,11 +16,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, I64, Rig
-from avatar_runtime.pose import PoseArrays
-from avatar_runtime.stages.joints import joints
-from avatar_runtime.stages.morph import morph
-from avatar_runtime.stages.sparse import gather
+from avatar_runtime import F32, I64, PoseArrays, Rig
+from avatar_runtime.stages import joints, morph, sparse
 from avatar_trainer.stages.skin import transform
 
 ROOM = 512 << 20  # bytes of posed bodies that are kept
@@ -45,7 +42,6 @@ class Bodies:
         self._bytes = 0
 
     def __getitem__(self, pose: PoseArrays) -> Body:
-        """The body of `pose`."""
         found = self._kept.get(id(pose))
         if found is None:
             found = (pose, body_of(self._rig, pose))
@@ -63,11 +59,11 @@ class Bodies:
 
 def body_of(rig: Rig, pose: PoseArrays) -> Body:
     """The body of `pose`, by the runtime's stages."""
-    state = joints(rig, pose)
-    matrix = gather(rig.skin, state.skin_matrix[:, :3])
+    state = joints.joints(rig, pose)
+    matrix = sparse.gather(rig.skin, state.skin_matrix[:, :3])
     coefficients = np.concatenate([state.pose_feature, pose.expression_weights.astype(np.float32)])
     return Body(
-        torch.from_numpy(morph(rig, pose.expression_weights, state.pose_feature)),
+        torch.from_numpy(morph.morph(rig, pose.expression_weights, state.pose_feature)),
         torch.from_numpy(np.ascontiguousarray(matrix, np.float32)),
         torch.from_numpy(coefficients),
     )
@@ -83,7 +79,7 @@ def used_coefficients(rig: Rig, poses: Sequence[PoseArrays]) -> Tensor:
     """[U] int64: the coefficients that are not 0 in some of `poses`; no gradient reaches the bases of others."""
     count = 9 * len(rig.corrective_joints)
     weights: F32 = np.stack([p.expression_weights for p in poses]).astype(np.float32)
-    features = np.stack([joints(rig, p).pose_feature for p in poses]).reshape(len(poses), count)
+    features = np.stack([joints.joints(rig, p).pose_feature for p in poses]).reshape(len(poses), count)
     found: I64 = np.flatnonzero(np.concatenate([features, weights], axis=1).any(axis=0))
     return torch.from_numpy(found)
 

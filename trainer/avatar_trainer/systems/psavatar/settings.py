@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from avatar_runtime.avatar import Rules
+from avatar_runtime import Rules
 from avatar_trainer.settings import (
     ABOVE_ZERO,
     MOST,
@@ -76,9 +76,8 @@ class Settings:
     gaussians: int = 20_000  # points at the start, on and off the mesh
     sh_degree: int = 1
     rules: Mapping[str, str] = field(default_factory=lambda: rule_defaults(RULES))
-    region: str = (
-        "all"  # where points are sampled: all | head (not the shoulders) | face (nor the back of the head)
-    )
+    # Where points are sampled: all; head, without the shoulders; face, also without the back of the head.
+    region: str = "all"
     off_mesh: float = 0.3  # share of the points that are sampled off the mesh; 0: none
     r_max: float = PAPER_OFFSET / UNITS  # metres, the largest offset at the start (Eq. 8)
     acquiring: float = 0.15  # share of the iterations in which points acquire the shape; 0: none
@@ -89,11 +88,11 @@ class Settings:
     vgg_weights: str = ""  # .safetensors with features.0 and features.2 (weight, bias) of VGG
     scale: float = 0.1  # lambda_2 of Eq. 15
     thin: float = 0.03  # weight of the mean opacity off the mesh; 0: the paper
-    # Against motion that no image shows (`steady.py`); 0: the paper, which has none of it.
+    # Against motion that no image shows (`steady.py`); 0: as in the paper, which has no such terms.
     # swing: metres that the captured motion may move a point off the mesh, or half as far again as at the start.
     # smoothing, decay: of the learned bases, an iteration: a share of the way to their neighbours' mean, and metres
     # towards 0; both fall as the bases' learning rate does.
-    # longest: times its middle axis, that a Gaussian's longest may be.
+    # longest: the largest ratio of a Gaussian's longest axis to its middle one.
     swing: float = 3e-3
     longest: float = 5.0
     smoothing: float = 0.005
@@ -124,7 +123,7 @@ class Settings:
             raise ValueError(f"region is {self.region!r}; one of {', '.join(REGIONS)}")
         if self.vgg and not self.vgg_weights:
             raise ValueError(
-                "vgg needs vgg_weights, a .safetensors of VGG's first layers; none comes with this"
+                "vgg needs vgg_weights, a .safetensors of VGG's first layers, which is not included"
             )
 
     @property

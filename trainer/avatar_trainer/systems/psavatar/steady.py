@@ -18,10 +18,8 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F32, F64, I64, Rig
-from avatar_runtime.pose import PoseArrays
-from avatar_runtime.posed import posed_mesh
-from avatar_runtime.stages.joints import joints
+from avatar_runtime import F32, F64, I64, PoseArrays, Rig, posed_mesh
+from avatar_runtime.stages import joints
 from avatar_trainer.kernels.smooth import Edges, smoothed
 from avatar_trainer.normals import vertex_normals
 
@@ -62,7 +60,7 @@ def motion(rig: Rig, poses: Sequence[PoseArrays]) -> Motion:
     still = vertex_normals(rest, rig.triangles)
     moved, turned = [], []
     for pose in _looked_at(poses):
-        state = joints(rig, pose)
+        state = joints.joints(rig, pose)
         back = np.linalg.inv(state.skin_matrix.astype(np.float64))[holder]
         vertices = posed_mesh(rig, pose, state).astype(np.float64)
         vertices = np.einsum("vij,vj->vi", back[:, :3, :3], vertices) + back[:, :3, 3]
@@ -82,7 +80,7 @@ def stretch(rig: Rig, poses: Sequence[PoseArrays]) -> F64:
     rest = _areas(rig.vertices, rig.triangles)
     largest = rest.copy()
     for pose in _looked_at(poses):
-        largest = np.maximum(largest, _areas(posed_mesh(rig, pose, joints(rig, pose)), rig.triangles))
+        largest = np.maximum(largest, _areas(posed_mesh(rig, pose, joints.joints(rig, pose)), rig.triangles))
     ratio: F64 = np.clip(largest / np.maximum(rest, LEAST_AREA), 1, MOST_STRETCH)
     return ratio
 

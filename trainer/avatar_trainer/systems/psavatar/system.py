@@ -17,9 +17,7 @@ import numpy as np
 import torch
 from torch import Generator, Tensor
 
-from avatar_runtime.avatar import Gaussians
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.pose import PoseArrays
+from avatar_runtime import AvatarError, Gaussians, PoseArrays
 from avatar_schema import constants
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import read

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avatar_runtime.avatar import F64
+from avatar_runtime import F64
 from avatar_trainer.parameters.table import Table
 from avatar_trainer.systems.splatting_avatar.phong import PhongSurface, embed
 from avatar_trainer.systems.splatting_avatar.walk import walk

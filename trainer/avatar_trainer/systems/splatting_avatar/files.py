@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from avatar_export.readers.rules_file import UNITS
-from avatar_runtime.avatar import F32, F64, I64, Gaussians
+from avatar_export.readers import rules_file
+from avatar_runtime import F32, F64, I64, Gaussians
 from avatar_runtime.codec import ply
 
 DECIMALS = 6  # of embedding.obj
@@ -59,7 +59,11 @@ def save(checkpoint: Checkpoint, folder: Path, iteration: int) -> None:
     clouds = folder / "point_cloud"
     clouds.mkdir(parents=True, exist_ok=True)
     _write(folder / "config.yaml", yaml.safe_dump(_config(checkpoint), sort_keys=False))
-    document = {"system": checkpoint.system, UNITS: checkpoint.units, "rules": dict(checkpoint.rules)}
+    document = {
+        "system": checkpoint.system,
+        rules_file.UNITS: checkpoint.units,
+        "rules": dict(checkpoint.rules),
+    }
     _write(folder / "rules.json", json.dumps(document, indent=2) + "\n")
     final, partial = clouds / f"iteration_{iteration}", clouds / f".iteration_{iteration}.partial"
     shutil.rmtree(partial, ignore_errors=True)

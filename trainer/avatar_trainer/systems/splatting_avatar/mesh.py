@@ -7,10 +7,8 @@ from collections import OrderedDict
 import numpy as np
 import torch
 
-from avatar_runtime.avatar import F32, Rig, Rules
-from avatar_runtime.pose import PoseArrays
-from avatar_runtime.posed import posed_mesh
-from avatar_runtime.stages.joints import joints
+from avatar_runtime import F32, PoseArrays, Rig, Rules, posed_mesh
+from avatar_runtime.stages import joints
 from avatar_trainer.kernels import pose_mesh_cpu
 from avatar_trainer.kernels.mesh import kernel_mesh
 from avatar_trainer.stages.surface import PosedMesh, SurfaceMesh
@@ -20,7 +18,7 @@ ROOM = 512 << 20  # bytes of posed meshes that are kept
 
 def posed_vertices(rig: Rig, pose: PoseArrays) -> F32:
     """[V, 3] metres, by the runtime's stages joints, morph and skin."""
-    return posed_mesh(rig, pose, joints(rig, pose))
+    return posed_mesh(rig, pose, joints.joints(rig, pose))
 
 
 class PosedMeshes:
@@ -33,7 +31,6 @@ class PosedMeshes:
         self._bytes = 0
 
     def __getitem__(self, pose: PoseArrays) -> PosedMesh:
-        """The mesh in `pose`, metres."""
         found = self._kept.get(id(pose))
         if found is None:
             found = (pose, self.of_vertices(posed_vertices(self._rig, pose)))

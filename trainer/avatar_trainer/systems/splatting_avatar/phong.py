@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numba import prange
 
-from avatar_runtime.avatar import F64, I32, I64
-from avatar_runtime.backends.cpu.jit import kernel
+from avatar_runtime import F64, I32, I64
+from avatar_runtime.backends.cpu import kernel
 from avatar_trainer.systems.splatting_avatar.walk import Neighbours, walk_one
 
 STEPS = 60  # of a point, at most; most need 5
@@ -178,7 +178,6 @@ def _slide(over: I32, b: F64, slopes: F64, r: F64, damping: float, step: F64) ->
 
 @kernel()
 def _triple(a: F64, b: F64, c: F64) -> Any:
-    """a . (b x c)."""
     x = a[0] * (b[1] * c[2] - b[2] * c[1])
     y = a[1] * (b[2] * c[0] - b[0] * c[2])
     z = a[2] * (b[0] * c[1] - b[1] * c[0])

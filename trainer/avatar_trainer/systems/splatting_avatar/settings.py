@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, Rules
-from avatar_runtime.rules import AREA_SCALES, NORMAL_POSITIONS, SH_DIRECTIONS, VERTEX_ROTATIONS
+from avatar_runtime import F32, Rules
+from avatar_runtime import rules as runtime_rules
 from avatar_trainer.parameters.densify import DensitySettings
 from avatar_trainer.settings import (
     ABOVE_ZERO,
@@ -46,20 +46,20 @@ RULES: Mapping[str, Rule] = {
         trainer_only=("fixed",),
     ),
     "position": Rule(
-        NORMAL_POSITIONS, "normal", "interpolated_normal", "normal",
+        runtime_rules.NORMAL_POSITIONS, "normal", "interpolated_normal", "normal",
         "displacement along the interpolated normal made unit, or as it is (Eq. 2)",
     ),
     "rotation": Rule(
-        VERTEX_ROTATIONS, "vertex_quaternion", "vertex_quaternion_mean",
+        runtime_rules.VERTEX_ROTATIONS, "vertex_quaternion", "vertex_quaternion_mean",
         "vertex_quaternion", "vertex quaternions made unit, or the mean by area (Eq. 5)",
     ),
     "scale": Rule(
-        (BY_SUBJECT, *AREA_SCALES), "log_area for heads, none for bodies", "linear_area", BY_SUBJECT,
+        (BY_SUBJECT, *runtime_rules.AREA_SCALES), "log_area for heads, none for bodies", "linear_area", BY_SUBJECT,
         "how the mesh stretches Gaussians; by_subject: linear_area for heads, as log_area shrinks them where triangles "
         "grow (eyes show through closed lids), none for bodies",
     ),
     "sh_direction": Rule(
-        SH_DIRECTIONS, "world", "degree 0 only", "inverse_rotation",
+        runtime_rules.SH_DIRECTIONS, "world", "degree 0 only", "inverse_rotation",
         "how colours beyond SH degree 0 are seen: turned with the mesh (the release's option convert_SHs_python, off "
         "by default; the gradient of (u, v) leaves the turn out), or not",
     ),

@@ -18,10 +18,8 @@ import numpy as np
 import torch
 from torch import Generator, Tensor
 
-from avatar_export.readers.surface import in_metres
-from avatar_runtime.avatar import F32
-from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.pose import PoseArrays
+from avatar_export.readers import surface
+from avatar_runtime import F32, AvatarError, PoseArrays
 from avatar_schema import constants
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import read
@@ -88,7 +86,7 @@ class SplattingAvatar:
         self.triangles = capture.rig.triangles.astype(np.int64)
         # Rounded as in the files, so that training uses the values that readers get.
         self.canonical_vertices = as_written(first_mesh.astype(np.float64) * self.training_per_bundle)
-        in_bundle = in_metres(self.canonical_vertices, self.training_per_bundle)
+        in_bundle = surface.in_metres(self.canonical_vertices, self.training_per_bundle)
         self.mesh = surface_mesh(in_bundle, capture.rig.triangles, self.training_per_bundle)
         self.meshes = PosedMeshes(capture.rig, self.mesh, self.rules)
         self.canonical = self.meshes.of_vertices(in_bundle)

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import prange
 
-from avatar_runtime.avatar import F64, I32, I64
-from avatar_runtime.backends.cpu.jit import kernel
+from avatar_runtime import F64, I32, I64
+from avatar_runtime.backends.cpu import kernel
 
 PAPER_DECAY, RELEASED_DECAY = 1.0, 0.9  # factor of the remaining way at each edge
 MOST_CROSSINGS = 10_000  # largest number of edges in one walk; a longer walk ends on the edge it has reached

@@ -78,7 +78,7 @@ def triangle_turns(
     sign_rule: int,
     posed_mesh: PosedMesh,
 ) -> None:
-    """What the rules read of the posed triangles; the sign policy of quaternions as in `turns_from_canonical`."""
+    """The values of the posed triangles that the rules read. Quaternions have the signs of `turns_from_canonical`."""
     p = np.empty(TRIANGLE_PLANES, np.float64)
     by_vertex = rotation_rule != BY_TRIANGLE
     for first in range(0, len(mesh.triangles), BLOCK):
