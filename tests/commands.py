@@ -12,6 +12,7 @@ from avatar_export.commands import console
 
 QUIET = 1e6  # seconds: no lines of progress, however slow the machine is
 Run = Callable[..., tuple[int, str, str]]
+Refused = Callable[..., str]
 
 
 @pytest.fixture
@@ -29,5 +30,17 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
             code = int(stop.code or 0)
         captured = capsys.readouterr()
         return code, captured.out, captured.err
+
+    return command
+
+
+@pytest.fixture
+def refused(run: Run) -> Refused:
+    """What a command says that is refused: one line on standard error, without the frame of usage errors; code 2."""
+
+    def command(*arguments: object) -> str:
+        code, out, error = run(*arguments)
+        assert (code, out) == (2, "") and error.count("\n") == 1, (code, out, error)
+        return error
 
     return command

@@ -36,12 +36,16 @@ def with_rig(avatar: Avatar, **fields: Any) -> Avatar:
     return replace(avatar, rig=replace(rig_of(avatar), **fields))
 
 
+def dense(rows: SparseRows, name: str) -> Array:
+    """[rows, columns, ...] of an attribute."""
+    values = rows.values[name]
+    found = np.zeros((rows.rows, rows.columns, *values.shape[1:]), values.dtype)
+    found[np.repeat(np.arange(rows.rows), np.diff(rows.row_ptr.astype(int))), rows.column] = values
+    return found
+
+
 def dense_weights(rig: Rig) -> Array:
-    weights = np.zeros((len(rig.vertices), rig.joint_count))
-    for vertex in range(len(weights)):
-        entries = slice(rig.skin.row_ptr[vertex], rig.skin.row_ptr[vertex + 1])
-        weights[vertex, rig.skin.column[entries]] = rig.skin.values["weight"][entries]
-    return weights
+    return dense(rig.skin, "weight").astype(np.float64)
 
 
 def sparse(dense: Array, name: str) -> SparseRows:
@@ -103,12 +107,6 @@ def scaled_at_rest(avatar: Avatar, scale: tuple[float, float, float]) -> Avatar:
             world[j] = world[parent] @ local[j]
     inverse = np.linalg.inv(world).astype(np.float32)
     return with_rig(avatar, rest_local=local.astype(np.float32), inverse_bind_matrix=inverse)
-
-
-def first_rows(matrix: SparseRows, rows: int) -> SparseRows:
-    end = int(matrix.row_ptr[rows])
-    values = {name: value[:end] for name, value in matrix.values.items()}
-    return SparseRows(matrix.row_ptr[: rows + 1], matrix.column[:end], values, matrix.columns)
 
 
 def grid_avatar(vertices: int, joints: int) -> Avatar:

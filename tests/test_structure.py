@@ -64,38 +64,5 @@ def test_folders_and_files_of_players_stay_small() -> None:
     assert not [f for f, lines in players.long_files().items() if lines > structure.MOST_LINES]
 
 
-def test_circles_of_players_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also one that is closed by a type, by an import at run time, by a header or by a namespace."""
-    texts = {
-        "players/a/x.ts": 'import {\n  one,\n} from "./y.js";\n',
-        "players/a/y.ts": 'import type { X } from "../a/x.js";\n',
-        "players/a/z.ts": 'export { x } from "./x.js";\nconst w = await import("./w.js");\n',
-        "players/a/w.ts": 'import worker from "inline-worker:./z.js";\n',
-        "players/b/include/p.h": '#include "../src/q.h"\n',
-        "players/b/src/q.h": '#include "p.h"\n',
-        "players/c/A.cs": "using N.B;\n\nnamespace N.A\n{\n}\n",
-        "players/c/B.cs": "using N.A;\n\nnamespace N.B\n{\n}\n",
-    }
-    monkeypatch.setattr(players, "files", lambda: texts)
-    assert sorted(players.file_circles()) == [
-        ["players/a/w.ts", "players/a/z.ts"],
-        ["players/a/x.ts", "players/a/y.ts"],
-        ["players/b/include/p.h", "players/b/src/q.h"],
-    ]
-    assert players.namespace_circles() == [["N.A", "N.B"]]
-
-
 def test_every_public_name_has_a_docstring() -> None:
     assert not structure.without_docstring()
-
-
-def test_circles_are_found() -> None:
-    graph = {"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}}
-    assert structure.circles(graph) == [["b", "c"]]
-
-
-def test_circles_of_rooms_are_found_in_any_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    """a.b imports a.d through its file c, and a.d imports another file of a.b. The face of a is not a room in it."""
-    graph = {"a": {"a.d"}, "a.b.c": {"a.d"}, "a.d": {"a.b.e", "a"}, "a.b.e": set()}
-    monkeypatch.setattr(structure, "imports", lambda: graph)
-    assert structure.room_circles() == [["a.b", "a.d"]]

@@ -32,6 +32,7 @@ Array = npt.NDArray[Any]
 HERE = Path(__file__).parent
 BLENDER = "AVATAR_BPY_PYTHON"  # environment: an interpreter that has bpy
 ROOT_NODE = "avatar_root"
+PATHS = ("translation", "rotation_xyzw", "scale")
 LIMIT_S = 120
 
 
@@ -54,14 +55,8 @@ def ask(client: str, **job: Any) -> Answer:
     command = _blender(client) if (HERE / f"{client}.py").exists() else _node(client)
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder, "arrays")
-        done = subprocess.run(
-            command,
-            input=json.dumps({**job, "out": str(out)}),
-            capture_output=True,
-            text=True,
-            timeout=LIMIT_S,
-            check=False,
-        )
+        asked = json.dumps({**job, "out": str(out)})
+        done = subprocess.run(command, input=asked, capture_output=True, text=True, timeout=LIMIT_S)
         assert done.returncode == 0, f"{client}: {done.stderr[-2000:]}"
         facts = json.loads(done.stdout)
         return Answer(facts, unpack(out.read_bytes(), facts.pop("arrays")))
@@ -111,26 +106,16 @@ def oracle_state(avatar: Avatar, pose: EnginePose) -> State:
     """The same as the oracle takes it."""
     nodes = _nodes(avatar, pose)
     return State(
-        {name: node["translation"] for name, node in nodes.items()},
-        {name: node["rotation_xyzw"] for name, node in nodes.items()},
-        {name: node["scale"] for name, node in nodes.items()},
-        pose.weights.tolist(),
+        *({name: node[path] for name, node in nodes.items()} for path in PATHS), pose.weights.tolist()
     )
 
 
 def _nodes(avatar: Avatar, pose: EnginePose) -> Mapping[str, dict[str, list[float]]]:
     assert avatar.rig is not None
-    nodes = {
-        ROOT_NODE: {
-            "translation": pose.root_translation.tolist(),
-            "rotation_xyzw": pose.root_rotation_xyzw.tolist(),
-            "scale": [1.0, 1.0, 1.0],
-        }
-    }
-    for j, name in enumerate(avatar.rig.joint_names):
-        nodes[name] = {
-            "translation": pose.translation[j].tolist(),
-            "rotation_xyzw": pose.rotation_xyzw[j].tolist(),
-            "scale": pose.scale[j].tolist(),
-        }
-    return nodes
+    names = (ROOT_NODE, *avatar.rig.joint_names)
+    rows = (
+        np.vstack([pose.root_translation, pose.translation]).tolist(),
+        np.vstack([pose.root_rotation_xyzw, pose.rotation_xyzw]).tolist(),
+        np.vstack([np.ones(3), pose.scale]).tolist(),
+    )
+    return {name: dict(zip(PATHS, row, strict=True)) for name, *row in zip(names, *rows, strict=True)}

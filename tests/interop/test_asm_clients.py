@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,6 @@ from tests.asm_faces import small_face
 from tests.interop.clients import ask, job_pose
 from tests.measured import Measure
 from tests.oracles import asm as oracle
-from tests.oracles.gltf_pose import File, State
 from tests.oracles.usd_pose import posed_by_usd, stage_of, vertex_ids
 
 Array = npt.NDArray[Any]
@@ -168,39 +167,3 @@ def test_one_bone_edited_by_name_in_usd_skel(tmp_path: Path, measured: Measure) 
     worst = float(np.abs(posed_by_usd(stage, 0) - edited[vertex_ids(stage)]).max()) / given.height
     measured("one bone edited by name in UsdSkel against the runtime (half floats), of height", worst, 2e-4)
     assert worst <= 2e-4
-
-
-def test_the_file_s_nodes_are_the_formulas(tmp_path: Path, measured: Measure) -> None:
-    """The oracle of glTF on the file alone, eight influences: nodes stand in the neutral with their scales."""
-    given = made(tmp_path, 8, 0.03, turned=True)
-    file = File(given.glb.read_bytes())
-    neutral = oracle.posed_face(given.face, given.face.takes[0], 0)
-    worst = float(np.abs(file.posed(State(), 2) - neutral).max()) / given.height
-    measured("an ASM face's rig.glb as its nodes stand against the formulas, of height", worst, AGREE)
-    assert worst <= AGREE
-    scaled = [node for node in file.json["nodes"] if "scale" in node]
-    assert len(scaled) == len(given.face.template.bone_names)
-    inverse = file.accessor(file.json["skins"][0]["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
-    turn = inverse[:, :3, :3]
-    np.testing.assert_allclose(
-        turn @ turn.transpose(0, 2, 1), np.tile(np.eye(3), (len(turn), 1, 1)), atol=1e-6
-    )
-
-
-def test_a_rest_that_is_no_binding_pose_by_itself(tmp_path: Path) -> None:
-    """The same face with a neutral that is at rest: no scale is written, no animation is thinned out."""
-    face = small_face(5)
-    shape = face.takes[0].scale.shape
-    still = replace(
-        face.takes[0], rotation_vector=np.zeros(shape), translation=np.zeros(shape), scale=np.ones(shape)
-    )
-    save(replace(face, takes=(still, *face.takes[1:])), tmp_path / "face.npz")
-    avatar = read(tmp_path / "face.npz")
-    pieces = rig_glb(avatar, 4)
-    assert pieces is not None
-    file = File(b"".join(pieces))
-    assert not any("scale" in node for node in file.json["nodes"])
-    (tmp_path / "rig.usdc").write_bytes(rig_usdc(avatar))
-    stage = stage_of(str(tmp_path / "rig.usdc"))
-    animation = UsdSkel.Animation.Get(stage, f"{CLIPS}/neutral")
-    assert len(animation.GetJointsAttr().Get()) == len(face.template.bone_names)

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
 import tomllib
 import zipfile
-from dataclasses import replace
+from collections.abc import Iterator
 from email import message_from_bytes
+from functools import cache
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 import avatar_export
-from tests.released import DATA
 from tools import dist
 
 ROOT = Path(__file__).parents[2]
@@ -25,16 +29,6 @@ PACKAGES = {
     for folder in row["packages"]
 }
 EDITABLE = "import sys, hatchling.build; print(hatchling.build.build_editable(sys.argv[1]))"
-
-
-def test_both_carry_the_one_version(built: dict[str, list[Path]]) -> None:
-    files = sorted(file.name for pair in built.values() for file in pair)
-    assert files == [
-        f"avatar_{name}-{dist.version()}{end}"
-        for name in ("export", "export_runtime")
-        for end in ("-py3-none-any.whl", ".tar.gz")
-    ]
-    assert f"avatar-export-runtime=={dist.version()}" in dist.distributions()["avatar-export"].dependencies
 
 
 def test_the_version_stands_in_one_place() -> None:
@@ -49,59 +43,6 @@ def test_the_version_stands_in_one_place() -> None:
     citation = ROOT / "CITATION.cff"
     if citation.exists():
         assert f"\nversion: {dist.version()}\n" in citation.read_text("utf-8")
-
-
-def test_bundles_name_their_writer_as_ever() -> None:
-    assert f"avatar-export {dist.version()}" == avatar_export.GENERATOR
-    with zipfile.ZipFile(DATA / "0.1.0" / "lam.avatar.zip") as archive:
-        assert b'"generator": "avatar-export 0.1.0"' in archive.read("avatar.json")
-
-
-def test_the_same_checkout_gives_the_same_bytes(built: dict[str, list[Path]], tmp_path: Path) -> None:
-    """Of sdists; that an sdist builds the same wheel, `dist.make` has seen."""
-    given = dist.distributions()["avatar-export-runtime"]
-    [again] = dist.build(dist.assemble(given, tmp_path), tmp_path, "sdist")
-    assert again.read_bytes() == built[given.name][0].read_bytes()
-
-
-def test_each_package_is_in_one_distribution(wheels: dict[str, Path]) -> None:
-    tops: dict[str, list[str]] = {}
-    for name, wheel in wheels.items():
-        with zipfile.ZipFile(wheel) as archive:
-            for top in {entry.partition("/")[0] for entry in archive.namelist()}:
-                tops.setdefault(top, []).append(name)
-    assert {top for top in tops if not top.endswith(".dist-info")} == PACKAGES.keys()
-    assert all(len(owners) == 1 for owners in tops.values())
-
-
-@pytest.mark.parametrize("fault", ["more", "less", "address"])
-def test_the_check_sees_faults(
-    fault: str, built: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A file too many, a file too few, metadata that an index refuses."""
-    given = dist.distributions()["avatar-export-runtime"]
-    files = dist.sources(given)
-    if fault == "more":
-        monkeypatch.setattr(dist, "sources", lambda _: dict(list(files.items())[1:]))
-    elif fault == "less":
-        monkeypatch.setattr(dist, "sources", lambda _: files | {"avatar_runtime/new.py": Path("new.py")})
-    else:
-        given = replace(given, dependencies=("numpy @ file:///numpy", "jsonschema"))
-    with pytest.raises(
-        dist.DistError, match={"more": "holds also", "less": "lacks", "address": "depends on"}[fault]
-    ):
-        dist.check(given, *built["avatar-export-runtime"])
-
-
-def test_a_stray_file_in_a_package_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dist, "checkout", lambda: {"some_package/notes.txt": tmp_path})
-    given = replace(dist_row(), packages=("some_package",))
-    with pytest.raises(dist.DistError, match=r"some_package/notes.txt: not a file of a package"):
-        dist.sources(given)
-
-
-def dist_row() -> dist.Distribution:
-    return dist.Distribution("a", "1", "", "", (), (), {}, {}, {})
 
 
 def test_a_checkout_installs_as_one(tmp_path: Path) -> None:
@@ -133,3 +74,65 @@ def test_an_editable_install_sees_every_source_root(tmp_path: Path) -> None:
         [path_file] = [name for name in archive.namelist() if name.endswith(".pth")]
         roots = archive.read(path_file).decode().split()
     assert {Path(root).resolve() for root in roots} == {folder.parent for folder in PACKAGES.values()}
+
+
+PART_OF = {"llvmlite": "numba"}  # numba asks for the one llvmlite that fits it
+BY_NAME = {"torch.utils.tensorboard": "tensorboard"}  # a module of torch that imports another library
+USERS_OWN = {"gsplat", "lpips"}  # no extra has them: who asks for one by name is told to install it
+
+
+@cache
+def owners() -> dict[str, str]:
+    """The distribution that a top-level module comes from, for every one that is installed here."""
+    return {module: canonicalize_name(names[0]) for module, names in packages_distributions().items()}
+
+
+def modules(tree: ast.AST) -> Iterator[str]:
+    """Full names of what a file imports, wherever the import stands."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            yield node.module
+
+
+def imported(given: dist.Distribution) -> set[str]:
+    """Distributions that its packages import from, the project's own left out."""
+    own = {Path(folder).name for row in dist.distributions().values() for folder in row.packages}
+    found = set()
+    for name, path in dist.sources(given).items():
+        if path.suffix == ".py":
+            for module in modules(ast.parse(path.read_text("utf-8"))):
+                top = module.partition(".")[0]
+                if top not in sys.stdlib_module_names | own | USERS_OWN:
+                    assert top in owners(), f"{name} imports {top}, which no installed distribution has"
+                    found |= {PART_OF.get(owners()[top], owners()[top])}
+                found |= {BY_NAME[module]} if module in BY_NAME else set()
+    return found
+
+
+def asked(lines: list[str] | tuple[str, ...]) -> set[str]:
+    names = {canonicalize_name(Requirement(line).name) for line in lines}
+    return names - dist.distributions().keys()
+
+
+def passed_on(given: dist.Distribution) -> set[str]:
+    """What its extras bring by way of extras of the distribution that it depends on."""
+    lines = [Requirement(line) for extra in given.extras.values() for line in extra]
+    rows = dist.distributions()
+    return {
+        name
+        for line in lines
+        if line.name != given.name and line.name in rows
+        for extra in line.extras
+        for name in asked(rows[line.name].extras[extra])
+    }
+
+
+@pytest.mark.parametrize("name", dist.distributions())
+def test_what_is_imported_is_what_is_asked_for(name: str) -> None:
+    given = dist.distributions()[name]
+    own = asked(given.dependencies) | {x for extra in given.extras.values() for x in asked(extra)}
+    found = imported(given)
+    assert not found - own - passed_on(given), "imported, but not asked for"
+    assert not own - found, "asked for, but not imported"

@@ -120,11 +120,3 @@ def test_the_exporter_converts(exporter: Environment, tmp_path: Path) -> None:
     options = ("--no-preview", "--no-reference")
     exporter.run("avatar-export", "convert", trained, "--out", tmp_path / "made", *options)
     assert {"rig.glb", "rig.usdc", "splats.glb"} <= {path.name for path in (tmp_path / "made").iterdir()}
-
-
-def test_errors_are_one_line(exporter: Environment) -> None:
-    refused = exporter.run("avatar-export", "inspect", "nothing-here", code=2)
-    assert refused.stderr.strip() == "avatar-export: nothing-here: no such file or folder"
-    untrained = exporter.run("avatar-train", "settings", code=2)
-    assert '"torch>=' in untrained.stderr and "avatar-export[" not in untrained.stderr
-    assert untrained.stderr.count("\n") == 1

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import os
+import shutil
 import tarfile
 import zipfile
 from collections.abc import Mapping
@@ -12,9 +14,12 @@ from pathlib import Path
 
 import pytest
 
+from avatar_export.players import web
 from avatar_export.players.assemble import PLAYERS, assemble
+from avatar_runtime.io.errors import AvatarError
 from avatar_schema.version import __version__
 from tests.packaging.environments import empty
+from tests.players.web import WEB
 from tools import archives, dist
 
 ASSEMBLE = """
@@ -25,8 +30,8 @@ print(json.dumps({p: {n: hashlib.sha256(d).hexdigest() for n, d in assemble(p).i
 TOPS = {
     "unity": "package",
     "unreal": "GaussianAvatar",
-    "native": f"avatar-player-{__version__}",
     "web": "package",
+    "native": f"avatar-player-{__version__}",
 }
 
 
@@ -71,17 +76,35 @@ def unpacked(data: bytes, end: str) -> dict[str, bytes]:
         return {entry.name: stream.read() for entry in archive if (stream := archive.extractfile(entry))}
 
 
-def test_the_tree_for_unity_is_the_package(written: Path) -> None:
-    tree = written / archives.TREE
-    files = {
-        path.relative_to(tree).as_posix(): path.read_bytes() for path in tree.rglob("*") if path.is_file()
-    }
-    assert files == assemble("unity")
+@pytest.fixture(scope="module")
+def package(built_web: None) -> dict[str, bytes]:
+    return assemble("web")
 
 
-def test_an_archive_replaces_those_of_other_versions(written: Path) -> None:
-    (written / "GaussianAvatar-0.0.9.zip").write_bytes(b"old")
-    (written / archives.TREE / "gone.cs").write_bytes(b"old")
-    files = archives.write(written)
-    assert set(written.iterdir()) == {*files, written / archives.TREE}
-    assert not (written / archives.TREE / "gone.cs").exists()
+def test_what_it_exports_is_in_it(package: dict[str, bytes]) -> None:
+    manifest = json.loads(package["package.json"])
+    for entry in manifest["exports"].values():
+        assert {path.removeprefix("./") for path in entry.values()} <= package.keys()
+    assert manifest["version"] == __version__ and list(manifest)[:2] == ["name", "version"]
+
+
+def test_it_carries_its_licence_and_the_notices_of_what_its_wasm_contains(package: dict[str, bytes]) -> None:
+    assert package["LICENSE"] == (WEB.parents[1] / "LICENSE").read_bytes()
+    notice, of_all = package["NOTICE.md"].decode(), (WEB.parents[1] / "NOTICE.md").read_text("utf-8")
+    for owner in ("Copyright (c) Zig contributors", "Rich Felker"):
+        assert owner in notice and owner in of_all
+
+
+def test_an_unbuilt_and_an_outdated_package_are_refused(
+    built_web: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(WEB, tmp_path / "web", ignore=lambda *_: ["node_modules", "tests"], symlinks=True)
+    monkeypatch.setattr(web, "folder", lambda _: tmp_path / "web")
+    assert web.web_files()
+    later = 2 * (tmp_path / "web" / "dist" / "index.js").stat().st_mtime_ns
+    os.utime(tmp_path / "web" / "src" / "pose" / "pose.ts", ns=(later, later))
+    with pytest.raises(AvatarError, match=r"^dist: .* built before its sources changed"):
+        web.web_files()
+    shutil.rmtree(tmp_path / "web" / "dist")
+    with pytest.raises(AvatarError, match=r"^dist: .* is not built"):
+        web.web_files()

@@ -92,11 +92,6 @@ def test_the_manifest_is_one_that_unity_reads(unity_package: Path) -> None:
     assert folders == {Path(sample["path"]).name for sample in document["samples"]}
 
 
-def test_licence_and_notices_are_in_it(unity_package: Path) -> None:
-    assert "Cesium" in (unity_package / "Third Party Notices.md").read_text("utf-8")
-    assert (unity_package / "LICENSE.md").read_text("utf-8") == (ROOT / "LICENSE").read_text("utf-8")
-
-
 def test_references_of_assemblies_resolve_and_the_core_knows_no_engine(unity_package: Path) -> None:
     found = {path: json.loads(path.read_text("utf-8")) for path in unity_package.rglob("*.asmdef")}
     own = {document["name"] for document in found.values()}
@@ -110,13 +105,6 @@ def test_references_of_assemblies_resolve_and_the_core_knows_no_engine(unity_pac
             assert defined & set(document["defineConstraints"]), f"{path.name} compiles without its package"
     core = found[unity_package / "Core" / "AvatarExport.Core.asmdef"]
     assert core["noEngineReferences"] and core["references"] == []
-
-
-def test_nothing_is_native(unity_package: Path) -> None:
-    texts = {path: path.read_text("utf-8") for path in unity_package.rglob("*.cs")}
-    assert not [path for path, text in texts.items() if re.search(r"\bDllImport\b|\bMarshal\.", text)]
-    libraries = {".dll", ".so", ".dylib", ".bundle", ".a", ".jar", ".aar"}
-    assert not [path for path in unity_package.rglob("*") if path.suffix in libraries]
 
 
 def scenes() -> list[Path]:

@@ -72,14 +72,6 @@ def test_mangled_arrays(good: Path, scratch: Path, name: str, part: str) -> None
     (scratch / name).write_bytes(data)
 
 
-def test_mangled_zips(good: Path, scratch: Path) -> None:
-    data = bundles.zipped(good, good.with_name("packed.zip")).read_bytes()
-    directory = data.index(b"PK\x01\x02")  # names, sizes and offsets stand at the end
-    target = good.with_name("mangled.zip")
-    for first in (0, directory):
-        played(data[first:], lambda wounded, first=first: _written(target, data[:first] + wounded))
-
-
 def _written(path: Path, data: bytes) -> Path:
     path.write_bytes(data)
     return path

@@ -26,13 +26,6 @@ METADATA = {
 }  # fmt: skip
 
 
-def test_in_a_checkout_the_install_stays_editable(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.chdir(ROOT)
-    assert extras.how_to_install("gl") == 'pip install -e ".[gl]"'
-    monkeypatch.chdir(tmp_path)
-    assert extras.how_to_install("gl") == f'pip install -e "{ROOT}[gl]"'
-
-
 @pytest.mark.parametrize(
     ("extra", "said"),
     [
@@ -56,11 +49,3 @@ def test_no_message_asks_an_index_for_a_name_of_ours() -> None:
             if path.name != "extras.py":
                 asked = re.findall(r"pip install ([^\s\"'`]+)", path.read_text("utf-8"))
                 assert set(asked) <= OTHERS, path
-
-
-def test_no_page_replaces_an_editable_install() -> None:
-    """`pip install ".[gl]"` in a checkout would put a copy in the place of what `make demo` installed."""
-    for page in (*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("*/README.md")):
-        for line in page.read_text("utf-8").splitlines():
-            assert not re.search(r"pip install [\"'.]*\[", line), page
-            assert not re.search(r"pip install [\"']?avatar[-_]", line), page

@@ -10,6 +10,8 @@ import os
 import pickle
 import subprocess
 import sys
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import moderngl
@@ -20,65 +22,34 @@ Array = npt.NDArray[Any]
 CONSTANTS = 8  # binding of every uniform block
 
 
-def refusals(language: str, programs: list[dict[str, str]]) -> list[str]:
+def refusals(*asked: Any) -> list[str]:
     """What the driver says against each program, {"compute"} or {"vertex", "fragment"}: text; "" for none."""
-    said: list[str] = _ask("refusals", language, programs=programs)
-    return said
+    return _ask(_refusals, *asked)
 
 
-def compute(text: str, storage: list[Array], constants: bytes, groups: int) -> list[Array]:
+def compute(*asked: Any) -> list[Array]:
     """The storage buffers (binding 0, 1, ...) after one dispatch."""
-    result: list[Array] = _ask(
-        "compute", "glsl430", text=text, storage=storage, constants=constants, groups=groups
-    )
-    return result
+    return _ask(_compute, "glsl430", *asked)
 
 
-def image(text: str, storage: list[Array], constants: bytes, groups: int, size: tuple[int, int]) -> Array:
+def image(*asked: Any) -> Array:
     """[H, W, 4] of the float image at binding 0 after one dispatch; it begins with zeros."""
-    result: Array = _ask(
-        "image", "glsl430", text=text, storage=storage, constants=constants, groups=groups, size=size
-    )
-    return result
+    return _ask(_image, "glsl430", *asked)
 
 
-def draw(
-    vertex: str,
-    fragment: str,
-    constants: bytes,
-    size: tuple[int, int],
-    instances: int,
-    *,
-    storage: list[Array] | None = None,
-    attributes: Array | None = None,
-    indices: Array | None = None,
-    textures: dict[str, Array] | None = None,
-) -> Array:
+def draw(*asked: Any, **more: Any) -> Array:
     """[H, W, 5] colour, alpha and depth, first row first in memory, of strips of 4 vertices blended back to front.
 
     `attributes` is [instances, 12]: quad0, quad1, quad2. With `indices` an instance is triangles of these vertices.
     `textures` are [H, W, C] by the name of the sampler in the text. Depth is that of the last splat, 1 where there is
     none.
     """
-    result: Array = _ask(
-        "draw",
-        "glsl430",
-        vertex=vertex,
-        fragment=fragment,
-        constants=constants,
-        size=size,
-        instances=instances,
-        storage=storage or [],
-        attributes=attributes,
-        indices=indices,
-        textures=textures or {},
-    )
-    return result
+    return _ask(_draw, "glsl430", *asked, **more)
 
 
-def _ask(task: str, language: str, **arguments: Any) -> Any:
+def _ask(task: Callable[..., Any], language: str, *asked: Any, **more: Any) -> Any:
     environment = {**os.environ, "MESA_GLES_VERSION_OVERRIDE": "3.1"}  # the least that GLES has to be
-    request = pickle.dumps((task, language, arguments))
+    request = pickle.dumps((task.__name__, language, asked, more))
     done = subprocess.run([sys.executable, __file__], input=request, capture_output=True, env=environment)
     assert done.returncode == 0, done.stderr.decode()
     return pickle.loads(done.stdout)
@@ -176,13 +147,13 @@ def _draw(
     constants: bytes,
     size: tuple[int, int],
     instances: int,
-    storage: list[Array],
-    attributes: Array | None,
-    indices: Array | None,
-    textures: dict[str, Array],
+    storage: Sequence[Array] = (),
+    attributes: Array | None = None,
+    indices: Array | None = None,
+    textures: Mapping[str, Array] = MappingProxyType({}),
 ) -> Array:
     program = context.program(vertex_shader=vertex, fragment_shader=fragment)
-    _bind(context, storage, constants)
+    _bind(context, list(storage), constants)
     for unit, (name, texels) in enumerate(textures.items()):
         height, width, components = texels.shape
         context.texture((width, height), components, texels.tobytes(), dtype="f4").use(unit)
@@ -210,9 +181,8 @@ def _draw(
 
 def main() -> None:
     """Answer the request on standard input."""
-    task, language, arguments = pickle.load(sys.stdin.buffer)
-    run = {"refusals": _refusals, "compute": _compute, "image": _image, "draw": _draw}[task]
-    sys.stdout.buffer.write(pickle.dumps(run(_context(language), **arguments)))
+    task, language, asked, more = pickle.load(sys.stdin.buffer)
+    sys.stdout.buffer.write(pickle.dumps(globals()[task](_context(language), *asked, **more)))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
-// Runs passes with the WebAssembly kernels. A job comes on standard input as JSON, {buffers, passes, read, repeat}:
+// Runs passes with the WebAssembly kernels. A job comes on standard input as JSON, {buffers, passes, read}:
 //   buffers {name: {bytes, words?}}: words in base64; passes [{entry, rows, buffers: [names], constants: base64}];
-//   read: names of the buffers whose contents are the answer; repeat: how often all is run; rows are then split.
-// The answer is {exports, imports, buffers: {name: base64}, milliseconds: {entry: least of all repeats}}.
+//   read: names of the buffers whose contents are the answer. The answer is {exports, imports, buffers: {name: base64}}.
 import { readFileSync } from "node:fs";
 
 const text = readFileSync(new URL("../../players/web/src/made/kernels.ts", import.meta.url), "utf8");
@@ -34,19 +33,10 @@ const passes = job.passes.map(({ entry, rows, buffers, constants }) => {
   return { entry, rows, params };
 });
 
-const milliseconds = {};
-for (let round = 0; round < job.repeat; ++round) {
-  const spent = {};
-  for (const { entry, rows, params } of passes) {
-    const start = performance.now();
-    const half = rows >> 1; // two calls, as two workers would
-    exports[entry](params, 0, half);
-    exports[entry](params, half, rows - half);
-    spent[entry] = (spent[entry] ?? 0) + performance.now() - start;
-  }
-  for (const [entry, time] of Object.entries(spent)) {
-    milliseconds[entry] = Math.min(milliseconds[entry] ?? Infinity, time);
-  }
+for (const { entry, rows, params } of passes) {
+  const half = rows >> 1; // two calls, as two workers would
+  exports[entry](params, 0, half);
+  exports[entry](params, half, rows - half);
 }
 const buffers = {};
 for (const name of job.read) {
@@ -58,6 +48,5 @@ console.log(
     imports: names(WebAssembly.Module.imports(module)),
     exports: names(WebAssembly.Module.exports(module)),
     buffers,
-    milliseconds,
   }),
 );

@@ -7,10 +7,7 @@ import re
 import pytest
 
 from avatar_schema import rules
-from avatar_shaders import ENTRIES, HLSL_ONLY
 from avatar_shaders.generate import HLSL
-from avatar_shaders.reflect import interface
-from avatar_shaders.tools import cross, spirv
 
 FILES = sorted(path.name for path in HLSL.iterdir())
 CORES = [name for name in FILES if name.endswith(".hlsli")]
@@ -62,27 +59,3 @@ def test_rules_are_compared_with_names_of_the_table() -> None:
 
 def test_nothing_has_a_fixed_register() -> None:
     assert not [name for name in FILES if re.search(REGISTER, code(name))]
-
-
-@pytest.mark.parametrize("name", FILES)
-def test_includes_lie_in_the_same_folder(name: str) -> None:
-    included = re.findall(r"#\s*include\s+(\S+)", code(name))
-    assert {path.strip('"') for path in included} <= set(CORES)
-
-
-@pytest.mark.parametrize("name", FILES)
-def test_headers_name_what_is_bound(name: str) -> None:
-    text = (HLSL / name).read_text("utf-8")
-    header = " ".join(re.findall(r"\A(?://.*\n)+", text)[0].replace("\n//", " ").split())
-    told = re.search(r"Reads: (.*?)\. Writes: (.*?)\.", header)
-    assert told, "no Reads: ... Writes: ..."
-    reads, writes = (set(re.findall(r"[A-Z]\w+", re.sub(r"\(.*?\)", "", part))) for part in told.groups())
-    bound = [
-        interface(entry, row, cross(spirv(HLSL, entry), "reflect"), "")
-        for entry, row in (ENTRIES | HLSL_ONLY).items()
-        if row.hlsl == name
-    ]
-    assert reads == {s["name"] for row in bound for s in row["storage"] if s["readonly"]} | {
-        t["name"] for row in bound for t in row["textures"]
-    }
-    assert writes == {s["name"] for row in bound for s in row["storage"] if not s["readonly"]}

@@ -34,7 +34,7 @@ def run(job: dict[str, Any]) -> dict[str, Any]:
     return answer
 
 
-def play(avatar: Avatar, posed: Posed, camera: Camera, repeat: int = 1) -> dict[str, Any]:
+def play(avatar: Avatar, posed: Posed, camera: Camera) -> dict[str, Any]:
     """The answer for one frame; its buffers as arrays, [n, 4] except for Sh."""
     program, number = program_of(avatar, BUFFER_LIMIT)
     level = program.levels[number]
@@ -49,12 +49,7 @@ def play(avatar: Avatar, posed: Posed, camera: Camera, repeat: int = 1) -> dict[
         if words is not None:
             buffers[name] = {"bytes": max(told.size, words.nbytes), "words": base64_of(words)}
     read = [name for kind in ("Splats", "Sh", "Projected") for name in level.names(kind)]
-    job = {
-        "buffers": buffers,
-        "passes": [job_of(one, frame) for one in passes],
-        "read": read,
-        "repeat": repeat,
-    }
+    job = {"buffers": buffers, "passes": [job_of(one, frame) for one in passes], "read": read}
     answer = run(job)
     for name, text in answer["buffers"].items():
         floats = np.frombuffer(base64.b64decode(text), np.float32)

@@ -34,13 +34,3 @@ def raises(name: str, attempt: str, *, folder: Path) -> Result:
     """Has a bug."""
     (folder / f"{name}-{attempt}").touch()
     raise ZeroDivisionError(f"{name} divides")
-
-
-def together(name: str, attempt: str, *, folder: Path, seconds: float) -> Result:
-    """Says in its message how many others of the folder run at its side."""
-    own = folder / f"{name}-{attempt}.runs"
-    own.touch()
-    time.sleep(seconds)
-    beside = len(list(folder.glob("*.runs"))) - 1
-    own.unlink()
-    return Result(name, "done", message=str(beside))

@@ -29,7 +29,6 @@ class Proxy(ThreadingHTTPServer):
         super().__init__(("127.0.0.1", 0), _Handler)
         self.port, self.seen = port, list[tuple[str, str]]()
         self.answer: Answer = lambda method, path: None
-        self.afterwards: Answer = lambda method, path: None  # the same, once the store has done it
 
     @property
     def address(self) -> str:
@@ -53,10 +52,6 @@ class _Handler(BaseHTTPRequestHandler):
         found = store.getresponse()
         data = found.read()
         store.close()
-        status = self.server.afterwards(self.command, self.path)
-        if status is not None:
-            self._refuse(status)
-            return
         kept = [(name, value) for name, value in found.getheaders() if name.lower() not in NOT_PASSED]
         size = found.getheader("Content-Length") if self.command == "HEAD" else None
         self._send(found.status, kept, data, size)

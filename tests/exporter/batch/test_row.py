@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,20 +14,20 @@ from typing import Any
 
 import pytest
 
-from avatar_export.asm.files import save
 from avatar_export.batch import products, report, row, scratch
 from avatar_export.batch.failures import StoreError
 from avatar_export.batch.job import STEPS, Job
-from avatar_export.batch.result import Result, from_json
+from avatar_export.batch.result import from_json
 from avatar_export.batch.row import do, is_finished
 from avatar_export.conversion import convert
 from avatar_export.convert_options import ConvertOptions
 from avatar_export.packing import make as packing
 from avatar_runtime.io.errors import AvatarError
 from avatar_schema.validate import Problem
-from tests.asm_faces import small_face
 from tests.commands import Run
+from tests.exporter.batch.conftest import QUICK
 from tests.exporter.readers import splatting_files
+from tests.folders import contents
 from tests.session.needed import need
 from tests.session.rights import as_anybody
 
@@ -36,31 +36,12 @@ CHEAP_PACKS: dict[str, Any] = {  # most of the time goes into these
     "preview_webp": lambda avatar: None,
     "default_backend": lambda: "reference",
 }
-QUICK: dict[str, Any] = {"preview": False, "engine_files": False, "reference": False}
-
-
-@pytest.fixture(scope="module")
-def face(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The smallest trained avatar."""
-    path = tmp_path_factory.mktemp("face") / "face.npz"
-    save(small_face(), path)
-    return path
 
 
 @pytest.fixture
 def job(face: Path, tmp_path: Path) -> Job:
-    """A row over a copy of it."""
     source = shutil.copy(face, tmp_path / "face.npz")
     return Job("one", str(source), str(tmp_path / "out" / "one"), QUICK)
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """Bytes by path."""
-    return {
-        path.relative_to(folder).as_posix(): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
 
 
 def test_the_bundle_is_the_one_that_convert_writes(face: Path, tmp_path: Path) -> None:
@@ -81,12 +62,7 @@ def test_the_bundle_is_the_one_that_convert_writes(face: Path, tmp_path: Path) -
     ids=["some", "all"],
 )
 def test_steps_make_what_the_commands_make(
-    steps: tuple[str, ...],
-    options: dict[str, bool],
-    run: Run,
-    face: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    steps: tuple[str, ...], options: dict[str, bool], run: Run, face: Path, tmp_path: Path, monkeypatch: Any
 ) -> None:
     for name, value in CHEAP_PACKS.items():
         monkeypatch.setattr(packing, name, value)
@@ -107,36 +83,20 @@ def test_steps_make_what_the_commands_make(
     assert result.sizes["pack"] == len(pack.read_bytes())
 
 
-def test_a_finished_row_is_kept(job: Job) -> None:
-    first = do(job, "a")
-    before = {path: path.stat().st_mtime_ns for path in Path(job.output).rglob("*")}
-    os.utime(job.source, (1, 1))  # the same content
-    again = do(job, "b")
-    assert again == replace(first, state="kept", seconds=0.0, cpu_seconds=0.0, peak_bytes=0)
-    assert before == {path: path.stat().st_mtime_ns for path in Path(job.output).rglob("*")}
-
-
-def fewer_products(job: Job) -> Job:
-    (Path(job.output) / "one" / "gaussians.ply").unlink()
-    return job
-
-
-def cut_product(job: Job) -> Job:
-    os.truncate(Path(job.output) / "one" / "gaussians.ply", 10)
-    return job
-
-
-def other_record(job: Job, **said: object) -> Job:
+def other_record(job: Job, **said: object) -> None:
     path = Path(job.output) / "result.json"
     path.write_text(json.dumps({**json.loads(path.read_text()), **said}))
-    return job
 
 
-CHANGES = {
+def product(job: Job) -> Path:
+    return Path(job.output) / "one" / "gaussians.ply"
+
+
+CHANGES: dict[str, Callable[[Job], Job | None]] = {
     "options": lambda job: replace(job, options={**job.options, "exact": True}),
     "a step": lambda job: replace(job, steps=("validate",)),
-    "a product is gone": fewer_products,
-    "a product is cut": cut_product,
+    "a product is gone": lambda job: product(job).unlink(),
+    "a product is cut": lambda job: os.truncate(product(job), 10),
     "a record without result": lambda job: other_record(job, result=None),
     "a record without hashes": lambda job: other_record(job, inputs={"source": {"": []}}),
     "a record without inputs": lambda job: other_record(job, inputs=3),
@@ -146,28 +106,31 @@ CHANGES = {
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_row_that_differs_is_made_again(change: str, job: Job) -> None:
     assert do(job, "a").state == "done"
-    job = CHANGES[change](job)
+    job = CHANGES[change](job) or job
     assert is_finished(job) is None
-    assert do(job, "b").state == "done"
-    assert do(job, "c").state == "kept"
+    made = do(job, "b")
+    before = {path: path.stat().st_mtime_ns for path in Path(job.output).rglob("*")}
+    os.utime(job.source, (1, 1))  # the same content
+    assert do(job, "c") == replace(made, state="kept", seconds=0.0, cpu_seconds=0.0, peak_bytes=0)
+    assert before == {path: path.stat().st_mtime_ns for path in Path(job.output).rglob("*")}
 
 
-def test_a_row_of_another_input_is_made_again(job: Job) -> None:
-    assert do(job, "a").state == "done"
+def test_a_row_of_another_version_or_another_input_is_made_again(
+    job: Job, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result = do(job, "a")
+    assert from_json(json.loads(json.dumps(result.as_json())), "x") == result
+    with monkeypatch.context() as patch:
+        patch.setattr(row, "GENERATOR", "avatar-export 99")
+        assert is_finished(job) is None
+    assert is_finished(job) is not None
     data = bytearray(Path(job.source).read_bytes())
     data[-1] ^= 1  # a zip's comment length: it can no longer be read
     Path(job.source).write_bytes(data)
     assert is_finished(job) is None
 
 
-def test_a_row_of_another_version_is_made_again(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert do(job, "a").state == "done"
-    monkeypatch.setattr(row, "GENERATOR", "avatar-export 99")
-    assert is_finished(job) is None
-
-
 def left(folder: Path) -> list[str]:
-    """What lies in a folder, hidden files too."""
     return sorted(path.name for path in folder.iterdir()) if folder.exists() else []
 
 
@@ -176,12 +139,8 @@ def test_bad_data_is_one_line_and_leaves_nothing(job: Job) -> None:
     result = do(job, "a")
     assert (result.state, result.kind, result.retryable) == ("failed", "input", False)
     assert job.source in result.message and "\n" not in result.message and result.remedy
+    assert "no such file" in do(replace(job, source=f"{job.source}.gone"), "a").message
     assert left(Path(job.output).parent) == []
-
-
-def test_a_source_that_is_not_there(job: Job) -> None:
-    result = do(replace(job, source=f"{job.source}.gone"), "a")
-    assert result.message == f"{job.source}.gone: no such file or folder"
 
 
 def test_what_is_no_result_is_never_replaced(job: Job) -> None:
@@ -193,7 +152,7 @@ def test_what_is_no_result_is_never_replaced(job: Job) -> None:
     assert contents(out) == {"thesis.txt": b"years of work"}
 
 
-def test_an_older_result_stays_when_the_next_fails(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_older_result_stays_when_the_next_fails(job: Job) -> None:
     assert do(job, "a").state == "done"
     before = contents(Path(job.output))
     result = do(replace(job, options={**QUICK, "rig": job.source}), "b")
@@ -205,7 +164,7 @@ def test_an_older_result_stays_when_the_next_fails(job: Job, monkeypatch: pytest
 def test_what_fails_its_checks_is_not_written(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(products.checks, "validate", lambda path: [Problem("x", "is wrong")])
     result = do(replace(job, steps=("validate",)), "a")
-    assert (result.kind, result.message) == ("check", f"{job.source}: validate: x: is wrong")
+    assert result.kind == "check" and "validate: x: is wrong" in result.message
     assert left(Path(job.output).parent) == []
 
 
@@ -240,7 +199,7 @@ def test_what_the_machine_lacks(
 def test_an_output_that_cannot_be_written(job: Job) -> None:
     Path(job.output).parent.write_text("a file")
     result = do(job, "a")
-    assert (result.kind, result.message) == ("output", f"{job.output}: cannot be written (Not a directory)")
+    assert result.kind == "output" and "Not a directory" in result.message
 
 
 def test_a_file_of_a_source_that_cannot_be_read_is_no_fault_of_the_output(tmp_path: Path) -> None:
@@ -250,17 +209,8 @@ def test_a_file_of_a_source_that_cannot_be_read_is_no_fault_of_the_output(tmp_pa
     job = Job("one", str(run), str(tmp_path / "out" / "one"), QUICK)
     result = as_anybody(lambda: do(job, "a"))
     (run / "point_cloud").chmod(0o755)
-    assert (result.kind, result.message) == (
-        "input",
-        f"{run}/point_cloud: cannot be read (Permission denied)",
-    )
+    assert result.kind == "input" and f"{run}/point_cloud: cannot be read" in result.message
     assert left(tmp_path / "out") == []
-
-
-def test_a_disk_without_folder_for_copies(job: Job, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(scratch.tempfile, "tempdir", str(tmp_path / "none"))
-    result = do(job, "a")
-    assert (result.kind, result.retryable) == ("disk", True)
 
 
 def test_a_bug_is_raised_and_leaves_nothing(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -290,36 +240,35 @@ def test_a_full_disk(small_disk: Path, job: Job) -> None:
     assert left(small_disk) == []
 
 
-def test_what_a_killed_attempt_left_goes_away(job: Job) -> None:
+@pytest.fixture(scope="module")
+def dead() -> str:
+    with subprocess.Popen(["true"]) as child:
+        return f"{scratch.socket.gethostname()}-{child.pid}"
+
+
+def test_what_a_killed_attempt_left_goes_away(job: Job, dead: str) -> None:
     out = Path(job.output)
-    child = subprocess.Popen(["true"])
-    child.wait()
-    host = scratch.socket.gethostname()
-    killed = out.with_name(f".one.{host}-{child.pid}.a-0123.partial")
+    killed = out.with_name(f".one.{dead}.a-0123.partial")
     (killed / "one").mkdir(parents=True)
     (killed / "one" / "gaussians.ply").write_bytes(b"half")
-    goes_on = out.with_name(f".one.{host}-{os.getppid()}.a-0123.partial")
-    other = out.with_name(f".another.{host}-{child.pid}.a-0123.partial")
-    goes_on.mkdir()
-    other.mkdir()
+    kept = [f".another.{dead}.a-0123.partial", f".one.{alive()}.a-0123.partial"]
+    for name in kept:
+        out.with_name(name).mkdir()
     assert do(job, "a").state == "done"
-    assert left(out.parent) == [other.name, goes_on.name, "one"]
+    assert left(out.parent) == [*kept, "one"]
 
 
-def test_folders_of_dead_processes_go_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def alive() -> str:
+    return f"{scratch.socket.gethostname()}-{os.getppid()}"
+
+
+def test_folders_of_dead_processes_go_away(
+    dead: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(scratch.tempfile, "tempdir", str(tmp_path))
-    child = subprocess.Popen(["true"])
-    child.wait()
-    host = scratch.socket.gethostname()
-    kept = [f"avatar-batch-{host}-{os.getppid()}-abc", f"avatar-batch-elsewhere-{child.pid}-abc", "other"]
-    for name in (*kept, f"avatar-batch-{host}-{child.pid}-abc"):
+    kept = [f"avatar-batch-{alive()}-abc", f"avatar-batch-elsewhere-{dead.rpartition('-')[2]}-abc", "other"]
+    for name in (*kept, f"avatar-batch-{dead}-abc"):
         (tmp_path / name).mkdir()
     with scratch.folder() as work:
         assert left(tmp_path) == sorted([*kept, work.name])
     assert left(tmp_path) == sorted(kept)
-
-
-def test_results_are_plain_data(job: Job) -> None:
-    result = do(job, "a")
-    assert from_json(json.loads(json.dumps(result.as_json())), "x") == result
-    assert Result("a", "not done").ok is False

@@ -6,8 +6,12 @@ import json
 import os
 import random
 import signal
+import socket
+import subprocess
+import sys
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +19,19 @@ import pytest
 from bench.batch.lists import Row, mostly_cheap, write_list
 from distributed import Client
 
-from avatar_export.batch import row_options
+from avatar_export.batch import row_options, stores
+from avatar_export.batch.job import Job
 from avatar_export.batch.jobs import read_list
+from avatar_export.batch.row import do
 from avatar_export.conversion import convert
-from tests.commands import Run
-from tests.exporter.batch.conftest import kill_worker
+from avatar_runtime.io.errors import AvatarError
+from tests.commands import Refused, Run
+from tests.exporter.batch.conftest import QUICK, kill_worker
+from tests.exporter.readers import splatting_files
+from tests.folders import contents as files
 
 ROWS = 24
 SEED = 3
-
-
-def files(folder: Path) -> dict[str, bytes]:
-    found = (path for path in sorted(folder.rglob("*")) if path.is_file())
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in found}
 
 
 def report(out: Path) -> dict[str, dict[str, Any]]:
@@ -114,29 +118,21 @@ def test_a_row_that_fails_stops_no_other(address: str, made: list[Row], run: Run
     assert (failed["state"], failed["kind"], failed["attempts"]) == ("failed", "input", 1)
 
 
-def test_a_wrong_list_is_one_line(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "list.csv").write_text("source,colour\na,b\n")
-    code, _, said = run("batch", tmp_path / "list.csv", "-o", tmp_path / "out")
-    assert code == 2 and said.count("\n") == 1 and "colour" in said
-    assert not (tmp_path / "out").exists()
-
-
-def test_nothing_is_written_where_no_scheduler_is(run: Run, tmp_path: Path) -> None:
-    """The next try needs no --resume."""
-    (tmp_path / "list.csv").write_text("source\na\n")
-    command = ("batch", tmp_path / "list.csv", "-o", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:1")
-    code, _, said = run(*command)
-    assert code == 2 and said.count("\n") == 1 and "no scheduler answers" in said
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(("source", "out"), [("memory://bucket/a", "out"), ("a", "memory://bucket/out")])
-def test_memory_of_this_process_is_no_place_for_workers(
-    source: str, out: str, run: Run, tmp_path: Path
+@pytest.mark.parametrize(
+    ("rows", "words", "said"),
+    [
+        ("source,colour\na,b", ("-o", "{}/out"), "colour"),
+        ("source\na", ("-o", "{}/out", "--scheduler", "tcp://127.0.0.1:1"), "no scheduler answers"),
+        ("source\nmemory://bucket/a", ("-o", "{}/out"), "memory://bucket"),
+        ("source\na", ("-o", "memory://bucket/out"), "memory://bucket"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line_and_writes_nothing(
+    rows: str, words: tuple[str, ...], said: str, refused: Refused, tmp_path: Path
 ) -> None:
-    (tmp_path / "list.csv").write_text(f"source\n{source}\n")
-    code, _, said = run("batch", tmp_path / "list.csv", "-o", out if "://" in out else tmp_path / out)
-    assert code == 2 and said.count("\n") == 1 and "memory://bucket" in said
+    """The next try needs no --resume. Memory of this process is no place for workers."""
+    (tmp_path / "list.csv").write_text(rows + "\n")
+    assert said in refused("batch", tmp_path / "list.csv", *(word.format(tmp_path) for word in words))
     assert not (tmp_path / "out").exists()
 
 
@@ -148,15 +144,98 @@ def test_a_dry_run_makes_nothing(made: list[Row], run: Run, tmp_path: Path) -> N
     assert not (tmp_path / "out").exists()
 
 
-def test_workers_of_this_machine_are_the_default(made: list[Row], run: Run, tmp_path: Path) -> None:
-    write_list(tmp_path / "list.csv", made[2:], 1)
-    code, _, said = run("batch", tmp_path / "list.csv", "-o", tmp_path / "out", "--workers", "1")
-    assert code == 0 and "1 of 1 rows are done" in said
-
-
 def test_without_the_extra_the_message_names_it(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("avatar_export.batch.find_spec", lambda name: None)
     code, _, said = run("batch", tmp_path, "-o", tmp_path / "out")
     assert code == 2 and "the extra [batch]" in said
+
+
+PATIENCE_S = 60  # a test that waits this long has hung
+
+
+def all_files(folder: Path) -> list[str]:
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
+
+
+@pytest.mark.parametrize(("name", "times"), [("SIGTERM", 1), ("SIGINT", 6)])
+def test_a_batch_that_is_stopped_leaves_nothing(
+    name: str, times: int, made: list[Row], tmp_path: Path
+) -> None:
+    """The signals come while a row writes; the second while the first ends the workers."""
+    write_list(tmp_path / "list.csv", [{**made[0], "steps": "pack"}], 1, {})
+    here, scratch, out = tmp_path / "here", tmp_path / "scratch", tmp_path / "out"
+    here.mkdir()
+    scratch.mkdir()
+    command = [sys.executable, "-m", "avatar_export", "batch", str(tmp_path / "list.csv"), "-o", str(out)]
+    paths = os.pathsep.join(str(Path(path).absolute()) for path in sys.path if path)
+    environment = {**os.environ, "TMPDIR": str(scratch), "PYTHONPATH": paths}
+    with subprocess.Popen(
+        [*command, "--workers", "1"], cwd=here, env=environment, stderr=subprocess.PIPE, text=True
+    ) as batch:
+        try:
+            until = time.monotonic() + PATIENCE_S
+            while not list(out.glob(".row_000.*.partial")):
+                assert batch.poll() is None and time.monotonic() < until
+                time.sleep(0.02)
+            for _ in range(times):
+                batch.send_signal(getattr(signal, name))
+                time.sleep(0.2)
+            _, said = batch.communicate(timeout=PATIENCE_S)
+        finally:
+            batch.kill()
+    assert batch.returncode == 128 + getattr(signal, name), said
+    assert "--resume does what is missing" in said and "Traceback" not in said
+    assert all_files(out) == ["report.html", "report.jsonl"]
+    assert all_files(scratch) == all_files(here) == []
+
+
+def listening(path: Path) -> None:
+    here = Path.cwd()
+    with socket.socket(socket.AF_UNIX) as server:
+        os.chdir(path.parent)  # a socket's path is short
+        try:
+            server.bind(path.name)
+        finally:
+            os.chdir(here)
+
+
+OTHERS = {
+    "a pipe": os.mkfifo,
+    "an endless device": lambda path: path.symlink_to("/dev/zero"),
+    "a socket": listening,
+}
+
+
+@pytest.fixture
+def alarm() -> Iterator[None]:
+
+    def ring(number: int, frame: object) -> None:
+        raise AssertionError("it waits")
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.alarm(PATIENCE_S)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.usefixtures("alarm")
+@pytest.mark.parametrize("kind", OTHERS)
+def test_what_never_ends_is_no_source_no_list_and_no_record(kind: str, tmp_path: Path) -> None:
+    make = OTHERS[kind]
+    make(tmp_path / "head.zip")
+    result = do(Job("one", str(tmp_path / "head.zip"), str(tmp_path / "one"), QUICK), "a")
+    assert (result.state, result.kind) == ("failed", "input")
+    assert result.message.startswith(f"{tmp_path}/head.zip: is a pipe, a device or a socket")
+    make(tmp_path / "list.csv")
+    with pytest.raises(AvatarError, match="not a regular file"):
+        read_list(str(tmp_path / "list.csv"), str(tmp_path / "out"))
+    (tmp_path / "old").mkdir()
+    make(tmp_path / "old" / stores.RECORD)
+    assert stores.read_record(str(tmp_path / "old")) is None
+    splatting_files.write_gaussian_run(tmp_path / "in" / "run", splatting_files.arrays(degree=3))
+    for ending in stores.ALONE:
+        make(tmp_path / "in" / f"x{ending}")
+    assert [job.name for job in read_list(str(tmp_path / "in"), str(tmp_path / "out"))] == ["run"]

@@ -41,18 +41,14 @@ def body(parents: tuple[int, ...], seed: int = 5) -> dict[str, Array]:
     }
 
 
+STORED = {
+    "triangles": "f", "regressor": "J_regressor",
+    "identity": "shapedirs_identity", "expression": "shapedirs_expression",
+}  # fmt: skip
+
+
 def write_body(path: Path, model: dict[str, Array]) -> Path:
-    np.savez(
-        path,
-        v_template=model["v_template"],
-        f=model["triangles"],
-        shapedirs_identity=model["identity"],
-        shapedirs_expression=model["expression"],
-        posedirs=model["posedirs"],
-        J_regressor=model["regressor"],
-        weights=model["weights"],
-        parents=model["parents"],
-    )
+    np.savez(path, **{STORED.get(name, name): array for name, array in model.items()})
     return path
 
 
@@ -71,11 +67,10 @@ def flame_json(path: Path, p: dict[str, Array]) -> Path:
     frames = [
         {
             "file_path": f"./image/{t}",
-            "expression": p["expression"][t].tolist(),
+            "expression": expression.tolist(),
             "pose": p["rotation"][t].reshape(-1).tolist(),
-            "world_mat": np.eye(4)[:3].tolist(),
         }
-        for t in range(len(p["rotation"]))
+        for t, expression in enumerate(p["expression"])
     ]
     path.write_text(json.dumps({"shape_params": p["shape"].tolist(), "frames": frames}))
     return path
@@ -89,17 +84,17 @@ def smpl_npz(path: Path, p: dict[str, Array], split: bool) -> Path:
 
 
 def flame_param(path: Path, p: dict[str, Array], static_offset: Array) -> Path:
-    r = p["rotation"].astype("f4")
-    np.savez(
-        path,
-        shape=p["shape"].astype("f4"),
-        expr=p["expression"].astype("f4"),
-        rotation=r[:, 0],
-        neck_pose=r[:, 1],
-        jaw_pose=r[:, 2],
-        eyes_pose=r[:, 3:].reshape(-1, 6),
-        translation=p["translation"].astype("f4"),
-        static_offset=static_offset[None].astype("f4"),
-        dynamic_offset=np.zeros((len(r), *static_offset.shape), "f4"),
-    )
+    r = p["rotation"]
+    arrays = {
+        "shape": p["shape"],
+        "expr": p["expression"],
+        "translation": p["translation"],
+        "rotation": r[:, 0],
+    }
+    arrays |= {"neck_pose": r[:, 1], "jaw_pose": r[:, 2], "eyes_pose": r[:, 3:].reshape(-1, 6)}
+    arrays |= {
+        "static_offset": static_offset[None],
+        "dynamic_offset": np.zeros((len(r), *static_offset.shape)),
+    }
+    np.savez(path, **{name: array.astype("f4") for name, array in arrays.items()})
     return path

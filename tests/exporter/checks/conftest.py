@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from avatar_export.checks.bundle import validate
 from tests import bundles
 
 
@@ -18,3 +19,8 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def bundle(good: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(good, tmp_path / "bundle"))
+
+
+def found(path: Path) -> list[tuple[str, str, bool]]:
+    """(path, message, whether it is a warning) of every problem."""
+    return [(p.path, p.message, p.warning) for p in validate(path)]

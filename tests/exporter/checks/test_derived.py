@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,13 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
+from avatar_export.images import png
 from avatar_export.writers.bundle import write_bundle
-from avatar_runtime.codec import safetensors
 from tests import bundles
 from tests.avatars import full_avatar, surface_avatar
-from tests.exporter.checks.problems import found
+from tests.exporter.checks.conftest import found
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +31,6 @@ Derived = Callable[[str], Path]
 
 @pytest.fixture
 def derived(whole: Path, tmp_path: Path) -> Derived:
-    """A copy of one of them."""
     return lambda kind: Path(shutil.copytree(whole / kind, tmp_path / "whole"))
 
 
@@ -53,9 +50,7 @@ TAMPERED: dict[str, tuple[Callable[[bytes], bytes], str]] = {
 
 
 def image(value: int) -> bytes:
-    out = io.BytesIO()
-    Image.fromarray(np.full((8, 8, 3), value, np.uint8)).save(out, "PNG")
-    return out.getvalue()
+    return png(np.full((8, 8, 3), value, np.uint8))
 
 
 def test_a_derived_file_that_is_not_what_the_others_give(derived: Derived) -> None:
@@ -88,23 +83,6 @@ def test_what_validators_of_the_format_miss_is_looked_for(
     bundle = derived("surface")
     monkeypatch.setattr("avatar_export.writers.usd.checks.usd_problems", lambda data: ["a joint too many"])
     assert found(bundle) == [("rig.usdc", "a joint too many", False)]
-
-
-def test_numbers_too_large_for_engines_are_a_problem_and_no_end(derived: Derived) -> None:
-    bundle = derived("skin")
-    rig = dict(safetensors.decode((bundle / "rig.safetensors").read_bytes(), "rig"))
-    rest = rig["rest_local"].copy()
-    rest[1, 0, 3] = 3e38
-    (bundle / "rig.safetensors").write_bytes(b"".join(safetensors.encode(rig | {"rest_local": rest})))
-    bundles.sign(bundle)
-    assert any(path.startswith("avatar.json: $.engine") for path, _, _ in found(bundle))
-
-
-def test_a_normative_file_may_not_be_called_derived(bundle: Path) -> None:
-    bundles.edit(bundle, lambda d: d["files"][0].update(derived=True))
-    assert found(bundle) == [
-        ("avatar.json: $.files", "gaussians.ply is not derived, but the manifest says otherwise", False)
-    ]
 
 
 def test_splats_that_the_embedding_does_not_give(tmp_path: Path) -> None:

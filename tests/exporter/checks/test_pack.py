@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ import pytest
 
 from avatar_export.checks.pack import validate_pack
 from avatar_export.measure.framing import framing, preview_webp, webp
-from avatar_export.ops.bounds import bounds, bounds_of_levels
 from avatar_export.packing.choices import Choices
 from avatar_export.packing.make import make_pack
 from avatar_runtime.packs import decode_pack, placed
@@ -46,43 +44,35 @@ def test_what_pack_makes_is_sound(
     assert [str(problem) for problem in validate_pack(tmp_path / "x.avatar")] == []
 
 
-def test_levels_are_sound(tmp_path: Path) -> None:
-    for avatar in AVATARS.values():
-        assert problems(write(prepare(levels_of(avatar), COARSE)).file, tmp_path) == []
-
-
-def _another_rule(document: dict[str, Any]) -> None:
+def another_rule(document: dict[str, Any]) -> None:
     """A rule that the manifest does not have; the access contract takes it."""
-    (one,) = [
-        one for one in document["program"]["levels"][0]["deform"] if "sh_direction" in one["constants"]
-    ][:1]
-    one["constants"]["sh_direction"] = 1 - one["constants"]["sh_direction"]
+    passes = document["program"]["levels"][0]["deform"]
+    constants = next(one["constants"] for one in passes if "sh_direction" in one["constants"])
+    constants["sh_direction"] = 1 - constants["sh_direction"]
 
 
-def _blurred(document: dict[str, Any]) -> None:
-    """Another constant than the manifest's."""
+def blurred(document: dict[str, Any]) -> None:
     document["program"]["levels"][1]["view"][0]["constants"]["low_pass"] = 9.0
 
 
-def _small_box(document: dict[str, Any]) -> None:
-    box = document["avatar"]["bounds"]
-    for end in ("min", "max"):
-        box["swept"][end] = [value / 3 for value in box["swept"][end]]
+def small_box(document: dict[str, Any]) -> None:
+    box = document["avatar"]["bounds"]["swept"]
+    box.update({end: [value / 3 for value in box[end]] for end in ("min", "max")})
 
 
-def _looks_elsewhere(document: dict[str, Any]) -> None:
+def looks_elsewhere(document: dict[str, Any]) -> None:
     document["framing"]["whole"]["target"][0] += 0.5
 
 
-BROKEN: list[tuple[Change, str]] = [
-    (_another_rule, "$.program: levels[0].deform["),
-    (_blurred, "$.program: levels[1].view[0].constants"),
-    (_small_box, "$.avatar.bounds.swept: Gaussians of level 0 leave it by"),
-    (_looks_elsewhere, "$.framing.whole.target: differs from what the avatar of this pack gives"),
-]
-
-
-@pytest.mark.parametrize(("change", "message"), BROKEN, ids=[change.__name__ for change, _ in BROKEN])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (another_rule, "$.program: levels[0].deform["),
+        (blurred, "$.program: levels[1].view[0].constants"),
+        (small_box, "$.avatar.bounds.swept: "),
+        (looks_elsewhere, "$.framing.whole.target: "),
+    ],
+)
 def test_what_does_not_follow_from_the_avatar_is_found(change: Change, message: str, tmp_path: Path) -> None:
     file = changed(change)
     decode_pack(file, "x")  # players take it
@@ -95,15 +85,7 @@ def test_driving_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     header, document, tensors = opened(made.file)
     document["driving"]["matrix"][0][0] += 0.1
     found = problems(closed(header, document, tensors), tmp_path)
-    assert found == ["$.driving.matrix: differs from what the avatar of this pack gives"]
-
-
-def test_another_version_may_lay_out_its_program_in_another_way(tmp_path: Path) -> None:
-    def older(document: dict[str, Any]) -> None:
-        _another_rule(document)
-        document["asset"]["generator"] = "avatar-export 0.0.1"
-
-    assert not [line for line in problems(changed(older), tmp_path) if line.startswith("$.program")]
+    assert [line.partition(":")[0] for line in found] == ["$.driving.matrix"]
 
 
 @pytest.mark.parametrize(
@@ -118,13 +100,3 @@ def test_another_version_may_lay_out_its_program_in_another_way(tmp_path: Path) 
 def test_a_preview_shows_the_pack(preview: bytes, message: str, tmp_path: Path) -> None:
     found = problems(changed(lambda _: None, preview), tmp_path)
     assert len(found) == 1 and found[0].startswith("array preview") and message in found[0]
-
-
-def test_the_swept_box_holds_the_coarser_levels_too() -> None:
-    levels = [placed(level) for level in LEVELS.levels]
-    document = opened(write(LEVELS).file)[1]
-    swept = document["avatar"]["bounds"]["swept"]
-    assert swept == json.loads(json.dumps(bounds_of_levels(levels)["swept"]))
-    for level in levels:
-        own = bounds(level)["swept"]
-        assert np.less_equal(swept["min"], own["min"]).all() and np.less_equal(own["max"], swept["max"]).all()

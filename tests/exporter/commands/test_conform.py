@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import io
 import json
-import os
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,61 +19,34 @@ from safetensors.numpy import save as save_tensors
 
 from avatar_export.checks.bundle import validate
 from avatar_export.writers.bundle import write_bundle
-from avatar_runtime.backends.reference import ReferenceBackend
 from avatar_runtime.stages import STAGES
 from tests import bundles
 from tests.avatars import full_avatar
-from tests.commands import Run
-from tests.exporter.commands.references import CASES, VECTORS, edit_vectors
+from tests.commands import Refused, Run
+from tests.exporter.commands.conftest import CASES, VECTORS, edit_vectors
 
 
 def table(text: str) -> dict[str, str]:
-    """Stage, with its profile -> the end of its line."""
     rows = (re.split(r"\s{2,}", line.strip()) for line in text.splitlines())
     return {row[0]: row[-1] for row in rows if len(row) > 5}
 
 
 def test_a_bundle_repeats_its_own_reference(run: Run, good: Path, tmp_path: Path) -> None:
-    for path in (good, bundles.zipped(good, tmp_path / "x.avatar.zip")):
+    write_bundle(full_avatar(), tmp_path / "left", preview=False, engine_files=False, handedness="left")
+    for path in (good, bundles.zipped(good, tmp_path / "x.avatar.zip"), tmp_path / "left"):
         code, text, error = run("conform", path, "--backend", "reference", "--pictures", tmp_path / "images")
         assert code == 0, error
         lines = table(text)
         rasters = [f"{what} {profile}" for what in ("raster", "image") for profile in ("trainer", "engine")]
         assert list(lines) == ["stage", *STAGES[:-1], *rasters]
         assert set(lines.values()) == {"verdict", "holds"}
-        assert "backend reference repeats the reference; made by runtime" in text
-        assert "case rest: " in error
-        assert "bind: mean, log_scale, quat_wxyz, sh_rotation; activate: scale, quat_wxyz, opacity;" in text
-        assert "not tested, position: normal (surface_area), " in error and "clone of the repository" in error
+        assert "made by runtime" in text and "position: normal (surface_area)" in error
     assert not (tmp_path / "images").exists(), "images are for failures"
-
-
-def test_a_left_handed_bundle(run: Run, tmp_path: Path) -> None:
-    write_bundle(full_avatar(), tmp_path / "left", preview=False, engine_files=False, handedness="left")
-    code, text, _ = run("conform", tmp_path / "left", "--backend", "reference")
-    assert code == 0, text
-
-
-def test_json(run: Run, good: Path) -> None:
-    code, text, _ = run("conform", good, "--backend", "reference", "--json")
-    facts = json.loads(text)
-    assert (code, facts["passed"], facts["first_failure"], facts["made_by"]) == (0, True, None, "runtime")
-    assert {(row["stage"], row["case"]) for row in facts["stages"]} >= {("blend", "rest"), ("blend", "clip")}
-    assert all(row["passed"] and row["used"] <= 1 for row in facts["stages"])
-    assert {(p["case"], p["profile"]) for p in facts["pictures"]} >= {
-        ("posed", "engine"),
-        ("clip", "trainer"),
-    }
-    assert set(facts["engine_psnr_db"]) == {"rest", "posed", "clip"}
-    missing = {"kind": "rotation", "value": "none", "same_as": [], "bundle": "skin_unturned"}
-    assert missing in facts["not_tested"]
 
 
 def shift(name: str) -> Callable[[dict[str, Any]], None]:
     def change(tensors: dict[str, Any]) -> None:
-        tensors[name][-1] += np.ones_like(tensors[name][-1]) * (
-            1 if tensors[name].dtype.kind == "i" else 1e-2
-        )
+        tensors[name][-1] += 1 if tensors[name].dtype.kind == "i" else np.float32(1e-2)
 
     return change
 
@@ -104,73 +76,22 @@ def test_the_stage_that_is_off_is_named_first(run: Run, bundle: Path, tmp_path: 
     edit_vectors(bundle, WRONG[stage])
     images = tmp_path / "images"
     code, text, _ = run("conform", bundle, "--backend", "reference", "--pictures", images)
-    assert code == 1
+    assert code == 1 and f"fails first at {stage};" in text
     assert len(list(images.iterdir())) == 6, "of the one case that fails"
-    assert f"fails first at {stage};" in text
     label = stage if stage != "raster" else "raster engine"
     lines = table(text)
     assert lines[label] == "FAILS"
     before = list(lines)[1 : list(lines).index(label)]
-    assert all(lines[name] == "holds" for name in before)
-    assert all(lines[name] == "holds" for name in lines if name.startswith("image"))
-
-
-@pytest.mark.parametrize("stage", ["joints", "sort", "raster"])
-def test_validate_names_the_stage_too(bundle: Path, stage: str) -> None:
-    edit_vectors(bundle, WRONG[stage])
-    problems = [p for p in validate(bundle) if not p.warning]
-    assert problems[0].path == f"{VECTORS}: {stage}"
-    assert re.search(r"of case \w+ differs by \S+, \S+ times the tolerance", problems[0].message)
-
-
-def test_a_backend_that_is_wrong(run: Run, good: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    right = ReferenceBackend.stage
-
-    def transposed(self: Any, name: str, *rest: Any) -> Any:
-        found = right(self, name, *rest)
-        return found | ({"sh_rotation": np.swapaxes(found["sh_rotation"], 1, 2)} if name == "bind" else {})
-
-    monkeypatch.setattr(ReferenceBackend, "stage", transposed)
-    code, text, _ = run("conform", good, "--backend", "reference")
-    lines = table(text)
-    assert code == 1 and "fails first at bind;" in text
-    assert [name for name, end in lines.items() if end == "FAILS"] == ["bind"]
-    assert "sh_rotation" in next(line for line in text.splitlines() if line.startswith("bind"))
-
-
-def test_the_element_that_is_off_is_named(run: Run, bundle: Path, tmp_path: Path) -> None:
-    edit_vectors(bundle, lambda tensors: tensors["posed/bind/mean"].__setitem__((5, 1), 0.75))
-    kept = load_tensors((bundle / VECTORS).read_bytes())
-    page = tmp_path / "report.html"
-    code, text, _ = run("conform", bundle, "--backend", "reference", "--report", page)
-    words = rf"bind, case posed: mean\[5, 1\] of Gaussian {kept['rows'][5]}: got -?0\.\d+, expected 0\.75$"
-    assert code == 1 and re.search(words, text, re.MULTILINE), text
-    assert re.search(r"^bind .* >999 % +FAILS", text, re.MULTILINE)
-    (line,) = re.findall(words, text, re.MULTILINE)
-    assert f"<td>{line.split(': ', 1)[1]}</td>" in page.read_text("utf-8")
-    facts = json.loads(run("conform", bundle, "--backend", "reference", "--json")[1])
-    (row,) = [row for row in facts["stages"] if not row["passed"] and row["stage"] == "bind"]
-    worst = row["worst"]
-    assert (worst["index"], worst["gaussian"], worst["want"]) == ([5, 1], kept["rows"][5], 0.75)
-    assert abs(worst["got"] - 0.75) == pytest.approx(row["error"])
-    assert worst["tolerance"] == row["atol"] > 0 and row["rtol"] == 0
-    assert all(image["unit"] == 1 / 255 for image in facts["pictures"])
+    assert all(lines[name] == "holds" for name in lines if name in before or name.startswith("image"))
+    problem = next(p for p in validate(bundle) if not p.warning)
+    assert problem.path == f"{VECTORS}: {stage}" and "tolerance" in problem.message
 
 
 def outputs_of(bundle: Path) -> dict[str, Any]:
-    """What a port that is right would give."""
     tensors = load_tensors((bundle / VECTORS).read_bytes())
     cases = json.loads((bundle / CASES).read_text("utf-8"))["cases"]
     named = [o["tensor"] for c in cases for s in c["stages"] for o in s["outputs"].values()]
     return {name: tensors[name] for name in named}
-
-
-def test_outputs_that_never_end_are_not_opened(run: Run, good: Path, tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe")
-    (tmp_path / "endless").symlink_to("/dev/zero")
-    for name in ("pipe", "endless"):
-        code, _, error = run("conform", good, "--outputs", tmp_path / name)
-        assert code == 2 and error.count("\n") == 1 and "is not a regular file" in error
 
 
 def test_a_ports_own_outputs(run: Run, good: Path, tmp_path: Path) -> None:
@@ -178,16 +99,14 @@ def test_a_ports_own_outputs(run: Run, good: Path, tmp_path: Path) -> None:
     tensors = outputs_of(good)
     file.write_bytes(save_tensors(tensors))
     code, text, error = run("conform", good, "--outputs", file, "--report", page)
-    assert code == 0 and "the given output repeats the reference" in text, text + error
-    assert "not given" not in error and "images are not compared" in error
+    assert code == 0 and "not given" not in error, text + error
     assert list(table(text)) == ["stage", *STAGES[:-1], "raster trainer", "raster engine"]
-    assert "outputs mine.safetensors" in page.read_text("utf-8")
+    assert "mine.safetensors" in page.read_text("utf-8")
     tensors["posed/skin/posed_vertices"] = tensors["posed/skin/posed_vertices"] + np.float32(0.01)
     file.write_bytes(save_tensors({name: t for name, t in tensors.items() if "/skin/" in name}))
     code, text, error = run("conform", good, "--outputs", file)
-    assert code == 1 and "the given output fails first at skin" in text
+    assert code == 1 and "fails first at skin" in text and "stage joints" in error
     assert re.search(r"skin, case posed: posed_vertices\[\d+, \d\] of vertex \d+: got", text)
-    assert "not given, so skipped: rest: stage joints; " in error
     facts = json.loads(run("conform", good, "--outputs", file, "--json")[1])
     assert facts["backend"] is None and facts["first_failure"] == "skin" and facts["pictures"] == []
 
@@ -195,24 +114,27 @@ def test_a_ports_own_outputs(run: Run, good: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("tensors", "words"),
     [
-        ({"posed/skin/vertices": np.zeros(3)}, "mine.safetensors: 'posed/skin/vertices' is not an output"),
-        ({}, "mine.safetensors: holds no output"),
-        (None, "mine.safetensors: cannot be read"),
+        ({"posed/skin/vertices": np.zeros(3)}, "'posed/skin/vertices' is not an output"),
+        ({}, "holds no output"),
+        (None, "cannot be read"),
+        ("/dev/zero", "is not a regular file"),
     ],
 )
 def test_outputs_that_cannot_be_used_are_one_line(
-    run: Run, good: Path, tmp_path: Path, tensors: dict[str, Any] | None, words: str
+    refused: Refused, run: Run, good: Path, tmp_path: Path, tensors: Any, words: str
 ) -> None:
     file = tmp_path / "mine.safetensors"
-    if tensors is not None:
+    if isinstance(tensors, str):
+        file.symlink_to(tensors)
+    elif tensors is not None:
         file.write_bytes(save_tensors(tensors))
-    code, _, error = run("conform", good, "--outputs", file)
-    assert (code, error.count("\n")) == (2, 1) and words in error, error
-    code, _, error = run("conform", good, "--outputs", file, "--backend", "reference")
-    assert code == 2 and "--outputs and --backend cannot be used together" in error
+    assert words in refused("conform", good, "--outputs", file)
+    for flags in (("--outputs", file, "--backend", "reference"), ("--backend", "cuda")):
+        code, _, error = run("conform", good, *flags)
+        assert code == 2 and "--backend" in error
 
 
-def test_images_of_what_fails(run: Run, bundle: Path, tmp_path: Path) -> None:
+def test_images_of_what_fails(run: Run, refused: Refused, bundle: Path, tmp_path: Path) -> None:
     path = bundle / "reference" / "clip.engine.png"
     before = np.asarray(Image.open(path))
     spoilt = before.copy()
@@ -233,36 +155,22 @@ def test_images_of_what_fails(run: Run, bundle: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(shown["clip.engine.got.png"], before)
     assert (shown["clip.engine.diff.png"][100:108, 40:48] == 255).all()
     assert shown["clip.engine.diff.png"][:90].max() == 0
-    code, _, error = run("conform", bundle, "--backend", "reference", "--pictures", out)
-    assert (code, error.count("\n")) == (2, 1) and "exists" in error
+    assert "exists" in refused("conform", bundle, "--backend", "reference", "--pictures", out)
 
 
-def test_the_report_needs_nothing_else(run: Run, tmp_path: Path) -> None:
+def test_the_report_needs_nothing_else(run: Run, refused: Refused, tmp_path: Path) -> None:
     avatar = replace(full_avatar(), name="<script>alert(1)</script>")
     write_bundle(avatar, tmp_path / "out", preview=False, engine_files=False)
     page = tmp_path / "report.html"
     arguments = ("conform", tmp_path / "out", "--backend", "reference", "--report", page)
     assert run(*arguments)[0] == 0
     text = page.read_text("utf-8")
-    assert "<script" not in text and "http:" not in text and "https:" not in text
-    sources = re.findall(r'src="([^"]+)"', text)
-    assert len(sources) == 3 * 2 * 3, "reference, drawn and difference of two profiles of three cases"
-    for source in sources:
-        kind, data = source.split(",")
-        assert kind == "data:image/png;base64"
-        assert Image.open(io.BytesIO(base64.b64decode(data))).size == (256, 256)
-    for stage in STAGES:
-        assert f"<td>{stage}" in text
-    code, _, error = run(*arguments)
-    assert (code, error.count("\n")) == (2, 1) and "--force" in error
+    assert "<script" not in text and not re.search("https?:", text)
+    sources = re.findall(r'src="data:image/png;base64,([^"]+)"', text)
+    assert text.count("src=") == len(sources) == 3 * 2 * 3, "three images of two profiles of three cases"
+    assert Image.open(io.BytesIO(base64.b64decode(sources[0]))).size == (256, 256)
+    assert [stage for stage in STAGES if f"<td>{stage}" not in text] == []
+    assert "--force" in refused(*arguments)
     assert run(*arguments, "--force")[0] == 0
     assert page.read_text("utf-8") == text, "the same results give the same bytes"
-    code, _, error = run(*arguments[:-1], tmp_path / "no" / "report.html")
-    assert (code, error.count("\n")) == (2, 1) and "its folder does not exist" in error
-
-
-def test_user_errors(run: Run, good: Path, tmp_path: Path) -> None:
-    code, _, error = run("conform", good, "--backend", "cuda")
-    assert code == 2 and "--backend" in error
-    code, _, error = run("conform", tmp_path / "no")
-    assert (code, error.count("\n")) == (2, 1) and "no such file" in error
+    assert "folder" in refused(*arguments[:-1], tmp_path / "no" / "report.html")

@@ -13,36 +13,31 @@ import pytest
 from PIL import Image
 
 from avatar_export.ops.active_sh import with_active_sh
+from avatar_export.packing.choices import Choices
+from avatar_export.packing.make import make_pack
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.bundle import load
-from avatar_runtime.driving.linear_map import linear_map
-from avatar_runtime.handedness import mirrored
 from avatar_runtime.packs import read_pack
 from tests.avatars import assert_same, full_avatar, surface_avatar
-from tests.commands import Run
+from tests.commands import Refused, Run
 
 
 @pytest.fixture(scope="module")
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("packed") / "bundle"
-    write_bundle(
-        replace(full_avatar(3), enhancer=None), out, preview=False, engine_files=False, reference=False
-    )
+    avatar = replace(full_avatar(3), enhancer=None)
+    write_bundle(avatar, out, preview=False, engine_files=False, reference=False)
     return out
 
 
 @pytest.fixture(scope="module")
 def packed(bundle: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A pack with two levels, its report and its reference; the coarser is kept, bad as it is."""
-    from avatar_export.packing.choices import Choices
-    from avatar_export.packing.make import make_pack
-
     out = tmp_path_factory.mktemp("packs") / "head.avatar"
+    choices = Choices(levels=(1.0, 0.5))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("avatar_export.levels.height.heights_px", lambda *_: [100])
-        make_pack(
-            load(bundle), out, Choices(levels=(1.0, 0.5)), report=out.with_suffix(".html"), reference=True
-        )
+        make_pack(load(bundle), out, choices, report=out.with_suffix(".html"), reference=True)
     return out
 
 
@@ -50,8 +45,8 @@ def test_a_level_that_would_never_be_shown_is_left_out_and_said(
     bundle: Path, run: Run, tmp_path: Path
 ) -> None:
     out = tmp_path / "out.avatar"
-    code, _, err = run("pack", bundle, "-o", out, "--levels", "1,0.1", "--no-preview")
-    assert code == 0 and "Gaussians is left out: it looks different from full detail" in err
+    code, text, error = run("pack", bundle, "-o", out, "--levels", "1,0.1", "--no-preview")
+    assert code == 0 and "left out" in error and "inside the outline" in text
     assert len(document(out)["levels"]) == 1 and load(out).packed.levels == 1
 
 
@@ -69,69 +64,56 @@ def test_a_pack_is_small_says_its_error_and_carries_what_players_need(packed: Pa
     assert said["levels"][1]["count"] == 24 and said["levels"][1]["height_px"] == 100
     assert said["framing"]["whole"]["size"][1] > 0 and said["avatar"]["bounds"]["swept"]
     assert pack.preview is not None and pack.preview[8:12] == b"WEBP"
+    page = packed.with_suffix(".html").read_text("utf-8")
+    assert "data:image/webp" in page and "http://" not in page and "https://" not in page
     source = load(bundle)
     assert pack.avatar.name == source.name and pack.avatar.expressions == source.expressions
     assert dict(pack.avatar.provenance) == dict(source.provenance)
     assert said["driving"]["inputs"] and len(said["driving"]["matrix"]) == len(said["driving"]["outputs"])
 
 
-def test_the_report_is_one_page(packed: Path) -> None:
-    page = packed.with_suffix(".html").read_text("utf-8")
-    assert "Gaussians and their expressions" in page and "data:image/webp" in page
-    assert "http://" not in page and "https://" not in page
-
-
-def test_commands_take_a_pack(packed: Path, run: Run, tmp_path: Path) -> None:
-    code, out, _ = run("inspect", packed, "--json")
-    facts = json.loads(out)
-    assert (
-        code == 0
-        and facts["kind"] == "pack"
-        and [level["gaussians"] for level in facts["levels"]] == [48, 24]
-    )
-    code, out, _ = run("validate", packed)
-    assert (code, out) == (0, f"{packed}: sound\n")
+def test_commands_take_a_pack(packed: Path, run: Run, refused: Refused, tmp_path: Path) -> None:
+    facts = json.loads(run("inspect", packed, "--json")[1])
+    assert facts["kind"] == "pack" and [level["gaussians"] for level in facts["levels"]] == [48, 24]
+    assert next(iter(facts["error"])) == "psnr_mask_db"
+    assert facts["levels"][0]["psnr_mask_db"] == facts["error"]["psnr_mask_db"]
+    assert run("validate", packed)[:2] == (0, f"{packed}: sound\n")
     images = []
     for level in (0, 1):
         png = tmp_path / f"{level}.png"
         assert run("render", packed, "-o", png, "--size", 64, "--level", level)[0] == 0
         images.append(np.asarray(Image.open(png)).astype(int))
     assert np.abs(images[0] - images[1]).max() > 3
-    code, _, err = run("render", packed, "-o", tmp_path / "2.png", "--level", 2)
-    assert code == 2 and "level: there is no level 2; the last one is level 1" in err
-    assert (
-        run(
-            "convert", packed, "-o", tmp_path / "again", "--no-engine-files", "--no-preview", "--no-reference"
-        )[0]
-        == 0
-    )
+    assert "the last one is level 1" in refused("render", packed, "-o", tmp_path / "2.png", "--level", 2)
+    assert run("convert", packed, "-o", tmp_path / "again", *FEW)[0] == 0
     assert load(tmp_path / "again").gaussians.count == 48
+    cut = tmp_path / "cut.avatar"
+    cut.write_bytes(packed.read_bytes()[:3000])
+    for command in (("inspect", cut), ("render", cut, "-o", tmp_path / "x.png")):
+        assert "cut.avatar: ends" in refused(*command)
+    code, out, _ = run("validate", cut)
+    assert code == 1 and "error: cut.avatar: ends" in out
 
 
 @pytest.mark.parametrize("backend", ["cpu", "gl"])
-def test_conform_judges_stages_and_driving_of_a_pack(packed: Path, backend: str, run: Run) -> None:
+def test_conform_judges_stages_and_driving_of_a_pack(
+    packed: Path, backend: str, run: Run, refused: Refused, tmp_path: Path
+) -> None:
     code, out, err = run("conform", packed, "--backend", backend)
     assert code == 0, err
-    assert (
-        f"backend {backend} repeats the reference" in out and "driving: " in out and "arrays, passes" in out
-    )
-
-
-def test_conform_without_a_reference_says_who_writes_it(packed: Path, run: Run, tmp_path: Path) -> None:
+    assert f"backend {backend} repeats the reference" in out and "driving: " in out
     alone = tmp_path / "alone.avatar"
     alone.write_bytes(packed.read_bytes())
-    code, _, err = run("conform", alone)
-    assert code == 2 and "alone.reference: is missing" in err and "`pack --reference` writes it" in err
+    assert "`pack --reference` writes it" in refused("conform", alone)
 
 
 def test_a_budget_that_is_met_and_one_that_cannot_be(bundle: Path, run: Run, tmp_path: Path) -> None:
     met, not_met = tmp_path / "met.avatar", tmp_path / "not.avatar"
     code, out, err = run("pack", bundle, "-o", met, "--max-bytes", "30kB", "--no-preview")
     assert code == 0 and met.stat().st_size <= 30_000, (out, err)
-    assert "packs were tried" in err
-    assert "no step makes smaller: names, passes and figures" in err and "bytes in all" in err
+    assert "packs were tried" in err and "bytes" in err
     code, out, err = run("pack", bundle, "-o", not_met, "--min-psnr", 119, "--no-preview")
-    assert code == 1 and not_met.exists() and "nothing that was tried comes nearer" in err
+    assert code == 1 and not_met.exists() and "nearer" in err
     assert run("validate", not_met)[0] == 0
 
 
@@ -139,33 +121,15 @@ def test_a_budget_below_the_floor_is_refused_before_the_search(
     bundle: Path, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("avatar_export.packing.make.by_size", None)
-    code, out, err = run(
-        "pack", bundle, "-o", tmp_path / "x.avatar", "--max-bytes", "2kB", "--levels", "1,0.5"
-    )
+    out = tmp_path / "x.avatar"
+    code, _, err = run("pack", bundle, "-o", out, "--max-bytes", "2kB", "--levels", "1,0.5")
     line = err.splitlines()[-1]
-    assert (code, out) == (
-        2,
-        "",
-    ) and "--max-bytes: 2000 bytes cannot be met; parts that no step makes smaller: preview" in line
-    assert re.search(r"at least \d+ bytes in all; leave something out", line)
-    assert "make it from a source without clips (" in line and "--no-preview (" in line
-    assert not (tmp_path / "x.avatar").exists()
-
-
-def test_what_is_printed_speaks_of_one_region(bundle: Path, run: Run, tmp_path: Path) -> None:
-    code, out, _ = run("pack", bundle, "-o", tmp_path / "x.avatar", "--no-preview")
-    assert code == 0
-    found = re.search(
-        r"mean ([\d.]+) dB, worst ([\d.]+) dB inside the outline, no pixel off by more than", out
-    )
-    assert found is not None and float(found[2]) <= float(found[1]) and "whole" not in out
-    facts = json.loads(run("inspect", tmp_path / "x.avatar", "--json")[1])
-    assert next(iter(facts["error"])) == "psnr_mask_db"
-    assert facts["levels"][0]["psnr_mask_db"] == facts["error"]["psnr_mask_db"]
+    assert code == 2 and "2000 bytes" in line and re.search(r"at least \d+ bytes", line)
+    assert "clips (" in line and "--no-preview (" in line and not out.exists()
 
 
 def test_exact_keeps_every_float_and_left_mirrors(bundle: Path, run: Run, tmp_path: Path) -> None:
-    exact, left = tmp_path / "exact.avatar", tmp_path / "left.avatar"
+    exact, left, fewer = (tmp_path / f"{name}.avatar" for name in ("exact", "left", "fewer"))
     assert run("pack", bundle, "-o", exact, "--exact", "--no-preview")[0] == 0
     source = with_active_sh(load(bundle))
     same = {"packed": None, "extras": {}, "provenance": {}}  # the command adds what it knows of rights
@@ -175,77 +139,46 @@ def test_exact_keeps_every_float_and_left_mirrors(bundle: Path, run: Run, tmp_pa
     stored = load(left, as_stored=True)
     assert document(left)["avatar"]["frame"]["handedness"] == "left"
     np.testing.assert_allclose(stored.gaussians.mean * [-1, 1, 1], source.gaussians.mean, atol=2e-5)
-    np.testing.assert_allclose(load(left).gaussians.mean, source.gaussians.mean, atol=2e-5)
-    assert document(left)["driving"]["matrix"] == linear_map(mirrored(source)).matrix.tolist()
     assert run("validate", left)[1] == f"{left}: sound, left-handed\n"
+    assert run("pack", bundle, "-o", fewer, "--sh-degree", 1, "--no-preview")[0] == 0
+    assert load(fewer).sh_degree == 1 and load(fewer).gaussians.sh.shape[1] == 4
+    assert document(fewer)["error"]["psnr_mask_db"]["mean"] < 60
 
 
-def test_fewer_bands_of_sh(bundle: Path, run: Run, tmp_path: Path) -> None:
-    out = tmp_path / "sh.avatar"
-    assert run("pack", bundle, "-o", out, "--sh-degree", 1, "--no-preview")[0] == 0
-    avatar = load(out)
-    assert avatar.sh_degree == 1 and avatar.gaussians.sh.shape[1] == 4
-    assert document(out)["error"]["psnr_mask_db"]["mean"] < 60
+FEW = ("--no-engine-files", "--no-preview", "--no-reference")
 
 
-def test_convert_writes_a_pack_too(run: Run, tmp_path: Path) -> None:
+def test_convert_writes_a_pack_too(run: Run, refused: Refused, tmp_path: Path) -> None:
     source, out, pack = tmp_path / "source", tmp_path / "out", tmp_path / "x.avatar"
     write_bundle(surface_avatar(3), source, preview=False, engine_files=False, reference=False)
-    few = ("--no-engine-files", "--no-preview", "--no-reference")
-    assert run("convert", source, "-o", out, "--pack", pack, *few)[0] == 0
+    assert run("convert", source, "-o", out, "--pack", pack, *FEW)[0] == 0
     assert load(pack).gaussians.count == load(out).gaussians.count
-    code, _, err = run("convert", source, "-o", tmp_path / "other", "--pack", pack, *few)
-    assert code == 2 and "x.avatar: exists; name another or pass --force" in err
-    assert not (tmp_path / "other").exists()
+    error = refused("convert", source, "-o", tmp_path / "other", "--pack", pack, *FEW)
+    assert "x.avatar: exists" in error and not (tmp_path / "other").exists()
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--max-bytes", "2 parrots"), "is not a size such as 900kB or 2MB"),
+        (("--max-bytes", "2 parrots"), "is not a size"),
         (("--max-bytes", "0"), "is not a size"),
         (("--max-bytes", "1MB", "--min-psnr", "50"), "cannot be used together"),
         (("--exact", "--min-psnr", "50"), "cannot be used together"),
-        (("--levels", "0.5"), "is not a list such as 1,0.5,0.25"),
-        (("--levels", "1,0.5,0.5"), "is not a list such as 1,0.5,0.25"),
-        (("--levels", "1,no"), "is not a list such as 1,0.5,0.25"),
+        (("--levels", "0.5"), "is not a list"),
+        (("--levels", "1,0.5,0.5"), "is not a list"),
+        (("--levels", "1,no"), "is not a list"),
         (("--handedness", "up"), "'up' is not one of right, left"),
+        (("-o", "{}/head.avatar"), "exists"),
+        (("--report", "{}/head.html"), "exists"),
+        (("-o", "{}/no/x.avatar"), "its folder does not exist"),
+        (("--report", "{}/no/x.html"), "its folder does not exist"),
     ],
 )
 def test_wrong_options_are_usage_errors(
-    options: tuple[str, ...], message: str, bundle: Path, run: Run, tmp_path: Path
+    options: tuple[str, ...], message: str, bundle: Path, packed: Path, run: Run, tmp_path: Path
 ) -> None:
-    code, _, err = run("pack", bundle, "-o", tmp_path / "x.avatar", *options)
-    assert code == 2 and message in " ".join(err.replace("│", " ").split())
-    assert not (tmp_path / "x.avatar").exists()
-
-
-def test_nothing_is_replaced_without_force(packed: Path, bundle: Path, run: Run) -> None:
     before = packed.read_bytes()
-    for options in (
-        ("-o", packed),
-        ("-o", packed.parent / "y.avatar", "--report", packed.with_suffix(".html")),
-    ):
-        code, _, err = run("pack", bundle, *options)
-        assert code == 2 and "exists; name another or pass --force" in err
-    assert packed.read_bytes() == before and not (packed.parent / "y.avatar").exists()
-
-
-def test_a_missing_folder_is_found_before_the_work(bundle: Path, run: Run, tmp_path: Path) -> None:
-    for options in (
-        ("-o", tmp_path / "no" / "x.avatar"),
-        ("-o", "y.avatar", "--report", tmp_path / "no" / "x.html"),
-    ):
-        code, out, err = run("pack", bundle, *options)
-        assert code == 2 and "its folder does not exist; make it, or name another" in err
-        assert "drawing" not in err and not out
-
-
-def test_a_damaged_pack_is_one_line(packed: Path, run: Run, tmp_path: Path) -> None:
-    cut = tmp_path / "cut.avatar"
-    cut.write_bytes(packed.read_bytes()[:3000])
-    for command in (("inspect", cut), ("render", cut, "-o", tmp_path / "x.png")):
-        code, _, err = run(*command)
-        assert code == 2 and err.count("\n") == 1 and "cut.avatar: ends" in err
-    code, out, _ = run("validate", cut)
-    assert code == 1 and "error: cut.avatar: ends" in out
+    words = [word.format(packed.parent) for word in options]
+    code, out, err = run("pack", bundle, "-o", tmp_path / "x.avatar", *words)
+    assert (code, out) == (2, "") and message in " ".join(err.replace("│", " ").split())
+    assert "drawing" not in err and not (tmp_path / "x.avatar").exists() and packed.read_bytes() == before

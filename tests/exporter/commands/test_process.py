@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -10,7 +11,6 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -18,7 +18,8 @@ from typing import Any
 
 import pytest
 
-from avatar_export.commands import memory
+from avatar_export.commands import console, memory
+from avatar_export.commands.console import Steps
 from avatar_export.commands.memory import EXPORT, MIB, Need, shortage
 from avatar_export.writers import bundle, table
 from tests.commands import Run
@@ -31,12 +32,17 @@ def ended(name: str) -> str:
     return f"avatar-export: ended by {'Ctrl+C' if name == 'SIGINT' else name}\n"
 
 
+def python(program: str, *words: object, **options: Any) -> subprocess.CompletedProcess[str]:
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
+    return subprocess.run(
+        [sys.executable, "-c", program, *map(str, words)], text=True, check=False, **streams
+    )
+
+
 @pytest.fixture
 def handlers() -> Iterator[None]:
     """The handlers of signals are those of before, afterwards, even where the code under test does nothing."""
-    before = {name: signal.getsignal(getattr(signal, name)) for name in ENDS}
-    for name in ENDS:
-        signal.signal(getattr(signal, name), signal.default_int_handler)
+    before = {name: signal.signal(getattr(signal, name), signal.default_int_handler) for name in ENDS}
     yield
     for name, handler in before.items():
         signal.signal(getattr(signal, name), handler)
@@ -59,23 +65,12 @@ def test_a_signal_leaves_nothing_half_written(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.usefixtures("handlers")
-def test_an_interrupt_that_a_destructor_swallows_comes_again(
-    run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    class Swallows:
-        def __del__(self) -> None:
-            signal.raise_signal(signal.SIGINT)
+class Swallows:
+    def __init__(self, name: str) -> None:
+        self.name = name
 
-    def inspect(*_: object) -> dict[str, Any]:
-        Swallows()
-        threading.Event().wait(20)
-        return {}
-
-    monkeypatch.setattr("avatar_export.summary.inspect", inspect)
-    began = time.monotonic()
-    code, _, error = run("inspect", "x")
-    assert (code, error) == (130, ended("SIGINT")) and time.monotonic() - began < 20
+    def __del__(self) -> None:
+        signal.raise_signal(getattr(signal, self.name))
 
 
 @pytest.mark.parametrize("name", ENDS)
@@ -87,30 +82,16 @@ def test_a_signal_that_a_library_swallows_ends_the_process(
     """In the middle of the work, or as the last thing that it does."""
 
     def inspect(*_: object) -> dict[str, Any]:
-        with suppress(BaseException):
-            signal.raise_signal(getattr(signal, name))
+        Swallows(name)
         if not last:
             threading.Event().wait(20)
         return {}
 
     monkeypatch.setattr("avatar_export.summary.inspect", inspect)
+    began = time.monotonic()
     code, out, error = run("inspect", "x", "--json")
     assert (code, error) == (ENDS[name], ended(name)) and (last or out == "")
-
-
-@pytest.mark.usefixtures("handlers")
-def test_one_signal_raises_once(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """However long it takes to tidy up: a second exception would break that off."""
-
-    def inspect(*_: object) -> None:
-        try:
-            signal.raise_signal(signal.SIGTERM)
-        finally:
-            threading.Event().wait(0.5)
-            (tmp_path / "tidy").touch()
-
-    monkeypatch.setattr("avatar_export.summary.inspect", inspect)
-    assert run("inspect", "x") == (143, "", ended("SIGTERM")) and (tmp_path / "tidy").exists()
+    assert time.monotonic() - began < 20
 
 
 # A native library: an exception that comes while it loads is printed, and then it goes on.
@@ -147,39 +128,6 @@ def test_a_signal_while_a_module_is_loaded_waits_for_it(
 
 
 # `convert` that gets a signal before the n-th module of OpenUSD is loaded.
-USD = """
-import os, signal, sys
-left = [int(sys.argv[1])]
-signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell has ignored stays ignored
-def hook(event, values):
-    if event == "import" and str(values[0]).startswith("pxr"):
-        left[0] -= 1
-        if left[0] == 0:
-            os.kill(os.getpid(), signal.{name})
-sys.addaudithook(hook)
-sys.argv[0:2] = ["avatar-export"]
-from avatar_export.__main__ import main
-try:
-    main()
-finally:
-    assert left[0] <= 0, "the library was not loaded"
-"""
-
-
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGINT"])
-@pytest.mark.parametrize("module", [1, 3, 7, 12])
-def test_a_signal_while_openusd_loads_ends_convert(
-    sample_lam: Path, tmp_path: Path, name: str, module: int
-) -> None:
-    words = ("convert", sample_lam, "-o", tmp_path / "out", "--no-preview", "--no-reference")
-    done = subprocess.run(
-        [sys.executable, "-c", USD.format(name=name), str(module), *words],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert (done.returncode, done.stdout, done.stderr) == (ENDS[name], "", ended(name))
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.usefixtures("handlers")
 def test_memory_that_runs_out_is_one_line_and_code_3(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     for text, said in (("", "memory ran out"), ("Unable to allocate 7 GiB", "Unable to allocate 7 GiB")):
@@ -204,22 +152,16 @@ def main():
 START = "from avatar_export.commands.process import start; from avatar_export.commands.memory import *\n"
 
 
-def started(folder: Path, streams: str, need: str = "EXPORT", module: str = MODULE) -> tuple[int, str, str]:
+def started(folder: Path, streams: str, need: str = "EXPORT") -> tuple[int, str, str]:
     """(exit code, standard output, standard error) of a small program behind `start`; `streams` is a redirection."""
-    (folder / "small.py").write_text(module)
+    (folder / "small.py").write_text(MODULE)
     path = os.pathsep.join([str(folder), *filter(None, sys.path)])
-    shell = ["bash", "-c", f'exec "$@" {streams}', "bash"]
+    words = ["bash", "-c", f'exec "$@" {streams}', "bash"]
+    words += [sys.executable, "-c", f"{START}start('small', 'small', {need})"]
     done = subprocess.run(
-        [*shell, sys.executable, "-c", f"{START}start('small', 'small', {need})"],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=os.environ | {"PYTHONPATH": path},
+        words, capture_output=True, text=True, check=False, env=os.environ | {"PYTHONPATH": path}
     )
     return done.returncode, done.stdout, done.stderr
-
-
-FULL = "small: standard output: cannot be written (No space left on device)\n"
 
 
 @pytest.mark.parametrize(
@@ -238,48 +180,31 @@ def test_a_stream_that_is_closed_or_full_does_not_end_the_work(
     assert started(tmp_path, streams) == expected
 
 
+PROGRAM = "from avatar_export.__main__ import main; main()"
+
+
 @pytest.mark.parametrize("words", [("systems",), ("--help",), ("systems", "--json")])
 def test_output_that_cannot_be_written_is_one_line(words: tuple[str, ...]) -> None:
     with open("/dev/full", "w") as full:
-        ended = subprocess.run(
-            [sys.executable, "-m", "avatar_export", *words], stdout=full, stderr=subprocess.PIPE, text=True
-        )
-    said = "avatar-export: standard output: cannot be written (No space left on device)\n"
-    assert (ended.returncode, ended.stderr) == (2, said)
+        ended = python(PROGRAM, *words, stdout=full)
+    assert ended.returncode == 2 and ended.stderr.count("\n") == 1 and "No space left" in ended.stderr
 
 
 def test_a_reader_that_has_gone_ends_the_program_quietly() -> None:
     read, write = os.pipe()
     os.close(read)
-    ended = subprocess.run(
-        [sys.executable, "-m", "avatar_export", "systems"], stdout=write, stderr=subprocess.PIPE, text=True
-    )
+    ended = python(PROGRAM, "systems", stdout=write)
     os.close(write)
     assert (ended.returncode, ended.stderr) == (141, "")
-
-
-def test_an_interrupt_while_modules_are_loaded_ends_the_program(tmp_path: Path) -> None:
-    """Even where a library swallows the exception."""
-    swallows = (
-        "import os, signal\ntry:\n    os.kill(os.getpid(), signal.SIGINT)\nexcept BaseException: pass\n"
-        + MODULE
-    )
-    assert started(tmp_path, "", module=swallows) == (-signal.SIGINT, "", "")
 
 
 def test_too_little_address_space_is_one_line_before_anything_is_loaded(tmp_path: Path) -> None:
     code, out, error = started(tmp_path, "; ulimit -v 400000 >/dev/null", need="{'': Need(1 << 40, 0, 0)}")
     assert (code, out, error) == (7, "to output\n", "to error\n")  # no limit, no line
     limited = f"import resource; resource.setrlimit(resource.RLIMIT_AS, (300 << 20,) * 2)\n{START}"
-    ended = subprocess.run(
-        [sys.executable, "-c", f"{limited}start('small', 'no_such_module', EXPORT)"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert ended.returncode == 3 and ended.stdout == ""
-    assert ended.stderr.startswith(
-        f"small: needs {EXPORT[''].address_space // MIB} MiB of address space, but "
-    )
-    assert ended.stderr.endswith(" MiB are free; raise the limit (ulimit -v)\n")
+    ended = python(f"{limited}start('small', 'no_such_module', EXPORT)")
+    assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (3, "", 1)
+    assert f"{EXPORT[''].address_space // MIB} MiB" in ended.stderr and "ulimit -v" in ended.stderr
 
 
 @pytest.fixture
@@ -291,48 +216,84 @@ def system(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def lay(folder: Path, files: dict[str, str]) -> None:
-    for name, text in files.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text)
-
-
 NEED = Need(0, 0, 300 * MIB)
 VERSION_2 = {"proc/self/cgroup": "0::/user/job\n", "cgroup/user/job/memory.max": "max\n"}
 VERSION_1 = {"proc/self/cgroup": "5:cpu,memory:/job\n4:pids:/job\n"}
 CONTAINER = "; raise the memory limit of the container"
+PARENT = {"cgroup/user/memory.max": f"{400 * MIB}\n", "cgroup/user/memory.current": f"{200 * MIB}\n"}
+FILES = {"cgroup/user/memory.stat": f"anon 7\ninactive_file {150 * MIB}\nactive_file 0\n"}
+LIMIT_1 = "cgroup/memory/job/memory.limit_in_bytes"
 LIMITS = {
     "nothing is said": ({}, None),
     "version 2, none": (VERSION_2, None),
-    "version 2, of a parent": (
-        VERSION_2 | {"cgroup/user/memory.max": f"{400 * MIB}\n", "cgroup/user/memory.current": f"{200 * MIB}\n"},
-        f"200 MiB are free{CONTAINER}",
-    ),
-    "version 2, used by files": (
-        VERSION_2
-        | {
-            "cgroup/user/memory.max": f"{400 * MIB}\n",
-            "cgroup/user/memory.current": f"{200 * MIB}\n",
-            "cgroup/user/memory.stat": f"anon 7\ninactive_file {150 * MIB}\nactive_file 0\n",
-        },
-        None,
-    ),
-    "version 1": (
-        VERSION_1 | {"cgroup/memory/job/memory.limit_in_bytes": f"{64 * MIB}"},
-        f"64 MiB are free{CONTAINER}",
-    ),
-    "version 1, none": (VERSION_1 | {"cgroup/memory/job/memory.limit_in_bytes": "9223372036854771712"}, None),
+    "version 2, of a parent": (VERSION_2 | PARENT, f"200 MiB are free{CONTAINER}"),
+    "version 2, used by files": (VERSION_2 | PARENT | FILES, None),
+    "version 1": (VERSION_1 | {LIMIT_1: f"{64 * MIB}"}, f"64 MiB are free{CONTAINER}"),
+    "version 1, none": (VERSION_1 | {LIMIT_1: "9223372036854771712"}, None),
     "the machine": (
         {"proc/meminfo": "MemFree: 9 kB\nMemAvailable: 102400 kB\nSwapFree: 1024 kB\n"},
-        "101 MiB are free; end other programs",
+        "101 MiB",
     ),
     "the machine has swap": ({"proc/meminfo": "MemAvailable: 102400 kB\nSwapFree: 409600 kB\n"}, None),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", LIMITS)
 def test_the_limits_that_the_system_states(system: Path, name: str) -> None:
     files, said = LIMITS[name]
-    lay(system, files)
+    for path, text in files.items():
+        (system / path).parent.mkdir(parents=True, exist_ok=True)
+        (system / path).write_text(text)
     found = shortage(NEED)
-    assert found == (None if said is None else f"needs 300 MiB of memory, but {said}")
+    assert found is None if said is None else said in str(found)
+
+
+LINE = re.compile(r"reading\?, [0-9]+ s so far")
+
+
+def test_a_line_comes_every_few_seconds_on_standard_error(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """During one long step, too; none after the end."""
+    assert console.SECONDS == 10
+    monkeypatch.setattr(console, "SECONDS", 0.05)
+    lines: list[str] = []
+    with Steps() as step:
+        step("reading\n")
+        while len(lines) < 3:
+            threading.Event().wait(0.05)
+            captured = capsys.readouterr()
+            assert captured.out == ""
+            lines += captured.err.splitlines()
+    capsys.readouterr()
+    threading.Event().wait(0.2)
+    assert capsys.readouterr() == ("", "") and all(LINE.fullmatch(line) for line in lines)
+
+
+BUNDLE = Path(__file__).parents[2] / "data" / "bundles" / "0.1.0" / "every_field.avatar.zip"
+HIDDEN = """
+import importlib.util, sys
+find = importlib.util.find_spec
+importlib.util.find_spec = lambda name, *rest: None if name == "numba" else find(name, *rest)
+class Hidden:
+    def find_spec(self, name, *rest):
+        if name.partition(".")[0] in ("numba", "llvmlite"):
+            raise ModuleNotFoundError(name)
+sys.meta_path.insert(0, Hidden())
+from avatar_export.__main__ import main
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("render", BUNDLE, "--size", "32", "-o", "drawn.png"),
+        pytest.param(("pack", BUNDLE, "--levels", "1,0.5", "-o", "small.avatar"), marks=pytest.mark.more),
+    ],
+)
+def test_it_works_and_says_once_what_is_slow(words: tuple[str | Path, ...], tmp_path: Path) -> None:
+    done = python(HIDDEN, *words[:-1], tmp_path / words[-1])
+    assert done.returncode in (0, 1), done.stderr
+    assert done.stderr.startswith("avatar-export: without Numba") and done.stderr.count("Numba") == 1
+    assert (tmp_path / words[-1]).stat().st_size

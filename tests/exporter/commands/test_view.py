@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -27,8 +28,6 @@ from tests.exporter.serving.packs import packed
 
 
 class View:
-    """A command that runs, and its first line."""
-
     def __init__(self, process: subprocess.Popen[str]) -> None:
         assert process.stdout is not None
         self.process = process
@@ -72,14 +71,11 @@ def test_a_pack_is_served_watched_and_ended(head: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.avatar"
     other.write_bytes(packed("Other"))
     with view(head, other) as one:
-        start, _, port = one.address.removesuffix("/").rpartition("/")[0].rpartition(":")
-        assert start == "http://127.0.0.1" and 1024 < int(port) < 65536
-        assert len(one.address.removesuffix("/").rpartition("/")[2]) >= 22, "a token that nobody guesses"
+        assert re.fullmatch(r"http://127[.]0[.]0[.]1:\d+/[^/]{22,}/", one.address), (
+            "a token that nobody guesses"
+        )
         assert b"<title>" in one.get()
-        assert [(a["id"], a["name"]) for a in one.session()["avatars"]] == [
-            ("head", "Head"),
-            ("other", "Other"),
-        ]
+        assert [a["name"] for a in one.session()["avatars"]] == ["Head", "Other"]
         assert one.get("packs/head.avatar") == packed()
         with connect(one.address.replace("http", "ws") + "events") as page:
             page.ping().wait(2)
@@ -93,8 +89,7 @@ def test_a_pack_is_served_watched_and_ended(head: Path, tmp_path: Path) -> None:
             assert one.get("packs/head.avatar") == packed("Mended"), "the last good one stays"
             code, out, err = one.end()
     assert (code, out) == (0, "")
-    first, second = err.strip().splitlines()
-    assert first == "Mended: loaded again" and second.endswith("; the last good one stays")
+    assert ["Mended" in line or str(head) in line for line in err.splitlines()] == [True, True]
 
 
 def test_motion_is_received_shown_and_recorded(head: Path, tmp_path: Path) -> None:
@@ -148,10 +143,7 @@ def test_wrong_calls_are_one_line(head: Path, run: Run, tmp_path: Path) -> None:
             ((tmp_path / "missing.avatar",), "missing.avatar: no such file or folder"),
             ((head, "--port", other.getsockname()[1]), "cannot be used"),
             ((head, "--record", tmp_path / "new.csv"), "nothing to record without --live"),
-            (
-                (head, "--live", "--record", tmp_path / "take.csv"),
-                "take.csv: exists; name another or pass --force",
-            ),
+            ((head, "--live", "--record", tmp_path / "take.csv"), "take.csv: exists"),
         ):
             code, out, err = run("view", *arguments, "--no-open")
             assert (code, out) == (2, "") and message in " ".join(err.replace("│", " ").split())
@@ -159,38 +151,38 @@ def test_wrong_calls_are_one_line(head: Path, run: Run, tmp_path: Path) -> None:
 
 
 def test_publish_writes_a_folder_a_gallery_and_a_page(head: Path, run: Run, tmp_path: Path) -> None:
-    other = tmp_path / "other.avatar"
+    other, site, single = (tmp_path / name for name in ("other.avatar", "site", "one.html"))
     other.write_bytes(packed("Other", "CC0"))
-    code, out, err = run("publish", head, "-o", tmp_path / "site")
-    assert code == 0 and "copy the folder to a web server" in out and "Head: no licence is stated" in err
-    (tmp_path / "site" / "CNAME").write_text("example.org")
-    [pack] = (tmp_path / "site" / "packs").iterdir()
+    code, out, err = run("publish", head, "-o", site)
+    assert code == 0 and "licence" in err
+    (site / "CNAME").write_text("example.org")
+    [pack] = (site / "packs").iterdir()
     assert pack.read_bytes() == packed()
     code, out, err = run("publish", head, other, "-o", tmp_path / "both", "--url", "https://example.org/x")
     assert code == 0 and "2 avatars" in out
     assert 'content="https://example.org/x/previews/head.' in (tmp_path / "both" / "index.html").read_text()
-    code, out, _ = run("publish", other, "-o", tmp_path / "one.html", "--single", "--title", "Me")
-    assert code == 0 and "MB; open it by double-click" in out
-    assert "<title>Me</title>" in (tmp_path / "one.html").read_text()
+    assert run("publish", other, "-o", single, "--single", "--title", "Me")[0] == 0
+    assert "<title>Me</title>" in single.read_text()
+    new = tmp_path / "x"
     for arguments, message in (
-        ((head, "-o", tmp_path / "site"), "site: exists; pass --force to replace what was published"),
-        ((head, "-o", tmp_path), "exists and is not a published folder; it is not replaced"),
-        ((head, "-o", tmp_path / "one.html", "--single"), "one.html: exists; name another or pass --force"),
-        ((head, other, "-o", tmp_path / "two.html", "--single"), "one file holds one avatar"),
-        ((head, "-o", tmp_path / "x", "--url", "example.org"), "is not an address such as https://"),
-        ((head, "-o", tmp_path / "x", "--url", 'https://a/"><script>'), "is not an address such as https://"),
-        ((head, "-o", tmp_path / "x", "--url", "https://me:PW@a.org/"), "a name or a password before an @"),
-        ((head, "-o", tmp_path / "x", "--url", "ftp://me:PW@a.org"), "a name or a password before an @"),
-        ((head, "-o", tmp_path / "x", "--url", "https:me:PW@a.org"), "a name or a password before an @"),
-        ((head, "-o", tmp_path / "x.html", "--single", "--url", "https://a/"), "--single has no address"),
+        ((head, "-o", site), "site: exists; pass --force"),
+        ((head, "-o", tmp_path), "is not a published folder"),
+        ((head, "-o", single, "--single"), "one.html: exists"),
+        ((head, other, "-o", new, "--single"), "one file holds one avatar"),
+        ((head, "-o", new, "--url", "example.org"), "is not an address"),
+        ((head, "-o", new, "--url", 'https://a/"><script>'), "is not an address"),
+        ((head, "-o", new, "--url", "https://me:PW@a.org/"), "a password"),
+        ((head, "-o", new, "--url", "ftp://me:PW@a.org"), "a password"),
+        ((head, "-o", new, "--url", "https:me:PW@a.org"), "a password"),
+        ((head, "-o", new, "--single", "--url", "https://a/"), "--single"),
     ):
         code, out, err = run("publish", *arguments)
         assert (code, out) == (2, "") and message in " ".join(err.replace("│", " ").split())
-        assert "PW" not in err
+        assert "PW" not in err and not new.exists()
     assert run("publish", head, "-o", tmp_path / "at", "--url", "https://medium.com/@me")[0] == 0
-    (tmp_path / "site" / "index.html").write_text("mine")
-    code, _, err = run("publish", other, "-o", tmp_path / "site", "--force")
-    assert code == 0 and "note: index.html was changed after it was published and stays as it is" in err
-    (tmp_path / "site" / "index.html").unlink()
-    assert run("publish", other, "-o", tmp_path / "site", "--force")[0] == 0
-    assert not pack.exists() and (tmp_path / "site" / "CNAME").read_text() == "example.org"
+    (site / "index.html").write_text("mine")
+    code, _, err = run("publish", other, "-o", site, "--force")
+    assert code == 0 and "index.html" in err
+    (site / "index.html").unlink()
+    assert run("publish", other, "-o", site, "--force")[0] == 0
+    assert not pack.exists() and (site / "CNAME").read_text() == "example.org"

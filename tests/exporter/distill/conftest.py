@@ -4,26 +4,28 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from samples.dumps import random_poses, write_dumps
 
 from avatar_export.distill.drivers import FILE as DRIVERS
-from avatar_export.distill.dumps.folder import DOCUMENT
-from avatar_runtime.avatar import Avatar
+from avatar_export.distill.dumps.folder import DOCUMENT, open_dumps
+from avatar_export.distill.dumps.frames import layout, read_frame
+from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.bundle import load
+from avatar_runtime.codec import ply
 from avatar_runtime.pose import Pose
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.subset import subset
 from tests.session.shared_folder import made_once
 
 TRAINED = Path(__file__).parents[3] / "samples" / "trained"
-Edit = Callable[[dict[str, Any]], None]
 
 
 @pytest.fixture(scope="session")
@@ -81,10 +83,9 @@ def edited(folder: Path, **changes: Any) -> Path:
         part = document
         for step in outer:
             part = part[step]
+        part[name] = value
         if value is None:
-            part.pop(name, None)
-        else:
-            part[name] = value
+            del part[name]
     file.write_text(json.dumps(document), "utf-8")
     return folder
 
@@ -92,14 +93,33 @@ def edited(folder: Path, **changes: Any) -> Path:
 def with_arrays(folder: Path, **changes: Any) -> Path:
     """`folder` with other arrays in drivers.npz; None removes one."""
     with np.load(folder / DRIVERS) as stored:
-        arrays = dict(stored)
-    for name, value in changes.items():
-        if value is None:
-            arrays.pop(name)
-        else:
-            arrays[name] = value
-    np.savez(folder / DRIVERS, **arrays)
+        arrays = {**stored, **changes}
+    np.savez(folder / DRIVERS, **{name: array for name, array in arrays.items() if array is not None})
     return folder
+
+
+def rewritten(file: Path, change: Callable[[F32, list[str]], F32]) -> None:
+    """The rows of a .ply changed by `change(matrix, names)`, which returns the new rows."""
+    data = file.read_bytes()
+    head = ply.header(data, len(data))
+    names = list(head.dtype.names or ())
+    matrix = np.frombuffer(data, "<f4", offset=head.offset).reshape(head.rows, len(names)).copy()
+    matrix = change(matrix, names)
+    text = data[: head.offset].replace(b"vertex %d" % head.rows, b"vertex %d" % len(matrix))
+    file.write_bytes(text + matrix.astype("<f4").tobytes())
+
+
+def swapped(folder: Path, frames: Iterable[int]) -> NDArray[np.int64]:
+    """The order of the Gaussians in these frames, which has the lowest and the highest in each other's place."""
+    dumps = open_dumps(folder)
+    known = layout(dumps.frame(0), dumps.encoding)
+    height = read_frame(dumps, known, 0).mean[0, :, 1]
+    two = [int(height.argmin()), int(height.argmax())]
+    order = np.arange(known.rows)
+    order[two] = order[two[::-1]]
+    for frame in frames:
+        rewritten(folder / "frames" / f"{frame:05d}.ply", lambda rows, _: rows[order])
+    return order
 
 
 def copied(folder: Path, to: Path) -> Path:

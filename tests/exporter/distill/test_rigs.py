@@ -14,8 +14,6 @@ from avatar_export.asm.files import save
 from avatar_export.distill import drivers
 from avatar_export.distill.poses import driven
 from avatar_runtime.avatar import Avatar, Driving, Expression, SparseRows
-from avatar_runtime.bundle import load
-from avatar_runtime.packs import read_pack
 from avatar_runtime.stages.surface import binding_pose
 from tests.asm_faces import small_face
 from tests.avatars import surface_avatar
@@ -46,19 +44,14 @@ def carried(file: Path, shape: Path | None = None) -> Avatar:
     triangle = np.random.default_rng(0).integers(0, len(rig.triangles), n).astype(np.uint32)
     embedding = replace(known, canonical_vertices=rig.vertices, triangles=rig.triangles, triangle=triangle)
     mean, quat = binding_pose(embedding, base.rules, base.training_per_bundle)
-    shapes = base.blendshapes
+    columns = {"geometry": k, "appearance": k, "correctives": features, "late_morphs": 0}
+    shapes = {name: replace(getattr(base.blendshapes, name), columns=c) for name, c in columns.items()}
     return replace(
         base,
         gaussians=replace(base.gaussians, mean=mean, quat_wxyz=quat),
         expressions=tuple(map(Expression, names)),
         eyelids=(),
-        blendshapes=replace(
-            shapes,
-            geometry=replace(shapes.geometry, columns=k),
-            appearance=replace(shapes.appearance, columns=k),
-            correctives=replace(shapes.correctives, columns=features),
-            late_morphs=replace(shapes.late_morphs, columns=0),
-        ),
+        blendshapes=replace(base.blendshapes, **shapes),
         skin=SparseRows.empty(n, rig.joint_count, {"weight": ()}),
         rig=rig,
         driving=Driving(),
@@ -98,9 +91,7 @@ def test_the_rig_that_posed_the_dumps_is_found_to_carry_them(kind: str, tmp_path
     assert millimetres < 0.1
 
 
-def test_a_body_model_takes_the_shape_of_the_person(
-    flame: Path, shape: Path, tmp_path: Path, run: Run
-) -> None:
+def test_a_body_model_takes_a_shape(flame: Path, shape: Path, tmp_path: Path, run: Run) -> None:
     folder = dumped(carried(flame, shape), tmp_path / "dumps")
     words = ("distill", folder, "-o", tmp_path / "out", "--dry-run", "--body-model", flame)
     code, said, error = run(*words, "--shape", shape)
@@ -109,35 +100,13 @@ def test_a_body_model_takes_the_shape_of_the_person(
     assert code == 2 and "mm from that of the rig" in error and "(--shape) of the body model" in error
 
 
-def test_joints_may_stand_in_another_order_than_in_the_rig(flame: Path, tmp_path: Path, run: Run) -> None:
-    folder = dumped(carried(flame), tmp_path / "dumps")
-    stored = drivers.read(folder / drivers.FILE)
-    at = [0, 1, 4, 3, 2]  # the jaw and the eyes hang on the same joint
-    with_arrays(
-        folder,
-        joint_names=np.array(stored.joint_names)[at],
-        parents=stored.parents[at],
-        rest=stored.rest[at],
-        world_from_joint=stored.world_from_joint[:, at],
-    )
-    code, said, error = run("distill", folder, "-o", tmp_path / "out", "--dry-run", "--body-model", flame)
-    assert code == 0 and "embedding on the mesh" in said, error
-
-
-def test_options_that_do_not_fit_are_refused(
-    flame: Path, shape: Path, few: Path, tmp_path: Path, run: Run
-) -> None:
+def test_bad_options(flame: Path, shape: Path, few: Path, tmp_path: Path, run: Run) -> None:
     (tmp_path / "rig.glb").write_bytes(rig_files.rig_glb())
     (tmp_path / "rig.txt").write_bytes(b"")
     loose = copied(few, tmp_path / "loose")
     frames = drivers.read(loose / drivers.FILE).frames
-    with_arrays(
-        loose,
-        joint_names=np.zeros(0, "U1"),
-        parents=np.zeros(0, np.int64),
-        rest=np.zeros((0, 4, 4)),
-        world_from_joint=np.zeros((frames, 0, 4, 4)),
-    )
+    none = {"joint_names": np.zeros(0, "U1"), "parents": np.zeros(0, np.int64), "rest": np.zeros((0, 4, 4))}
+    with_arrays(loose, **none, world_from_joint=np.zeros((frames, 0, 4, 4)))
     for folder, words, wanted in (
         (few, ("--rig", tmp_path / "rig.glb"), "drivers.npz: joint_names: lacks joint"),
         (few, ("--rig", tmp_path / "rig.txt"), "rig.txt: is not a rig that can be read"),
@@ -150,23 +119,3 @@ def test_options_that_do_not_fit_are_refused(
         code, _, error = run("distill", folder, "-o", tmp_path / "out", *words)
         assert code == 2 and wanted in " ".join(error.replace("│", " ").split()), (words, error)
         assert not list(tmp_path.glob("out*")), "nothing is half written"
-
-
-def test_a_distilled_bundle_is_packed_and_published(tmp_path: Path, run: Run) -> None:
-    """The whole way, by commands: dumps, bundle, pack, page."""
-    file = tmp_path / "rig.glb"
-    file.write_bytes(rig_files.rig_glb())
-    folder = dumped(carried(file), tmp_path / "dumps")
-    bundle, packed, site = (tmp_path / name for name in ("ada", "ada.avatar", "site"))
-    for words in (
-        ("distill", folder, "-o", bundle, "--rig", file, "--licence", "CC BY 4.0"),
-        ("pack", bundle, "-o", packed),
-        ("publish", packed, "-o", site),
-    ):
-        code, _, error = run(*words)
-        assert code == 0, error
-    found, kept = load(bundle), read_pack(packed)
-    assert found.provenance["licence"] == "CC BY 4.0"
-    assert [clip.name for clip in kept.avatar.clips] == ["take_0", "take_1"]
-    [published] = (site / "packs").iterdir()
-    assert published.read_bytes() == packed.read_bytes()

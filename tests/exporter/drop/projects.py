@@ -1,9 +1,6 @@
-"""Projects with the files that each engine creates, as small as they can be, and what folders hold."""
+"""Projects with the files that each engine creates, as small as they can be."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
-from pathlib import Path
 
 UNITY = {
     "Assets/Scenes.meta": "fileFormatVersion: 2\nguid: 131a6b21c8605f84396be9f6751fb6e3\nfolderAsset: yes\n",
@@ -40,16 +37,3 @@ NPM = {
     "src/main.js": "document.title = 'shop'\n",
 }
 WEB = {"index.html": "<!doctype html>\n<title>Mine</title>\n", "style.css": "body { margin: 0 }\n"}
-
-
-def lay(folder: Path, files: Mapping[str, str | bytes]) -> Path:
-    """Writes files by their paths below a folder, which is returned."""
-    for path, text in files.items():
-        (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_bytes(text.encode() if isinstance(text, str) else text)
-    return folder
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """Every file below a folder, hidden ones too."""
-    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}

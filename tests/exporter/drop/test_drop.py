@@ -20,11 +20,13 @@ from avatar_export.players.assemble import assemble
 from avatar_export.serving.site_folder import MARK
 from avatar_runtime.avatar import Avatar
 from tests import bundles
-from tests.commands import Run
-from tests.exporter.drop.projects import GODOT, NPM, UNITY, UNREAL, WEB, contents, lay
+from tests.commands import Refused, Run
+from tests.exporter.drop.projects import GODOT, NPM, UNITY, UNREAL, WEB
 from tests.exporter.serving.packs import packed
+from tests.folders import contents, lay
 from tests.session.rights import as_anybody
 
+Files = Mapping[str, str]
 ROOT = Path(__file__).parents[3]
 PLAYER = "Packages/com.avatar-export.player"
 HEAD = ROOT / "samples/trained/head_blendshapes"
@@ -32,7 +34,6 @@ HEAD = ROOT / "samples/trained/head_blendshapes"
 
 @pytest.fixture
 def pack(tmp_path: Path) -> Path:
-    """A small pack."""
     return lay(tmp_path, {"head.avatar": packed()}) / "head.avatar"
 
 
@@ -62,54 +63,50 @@ def test_unity_gets_the_whole_player_and_the_pack(run: Run, pack: Path, tmp_path
     assert {p for p in held if not p.startswith(PLAYER)} == {"Assets/Avatars/head.avatar", DROPPED.mark}
     assert held["Assets/Avatars/head.avatar"] == packed()
     lines = text.splitlines()
-    assert lines[0] == f"{project}: Unity 2022.3.20f1; the player supports it (2022.3 to 6.x)"
-    assert f"{PLAYER}: {len(player)} new" in lines[1] and "Assets/Avatars/head.avatar: new" in lines[2]
+    assert "Unity 2022.3.20f1" in lines[0] and f"{PLAYER}: {len(player)} new" in lines[1]
+    assert "Assets/Avatars/head.avatar: new" in lines[2]
     assert [line[:2] for line in lines[4:]] == ["1.", "2.", "3."]
-    assert "Drag Assets/Avatars/head.avatar from the Project window" in text
 
 
 def test_again_after_the_users_change_and_forced(run: Run, small: None, pack: Path, tmp_path: Path) -> None:
     project, player = lay(tmp_path / "game", UNITY), "Packages/avatar-export-player"
-    run("drop", pack, "--into", project)
-    lay(project, {f"{player}/dist/index.js": b"mine", "Assets/Avatars/head.avatar.meta": b"guid: 1"})
+    js, words = f"{player}/dist/index.js", ("drop", pack, "--into", project)
+    run(*words)
+    lay(project, {js: b"mine", "Assets/Avatars/head.avatar.meta": b"guid: 1"})
     pack.write_bytes(packed("Another"))
-    code, text, notes = run("drop", pack, "--into", project, "--dry-run")
+    code, text, notes = run(*words, "--dry-run")
     assert code == 0 and added(project, UNITY)["Assets/Avatars/head.avatar"] == packed()
-    assert text.splitlines()[1:] == [
-        "update  Assets/Avatars/head.avatar",
-        f"keep    {player}/dist/index.js",
+    assert [line.split() for line in text.splitlines()[1:]] == [
+        ["update", "Assets/Avatars/head.avatar"],
+        ["keep", js],
     ]
-    note = f"note: {player}/dist/index.js was changed after it was dropped and stays as it is; --force replaces it\n"
-    assert notes == note
-    code, text, notes = run("drop", pack, "--into", project)
-    assert (code, notes) == (0, note) and f"{player}: 1 kept, 1 unchanged" in text
+    assert notes.count("\n") == 1 and js in notes and "--force" in notes
+    code, text, again = run(*words)
+    assert (code, again) == (0, notes) and f"{player}: 1 kept, 1 unchanged" in text
     held = added(project, UNITY)
     assert held["Assets/Avatars/head.avatar"] == packed("Another")
-    assert held[f"{player}/dist/index.js"] == b"mine"
-    assert held["Assets/Avatars/head.avatar.meta"] == b"guid: 1"
-    code, text, notes = run("drop", pack, "--into", project, "--force")
+    assert (held[js], held["Assets/Avatars/head.avatar.meta"]) == (b"mine", b"guid: 1")
+    code, text, notes = run(*words, "--force")
     assert code == 0 and not notes and f"{player}: 1 updated, 1 unchanged" in text
-    assert added(project, UNITY)[f"{player}/dist/index.js"] == b"export {};\n"
+    assert added(project, UNITY)[js] == b"export {};\n"
 
 
 def test_unreal_gets_a_plugin_and_a_file_to_import(run: Run, pack: Path, tmp_path: Path) -> None:
     project = lay(tmp_path / "game", UNREAL)
     code, text, _ = run("drop", pack, "--into", project)
     held = added(project, UNREAL)
-    assert code == 0 and "Unreal 5.4; the player supports it (5.4 to 5.8)" in text
-    plugin = {
-        p.removeprefix("Plugins/GaussianAvatar/"): d for p, d in held.items() if p.startswith("Plugins")
-    }
+    assert code == 0 and "Unreal 5.4" in text and "Avatars/head.avatar" in text
+    start = "Plugins/GaussianAvatar/"
+    plugin = {path.removeprefix(start): data for path, data in held.items() if path.startswith(start)}
     assert plugin == assemble("unreal") and "GaussianAvatar.uplugin" in plugin
-    assert held["Avatars/head.avatar"] == packed() and "Import > Avatars/head.avatar" in text
-    assert "C++ toolchain" in text
+    assert held["Avatars/head.avatar"] == packed()
 
 
 def test_godot_gets_the_rig(run: Run, tmp_path: Path) -> None:
     project = lay(tmp_path / "game", GODOT)
     code, text, _ = run("drop", HEAD, "--into", project, "--name", "Anna")
     held = added(project, GODOT)
-    assert code == 0 and "there is no player for Godot yet, so the rig is put there" in text
+    assert code == 0 and "rig" in text
     assert set(held) == {"avatars/anna.glb", DROPPED.mark} and held["avatars/anna.glb"].startswith(b"glTF")
     lay(project, {"avatars/anna.glb.import": b"settings"})
     code, text, _ = run("drop", HEAD, "--into", project, "--name", "Anna")
@@ -123,14 +120,11 @@ def test_npm_gets_a_tarball_and_the_line_to_run(run: Run, small: None, pack: Pat
     held = added(project, NPM)
     assert code == 0 and set(held) == {"avatar-export-player.tgz", "public/head.avatar", DROPPED.mark}
     with tarfile.open(fileobj=io.BytesIO(held["avatar-export-player.tgz"])) as archive:
-        entries = archive.getmembers()
-        assert {(e.name, e.mtime, e.uid, e.mode) for e in entries} == {
-            ("package/package.json", 0, 0, 0o644),
-            ("package/dist/index.js", 0, 0, 0o644),
-        }
+        entries = {(e.name, e.mtime, e.uid, e.mode) for e in archive.getmembers()}
+        assert entries == {(f"package/{name}", 0, 0, 0o644) for name in ("package.json", "dist/index.js")}
         index = archive.extractfile("package/dist/index.js")
         assert index is not None and index.read() == b"export {};\n"
-    assert f"In {project}: npm install ./avatar-export-player.tgz" in text
+    assert "npm install ./avatar-export-player.tgz" in text
     code, text, _ = run("drop", pack, "--into", project)
     assert "avatar-export-player.tgz: 1 unchanged" in text, "same files, same bytes"
 
@@ -141,57 +135,47 @@ def test_a_web_folder_gets_a_page(run: Run, pack: Path, tmp_path: Path) -> None:
     held = added(project, WEB)
     assert code == 0 and {path.split("/")[0] for path in held} == {"head"}
     assert packed() in held.values() and f"head/{MARK}" in held
-    assert '<iframe src="head/index.html"' in text and "no licence is stated" in notes
+    assert '<iframe src="head/index.html"' in text and "licence" in notes
     lay(project, {"head/index.html": b"mine", "head/notes.txt": b"mine"})
     code, text, notes = run("drop", pack, "--into", project)
-    assert code == 0 and "head/index.html was changed after it was dropped and stays" in notes
+    assert code == 0 and "head/index.html" in notes
     assert "head/index.html: kept" in text and (project / "head/index.html").read_bytes() == b"mine"
     code, text, notes = run("drop", pack, "--into", project, "--force")
-    assert "was changed" not in notes and added(project, WEB) == {**held, "head/notes.txt": b"mine"}
+    assert "head/index.html" not in notes and added(project, WEB) == {**held, "head/notes.txt": b"mine"}
+
+
+OLD_UNITY = {**UNITY, "ProjectSettings/ProjectVersion.txt": "m_EditorVersion: 2021.3.5f1\n"}
+OLD_UNREAL = {**UNREAL, "Game.uproject": '{"EngineAssociation": "5.3"}'}
 
 
 @pytest.mark.parametrize(
-    ("files", "message"),
+    ("files", "words", "message"),
     [
-        ({"notes.txt": ""}, "is not a project of a known engine; looked for"),
-        ({"game/project.godot": ""}, "holds"),
-        (
-            {**UNITY, "ProjectSettings/ProjectVersion.txt": "m_EditorVersion: 2021.3.5f1\n"},
-            "is a project of Unity 2021.3.5f1, but the player needs 2022.3 or newer",
-        ),
-        ({**UNREAL, "Game.uproject": '{"EngineAssociation": "5.3"}'}, "the player needs 5.4 or newer"),
-        ({**WEB, "head/mine.txt": "mine"}, "head: exists and is not a published folder; it is not replaced"),
+        ({"notes.txt": ""}, (), "is not a project of a known engine"),
+        ({"game/project.godot": ""}, (), "holds"),
+        (OLD_UNITY, (), "2022.3"),
+        (OLD_UNREAL, (), "5.4"),
+        ({**WEB, "head/mine.txt": "mine"}, (), "is not a published folder"),
+        *((UNITY, ("--levels", levels), "--levels") for levels in ("9999999999", "nan", "1,2", "")),
     ],
 )
 def test_what_is_refused_changes_nothing(
-    run: Run, small: None, pack: Path, tmp_path: Path, files: Mapping[str, str], message: str
+    run: Run, small: None, pack: Path, tmp_path: Path, files: Files, words: tuple[str, ...], message: str
 ) -> None:
     project = lay(tmp_path / "project", files)
     for more in ((), ("--dry-run",)):
-        code, text, error = run("drop", pack, "--into", project, *more)
-        assert (code, text, error.count("\n")) == (2, "", 1) and message in error
+        code, text, error = run("drop", pack, "--into", project, *words, *more)
+        assert (code, text) == (2, "") and message in error
     assert added(project, files) == {}
 
 
-@pytest.mark.parametrize("dry", [(), ("--dry-run",)])
-def test_a_source_that_is_unsound_changes_nothing(
-    run: Run, small: None, tmp_path: Path, dry: tuple[str, ...]
-) -> None:
+def test_a_source_that_is_unsound_changes_nothing(refused: Refused, small: None, tmp_path: Path) -> None:
     project = lay(tmp_path / "game", UNITY)
     bad = lay(tmp_path, {"bad.avatar": packed()[:900]}) / "bad.avatar"
     for source in (bad, tmp_path / "nowhere", project / "Assets"):
-        code, text, error = run("drop", source, "--into", project, *dry)
-        assert (code, text, error.count("\n")) == (2, "", 1)
+        for dry in ((), ("--dry-run",)):
+            refused("drop", source, "--into", project, *dry)
     assert added(project, UNITY) == {}
-
-
-@pytest.mark.parametrize("levels", ["9999999999", "nan", "1,2", ""])
-def test_levels_that_are_none_are_a_usage_error(run: Run, pack: Path, tmp_path: Path, levels: str) -> None:
-    project = lay(tmp_path / "game", UNITY)
-    before = contents(project)
-    code, _, said = run("drop", pack, "--into", project, "--levels", levels)
-    assert code == 2 and "--levels" in said and "is not a list such as 1,0.5,0.25" in " ".join(said.split())
-    assert contents(project) == before
 
 
 def test_a_folder_of_a_page_that_is_a_link_is_refused(run: Run, pack: Path, tmp_path: Path) -> None:
@@ -200,7 +184,7 @@ def test_a_folder_of_a_page_that_is_a_link_is_refused(run: Run, pack: Path, tmp_
     (project / "head").symlink_to(tmp_path / "outside")
     before = contents(tmp_path / "outside")
     code, _, error = run("drop", pack, "--into", project, "--force")
-    assert code == 2 and "head: is a link, and nothing outside of the project is touched" in error
+    assert code == 2 and "head: is a link" in error
     assert contents(tmp_path / "outside") == before
 
 
@@ -208,21 +192,8 @@ def test_a_project_that_may_not_be_written(run: Run, small: None, pack: Path, tm
     project = lay(tmp_path / "game", UNITY)
     project.chmod(0o555)
     code, _, error = as_anybody(lambda: run("drop", pack, "--into", project))
-    assert code == 2 and error.endswith(
-        "cannot be written (Permission denied); close it in its engine, or make it writable\n"
-    )
+    assert code == 2 and "cannot be written (Permission denied)" in error
     assert added(project, UNITY) == {}
-
-
-def test_an_installation_without_players_says_so(
-    run: Run, pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def missing() -> dict[str, bytes]:
-        raise FileNotFoundError("this installation has no files of the unity player")
-
-    monkeypatch.setitem(assembling.PLAYERS, "unity", missing)
-    code, _, error = run("drop", pack, "--into", lay(tmp_path / "game", UNITY))
-    assert code == 2 and "no files of the unity player; install avatar-export again" in error
 
 
 def test_another_source_is_packed_as_the_engine_wants_it(
@@ -244,12 +215,19 @@ def test_another_source_is_packed_as_the_engine_wants_it(
         project = lay(tmp_path / frame, files)
         code, text, notes = run("drop", bundle, "--into", project, "--licence", "CC0", "--name", "Anna Bell")
         avatar, choices = asked.pop()
-        assert (code, notes) == (
-            0,
-            "note: nothing that was tried comes nearer to what was asked for\n",
-        ) and f"avatar  {path}: new" in text
+        assert code == 0 and "comes nearer" in notes and f"{path}: new" in text
         assert (choices.handedness, choices.levels) == (frame, (1, 0.5, 0.25))
         assert (avatar.name, avatar.provenance["licence"]) == ("Anna Bell", "CC0")
         assert (project / path).read_bytes() == packed("Anna Bell")
         run("drop", bundle, "--into", project, "--levels", "1,0.3")
         assert asked.pop()[1].levels == (1, 0.3)
+
+
+def test_an_installation_without_players_says_so(
+    refused: Refused, pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing() -> dict[str, bytes]:
+        raise FileNotFoundError("this installation has no files of the unity player")
+
+    monkeypatch.setitem(assembling.PLAYERS, "unity", missing)
+    assert "no files of the unity player" in refused("drop", pack, "--into", lay(tmp_path / "game", UNITY))

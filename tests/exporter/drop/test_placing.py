@@ -10,13 +10,13 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from avatar_export.drop.placing import DROPPED, Delivery, Plan, mend, place, planned
 from avatar_runtime.io.errors import AvatarError
-from tests.exporter.drop.projects import UNITY, contents, lay
+from tests.exporter.drop.projects import UNITY
+from tests.folders import contents, lay
 from tests.session.rights import as_anybody
 
 BASE = "Packages/com.x.player"
@@ -41,7 +41,6 @@ MINE = {  # of the user, in a project into which something was dropped
 
 
 def put(project: Path, delivery: Delivery, force: bool = False) -> Plan:
-    """What the command does."""
     mend(project, delivery)
     plan = planned(project, delivery, force)
     place(project, delivery, plan)
@@ -54,13 +53,11 @@ def files_of(delivery: Delivery) -> dict[str, bytes]:
 
 
 def found(project: Path) -> dict[str, bytes]:
-    """Every file but those of the engine, and the list."""
     return {p: d for p, d in contents(project).items() if p not in UNITY and p != DROPPED.mark}
 
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    """A project without anything dropped."""
     return lay(tmp_path / "game", UNITY)
 
 
@@ -68,19 +65,28 @@ def changed(plan: Plan) -> dict[str, str]:
     return {path: word for path, word in plan.words.items() if word != "same"}
 
 
-def test_the_first_time(project: Path) -> None:
+def test_the_first_time_and_what_was_deleted(project: Path) -> None:
     plan = put(project, OLD)
     assert found(project) == files_of(OLD) and set(changed(plan).values()) == {"new"}
     assert set(json.loads((project / DROPPED.mark).read_text())["files"]) == set(files_of(OLD))
-    assert {p: d for p, d in contents(project).items() if p in UNITY} == {
-        p: t.encode() for p, t in UNITY.items()
-    }
+    held = contents(project)
+    assert {path: held[path] for path in UNITY} == {path: text.encode() for path, text in UNITY.items()}
+    (project / BASE / "Core/Pack.cs").unlink()
+    (project / PACK).unlink()
+    put(project, OLD)
+    assert contents(project) == held
 
 
 def test_again_with_the_same_changes_nothing(project: Path) -> None:
+    """And needs no rights; a plan changes nothing either."""
     put(project, OLD)
     before = {path: path.stat().st_mtime_ns for path in project.rglob("*")}
-    assert changed(put(project, OLD)) == {}
+    planned(project, Delivery(BASE, NEW.player, {PACK: None}), False)
+    project.chmod(0o555)
+    try:
+        assert changed(as_anybody(lambda: put(project, OLD))) == {}
+    finally:
+        project.chmod(0o755)
     assert {path: path.stat().st_mtime_ns for path in project.rglob("*")} == before
 
 
@@ -120,14 +126,6 @@ def test_a_folder_that_the_player_no_longer_has_stays_for_what_is_the_users(proj
     assert found(project) == files_of(OLD)
 
 
-def test_a_file_that_the_user_deleted_comes_back(project: Path) -> None:
-    put(project, OLD)
-    (project / BASE / "Core/Pack.cs").unlink()
-    (project / PACK).unlink()
-    put(project, OLD)
-    assert found(project) == files_of(OLD)
-
-
 @pytest.mark.parametrize("force", [False, True])
 def test_a_changed_meta_stays_without_a_word(project: Path, force: bool) -> None:
     """Unity writes them anew, with the user's import settings; scenes refer to the GUID in them."""
@@ -155,62 +153,34 @@ def test_a_pack_is_followed_where_the_user_moved_it(project: Path) -> None:
     assert moved.read_bytes() == b"pack 1"
 
 
-def test_other_avatars_stay(project: Path) -> None:
-    put(project, OLD)
-    put(project, Delivery(BASE, NEW.player, {"Assets/Avatars/body.avatar": b"body"}))
-    assert found(project) == {**files_of(NEW), PACK: b"pack 1", "Assets/Avatars/body.avatar": b"body"}
-    put(project, NEW)
-    assert (project / PACK).read_bytes() == b"pack 2"
-
-
 def test_a_player_that_was_not_dropped_is_refused_unless_forced(project: Path) -> None:
     lay(project, {f"{BASE}/package.json": b"copied by hand", f"{BASE}/Mine.cs": b"mine"})
     before = found(project)
-    with pytest.raises(
-        AvatarError, match=r"com\.x\.player: holds files that `drop` did not put there; move it away"
-    ):
+    with pytest.raises(AvatarError, match=r"com\.x\.player: holds files that `drop` did not put there"):
         put(project, NEW)
     assert found(project) == before
     put(project, NEW, force=True)
     assert found(project) == {**files_of(NEW), f"{BASE}/Mine.cs": b"mine"}
+    put(project, Delivery(BASE, NEW.player, {"Assets/Avatars/body.avatar": b"body"}))
+    assert found(project)[PACK] == b"pack 2", "another avatar stays"
 
 
-def test_a_player_that_was_copied_whole_is_taken_over(project: Path) -> None:
-    lay(project, {f"{BASE}/{path}": data for path, data in OLD.player.items()})
-    put(project, OLD)
-    put(project, NEW)
-    assert found(project) == files_of(NEW)
-
-
-def test_a_plan_changes_nothing(project: Path) -> None:
-    put(project, OLD)
-    lay(project, {f"{BASE}/Core/Pack.cs": b"mine"})
-    before = contents(project)
-    plan = planned(project, Delivery(BASE, NEW.player, {PACK: None}), False)
-    assert contents(project) == before
-    assert plan.words[PACK] == "update" and plan.kept == [f"{BASE}/Core/Pack.cs"]
-
-
-LINKS: dict[str, tuple[str, str]] = {  # where a link is, and the message
-    "the folder of packages": ("Packages", "Packages: is a link or no folder, and nothing outside"),
-    "the player": (BASE, "player: is a link or no folder"),
-    "a folder of the player": (
-        f"{BASE}/Core",
-        "Core: is a link or no file, and the player's folder",
-    ),
-    "a file of the player": (f"{BASE}/package.json", "package.json: is a link or no file"),
-    "a file beside the player's": (f"{BASE}/more", "more: is a link or no file"),
-    "the assets": ("Assets", "Assets: is a link or no folder"),
-    "the folder of packs": ("Assets/Avatars", "Avatars: is a link or no folder"),
-    "the pack": (PACK, "head.avatar: is a link or a folder"),
-    "the list": (DROPPED.mark, "avatar-export-drop.json: is not a plain file"),
+LINKS = {  # where a link is: the message
+    "Packages": "Packages: is a link or no folder",
+    BASE: "player: is a link or no folder",
+    f"{BASE}/Core": "Core: is a link or no file",
+    f"{BASE}/package.json": "package.json: is a link or no file",
+    f"{BASE}/more": "more: is a link or no file",  # beside the player's files
+    "Assets": "Assets: is a link or no folder",
+    "Assets/Avatars": "Avatars: is a link or no folder",
+    PACK: "head.avatar: is a link or a folder",
+    DROPPED.mark: "avatar-export-drop.json: is not a plain file",
 }
 
 
 @pytest.mark.parametrize("dropped", [False, True])
-@pytest.mark.parametrize("name", LINKS)
-def test_links_that_lead_out_are_refused(project: Path, tmp_path: Path, name: str, dropped: bool) -> None:
-    path, message = LINKS[name]
+@pytest.mark.parametrize("path", LINKS)
+def test_links_that_lead_out_are_refused(project: Path, tmp_path: Path, path: str, dropped: bool) -> None:
     if dropped:
         put(project, OLD)
     at, outside = project / path, tmp_path / "outside"
@@ -222,43 +192,29 @@ def test_links_that_lead_out_are_refused(project: Path, tmp_path: Path, name: st
         (outside / "file").write_text("mine")
     at.symlink_to(outside)
     before = contents(tmp_path)
-    with pytest.raises(AvatarError, match=message):
+    with pytest.raises(AvatarError, match=LINKS[path]):
         put(project, NEW, force=True)
     assert contents(tmp_path) == before and at.is_symlink()
+    at.unlink()
+    os.mkfifo(at)
+    with pytest.raises(AvatarError, match=LINKS[path]):
+        put(project, NEW, force=True)
 
 
-def test_what_is_no_file_is_not_read(project: Path) -> None:
-    put(project, OLD)
-    os.mkfifo(project / BASE / "pipe")
-    with pytest.raises(AvatarError, match="pipe: is a link or no file"):
-        put(project, NEW)
+def listing(path: str, hashes: object) -> str:
+    return json.dumps({"format": "avatar-export-drop", "files": {path: hashes}})
+
+
+OUTSIDE = ("../x", "a/../../x", "/etc/passwd", "a//b", "a\\..\\x", "C:/x", ".", "", "a/", "a\nb", "x/..")
 
 
 @pytest.mark.parametrize(
     ("mark", "message"),
     [
-        ("{", "is not JSON; delete it, and drop again with --force"),
-        ("{}", "holds no list of the dropped files"),
-        *[
-            (
-                json.dumps({"format": "avatar-export-drop", "files": {path: ["0" * 64]}}),
-                "which `drop` never writes",
-            )
-            for path in (
-                "../x",
-                "a/../../x",
-                "/etc/passwd",
-                "a//b",
-                "a\\..\\x",
-                "C:/x",
-                ".",
-                "",
-                "a/",
-                "a\nb",
-                "x/..",
-            )
-        ],
-        (json.dumps({"format": "avatar-export-drop", "files": {"a/b c.d": 7}}), "has no list of SHA-256"),
+        ("{", "is not JSON"),
+        ("{}", "holds no list"),
+        *((listing(path, ["0" * 64]), "which `drop` never writes") for path in OUTSIDE),
+        (listing("a/b c.d", 7), "has no list of SHA-256"),
     ],
 )
 def test_an_unsound_list_is_refused(project: Path, mark: str, message: str) -> None:
@@ -303,27 +259,18 @@ def test_a_folder_that_may_not_be_written(project: Path, shut: str, dropped: boo
     before = contents(project)
     (project / shut).chmod(0o555)
     try:
-        with pytest.raises(AvatarError, match=r"game: cannot be written \(Permission denied\); close it"):
+        with pytest.raises(AvatarError, match=r"game: cannot be written \(Permission denied\)"):
             as_anybody(lambda: put(project, NEW))
     finally:
         (project / shut).chmod(0o755)
     assert contents(project) == before
 
 
-def test_nothing_to_do_needs_no_rights(project: Path) -> None:
-    put(project, OLD)
-    project.chmod(0o555)
-    try:
-        assert changed(as_anybody(lambda: put(project, OLD))) == {}
-    finally:
-        project.chmod(0o755)
-
-
 def test_two_that_drop_at_once_do_not_mix(project: Path) -> None:
     put(project, OLD)
     other = project / f".{DROPPED.mark}.{os.getppid()}.partial"
     other.mkdir()
-    with pytest.raises(AvatarError, match=f"another process drops here; if none runs, delete {other.name}"):
+    with pytest.raises(AvatarError, match=f"another process .*{other.name}"):
         put(project, NEW)
     other.rmdir()
     assert found(project) == files_of(OLD)
@@ -334,7 +281,8 @@ import os, sys
 from pathlib import Path
 from avatar_runtime.io import staging
 from tests.exporter.drop import test_placing as t
-from tests.exporter.drop.projects import UNITY, lay
+from tests.exporter.drop.projects import UNITY
+from tests.folders import lay
 from tests.session.kills import killed_before
 
 os.fsync = lambda file: None  # a kill, unlike a power cut, loses nothing that was written
@@ -363,29 +311,18 @@ def check_whole(project: Path, first: bool, steps: bool) -> None:
     """Each of player and pack is old or new, with the user's files beside it, after a kill at any moment."""
     mine: Mapping[str, bytes] = {} if first else MINE
     held = {path: data for path, data in found(project).items() if not path.startswith(".avatar-export-drop")}
-    parts: list[tuple[str, Any, Any]] = [
-        (f"{BASE}/", OLD.player, NEW.player),
-        (PACK, {"": OLD.files[PACK]}, {"": NEW.files[PACK]}),
-    ]
-    for start, old, new in parts:
-        own = {path[len(start) :]: data for path, data in held.items() if path.startswith(start)}
-        of_user = {path[len(start) :]: data for path, data in mine.items() if path.startswith(start)}
-        whole = [
-            {**new, **of_user},
-            {} if first else {**old, **of_user},
-            *([{}] if steps and start != PACK else []),
-        ]
-        assert own in whole, (start, own)
-    for path, data in mine.items():
-        assert path.startswith(BASE) or held[path] == data, path
+    for start in (f"{BASE}/", PACK):
+        own, old, new, of_user = (
+            {path: data for path, data in files.items() if path.startswith(start)}
+            for files in (held, files_of(OLD), files_of(NEW), mine)
+        )
+        whole = [{**new, **of_user}, {} if first else {**old, **of_user}]
+        assert own in whole or (steps and start != PACK and not own), (start, own)
+    assert [p for p, d in mine.items() if not p.startswith(BASE) and held[p] != d] == []
 
 
 @pytest.mark.parametrize("way", ["exchange", "steps"])
 def test_a_kill_at_any_moment_leaves_player_and_pack_whole(tmp_path: Path, way: str) -> None:
     """Killed before each change of the disk; the next run finishes the work and leaves nothing over."""
-    done = subprocess.run(
-        [sys.executable, "-c", KILLED, tmp_path, way], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    again, first = map(int, done.stdout.split())
-    assert again > 20 and first > 20, "every change was a moment of a kill"
+    said = subprocess.check_output([sys.executable, "-c", KILLED, tmp_path, way], text=True)
+    assert min(map(int, said.split())) > 20, "every change was a moment of a kill"

@@ -1,4 +1,4 @@
-"""Coarser levels: sound, repeatable, alike; merging and embedding keep what they promise."""
+"""Coarser levels: sound, alike, and left out where nobody would see them."""
 
 from __future__ import annotations
 
@@ -10,19 +10,13 @@ import numpy as np
 import pytest
 from bench.levels import judging_views, psnr_db
 
-from avatar_export.levels import coarser
-from avatar_export.levels.compositing import Flat, contribution, error_shares, squared_error
-from avatar_export.levels.embed import embedded
-from avatar_export.levels.level import largest_contribution
-from avatar_export.levels.merge import merged, merging
-from avatar_export.levels.mixing import unit
-from avatar_export.levels.views import flattened
+from avatar_export.levels import coarser, heights_px, served
+from avatar_export.levels.compositing import Flat, squared_error
+from avatar_export.levels.judging import judged_poses
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load
 from avatar_runtime.checks.avatar import check_avatar
-from avatar_runtime.player import Player
 from avatar_runtime.subset import subset
-from tests.avatars import assert_same
 
 TRAINED = Path(__file__).parents[3] / "samples" / "trained"
 
@@ -54,58 +48,6 @@ def test_a_group_keeps_its_name_and_place_and_is_never_empty() -> None:
     assert level.gaussians.count == round(0.05 * source.gaussians.count)
 
 
-def test_the_same_avatar_gives_the_same_level() -> None:
-    rows = np.arange(0, 600)
-    small = _rows(trained("body_splatting"), rows)
-    assert_same(coarser(small, 0.5, steps=2), coarser(small, 0.5, steps=2))
-    assert coarser(small, 1.0) is small
-
-
-def test_what_one_view_alone_shows_counts_as_much_as_what_all_show(monkeypatch: pytest.MonkeyPatch) -> None:
-    source = _rows(trained("body_splatting"), np.arange(0, 12000, 40))
-    front, left, right = judging_views(source, 512)[:3]
-    found = []
-    for seen in ([front], [left], [right], [front, front, front, left, right]):
-        monkeypatch.setattr("avatar_export.levels.level.views", lambda *_, seen=seen, **__: seen)
-        found.append(largest_contribution(source))
-    np.testing.assert_allclose(found[3], np.max(found[:3], axis=0), rtol=1e-6)
-    assert (found[0] != found[1]).any()
-
-
-@pytest.mark.parametrize("keep", [0.0, -1.0, 1.5, float("nan")])
-def test_an_impossible_share_is_refused(keep: float) -> None:
-    with pytest.raises(ValueError, match="keep"):
-        coarser(trained("body_splatting"), keep)
-
-
-@pytest.mark.parametrize("name", ["head_blendshapes", "head_points"])
-def test_merging_each_gaussian_with_itself_changes_no_picture(name: str) -> None:
-    source = trained(name)
-    count = source.gaussians.count
-    same = merged(source, merging(np.arange(count), np.arange(count), np.ones(count), count))
-    assert min(psnr_db(source, same, judging_views(source, 128)[::8])) > 55
-
-
-def test_embedding_again_gives_the_wanted_means_on_the_same_triangles() -> None:
-    source = trained("head_points")
-    g, embedding = source.gaussians, source.embedding
-    assert embedding is not None
-    again = embedded(
-        embedding, source.rules, source.training_per_bundle, g.mean.astype(np.float64), unit(g.quat_wxyz)
-    )
-    assert np.array_equal(again.triangle, embedding.triangle)
-    np.testing.assert_allclose(again.displacement, embedding.displacement, atol=1e-6)
-
-
-def test_contributions_are_what_the_image_covers() -> None:
-    source = trained("body_splatting")
-    view = judging_views(source, 128)[1]
-    player = Player(source)
-    flat = flattened(source, player.animate(view.pose), view.camera)
-    left = player.frame(view.pose, view.camera, (0.0, 0.0, 0.0)).image.transmittance
-    assert contribution(flat, 128, 128).sum() == pytest.approx((1 - left).sum(), rel=1e-3)
-
-
 def test_the_gradient_is_that_of_the_squared_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("avatar_export.levels.compositing.LARGEST_ERROR", 10.0)
     rng = np.random.default_rng(2)
@@ -130,40 +72,41 @@ def test_the_gradient_is_that_of_the_squared_error(monkeypatch: pytest.MonkeyPat
         assert ends[0] - ends[1] == pytest.approx(expected, rel=0.15, abs=2e-4), name
 
 
-def test_gaussians_stay_apart_where_a_trial_looked_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    source = _rows(trained("body_splatting"), np.arange(0, 12000, 20))
-    top = float(np.median(source.gaussians.mean[:, 1]))
-
-    def above(level: Avatar) -> int:
-        return int(np.count_nonzero(level.gaussians.mean[:, 1] > top))
-
-    counts = []
-    for wrong in (1.0, 1e-3):  # errors above the middle, against 1 below it
-        monkeypatch.setattr(
-            "avatar_export.levels.level.largest_error",
-            lambda _, level, wrong=wrong: np.where(level.gaussians.mean[:, 1] > top, wrong, 1e-3 / wrong),
-        )
-        counts.append(above(coarser(source, 0.4, steps=1)))
-    assert counts[0] > 1.2 * counts[1], counts
-
-
-def test_shares_of_the_error_add_up_to_what_the_image_lacks() -> None:
-    source = trained("body_splatting")
-    view = judging_views(source, 128)[1]
-    player = Player(source)
-    flat = flattened(source, player.animate(view.pose), view.camera)
-    image = player.frame(view.pose, view.camera, (0.0, 0.0, 0.0)).image
-    target = image.colour.copy()
-    target[40:60, 50:70] += 0.1
-    wrong = np.zeros((128, 128))
-    wrong[40:60, 50:70] = 3 * 0.1**2
-    wrong *= (1 - image.transmittance) * (image.transmittance <= 0.5)
-    shares = error_shares(flat, target, image.transmittance)
-    assert shares.sum() == pytest.approx(wrong.sum(), rel=0.02)
-    x, y = flat.centre.T
-    near = (x > 45) & (x < 75) & (y > 35) & (y < 65)
-    assert shares[near].sum() > 0.9 * shares.sum() > 0
-
-
 def _rows(avatar: Avatar, rows: np.ndarray) -> Avatar:
     return subset(avatar, rows, np.arange(len(avatar.rig.vertices) if avatar.rig else 0)).avatar
+
+
+def joint_at(avatar: Avatar, name: str) -> np.ndarray:
+    """[3] where a joint rests, mesh space."""
+    assert avatar.rig is not None
+    return np.linalg.inv(avatar.rig.inverse_bind_matrix[avatar.rig.joint_names.index(name)])[:3, 3]
+
+
+def test_a_level_with_one_smeared_eye_serves_fewer_heights_than_one_without(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("avatar_export.levels.height.OCTAVES", 2)
+    monkeypatch.setattr("avatar_export.levels.height.judged_poses", lambda avatar: judged_poses(avatar)[:3])
+    source = trained("head_blendshapes")
+    at = np.linalg.norm(source.gaussians.mean - joint_at(source, "leftEye"), axis=1)
+    sh = source.gaussians.sh.copy()
+    sh[at < 0.02, 0] = sh[at < 0.02, 0].mean(axis=0)
+    smeared = replace(source, gaussians=replace(source.gaussians, sh=sh))
+    whole, less = heights_px(source, [source, smeared])
+    assert whole == 256 and less < 200
+
+
+def test_levels_that_nobody_would_see_are_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = trained("body_splatting")
+    levels = [subset(source, np.arange(n), np.arange(0)).avatar for n in (600, 500, 400, 300, 200)]
+    found: list[int] = []
+    monkeypatch.setattr("avatar_export.levels.height.heights_px", lambda _, coarse: found[: len(coarse)])
+    found[:] = [300, 128, 128, 64]
+    kept = served(levels)
+    assert kept.kept == (0, 1, 3) and kept.heights == (None, 300, 128)
+    assert ["400" in str(kept.notes[0]), "200" in str(kept.notes[1])] == [True, True]
+    found[:] = [90, 100, 0, 0]
+    assert served(levels).kept == (0, 2)
+    found[:] = [0, 0, 0, 0]
+    assert served(levels).kept == (0,) and len(served(levels).notes) == 4
+    assert served(levels[:1]).notes == ()

@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from avatar_export.measure.poses import NamedPose, _rotvec, poses
-from avatar_runtime.avatar import Avatar, Rules, SparseRows
+from avatar_export.measure.claims import claim_poses, search_poses
+from avatar_export.measure.poses import NamedPose, poses
+from avatar_export.measure.views import views
+from avatar_export.packing import make as packing
+from avatar_runtime.avatar import Avatar, SparseRows
+from avatar_runtime.bundle import load
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, resolve
-from avatar_runtime.rotation import matrix_from_rotvec
+from avatar_runtime.pose import Pose
+from avatar_runtime.rotation import homogeneous
 from tests.avatars import full_avatar, surface_avatar
+from tests.oracles.pack_claims import judged
 
 
 def without_expressions(avatar: Avatar) -> Avatar:
     """The avatar with its expressions limited to 0 and without eyelids, so that only joints and clips move it."""
-    still = tuple(replace(e, range=(0.0, 0.0)) for e in avatar.expressions)
-    shapes = avatar.blendshapes
+    shapes, rig = avatar.blendshapes, avatar.rig
     none = SparseRows.empty(shapes.late_morphs.rows, 0, {"mean": (3,)})
-    rig = avatar.rig
     if rig is not None:
         rig = replace(rig, late_morphs=SparseRows.empty(rig.late_morphs.rows, 0, {"position": (3,)}))
     return replace(
         avatar,
-        expressions=still,
+        expressions=tuple(replace(e, range=(0.0, 0.0)) for e in avatar.expressions),
         eyelids=(),
         blendshapes=replace(shapes, late_morphs=none),
         rig=rig,
@@ -42,86 +47,65 @@ AVATARS = {
 }
 
 
-@pytest.mark.parametrize("name", AVATARS)
-def test_there_are_eight_poses_with_different_names(name: str) -> None:
-    found = poses(AVATARS[name]())
-    assert len(found) == 8 and len({named.name for named in found}) == 8
-    again = poses(AVATARS[name]())
-    assert [(p.name, repr(p.pose)) for p in again] == [(p.name, repr(p.pose)) for p in found]
-
-
-@pytest.mark.parametrize("count", [1, 3, 8, 13])
-def test_as_many_as_asked_for(count: int) -> None:
-    assert len(poses(full_avatar(), count)) == count
-
-
-def test_half_of_them_are_frames_of_clips() -> None:
-    avatar = full_avatar()  # clips of 5 and 3 frames
-    names = [named.name for named in poses(avatar)]
-    assert names[:4] == [
-        "clip nod, frame 1",
-        "clip nod, frame 3",
-        "clip blink, frame 0",
-        "clip blink, frame 2",
-    ]
-    assert all(name.startswith("expression ") for name in names[4:6])
-    assert names[6:] == ["mixture 1", "mixture 2"]
-
-
-def test_they_differ_and_move_the_avatar() -> None:
-    for make in ("everything", "no clips", "joints alone"):
-        avatar = AVATARS[make]()
-        player = Player(avatar, "reference")
-        means = [player.animate(named.pose).mean for named in [NamedPose("rest", Pose()), *poses(avatar)]]
-        for k, mean in enumerate(means):
-            assert all(np.abs(mean - other).max() > 1e-5 for other in means[:k]), (make, k)
-
-
-def test_weights_stay_in_their_ranges() -> None:
-    avatar = replace(full_avatar(), clips=())
-    found = poses(avatar, 12)
-    used = set()
-    for named in found:
-        for e in avatar.expressions:
-            weight = named.pose.expressions.get(e.name, 0.0)
-            assert e.range[0] <= weight <= e.range[1]
-            used |= {e.name} if weight else set()
-        assert all(0 <= weight <= 1 for weight in named.pose.eyelids.values())
-    assert used == set(avatar.expression_names)
-
-
-def test_the_avatar_as_a_whole_stays_where_it_is() -> None:
+def test_every_pose_lies_in_the_image() -> None:
     avatar = full_avatar()
-    assert not np.array_equal(avatar.clips[0].world_from_avatar[1], np.eye(4))
-    for named in poses(avatar):
-        np.testing.assert_array_equal(resolve(named.pose, avatar).world_from_avatar, np.eye(4))
+    far = NamedPose("far", Pose(world_from_avatar=homogeneous(np.eye(3), np.array([0.5, 0.0, 0.0]))))
+    shown = [*poses(avatar), far]
+    player = Player(avatar, "reference")
+    for view in views(avatar, 64, shown):
+        for named in shown:
+            mean = player.animate(named.pose).mean
+            clip = np.c_[mean, np.ones(len(mean))] @ view.camera.clip_from_world.T
+            assert np.abs(clip[:, :2] / clip[:, 3:]).max() < 1, named.name
 
 
-def test_joints_turn_as_far_as_in_the_clips() -> None:
-    avatar = without_expressions(surface_avatar())
-    vectors = _rotvec(
-        np.concatenate([clip.joint_delta for clip in avatar.clips])[..., :3, :3].astype(np.float64)
-    )
-    turned = [named for named in poses(avatar, 20) if named.name.startswith("joints")]
-    assert len(turned) >= 12
-    for named in turned:
-        delta = resolve(named.pose, avatar).joint_delta[:, :3, :3]
-        found = _rotvec(delta)
-        assert (found >= vectors.min(axis=0) - 1e-9).all() and (found <= vectors.max(axis=0) + 1e-9).all()
+SIZE = 96
 
 
-def test_rotation_vectors_are_those_of_the_matrices() -> None:
-    vectors = np.random.default_rng(0).normal(0, 1, (50, 3))
-    vectors[0] = 0
-    np.testing.assert_allclose(_rotvec(matrix_from_rotvec(vectors)), vectors, atol=1e-9)
+def two_sided() -> Avatar:
+    avatar = full_avatar()
+    ranges = tuple(replace(e, range=(-0.5, e.range[1])) for e in avatar.expressions)
+    return replace(avatar, expressions=ranges)
 
 
-def test_an_avatar_that_cannot_move_has_one_pose() -> None:
-    still = surface_avatar(rules=Rules("vertex_quaternion"), rigged=False)
-    names = [named.name for named in poses(without_expressions(still))]
-    assert names == ["rest"]
+def test_every_expression_is_seen_at_both_ends_of_its_range() -> None:
+    avatar = two_sided()
+    wanted = {(e.name, end) for e in avatar.expressions for end in e.range if end}
+    for draw in (0, 1):
+        ends = [named.pose.expressions for named in claim_poses(avatar, draw) if named.kind == "ends"]
+        assert {pair for one in ends for pair in one.items()} == wanted
 
 
-def test_a_count_below_one_is_refused() -> None:
-    with pytest.raises(ValueError, match="at least 1"):
-        poses(full_avatar(), 0)
+@pytest.mark.parametrize("make_avatar", [full_avatar, lambda: without_expressions(surface_avatar())])
+def test_the_search_sees_no_pose_of_the_claim(make_avatar: Callable[[], Avatar]) -> None:
+    avatar = make_avatar()
+    seen, claimed = search_poses(avatar), claim_poses(avatar)
+    assert repr([named.pose for named in claim_poses(avatar)]) == repr([named.pose for named in claimed])
+    assert not {repr(named.pose) for named in seen} & {repr(named.pose) for named in claimed}
+    clips = [
+        {named.name.split(",")[0] for named in found if named.kind == "clips"} for found in (seen, claimed)
+    ]
+    assert clips[0] and clips[1] and not clips[0] & clips[1], "an unseen clip"
+    drawn = [[repr(n.pose) for n in claim_poses(avatar, draw) if n.kind == "joints"] for draw in (0, 1)]
+    assert drawn[0] and not set(drawn[0]) & set(drawn[1])
+
+
+def test_half_of_an_only_clip_is_unseen() -> None:
+    avatar = replace(full_avatar(), clips=full_avatar().clips[:1])
+    made = search_poses(avatar), claim_poses(avatar)
+    found = [{n.name for n in poses if n.kind == "clips"} for poses in made]
+    assert found[0] and found[1] and not found[0] & found[1]
+
+
+@pytest.mark.parametrize("mild", [False, True])
+def test_a_judge_finds_what_is_claimed(mild: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And would not, if claims came from mild poses and from no allowance: the judge is as strict as it has to be."""
+    monkeypatch.setattr(packing, "SIZE", SIZE)
+    avatar = full_avatar()
+    made = packing.make_pack(avatar, tmp_path / "x.avatar", packing.Choices(min_psnr=45.0, preview=False))
+    claim = made.measured[0]
+    if mild:
+        claim = replace(claim, inside=claim.inside[[kind == "joints" for kind in claim.kinds]], allowance=0.0)
+        claim = replace(claim, kinds=("joints",) * len(claim.inside))
+    found = judged(avatar, load(tmp_path / "x.avatar"), count=40, size=SIZE)
+    assert found.keeps(claim.mean, claim.worst) != mild, (found, claim.mean, claim.worst)

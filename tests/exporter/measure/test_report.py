@@ -41,7 +41,6 @@ class Page(HTMLParser):
         assert self.open.pop() == tag
 
     def images(self) -> list[np.ndarray]:
-        """The pixels of every image."""
         sources = [attrs["src"] or "" for tag, attrs in self.tags if tag == "img"]
         data = [base64.b64decode(source.removeprefix("data:image/webp;base64,")) for source in sources]
         return [np.asarray(Image.open(io.BytesIO(one)).convert("RGB")).astype(int) for one in data]
@@ -58,9 +57,8 @@ def other() -> Avatar:
 @pytest.fixture(scope="module")
 def shots() -> list[Shot]:
     """Seven shots, five of a kind `a` and two of a kind `b`."""
-    chosen = [
-        replace(named, kind=kind) for named, kind in zip(poses(full_avatar(), 7), "aaaaabb", strict=True)
-    ]
+    found = zip(poses(full_avatar(), 7), "aaaaabb", strict=True)
+    chosen = [replace(named, kind=kind) for named, kind in found]
     return in_turn(chosen, views(full_avatar(), SIZE, chosen))
 
 
@@ -83,11 +81,7 @@ def test_it_stands_alone_and_is_well_formed(text: str) -> None:
         for name in ("src", "href"):
             assert (attrs.get(name) or "data:").startswith("data:")
     assert "http://" not in text and "https://" not in text and "url(" not in text
-
-
-def test_text_from_an_avatar_is_escaped(text: str) -> None:
     assert "A &lt;head&gt; &amp; more" in text and "&lt;CC &amp; BY&gt;" in text
-    assert "Gaussians &lt;raw&gt;" in text
 
 
 def test_images_are_source_pack_and_amplified_difference(
@@ -107,26 +101,6 @@ def test_images_are_source_pack_and_amplified_difference(
             bytes_wanted = 255 * np.clip(wanted, 0, 1)
             assert np.abs(image - bytes_wanted).mean() < 8  # lossy images
             assert image.mean() == pytest.approx(bytes_wanted.mean(), rel=0.2)
-
-
-def test_figures_and_bytes_stand_in_tables(text: str, measured: Measured) -> None:
-    for kind, mean, at in measured.by_kind():
-        row = f"<tr><td>{kind}</td><td>{measured.kinds.count(kind)}</td><td>{mean:.1f} dB</td>"
-        assert row + f"<td>{measured.inside[at]:.1f} dB<small>" in text
-    claimed, worst = f"<b>{measured.mean:.1f} dB</b>", f"<b>{measured.worst:.1f} dB</b>"
-    assert text.index(f"inside the outline, mean</span>{claimed}") < text.index(
-        f"outline, worst</span>{worst}"
-    )
-    rows = [re.sub("<[^>]*>", " ", row).split() for row in re.findall("<tr>.*?</tr>", text)]
-    assert ["Gaussians", "&lt;raw&gt;", "12,345", "12.3%"] in rows
-    assert ["rig", "87,655", "87.7%"] in rows and ["all", "100,000"] in rows
-    assert "100.0 kB" in text
-
-
-@pytest.mark.parametrize(("decibel", "factor"), [(150, 1000), (60, 100), (40, 10), (3, 1), (-150, 1)])
-def test_the_factor_makes_a_typical_error_visible(measured: Measured, decibel: float, factor: int) -> None:
-    at = replace(measured, inside=np.full_like(measured.inside, decibel))
-    assert difference_factor(at) == factor
 
 
 def test_figures_that_are_not_there(shots: list[Shot], other: Avatar, measured: Measured) -> None:

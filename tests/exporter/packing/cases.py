@@ -8,8 +8,9 @@ from dataclasses import replace
 from typing import Any
 
 from avatar_export.packing.steps import Fineness
-from avatar_export.packing.write import Prepared, pack, prepare, write
+from avatar_export.packing.write import pack, prepare, write
 from avatar_runtime.avatar import Avatar
+from avatar_runtime.subset import subset
 from tests.avatars import full_avatar, surface_avatar
 
 COARSE = Fineness(40.0)  # so that steps are wide: every code then differs from its float32
@@ -22,24 +23,16 @@ AVATARS = {
 
 def levels_of(avatar: Avatar) -> list[Avatar]:
     """The avatar, and a coarser one of every second Gaussian."""
-    from avatar_runtime.subset import subset
-
     rows = [row for group in avatar.groups for row in range(group.first, group.first + group.count, 2)]
     whole = avatar.embedding
     part = subset(avatar, rows, range(len(avatar.rig.vertices)) if avatar.rig else []).avatar
     part = replace(part, rig=avatar.rig, packed=None)
     if whole is not None and part.embedding is not None:
         fields = ("barycentric", "displacement", "local_offset", "local_quat_wxyz", "triangle")
-        kept = {
-            name: getattr(whole, name)[rows] if len(getattr(whole, name)) else getattr(whole, name)
-            for name in fields
-        }
+        arrays = {name: getattr(whole, name) for name in fields}
+        kept = {name: array[rows] if len(array) else array for name, array in arrays.items()}
         part = replace(part, embedding=replace(whole, **kept))
     return [avatar, part]
-
-
-def prepared(avatar: Avatar, fine: Fineness | None = COARSE) -> Prepared:
-    return prepare([avatar], fine)
 
 
 def opened(file: bytes) -> tuple[dict[str, Any], dict[str, Any], bytes]:
@@ -57,4 +50,4 @@ def closed(header: dict[str, Any], document: Any, tensors: bytes, level: int = 1
     return gzip.compress(len(text).to_bytes(8, "little") + text + tensors, level)
 
 
-__all__ = ["AVATARS", "COARSE", "closed", "levels_of", "opened", "pack", "prepare", "prepared", "write"]
+__all__ = ["AVATARS", "COARSE", "closed", "levels_of", "opened", "pack", "prepare", "write"]

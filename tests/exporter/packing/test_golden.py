@@ -9,14 +9,10 @@ import pytest
 
 from avatar_export.checks.pack import validate_pack
 from avatar_runtime.bundle import load
-from tests.exporter.packing.golden import ARRAYS, DATA, MAKE, played
+from tests.exporter.packing.golden import ARRAYS, DATA, played
 
 PACKS = sorted(DATA.glob("*/*.avatar"))
 ROUNDINGS = 64  # of float32 at an array's largest value, as in test_released
-
-
-def test_every_kind_of_pack_is_kept() -> None:
-    assert {path.stem for path in DATA.glob("1.0/*.avatar")} >= set(MAKE)
 
 
 @pytest.mark.parametrize("path", PACKS, ids=lambda path: f"{path.parent.name}/{path.stem}")

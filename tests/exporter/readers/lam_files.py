@@ -1,4 +1,4 @@
-"""A small avatar in LAM's layout, written with pygltflib and plyfile, with every way glTF has to say things:
+"""A small avatar in LAM's layout, written with plyfile, with every way glTF has to say things:
 
 joints listed child first, a scaled and turned armature above them, a node between two joints, sparse and
 dense morph targets, two sets of weights with one joint in both.
@@ -7,16 +7,14 @@ dense morph targets, two sets of weights with one joint in both.
 from __future__ import annotations
 
 import io
-import json
-import struct
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pygltflib as gltf
 from plyfile import PlyData, PlyElement
+
+from tests.exporter.glb_files import Builder
 
 COUNT = 64
 MORPHS = ("eyeBlinkLeft", "jawOpen", "mouthSmileLeft")
@@ -36,54 +34,6 @@ NODES: dict[str, tuple[str | None, Any, Any, Any]] = {
 }
 
 
-class Builder:
-    """Collects accessors of one binary chunk; `document` is the glTF around it."""
-
-    def __init__(self) -> None:
-        self.document = gltf.GLTF2(asset=gltf.Asset(version="2.0"))
-        self.blob = b""
-
-    def view(self, data: bytes, stride: int | None = None) -> int:
-        self.blob += b"\0" * (-len(self.blob) % 4)
-        self.document.bufferViews.append(
-            gltf.BufferView(buffer=0, byteOffset=len(self.blob), byteLength=len(data), byteStride=stride)
-        )
-        self.blob += data
-        return len(self.document.bufferViews) - 1
-
-    def add(self, values: np.ndarray, kind: str, normalized: bool = False) -> int:
-        types = {"u1": 5121, "u2": 5123, "u4": 5125, "f4": 5126}
-        self.document.accessors.append(
-            gltf.Accessor(
-                bufferView=self.view(np.ascontiguousarray(values).tobytes()),
-                componentType=types[values.dtype.str[1:]],
-                count=len(values),
-                type=kind,
-                normalized=normalized,
-            )
-        )
-        return len(self.document.accessors) - 1
-
-    def add_sparse(self, values: np.ndarray) -> int:
-        rows = np.flatnonzero(values.any(axis=1))
-        sparse = gltf.Sparse(
-            count=len(rows),
-            indices=gltf.AccessorSparseIndices(
-                bufferView=self.view(rows.astype("<u2").tobytes()), componentType=5123
-            ),
-            values=gltf.AccessorSparseValues(bufferView=self.view(values[rows].astype("<f4").tobytes())),
-        )
-        self.document.accessors.append(
-            gltf.Accessor(componentType=5126, count=len(values), type="VEC3", sparse=sparse)
-        )
-        return len(self.document.accessors) - 1
-
-    def finish(self) -> bytes:
-        self.document.buffers = [gltf.Buffer(byteLength=len(self.blob))]
-        self.document.set_binary_blob(self.blob)
-        return b"".join(self.document.save_to_bytes())
-
-
 def node_worlds() -> dict[str, np.ndarray]:
     """world_from_node of NODES."""
     worlds: dict[str, np.ndarray] = {}
@@ -96,10 +46,9 @@ def node_worlds() -> dict[str, np.ndarray]:
     return worlds
 
 
-def skin_glb(*, bind_offset: float = 0.0, weight_factor: float = 1.0) -> bytes:
-    """skin.glb; `bind_offset` metres between bind and node pose, weights times `weight_factor`."""
+def skin_glb(*, bind_offset: float = 0.0) -> bytes:
+    """skin.glb; `bind_offset` metres between bind and node pose."""
     rng = np.random.default_rng(11)
-    build = Builder()
     vertices = rng.normal([0, 1.6, 0], 0.1, (COUNT, 3)).astype("<f4")
     faces = rng.permutation(np.arange(COUNT * 3) % COUNT).astype("<u2")
     morphs = rng.normal(0, 0.01, (len(MORPHS), COUNT, 3)).astype("<f4")
@@ -107,47 +56,32 @@ def skin_glb(*, bind_offset: float = 0.0, weight_factor: float = 1.0) -> bytes:
     weights = rng.dirichlet(np.ones(8), COUNT).astype("<f4")
     weights[:, 2] = 0
     weights[: COUNT // 2, 4:] = 0
-    weights = (weights / weights.sum(1, keepdims=True) * weight_factor).astype("<f4")
+    weights = (weights / weights.sum(1, keepdims=True)).astype("<f4")
     joints = rng.integers(0, len(JOINTS), (COUNT, 8)).astype("u1")
-    worlds = node_worlds()
     shift = np.eye(4)
     shift[0, 3] = bind_offset
-    bind = np.stack([np.linalg.inv(shift @ worlds[name]) for name in JOINTS])
-    attributes = gltf.Attributes(
-        POSITION=build.add(vertices, "VEC3"),
-        JOINTS_0=build.add(joints[:, :4], "VEC4"),
-        WEIGHTS_0=build.add(weights[:, :4], "VEC4"),
-    )
-    attributes.JOINTS_1 = build.add(joints[:, 4:], "VEC4")
-    attributes.WEIGHTS_1 = build.add(weights[:, 4:], "VEC4")
-    targets = [build.add(morphs[0], "VEC3"), build.add_sparse(morphs[1]), build.add_sparse(morphs[2])]
-    primitive = gltf.Primitive(
-        attributes=attributes,
-        indices=build.add(faces, "SCALAR"),
-        targets=[gltf.Attributes(POSITION=target) for target in targets],
-    )
-    names = list(NODES)
+    bind = np.stack([np.linalg.inv(shift @ node_worlds()[name]) for name in JOINTS])
+    names, build = list(NODES), Builder()
+    attributes = {"POSITION": build.add(vertices, "VEC3")}
+    for k in range(2):
+        attributes[f"JOINTS_{k}"] = build.add(joints[:, 4 * k : 4 * k + 4], "VEC4")
+        attributes[f"WEIGHTS_{k}"] = build.add(weights[:, 4 * k : 4 * k + 4], "VEC4")
+    targets = [build.add(morphs[0], "VEC3"), *map(build.add_sparse, morphs[1:])]
+    primitive = {"attributes": attributes, "indices": build.add(faces, "SCALAR")}
+    primitive["targets"] = [{"POSITION": target} for target in targets]
     nodes = [
-        gltf.Node(
-            name=name,
-            translation=[float(v) for v in t],
-            rotation=[float(v) for v in r],
-            scale=[float(v) for v in s],
-            children=[i for i, child in enumerate(names) if NODES[child][0] == name],
-        )
+        {"name": name, "translation": t, "rotation": r, "scale": s,
+         "children": [i for i, child in enumerate(names) if NODES[child][0] == name]}
         for name, (_, t, r, s) in NODES.items()
-    ]
-    document = build.document
-    document.nodes = [*nodes, gltf.Node(name="mesh", mesh=0, skin=0, translation=[5.0, 5.0, 5.0])]
-    document.scenes = [gltf.Scene(nodes=[0, len(nodes)])]
-    document.meshes = [gltf.Mesh(primitives=[primitive], extras={"targetNames": list(MORPHS)})]
-    document.skins = [
-        gltf.Skin(
-            joints=[names.index(joint) for joint in JOINTS],
-            inverseBindMatrices=build.add(bind.transpose(0, 2, 1).reshape(-1, 16).astype("<f4"), "MAT4"),
-        )
-    ]
-    return build.finish()
+    ]  # fmt: skip
+    inverse = build.add(bind.transpose(0, 2, 1), "MAT4", "<f4")
+    build.document |= {
+        "nodes": [*nodes, {"name": "mesh", "mesh": 0, "skin": 0, "translation": [5, 5, 5]}],
+        "scenes": [{"nodes": [0, len(nodes)]}],
+        "meshes": [{"primitives": [primitive], "extras": {"targetNames": list(MORPHS)}}],
+        "skins": [{"joints": [names.index(joint) for joint in JOINTS], "inverseBindMatrices": inverse}],
+    }
+    return build.data()
 
 
 def offset_ply(**changes: Any) -> bytes:
@@ -171,13 +105,8 @@ def offset_ply(**changes: Any) -> bytes:
 
 def files(**replaced: bytes | None) -> dict[str, bytes]:
     """Names and bytes of the files; an argument `offset`, `skin`, ... replaces one, None drops it."""
-    names = {
-        "offset": "offset.ply",
-        "skin": "skin.glb",
-        "animation": "animation.glb",
-        "vertex_order": "vertex_order.json",
-        "expressions": "bsData.json",
-    }
+    names = {"offset": "offset.ply", "skin": "skin.glb", "animation": "animation.glb"}
+    names |= {"vertex_order": "vertex_order.json", "expressions": "bsData.json"}
     whole: dict[str, bytes | None] = {"vertex_order": b"[3, 1, 2]"}
     whole |= replaced
     for key, make in (("offset", offset_ply), ("skin", skin_glb)):
@@ -193,14 +122,3 @@ def write_zip(path: Path, contents: dict[str, bytes], folder: str = "someone/") 
             archive.writestr(folder + name, data)
             archive.writestr(f"__MACOSX/{folder}._{name}", b"litter")
     return path
-
-
-def edited(data: bytes, change: Callable[[dict[str, Any]], None]) -> bytes:
-    """A GLB whose JSON document `change` has altered in place."""
-    length = struct.unpack_from("<I", data, 12)[0]
-    document = json.loads(data[20 : 20 + length])
-    change(document)
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    rest = data[20 + length :]
-    return b"glTF" + struct.pack("<IIII", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from avatar_export.options import ReadOptions
-from avatar_export.readers.psavatar import reader as psavatar
+from avatar_export.readers.table import read
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.checks.avatar import check_avatar
 from tests.exporter.bodies import body_files
 from tests.exporter.readers import splatting_files
 
@@ -41,7 +40,8 @@ def arrays() -> Arrays:
 def write_run(run: Path, a: Arrays, rules: dict[str, str] | None = None, name: str = "psavatar.npz") -> Path:
     """A checkpoint; returns the folder of the iteration. The body model lies in RUN/body.npz."""
     folder = run / "point_cloud" / "iteration_9"
-    splatting_files.write_ply(folder / "point_cloud.ply", splatting_files.arrays())
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "point_cloud.ply").write_bytes(splatting_files.ply(splatting_files.arrays()))
     np.savez(folder / name, **a)
     if rules is not None:
         (run / "rules.json").write_text(json.dumps({"system": "psavatar", "rules": rules}))
@@ -52,4 +52,4 @@ def write_run(run: Path, a: Arrays, rules: dict[str, str] | None = None, name: s
 def read_run(run: Path, **options: Any) -> Avatar:
     """The avatar of a run, by default on its body model."""
     given = options or {"body_model": run / "body.npz", "shape": Path("zero")}
-    return check_avatar(psavatar.read(run, ReadOptions(**given)))
+    return read(run, ReadOptions(**given), "psavatar")

@@ -30,15 +30,10 @@ TURN = (0.0, 30.0, 90.0)  # of head at the end of the clip, from JOINTS' at its 
 class Settings:
     """What a file may say otherwise."""
 
-    unit: float = 1.0  # centimetres
-    up: tuple[int, int] = (2, 1)  # axis, sign
-    front: tuple[int, int] = (1, -1)
-    right: tuple[int, int] = (0, 1)
+    right: tuple[int, int] = (0, 1)  # axis, sign
     meshes: int = 1
     second_bind_offset: float = 0.0  # cm, of the second mesh's bind pose
     weight: float = 1.0
-    full: float = 100.0  # percent at which the blend shape is whole
-    animated: bool = True
 
 
 def vertices() -> Array:
@@ -147,18 +142,12 @@ def _mesh_objects(first: int, name: str, bind_offset: float, s: Settings) -> tup
         + f'Deformer: {first + 2}, "Deformer::skin", "Skin" {{\nVersion: 101\n}}\n'
         f'Deformer: {first + 3}, "Deformer::blend", "BlendShape" {{\nVersion: 100\n}}\n'
         f'Deformer: {first + 4}, "SubDeformer::blend.jawOpen", "BlendShapeChannel" {{\nVersion: 100\n'
-        f"DeformPercent: 0\nFullWeights: {_list([s.full])}\n}}\n"
+        f"DeformPercent: 0\nFullWeights: {_list([100])}\n}}\n"
         f'Geometry: {first + 5}, "Geometry::jawOpen", "Shape" {{\nIndexes: {_list(rows)}\n'
         f"Vertices: {_list(offsets.reshape(-1))}\n}}\n"
     )
-    links = [
-        (first + 1, 0),
-        (first, first + 1),
-        (first + 2, first),
-        (first + 3, first),
-        (first + 4, first + 3),
-    ]
-    links.append((first + 5, first + 4))
+    links = [(first + 1, 0)]
+    links += [(first + child, first + parent) for child, parent in ((0, 1), (2, 0), (3, 0), (4, 3), (5, 4))]
     for i, bone in enumerate(BONES):
         weight = weights()[bone] * s.weight
         used = np.flatnonzero(weight)
@@ -172,7 +161,7 @@ def _mesh_objects(first: int, name: str, bind_offset: float, s: Settings) -> tup
     return objects, "".join(f'C: "OO",{child},{parent}\n' for child, parent in links)
 
 
-def _animation(s: Settings) -> tuple[str, str]:
+def _animation() -> tuple[str, str]:
     """Rotation of `head` and the weight of the blend shape over one second, linear."""
 
     def curve(number: int, begin: float, end: float) -> str:
@@ -202,13 +191,13 @@ def _animation(s: Settings) -> tuple[str, str]:
 
 def fbx(s: Settings = Settings()) -> bytes:
     """The file."""
-    axes = {"UpAxis": s.up, "FrontAxis": s.front, "CoordAxis": s.right}
+    axes = {"UpAxis": (2, 1), "FrontAxis": (1, -1), "CoordAxis": s.right}
     settings = "".join(
         f'P: "{name}{end}", "int", "Integer", "",{value}\n'
         for name, pair in axes.items()
         for end, value in zip(("", "Sign"), pair, strict=True)
     )
-    settings += f'P: "UnitScaleFactor", "double", "Number", "",{s.unit}\n'
+    settings += 'P: "UnitScaleFactor", "double", "Number", "",1\n'
     objects = connections = ""
     for i, (name, (parent, translation, degrees)) in enumerate(JOINTS.items()):
         objects += _model(300 + i, name, "LimbNode", translation, degrees)
@@ -216,9 +205,8 @@ def fbx(s: Settings = Settings()) -> bytes:
     for i in range(s.meshes):
         made = _mesh_objects(500 + 100 * i, f"mesh{i}", s.second_bind_offset * i, s)
         objects, connections = objects + made[0], connections + made[1]
-    if s.animated:
-        made = _animation(s)
-        objects, connections = objects + made[0], connections + made[1]
+    made = _animation()
+    objects, connections = objects + made[0], connections + made[1]
     return (
         "; FBX 7.4.0 project file\nFBXHeaderExtension:  {\nFBXHeaderVersion: 1003\nFBXVersion: 7400\n}\n"
         f"GlobalSettings:  {{\nVersion: 1000\nProperties70:  {{\n{settings}}}\n}}\n"

@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pygltflib as gltf
 
 from tests.exporter.bodies.body_files import COLUMNS, ROWS, sheet
-from tests.exporter.readers.lam_files import Builder
+from tests.exporter.glb_files import Builder
 
 Array = npt.NDArray[Any]
 
@@ -92,13 +91,14 @@ def _part(triangles: Array, rng: np.random.Generator) -> Part:
     return Part(rows, local[triangles])
 
 
-def shuffled_mesh(points: Array, seed: int = 6) -> tuple[Array, Array, Array]:
+def shuffled(points: Array, triangles: Array | None = None, seed: int = 6) -> tuple[Array, Array, Array]:
     """(vertices, triangles, row of each in `points`): the same surface in another order, as another tool writes it."""
+    triangles = sheet() if triangles is None else triangles
     rng = np.random.default_rng(seed)
-    order = rng.permutation(np.unique(sheet()))
+    order = rng.permutation(np.unique(triangles))
     local = np.zeros(len(points), int)
     local[order] = np.arange(len(order))
-    triangles = local[rng.permutation(sheet())]
+    triangles = local[rng.permutation(triangles)]
     turn = rng.integers(0, 3, (len(triangles), 1))
     turned = np.take_along_axis(triangles, (turn + np.arange(3)) % 3, axis=1)
     return points[order].astype(np.float32), turned.astype(np.uint32), order
@@ -116,67 +116,59 @@ def rig_glb(
     build = Builder()
     parts = whole() if parts is None else parts
     store = LYING if lying else np.eye(4)
-    primitives: list[gltf.Primitive] = []
+    primitives: list[dict[str, Any]] = []
     for part in parts:
-        if shared and primitives:
-            first = primitives[0]
-            primitive = gltf.Primitive(attributes=first.attributes, targets=first.targets)
-        else:
-            primitive = _vertices(build, part.rows, store, ids)
-        primitive.indices = build.add(part.triangles.astype("<u2").reshape(-1), "SCALAR")
-        primitives.append(primitive)
-    document = build.document
-    names = {"targetNames": list(MORPHS)}
+        primitive = dict(primitives[0]) if shared and primitives else _vertices(build, part.rows, store, ids)
+        primitives.append(primitive | {"indices": build.add(part.triangles.reshape(-1), "SCALAR", "<u2")})
     groups = [[primitive] for primitive in primitives] if nodes else [primitives]
-    document.meshes = [gltf.Mesh(primitives=group, extras=names) for group in groups]
-    local = np.diff(PLACES, axis=0, prepend=0)
-    document.nodes = [
-        gltf.Node(name=name, translation=local[i].tolist(), children=[i + 1] if i < 2 else [])
-        for i, name in enumerate(JOINTS)
+    local = np.diff(PLACES, axis=0, prepend=0).tolist()
+    bones = [
+        {"name": name, "translation": at, "children": [i + 1][: 2 - i]}
+        for i, (name, at) in enumerate(zip(JOINTS, local, strict=True))
     ]
-    document.nodes += [gltf.Node(name=f"part{i}", mesh=i, skin=0) for i in range(len(groups))]
-    document.scenes = [gltf.Scene(nodes=[0, *range(3, 3 + len(groups))])]
     bind = np.tile(np.eye(4), (3, 1, 1))
     bind[:, :3, 3] = -PLACES
-    bind = (bind @ np.linalg.inv(store)).transpose(0, 2, 1).reshape(-1, 16)
-    document.skins = [gltf.Skin(joints=[0, 1, 2], inverseBindMatrices=build.add(bind.astype("<f4"), "MAT4"))]
+    inverse = build.add((bind @ np.linalg.inv(store)).transpose(0, 2, 1), "MAT4", "<f4")
+    build.document |= {
+        "meshes": [{"primitives": group, "extras": {"targetNames": list(MORPHS)}} for group in groups],
+        "nodes": [*bones, *({"name": f"part{i}", "mesh": i, "skin": 0} for i in range(len(groups)))],
+        "scenes": [{"nodes": [0, *range(3, 3 + len(groups))]}],
+        "skins": [{"joints": [0, 1, 2], "inverseBindMatrices": inverse}],
+    }
     if animated:
-        _animate(build)
-    return build.finish()
+        build.document["animations"] = [_nod(build)]
+    return build.data()
 
 
-def _vertices(build: Builder, rows: Array, store: Array, ids: str | None) -> gltf.Primitive:
-    at = (vertices()[rows] @ store[:3, :3].T).astype("<f4")
-    joints = np.tile(np.array([0, 1, 2, 0], "u1"), (len(rows), 1))
-    share = np.concatenate([weights()[rows], np.zeros((len(rows), 1))], axis=1).astype("<f4")
-    attributes = gltf.Attributes(
-        POSITION=build.add(at, "VEC3"), JOINTS_0=build.add(joints, "VEC4"), WEIGHTS_0=build.add(share, "VEC4")
-    )
+def _vertices(build: Builder, rows: Array, store: Array, ids: str | None) -> dict[str, Any]:
+    share = np.concatenate([weights()[rows], np.zeros((len(rows), 1))], axis=1)
+    attributes = {
+        "POSITION": build.add(vertices()[rows] @ store[:3, :3].T, "VEC3", "<f4"),
+        "JOINTS_0": build.add(np.tile([0, 1, 2, 0], (len(rows), 1)), "VEC4", "u1"),
+        "WEIGHTS_0": build.add(share, "VEC4", "<f4"),
+    }
     if ids == "attribute":
-        attributes._VERTEX_ID = build.add(rows.astype("<f4"), "SCALAR")
+        attributes["_VERTEX_ID"] = build.add(rows, "SCALAR", "<f4")
     elif ids:
-        uv = np.stack([rows % 256, 2 + rows // 256], axis=1).astype("<f4")
+        uv = np.stack([rows % 256, 2 + rows // 256], axis=1)
         uv[:, 1] = 1 - uv[:, 1] if ids == "flipped" else uv[:, 1]
-        attributes.TEXCOORD_0 = build.add(uv, "VEC2")
-    offsets = (morphs()[:, rows] @ store[:3, :3].T).astype("<f4")
-    targets = [gltf.Attributes(POSITION=build.add(offset, "VEC3")) for offset in offsets]
-    return gltf.Primitive(attributes=attributes, targets=targets)
-
-
-def _animate(build: Builder) -> None:
-    """The head turns by ANGLE about +Z, linearly in angle, while the first morph rises to 1."""
-    times = build.add((np.arange(FRAMES) / FPS).astype("<f4"), "SCALAR")
-    half = np.linspace(0, ANGLE, FRAMES) / 2
-    turn = np.stack([0 * half, 0 * half, np.sin(half), np.cos(half)], axis=1).astype("<f4")
-    rise = np.stack([np.linspace(0, 1, FRAMES), np.zeros(FRAMES)], axis=1).astype("<f4").reshape(-1)
-    outputs = {"rotation": (2, build.add(turn, "VEC4")), "weights": (3, build.add(rise, "SCALAR"))}
-    build.document.animations = [
-        gltf.Animation(
-            name="nod",
-            samplers=[gltf.AnimationSampler(input=times, output=out) for _, out in outputs.values()],
-            channels=[
-                gltf.AnimationChannel(sampler=i, target=gltf.AnimationChannelTarget(node=node, path=path))
-                for i, (path, (node, _)) in enumerate(outputs.items())
-            ],
-        )
+        attributes["TEXCOORD_0"] = build.add(uv, "VEC2", "<f4")
+    targets = [
+        {"POSITION": build.add(offset @ store[:3, :3].T, "VEC3", "<f4")} for offset in morphs()[:, rows]
     ]
+    return {"attributes": attributes, "targets": targets}
+
+
+def _nod(build: Builder) -> dict[str, Any]:
+    """The head turns by ANGLE about +Z, linearly in angle, while the first morph rises to 1."""
+    half = np.linspace(0, ANGLE, FRAMES) / 2
+    turn = np.stack([0 * half, 0 * half, np.sin(half), np.cos(half)], axis=1)
+    rise = np.stack([np.linspace(0, 1, FRAMES), np.zeros(FRAMES)], axis=1)
+    times = build.add(np.arange(FRAMES) / FPS, "SCALAR", "<f4")
+    outputs = (build.add(turn, "VEC4", "<f4"), build.add(rise.reshape(-1), "SCALAR", "<f4"))
+    targets = ({"node": 2, "path": "rotation"}, {"node": 3, "path": "weights"})
+    return {
+        "name": "nod",
+        "samplers": [{"input": times, "output": output} for output in outputs],
+        "channels": [{"sampler": i, "target": target} for i, target in enumerate(targets)],
+    }

@@ -5,9 +5,8 @@ from __future__ import annotations
 import socket
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
-from pathlib import Path
 from threading import Event
 
 import pytest
@@ -57,11 +56,6 @@ def test_the_session_names_each_pack_and_preview(here: Running) -> None:
     assert body["preview"] is None and here.get(here.start + "previews/body.webp")[0] == 404
 
 
-def test_head_has_no_body(here: Running) -> None:
-    status, headers, body = here.get(here.start + "packs/head.avatar", "HEAD")
-    assert (status, body, int(headers["content-length"])) == (200, b"", len(packed()))
-
-
 def test_every_answer_forbids_use_by_others(here: Running) -> None:
     for path in ("", "packs/head.avatar", "nothing", "session.json"):
         headers = here.get(here.start + path)[1]
@@ -69,10 +63,12 @@ def test_every_answer_forbids_use_by_others(here: Running) -> None:
         assert policy["default-src"] == policy["frame-ancestors"] == "'none'"
         assert policy["script-src"] == "'self' 'wasm-unsafe-eval' blob:"
         assert policy["worker-src"] == "'self' blob:"
-        assert headers["cross-origin-resource-policy"] == "same-origin"
-        assert headers["x-content-type-options"] == "nosniff"
-        assert headers["cache-control"] == "no-store"
-        assert headers["referrer-policy"] == "no-referrer"
+        assert headers.items() >= {
+            ("cross-origin-resource-policy", "same-origin"),
+            ("x-content-type-options", "nosniff"),
+            ("cache-control", "no-store"),
+            ("referrer-policy", "no-referrer"),
+        }
         assert "access-control-allow-origin" not in headers
     assert f"ws://127.0.0.1:{here.port}" in here.get(here.start)[1]["content-security-policy"]
 
@@ -100,16 +96,6 @@ def test_nothing_else_is_served(here: Running, path: str) -> None:
     assert (status, body) == (404, b"Nothing is here.\n")
 
 
-def test_files_beside_a_pack_are_not_served(tmp_path: Path) -> None:
-    """Neither by name nor through a link; the server has a table and no folder."""
-    (tmp_path / "secret.txt").write_text("secret")
-    (tmp_path / "link.avatar").symlink_to(tmp_path / "secret.txt")
-    (tmp_path / "head.avatar").write_bytes(packed())
-    with running([of("head")]) as one:
-        for name in ("secret.txt", "packs/secret.txt", "packs/link.avatar", f"packs/{tmp_path}/secret.txt"):
-            assert one.get(one.start + name)[0] == 404
-
-
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS", "TRACE", "PATCH", "CONNECT", "get"])
 def test_other_methods(here: Running, method: str) -> None:
     status, headers, _ = here.get(here.start, method)
@@ -132,13 +118,9 @@ def test_other_names_of_this_machine_are_refused(here: Running, host: str | None
 
 def test_localhost_is_this_machine_and_others_only_in_the_network(here: Running) -> None:
     assert here.get(here.start, headers={"Host": f"localhost:{here.port}"})[0] == 200
+    hosts = {"192.168.1.5": 200, "10.0.0.7": 200, "evil.example": 403, "8.8.8.8": 403}
     with running([of("head")], lan=True) as one:
-        for host, status in (
-            ("192.168.1.5", 200),
-            ("10.0.0.7", 200),
-            ("evil.example", 403),
-            ("8.8.8.8", 403),
-        ):
+        for host, status in hosts.items():
             assert one.get(one.start, headers={"Host": f"{host}:{one.port}"})[0] == status
 
 
@@ -174,12 +156,7 @@ def test_a_websocket_needs_token_host_and_origin(here: Running) -> None:
 )  # fmt: skip
 def test_garbage_ends_its_own_connection_only(here: Running, garbage: bytes) -> None:
     answer = here.raw(garbage)
-    assert answer == b"" or answer[:12] in (
-        b"HTTP/1.1 414",
-        b"HTTP/1.1 431",
-        b"HTTP/1.1 403",
-        b"HTTP/1.1 400",
-    )
+    assert answer[:12] in (b"", *(b"HTTP/1.1 %d" % code for code in (400, 403, 414, 431)))
     assert here.get(here.start)[0] == 200
 
 
@@ -234,14 +211,6 @@ def test_idle_and_finished_connections_are_closed(monkeypatch: pytest.MonkeyPatc
         held.close()
 
 
-def test_pages_stay_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server, "IDLE", 0.1)
-    monkeypatch.setattr(server, "LOOK", 0.1)
-    with running([of("head")]) as one, connect(one.events) as page:
-        time.sleep(0.6)
-        assert page.ping().wait(2)
-
-
 def test_those_with_the_token_stay_when_there_are_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "MOST_CONNECTIONS", 8)
     with running([of("head")]) as one, ExitStack() as held:
@@ -250,6 +219,17 @@ def test_those_with_the_token_stay_when_there_are_too_many(monkeypatch: pytest.M
             held.enter_context(socket.create_connection(("127.0.0.1", one.port)))
         assert one.get(one.start)[0] == 200
         assert all(page.ping().wait(2) for page in pages)
+
+
+@contextmanager
+def asking_slowly(one: Running) -> Iterator[socket.socket]:
+    """A connection with little room, which has asked for the pack."""
+    with socket.socket() as slow:
+        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 14)
+        slow.connect(("127.0.0.1", one.port))
+        slow.settimeout(5)
+        slow.sendall(request(one, f"{one.start}packs/head.avatar"))
+        yield slow
 
 
 def test_a_client_that_takes_nothing_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -263,11 +243,7 @@ def test_a_client_that_takes_nothing_is_cut(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr(server._Connection, "cut", seen)
     large = replace(of("head"), pack=bytes(16 << 20))
-    with running([large]) as one, socket.socket() as slow:
-        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 14)
-        slow.connect(("127.0.0.1", one.port))
-        slow.settimeout(5)
-        slow.sendall(request(one, f"{one.start}packs/head.avatar"))
+    with running([large]) as one, asking_slowly(one) as slow:
         assert is_cut.wait(30)
         size = 0
         with suppress(ConnectionResetError):
@@ -281,10 +257,7 @@ def test_a_slow_reader_gets_a_large_file_whole(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(server, "IDLE", 0.05)
     monkeypatch.setattr(server, "LOOK", 0.05)
     large = replace(of("head"), pack=bytes(range(256)) * 8_000)
-    with running([large]) as one, socket.socket() as slow:
-        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 14)
-        slow.connect(("127.0.0.1", one.port))
-        slow.sendall(request(one, f"{one.start}packs/head.avatar"))
+    with running([large]) as one, asking_slowly(one) as slow:
         assert one.get(one.start)[0] == 200, "others are served meanwhile"
         data = b""
         while part := slow.recv(1 << 13):
@@ -308,18 +281,9 @@ LAST = len(packed()) - 1
         (f"bytes=5-{10**17}", (5, LAST)),
         (f"bytes={LAST + 1}-", None),
         ("bytes=-0", None),
-        *(
-            (whole, ())
-            for whole in (
-                "bytes=9-5",
-                "bytes=-",
-                "bytes=0-1,5-6",
-                "items=0-1",
-                "bytes=a-b",
-                "bytes=\u0663-",
-                "",
-            )
-        ),
+        *((f"bytes={whole}", ()) for whole in ("9-5", "-", "0-1,5-6", "a-b", "\u0663-")),
+        ("items=0-1", ()),
+        ("", ()),
     ],
 )
 def test_a_range_of_a_file(here: Running, asked: str, part: tuple[int, int] | tuple[()] | None) -> None:
@@ -345,10 +309,14 @@ def test_a_port_in_use_is_one_line(here: Running) -> None:
         server.listening_socket(here.port, False)
 
 
-def test_the_server_ends_although_pages_are_open() -> None:
+def test_pages_stay_open_until_the_server_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "IDLE", 0.1)
+    monkeypatch.setattr(server, "LOOK", 0.1)
     with ExitStack() as stack:
         with running([of("head")]) as one:
             page = stack.enter_context(connect(one.events))
+            time.sleep(0.6)
+            assert page.ping().wait(2)
             start = time.monotonic()
         assert time.monotonic() - start < 4
         with pytest.raises(ConnectionClosed):

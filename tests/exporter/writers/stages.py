@@ -10,6 +10,7 @@ import numpy as np
 
 from avatar_export.writers.usd.stage import rig_usdc
 from avatar_runtime.avatar import Avatar
+from tests.oracles.gltf_pose import quaternion_matrix
 from tests.oracles.usd_pose import stage_of
 
 
@@ -23,18 +24,10 @@ def written(avatar: Avatar) -> Any:
 
 def ends(avatar: Avatar) -> Any:
     """Both ends of every Gaussian's axes at three standard deviations."""
-    g, found = avatar.gaussians, []
-    for mean, log_scale, (w, x, y, z) in zip(g.mean, g.log_scale, unit(g.quat_wxyz), strict=True):
-        axes = np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
-                [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
-                [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
-        reach = 3 * np.exp(log_scale.astype(np.float64))[:, None] * axes
-        found += [mean + reach, mean - reach]
-    return np.concatenate(found)
+    reach = 3 * np.exp(avatar.gaussians.log_scale.astype(np.float64))
+    turns = np.array([quaternion_matrix([x, y, z, w]) for w, x, y, z in unit(avatar.gaussians.quat_wxyz)])
+    axes = np.moveaxis(turns * reach[:, None], 2, 0)
+    return np.concatenate([*(avatar.gaussians.mean + axes), *(avatar.gaussians.mean - axes)])
 
 
 def unit(quat: Any) -> Any:

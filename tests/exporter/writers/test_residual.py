@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
-from avatar_export.asm.files import save
-from avatar_export.readers.table import read
 from avatar_export.writers.residual import engine_residual
 from avatar_export.writers.rig_poses import residual_poses
 from avatar_runtime.avatar import Avatar, SparseRows
@@ -19,7 +16,7 @@ from avatar_runtime.engine_pose import bind_nodes, engine_pose, engine_rest, loc
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
-from tests.asm_faces import asm_avatar, small_face
+from tests.asm_faces import asm_avatar
 from tests.avatars import VERTICES, full_avatar
 from tests.oracles.gltf_pose import File, quaternion_matrix
 from tests.rigs import (
@@ -66,15 +63,9 @@ def test_the_residual_is_what_the_oracle_measures(influences: int, scale: tuple[
 
 def test_a_rig_that_gltf_can_say_has_no_residual() -> None:
     avatar = strongest(replace(full_avatar(), clips=()), 4)
-    empty = SparseRows.empty(VERTICES, 2, {"position": (3,)})
-    said = engine_residual(with_rig(avatar, late_morphs=empty))
-    assert said == {
-        "residual_mm": 0.0,
-        "truncation_mm": 0.0,
-        "late_morph_mm": 0.0,
-        "shear_mm": 0.0,
-        "poses": 12,
-    }
+    said = engine_residual(with_rig(avatar, late_morphs=SparseRows.empty(VERTICES, 2, {"position": (3,)})))
+    parts = ("residual_mm", "truncation_mm", "late_morph_mm", "shear_mm")
+    assert said == {"poses": 12, **dict.fromkeys(parts, 0.0)}
 
 
 def test_the_residual_of_a_rig_beyond_float32_is_refused() -> None:
@@ -108,36 +99,13 @@ def unsheared_mesh(avatar: Avatar, pose: Pose) -> Array:
 
 def test_no_shear_is_what_composing_parts_loses() -> None:
     avatar = asm_avatar()  # bind transforms have an even scale: rigid ones make the same of it
-    rig = rig_of(avatar)
+    rig, rest = rig_of(avatar), engine_rest(avatar)
     rigid = np.linalg.inv(bind_nodes(rig)).astype(np.float32)
-    even = replace(avatar, rig=replace(rig, inverse_bind_matrix=rigid, rest_local=_rest_of(avatar)))
+    local = local_transforms(rest.translation, rest.rotation_xyzw, rest.scale).astype(np.float32)
+    even = replace(avatar, rig=replace(rig, inverse_bind_matrix=rigid, rest_local=local))
     said = engine_residual(even, 8)
     player = Player(even, "reference")
     off = [unsheared_mesh(even, p) - player.mesh(p) for p in residual_poses(even)]
     assert len(off) == said["poses"] == 1 + 1 + 5 + 1
     worst = 1e3 * max(float(np.linalg.norm(o, axis=1).max()) for o in off)
     assert worst > 1 and abs(said["no_shear_mm"] - worst) <= 2e-3
-
-
-def _rest_of(avatar: Avatar) -> Array:
-    rest = engine_rest(avatar)
-    local: Array = local_transforms(rest.translation, rest.rotation_xyzw, rest.scale).astype(np.float32)
-    return local
-
-
-def test_even_scales_lose_nothing_without_shear(tmp_path: Path) -> None:
-    face = small_face(5)
-    takes = tuple(replace(t, scale=np.repeat(t.scale[..., :1], 3, axis=2)) for t in face.takes)
-    save(replace(face, takes=takes), tmp_path / "face.npz")
-    said = engine_residual(read(tmp_path / "face.npz"), 8)
-    assert said["no_shear_mm"] == said["shear_mm"] == 0
-
-
-def test_a_face_is_measured_at_rest_and_in_its_takes() -> None:
-    avatar = asm_avatar()
-    four, eight = engine_residual(avatar, 4), engine_residual(avatar, 8)
-    assert four["residual_mm"] == four["truncation_mm"] > eight["truncation_mm"] > 0
-    assert four["shear_mm"] == 0 and four["no_shear_mm"] > 1
-    still = engine_residual(replace(avatar, clips=()), 4)
-    assert still["poses"] == 1 and 0 < still["truncation_mm"] < four["truncation_mm"]
-    assert "no_shear_mm" not in engine_residual(full_avatar(), 4)

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,34 +13,14 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel, UsdValidation, UsdVol
 from avatar_export.ops.vertex_colour import linear_from_display, vertex_colours
 from avatar_export.writers.usd.checks import usd_problems
 from avatar_export.writers.usd.layer import leads_outside, open_layer
-from avatar_export.writers.usd.mesh import influences
-from avatar_export.writers.usd.stage import CLIPS, MESH, ROOT, SKELETON, SPLATS, WORLD, rig_usdc
-from avatar_export.writers.usd.values import prim_names
-from avatar_runtime.avatar import Avatar, SparseRows
+from avatar_export.writers.usd.stage import MESH, ROOT, SKELETON, SPLATS, WORLD, rig_usdc
+from avatar_runtime.avatar import Avatar
 from avatar_runtime.engine_pose import target_names
 from avatar_runtime.io.errors import AvatarError
 from tests.avatars import full_avatar, surface_avatar
 from tests.exporter.writers.stages import ends, unit, written
-from tests.oracles.usd_pose import (
-    vertex_ids,
-)
+from tests.oracles.usd_pose import vertex_ids
 from tests.rigs import rig_of, with_rig
-
-
-def test_rest_transforms_are_local_and_bind_transforms_of_the_mesh() -> None:
-    rig = rig_of(full_avatar())
-    stage = written(full_avatar())
-    skeleton = UsdSkel.Skeleton.Get(stage, SKELETON)
-    rest, bind = (
-        [np.array(matrix).T for matrix in attribute.Get()]
-        for attribute in (skeleton.GetRestTransformsAttr(), skeleton.GetBindTransformsAttr())
-    )
-    for joint, parent in enumerate(rig.parents):
-        expected = rest[joint] if parent < 0 else bind[parent] @ rest[joint]
-        np.testing.assert_allclose(bind[joint], expected, rtol=0, atol=1e-12)
-        np.testing.assert_allclose(
-            bind[joint], np.linalg.inv(rig.inverse_bind_matrix[joint]), rtol=0, atol=1e-6
-        )
 
 
 def test_splats_are_the_gaussians() -> None:
@@ -71,18 +47,6 @@ def test_splats_are_the_gaussians() -> None:
     assert [str(path) for path in UsdGeom.Imageable(splats).GetProxyPrimRel().GetTargets()] == [MESH]
 
 
-def test_absurd_gaussians_stay_finite() -> None:
-    g = full_avatar().gaussians
-    log_scale, quat = g.log_scale.copy(), g.quat_wxyz.copy()
-    log_scale[3], quat[4] = 200, 0
-    avatar = replace(full_avatar(), gaussians=replace(g, log_scale=log_scale, quat_wxyz=quat))
-    stage = written(avatar)
-    splats = UsdVol.ParticleField3DGaussianSplat.Get(stage, SPLATS)
-    assert np.isfinite(splats.GetScalesAttr().Get()).all() and np.isfinite(splats.GetExtentAttr().Get()).all()
-    assert splats.GetOrientationsAttr().Get()[4].GetReal() == 1
-    assert usd_problems(rig_usdc(avatar)) == []
-
-
 def test_the_mesh_keeps_numbers_and_names() -> None:
     avatar = full_avatar()
     rig = rig_of(avatar)
@@ -106,50 +70,12 @@ def test_the_mesh_keeps_numbers_and_names() -> None:
     assert tuple(binding.GetBlendShapesAttr().Get()) == target_names(avatar)
     assert binding.GetJointIndicesPrimvar().GetElementSize() == 5
     skeleton = UsdSkel.Skeleton.Get(stage, SKELETON)
-    assert tuple(skeleton.GetJointsAttr().Get()) == (
-        "root",
-        "root/neck",
-        "root/neck/jaw",
-        "root/neck/leftEye",
-        "root/neck/rightEye",
-    )
+    below = [f"root/neck/{name}" for name in ("jaw", "leftEye", "rightEye")]
+    assert list(skeleton.GetJointsAttr().Get()) == ["root", "root/neck", *below]
     assert tuple(skeleton.GetJointNamesAttr().Get()) == rig.joint_names
     assert UsdGeom.GetStageUpAxis(stage) == "Y" and UsdGeom.GetStageMetersPerUnit(stage) == 1
     assert stage.GetDefaultPrim().GetCustomData()["avatar"].keys() == {"generator", "formatVersion"}
     assert stage.GetDefaultPrim().GetDisplayName() == avatar.name
-
-
-def test_strange_names_become_identifiers_and_stay_known() -> None:
-    avatar = full_avatar()
-    names = ("rööt", "jaw.L", "jaw_L", "3", "a/b c")
-    clips = tuple(replace(clip, name=name) for clip, name in zip(avatar.clips, ("1 ä", "1_ä"), strict=True))
-    stage = written(
-        replace(
-            with_rig(avatar, joint_names=names),
-            expressions=tuple(
-                replace(e, name=name)
-                for e, name in zip(avatar.expressions, ("a b", "a_b", "日", "é"), strict=True)
-            ),
-            clips=clips,
-            rules=replace(avatar.rules, rotation_joint=None),
-        )
-    )
-    skeleton = UsdSkel.Skeleton.Get(stage, SKELETON)
-    assert tuple(skeleton.GetJointNamesAttr().Get()) == names
-    assert [joint.rpartition("/")[2] for joint in skeleton.GetJointsAttr().Get()] == [
-        "r__t",
-        "jaw_L",
-        "jaw_L_2",
-        "_3",
-        "a_b_c",
-    ]
-    binding = UsdSkel.BindingAPI(stage.GetPrimAtPath(MESH))
-    assert list(binding.GetBlendShapesAttr().Get())[:4] == ["a b", "a_b", "日", "é"]
-    targets = [path.name for path in binding.GetBlendShapeTargetsRel().GetTargets()]
-    assert targets[:4] == ["a_b", "a_b_2", "_", "__2"]
-    assert [prim.GetName() for prim in stage.GetPrimAtPath(CLIPS).GetChildren()] == ["_1__", "_1___2"]
-    assert [prim.GetDisplayName() for prim in stage.GetPrimAtPath(CLIPS).GetChildren()] == ["1 ä", "1_ä"]
-    assert prim_names(["", "_"]) == ("_", "__2")
 
 
 @pytest.mark.parametrize("name", ["a\0b", "\ud800"])
@@ -162,24 +88,11 @@ def test_without_joints_or_triangles() -> None:
     bare = surface_avatar(rigged=False)
     stage = written(bare)
     assert [str(prim.GetPath()) for prim in stage.Traverse()] == [ROOT, WORLD, SPLATS]
-    rig = rig_of(full_avatar())
-    flat = with_rig(full_avatar(), triangles=rig.triangles[:0])
+    flat = with_rig(full_avatar(), triangles=rig_of(full_avatar()).triangles[:0])
     stage = written(flat)
     assert stage.GetPrimAtPath(SKELETON) and not stage.GetPrimAtPath(MESH)
     for avatar in (bare, flat):
         assert usd_problems(rig_usdc(avatar)) == []
-
-
-def test_weights_are_strongest_first_and_sum_to_one() -> None:
-    skin = SparseRows(
-        np.array([0, 3, 3, 5], np.uint32),
-        np.array([0, 2, 4, 1, 3], np.uint16),
-        {"weight": np.array([0.1, 0.7, 0.3, -0.5, 0.0], np.float32)},
-        5,
-    )
-    joints, weights = influences(skin)
-    assert joints.tolist() == [[2, 4, 0], [0, 0, 0], [0, 0, 0]]
-    np.testing.assert_allclose(weights, [[7 / 11, 3 / 11, 1 / 11], [1, 0, 0], [1, 0, 0]], atol=1e-7)
 
 
 @pytest.mark.parametrize("avatar", [full_avatar(), surface_avatar(rigged=False)], ids=["full", "splats"])
@@ -209,20 +122,3 @@ def test_it_leads_nowhere_and_what_would_is_noticed() -> None:
         layer = open_layer(data)
         lead(layer, layer.GetPrimAtPath(ROOT))
         assert any(name in where for where in leads_outside(layer)), name
-
-
-def test_same_bytes_in_every_process(tmp_path: Path) -> None:
-    program = (
-        "import hashlib, random, sys; from pxr import Sdf; from tests.avatars import full_avatar\n"
-        "from avatar_export.writers.usd.stage import rig_usdc\n"
-        "before = [Sdf.Path(f'/avatar/x{random.random()}'.replace('.', '_')) for _ in range(int(sys.argv[1]))]\n"
-        "print(*{hashlib.sha256(rig_usdc(full_avatar())).hexdigest() for _ in range(3)})"
-    )
-    digests = set()
-    for seed, paths, threads in (("0", "0", "1"), ("77", "4000", "2")):
-        environment = {**os.environ, "PYTHONHASHSEED": seed, "PXR_WORK_THREAD_LIMIT": threads}
-        command = [sys.executable, "-c", program, paths]
-        digests.add(
-            subprocess.run(command, env=environment, capture_output=True, check=True, text=True).stdout
-        )
-    assert len(digests) == 1 and len(digests.pop().split()) == 1

@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import io
+import os
+import resource
 import struct
+import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pxr import Usd, UsdValidation
+from pxr import Sdf, Usd, UsdValidation
 
-from avatar_export.writers.usd.stage import MESH, SPLATS, rig_usdc
+from avatar_export.writers.usd.compare import same_usd
+from avatar_export.writers.usd.difference import _limit_memory, difference
+from avatar_export.writers.usd.layer import layer_bytes, open_layer
+from avatar_export.writers.usd.stage import MESH, ROOT, SPLATS, rig_usdc
 from avatar_export.writers.usdz import same_usdz, usdz
 from avatar_runtime.io.errors import AvatarError
 from tests.avatars import full_avatar
@@ -23,7 +33,6 @@ PACKED = b"".join(usdz([("rig.usdc", GOOD)]))
 
 
 def zipped(*files: tuple[str, bytes], method: int = zipfile.ZIP_STORED) -> bytes:
-    """A zip by Python's own writer."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", method) as archive:
         for name, data in files:
@@ -43,22 +52,10 @@ def test_usd_opens_it_and_its_validators_are_content(tmp_path: Path) -> None:
     assert [found.GetMessage() for found in errors] == []
 
 
-def test_it_holds_the_stage_alone_and_no_clock() -> None:
-    with zipfile.ZipFile(io.BytesIO(PACKED)) as archive:
-        assert archive.testzip() is None
-        (info,) = archive.infolist()
-        assert (info.filename, info.date_time) == ("rig.usdc", (1980, 1, 1, 0, 0, 0))
-        assert archive.read(info) == GOOD
-    assert b"".join(usdz([("rig.usdc", GOOD)])) == PACKED
+NAMES = st.text("abcé日/._", min_size=1, max_size=90)
 
 
-@given(
-    st.lists(
-        st.tuples(st.text("abcé日/._", min_size=1, max_size=90), st.binary(max_size=200)),
-        min_size=0,
-        max_size=5,
-    )
-)
+@given(st.lists(st.tuples(NAMES, st.binary(max_size=200)), max_size=5))
 def test_every_file_begins_at_a_multiple_of_64_behind_a_sound_extra_field(
     rest: list[tuple[str, bytes]],
 ) -> None:
@@ -72,14 +69,12 @@ def test_every_file_begins_at_a_multiple_of_64_behind_a_sound_extra_field(
         assert archive.namelist()[0] == "rig.usdc"
         for info in archive.infolist():
             assert info.compress_type == zipfile.ZIP_STORED and info.extra == b""
+            assert info.date_time == (1980, 1, 1, 0, 0, 0)
             name_size, extra_size = struct.unpack_from("<HH", packed, info.header_offset + 26)
             extra_at = info.header_offset + 30 + name_size
             assert (extra_at + extra_size) % 64 == 0
-            if extra_size:
-                _, size = struct.unpack_from("<HH", packed, extra_at)
-                assert size == extra_size - 4 < 64
-            local = packed[info.header_offset + 4 : info.header_offset + 26]
-            assert struct.unpack_from("<I", local, 10)[0] == info.CRC
+            assert not extra_size or struct.unpack_from("<H", packed, extra_at + 2)[0] == extra_size - 4 < 64
+            assert struct.unpack_from("<I", packed, info.header_offset + 14)[0] == info.CRC
 
 
 @pytest.mark.parametrize(
@@ -148,3 +143,159 @@ def test_damaged_packages_give_an_avatar_error_or_a_difference(data: st.DataObje
     except AvatarError:
         return
     assert (found is None) == (bytes(damaged) == PACKED)
+
+
+Edit = Callable[[Any], object]
+
+
+def edited(edit: Edit) -> Any:
+    layer = open_layer(GOOD)
+    edit(layer)
+    return layer
+
+
+def scaled(path: str, factor: float) -> Edit:
+    """All numbers of an attribute, default and samples, times a factor."""
+
+    def apply(layer: Any) -> None:
+        attribute = layer.GetAttributeAtPath(path)
+
+        def times(value: Any) -> Any:
+            array = np.array(value)
+            return type(value).FromNumpy((array * array.dtype.type(factor)).astype(array.dtype))
+
+        if attribute.default is not None:
+            attribute.default = times(attribute.default)
+        for time in layer.ListTimeSamplesForPath(path):
+            layer.SetTimeSample(path, time, times(layer.QueryTimeSample(path, time)))
+
+    return apply
+
+
+@pytest.mark.parametrize(
+    "attribute",
+    [
+        f"{MESH}.points",
+        f"{MESH}.primvars:skel:jointWeights",
+        f"{SPLATS}.orientations",
+        f"{SPLATS}.radiance:sphericalHarmonicsCoefficients",
+        "/avatar/world_from_avatar/skeleton.bindTransforms",
+        "/avatar/clips/nod.rotations",
+        "/avatar/clips/nod.blendShapeWeights",
+        f"{ROOT}.extent",
+    ],
+)
+def test_numbers_may_differ_by_rounding_only(attribute: str) -> None:
+    new = open_layer(GOOD)
+    assert difference(edited(scaled(attribute, 1 + 4e-7)), new) is None
+    found = difference(edited(scaled(attribute, 1 + 4e-6)), new)
+    assert found is not None and found.startswith(f"{attribute} has another ")
+
+
+def set_first(path: str, value: Any) -> Edit:
+    def edit(layer: Any) -> None:
+        attribute = layer.GetAttributeAtPath(path)
+        attribute.default = type(attribute.default)([value, *list(attribute.default)[1:]])
+
+    return edit
+
+
+def to_the_end(layer: Any) -> None:
+    path, aside = "/avatar/clips/nod", open_layer(GOOD)
+    del layer.GetPrimAtPath(path).nameParent.nameChildren[Sdf.Path(path).name]
+    assert Sdf.CopySpec(aside, path, layer, path)
+
+
+def info(name: str, value: Any) -> Edit:
+    return lambda layer: layer.GetPrimAtPath(ROOT).SetInfo(name, value)
+
+
+@pytest.mark.parametrize(
+    ("said", "edit"),
+    [
+        ("is missing", lambda layer: layer.GetPrimAtPath(MESH).nameChildren.__delitem__("jawOpen")),
+        ("is not expected", lambda layer: Sdf.PrimSpec(layer.GetPrimAtPath(ROOT), "more", Sdf.SpecifierDef)),
+        ("on one side only", info("hidden", True)),
+        ("on one side only", lambda layer: layer.subLayerPaths.append("a.usda")),
+        ("another displayName", info("displayName", "x")),
+        ("another default", set_first(f"{MESH}.faceVertexIndices", 7)),
+        ("another default", set_first(f"{MESH}.skel:blendShapes", "x")),
+        ("another framesPerSecond", lambda layer: setattr(layer, "framesPerSecond", 25)),
+        ("another timeSamples", lambda layer: layer.EraseTimeSample("/avatar/clips/nod.rotations", 1)),
+        ("another customData", info("customData", {"avatar": {"formatVersion": "9.0", "generator": "x"}})),
+        ("children in another order", to_the_end),
+    ],
+)
+def test_exact_values_and_structure_may_not_differ(said: str, edit: Edit) -> None:
+    ours = open_layer(GOOD)
+    assert said in str(difference(edited(edit), ours))
+    newer = {**ours.GetPrimAtPath(ROOT).GetInfo("customData")["avatar"], "generator": "avatar-export 99"}
+    assert difference(edited(info("customData", {"avatar": newer})), ours) is None
+
+
+def test_other_bytes_of_the_same_layer_are_the_same(tmp_path: Path) -> None:
+    """As an older release of the library packs it."""
+    good, old = tmp_path / "good.usdc", tmp_path / "old.usdc"
+    good.write_bytes(GOOD)
+    program = f"from pxr import Sdf; Sdf.Layer.FindOrOpen({str(good)!r}).Export({str(old)!r})"
+    environment = {**os.environ, "USD_WRITE_NEW_USDC_FILES_AS_VERSION": "0.7.0"}
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True, capture_output=True)
+    assert old.read_bytes()[8:11] == b"\0\7\0" != GOOD[8:11]
+    assert same_usd(old.read_bytes(), GOOD) is None
+    other = rig_usdc(replace(full_avatar(), name="Somebody else"))
+    assert same_usd(other, GOOD) == f"{ROOT} has another displayName"
+
+
+def test_equal_bytes_are_not_opened(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: pytest.fail("a process was started"))
+    assert same_usd(GOOD, GOOD) is None
+    for data in (b"", b"PXR-USD", b"#usda 1.0"):
+        with pytest.raises(AvatarError, match="is not a USD crate file"):
+            same_usd(data, GOOD)
+    assert same_usd(GOOD + bytes(100_000), GOOD) == f"{len(GOOD) + 100_000} bytes, expected about {len(GOOD)}"
+
+
+def test_damaged_files_differ_or_cannot_be_read() -> None:
+    rng = np.random.default_rng(5)
+    damaged = bytearray(GOOD)
+    for at in rng.integers(8, len(GOOD), 300):
+        damaged[at] ^= int(rng.integers(1, 256))
+    with pytest.raises(AvatarError, match="convert again"):
+        same_usd(bytes(damaged), GOOD)
+
+
+@pytest.mark.parametrize(
+    ("program", "said"),
+    [
+        ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "can be read"),
+        ("raise MemoryError", "can be read"),
+        ("print('no answer')", "can be read"),
+        ("import time; time.sleep(60)", "takes more than 0.2 s"),
+    ],
+)
+def test_a_reader_that_crashes_or_hangs_ends_nothing_here(
+    program: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    python = tmp_path / "python"
+    python.write_text(f"#!{sys.executable}\n{program}\n")
+    python.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(python))
+    with pytest.raises(AvatarError, match=said):
+        same_usd(GOOD[:-1] + b"x", GOOD, seconds=0.2 if "sleep" in program else 60)
+
+
+def test_no_module_of_the_current_folder_is_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("pxr", "numpy", "json"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", ["", ".", *sys.path])
+    assert same_usd(layer_bytes(edited(info("displayName", "x"))), GOOD) == f"{ROOT} has another displayName"
+    assert not (tmp_path / "ran").exists()
+
+
+def test_memory_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: dict[int, Any] = {}
+    monkeypatch.setattr(resource, "setrlimit", asked.__setitem__)
+    _limit_memory(1 << 20)
+    assert asked == {resource.RLIMIT_AS: (4096 + 64 << 20,) * 2, resource.RLIMIT_CORE: (0, 0)}

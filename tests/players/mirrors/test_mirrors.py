@@ -25,7 +25,7 @@ from tests.players.native.gles import desk_program, play_program, run_gl
 from tests.players.native.test_native_play import framed
 from tests.players.test_unity_played import scene
 from tests.players.unity_play.desk import play, player_program
-from tests.players.unreal.core import Core, stage
+from tests.players.unreal.core import EXPRESSION, JOINT, SCRIPT, Core, stage
 from tests.players.unreal.sources import library
 from tests.players.unreal.test_unreal_core import component, pinhole, quaternion, seen
 from tests.players.web import BACKENDS, Job, ask, shot
@@ -138,8 +138,8 @@ def test_unreal(measured: Measure) -> None:
     with stage(Core(library())) as made:
         for name, path in PACKS.items():
             assert made.add(1, path.read_bytes()) is None
-            assert made.set(1, 0, "mouthSmileLeft", (1.0,)) is None
-            assert made.set(1, 1, "neck", turned) is None
+            assert made.set(1, SCRIPT, EXPRESSION, "mouthSmileLeft", (1.0,)) is None
+            assert made.set(1, SCRIPT, JOINT, "neck", turned) is None
             assert made.mix(1) is None
             made.send(1, component(np.array([0.0, 100 * SHIFT[0], 0.0]), np.eye(3)))
             for frame in (1, 2):  # the first is of the coarsest level

@@ -119,16 +119,6 @@ def test_androids_build_finds_the_texts_of_the_shaders(tmp_path: Path) -> None:
     assert [path for path in folders if (Path(path) / "avatar_shader_texts.inc").is_file()]
 
 
-@pytest.mark.parametrize("project", [ANDROID, IOS], ids=["android", "ios"])
-def test_the_pages_name_files_that_exist_and_begin_with_the_truth(project: Path) -> None:
-    page = (project / "README.md").read_text("utf-8")
-    assert page.split("\n\n")[1].startswith("> **Never run, and not built here")
-    present = {path.name for path in project.rglob("*")} | {"jni.h", "avatar_player.h"}
-    assert {
-        path.split("/")[-1] for path in re.findall(r"`([\w/.-]+\.(?:kt|cpp|txt|swift|h))`", page)
-    } <= present
-
-
 def test_cmake_names_what_ios_has() -> None:
     text = (IOS / "CMakeLists.txt").read_text("utf-8")
     named = re.findall(r"^  (Sources/\S+)$", text, re.MULTILINE)
@@ -173,14 +163,6 @@ def test_swift_calls_what_the_header_declares() -> None:
     assert "threadsPerThreadgroup: MTLSize(width: Int(dispatch.threads), height: 1, depth: 1)" in swift()
 
 
-def test_swift_asks_for_shaders_that_exist() -> None:
-    drawn = re.findall(r'shaderFunction\(device, "(\w+)"\)', swift())
-    assert sorted(drawn) == ["composite_pixel", "composite_vertex", "raster_pixel", "raster_vertex"]
-    for name in (*KERNELS, *drawn):
-        text = (SHADERS / "msl" / f"{name}.metal").read_text("utf-8")
-        assert re.search(rf"^(?:kernel|vertex|fragment) \w+ {name}\(", text, re.MULTILINE)
-
-
 def layout(members: list[tuple[str, str]]) -> tuple[dict[str, int], int]:
     """Offsets of (name, type), and where the last ends."""
     offset, found = 0, {}
@@ -218,16 +200,3 @@ def test_swift_lays_constants_out_as_the_texts_do(entry: str, struct: str) -> No
     want = {member["name"].replace("_", ""): member["offset"] for member in block["members"]}
     assert {name.lower(): at for name, at in found.items() if name != "unused"} == want
     assert f"constants = {block['binding']}" in swift() and -(-end // 16) * 16 == block["size"]
-
-
-def test_swift_gives_the_quads_as_the_texts_take_them() -> None:
-    inputs = TABLE["raster_vertex"]["inputs"]
-    assert [(one["location"], one["type"]) for one in inputs] == [(at, "float4") for at in range(3)]
-    said = (
-        "for attribute in 0..<3",
-        "format = .float4",
-        "offset = 16 * attribute",
-        "stride = 48",
-        ".perInstance",
-    )
-    assert all(one in swift() for one in said)

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from tools.unity_project import ProjectError, lay_out
+from tools.unity_project import lay_out
 
 from avatar_export.players import unity
 
@@ -59,28 +56,6 @@ def test_edits_and_new_files_land_in_the_checkout(package: Path, checkout: Path)
     assert (package / "README.md").is_symlink()
 
 
-def test_made_files_are_real_and_not_in_the_checkout(package: Path, checkout: Path) -> None:
-    made = unity.unity_made(checkout)
-    assert len(made) > 40
-    for name in made:
-        assert not any(path.is_symlink() for path in (package / name, *(package / name).parents)), name
-    assert not (checkout / "Made").exists()
-    assert unity.hand_written(checkout) == unity.hand_written(WRITTEN)  # .meta files beside them are none
-    assert b"version" not in (checkout / unity.MANIFEST).read_bytes()
-
-
-def test_no_include_leaves_a_folder_that_is_a_link(package: Path, checkout: Path) -> None:
-    """On the disk `link/..` is beside what the link points at, so such an include begins at the project."""
-    texts = [path for kind in ("*.hlsl", "*.compute", "*.shader") for path in checkout.rglob(kind)]
-    found = [
-        (path, name) for path in texts for name in re.findall(r'#include "(.+?)"', path.read_text("utf-8"))
-    ]
-    assert len(found) >= 8
-    for path, name in found:
-        place = package.parents[1] / name if name.startswith(f"Packages/{NAME}/") else path.parent / name
-        assert place.is_file(), f"{path.name}: {name}"
-
-
 def test_again_it_keeps_the_users_files_and_drops_what_is_gone(package: Path, checkout: Path) -> None:
     project, meta = package.parents[1], package / "Core" / "LoadedAvatar.cs.meta"
     kept = {project / "Packages/manifest.json": "{}", project / "Assets/Mine.unity": "mine"}
@@ -94,18 +69,3 @@ def test_again_it_keeps_the_users_files_and_drops_what_is_gone(package: Path, ch
     assert all(path.read_text("utf-8") == text for path, text in kept.items())
     assert not (package / "Made/old.hlsl").exists() and not (package / "Gone").is_symlink()
     assert (package / "Made/activate.hlsl").read_bytes() == unity.unity_made(checkout)["Made/activate.hlsl"]
-
-
-def test_a_new_file_outside_of_the_links_is_named_and_kept(package: Path, checkout: Path) -> None:
-    (package / "New").mkdir()
-    (package / "New/New.cs").write_text("// new\n", "utf-8")
-    with pytest.raises(ProjectError, match=r"New is not in the checkout\. Move it to"):
-        lay_out(checkout, package.parents[1])
-    assert (package / "New/New.cs").exists() and (package / "Core").is_symlink()
-
-
-def test_the_command_says_what_is_wrong_in_one_line(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("", "utf-8")
-    command = [sys.executable, "-m", "tools.unity_project", str(tmp_path / "file")]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and done.stderr.startswith("unity_project: ") and done.stderr.count("\n") == 1

@@ -11,10 +11,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Expression, Gaussians, Rules, SparseRows
+from avatar_runtime.avatar import Avatar, Rules
 from avatar_runtime.backends import make_backend
 from avatar_runtime.camera import Camera
-from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
@@ -27,7 +26,6 @@ from avatar_runtime.rules import (
     SURFACE_RULES,
 )
 from avatar_runtime.stages.activate import Splats
-from avatar_runtime.subset import subset
 from tests.avatars import full_avatar, surface_avatar
 from tests.measured import Measure
 
@@ -64,46 +62,6 @@ def random_pose(avatar: Avatar, seed: int) -> Pose:
     return Pose(dict(zip(names, weights, strict=True)), turns, lids, world if seed % 2 else np.eye(4))
 
 
-def wide_avatar() -> Avatar:
-    """`full_avatar` with its Gaussians 45 times over and 193 expressions, of which four move something.
-
-    Groups of many blocks, and columns that share a bit of the masks.
-    """
-    avatar = full_avatar(5)
-    assert avatar.rig is not None
-    moving = np.array([0, 64, 65, 192], np.uint16)
-    rows = np.concatenate([np.tile(np.arange(g.first, g.first + g.count), 45) for g in avatar.groups])
-    g, b = avatar.gaussians, avatar.blendshapes
-
-    def spread(sparse: SparseRows) -> SparseRows:
-        return replace(sparse, column=moving[sparse.column], columns=193)
-
-    basis = np.zeros((193, *avatar.rig.joint_basis.shape[1:]), np.float32)
-    basis[moving] = avatar.rig.joint_basis
-    return check_avatar(
-        replace(
-            avatar,
-            gaussians=Gaussians(
-                g.mean[rows], g.log_scale[rows], g.quat_wxyz[rows], g.opacity_logit[rows], g.sh[rows]
-            ),
-            groups=tuple(
-                replace(group, first=45 * group.first, count=45 * group.count) for group in avatar.groups
-            ),
-            expressions=tuple(Expression(f"exp_{k:03d}") for k in range(193)),
-            blendshapes=Blendshapes(
-                spread(b.geometry.take(rows)),
-                spread(b.appearance.take(rows)),
-                b.correctives.take(rows),
-                b.late_morphs.take(rows),
-            ),
-            skin=avatar.skin.take(rows),
-            rig=replace(avatar.rig, morphs=spread(avatar.rig.morphs), joint_basis=basis),
-            driving=Driving(),
-            clips=(),
-        )
-    )
-
-
 def half_turned(avatar: Avatar, rng: np.random.Generator) -> Array:
     """The canonical mesh turned by about half a turn and crumpled: there the sign policies part. [V, 3]."""
     assert avatar.embedding is not None
@@ -122,11 +80,6 @@ def agree(got: Splats, want: Splats, measured: Measure) -> None:
         error = float((np.abs(a - b) / size).max())
         measured(f"cpu animate, {name}, relative", error, RELATIVE)
         assert error <= RELATIVE, name
-
-
-def same_bits(a: Splats, b: Splats) -> None:
-    for name in FIELDS:
-        np.testing.assert_array_equal(getattr(a, name), getattr(b, name), err_msg=name)
 
 
 @pytest.mark.parametrize("rules", RULES, ids=lambda r: f"{r.rotation}-{r.sh_direction}-{r.anchor}")
@@ -155,19 +108,6 @@ def test_surfaces(rules: Rules, rigged: bool, measured: Measure) -> None:
         agree(got, slow.animate(pose, posed_vertices=vertices), measured)
 
 
-@pytest.mark.parametrize("surface", [False, True])
-def test_many_blocks_on_one_and_two_threads(surface: bool, measured: Measure) -> None:
-    avatar = surface_avatar(1) if surface else wide_avatar()
-    one, two = Player(avatar, "cpu", threads=1), Player(avatar, "cpu", threads=2)
-    # With every expression at work no list of the active entries is made; with one at rest there is one again.
-    every = dict(zip(avatar.expression_names, np.random.default_rng(0).uniform(0.1, 1, 193), strict=False))
-    more = (Pose(every), Pose(every | {avatar.expression_names[0]: 0}))
-    for pose in (*(random_pose(avatar, seed) for seed in range(3)), *more):
-        got = one.animate(pose)
-        same_bits(got, two.animate(pose))
-        agree(got, Player(avatar, "reference").animate(pose), measured)
-
-
 def test_scales_and_opacities_of_any_size(measured: Measure) -> None:
     """From the least normal float32 to the largest, and beyond, against float64."""
     avatar = full_avatar(0)
@@ -192,7 +132,7 @@ def test_scales_and_opacities_of_any_size(measured: Measure) -> None:
 @pytest.mark.parametrize("surface", [False, True])
 def test_a_frame_keeps_nothing_of_the_one_before(surface: bool) -> None:
     """Frames reuse their arrays and skip what no expression moves; the image must not show it."""
-    avatar = surface_avatar(1) if surface else wide_avatar()
+    avatar = surface_avatar(1) if surface else full_avatar(5)
     player = Player(avatar, "cpu", threads=1)
     poses = [random_pose(avatar, 1), Pose(), random_pose(avatar, 2), Pose({avatar.expression_names[0]: 0.7})]
     for pose in poses:
@@ -203,7 +143,7 @@ def test_a_frame_keeps_nothing_of_the_one_before(surface: bool) -> None:
 @pytest.mark.parametrize("surface", [False, True])
 def test_one_player_for_three_threads(surface: bool) -> None:
     """Its arrays are its own: frames asked for at the same time must not be drawn from one another's."""
-    avatar = surface_avatar(1) if surface else wide_avatar()
+    avatar = surface_avatar(1) if surface else full_avatar(5)
     player, poses = Player(avatar, "cpu", threads=1), [random_pose(avatar, seed) for seed in range(30)]
 
     def played(first: int) -> list[tuple[Array, Array]]:
@@ -224,36 +164,6 @@ def test_one_player_for_three_threads(surface: bool) -> None:
             np.testing.assert_array_equal(mean, own_mean)
 
 
-def test_splats_belong_to_the_caller() -> None:
-    avatar = wide_avatar()
-    player = Player(avatar, "cpu")
-    splats = player.animate(random_pose(avatar, 1))
-    before = {name: getattr(splats, name).copy() for name in FIELDS}
-    player.frame(random_pose(avatar, 2), CAMERA)
-    player.animate(random_pose(avatar, 3))
-    for name in FIELDS:
-        np.testing.assert_array_equal(getattr(splats, name), before[name], err_msg=name)
-        getattr(splats, name)[:] = np.nan  # writable, and not read by anything else
-    again = Player(avatar, "cpu").animate(random_pose(avatar, 1))
-    np.testing.assert_array_equal(player.animate(random_pose(avatar, 1)).sh, again.sh)
-
-
-def test_absurd_poses_raise_and_warn_nothing() -> None:
-    avatar = full_avatar(0)
-    huge = Pose({name: 3e38 for name in avatar.expression_names}, {}, {"left": -3e38})
-    broken = Pose(
-        joints={"jaw": np.diag([0.0, 0, 0, 1])}, world_from_avatar=np.diag([1e300, 1e300, 1e300, 1])
-    )
-    flat = Pose({}, {"root": np.diag([1e30, 1e-30, -1, 1])})
-    for pose in (huge, broken, flat):
-        Player(avatar, "cpu").animate(pose)
-        Player(avatar, "cpu").frame(pose, CAMERA)
-    by_joints = surface_avatar(0, Rules("bary_vertex_lbs"))
-    for pose in (replace(broken, world_from_avatar=np.eye(4)), flat):
-        Player(by_joints, "cpu").frame(pose, CAMERA)
-        Player(by_joints, "reference").animate(pose)
-
-
 @pytest.mark.parametrize("rules", [Rules(r[0], position=r[1], scale=r[2]) for r in SURFACE_RULES])
 def test_absurd_meshes_raise_and_warn_nothing(rules: Rules) -> None:
     avatar = surface_avatar(0, rules)
@@ -261,14 +171,3 @@ def test_absurd_meshes_raise_and_warn_nothing(rules: Rules) -> None:
         vertices = np.full((20, 3), value, np.float32)
         Player(avatar, "cpu").animate(Pose(), posed_vertices=vertices)
         Player(avatar, "cpu").frame(Pose(), CAMERA, posed_vertices=vertices)
-
-
-@pytest.mark.parametrize("surface", [False, True])
-def test_no_gaussians_and_one(surface: bool) -> None:
-    avatar = surface_avatar() if surface else full_avatar()
-    for rows in (np.zeros(0, np.int64), np.array([30])):
-        part = subset(avatar, rows, np.arange(20)).avatar
-        got = Player(part, "cpu").animate(random_pose(part, 1))
-        want = Player(part, "reference").animate(random_pose(part, 1))
-        np.testing.assert_allclose(got.mean, want.mean, atol=1e-7)
-        assert got.sh.shape == (len(rows), 16, 3)

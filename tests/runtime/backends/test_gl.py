@@ -10,18 +10,16 @@ import numpy as np
 import pytest
 
 import avatar_shaders
-from avatar_runtime.avatar import Avatar, Rules
+from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends.gl import GlBackend, make_scene
 from avatar_runtime.backends.gl.gpu import Gpu
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.posed import Clock
-from avatar_runtime.stages import STAGES
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.project import project
 from avatar_runtime.stages.raster import raster
 from avatar_runtime.stages.sort import sort
-from avatar_runtime.subset import subset
 from tests.avatars import full_avatar, surface_avatar
 from tests.measured import Measure
 from tests.runtime.backends.gl_cases import (
@@ -70,34 +68,6 @@ def test_a_small_limit_is_never_exceeded(
     assert same(got, want)
     for field in fields(splats):
         np.testing.assert_array_equal(getattr(found, field.name), getattr(splats, field.name))
-
-
-def test_what_no_limit_can_split(context: moderngl.Context) -> None:
-    with pytest.raises(AvatarError, match=r"backend gl: Gaussian 1 takes 1212 bytes .* limit is 1100"):
-        GlBackend(FULL, context, buffer_limit=1100)
-    rules = Rules("bary_vertex_lbs", position="interpolated_normal")  # five planes of float4
-    with pytest.raises(
-        AvatarError, match=r"backend gl: the mesh of 20 vertices takes 1600 bytes .* limit is 1300"
-    ):
-        GlBackend(surface_avatar(3, rules), context, buffer_limit=1300)
-
-
-def test_more_rows_than_a_dispatch_has(context: moderngl.Context) -> None:
-    with (
-        backend(FULL, context=context) as gl,
-        pytest.raises(AvatarError, match="activate: 4194241 rows are more than"),
-    ):
-        gl.programs.dispatch("activate", 65535 * 64 + 1, {}, {})
-
-
-@pytest.mark.parametrize("avatar", [FULL, SURFACE], ids=["joints", "surface"])
-def test_no_gaussians_no_vertices(avatar: Avatar, context: moderngl.Context) -> None:
-    none = subset(avatar, np.zeros(0, int), np.zeros(0, int)).avatar
-    with backend(none, context=context) as gl:
-        got = gl.frame(
-            Player(avatar, "reference").posed(pose_of(avatar)), camera(), BACKGROUND, "engine", Clock()
-        )
-        assert (got.colour == BACKGROUND).all() and (got.transmittance == 1).all()
 
 
 # One rounding a splat: halves have 11 bits, bytes 8; up to about 20 splats lie on one pixel here.
@@ -165,18 +135,6 @@ def test_depth_hides_what_lies_behind(context: moderngl.Context) -> None:
                 image(gl, depth=np.ones((3, 4), np.float32))
 
 
-def test_what_lies_at_the_far_plane_is_not_hidden(context: moderngl.Context) -> None:
-    far = camera().clip_from_world.copy()
-    far[2] *= 1000  # z / w beyond 1 for every splat
-    seen = replace(camera(), clip_from_world=far)
-    with backend(FULL, context=context) as gl:
-        want = gl.scene.image([posed_of(gl)], seen, BACKGROUND)
-        assert want.transmittance.min() < 0.1
-        assert same(
-            gl.scene.image([posed_of(gl)], seen, BACKGROUND, depth=np.ones((HEIGHT, WIDTH), np.float32)), want
-        )
-
-
 def test_several_avatars_in_one_draw(context: moderngl.Context) -> None:
     """Interleaved in depth: as the reference draws their splats as one avatar's."""
     other = replace(SURFACE, raster=FULL.raster)
@@ -194,27 +152,6 @@ def test_several_avatars_in_one_draw(context: moderngl.Context) -> None:
             assert same(alone, make_scene([first]).image(posed[:1], camera(), BACKGROUND))
             with pytest.raises(ValueError, match="1 poses for 2 avatars"):
                 scene.image(posed[:1], camera())
-
-
-def test_avatars_of_different_contexts_share_no_scene(context: moderngl.Context) -> None:
-    several = pytest.raises(ValueError, match="2 backends in 2 contexts cannot share a scene")
-    with backend(FULL, context=context) as first, backend(FULL) as second, several:
-        make_scene([first, second])
-    with pytest.raises(ValueError, match="0 backends"):
-        make_scene([])
-
-
-def test_stage_times_where_asked(context: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With a wait for the GPU after each stage, and without one."""
-    waits: list[None] = []
-    monkeypatch.setattr(moderngl.Context, "finish", lambda context: waits.append(None))
-    for timed, want in ((False, {"gl"}), (True, set(STAGES) - {"joints"})):
-        clock = Clock()
-        with backend(SURFACE, context=context, timed=timed) as gl:
-            gl.frame(posed_of(gl), camera(), BACKGROUND, "engine", clock)
-        assert clock.milliseconds.keys() == want
-        assert all(spent > 0 for spent in clock.milliseconds.values())
-        assert len(waits) == (len(want) if timed else 0)
 
 
 class Altered:
@@ -253,12 +190,3 @@ def test_the_size_may_change_from_frame_to_frame(context: moderngl.Context) -> N
         assert got.colour.shape == (30, 40, 3)
         assert np.abs(got.colour - reference_image(FULL, small).colour).max() <= 1 / 255
         assert same(image(gl), want)
-
-
-def test_everything_is_given_back(context: moderngl.Context) -> None:
-    with GlBackend(SURFACE, context) as gl:
-        image(gl)
-        held = list(gl.gpu.held)
-        assert len(held) > 20
-    assert not gl.gpu.held
-    assert all(isinstance(item.mglo, moderngl.InvalidObject) for item in held)

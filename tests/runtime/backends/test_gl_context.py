@@ -66,17 +66,6 @@ def test_no_context_says_what_to_install() -> None:
         assert "apt-get install libegl1 libgl1 libgles2 libegl-mesa0 libgl1-mesa-dri" in line
 
 
-def test_desktop_and_es_by_turns() -> None:
-    """Two contexts in one process, used alternately: each call has its own one current."""
-    want = reference_image(AVATAR, camera())
-    with backend(AVATAR) as desktop, backend(AVATAR, es=True) as es:
-        assert (desktop.gpu.language, es.gpu.language) == ("glsl430", "glsl310es")
-        for _ in range(2):
-            for gl in (desktop, es):
-                assert np.abs(frame(gl).colour - want.colour).max() <= 1 / 255
-                gl.mesh(posed_of(gl), Clock())
-
-
 def test_the_callers_other_context_is_current_again() -> None:
     mine = own_context(es=False)
     with mine:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,17 +25,15 @@ from avatar_runtime import (
     load,
     target_names,
 )
-from avatar_runtime.checks.fields import CHECKS
 from avatar_runtime.clips import frame_pose
-from tests.avatars import full_avatar, surface_avatar
+from tests.avatars import full_avatar
 
-AVATAR, SURFACE = full_avatar(), surface_avatar()
+AVATAR = full_avatar()
 CLIP = AVATAR.clips[0]
-PLAYER, ON_MESH = Player(AVATAR, "reference"), Player(SURFACE, "reference")
+PLAYER = Player(AVATAR, "reference")
 CAMERA = Camera.orbit(np.zeros(3), 2.0, 0.0, 0.0, 0.5, 8, 8)
 DRIVER = Driver(AVATAR)
 NONE: Any = None
-COMPLEX: Any = np.eye(4) * (1 + 1j)
 GL_PROJECTION = np.array([[1.0, 0, 0, 0], [0, 2, 0, 0], [0, 0, -1, -0.2], [0, 0, -1, 0]])
 K = np.array([[9.0, 0, 4], [0, 9, 4], [0, 0, 1]])
 
@@ -78,52 +76,30 @@ def with_rig(**given: Any) -> Avatar:
 
 
 MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
-    (lambda: weight(None), TypeError, "expression jawOpen is None; a number is needed"),
     (lambda: weight("much"), TypeError, "expression jawOpen is the text 'much'; a number is needed"),
-    (lambda: weight(np.zeros(3)), TypeError, "expression jawOpen is an array float64[3]; a number is needed"),
-    (lambda: weight(1j), TypeError, "expression jawOpen is a complex; a number is needed"),
     (lambda: weight(10**400), ValueError, "expression jawOpen is too large for a float"),
-    (lambda: PLAYER.animate(Pose(eyelids={"left": NONE})), TypeError, "eyelid left is None; a number"),
     (lambda: joint(np.eye(3)), ValueError, "joint jaw has shape [3, 3]; [4, 4] is needed"),
-    (lambda: joint(None), TypeError, "joint jaw is None; an array [4, 4] of real numbers is needed"),
-    (lambda: joint(COMPLEX), TypeError, "joint jaw is an array complex128[4, 4]; an array [4, 4] of real"),
     (lambda: joint([[1], [2, 3]]), TypeError, "joint jaw is a list; an array [4, 4] is needed"),
-    (lambda: PLAYER.animate(Pose(world_from_avatar=COMPLEX)), TypeError, "world_from_avatar is an array com"),
     (lambda: PLAYER.animate(Pose([1, 2])), TypeError, "pose.expressions is a list; a mapping by name"),
-    (lambda: PLAYER.animate(Pose({3: 1.0})), TypeError, "a name in pose.expressions is an int; a text"),
     (lambda: frame(None, CAMERA), TypeError, "pose is None; a Pose is needed"),
-    (lambda: frame({"jawOpen": 1}, CAMERA), TypeError, "pose is a dict; a Pose is needed"),
     (lambda: frame(Pose(), None), TypeError, "camera is None; a Camera is needed"),
-    (lambda: frame(Pose(), {}), TypeError, "camera is a dict; a Camera is needed"),
     (lambda: frame(Pose(), CAMERA, (0, 0, np.nan)), ValueError, "background holds a number that is not finite"),
     (lambda: frame(Pose(), CAMERA, (0, 0)), ValueError, "background has shape [2]; [3] is needed"),
-    (lambda: frame(Pose(), CAMERA, "black"), TypeError, "background is the text 'black'; an array [3]"),
     (lambda: frame(Pose(), CAMERA, None, "fast"), ValueError, "profile: 'fast' is not one of trainer, engine"),
-    (lambda: frame(Pose(), CAMERA, None, 3), TypeError, "profile is an int; a text is needed"),
     (lambda: PLAYER.animate(Pose(), 3), TypeError, "milliseconds is an int; a dict is needed"),
-    (lambda: ON_MESH.animate(Pose(), posed_vertices=COMPLEX), TypeError, "posed_vertices is an array complex"),
     (lambda: Player("head.avatar"), TypeError, "avatar is the text 'head.avatar'; an Avatar, which load(path)"),
-    (lambda: Player(NONE), TypeError, "avatar is None; an Avatar is needed"),
     (lambda: Player(AVATAR, "gpu"), ValueError, "backend: 'gpu' is not one of reference, cpu, gl"),
-    (lambda: Player(AVATAR, 3), TypeError, "backend is an int; a text is needed"),
     (lambda: Player(AVATAR, "cpu", es=True), ValueError, "es is an option of backend gl, not of cpu"),
     (lambda: Player(AVATAR, "reference", threads=2), ValueError, "threads is an option of backend cpu, not of ref"),
-    (lambda: Player(AVATAR, "gl", threads=2), ValueError, "threads is an option of backend cpu, not of gl"),
     (lambda: Player(AVATAR, level=0.5), TypeError, "level is a float; a whole number is needed"),
-    (lambda: opencv(intrinsics=np.eye(2)), ValueError, "intrinsics has shape [2, 2]; [3, 3] is needed"),
     (lambda: opencv(intrinsics=K.T), ValueError, "intrinsics are not [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]"),
     (lambda: opencv(intrinsics=np.diag([-9.0, 9, 1])), ValueError, "intrinsics: the focal lengths are -9 and 9"),
     (lambda: opencv(rotation=2 * np.eye(3)), ValueError, "rotation is not a rotation matrix: an entry of R R^T - I"),
     (lambda: opencv(rotation=-np.eye(3)), ValueError, "rotation is not a rotation matrix: its determinant is -1"),
-    (lambda: opencv(rotation=np.eye(3) * 1j), TypeError, "rotation is an array complex128[3, 3]"),
     (lambda: opencv(translation=[0, 0, np.inf]), ValueError, "translation holds a number that is not finite"),
     (lambda: opencv(width=8.0), TypeError, "width is a float; a whole number is needed"),
-    (lambda: orbit(target=None), TypeError, "target is None; an array [3] of real numbers is needed"),
-    (lambda: orbit(distance="far"), TypeError, "distance is the text 'far'; a number is needed"),
     (lambda: orbit(yaw=np.nan), ValueError, "yaw is nan; a finite number is needed"),
     (lambda: orbit(fov_y=20), ValueError, "fov_y is 20 radians; more than 0 and less than pi is needed"),
-    (lambda: opengl(view=np.eye(3)), ValueError, "view has shape [3, 3]; [4, 4] is needed"),
-    (lambda: opengl(view=np.full((4, 4), np.inf)), ValueError, "view holds a number that is not finite"),
     (lambda: opengl(projection=np.eye(4)), ValueError, "projection has no perspective; an orthographic camera"),
     (lambda: opengl(projection=GL_PROJECTION + np.diag([0, 0, 0, 1.0])), ValueError, "projection has no perspective"),
     (lambda: opengl(projection=np.diag([1, -1, 1, 1.0]) @ GL_PROJECTION), ValueError, "projection mirrors the image"),
@@ -131,11 +107,8 @@ MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
     (lambda: opengl(view=np.eye(4) * 1e300), ValueError, "view has no inverse, or the camera holds a number beyond"),
     (lambda: opengl(width=0), ValueError, "width is 0; 1 to 32768 is needed"),
     (lambda: replace(CAMERA, centre=np.zeros(2)), ValueError, "centre has shape [2]; [3] is needed"),
-    (lambda: replace(CAMERA, height=None), TypeError, "height is None; a whole number is needed"),
     (lambda: clip_pose(AVATAR, CLIP, np.nan), ValueError, "seconds is nan; a finite number is needed"),
-    (lambda: clip_pose(AVATAR, CLIP, "0"), TypeError, "seconds is the text '0'; a number is needed"),
     (lambda: frame_pose(AVATAR, CLIP, CLIP.frames), ValueError, f"frame is {CLIP.frames}; 0 to {CLIP.frames - 1}"),
-    (lambda: frame_pose(AVATAR, CLIP, 0.5), TypeError, "frame is a float; a whole number is needed"),
     (lambda: clip_pose(AVATAR, NONE, 0), TypeError, "clip is None; a Clip is needed"),
     (
         lambda: engine_clip(AVATAR, replace(CLIP, joint_delta=CLIP.joint_delta[:, 1:])),
@@ -143,25 +116,18 @@ MISTAKES: tuple[tuple[Callable[[], object], type[Exception], str], ...] = (
         "clip 'nod' has 4 expressions, 2 eyelids and 4 joints, the avatar 4, 2 and 5: it is another avatar's",
     ),
     (lambda: engine_pose(AVATAR, NONE), TypeError, "pose is None; a Pose is needed"),
-    (lambda: engine_pose(NONE, Pose()), TypeError, "avatar is None; an Avatar is needed"),
     (lambda: target_names(NONE), TypeError, "avatar is None; an Avatar is needed"),
     (lambda: joint_rotation("xyz"), TypeError, "rotvec is the text 'xyz'; three numbers is needed"),
-    (lambda: joint_rotation([1.0, 2.0]), ValueError, "rotvec has shape [2]; [3] is needed"),
     (lambda: joint_rotation([1.0, 2.0, np.nan]), ValueError, "rotvec holds a number that is not finite"),
     (lambda: load(NONE), TypeError, "path is None; a path is needed"),
-    (lambda: Driver(NONE), TypeError, "avatar is None; an Avatar is needed"),
-    (lambda: Driver(AVATAR, handedness=3), TypeError, "handedness is an int; a text is needed"),
     (lambda: DRIVER.pose({"jawOpen": 1.0}), TypeError, "frame is a dict; a DrivingFrame is needed"),
     (lambda: driven(weights=[0.5]), TypeError, "frame.weights is a list; a mapping by name is needed"),
-    (lambda: driven(weights={"jawOpen": "wide"}), TypeError, "frame.weights jawOpen is the text 'wide'"),
     (lambda: driven(weights={"jawOpen": np.nan}), ValueError, "frame.weights jawOpen is nan; a finite number"),
     (lambda: driven(weights={"JawOpne": 1.0}), ValueError, "frame.weights: 'JawOpne' is neither an ARKit name"),
     (lambda: driven(head=(0.0, 0.0)), ValueError, "frame.head has shape [2]; [3] is needed"),
     (lambda: check_avatar(NONE), TypeError, "avatar is None; an Avatar is needed"),
     (lambda: check_avatar(replace(AVATAR, groups=NONE)), TypeError, "groups is None; a tuple is needed"),
-    (lambda: check_avatar(replace(AVATAR, sh_degree=NONE)), TypeError, "sh_degree is None; a whole number"),
     (lambda: with_rig(vertices=[[0.0, 0, 0]]), TypeError, "rig.vertices is a list; a NumPy array is needed"),
-    (lambda: with_rig(joint_names=("a", 3)), TypeError, "rig.joint_names[1] is an int; a text is needed"),
 )  # fmt: skip
 
 
@@ -173,24 +139,3 @@ def test_a_mistake_names_the_argument(
 ) -> None:
     with pytest.raises(kind, match="^" + re.escape(message)):
         call()
-
-
-def test_numbers_of_other_libraries_are_taken() -> None:
-    """0-dimensional arrays, NumPy's scalars and integers are numbers; lists are arrays."""
-    for value in (np.float32(0.5), np.array(0.5), np.float64(0.5)):
-        assert np.array_equal(
-            PLAYER.animate(Pose({"jawOpen": value})).mean, PLAYER.animate(Pose({"jawOpen": 0.5})).mean
-        )
-    image = PLAYER.frame(Pose(joints={"jaw": np.eye(4).tolist()}), CAMERA, np.array([0, 0, 0])).image
-    assert np.array_equal(image.colour, PLAYER.frame(Pose(), CAMERA, (0, 0, 0)).image.colour)
-    assert opencv(width=np.int64(8), intrinsics=K.astype(int).tolist()).width == 8
-
-
-def test_every_field_of_the_model_is_checked() -> None:
-    """An annotation that the table does not know would be a KeyError."""
-    for avatar in (AVATAR, SURFACE):
-        parts = [avatar, *vars(avatar).values(), *avatar.groups, *avatar.expressions, *avatar.clips]
-        for part in parts:
-            if hasattr(part, "__dataclass_fields__"):
-                assert {str(field.type) for field in fields(part)} <= set(CHECKS), part
-        assert check_avatar(avatar) is avatar

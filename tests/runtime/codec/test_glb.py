@@ -59,11 +59,6 @@ def test_every_component_width_and_stride(component: int, kind: str, width: int,
     assert got.tolist() == (np.array(values)[:, 0].tolist() if width == 1 else values)
 
 
-def test_matrices_are_stored_by_column() -> None:
-    got = read(struct.pack("<16f", *range(16)), {"componentType": 5126, "count": 1, "type": "MAT4"})
-    assert got[0].tolist() == [[0, 4, 8, 12], [1, 5, 9, 13], [2, 6, 10, 14], [3, 7, 11, 15]]
-
-
 @pytest.mark.parametrize(
     ("kind", "component", "binary", "want"),
     [
@@ -243,17 +238,3 @@ def test_bad_sparse_is_named(indices: list[int], count: int, message: str) -> No
     with pytest.raises(AvatarError) as caught:
         glb.accessor(glb.decode(data), 0)
     assert message in str(caught.value)
-
-
-def test_an_index_of_nothing_is_refused() -> None:
-    document = glb.decode(pack(small(bytes(16), FLOATS), bytes(16)))
-    for index in (-1, 1, True, "0", None, 1 << 70, [0]):
-        with pytest.raises(AvatarError, match="does not exist"):
-            glb.accessor(document, index)
-
-
-@pytest.mark.parametrize("value", [None, {"count": 1}])
-def test_broken_sparse_is_refused(value: Any) -> None:
-    document = small(bytes(16), FLOATS | {"sparse": value})
-    with pytest.raises(AvatarError):
-        glb.accessor(glb.decode(pack(document, bytes(16))), 0)

@@ -134,10 +134,6 @@ def test_hostile_headers_are_refused(name: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_metadata_is_passed_over() -> None:
-    assert set(decode(file_of({"__metadata__": {"x": "y"}} | entry(), BODY), "x")) == {"a"}
-
-
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers(-10, 1 << 50) | st.floats() | st.sampled_from(["F32", "U8", "x"]),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=3), inner, max_size=3),

@@ -51,12 +51,6 @@ def test_what_is_stored_comes_back(codec: str, bits: int, record: int, rows: int
     assert decode(data, codec, bits, len(elements), record, "x").tolist() == elements.tolist()
 
 
-def test_triangles_around_vertices_follow_from_corners() -> None:
-    corners = np.array([[0, 1], [1, 2], [2, 0]], np.uint8).reshape(-1)  # triangles 0 1 2 and 1 2 0, by plane
-    ptr, triangle = incidence(corners, 4, "x")
-    assert ptr.tolist() == [0, 2, 4, 6, 6] and triangle.tolist() == [0, 1, 0, 1, 0, 1]
-
-
 @pytest.mark.parametrize(
     ("codec", "bits", "count", "record", "size", "message"),
     [

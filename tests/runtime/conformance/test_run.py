@@ -12,30 +12,10 @@ import pytest
 from avatar_runtime.backends import reference as reference_backend
 from avatar_runtime.conformance import Reference, conform, conform_outputs, decode, encode, make_reference
 from avatar_runtime.conformance.model import Step
-from avatar_runtime.conformance.rows import kept_pixels, thinned
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose
 from tests.avatars import full_avatar, surface_avatar
 from tests.runtime.conformance.made import CAMERA, avatar, reference
-
-
-def test_rows_are_of_every_group_and_few() -> None:
-    made = avatar()
-    part = thinned(made, 16)
-    assert len(part.rows) == 16 and len(part.vertices) == 16
-    for group in made.groups:
-        assert np.count_nonzero((part.rows >= group.first) & (part.rows < group.first + group.count)) == 4
-    assert len(thinned(made, 512).rows) == made.gaussians.count
-
-
-def test_pixels_are_drawn_ones_and_some_that_are_not() -> None:
-    drawn = np.zeros((30, 40), bool)
-    drawn[10:20, 10:30] = True
-    kept = kept_pixels(drawn, 64)
-    assert len(kept) == len(np.unique(kept)) == 64
-    assert np.count_nonzero(drawn.ravel()[kept]) == 48
-    assert len(kept_pixels(drawn, 5000)) == 200 + 1000
-    assert len(kept_pixels(drawn * False, 64)) == 16
 
 
 def test_an_image_that_differs_is_told_when_all_stages_pass() -> None:
@@ -64,26 +44,6 @@ def test_an_image_may_be_one_step_off(what: str, steps: int, passes: bool) -> No
     }
     report = conform(avatar(), replace(reference(), cases=(replace(vectors, images=shifted),)), "reference")
     assert report.passed == passes
-
-
-def test_a_profile_that_is_not_drawn_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reference_backend.ReferenceBackend, "profiles", ("engine",))
-    report = conform(avatar(), reference(), "reference")
-    assert report.passed
-    assert report.skipped == ("nod: stage raster in profile trainer", "nod: image in profile trainer")
-
-
-def test_backends_give_back_what_they_hold(monkeypatch: pytest.MonkeyPatch) -> None:
-    released = []
-    monkeypatch.setattr(
-        reference_backend.ReferenceBackend, "release", lambda self: released.append(self), raising=False
-    )
-    conform(avatar(), reference(), "reference")
-    assert len(released) == len(set(released)) == 2
-    monkeypatch.setitem(reference_backend.RUN, "sort", lambda *a: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        conform(avatar(), reference(), "reference")
-    assert len(set(released)) == 4
 
 
 def without(values: Reference, stage: str, array: str) -> Reference:

@@ -43,9 +43,3 @@ def test_head_signs(
     rotation = axes.head_rotation(DrivingFrame(0, {}, head=euler))
     assert rotation @ FORWARD == pytest.approx(nose)
     assert rotation @ UP == pytest.approx(crown)
-
-
-def test_an_eye_without_channels_is_not_measured() -> None:
-    frame = DrivingFrame(0, {}, left_eye=(0.1, 0, 0))
-    assert axes.eye_rotation(frame, "Left") is None
-    assert axes.eye_rotation(frame, "Right") is not None

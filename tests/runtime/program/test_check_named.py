@@ -197,15 +197,20 @@ def _instead(elements: Array, _: Array) -> Array:
     return elements
 
 
-def test_a_row_has_a_limited_number_of_entries() -> None:
-    columns = np.zeros((1 << 16) + 1, np.uint8)
+def long_row() -> tuple[Program, int]:
+    """A program whose first Gaussian has one late morph too many."""
     program, groups = PROGRAMS["full"]
-    late, ptr = np.zeros(3 * len(columns), np.uint32), np.full(49, len(columns), np.uint32)
+    ptr = np.full(49, (1 << 16) + 1, np.uint32)
     ptr[0] = 0
-    for name, elements in (("late_column", columns), ("late_mean", late), ("late_ptr", ptr)):
-        program = with_elements(program, "BindStatic.0", name, partial(_instead, elements))
+    late = {"column": np.zeros(ptr[1], np.uint8), "mean": np.zeros(3 * ptr[1], np.uint32), "ptr": ptr}
+    for name, elements in late.items():
+        program = with_elements(program, "BindStatic.0", f"late_{name}", partial(_instead, elements))
+    return program, groups
+
+
+def test_a_row_has_a_limited_number_of_entries() -> None:
     with pytest.raises(AvatarError, match="late_ptr: gives a row 65537 entries; 65536 are the most"):
-        check_program(program, groups)
+        check_program(*long_row())
 
 
 def test_the_work_of_a_frame_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:

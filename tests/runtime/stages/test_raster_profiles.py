@@ -88,14 +88,6 @@ def test_faint_opacities_warn_of_nothing(profile: str) -> None:
     assert not got.colour.any() and (got.last == 0).all()
 
 
-def test_an_empty_scene_is_the_background() -> None:
-    projected, camera = random_scene(1, 3, 0.1)
-    for profile in PROFILES:
-        got = raster(projected, np.zeros(0, np.int64), camera, BACKGROUND, profile)
-        np.testing.assert_array_equal(got.colour, np.broadcast_to(BACKGROUND, (HEIGHT, WIDTH, 3)))
-        assert (got.transmittance == 1).all() and (got.last == 0).all() and got.evaluations == 0
-
-
 @st.composite
 def tile_cases(draw: st.DrawFn) -> tuple[Array, Array, int, int]:
     columns, rows = draw(st.integers(1, 5)), draw(st.integers(1, 5))
@@ -115,10 +107,3 @@ def test_tile_lists_meet_brute_force(case: tuple[Array, Array, int, int]) -> Non
     ids, ranges = tile_lists(rects, order, camera, 16)
     got = [ids[begin:end].tolist() for begin, end in ranges]
     assert got == splat.tile_members(rects, order, columns, rows)
-
-
-def test_sort_is_front_to_back_with_ties_by_id() -> None:
-    projected, _ = random_scene(1, 40, 0.1)
-    depth = np.round(projected.depth * 4) / 4
-    got = sort(replace(projected, depth=depth.astype(np.float32)))
-    assert got.tolist() == sorted(np.flatnonzero(projected.radius).tolist(), key=lambda i: (depth[i], i))
