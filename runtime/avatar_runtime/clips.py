@@ -80,9 +80,8 @@ def _named(avatar: Avatar, expressions: F32 | F64, late: F32 | F64, joint_delta:
     )
 
 
-@np.errstate(
-    divide="ignore", invalid="ignore"
-)  # a scale of 0 has no rotation; `resolve` refuses what is not finite
+# A scale of 0 has no rotation: `resolve` refuses what is not finite.
+@np.errstate(divide="ignore", invalid="ignore")
 def _between(first: F64, second: F64, part: float) -> F64:
     """Affine matrices [..., 4, 4] of which `part` is `second`; equal ones give their own numbers."""
     turns = _rotation(first), _rotation(second)

@@ -83,6 +83,8 @@ def test_equal_frames_and_mirrors_keep_their_numbers() -> None:
     np.testing.assert_array_equal(
         at(0.4 / FPS, replace(CLIP, joint_delta=mirror)).joint_delta, mirror[0].astype(np.float64)
     )
+    turned = np.repeat(CLIP.joint_delta[:1], 2, axis=0)
+    np.testing.assert_array_equal(at(0.4 / FPS, replace(CLIP, joint_delta=turned)).joint_delta, turned[0])
     mirror[1, :, 0, 0] = 3
     np.testing.assert_allclose(
         at(0.5 / FPS, replace(CLIP, joint_delta=mirror)).joint_delta[0], np.diag([2, -0.3, 0.2, 1]), atol=1e-7

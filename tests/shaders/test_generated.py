@@ -103,6 +103,8 @@ def test_glslang_takes_it_and_the_module_is_valid(entry: str) -> None:
 
 @pytest.mark.parametrize("language", [language for language in LANGUAGES if language.startswith("glsl")])
 def test_a_driver_takes_the_generated_text(language: str) -> None:
+    version = {"glsl430": "#version 430", "glsl310es": "#version 310 es"}[language]
+    assert {source(entry, language).partition("\n")[0] for entry in ENTRIES} == {version}
     compute = [name for name, row in ENTRIES.items() if row.kind == "compute"]
     programs = [{"compute": source(entry, language)} for entry in compute]
     programs += [

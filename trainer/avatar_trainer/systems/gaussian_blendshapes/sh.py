@@ -29,6 +29,7 @@ def _basis(direction: F64, degree: int) -> F64:
     """Y_k(d), [D, K]."""
     count = (degree + 1) ** 2
     unit = np.broadcast_to(np.eye(count), (len(direction), count, count))
+    # The stage is declared for float32. Here it computes in float64: the pseudo-inverse magnifies rounding.
     result: F64 = project.sh_colour(unit, direction, degree).astype(np.float64) - 0.5  # type: ignore[arg-type]
     return result
 
