@@ -16,6 +16,7 @@ import pytest
 
 import avatar_runtime
 from avatar_runtime import version
+from tests.avatars import full_avatar
 
 CALLABLES = sorted({*avatar_runtime.__all__} - {"BACKENDS", "__version__"})
 EXTRAS = ("numba", "moderngl", "onnx", "onnxruntime", "torch", "PIL", "pygltflib", "pxr")
@@ -45,15 +46,20 @@ def test_every_public_name_is_documented(name: str) -> None:
 
 def test_player_has_the_options_of_all_backends_with_their_defaults() -> None:
     parameters = inspect.signature(avatar_runtime.Player).parameters
-    options = {
-        name: default for row in avatar_runtime.BACKENDS.values() for name, default in row.options.items()
-    }
-    own = ("avatar", "backend", "level", "enhance")
+    options = {k: default for row in avatar_runtime.BACKENDS.values() for k, default in row.options.items()}
+    own, gl = ("avatar", "backend", "level", "enhance"), avatar_runtime.BACKENDS["gl"]
     assert {name: p.default for name, p in parameters.items() if name not in own} == options
-    made = inspect.signature(importlib.import_module(avatar_runtime.BACKENDS["gl"].module).make).parameters
-    assert {name: p.default for name, p in made.items() if name != "avatar"} == avatar_runtime.BACKENDS[
-        "gl"
-    ].options
+    made = inspect.signature(importlib.import_module(gl.module).make).parameters
+    assert {name: p.default for name, p in made.items() if name != "avatar"} == gl.options
+
+
+def test_player_hands_every_option_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    parameters = inspect.signature(avatar_runtime.Player).parameters
+    given = {name: object() for name in list(parameters)[4:]}
+    handed: dict[str, object] = {}
+    monkeypatch.setattr("avatar_runtime.player.make_backend", lambda *_, **options: handed.update(options))
+    avatar_runtime.Player(full_avatar(), **given)
+    assert handed == given
 
 
 def test_importing_loads_nothing_heavy() -> None:

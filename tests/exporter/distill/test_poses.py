@@ -11,7 +11,12 @@ import numpy.typing as npt
 import pytest
 
 from avatar_export.distill import drivers
+from avatar_export.distill.embed import under, unscaled
 from avatar_export.distill.poses import BODY_RANGE, MORPH_RANGE, driven, poses_to_dump
+from avatar_runtime.rules import AREA_SCALES
+from avatar_runtime.stages.surface import SCALES, prepare, triangle_shape
+from avatar_schema import constants
+from tests.avatars import surface_avatar
 from tests.commands import Run
 from tests.exporter.bodies import body_files
 from tests.exporter.bodies.test_body_model import put
@@ -139,3 +144,16 @@ def test_the_command(flame: Path, tmp_path: Path, run: Run) -> None:
     assert code == 2 and "exists" in error
     code, _, error = run("poses", tmp_path / "none.glb", "-o", tmp_path / "x.npz")
     assert code == 2 and "none.glb" in error and not (tmp_path / "x.npz").exists()
+
+
+@pytest.mark.parametrize("rule", AREA_SCALES)
+def test_a_scale_rule_is_undone(rule: str) -> None:
+    """What the stage does to log scales on a stretched mesh is taken back."""
+    avatar = surface_avatar()
+    e, rules = avatar.embedding, replace(avatar.rules, scale=rule)
+    assert e is not None
+    held, stretched = prepare(e, rules, 4.0), e.canonical_vertices * np.float32([1.5, 1, 0.8])
+    given = SCALES[rule](held, triangle_shape(stretched, e.triangles, rules), avatar.gaussians.log_scale)
+    damping = float(constants()["area_damping"])
+    found = unscaled(rule, under(held, [stretched]), given[None], 4.0, damping)[0]
+    np.testing.assert_allclose(found, avatar.gaussians.log_scale, atol=1e-5)
