@@ -10,6 +10,7 @@ import pytest
 from avatar_export import cli
 from avatar_export.commands import console
 
+PLAIN = ("--no-preview", "--no-engine-files", "--no-reference")  # of `convert`: the normative files alone
 QUIET = 1e6  # seconds: no lines of progress, however slow the machine is
 Run = Callable[..., tuple[int, str, str]]
 Refused = Callable[..., str]

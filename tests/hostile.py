@@ -241,12 +241,3 @@ def read_all(value: object) -> object:
     if isinstance(value, (list, tuple)):
         return type(value)([read_all(item) for item in value])
     return value.read() if hasattr(value, "read") else value
-
-
-# Any JSON value, and numbers that mean something in a glTF accessor.
-VALUES = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(max_size=5)
-    | st.sampled_from([0, 1, 2, 4, 5121, 5123, 5125, 5126, "SCALAR", "VEC3", "MAT2", "MAT4", 1 << 40]),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner, max_size=3),
-    max_leaves=5,
-)  # fmt: skip

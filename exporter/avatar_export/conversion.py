@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from avatar_export.bodies.inputs import found_driving
-from avatar_export.clips.sources import clips_from
+from avatar_export.clips.sources import read_clips
 from avatar_export.convert_options import ConvertOptions, SourceOptions
 from avatar_export.driving.drive import driving_notes
 from avatar_export.driving.matrix import with_driving
@@ -31,10 +31,11 @@ WRONG_MM = 2.0  # an error of too few joints above this is another face: it is t
 
 @dataclass(frozen=True)
 class Source:
-    """A trained avatar that was read, and what its reader says of it."""
+    """A trained avatar that was read, and what its reader says of it, and of clips that were added."""
 
     avatar: Avatar
     notes: tuple[Note, ...]
+    clip_notes: tuple[Note, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -96,10 +97,13 @@ def read_source(source: Path, options: SourceOptions, progress: Callable[[str], 
     driving = options.driving or found_driving(options.dataset)
     if driving is not None:
         avatar = with_driving(avatar, driving)
+    clip_notes: list[Note] = []
     for path in options.clips:
         progress(f"reading {path.name}")
-        avatar = replace(avatar, clips=(*avatar.clips, *clips_from(avatar, path)))
-    return Source(check_avatar(avatar) if driving or options.clips else avatar, notes)
+        found = read_clips(avatar, path)
+        avatar = replace(avatar, clips=(*avatar.clips, *found.clips))
+        clip_notes += found.notes
+    return Source(check_avatar(avatar) if driving or options.clips else avatar, notes, tuple(clip_notes))
 
 
 def _avatar_notes(source: Source) -> list[Note]:
@@ -109,7 +113,7 @@ def _avatar_notes(source: Source) -> list[Note]:
         notes.append(fact("rows_dropped", count=len(dropped)))
     if avatar.rig is None and avatar.embedding is None:
         notes.append(fact("no_rig"))
-    notes += [*driving_notes(avatar), *source.notes]
+    notes += [*driving_notes(avatar), *source.notes, *source.clip_notes]
     settings = (one for note in source.notes if note.kind == "settings" for one in note.values["settings"])
     if unstated := [one for one in settings if one.source is None]:
         notes.append(doubt("unstated", settings=unstated))

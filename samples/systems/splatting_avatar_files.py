@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from samples.subjects.head import Mesh
 from samples.systems.ply import ply_bytes, splat_columns
 from samples.systems.splatting_avatar import Embedded
-
-Array = npt.NDArray[Any]
 
 ITERATION = 30000
 CONFIG = """\

@@ -13,7 +13,7 @@ from avatar_export.notes.text import TEXTS, from_stored, stored, text
 
 TABLES = (checking, converting, distilling, fitting, packing, playing, reading)
 SOURCE = Path(__file__).parents[2] / "exporter" / "avatar_export"
-MADE = re.compile(r'\b(?:fact|doubt|judged|Note)\(\s*"([a-z_]+)"')
+MADE = re.compile(r'\b(?:fact|doubt|judged|too_far|Note)\(\s*"([a-z_]+)"')
 
 
 def test_every_kind_has_one_text_and_every_text_is_used() -> None:

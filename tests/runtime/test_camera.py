@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
 
 from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
@@ -55,9 +54,6 @@ def test_orbit_directions(yaw: float, pitch: float, eye: Array, right: Array, up
     column, row, depth = seen(camera, TARGET + 0.1 * up)
     assert row < MIDDLE[1] - 3
     np.testing.assert_allclose((column, depth), (MIDDLE[0], 2.0), atol=1e-4)
-
-
-angles = st.floats(-7, 7)
 
 
 def test_opencv_pixels_are_k_times_the_point() -> None:

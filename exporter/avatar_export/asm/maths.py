@@ -16,11 +16,6 @@ from avatar_runtime.stages.joints import levels
 ROWS = 1024  # vertices at once: [ROWS, J, K] densities at a time
 
 
-def mixture_weights(template: Template, binding: Binding) -> F64:
-    """[V, J] skin weights, rows add up to 1 (Eq. 4 and 6; models of the unofficial code use the rule `softplus`)."""
-    return np.concatenate([mixture_weight_rows(template, binding, rows) for rows in row_blocks(template)])
-
-
 def row_blocks(template: Template) -> list[slice]:
     """The vertices in blocks whose weights are computed at once; at least one block."""
     return [slice(at, at + ROWS) for at in range(0, max(len(template.vertices), 1), ROWS)]
@@ -28,7 +23,7 @@ def row_blocks(template: Template) -> list[slice]:
 
 @np.errstate(under="ignore")
 def mixture_weight_rows(template: Template, binding: Binding, rows: slice) -> F64:
-    """[v, J] skin weights of some vertices.
+    """[v, J] skin weights of some vertices, rows add up to 1 (Eq. 4 and 6; `softplus`: models of the unofficial code).
 
     `normalised` divides densities by their sum, as logarithms. Far from every bone, where all densities underflow, the
     weight goes to the bone whose mixture falls off last, which is the limit of Eq. 6.

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from avatar_export.asm.check import MOST_BONES, check_face
 from avatar_export.asm.model import AsmFace, Binding, Take, Template
@@ -38,8 +37,6 @@ ROOT_BONE = "face"  # has no weight and no pose
 UNITS = 100.0  # of the mesh, per metre
 MAX_JSON_BYTES = 16 << 20
 FPS = 30.0  # of the neutral, which is one frame
-
-Array = npt.NDArray[Any]
 
 
 def detect(folder: Path) -> bool:

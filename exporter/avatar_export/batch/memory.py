@@ -82,18 +82,8 @@ def _largest(sizes: Mapping[str, int], whole_folders: bool) -> int:
     return max(folders.values())
 
 
-def expected_bytes(job: Job) -> int:
-    """Peak memory that a row is expected to take, with a margin."""
-    return expected(job)[0]
-
-
-def expected_seconds(job: Job) -> float:
-    """CPU seconds that a row is expected to take, on the machine of the measurement."""
-    return expected(job)[1]
-
-
 def expected(job: Job) -> tuple[int, float]:
-    """(`expected_bytes`, `expected_seconds`), by one look at the source."""
+    """(peak memory, with a margin, CPU seconds on the machine of the measurement) that a row is expected to take."""
     form, size = weight(job)
     rows = _rows_like(form, job)
     peak = _on_line(rows, size, lambda row: row.peak_bytes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,15 +19,16 @@ from avatar_export.checks.conform_report import verdict
 from avatar_export.checks.pack import validate_pack
 from avatar_export.convert_options import ConvertOptions
 from avatar_export.images import SHEET_SIZE
+from avatar_export.notes.note import Note
 from avatar_export.notes.text import text
 from avatar_export.packing.choices import Choices
-from avatar_export.packing.make import make_pack, pack_of
+from avatar_export.packing.make import Made, pack_of
 from avatar_export.playing import frames as playing
 from avatar_export.playing import sequences
 from avatar_export.serving import publish
 from avatar_export.serving.session import identity, shown
 from avatar_runtime.avatar import Avatar
-from avatar_runtime.io.text_files import write_text
+from avatar_runtime.io.text_files import write_bytes, write_text
 from avatar_runtime.pose import Pose
 
 PREVIEW = "preview.png"
@@ -63,6 +65,11 @@ class Products:
         face.save(out, "WEBP", quality=80)
         return f"data:image/webp;base64,{base64.b64encode(out.getvalue()).decode()}"
 
+    def doubt(self, notes: Sequence[Note]) -> None:
+        """Puts doubts before the message."""
+        doubts = (text(note) for note in notes if note.doubtful)
+        self.message = "; ".join(filter(None, (*doubts, self.message)))
+
     def file(self, suffix: str) -> Path:
         """The product that ends in `suffix`."""
         return self.folder / f"{self.job.product}{suffix}"
@@ -74,24 +81,24 @@ def make(job: Job, source: Path, options: ConvertOptions, folder: Path) -> Produ
     Raises AvatarError as the commands do, and for a product that fails its checks.
     """
     made = conversion.convert(source, folder / job.product, options)
-    products = Products(
-        job,
-        folder,
-        made.avatar,
-        options.handedness,
-        {"bundle": made.size},
-        message="; ".join(text(note) for note in made.notes if note.doubtful),
-    )
+    products = Products(job, folder, made.avatar, options.handedness, {"bundle": made.size})
+    products.doubt(made.notes)
     for step in job.steps:
         DO[step](products)
     return products
 
 
-def _pack(products: Products) -> None:
-    out = products.file(".avatar")
-    made = make_pack(products.avatar, out, Choices(handedness=products.handedness))
-    products.psnr = made.measured[0].mean
+def _made(products: Products) -> Made:
+    made = pack_of(products.avatar, Choices(handedness=products.handedness))
+    products.doubt(made.notes)
     products.pack = made.file
+    return made
+
+
+def _pack(products: Products) -> None:
+    made = _made(products)
+    write_bytes(products.file(".avatar"), made.file, force=False)
+    products.psnr = made.measured[0].mean
     products.sizes["pack"] = len(made.file)
 
 
@@ -121,10 +128,8 @@ def _render(products: Products) -> None:
 
 
 def _publish(products: Products) -> None:
-    if products.pack is None:
-        products.pack = pack_of(products.avatar, Choices(handedness=products.handedness)).file
-    name = products.file(".avatar")
-    avatar = shown(identity(products.job.product, ()), products.pack, str(name))
+    pack = _made(products).file if products.pack is None else products.pack
+    avatar = shown(identity(products.job.product, ()), pack, str(products.file(".avatar")))
     page = products.file(".html")
     write_text(page, publish.single(avatar), force=False)
     products.sizes["page"] = page.stat().st_size

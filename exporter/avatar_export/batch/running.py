@@ -67,7 +67,7 @@ def run(
     A row that fails never stops the others. Raises AvatarError for a cluster that cannot be reached, has no workers, or
     runs another version, and for a report that cannot be written; ValueError for two rows of one name.
     """
-    tasks = [engine.Task(job.name, memory.expected_bytes(job), partial(row.do, job)) for job in jobs]
+    tasks = [engine.Task(job.name, memory.expected(job)[0], partial(row.do, job)) for job in jobs]
     write: Report = (lambda results: None) if report_folder is None else partial(_report, report_folder)
     given = nullcontext(client) if client is not None else opened(tasks, workers, scheduler, (row.__name__,))
     try:

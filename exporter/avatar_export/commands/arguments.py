@@ -10,10 +10,13 @@ from typing import Annotated
 
 import typer
 
+from avatar_export.clips.doubts import unmoved
+from avatar_export.notes.note import Note, fact
 from avatar_export.options import Options, option
 from avatar_export.playing.sequences import pose_of
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.backends import BACKENDS
+from avatar_runtime.driving.arkit import canonical
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.pose import Pose
 
@@ -131,3 +134,9 @@ class Posed(Options):
             )
         ]
         return pose_of(avatar, weights[0], weights[1], turns, weights[2])
+
+    def notes(self, avatar: Avatar) -> list[Note]:
+        """What an ARKit weight of a sound pose cannot move here."""
+        named = [canonical(name) or name for name, _ in pairs(self.arkit, "--arkit / -a")]
+        still = unmoved(avatar, named) if named else []
+        return [fact("unmoved", names=still)] if still else []

@@ -38,8 +38,8 @@ output = CleanConsole(highlight=False, markup=False, soft_wrap=not sys.stdout.is
 
 
 def tell(notes: Iterable[Note]) -> None:
-    """A line for each note, on standard error."""
-    for note in notes:
+    """A line for each note, warnings first, on standard error."""
+    for note in sorted(notes, key=lambda one: not one.doubtful):
         messages.print(f"{'warning' if note.doubtful else 'note'}: {text(note)}")
 
 

@@ -12,6 +12,7 @@ from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, output, print_json, tell
 from avatar_export.commands.declared import command
 from avatar_export.convert_options import ConvertOptions
+from avatar_export.notes.note import Note
 from avatar_export.packing.choices import Choices
 from avatar_export.packing.make import make_pack
 from avatar_export.summary import summary
@@ -33,11 +34,13 @@ def convert(
     """Convert a trained avatar to a bundle."""
     if pack is not None:
         refuse_existing(pack, force)
-    handedness = options.handedness
+    handedness, notes = options.handedness, list[Note]()
     with Steps() as step:
         made = conversion.convert(source, out, options, force=force, progress=step)
         if pack is not None:
-            make_pack(made.avatar, pack, Choices(handedness=handedness), force=force, progress=step)
+            packed = make_pack(made.avatar, pack, Choices(handedness=handedness), force=force, progress=step)
+            notes = [note for note in packed.notes if note.doubtful]
+    tell([*notes, *(note for note in made.notes if note.doubtful and as_json)])
     if as_json:
         print_json({"out": str(out), "bytes": made.size, "handedness": handedness, **summary(made.avatar)})
         return

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from avatar_export.clips.sources import clip_notes
 from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, output, print_json, tell
 from avatar_export.commands.declared import command
 from avatar_export.conversion import read_source
 from avatar_export.convert_options import SourceOptions
 from avatar_export.measure.yardstick import Measured
-from avatar_export.notes.note import Note
 from avatar_export.packing.choices import Choices
 from avatar_export.packing.make import Made, make_pack
 
@@ -44,17 +41,21 @@ def pack(
     aims = {"--max-bytes": choices.max_bytes, "--min-psnr": choices.min_psnr, "--exact": choices.exact}
     arguments.exclude(aims)
     with Steps() as step:
-        avatar = read_source(source, options, step).avatar
-        notes = [note for path in options.clips for note in clip_notes(avatar, path)]
-        made = make_pack(avatar, out, choices, report=report, reference=reference, force=force, progress=step)
+        read = read_source(source, options, step)
+        made = make_pack(
+            read.avatar, out, choices, report=report, reference=reference, force=force, progress=step
+        )
+    notes = [*made.notes, *read.clip_notes]
+    tell(note for note in notes if note.doubtful)
     if as_json:
         print_json({"out": str(out), "bytes": len(made.file), "parts": dict(made.parts), **made.document})
     else:
-        _print(out, made, notes)
+        _print(out, made)
+        tell(note for note in notes if not note.doubtful)
     raise typer.Exit(0 if made.met else 1)
 
 
-def _print(out: Path, made: Made, notes: Sequence[Note]) -> None:
+def _print(out: Path, made: Made) -> None:
     for index, measured in enumerate(made.measured):
         count, figures = made.counts[index], _figures(measured)
         output.print(
@@ -64,7 +65,6 @@ def _print(out: Path, made: Made, notes: Sequence[Note]) -> None:
         )
     for part, size in made.parts.items():
         output.print(f"  {size / 1e3:9.1f} kB  {part}")
-    tell([*notes, *made.notes])
 
 
 def _figures(measured: Measured) -> str:

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from avatar_export.commands import arguments
-from avatar_export.commands.console import output
+from avatar_export.commands.console import output, tell
 from avatar_export.commands.declared import command
 from avatar_export.playing.engine import pose_document
 from avatar_export.playing.sequences import own_clip
@@ -42,4 +42,5 @@ def pose(
     text = json.dumps(pose_document(avatar, shown), indent=1, ensure_ascii=False) + "\n"
     refuse_existing(out, force)
     write_text(out, text, force=force)
+    tell(posed.notes(avatar))
     output.print(f"{out}: a transform for each node, a weight for each morph target of rig.glb and rig.usdc")

@@ -158,7 +158,7 @@ def render(
         playing.save(out, images, count, shown.fps, force, lambda i: step(f"frame {i} of {count}"))
     for problem in warnings(bundle):
         messages.print(f"note: {problem}")
-    tell(sequence.notes)
+    tell([*posed.notes(avatar), *sequence.notes])
     output.print(f"{out}: {count} image{'s' * (count > 1)} of {view.width}x{view.height}")
 
 

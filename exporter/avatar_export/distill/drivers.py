@@ -112,18 +112,6 @@ def checked(drivers: Drivers, file: Path) -> Drivers:
     return drivers
 
 
-def joint_rotations(drivers: Drivers) -> F64:
-    """[F, J, 3, 3] how each joint turns against its parent, in its rest frame: FLAME's and SMPL's rotations."""
-    local, rest = drivers.world_from_joint.copy(), drivers.rest.copy()
-    for joint, parent in enumerate(drivers.parents):
-        if parent >= 0:
-            local[:, joint] = np.linalg.solve(
-                drivers.world_from_joint[:, parent], drivers.world_from_joint[:, joint]
-            )
-            rest[joint] = np.linalg.solve(drivers.rest[parent], drivers.rest[joint])
-    return np.linalg.solve(rest[:, :3, :3], local[..., :3, :3]).astype(np.float64)
-
-
 def _numbers(data: bytes, file: object, name: str) -> F64 | I64:
     source = parse_npy(data, file, name)
     kinds = "iu" if name in WHOLE else "fiu"

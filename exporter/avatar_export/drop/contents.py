@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from avatar_export.clips.sources import clip_notes
+from avatar_export.conversion import Source as Read
 from avatar_export.conversion import read_source
 from avatar_export.convert_options import SourceOptions
 from avatar_export.drop.hosts import PACK, RIG, Project
@@ -18,7 +18,6 @@ from avatar_export.players.archive import tarball
 from avatar_export.players.assemble import assemble
 from avatar_export.serving.session import identity
 from avatar_export.writers.rig_glb import rig_glb
-from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.packs import FILE_LIMIT, decode_pack, is_pack
@@ -44,9 +43,9 @@ class Source:
             raise AvatarError("no such file or folder", file=self.path)
         return is_pack(self.path) and self == Source(self.path)
 
-    def read(self, progress: Callable[[str], None]) -> Avatar:
-        """The avatar. Raises AvatarError as `read_source`."""
-        return read_source(self.path, self.options, progress).avatar
+    def read(self, progress: Callable[[str], None]) -> Read:
+        """The avatar, with notes. Raises AvatarError as `read_source`."""
+        return read_source(self.path, self.options, progress)
 
     def pack(self, choices: Choices, progress: Callable[[str], None]) -> tuple[bytes, list[Note]]:
         """The pack by these choices, and notes on it; a pack without further inputs as it is, whatever its frame.
@@ -57,19 +56,19 @@ class Source:
             data = read_bytes(self.path, FILE_LIMIT)
             decode_pack(data, str(self.path))
             return data, []
-        avatar = self.read(progress)
-        notes = [note for path in self.options.clips for note in clip_notes(avatar, path)]
-        made = pack_of(avatar, choices, progress)
-        return made.file, [*notes, *made.notes]
+        read = self.read(progress)
+        made = pack_of(read.avatar, choices, progress)
+        return made.file, [*read.clip_notes, *made.notes]
 
-    def rig(self, progress: Callable[[str], None]) -> bytes:
-        """The file rig.glb. Raises AvatarError for an unsound source, and for an avatar without a rig."""
-        pieces = rig_glb(self.read(progress))
+    def rig(self, progress: Callable[[str], None]) -> tuple[bytes, list[Note]]:
+        """The file rig.glb, and notes on it. Raises AvatarError for an unsound source and an avatar without a rig."""
+        read = self.read(progress)
+        pieces = rig_glb(read.avatar)
         if pieces is None:
             raise AvatarError(
                 "has no rig, and there is no player that shows its Gaussians there", file=self.path
             )
-        return b"".join(pieces)
+        return b"".join(pieces), [*read.clip_notes]
 
 
 def player_files(project: Project) -> dict[str, bytes]:

@@ -81,7 +81,7 @@ def _files(
     notes: list[Note] = []
     if not dry_run:
         if project.host.asset == RIG:
-            data = source.rig(progress)
+            data, notes = source.rig(progress)
         else:
             data, notes = source.pack(project.host.choices, progress)
         progress("writing")

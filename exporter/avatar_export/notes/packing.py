@@ -2,7 +2,25 @@
 
 from __future__ import annotations
 
-TEXTS = {
+from collections.abc import Callable, Mapping
+
+CURES = {  # by the choice that made the picture poor
+    "max_bytes": "raise --max-bytes, or pass --min-psnr 50 in its place",
+    "min_psnr": "raise --min-psnr, or leave it out",
+    "sh_degree": "leave out --sh-degree, or raise it",
+    "exact": "--exact keeps every number",
+}
+
+
+def _poor(cure: str, **_: object) -> str:
+    figures = (
+        "mean {mean:.1f} dB, worst {worst:.1f} dB {region}; good ones have {least:g} and {lowest:g} or more"
+    )
+    return f"the picture is poor: {figures}; {CURES[cure]}"
+
+
+TEXTS: Mapping[str, str | Callable[..., str]] = {
+    "poor_picture": _poor,
     "floor": "parts that no step makes smaller: {parts:kilobytes}; at least {bytes} bytes in all",
     "level_unlike": "the level of {count} Gaussians is left out: it looks different from full detail wherever the "
     "avatar is above {least} pixels high",

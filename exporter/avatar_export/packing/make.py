@@ -13,7 +13,7 @@ from avatar_export.measure.framing import framing, left_framing, preview_webp
 from avatar_export.measure.report import report_html
 from avatar_export.measure.views import NamedView, Shot, in_turn, views
 from avatar_export.measure.yardstick import Measured, Yardstick, compare
-from avatar_export.notes.note import Note, fact
+from avatar_export.notes.note import Note, doubt, fact
 from avatar_export.notes.text import text
 from avatar_export.ops.active_sh import with_active_sh
 from avatar_export.packing.budget import by_part, coarsest, floor, refuse_below
@@ -35,6 +35,8 @@ from avatar_runtime.program.check import check_program
 SIZE = 512  # pixels of the images that are compared
 SEEN = 4  # of so many poses of a claim one sets the camera
 DRAWS = 2  # claims that are measured, each in other poses: where one is short of the aims, steps become finer once
+# Below these, people see that a pack is not its source: the limits of levels for an image and for a block of it.
+POOR = Aims(40.0, 30.0)
 FIGURES = 1500  # bytes that the measured figures of a level take in the file, at most
 
 
@@ -132,7 +134,7 @@ def pack_of(source: Avatar, choices: Choices = DEFAULT, progress: Progress = lam
     facts = _facts(attempt, heights, choices)
     packing = write(attempt.prepared, facts, packer.preview, choices.handedness)
     met = _met(packing, attempt.measured[0], choices)
-    notes += [*left_out, *lost, *_notes(finest, choices, aims, attempt, met)]
+    notes += [*left_out, *lost, *_notes(source, finest, choices, aims, attempt, met)]
     settings = _settings(choices, aims, attempt.found)
     return Made(packing.file, by_part(packing), attempt, met, tuple(notes), facts, settings)
 
@@ -257,14 +259,31 @@ def _met(packing: Packing, measured: Measured, choices: Choices) -> bool:
     return choices.min_psnr is None or measured.mean >= choices.min_psnr
 
 
-def _notes(finest: Avatar, choices: Choices, aims: Aims, attempt: Attempt, met: bool) -> list[Note]:
+def _notes(
+    source: Avatar, finest: Avatar, choices: Choices, aims: Aims, attempt: Attempt, met: bool
+) -> list[Note]:
     found = attempt.found
     notes = [] if found is None else found.notes(finest)
     if not met:
         notes = [fact("nothing_nearer"), *notes]
     elif found is not None and choices.max_bytes is None and aims.missed_by(attempt.measured[0]) > 0:
         notes = [fact("short_of_aims", aims=aims.text()), *notes]
+    if POOR.missed_by(attempt.measured[0]) > 0:
+        notes = [_poor(source, finest, choices, attempt.measured[0]), *notes]
     return [*notes, *([] if finest.enhancer is None else [fact("no_enhancer")])]
+
+
+def _poor(source: Avatar, finest: Avatar, choices: Choices, measured: Measured) -> Note:
+    """A doubt with the option that gives a better picture."""
+    cure = "exact"
+    if choices.max_bytes is not None:
+        cure = "max_bytes"
+    elif choices.sh_degree is not None and finest.sh_degree < source.sh_degree:
+        cure = "sh_degree"
+    elif choices.min_psnr is not None:
+        cure = "min_psnr"
+    figures = {"mean": measured.mean, "worst": measured.worst, "region": measured.region}
+    return doubt("poor_picture", **figures, cure=cure, least=POOR.mean, lowest=POOR.worst)
 
 
 def reduced(avatar: Avatar, degree: int | None) -> Avatar:

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from avatar_export.clips import gltf_files
+from avatar_export.clips.doubts import take_notes
 from avatar_export.clips.other_avatar import parts_of
 from avatar_export.clips.poses import clip_poses
-from avatar_export.clips.sources import clip_notes, clips_from
+from avatar_export.clips.sources import read_clips
 from avatar_export.driving import drive, takes
 from avatar_export.images import arkit_pose
 from avatar_export.notes.note import Note, fact
@@ -79,9 +80,7 @@ def recorded(avatar: Avatar, path: Path) -> PoseSequence:
             f"holds no {gltf_files.EXPRESSIONS}, so no recording; --clip plays its animation", file=path
         )
     take = takes.read_take(path)
-    missing = drive.unreached(avatar)
-    notes = (fact("channels_unused", count=len(ARKIT_NAMES), names=missing),) if missing else ()
-    return PoseSequence(drive.poses(avatar, take), take.fps, notes)
+    return PoseSequence(drive.poses(avatar, take), take.fps, tuple(take_notes(avatar, take)))
 
 
 def own_clip(avatar: Avatar, name: str) -> PoseSequence:
@@ -105,12 +104,15 @@ def clip(avatar: Avatar, named: str, name: str | None) -> PoseSequence:
 
 def _clip_of_file(avatar: Avatar, path: Path, name: str | None) -> PoseSequence:
     bare = replace(avatar, clips=())  # so that clips of the same name are not renamed
-    found = {clip.name: clip for clip in clips_from(bare, path)}
+    read = read_clips(bare, path)
+    found = {clip.name: clip for clip in read.clips}
     if name is not None and name not in found:
         raise no_such("clip of this file", name, tuple(found), file=path.name)
     chosen = found[name] if name is not None else next(iter(found.values()))
-    notes = (fact("clip_chosen", name=chosen.name, clips=list(found)), *clip_notes(avatar, path, chosen.name))
-    return PoseSequence(clip_poses(avatar, chosen), chosen.fps, notes)
+    notes = [fact("clip_chosen", name=chosen.name, clips=list(found)), *read.notes]
+    if strangers := gltf_files.unmatched(avatar, path, chosen.name):
+        notes.append(fact("no_counterpart", part="nodes", names=strangers))
+    return PoseSequence(clip_poses(avatar, chosen), chosen.fps, tuple(notes))
 
 
 def meshes(avatar: Avatar, paths: Sequence[Path], units: float | None, fps: float) -> PoseSequence:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from avatar_export.live.receiver import Receiver
+from avatar_export.notes.text import text
 from avatar_export.serving import access, page, server
 from avatar_export.serving.hub import Hub
 from avatar_export.serving.session import Shown, compact, session
@@ -87,11 +88,14 @@ def view(given: Sequence[Source], choices: Choices, voice: Voice, receiver: Rece
         watched = [(source, source.stamp()) for source in given]
         with voice.steps() as step:
 
-            def progress(text: str) -> None:
-                voice.say(text)
-                step(text)
+            def progress(line: str) -> None:
+                voice.say(line)
+                step(line)
 
-            loaded = [source.load(progress) for source in given]
+            loaded = [
+                source.load(progress, noted=lambda note: voice.say(f"warning: {text(note)}"))
+                for source in given
+            ]
         viewing = Viewing(loaded, receiver is not None)
         asyncio.run(_serve(watched, viewing, listening, choices, voice, receiver))
 

@@ -6,10 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from avatar_export.clips.sources import clip_notes
 from avatar_export.conversion import read_source
 from avatar_export.convert_options import SourceOptions
-from avatar_export.notes.note import Note, fact
+from avatar_export.notes.note import Note
 from avatar_export.packing.make import pack_of
 from avatar_export.serving.session import Shown, identity, shown
 from avatar_runtime.io.errors import AvatarError
@@ -41,10 +40,11 @@ class Source:
         if self.is_whole() and not clips:
             return shown(self.id, read_bytes(self.path, FILE_LIMIT), str(self.path))
         progress(f"packing {self.path}")
-        avatar = read_source(self.path, SourceOptions(clips=tuple(clips)), lambda _: None).avatar
-        for note in (note for path in clips for note in clip_notes(avatar, path)):
-            noted(fact("of_avatar", avatar=avatar.name, what=note))
-        return shown(self.id, pack_of(avatar).file, str(self.path))
+        read = read_source(self.path, SourceOptions(clips=tuple(clips)), lambda _: None)
+        made = pack_of(read.avatar)
+        for note in (*read.clip_notes, *(one for one in made.notes if one.doubtful)):
+            noted(Note("of_avatar", {"avatar": read.avatar.name, "what": note}, note.severity))
+        return shown(self.id, made.file, str(self.path))
 
     def is_whole(self) -> bool:
         """Whether it is a pack already. Raises AvatarError if nothing is there."""

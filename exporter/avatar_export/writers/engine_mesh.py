@@ -43,7 +43,6 @@ class EngineMesh:
     """The rig's mesh at rest, without parts that importers drop. Corners and triangles are in the rig's order."""
 
     vertex_id: I64  # [v] row in rig.safetensors, increasing
-    triangle_id: I64  # [f] row in rig.safetensors, increasing
     vertices: F32  # [v, 3] metres
     normals: F32  # [v, 3] unit, weighted by area
     triangles: U32  # [f, 3] rows of `vertices`
@@ -110,7 +109,6 @@ def engine_mesh(avatar: Avatar) -> EngineMesh:
     ]
     return EngineMesh(
         vertex_id.astype(np.int64),
-        triangle_id,
         vertices,
         _normals(vertices, triangles),
         triangles,

@@ -18,7 +18,7 @@ def test_weights_are_the_paper_s(rule: str) -> None:
     face = small_face(4, components=3, weight_rule=rule)
     b = face.binding
     expected = oracle.weights(face.template.uv.astype(np.float64), b.zeta, b.pi, b.mu, b.covariance, rule)
-    found = maths.mixture_weights(face.template, face.binding)
+    found = maths.mixture_weight_rows(face.template, face.binding, slice(None))
     np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-300)
     np.testing.assert_allclose(found.sum(axis=1), 1, rtol=1e-14)
     assert ((found > 1e-9).sum(axis=1) > 2).any()  # or nothing was tested
@@ -29,7 +29,9 @@ def test_far_from_every_bone_the_slowest_mixture_has_the_weight() -> None:
     face = small_face(spread=1e-3)
     covariance = face.binding.covariance.copy()
     covariance[3] *= 16  # nose_tip falls off four times slower
-    found = maths.mixture_weights(face.template, replace(face.binding, covariance=covariance))
+    found = maths.mixture_weight_rows(
+        face.template, replace(face.binding, covariance=covariance), slice(None)
+    )
     assert np.isfinite(found).all()
     np.testing.assert_allclose(found.sum(axis=1), 1, rtol=1e-14)
     corner = found[0]  # far from all

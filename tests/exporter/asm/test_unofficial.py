@@ -166,7 +166,9 @@ def test_weights_are_the_code_s(face: AsmFace) -> None:
                 total += share / sum(shares) * density
             mixtures.append(softplus(total))
         expected = np.array(mixtures) / sum(mixtures)
-        np.testing.assert_allclose(maths.mixture_weights(face.template, face.binding)[v], expected, rtol=1e-9)
+        np.testing.assert_allclose(
+            maths.mixture_weight_rows(face.template, face.binding, slice(None))[v], expected, rtol=1e-9
+        )
         assert expected.max() > 1.5 * expected.min()
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -15,6 +14,7 @@ from avatar_export.batch.failures import KINDS
 from avatar_export.batch.job import STEPS, Job
 from avatar_export.batch.result import Result, from_json
 from avatar_runtime.io.errors import AvatarError
+from tests.pages import Page
 
 IMAGE = "data:image/webp;base64,UklGRg=="
 BAD_NAME = "<script>alert(1)</script>\u202e"
@@ -31,22 +31,6 @@ def made_row(folder: Path, name: str, preview: object) -> Result:
     return Result(name, "done", output=str(folder / name), sizes=sizes, psnr=41.25)
 
 
-class Page(HTMLParser):
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.tags: list[str] = []
-        self.images: list[str] = []
-        self.texts: list[str] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
-        self.tags.append(tag)
-        self.images += [value or "" for name, value in attributes if name == "src"]
-
-    def handle_data(self, data: str) -> None:
-        self.texts.append(data.strip())
-
-
 def test_a_report_has_every_row(tmp_path: Path) -> None:
     rows = [made_row(tmp_path, "a", IMAGE), FAILED, Result(BAD_NAME, "not done"), Result("d", "kept")]
     assert not report.exists(str(tmp_path))
@@ -55,11 +39,11 @@ def test_a_report_has_every_row(tmp_path: Path) -> None:
     lines = (tmp_path / "report.jsonl").read_text("utf-8").splitlines()
     assert [from_json(json.loads(line), "x") for line in lines] == rows
     page = Page((tmp_path / "report.html").read_text("utf-8"))
-    assert "script" not in page.tags and "link" not in page.tags
-    texts = " ".join(page.texts)
+    assert not page.all("script") and not page.all("link")
+    texts = " ".join(text.strip() for texts in page.text.values() for text in texts)
     for words in ("1 done, 1 kept, 1 failed, 1 not done", "41.2 dB", "store: 1", KINDS["store"].remedy):
         assert words in texts
-    assert "<script>alert(1)</script>?" in page.texts and page.images == [IMAGE]
+    assert "<script>alert(1)</script>?" in texts and [image["src"] for image in page.all("img")] == [IMAGE]
     report.write([replace(FAILED, name="later")], str(tmp_path))
     assert "later" in (tmp_path / "report.html").read_text("utf-8")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "report.html", "report.jsonl"]

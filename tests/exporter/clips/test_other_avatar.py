@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from avatar_export.clips import other_avatar
-from avatar_export.clips.sources import clip_notes, clips_from
+from avatar_export.clips.sources import clips_from, read_clips
 from avatar_runtime.avatar import Avatar, Clip, Driving, Expression, SparseRows
 from avatar_runtime.bundle import load
 from avatar_runtime.driving.driver import Driver
@@ -18,7 +18,7 @@ from avatar_runtime.pose import resolve
 from avatar_runtime.stages.joints import rest_transforms
 from tests import bundles
 from tests.avatars import full_avatar
-from tests.commands import Run
+from tests.commands import PLAIN, Run
 from tests.exporter.refusals import refused
 
 ROUNDING = 1e-6
@@ -59,7 +59,7 @@ def test_a_rotation_keeps_its_axes_in_another_rest_frame(other: Path) -> None:
         wanted = theirs @ given.clips[0].joint_delta[frame, 2, :3, :3] @ np.linalg.inv(theirs)
         found = ours @ taken.joint_delta[frame, 2, :3, :3] @ np.linalg.inv(ours)
         assert np.abs(found - wanted).max() < 1e-5
-    notes = clip_notes(avatar, Path(f"{other}:nod"))
+    notes = read_clips(replace(avatar, clips=()), Path(f"{other}:nod")).notes
     moved = np.abs(given.clips[0].joint_delta[:, 2, :3, 3]).max() > 1e-4
     assert any(note.kind == "rotations_alone" for note in notes) == moved
 
@@ -136,6 +136,14 @@ def test_the_commands_take_it(other: Path, tmp_path: Path, run: Run) -> None:
     code, _, error = run("pack", own, "-o", packed, *blink, "--no-preview", "--exact")
     assert code == 0 and [clip.name for clip in load(packed).clips] == ["blink"], error
     assert lost in " ".join(error.split())
+    (site := tmp_path / "mine").mkdir()
+    (site / "index.html").touch()
+    (game := tmp_path / "game").mkdir()
+    (game / "project.godot").touch()
+    drops = (("drop", own, "--into", project) for project in (site, game))
+    for words in (("convert", own, "-o", tmp_path / "whole", *PLAIN), *drops):
+        code, _, error = run(*words, *blink)
+        assert code == 0 and lost in error, error
     code, _, error = run("publish", packed, "-o", tmp_path / "site", "--clip", f"{other}:nod")
     assert code == 0 and lost in " ".join(error.split()), error
     (published,) = (tmp_path / "site").glob("packs/*.avatar")

@@ -10,7 +10,8 @@ import numpy as np
 
 from avatar_export.clips import gltf_files
 from avatar_export.clips.poses import clip_from_poses, clip_poses, first_frame, rig_avatar
-from avatar_export.clips.sources import clips_from, unique_name
+from avatar_export.clips.sources import clips_from, read_clips, unique_name
+from avatar_export.notes.text import text
 from avatar_export.options import ReadOptions
 from avatar_export.playing import sequences
 from avatar_export.readers import lam
@@ -19,7 +20,8 @@ from avatar_export.rigs.rig_file import read_rig_file
 from avatar_runtime.avatar import Avatar, Rig
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.pose import Pose, joint_rotation, resolve
-from tests.avatars import avatar_of, rig_of
+from tests import bundles
+from tests.avatars import avatar_of, full_avatar, rig_of
 from tests.exporter.glb_files import edited
 from tests.exporter.readers import lam_files
 from tests.exporter.refusals import refused
@@ -71,6 +73,25 @@ def test_names_differ(tmp_path: Path) -> None:
         clips += clips_from(replace(avatar, clips=clips), path)
     assert [clip.name for clip in clips] == ["nod", "nod_2", "nod_3"]
     assert unique_name("a\n\x1b[2Jb", ()) == "a__[2Jb" and unique_name(" ", {"clip"}) == "clip_2"
+
+
+def test_a_clip_in_percent_is_doubted(tmp_path: Path) -> None:
+    """In a .glb, and of another avatar; what goes a little beyond a range is none."""
+    given, path = full_avatar(), tmp_path / "rise.glb"
+    for most, percent in ((2.5, False), (80, True)):
+        path.write_bytes(rig_files.rig_glb(animated=most))
+        weights = np.zeros_like(given.clips[0].expression_weights)
+        weights[2, 0] = most
+        nod = replace(given.clips[0], expression_weights=weights)
+        other = bundles.write(tmp_path / f"other{most}", replace(given, clips=(nod,)))
+        for found, said in (
+            (read_clips(_avatar(tmp_path), path), "rise.glb: AK_25_JawOpen is 80 in frame 12"),
+            (read_clips(given, Path(f"{other}:nod")), "other80:nod: jawOpen is 80 in frame 2"),
+        ):
+            texts = [text(note) for note in found.notes if note.doubtful]
+            assert [one.partition(": are the weights percent?")[0] for one in texts] == [
+                f"clip 'nod' of {said}"
+            ] * percent
 
 
 def test_clips_that_move_nothing_here_are_left_out(tmp_path: Path) -> None:

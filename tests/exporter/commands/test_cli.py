@@ -16,9 +16,7 @@ from PIL import Image
 from avatar_runtime.backends import reference
 from avatar_runtime.bundle import load
 from tests import bundles
-from tests.commands import Refused, Run
-
-PLAIN = ("--no-preview", "--no-engine-files", "--no-reference")
+from tests.commands import PLAIN, Refused, Run
 
 
 @pytest.fixture(scope="module")
@@ -131,6 +129,18 @@ def test_render_one_pose(run: Run, bundle: Path, tmp_path: Path) -> None:
         assert name == "neutral" or np.abs(images[name] - images["neutral"]).max() > 8, name
 
 
+MOVES_NOTHING = "note: this avatar has nothing that tongueOut moves\n"
+
+
+def test_an_arkit_name_that_moves_nothing_is_said(run: Run, bundle: Path, tmp_path: Path) -> None:
+    for command, out in (("render", tmp_path / "x.png"), ("pose", tmp_path / "x.json")):
+        size = ("--size", "16") if command == "render" else ()
+        for names, said in ((("tongue_out", "jawOpen"), True), (("jawOpen",), False)):
+            words = [word for name in names for word in ("-a", f"{name}=1")]
+            code, _, error = run(command, bundle, "-o", out, *size, *words, "--force")
+            assert code == 0 and (error == MOVES_NOTHING) == said
+
+
 TAKES = Path(__file__).parents[3] / "samples" / "drive"
 ROM = ("--drive", TAKES / "live_link_face_rom_300.csv", "--every", "100")
 
@@ -158,6 +168,28 @@ def test_render_what_moves(
     assert run(*words, tmp_path / "frames")[0] == 0
     names = sorted(p.name for p in (tmp_path / "frames").iterdir())
     assert names == [f"frame_{i:05}.png" for i in range(images)]
+
+
+def test_commands_say_what_a_recording_lacks_after_what_is_wrong_in_it(
+    run: Run, bundle: Path, tmp_path: Path
+) -> None:
+    take, still = tmp_path / "take.csv", (tmp_path / "a.webp", "--size", "16")
+    take.write_text("Timecode,JawOpen,TongueOut\n00:00:00:00.0,80,0\n00:00:00:01.0,0,0\n")
+    for words in (
+        ("render", bundle, "-o", *still, "--drive", take),
+        ("render", bundle, "-o", *still, "--force", "--clip", take),
+        ("convert", bundle, "-o", tmp_path / "out", *PLAIN, "--clip", take),
+    ):
+        code, _, error = run(*words)
+        first, *others = error.splitlines()
+        assert code == 0 and first.startswith(
+            "warning: take.csv: jawOpen is 80 in frame 0: are the weights percent?"
+        )
+        assert any(
+            "take.csv lacks 50 of the 52 ARKit names, which stay 0: eyeBlinkLeft, " in line for line in others
+        )
+    error = run("convert", bundle, "-o", tmp_path / "out", *PLAIN, "--force", "--clip", take, "--json")[2]
+    assert error.startswith("warning: take.csv: jawOpen is 80") and error.count("\n") == 1
 
 
 def test_a_bundle_is_completed_from_its_normative_files(run: Run, bundle: Path, tmp_path: Path) -> None:

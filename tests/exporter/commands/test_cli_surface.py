@@ -22,10 +22,8 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from tests.avatars import surface_avatar
-from tests.commands import Refused, Run
+from tests.commands import PLAIN, Refused, Run
 from tests.session.rights import as_anybody
-
-PLAIN = ("--no-preview", "--no-engine-files", "--no-reference")
 
 
 @pytest.fixture(scope="module")

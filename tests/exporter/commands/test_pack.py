@@ -12,14 +12,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from avatar_export.notes.note import Note
 from avatar_export.ops.active_sh import with_active_sh
 from avatar_export.packing.choices import Choices
 from avatar_export.packing.make import make_pack
+from avatar_export.packing.search import Aims
+from avatar_export.serving.sources import Source
 from avatar_export.writers.bundle import write_bundle
 from avatar_runtime.bundle import load
 from avatar_runtime.packs import read_pack
 from tests.avatars import assert_same, full_avatar, surface_avatar
-from tests.commands import Refused, Run
+from tests.commands import PLAIN, Refused, Run
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +88,7 @@ def test_commands_take_a_pack(packed: Path, run: Run, refused: Refused, tmp_path
         images.append(np.asarray(Image.open(png)).astype(int))
     assert np.abs(images[0] - images[1]).max() > 3
     assert "the last one is level 1" in refused("render", packed, "-o", tmp_path / "2.png", "--level", 2)
-    assert run("convert", packed, "-o", tmp_path / "again", *FEW)[0] == 0
+    assert run("convert", packed, "-o", tmp_path / "again", *PLAIN)[0] == 0
     assert load(tmp_path / "again").gaussians.count == 48
     cut = tmp_path / "cut.avatar"
     cut.write_bytes(packed.read_bytes()[:3000])
@@ -117,6 +120,26 @@ def test_a_budget_that_is_met_and_one_that_cannot_be(bundle: Path, run: Run, tmp
     assert run("validate", not_met)[0] == 0
 
 
+@pytest.mark.parametrize(
+    ("options", "mended"),
+    [
+        (("--max-bytes", "17kB"), "raise --max-bytes, or pass --min-psnr 50 in its place"),
+        (("--sh-degree", "0", "--json"), "leave out --sh-degree, or raise it"),
+        (("--min-psnr", "25"), "raise --min-psnr, or leave it out"),
+        (("--max-bytes", "30kB"), ""),
+    ],
+)
+def test_a_poor_picture_is_the_first_thing_that_is_said(
+    options: tuple[str, ...], mended: str, bundle: Path, run: Run, tmp_path: Path
+) -> None:
+    code, _, error = run("pack", bundle, "-o", tmp_path / "x.avatar", "--no-preview", *options)
+    first = error.splitlines()[0] if error else ""
+    assert code == 0 and ("picture is poor" in error) == bool(mended)
+    assert not mended or re.fullmatch(
+        rf"warning: the picture is poor: mean \S+ dB, worst \S+ dB .*; {mended}", first
+    )
+
+
 def test_a_budget_below_the_floor_is_refused_before_the_search(
     bundle: Path, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -145,15 +168,19 @@ def test_exact_keeps_every_float_and_left_mirrors(bundle: Path, run: Run, tmp_pa
     assert document(fewer)["error"]["psnr_mask_db"]["mean"] < 60
 
 
-FEW = ("--no-engine-files", "--no-preview", "--no-reference")
-
-
-def test_convert_writes_a_pack_too(run: Run, refused: Refused, tmp_path: Path) -> None:
+def test_convert_writes_a_pack_too_and_others_say_how_poor_it_is(
+    run: Run, refused: Refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("avatar_export.packing.make.POOR", Aims(200.0, 200.0))
     source, out, pack = tmp_path / "source", tmp_path / "out", tmp_path / "x.avatar"
     write_bundle(surface_avatar(3), source, preview=False, engine_files=False, reference=False)
-    assert run("convert", source, "-o", out, "--pack", pack, *FEW)[0] == 0
+    code, _, error = run("convert", source, "-o", out, "--pack", pack, *PLAIN)
+    assert code == 0 and error.startswith("warning: the picture is poor: ")
+    notes: list[Note] = []
+    Source("own", source).load(noted=notes.append)
+    assert [note.severity for note in notes] == ["doubt"]
     assert load(pack).gaussians.count == load(out).gaussians.count
-    error = refused("convert", source, "-o", tmp_path / "other", "--pack", pack, *FEW)
+    error = refused("convert", source, "-o", tmp_path / "other", "--pack", pack, *PLAIN)
     assert "x.avatar: exists" in error and not (tmp_path / "other").exists()
 
 

@@ -22,9 +22,8 @@ from avatar_export.commands import console, memory
 from avatar_export.commands.console import Steps
 from avatar_export.commands.memory import EXPORT, MIB, Need, shortage
 from avatar_export.writers import bundle, table
-from tests.commands import Run
+from tests.commands import PLAIN, Run
 
-PLAIN = ("--no-preview", "--no-engine-files", "--no-reference")
 ENDS = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}
 
 

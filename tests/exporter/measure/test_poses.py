@@ -38,15 +38,6 @@ def without_expressions(avatar: Avatar) -> Avatar:
     )
 
 
-AVATARS = {
-    "everything": full_avatar,
-    "no clips": lambda: replace(full_avatar(), clips=()),
-    "surface": surface_avatar,
-    "no expressions": lambda: without_expressions(surface_avatar()),
-    "joints alone": lambda: replace(without_expressions(surface_avatar()), clips=()),
-}
-
-
 def test_every_pose_lies_in_the_image() -> None:
     avatar = full_avatar()
     far = NamedPose("far", Pose(world_from_avatar=homogeneous(np.eye(3), np.array([0.5, 0.0, 0.0]))))

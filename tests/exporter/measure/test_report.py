@@ -6,7 +6,6 @@ import base64
 import io
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
@@ -18,32 +17,15 @@ from avatar_export.measure.views import Shot, in_turn, views
 from avatar_export.measure.yardstick import Measured, compare, pairs
 from avatar_runtime.avatar import Avatar
 from tests.avatars import full_avatar
+from tests.pages import Page
 
 SIZE = 32
 PARTS = {"Gaussians <raw>": 12_345, "rig": 87_655}
 
 
-class Page(HTMLParser):
-    """Tags with their attributes, and whether every tag that opens is closed."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.open: list[str] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-        if tag not in ("meta", "img", "br"):
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def images(self) -> list[np.ndarray]:
-        sources = [attrs["src"] or "" for tag, attrs in self.tags if tag == "img"]
-        data = [base64.b64decode(source.removeprefix("data:image/webp;base64,")) for source in sources]
-        return [np.asarray(Image.open(io.BytesIO(one)).convert("RGB")).astype(int) for one in data]
+def images_of(page: Page) -> list[np.ndarray]:
+    data = [base64.b64decode((image["src"] or "").partition("base64,")[2]) for image in page.all("img")]
+    return [np.asarray(Image.open(io.BytesIO(one)).convert("RGB")).astype(int) for one in data]
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +69,7 @@ def test_it_stands_alone_and_is_well_formed(text: str) -> None:
 def test_images_are_source_pack_and_amplified_difference(
     text: str, shots: list[Shot], other: Avatar, measured: Measured
 ) -> None:
-    images = Page(text).images()
+    images = images_of(Page(text))
     assert len(images) == 2 * 2 * 3, "the worst of each kind, and a typical one"
     named = re.findall("<h3>(.*?)</h3>", text)
     assert [named[0], named[2]] == [measured.shots[at] for _, _, at in measured.by_kind()]

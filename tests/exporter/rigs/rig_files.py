@@ -111,7 +111,7 @@ def rig_glb(
     nodes: bool = False,  # a node and mesh for each part, instead of a primitive
     shared: bool = False,  # all parts index the vertices of the first
     lying: bool = False,  # stored in centimetres, Z up; only the nodes stand
-    animated: bool = True,
+    animated: float = 1,
 ) -> bytes:
     build = Builder()
     parts = whole() if parts is None else parts
@@ -136,7 +136,7 @@ def rig_glb(
         "skins": [{"joints": [0, 1, 2], "inverseBindMatrices": inverse}],
     }
     if animated:
-        build.document["animations"] = [_nod(build)]
+        build.document["animations"] = [_nod(build, animated)]
     return build.data()
 
 
@@ -159,11 +159,11 @@ def _vertices(build: Builder, rows: Array, store: Array, ids: str | None) -> dic
     return {"attributes": attributes, "targets": targets}
 
 
-def _nod(build: Builder) -> dict[str, Any]:
-    """The head turns by ANGLE about +Z, linearly in angle, while the first morph rises to 1."""
+def _nod(build: Builder, most: float) -> dict[str, Any]:
+    """The head turns by ANGLE about +Z, linearly in angle, while the first morph rises to `most`."""
     half = np.linspace(0, ANGLE, FRAMES) / 2
     turn = np.stack([0 * half, 0 * half, np.sin(half), np.cos(half)], axis=1)
-    rise = np.stack([np.linspace(0, 1, FRAMES), np.zeros(FRAMES)], axis=1)
+    rise = np.stack([np.linspace(0, most, FRAMES), np.zeros(FRAMES)], axis=1)
     times = build.add(np.arange(FRAMES) / FPS, "SCALAR", "<f4")
     outputs = (build.add(turn, "VEC4", "<f4"), build.add(rise.reshape(-1), "SCALAR", "<f4"))
     targets = ({"node": 2, "path": "rotation"}, {"node": 3, "path": "weights"})

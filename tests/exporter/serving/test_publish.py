@@ -7,7 +7,6 @@ import hashlib
 import io
 import json
 import re
-from html.parser import HTMLParser
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -17,36 +16,12 @@ from PIL import Image
 from avatar_export.serving import publish
 from avatar_export.serving.page import page_files
 from tests.exporter.serving.packs import HOSTILE, of, packed
+from tests.pages import Page
 
 URL = "https://example.org/people/"
 
 
-class Seen(HTMLParser):
-    """The elements of a page, as the standard parser sees them."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.text: dict[str, list[str]] = {}
-        self._open: list[str] = []
-        self.feed(page)
-        self.close()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-        if tag not in ("meta", "link", "img"):
-            self._open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        self._open.pop()
-
-    def handle_data(self, data: str) -> None:
-        if self._open:
-            self.text.setdefault(self._open[-1], []).append(data)
-
-    def all(self, tag: str) -> list[dict[str, str | None]]:
-        return [attributes for name, attributes in self.tags if name == tag]
-
+class Seen(Page):
     def metas(self) -> dict[str | None, str | None]:
         return {m.get("property", m.get("name")): m.get("content") for m in self.all("meta")}
 

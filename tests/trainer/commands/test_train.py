@@ -6,6 +6,7 @@ import errno
 import json
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -174,3 +175,16 @@ def test_advice_of_the_exporter_names_its_program(
     code, _, err = avatar_train("stability", tmp_path / "bundle", "--clip", "x.csv")
     said = "`stability` has no --driving: run `avatar-export pack` with it first, and give `stability` what it writes"
     assert (code, err) == (2, f"avatar-train: pass it with --driving FILE; {said}\n")
+
+
+def test_stability_says_what_a_recording_lacks(tmp_path: Path, avatar_train: Train) -> None:
+    plain, take = full_avatar(), tmp_path / "take.csv"
+    clips = tuple(
+        replace(clip, name=name) for clip, name in zip(plain.clips, ("training", "held_out"), strict=True)
+    )
+    bundle = tmp_path / "bundle"
+    write_bundle(replace(plain, clips=clips), bundle, preview=False, engine_files=False, reference=False)
+    rows = [f"00:00:00:{k:02}.0,0.{k}" for k in range(3)]
+    take.write_text("\n".join(("Timecode,JawOpen", *rows)))
+    code, _, err = avatar_train("stability", bundle, "--clip", take)
+    assert code == 0 and "take.csv lacks 6 of the 52 ARKit names, which stay 0: eyeBlinkLeft, eyeLook" in err

@@ -26,7 +26,6 @@ from avatar_trainer.captures.rows import MAX_FRAMES, Row, check_rows
 
 PATTERN = "checkpoint/*.frame"
 IMAGES = "images"
-EYELIDS = tuple(subject_files.EYELID_FILES)
 FPS = 25.0  # the rate to which the tracker converts videos; the files do not store it
 MAX_VALUES = 1000  # of one array of a frame; FLAME has 300 + 100 coefficients
 SAME_IDENTITY = 0.01  # largest standard deviation: one take has one identity

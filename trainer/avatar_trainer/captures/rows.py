@@ -22,7 +22,6 @@ TRAIN_FRAMES = 2  # the fewest training frames of a capture
 MAX_FRAMES = 100_000
 MAX_VALUE = 1e6  # of any number of a pose
 ROTATION_TOLERANCE = 1e-3  # of any entry of R R^T - I
-SPLITS = ("train", "test")
 
 
 @dataclass(frozen=True)

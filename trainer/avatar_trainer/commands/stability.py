@@ -45,6 +45,7 @@ def stability(
         sequence = sequences.clip(avatar, clip, None).part(slice(None, None, every))
         step(f"playing {len(sequence.poses)} frames")
         result = measures.stability(avatar, sequence.poses, trained_on)
+    console.tell(sequence.notes)
     if trained_on is None and avatar.provenance.get("system") == PSAVATAR:
         note(
             "flicker is measured against a mesh that has the learned bases of this bundle; pass --capture to "

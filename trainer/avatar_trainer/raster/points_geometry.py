@@ -30,7 +30,6 @@ from avatar_trainer.raster.points_kernels import (
 )
 
 f32, f64 = np.float32, np.float64
-Vector = tuple[np.float32, np.float32, np.float32]
 LEAST_RADIUS = f32(points_screen.LEAST_RADIUS)
 
 
