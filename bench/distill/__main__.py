@@ -25,6 +25,7 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.pose import Pose
 from bench.distill import boxes
 from bench.distill.large import large
+from bench.distill.untaught import untaught
 
 NORMATIVE = ("gaussians.ply", "blendshapes.safetensors", "embedding.safetensors", "rig.safetensors")
 
@@ -137,6 +138,8 @@ def main() -> None:
         lam()
     if not given.row or "large" in given.row:
         large()
+    if not given.row or "untaught" in given.row:
+        untaught()
     print(f"peak memory of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")
 
 

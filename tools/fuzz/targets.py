@@ -32,8 +32,7 @@ from avatar_export.bodies.pose_files import read_poses
 from avatar_export.bodies.subject_files import read_shape
 from avatar_export.checks.bundle import validate
 from avatar_export.clips.sources import clips_from
-from avatar_export.distill.dumps.check import check
-from avatar_export.distill.dumps.folder import open_dumps
+from avatar_export.distill.prepare import prepared
 from avatar_export.driving.matrix import with_driving
 from avatar_export.driving.takes import read_take
 from avatar_export.formats.mesh_files import read_mesh
@@ -269,7 +268,7 @@ TARGETS: dict[str, Target] = {
         lambda folder: read(folder, ReadOptions(body_model=folder / "body.npz", shape=Path("zero"))),
     ),
     "lhm": Target(checkpoints.lhm, lambda folder: read(folder / "person.ply", lhm_files.options(folder), "lhm")),
-    "dumps": Target(checkpoints.dumps, lambda folder: check(open_dumps(folder))),
+    "dumps": Target(checkpoints.dumps, prepared),
     "body models": Target(_bodies, lambda folder: read_body_model(_only(folder))),
     "tracked frames": Target(_frames, lambda folder: read_shape(_only(folder))),
     "tracked poses": Target(_poses, _shape_or_poses),

@@ -15,16 +15,18 @@ from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, output, tell
 from avatar_export.commands.declared import command
 from avatar_export.distill import make
-from avatar_export.distill.dumps.check import check as judged
-from avatar_export.distill.dumps.folder import open_dumps
-from avatar_export.distill.dumps.held import split
+from avatar_export.distill.dumps.folder import OWNER
+from avatar_export.distill.prepare import prepared
 from avatar_export.distill.report import report_html
+from avatar_export.notes.note import fact
 from avatar_export.notes.text import text
 from avatar_export.options import Author, BodyModel, Consent, License
 from avatar_export.provenance import with_rights
 from avatar_export.rigs.rig_file import read_rig_file
 from avatar_export.writers.bundle import may_replace, write_bundle
 from avatar_runtime.avatar import Rig
+from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.io.ownership import owned
 from avatar_runtime.io.text_files import refuse_existing, write_text
 
 REPORT = ".report.html"
@@ -94,19 +96,23 @@ def distill(
 
 def check(dumps: Dumps) -> None:
     """Judge posed dumps for `distill`: what is wrong, what would be mended, what is doubtful."""
-    with Steps() as step:
-        given = open_dumps(dumps)
-        found = judged(given, step)
-    doubts = split(found.dumps).doubts
-    drivers = given.drivers
+    try:
+        with Steps() as step, owned(OWNER):
+            found = prepared(dumps, progress=step)
+    except AvatarError:
+        output.print(f"{dumps}: " + text(fact("unfit")))
+        raise
+    drivers, mended = found.checked.dumps.drivers, found.checked.mended
     output.print(
-        f"{dumps}: {drivers.frames} frames of {found.layout.rows} Gaussians in {len(np.unique(drivers.take))} takes, "
-        f"{len(drivers.joint_names)} joints, {len(drivers.driver_names)} drivers"
+        f"{dumps}: {drivers.frames} frames of {found.task.layout.rows} Gaussians in "
+        f"{len(np.unique(drivers.take))} takes, {len(drivers.joint_names)} joints, {len(drivers.driver_names)} drivers"
     )
-    for note in found.mended:
+    for note in mended:
         output.print(f"would be mended: {text(note)}")
-    for note in doubts:
+    for note in found.doubts:
         output.print(f"warning: {text(note)}")
+    verdict = fact("fit_doubtful") if found.doubts else fact("fit_mended") if mended else fact("fit")
+    output.print(f"{dumps}: {text(verdict)}")
 
 
 def _rig(body_model: Path | None, shape: Path | None, rig: Path | None) -> tuple[Rig | None, tuple[str, ...]]:

@@ -71,7 +71,7 @@ class Task:
         turned = np.zeros((frames, 0, 9)) if skeleton is None else skeleton.features()
         motion = None
         if skeleton is not None:
-            motion = weights.Motion.of(skeleton.skin_matrix[fitted], values[fitted])
+            motion = weights.Motion.of(skeleton.skin_matrix[fitted], values[fitted], skeleton.leader)
         return Task(dumps, layout, fitted, skeleton, motion, Columns(values, turned), active, turns, order)
 
     def rows(self, which: slice | I64) -> Rows:

@@ -10,21 +10,20 @@ import numpy as np
 
 from avatar_export.distill import measure, residual, worth
 from avatar_export.distill.build import Builder, rig_of
-from avatar_export.distill.conventions import settled
-from avatar_export.distill.dumps.check import Checked, check
-from avatar_export.distill.dumps.folder import OWNER, Dumps, open_dumps
-from avatar_export.distill.dumps.held import Split, split
+from avatar_export.distill.dumps.check import Checked
+from avatar_export.distill.dumps.folder import OWNER
+from avatar_export.distill.dumps.held import Split
 from avatar_export.distill.embedded import learn_embedded
 from avatar_export.distill.learn import Task, learn
-from avatar_export.distill.mesh import Mesh, check_rest, joint_basis, mesh_of, ordered, priors
+from avatar_export.distill.mesh import Mesh, priors
+from avatar_export.distill.prepare import Prepared, prepared
 from avatar_export.distill.refuse import Sweep, refuse, sweep
-from avatar_export.distill.skeleton import Skeleton, skeleton_of
+from avatar_export.distill.skeleton import Skeleton
 from avatar_export.levels.level import measured_contribution
 from avatar_export.notes.note import Note, doubt, fact
 from avatar_export.notes.text import stored
 from avatar_runtime.avatar import F64, Avatar, Rig
 from avatar_runtime.checks.avatar import check_avatar
-from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.ownership import owned
 
 BAKED = "baked clips"  # the form without a skeleton
@@ -73,41 +72,21 @@ def distill(
 ) -> Distilled:
     """Learn an avatar from the dumps in `folder`; `rig` with a mesh, its morphs `morph_names`, may help.
 
-    `written` gets the result before it is refused, for the report. Raises AvatarError as `open_dumps` and `check`, for
-    a rig that did not pose the dumps, for poses beyond the data that are not finite, and, without `accept_error`, for
-    large errors on held-out frames.
+    `written` gets the result before it is refused, for the report. Raises AvatarError as `prepared`, for poses beyond
+    the data that are not finite, and, without `accept_error`, for large errors on held-out frames.
     """
     with owned(OWNER):
-        dumps = open_dumps(folder)
-        if rig is not None:
-            if not dumps.drivers.joint_names:
-                raise AvatarError("has no joints, so a rig cannot help", file=folder / "drivers.npz")
-            dumps = replace(dumps, drivers=ordered(dumps.drivers, rig))
-        checked = check(dumps, progress)
-        frames = split(checked.dumps)
-        result = _distilled(checked, frames, rig, morph_names, progress)
+        result = _distilled(prepared(folder, rig, morph_names, progress), progress)
         written(result)
         found = refuse(result.errors, accept_error)
         result = replace(result, doubts=(*result.doubts, *(one for one in found if one not in result.doubts)))
         return replace(result, avatar=_noted(result))
 
 
-def _distilled(
-    checked: Checked, frames: Split, rig: Rig | None, morph_names: Sequence[str], progress: Progress
-) -> Distilled:
-    mended = list(checked.mended)
-    names = list(checked.dumps.drivers.driver_names)
-    basis = None if rig is None else joint_basis(rig, morph_names, names)
-    skeleton = skeleton_of(checked.dumps, frames.fitted, basis)
-    task = Task.of(checked.dumps, checked.layout, frames.fitted, skeleton, checked.order)
-    task = settled(task, mended)
-    checked = replace(checked, dumps=task.dumps, mended=tuple(mended))
-    if skeleton is None:
-        return _baked_alone(checked, frames, task, progress)
-    mesh = None
-    if rig is not None:
-        check_rest(skeleton, rig)
-        mesh = mesh_of(rig, morph_names, names, skeleton)
+def _distilled(given: Prepared, progress: Progress) -> Distilled:
+    task, frames, mesh = given.task, given.frames, given.mesh
+    if task.skeleton is None:
+        return _baked_alone(given, progress)
     tried = _candidates(task, mesh, frames, progress)
     best = max(tried, key=lambda one: one.errors.decibels)
     final, baked, reason = best, None, _reason(tried, best, mesh)
@@ -119,14 +98,14 @@ def _distilled(
         avatar=final.avatar,
         form=final.form,
         reason=reason,
-        checked=checked,
+        checked=given.checked,
         frames=frames,
         task=task,
         tried=tuple(tried),
         errors=best.errors,
         baked=baked,
-        sweep=sweep(best.avatar, _turns(skeleton, task), best.errors.height),
-        doubts=_doubts(checked.dumps, frames, skeleton, task),
+        sweep=sweep(best.avatar, _turns(task.skeleton, task), best.errors.height),
+        doubts=given.doubts,
     )
 
 
@@ -183,14 +162,14 @@ def _with_bases(
     return Candidate("skinning with residual bases in the clips", avatar, best.errors), baked
 
 
-def _baked_alone(checked: Checked, frames: Split, task: Task, progress: Progress) -> Distilled:
-    extended = residual.bases_alone(task)
+def _baked_alone(given: Prepared, progress: Progress) -> Distilled:
+    extended = residual.bases_alone(given.task)
     avatar = _skinned(extended, None, progress)
-    found = measure.errors(extended, avatar, frames.held_out, measured_contribution(avatar), progress)
+    found = measure.errors(extended, avatar, given.frames.held_out, measured_contribution(avatar), progress)
     candidate = Candidate(BAKED, avatar, found)
     return Distilled(
-        avatar, candidate.form, fact("no_skeleton"), checked, frames, extended, (candidate,), found, found,
-        sweep(avatar, np.zeros(0), found.height), (*_doubts(checked.dumps, frames, None, task), doubt("no_skeleton")),
+        avatar, candidate.form, fact("no_skeleton"), given.checked, given.frames, extended, (candidate,), found, found,
+        sweep(avatar, np.zeros(0), found.height), (*given.doubts, doubt("no_skeleton")),
     )  # fmt: skip
 
 
@@ -209,18 +188,6 @@ def _turns(skeleton: Skeleton, task: Task) -> F64:
     trace = np.trace(skeleton.delta[task.fitted][..., :3, :3], axis1=-2, axis2=-1)
     angle = np.arccos(np.clip((trace - 1) / 2, -1, 1)).max(axis=0)
     return np.where(skeleton.parents < 0, 0.0, angle)
-
-
-def _doubts(dumps: Dumps, frames: Split, skeleton: Skeleton | None, task: Task) -> tuple[Note, ...]:
-    found = list(frames.doubts)
-    names = dumps.drivers.driver_names
-    still = [name for index, name in enumerate(names) if index not in set(task.active.tolist())]
-    if still and skeleton is not None:
-        more = f", {len(still)} in all" if len(still) > 1 else ""
-        found.append(doubt("still_driver", driver=still[0], more=more))
-    if dumps.document.get("camera"):
-        found.append(doubt("one_camera"))
-    return tuple(found)
 
 
 def _noted(result: Distilled) -> Avatar:

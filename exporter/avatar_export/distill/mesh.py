@@ -12,7 +12,7 @@ from avatar_export.distill.drivers import Drivers
 from avatar_export.distill.dumps.folder import OWNER, Dumps
 from avatar_export.distill.dumps.frames import read_frame
 from avatar_export.distill.learn import Task
-from avatar_export.distill.skeleton import Skeleton
+from avatar_export.distill.skeleton import Skeleton, placed
 from avatar_export.fit.closest import Triangles
 from avatar_export.rigs.rig_arrays import by_row
 from avatar_export.sparse import no_shifts
@@ -68,13 +68,13 @@ def ordered(drivers: Drivers, rig: Rig) -> Drivers:
     )
 
 
-def check_rest(skeleton: Skeleton, rig: Rig) -> None:
+def check_rest(dumps: Dumps, rig: Rig) -> None:
     """Raise AvatarError where the rest joints of rig and dumps lie far apart."""
     own = rest_transforms(rig)[:, :3, 3]
-    off = np.linalg.norm(skeleton.rest[:, :3, 3] - own, axis=1)
+    off = np.linalg.norm(placed(dumps, dumps.drivers.rest)[:, :3, 3] - own, axis=1)
     size = max(float(np.ptp(own, axis=0).max()), 1e-3)
     if off.max() > LARGEST_OFF * size:
-        joint = skeleton.names[int(np.argmax(off))]
+        joint = rig.joint_names[int(np.argmax(off))]
         raise AvatarError(
             f"rests {1e3 * off.max():.3g} mm from that of the rig: check unit and up_axis in dumps.json, and the "
             "identity (--shape) of the body model",

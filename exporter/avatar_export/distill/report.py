@@ -165,9 +165,15 @@ def _drivers(result: Distilled) -> str:
         rows.append(
             [escape(name), f"{low:.3g} to {high:.3g}", f"{learnt[:, index].std():.3g}", str(often), note]
         )
+    untaught = () if result.task.skeleton is None else result.task.skeleton.untaught
+    said = (
+        f"<p>Joints that never moved against their parents: {escape(', '.join(untaught))}.</p>"
+        if untaught
+        else ""
+    )
     if not rows:
-        return "<p>There are no drivers.</p>"
-    return table(("driver", "range seen", "deviation", "frames above half", ""), rows)
+        return f"{said}<p>There are no drivers.</p>"
+    return said + table(("driver", "range seen", "deviation", "frames above half", ""), rows)
 
 
 def _sweep(result: Distilled) -> str:

@@ -67,7 +67,7 @@ def _moved(rows: SparseRows, weights: F32) -> dict[str, F32]:
         entries = flat(values)
         dense = np.zeros((rows.columns, rows.rows, entries.shape[1]), np.float32)
         dense[rows.column.astype(np.int64), row_of(rows)] = entries
-        product = weights @ dense.reshape(rows.columns, -1)
+        product = weights @ dense.reshape(rows.columns, rows.rows * entries.shape[1])
         found[name] = product.reshape(len(weights), rows.rows, -1)
     return found
 

@@ -15,6 +15,9 @@ STILL = 1e-4  # of R - I: a joint that turns less in all frames was not exercise
 LEAST_SHIFT = 2e-6  # metres: rest joints that move less with the drivers are taken to rest
 EXPLAINED = 0.99  # of the motion of a rest joint, by which the drivers must explain it
 UNEXERCISED = 0.01  # standard deviation of a driver below which nothing is learnt of it
+# A joint whose motion against its parent varies less in all frames was not taught:
+LEAST_TURN = 0.01  # of R
+LEAST_WAY = 0.003  # of the skeleton's size
 
 
 @dataclass(frozen=True)
@@ -22,12 +25,20 @@ class Skeleton:
     """What moves the Gaussians, frame by frame."""
 
     names: tuple[str, ...]  # [J]
-    parents: I32  # [J]
-    rest: F64  # [J, 4, 4] mesh from joint
+    parents: I32  # [J]; without a mesh, the nearest ancestor that is taught
+    rest: (
+        F64  # [J, 4, 4] mesh from joint; without a mesh, as the joints that are not taught stood in the dumps
+    )
     skin_matrix: F64  # [F, J, 4, 4] mesh from binding mesh
     delta: F64  # [F, J, 4, 4] parent_from_joint = rest_local @ delta
     basis: F64  # [D, J, 3] how far each driver moves each rest joint
     turning: I64  # [C] joints, not roots, whose turns were seen
+    leader: I64  # [J] the joint itself if it is taught, else the nearest ancestor that is: both moved as one
+
+    @property
+    def untaught(self) -> tuple[str, ...]:
+        """Joints that never moved against their parents, so that nothing says what hangs on them."""
+        return tuple(name for joint, name in enumerate(self.names) if self.leader[joint] != joint)
 
     @property
     def count(self) -> int:
@@ -47,30 +58,86 @@ class Skeleton:
 def skeleton_of(dumps: Dumps, fitted: I64, basis: F64 | None = None) -> Skeleton | None:
     """The skeleton of the dumps; None where drivers.npz has none. `fitted`: frames that may be learnt from.
 
-    `basis` [D, J, 3] says how far each driver moves each rest joint, metres; without it, it is learnt.
+    `basis` [D, J, 3] is that of a rig with a mesh: how far each driver moves each rest joint, metres. Without it, it is
+    learnt, and joints that never moved against their parents are let go: they end up without children, so that they
+    move nothing, as nothing was seen to hang on them.
     """
     drivers = dumps.drivers
     if not drivers.joint_names:
         return None
-    turn = homogeneous(dumps.turn)
+    rest, world = placed(dumps, drivers.rest), placed(dumps, drivers.world_from_joint)
+    found = _skeleton(drivers, rest, world, fitted, basis)
+    if basis is not None or not found.untaught:
+        return found
+    free = replace(drivers, parents=_free(found))
+    again = _skeleton(free, _as_they_stood(found, fitted), world, fitted, None)
+    return replace(again, leader=found.leader, turning=np.intersect1d(again.turning, found.turning))
 
-    def placed(matrices: F64) -> F64:
-        moved = matrices.copy()
-        moved[..., :3, 3] *= dumps.unit
-        result: F64 = turn @ moved
-        return result
 
-    rest, world = placed(drivers.rest), placed(drivers.world_from_joint)
+def placed(dumps: Dumps, matrices: F64) -> F64:
+    """Transforms [..., 4, 4] of the dumps in the bundle's axes and metres."""
+    moved = matrices.copy()
+    moved[..., :3, 3] *= dumps.unit
+    result: F64 = homogeneous(dumps.turn) @ moved
+    return result
+
+
+def _skeleton(drivers: Drivers, rest: F64, world: F64, fitted: I64, basis: F64 | None) -> Skeleton:
     basis = _basis(drivers, rest, world, fitted) if basis is None else basis
     moved = np.tensordot(drivers.drivers, basis, axes=1)  # [F, J, 3]
     rest_moved = translation_matrix(moved) @ rest
     delta: F64 = np.linalg.solve(local(rest_moved, drivers.parents), local(world, drivers.parents)).astype(
         np.float64
     )
-    turns = np.abs(delta[fitted][..., :3, :3] - np.eye(3)).max(axis=(0, 2, 3))
-    turning = np.flatnonzero((turns > STILL) & (drivers.parents >= 0))
     skin: F64 = (world @ np.linalg.inv(rest_moved)).astype(np.float64)
-    return Skeleton(drivers.joint_names, drivers.parents.astype(np.int32), rest, skin, delta, basis, turning)
+    leader = _leaders(skin[fitted], rest, drivers.parents)
+    turns = np.abs(delta[fitted][..., :3, :3] - np.eye(3)).max(axis=(0, 2, 3))
+    turning = np.flatnonzero((turns > STILL) & (drivers.parents >= 0) & (leader == np.arange(len(rest))))
+    parents = drivers.parents.astype(np.int32)
+    return Skeleton(drivers.joint_names, parents, rest, skin, delta, basis, turning, leader)
+
+
+def _against(skin: F64, parents: I32 | I64) -> F64:
+    """[F, J, 4, 4] skin matrices relative to those of the parents, of further roots to those of the first."""
+    result: F64 = np.linalg.solve(skin[:, np.maximum(parents, 0)], skin).astype(np.float64)
+    return result
+
+
+def _leaders(skin: F64, rest: F64, parents: I64) -> I64:
+    """[J] the joint itself if it moved against its parent, else the leader of the parent."""
+    own = _against(skin, parents)
+    place = np.einsum("fjab,jb->fja", own, rest[:, :, 3])[..., :3]
+    turn = np.ptp(own[..., :3, :3], axis=0).max(axis=(1, 2))
+    way = np.ptp(place, axis=0).max(axis=1)
+    taught = (turn > LEAST_TURN) | (
+        way > LEAST_WAY * float(np.ptp(rest[:, :3, 3], axis=0).max()) + LEAST_SHIFT
+    )
+    leader: I64 = np.arange(len(rest))
+    for joint in range(1, len(rest)):  # the first is a root
+        if not taught[joint]:
+            leader[joint] = leader[max(int(parents[joint]), 0)]
+    return leader
+
+
+def _free(found: Skeleton) -> I64:
+    """[J] parents that are taught."""
+    untaught = found.leader != np.arange(found.count)
+    parents = np.where(untaught, found.leader, found.parents)
+    return np.where(parents >= 0, found.leader[parents], -1).astype(np.int64)
+
+
+def _as_they_stood(found: Skeleton, fitted: I64) -> F64:
+    """[J, 4, 4] rest transforms in which joints that are not taught stand against their parents as in the dumps."""
+    own = _against(found.skin_matrix[fitted], found.parents)
+    own = own[np.abs(own - own.mean(axis=0)).sum(axis=(2, 3)).argmin(axis=0), np.arange(found.count)]
+    rest = found.rest.copy()
+    for joint in range(1, found.count):
+        parent = max(int(found.parents[joint]), 0)
+        turned = found.leader[joint] != joint and np.abs(own[joint] - np.eye(4)).max() > STILL
+        stood = own[joint] if turned else np.eye(4)
+        if found.parents[joint] >= 0 or turned:
+            rest[joint] = rest[parent] @ np.linalg.solve(found.rest[parent], stood @ found.rest[joint])
+    return rest
 
 
 def local(matrices: F64, parents: I32 | I64) -> F64:

@@ -18,6 +18,26 @@ def _form(why: str | None, dropped: str | None, **_: object) -> str:
     return text if dropped is None else f"{text}; of it, entries that show least were dropped ({{dropped}})"
 
 
+def _untaught(by_rig: bool, **_: object) -> str:
+    text = "never moved against their parents in the dumps: {joints:some} ({joints:many} of the joints); "
+    if by_rig:
+        return text + "the mesh alone says what they carry"
+    return text + "nothing was learnt of them, and they move nothing: dump poses in which they turn"
+
+
+def _not_human(then: float | None, **_: object) -> str:
+    text = "the figure is {size:length} large at unit {unit:g} of {file}, as no human head or body is"
+    return f"{text}: at unit {{right:.4g}} it would be {{then:length}}" if then is not None else text
+
+
+def _shifted(shift: int, **_: object) -> str:
+    way = "later" if shift > 0 else "earlier"
+    return (
+        f"{{which}} of {{takes:listed}} seem to be {abs(shift)} frames off: rows of drivers.npz that stand "
+        f"{abs(shift)} {way} predict the Gaussians {{times:.3g}} times better; move them"
+    )
+
+
 TEXTS: Mapping[str, str | Callable[..., str]] = {
     "distilled": _distilled,
     "form": _form,
@@ -31,6 +51,16 @@ TEXTS: Mapping[str, str | Callable[..., str]] = {
     "foreground_off": "the foreground of held-out frames reaches {db:.1f} dB, less than {least:g}",
     "positions_off": "positions of held-out frames are {mm:.3g} mm off, {share:.2g} % of the figure's height, more "
     "than {most:g} %",
+    "untaught": _untaught,
+    "not_human": _not_human,
+    "shifted": _shifted,
+    "quaternion_doubt": "rot_0..3 may be {right}, not {stated}: surface and turns of the Gaussians do not agree; look "
+    "at encoding.quaternion",
+    # judged
+    "fit": "the dumps are fit for distill",
+    "fit_mended": "the dumps are fit for distill, as mended",
+    "fit_doubtful": "the dumps can be distilled, but see to the warnings first",
+    "unfit": "the dumps are not fit for distill",
     # mended
     "mended": "mended: {what:note}",
     "order_changes": "the order of the Gaussians changes in {frames}; they were matched by colour, opacity and scale",
@@ -39,7 +69,7 @@ TEXTS: Mapping[str, str | Callable[..., str]] = {
     "scale_encoding": "scale_0..2 of {file} are {median:.3g} in the middle: they are of encoding {right}, not {stated}",
     "linear_opacity": "opacity of {file} lies in 0..1 everywhere: it is linear, not a logit",
     "logit_opacity": "opacity of {file} lies outside of 0..1: it is a logit, not linear",
-    "quaternion_order": "rot_0..3 turn with the joints as {right}, not as {stated}: encoding.quaternion is {right}",
+    "quaternion_order": "rot_0..3 turn with the places as {right}, not as {stated}: encoding.quaternion is {right}",
     "unrotated_sh": "f_rest_* do not turn with the joints, though dumps.json says rotated: they are read as unrotated, "
     "so the avatar turns the view direction",
 }

@@ -14,16 +14,13 @@ from samples.dumps import random_poses, write_dumps
 from avatar_export.commands import distill as command
 from avatar_export.distill import make
 from avatar_export.distill import refuse as judges
-from avatar_export.distill.conventions import settled
 from avatar_export.distill.dumps.folder import Encoding, open_dumps
-from avatar_export.distill.dumps.frames import layout
-from avatar_export.distill.dumps.held import split
 from avatar_export.distill.learn import Task, still
 from avatar_export.distill.make import Distilled, distill
 from avatar_export.distill.measure import Errors
+from avatar_export.distill.prepare import prepared
 from avatar_export.distill.report import report_html
 from avatar_export.distill.residual import LARGER
-from avatar_export.distill.skeleton import skeleton_of
 from avatar_export.distill.worth import WORTH, lean
 from avatar_export.notes.note import Note
 from avatar_export.notes.text import text
@@ -93,19 +90,10 @@ def test_without_a_skeleton_clips_are_baked(small_head: Avatar, tmp_path: Path) 
     assert "baked, an upper bound" in report_html(result) and "not held out" in str(result.avatar.provenance)
 
 
-def settled_task(folder: Path) -> tuple[Task, list[str]]:
+def settled_task(folder: Path) -> tuple[Task, list[Note]]:
     """The task of learning from dumps, with the conventions that their motion shows."""
-    dumps = open_dumps(folder)
-    fitted, mended = split(dumps).fitted, list[Note]()
-    known = layout(dumps.frame(0), dumps.encoding)
-    return settled(Task.of(dumps, known, fitted, skeleton_of(dumps, fitted)), mended), mended
-
-
-def test_the_order_of_quaternions_is_found_by_the_motion(small_head: Avatar, tmp_path: Path) -> None:
-    folder = write_dumps(small_head, [random_poses(small_head, 16, 15.0)], tmp_path / "dumps")
-    task, mended = settled_task(edited(folder, encoding__quaternion="xyzw"))
-    assert [note.kind for note in mended] == ["quaternion_order"]
-    assert task.dumps.encoding.quaternion == "wxyz" and task.turns
+    given = prepared(folder)
+    return given.task, list(given.checked.mended)
 
 
 @pytest.mark.parametrize("stored", ["rotated", "unrotated"])
