@@ -16,6 +16,7 @@ ROOT = HERE.parents[1]
 ACCURACY = ROOT / "tests" / "results" / "accuracy.csv"
 BENCH = ROOT / "bench" / "results" / "AMD-EPYC-2-cores.csv"
 MISFITS = ROOT / "tests" / "results" / "misfits.csv"
+WRONG = ROOT / "tests" / "results" / "wrong_files.csv"
 CAPTURES = ROOT / "tests" / "results" / "wrong_captures.csv"
 LOWEST_IS_WORST = "dB"
 Row = dict[str, str]
@@ -85,7 +86,40 @@ def verdict(said: str) -> tuple[str, str]:
     kind, _, text = short.partition(": ")
     explained = re.search(r"it would be .*?mm ((?:if|with) .*?)(?= / |$)", text)
     first = re.split(r" / |: correlation|; face lies|; there is|: there is|, although", text)[0]
-    return kind, f"it would fit {explained[1]}" if explained else first
+    return kind, brief(f"it would fit {explained[1]}" if explained else first)
+
+
+def brief(text: str) -> str:
+    """What is wrong, without what follows from it and what to do."""
+    todo = r"; |: (?=pass |look |are |write |take |it needs )|, which are "
+    return re.split(rf"{todo}| \(-?[\d.]+, -?[\d.]+, .*\.\.\.\)", text)[0]
+
+
+def wrong_files(_: Path) -> str:
+    """How many cases of each mistake of one file are found as stated, and what is said of the first."""
+    with WRONG.open(newline="", encoding="utf-8") as file:
+        every = list(csv.DictReader(file))
+    lines, cases = [], [row for row in every if row["mistake"]]
+    for mistake in dict.fromkeys(row["mistake"] for row in cases):
+        own = [row for row in cases if row["mistake"] == mistake]
+        found = [row for row in own if row["found"] == "yes"]
+        systems = ", ".join(dict.fromkeys(row["case"].partition(",")[0] for row in own))
+        first = re.split(r"; --accept-misfit | / warning: ", (found or own)[0]["said"])[0]
+        first = re.sub(r"^(refused|warning): ([a-z_]+: )?([\w.]+: )?", "", first)
+        lines.append(
+            [
+                escaped(mistake),
+                own[0]["stated"],
+                f"{len(found)} of {len(own)}",
+                systems,
+                escaped(brief(first)),
+            ]
+        )
+    right = [row for row in every if not row["mistake"]]
+    alarms = sum(row["found"] != "yes" for row in right)
+    count = sum(row["found"] == "yes" for row in cases)
+    head = f"Of {len(cases)} cases {count} are found as stated. Of {len(right)} sound inputs {alarms} give an alarm."
+    return f"{head}\n\n{table(['mistake', 'is', 'found', 'tried on', 'what is said'], lines)}"
 
 
 def wrong_captures(_: Path) -> str:
@@ -99,7 +133,7 @@ def wrong_captures(_: Path) -> str:
         [
             escaped(row["capture"]),
             f"{row['found']} of {row['subjects']}",
-            escaped(re.split(r" (?:As stated|So read), ", row["now"])[0]),
+            escaped(re.split(r" (?:As stated|So read), |(?<=[a-z)])\. ", row["now"])[0]),
         ]
         for row in wrong
     ]
@@ -117,6 +151,7 @@ def escaped(text: str) -> str:
 SECTIONS: dict[str, Callable[[Path], str]] = {
     "misfits": misfits,
     "wrong-captures": wrong_captures,
+    "wrong-files": wrong_files,
     **{f"accuracy-{group}": lambda _, group=group: accuracy(group) for group in rows().get("accuracy", {})},
     **{
         f"performance-{name}": lambda _, name=name: performance(name)

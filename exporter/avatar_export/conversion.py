@@ -13,6 +13,7 @@ from avatar_export.clips.sources import read_clips
 from avatar_export.convert_options import ConvertOptions, SourceOptions
 from avatar_export.driving.drive import driving_notes
 from avatar_export.driving.matrix import with_driving
+from avatar_export.fit import gaps
 from avatar_export.notes.converting import CAUSES
 from avatar_export.notes.note import Note, doubt, fact
 from avatar_export.provenance import with_rights
@@ -98,11 +99,13 @@ def read_source(source: Path, options: SourceOptions, progress: Callable[[str], 
     if driving is not None:
         avatar = with_driving(avatar, driving)
     clip_notes: list[Note] = []
+    read = len(avatar.clips)  # these were judged when they were read
     for path in options.clips:
         progress(f"reading {path.name}")
         found = read_clips(avatar, path)
         avatar = replace(avatar, clips=(*avatar.clips, *found.clips))
         clip_notes += found.notes
+    clip_notes += gaps.doubts(replace(avatar, clips=avatar.clips[read:]))
     return Source(check_avatar(avatar) if driving or options.clips else avatar, notes, tuple(clip_notes))
 
 

@@ -12,8 +12,10 @@ not move, the head moves in the mesh. GaussianAvatars' dynamic_offset is not rea
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,7 @@ from avatar_export.bodies.body_model import JOINT_NAMES
 from avatar_export.formats.archive import Archive
 from avatar_export.formats.json_text import parse_json
 from avatar_export.formats.npy import parse_npy
+from avatar_export.notes.note import Note, doubt, fact
 from avatar_runtime.avatar import F32, F64, Clip, Rig
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
@@ -31,6 +34,7 @@ from avatar_runtime.stages.joints import rest_transforms
 MAX_FILE_BYTES = 512 << 20
 MAX_FRAMES = 100_000
 MAX_COEFFICIENTS = 1000
+REGULAR, GAP = 0.8, 5  # share of images that follow each other evenly; steps between two that do not
 MAX_VALUE = 1e6  # of any coefficient, angle or length
 FLAME_JOINTS, SMPL_JOINTS = JOINT_NAMES[5], JOINT_NAMES[24]
 # None of the files stores its rate: IMavatar's and NeRSemble's videos are cut to 25 frames a second, InstantAvatar's
@@ -49,11 +53,19 @@ class BodyPoses:
     translation: F64  # [T, 3] metres, added to every posed vertex
     static_offset: F32 | None  # [V, 3] metres, added to the template
     fps: float
+    missing: tuple[int, int] | None = None  # numbers of images that nothing lies between, though it should
 
     @property
     def frames(self) -> int:
         """The number of frames, T."""
         return len(self.rotation)
+
+    def notes(self, file: Path) -> list[Note]:
+        """What a user should know of the poses in `file`."""
+        rate = fact("rate_assumed", file=file.name, fps=self.fps)
+        if self.missing is None:
+            return [rate]
+        return [rate, doubt("images_missing", file=file.name, last=self.missing[0], next=self.missing[1])]
 
 
 def is_pose_file(path: Path) -> bool:
@@ -133,7 +145,24 @@ def _flame_json(path: Path) -> BodyPoses:
         for key, count in (("expression", width), ("pose", 15))
     )
     still = np.zeros((len(frames), 3))
-    return BodyPoses(FLAME_JOINTS, shape, expression, pose.reshape(-1, 5, 3), still, None, FLAME_FPS)
+    missing = _missing([frame.get("file_path") for frame in frames])
+    return BodyPoses(FLAME_JOINTS, shape, expression, pose.reshape(-1, 5, 3), still, None, FLAME_FPS, missing)
+
+
+def _missing(images: list[object]) -> tuple[int, int] | None:
+    """The numbers of two images on end between which others seem to be missing: nearly all follow each other."""
+    found = [
+        re.fullmatch(r"(.*?)(\d{1,9})(\.\w+)?", image) if isinstance(image, str) else None for image in images
+    ]
+    named = [(match[1], int(match[2])) for match in found if match is not None]
+    if len(named) < len(images):
+        return None
+    steps = np.array([b - a if one == other else 0 for (one, a), (other, b) in pairwise(named)])
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    if usual <= 0 or (steps == usual).mean() < REGULAR or steps.max() < GAP * usual:
+        return None
+    at = int(steps.argmax())
+    return named[at][1], named[at + 1][1]
 
 
 def _list(value: object, path: Path, field: str, count: int | None) -> F64:

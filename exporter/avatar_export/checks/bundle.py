@@ -14,6 +14,8 @@ import numpy.typing as npt
 
 from avatar_export.checks.derived import derived_problems
 from avatar_export.checks.reference import reference_problems
+from avatar_export.fit import whole
+from avatar_export.notes.text import text
 from avatar_export.ops.bounds import bounds
 from avatar_runtime.avatar import Avatar, SparseRows
 from avatar_runtime.bundle import MANIFEST, Open, checked_bytes, handedness, load, opener, read_manifest
@@ -212,6 +214,11 @@ def bounds_problems(computed: dict[str, Any], document: Mapping[str, Any]) -> It
         yield Problem(f"{MANIFEST}: $.bounds.swept", "does not contain the box at rest")
 
 
+def _fit(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
+    """What is readable and probably wrong: see `fit.whole`."""
+    return (Problem(where, text(note), warning=True) for where, note in whole.found(avatar))
+
+
 def _enhancer(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
     """Problems of the enhancer's network, if the libraries to check it are installed."""
     if avatar.enhancer is None:
@@ -242,5 +249,5 @@ def _short(vector: Iterable[float]) -> str:
 
 # Each takes an avatar and the manifest that describes it.
 LEVEL_CHECKS = (_gaussians, _weights)  # what a coarser level of a pack can have wrong
-PACK_CHECKS = (_names_problems, _counts, *LEVEL_CHECKS, _rest)  # of a pack's finest level
+PACK_CHECKS = (_names_problems, _counts, *LEVEL_CHECKS, _rest, _fit)  # of a pack's finest level
 VALUE_CHECKS = (*PACK_CHECKS, _bounds, _enhancer)

@@ -86,18 +86,34 @@ def expressions(avatar: Avatar, under: Under) -> tuple[Motion, F64, F64]:
     return compared(own, mesh), own, mesh
 
 
+def _alike(own: F64, mesh: F64) -> F64:
+    """[K, K] correlation of each column of the Gaussians with each of the mesh."""
+    flat = (np.moveaxis(m, 1, 0).reshape(m.shape[1], -1) for m in (own, mesh))
+    a, b = (m / np.maximum(np.linalg.norm(m, axis=1, keepdims=True), 1e-30) for m in flat)
+    alike: F64 = a @ b.T
+    return alike
+
+
 def best_column(own: F64, mesh: F64) -> tuple[int, int] | None:
     """(column of the Gaussians, column of the mesh that moves like it), for the largest motion whose own column of the
     mesh does not; None if no column does."""
-    x, y = own.reshape(len(own), own.shape[1], 3), mesh
-    flat = (np.moveaxis(a, 1, 0).reshape(a.shape[1], -1) for a in (x, y))
-    a, b = (m / np.maximum(np.linalg.norm(m, axis=1, keepdims=True), 1e-30) for m in flat)
-    alike = a @ b.T
+    alike = _alike(own, mesh)
     for column in np.argsort(-np.linalg.norm(own, axis=(0, 2)), kind="stable").tolist():
         best = int(np.argmax(alike[column]))
         if best != column and alike[column, best] > 0.9:
             return column, best
     return None
+
+
+def exchanged_columns(own: F64, mesh: F64) -> list[tuple[int, int]]:
+    """(column of the Gaussians, column of the mesh) wherever another column of the mesh moves as it does, and its own
+    does not: a few exchanged columns leave all together alike."""
+    moved = (np.linalg.norm(mesh, axis=2) > LEAST_MOTION / 4).sum(axis=0) >= FEWEST_MOVED
+    alike = np.where(moved & moved[:, None], _alike(own, mesh), 0)
+    best = alike.argmax(axis=1)
+    own_alike, most = alike.diagonal(), alike.max(axis=1)
+    wrong = moved & own.any(axis=(0, 2)) & (most >= LIKE) & (own_alike < most - LIKE)
+    return [(k, int(best[k])) for k in np.flatnonzero(wrong).tolist()]
 
 
 def joints_shared(avatar: Avatar, under: Under) -> float:

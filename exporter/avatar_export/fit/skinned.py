@@ -11,6 +11,7 @@ from avatar_export.bodies.body_model import BodyModel
 from avatar_export.fit import motion, skeleton
 from avatar_export.fit.identity import better_identity
 from avatar_export.fit.judge import WARNED, Sides, judged, mend
+from avatar_export.fit.places import regressor_notes
 from avatar_export.fit.surface import FEWEST, GroupFit, Mesh, explained, group_fits, opaque_rows, size_of
 from avatar_export.notes.note import Note, doubt, fact
 from avatar_runtime.avatar import F64, Avatar
@@ -35,7 +36,9 @@ def skinned_fit(avatar: Avatar, subject: Subject, sides: Sides) -> list[Note]:
     """
     assert avatar.rig is not None
     mesh = Mesh.of(avatar.rig.vertices, avatar.rig.triangles)
+    body = subject.body
     notes = _coefficients(subject)
+    notes += regressor_notes(body.joint_regressor, body.triangles, body.joint_names, sides.goal)
     if not mesh.sound:
         return notes
     fits, size = group_fits(avatar, mesh)
@@ -95,6 +98,10 @@ def _moves(avatar: Avatar, mesh: Mesh, sides: Sides) -> list[Note]:
     together, own, theirs = motion.expressions(avatar, under)
     if not together.alike:
         doubts.append(_unlike("expressions", together, sides, _exchanged(avatar, together, own, theirs)))
+    elif pairs := motion.exchanged_columns(own, theirs):
+        names = avatar.expression_names
+        order = [fact("other_order", own=names[a], theirs=names[b]) for a, b in pairs[:3]]
+        doubts.append(doubt("moves_like_others", goal=sides.goal, order=order))
     lids = motion.eyelids(avatar, group, mesh)
     if not lids.alike:
         doubts.append(_unlike("eyelids", lids, sides, fact("eyelid_files")))

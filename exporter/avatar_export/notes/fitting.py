@@ -40,6 +40,7 @@ TEXTS: Mapping[str, str | Callable[..., str]] = {
     "group_off": _group_off,
     "distances": "median distance from the mesh of {goal}: {groups:lengths}",
     "moves_otherwise": _moves,
+    "moves_like_others": "expressions move as others of {goal} do: {order:and}",
     "weights_elsewhere": "{share:.0%} of the skin weights of {own} go to other joints than those of {goal} under them",
     "anchors_on_jaw": "the anchor faces hang on the jaw ({share:.0%}), and the upper teeth on them: look at "
     "--anchor-faces",

@@ -6,7 +6,17 @@ import string
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from avatar_export.notes import checking, converting, distilling, fitting, packing, playing, reading
+from avatar_export.notes import (
+    checking,
+    converting,
+    distilling,
+    fitting,
+    packing,
+    playing,
+    reading,
+    unlike,
+    wrong,
+)
 from avatar_export.notes.note import Note
 from avatar_export.notes.words import FORMS
 
@@ -15,6 +25,8 @@ TEXTS: Mapping[str, str | Callable[..., str]] = {
     "said": "{text}",  # by an older bundle, which holds texts alone
     **reading.TEXTS,
     **fitting.TEXTS,
+    **wrong.TEXTS,
+    **unlike.TEXTS,
     **converting.TEXTS,
     **packing.TEXTS,
     **playing.TEXTS,

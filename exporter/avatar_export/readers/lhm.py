@@ -19,6 +19,7 @@ from avatar_export.bodies.inputs import DEPTH, ZERO, check_given, given_files
 from avatar_export.bodies.subject_files import read_shape
 from avatar_export.fit.embedded import own_mesh_fit
 from avatar_export.fit.judge import Sides
+from avatar_export.fit.places import regressor_notes
 from avatar_export.fit.surface import Mesh
 from avatar_export.formats.casts import as_float64
 from avatar_export.formats.point_cloud import PointCloud, read_ply
@@ -93,6 +94,7 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         avatar = check_avatar(_avatar(options, path, splats, body, rig, row))
         sides = Sides("the Gaussians", body_file.name, SYSTEM, body_file, accept=options.accept_misfit)
         notes += own_mesh_fit(avatar, Mesh.of(rig.vertices, rig.triangles), sides)
+        notes += regressor_notes(body.joint_regressor, body.triangles, body.joint_names, body_file.name)
         if options.shape is None:
             notes.append(fact("mean_identity", options=("--shape",)))
         files = {path.name: path, f"body_model/{body_file.name}": body_file}

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from avatar_export.fit.whole import whole_fit
 from avatar_export.formats.archive import TRUNCATED, is_truncated
 from avatar_export.notes.note import Note
 from avatar_export.notes.text import stored
@@ -78,13 +79,16 @@ def read(path: str | Path, options: ReadOptions | None = None, system: str | Non
 
 
 def read_with(reader: Reader, path: Path, options: ReadOptions) -> tuple[Avatar, tuple[Note, ...]]:
-    """The avatar that `reader` makes of `path`, checked, and what it says of it. Raises AvatarError."""
-    avatar = reader.read(path, options)
+    """The avatar that `reader` makes of `path`, checked, and what is said of it. Raises AvatarError."""
+    avatar = check_avatar(reader.read(path, options))
     given = avatar.provenance.get("notes")
     notes = tuple(one for one in (given if isinstance(given, list) else ()) if isinstance(one, Note))
+    if reader.system != bundle.SYSTEM:  # what was said of a bundle when it was made stands in it
+        accept = options.accept_misfit or "accept_misfit" not in reader.used_options
+        notes += tuple(whole_fit(avatar, accept, reader.system, path))
     if notes:
         avatar = replace(avatar, provenance={**avatar.provenance, "notes": stored(notes)})
-    return check_avatar(avatar), notes
+    return avatar, notes
 
 
 def find(path: Path, system: str | None = None) -> Reader:

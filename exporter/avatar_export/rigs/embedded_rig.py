@@ -21,6 +21,7 @@ from avatar_export.clips.poses import clip_poses, first_frame, rig_avatar
 from avatar_export.clips.sources import clips_from
 from avatar_export.fit.embedded import Posed, rig_fit
 from avatar_export.fit.judge import Sides
+from avatar_export.fit.places import regressor_notes
 from avatar_export.fit.skeleton import inhuman, skeleton_doubts
 from avatar_export.fit.surface import Mesh
 from avatar_export.notes.note import Note, doubt, fact
@@ -175,8 +176,9 @@ def _from_body_model(given: _Given) -> EmbeddedRig:
     files = {f"body_model/{path.name}": path, **given_files(options, "shape", "poses")}
     if poses is not None and options.poses is not None:
         clips = (body_clip(rig, poses, options.poses.stem),)
-        notes.append(fact("rate_assumed", file=options.poses.name, fps=poses.fps))
+        notes += poses.notes(options.poses)
     near, fits = given.fit(replace(rig_avatar(rig, expressions), clips=clips))
+    notes += regressor_notes(body.joint_regressor, body.triangles, body.joint_names, path.name)
     notes += [*found, *near, *skeleton_doubts(rig, Mesh.of(rig.vertices, rig.triangles), path.name)]
     driving = rig_driving(rig, expressions)
     return EmbeddedRig(rig, expressions, clips, driving, tuple(notes), files, fits=fits)

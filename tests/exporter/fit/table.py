@@ -7,27 +7,30 @@ import re
 import tempfile
 from pathlib import Path
 
-from avatar_export import AvatarError, ReadOptions, read
+from avatar_export import AvatarError
+from avatar_export.conversion import read_source
+from avatar_export.convert_options import SourceOptions
+from avatar_export.notes.text import text
 from tests.exporter.fit.misfits import MISFITS, Bases, Given
 
 RESULTS = Path(__file__).parents[3] / "tests" / "results" / "misfits.csv"
-DOUBT = "doubtful: "
 FOLDERS = re.compile(r"(?<![\w.])/(?:[^\s/:]+/)+")  # of an absolute path
 
 
 def said(given: Given) -> str:
-    """ "refused: ..." or "warning: ..." in one line, without the names of folders; "" if nothing is said."""
+    """What `convert` says: "refused: ..." or "warning: ..." in one line, without folders; "" for nothing."""
     source, options = given
     try:
-        notes = read(source, ReadOptions(**options)).provenance["notes"]
+        found = read_source(source, SourceOptions(**options), lambda _: None)
     except AvatarError as error:
         return f"refused: {_plain(str(error))}"
-    doubts = [note.removeprefix(DOUBT) for note in notes if note.startswith(DOUBT)]
-    return " / ".join(f"warning: {_plain(doubt)}" for doubt in doubts)
+    return " / ".join(
+        f"warning: {_plain(text(note))}" for note in (*found.notes, *found.clip_notes) if note.doubtful
+    )
 
 
-def _plain(text: str) -> str:
-    return " ".join(FOLDERS.sub("", text).split())
+def _plain(words: str) -> str:
+    return " ".join(FOLDERS.sub("", words).split())
 
 
 def every(folder: Path) -> dict[str, str]:
@@ -50,11 +53,11 @@ def stored() -> dict[str, tuple[str, str]]:
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         now = every(Path(folder))
-    before = {name: text for name, (text, _) in stored().items()}
+    before = {name: words for name, (words, _) in stored().items()}
     with RESULTS.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["misfit", "before", "now"])
-        writer.writerows([name, before.get(name, ""), text] for name, text in now.items())
+        writer.writerows([name, before.get(name, ""), words] for name, words in now.items())
     print(f"{sum(map(bool, now.values()))} of {len(now)} misfits found")
 
 

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from avatar_export.fit.places import stored_positions
+from avatar_export.fit.stored import stored_doubts
 from avatar_export.formats.point_cloud import NAME, PointCloud, locate, read_ply, taken_iteration
 from avatar_export.notes.note import Note, fact
 from avatar_export.options import ReadOptions
@@ -98,6 +100,8 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             units=points.training_per_metre,
         )
         fits = surface.fit_notes(avatar, options, found, SYSTEM)
+        fits += stored_positions(avatar, splats.mean, cloud.file, options.accept_misfit, SYSTEM)
+        fits += stored_doubts(splats.mean, splats.quat_wxyz, avatar, NAME)
         files = {NAME: cloud.file, found.name: found, **rig.files}
         files |= {} if trained.file is None else {RULES_FILE: trained.file}
         if enhancer is not None:

@@ -20,6 +20,7 @@ from avatar_export.bodies.pose_files import body_clip, read_poses
 from avatar_export.bodies.subject_files import read_shape
 from avatar_export.fit.embedded import own_mesh_fit
 from avatar_export.fit.judge import Sides
+from avatar_export.fit.places import regressor_notes
 from avatar_export.fit.surface import Mesh
 from avatar_export.formats.obj import TriangleMesh
 from avatar_export.formats.point_cloud import PointCloud
@@ -91,7 +92,8 @@ def read(path: Path, options: ReadOptions) -> Avatar:
 
 
 def _read(cloud: PointCloud, options: ReadOptions, body_file: Path) -> Avatar:
-    subject = _subject(files.read_model(cloud), read_body_model(body_file), body_file, options)
+    body = read_body_model(body_file)
+    subject = _subject(files.read_model(cloud), body, body_file, options)
     clips, clip_notes = _clips(subject, options)
     avatar = _avatar(subject, options.name or cloud.name, clips, 0.0 if options.exact else 1.0)
     sides = Sides("the Gaussians", body_file.name, SYSTEM, body_file, accept=options.accept_misfit)
@@ -105,6 +107,7 @@ def _read(cloud: PointCloud, options: ReadOptions, body_file: Path) -> Avatar:
         *clip_notes,
         errors,
         *own_mesh_fit(avatar, Mesh.of(avatar.rig.vertices, avatar.rig.triangles), sides),
+        *regressor_notes(body.joint_regressor, body.triangles, body.joint_names, body_file.name),
     ]
     if options.shape is None and options.poses is None:
         notes.append(fact("mean_identity", options=("--shape", "--poses")))
@@ -222,8 +225,7 @@ def _clips(subject: _Subject, options: ReadOptions) -> tuple[tuple[Clip, ...], l
         turns = clip.joint_delta[:, :, :3, :3].astype(np.float64)
         values = subject.map.values(weights[:, :first], turns, lids, poses.translation)
         weights[:, -len(subject.map.at_rest()) :] = subject.network.weights(values) - subject.map.at_rest()
-    note = fact("rate_assumed", file=options.poses.name, fps=poses.fps)
-    return (replace(clip, expression_weights=weights),), [note]
+    return (replace(clip, expression_weights=weights),), poses.notes(options.poses)
 
 
 def _network_note(subject: _Subject) -> Note:

@@ -12,9 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
+from avatar_export.fit.places import stored_positions
+from avatar_export.fit.stored import stored_doubts
 from avatar_export.formats.mesh_files import read_mesh
 from avatar_export.formats.point_cloud import NAME, PointCloud, locate, read_ply, taken_iteration
-from avatar_export.notes.note import Note, Setting, doubt, fact
+from avatar_export.notes.note import Note, Setting, fact
 from avatar_export.options import ReadOptions
 from avatar_export.provenance import provenance
 from avatar_export.readers import surface
@@ -75,7 +77,6 @@ PLAYED_RULES = {  # of rules.json
     "sh_direction": SH_DIRECTIONS,
 }
 RECORDED_RULES = {"embedding": ("walking", "clamped", "fixed", "released")}
-APART = 0.01  # of the avatar's size
 
 
 @dataclass(frozen=True)
@@ -131,7 +132,9 @@ def read(path: Path, options: ReadOptions) -> Avatar:
             units = replace(units, source="assumed; the rig fits so")
         notes = [fact("settings", settings=(units, *others)), *trained.notes(), *notes]
         notes += surface.fit_notes(avatar, options, mesh_file, SYSTEM)
-        notes += [*_position_notes(avatar, splats), *rig.notes, *taken]
+        places = surface.in_metres(splats.mean, settings.units)
+        notes += stored_positions(avatar, places, cloud.file, options.accept_misfit, SYSTEM)
+        notes += [*stored_doubts(places, splats.quat_wxyz, avatar, NAME), *rig.notes, *taken]
         files = {NAME: cloud.file, found.name: found, mesh_file.name: mesh_file, **rig.files}
         files |= {} if config.file is None else {CONFIG: config.file}
         files |= {} if trained.file is None else {RULES_FILE: trained.file}
@@ -240,12 +243,3 @@ def _embedding(
     if shifted:
         notes.append(fact("numbers_unused", count=shifted))
     return embedding, mesh_file, notes
-
-
-def _position_notes(avatar: Avatar, splats: Gaussians) -> list[Note]:
-    """A doubt about the mesh if the Gaussians of the .ply, saved in the same frame, have other positions."""
-    mean = surface.in_metres(splats.mean, avatar.training_per_bundle)
-    with np.errstate(all="ignore"):
-        apart = float(np.median(np.linalg.norm(mean - avatar.gaussians.mean, axis=1)))
-        size = float(np.ptp(avatar.gaussians.mean, axis=0).max())
-    return [doubt("other_positions", cloud=NAME, apart=apart)] if apart > APART * size else []

@@ -1,0 +1,7 @@
+"""Every line of the table."""
+
+from __future__ import annotations
+
+from tests.exporter.fit.wrong import doubtful, known
+
+LINES = (*known.LINES, *doubtful.LINES)
