@@ -52,16 +52,16 @@ test-more: .venv/tested $(NODE_CLIENTS) $(WEB_PLAYER) docs
 players: .venv/tested $(WEB_PLAYER)
 	$(PYTEST) -m players
 
-# A million hostile files and a million hostile packs, always the same ones; more, guided by what they reach, where
-# atheris is installed; ten million of the native player's loader, guided too; commands that are killed or lack disk,
-# streams or memory; and twenty times as many made-up inputs as the tests ask for, other ones on every run.
+# A million hostile files, always the same ones; 300,000 hostile packs, of which all readers must say the same; ten million
+# of the native player's loader, guided by what they reach; commands that are killed or lack disk, streams or memory; and
+# twenty times as many made-up inputs as the tests ask for, other ones on every run.
 INPUTS ?= 1000000
 NATIVE_INPUTS ?= 10000000
 FAULTS ?= 100
 FUZZ ?= 20
 fuzz: .venv/tested
 	$(BIN)/python -m tools.fuzz --inputs $(INPUTS) --workers $(WORKERS)
-	$(BIN)/python -m tools.fuzz.guided
+	$(BIN)/python -m tools.fuzz.readers
 	$(BIN)/python -m tools.fuzz.native --runs $(NATIVE_INPUTS)
 	$(BIN)/python -m tools.fuzz.faults --each $(FAULTS)
 	AVATAR_FUZZ=$(FUZZ) $(PYTEST) -m hypothesis

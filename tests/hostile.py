@@ -16,7 +16,9 @@ import zipfile
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import reduce
 from pathlib import Path
+from random import Random
 from typing import Any
 from unittest.mock import patch
 
@@ -24,6 +26,7 @@ import numpy as np
 import numpy.typing as npt
 from hypothesis import settings
 from hypothesis import strategies as st
+from tools.fuzz.mutate import wounded
 
 from avatar_runtime.io.errors import AvatarError
 from tests.session.fuzz import examples
@@ -174,42 +177,12 @@ def py2_dict(items: Mapping[str, bytes]) -> bytes:
 
 def mangled(data: bytes) -> st.SearchStrategy[bytes]:
     """`data` with up to three wounds: cut off, bits flipped, bytes overwritten, pieces copied elsewhere."""
-    near_ends = st.one_of(
-        st.integers(0, max(0, len(data) - 1)),
-        st.integers(0, min(200, len(data) - 1)),
-        st.integers(max(0, len(data) - 200), len(data) - 1),
-    )
-    byte = st.sampled_from([0, 1, 0x7F, 0x80, 0xFF, *b"(.0123]}Rbtqhju\x81\x85\x88\x8a\x8e\x93\x94\x95"])
-    wound = st.one_of(
-        st.tuples(st.just("cut"), near_ends),
-        st.tuples(st.just("flip"), near_ends, st.integers(1, 255)),
-        st.tuples(st.just("set"), near_ends, byte),
-        st.tuples(st.just("run"), near_ends, st.integers(1, 9), byte),
-        st.tuples(st.just("splice"), near_ends, near_ends, st.integers(1, 64)),
-        st.tuples(st.just("insert"), near_ends, st.binary(min_size=1, max_size=9)),
-        st.tuples(st.just("drop"), near_ends, st.integers(1, 64)),
-    )
-    return st.lists(wound, min_size=1, max_size=3).map(lambda wounds: _wounded(data, wounds))
 
+    def wounds(seed: int) -> bytes:
+        rng = Random(seed)
+        return reduce(lambda left, _: wounded(left, rng), range(rng.randint(1, 3)), data)
 
-def _wounded(data: bytes, wounds: list[tuple[Any, ...]]) -> bytes:
-    b = bytearray(data)
-    for kind, at, *more in wounds:
-        if kind == "cut":
-            del b[at:]
-        elif kind == "flip" and at < len(b):
-            b[at] ^= more[0]
-        elif kind == "set":
-            b[at : at + 1] = bytes([more[0]])
-        elif kind == "run":
-            b[at : at + more[0]] = bytes([more[1]]) * more[0]
-        elif kind == "splice":
-            b[at : at + more[1]] = b[more[0] : more[0] + more[1]]
-        elif kind == "insert":
-            b[at:at] = more[0]
-        elif kind == "drop":
-            del b[at : at + more[0]]
-    return bytes(b)
+    return st.integers(0, 1 << 60).map(wounds)
 
 
 def only_avatar_errors(read: Callable[[], object]) -> bool:

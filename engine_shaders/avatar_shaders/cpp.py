@@ -6,6 +6,7 @@ import json
 import re
 from typing import Any
 
+from avatar_schema.pack_form import form_lines
 from avatar_shaders import VERSION
 from avatar_shaders.headers import table
 from avatar_shaders.web import macros
@@ -19,7 +20,16 @@ _BLOCK = {"uint": "uint", "float": "float1", "float2": "float2", "float3": "floa
 def cpp_files(made: dict[str, str]) -> dict[str, str]:
     """{file name: text} of every file. `made` is what generate_all() makes."""
     rows: dict[str, dict[str, Any]] = json.loads(made["reflection.json"])["entries"]
-    return {"interfaces.cpp": _MADE + _interfaces(rows), "constants.h": _MADE + _constants()}
+    texts = {"interfaces.cpp": _interfaces(rows), "constants.h": _constants(), "pack_form.h": _form()}
+    return {name: _MADE + text for name, text in texts.items()}
+
+
+def _form() -> str:
+    """The form of a pack's document, in lines: some compilers take no longer literals."""
+    lines = "".join(f"    {json.dumps(line)},\n" for line in form_lines(2000))
+    about = "/// What the document of a pack must be: JSON, cut into lines.\n"
+    head = f"#pragma once\n\nnamespace avatar {{\n\n{about}"
+    return f"{head}constexpr const char* pack_form[] = {{\n{lines}}};\n\n}}  // namespace avatar\n"
 
 
 def _interfaces(rows: dict[str, dict[str, Any]]) -> str:

@@ -8,6 +8,7 @@ import re
 import textwrap
 from typing import Any
 
+from avatar_schema.pack_form import form_lines
 from avatar_shaders import VERSION
 from avatar_shaders.headers import table
 from avatar_shaders.web import macros
@@ -22,7 +23,8 @@ _WIDTH = 94  # of a line, without the indentation of its block
 def csharp_files(made: dict[str, str]) -> dict[str, str]:
     """{file name: text} of every file. `made` is what generate_all() makes."""
     rows: dict[str, dict[str, Any]] = json.loads(made["reflection.json"])["entries"]
-    return {"Interfaces.cs": _MADE + _interfaces(rows), "Constants.cs": _MADE + _constants()}
+    made_texts = {"Interfaces.cs": _interfaces(rows), "Constants.cs": _constants(), "PackForm.cs": _form()}
+    return {name: _MADE + text for name, text in made_texts.items()}
 
 
 def _interfaces(rows: dict[str, dict[str, Any]]) -> str:
@@ -113,6 +115,22 @@ def _constants() -> str:
         lines.append(_constant("int", _pascal(name.lower()), formula, about))
     head = _OPEN + _class("Constants", "Numbers of the shaders.")
     return head + _indented("\n".join(lines), 2) + _INDENT + "}\n}\n"
+
+
+def _form() -> str:
+    """The form of a pack's document as one text."""
+    lines = " +\n".join(_text(line) for line in form_lines(2000))
+    body = (
+        _summary("JSON, of the keywords that `Form` knows")
+        + f"public const string Text =\n{_indented(lines, 1)};\n"
+    )
+    return (
+        _OPEN
+        + _class("PackForm", "What the document of a pack must be.")
+        + _indented(body, 2)
+        + _INDENT
+        + "}\n}\n"
+    )
 
 
 def _constant(kind: str, name: str, value: str, about: str) -> str:

@@ -9,6 +9,7 @@ from collections import Counter
 from string import ascii_letters
 from typing import Any
 
+from avatar_schema.pack_form import form_text
 from avatar_shaders.entries import ENTRIES
 from avatar_shaders.generate import HLSL, generate
 from avatar_shaders.headers import table
@@ -96,6 +97,7 @@ export interface Interface {
 
 /** Every entry of the shaders, by name. */
 """
+_FORM = "/** What the document of a pack must be: JSON, of the keywords that `Form` knows. */\n"
 _KERNELS = """\
 /**
  * A WebAssembly module in base64: the compute entries that need no memory of a thread group, as functions
@@ -120,6 +122,7 @@ def web_files(made: dict[str, str]) -> dict[str, str]:
         ),
         "reflection.ts": _REFLECTION + _interfaces(rows),
         "constants.ts": _constants(),
+        "pack_form.ts": f"{_FORM}export const PACK_FORM =\n  '{form_text()}';\n",
         "kernels.ts": _KERNELS + f'export const KERNELS = "{base64.b64encode(kernels(rows)).decode()}";\n',
     }
     return {name: _MADE + text for name, text in modules.items()}

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import json
-import math
 import mmap
 import stat
 import zipfile
@@ -16,8 +14,8 @@ from typing import Any
 from avatar_runtime.avatar import Avatar, Clip, Embedding, Enhancer, Gaussians, Rig
 from avatar_runtime.checks import arguments
 from avatar_runtime.checks.avatar import check_avatar
+from avatar_runtime.codec import json_text, ply, safetensors
 from avatar_runtime.codec import manifest as codec
-from avatar_runtime.codec import ply, safetensors
 from avatar_runtime.codec.clips import read_clip_tensors
 from avatar_runtime.codec.embedding import read_embedding_tensors
 from avatar_runtime.codec.tensors import read_gaussian_tensors, read_rig_tensors
@@ -107,15 +105,8 @@ def read_json(read: Open, name: str, limit: int) -> dict[str, Any]:
     """A JSON object of at most `limit` bytes, whose numbers every reader can hold."""
     text = read(name, limit)
     try:
-        document = json.loads(
-            bytes(text),
-            parse_constant=_refuse,
-            parse_float=_finite,
-            parse_int=_integer,
-            object_pairs_hook=_object,
-        )
-        json.dumps(document, ensure_ascii=False).encode()  # half a surrogate pair cannot be printed
-    except (ValueError, RecursionError) as error:
+        document = json_text.parse(bytes(text), as_written=True)
+    except ValueError as error:
         raise AvatarError(f"is not JSON ({error})", file=name) from None
     if not isinstance(document, dict):
         raise AvatarError("is not a JSON object", file=name)
@@ -252,23 +243,3 @@ def _buffer(size: int) -> memoryview:
     with contextlib.suppress(OSError):
         room.madvise(mmap.MADV_HUGEPAGE)
     return memoryview(room)
-
-
-def _refuse(text: str) -> Any:
-    raise ValueError(f"{text[:40]} is not a number that every reader can hold")
-
-
-def _finite(text: str) -> float:
-    value = float(text)
-    return value if math.isfinite(value) else _refuse(text)
-
-
-def _integer(text: str) -> int:
-    return int(text) if len(text) <= 19 else _refuse(text)
-
-
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    result = dict(pairs)
-    if len(result) != len(pairs):
-        raise ValueError(f"has a duplicate among the keys {', '.join(key for key, _ in pairs)[:200]}")
-    return result

@@ -11,20 +11,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import Avatar, Clip, Packed, Rig
-from avatar_runtime.checks.avatar import check_avatar
+from avatar_runtime.avatar import Avatar, Clip, Driving, Group, Packed, Rig
+from avatar_runtime.checks.avatar import check_avatar, check_driving, check_groups
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.codec import pack as file_codec
 from avatar_runtime.codec.clips import ARRAYS as CLIP_ARRAYS
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
-from avatar_runtime.program.check import check_program
+from avatar_runtime.program.check import MOST_WORK, check_program
 from avatar_runtime.program.model import Program
 from avatar_runtime.program.read import Columns, read_level, read_mesh
 from avatar_runtime.stages.surface import binding_pose
 
 SUFFIX = ".avatar"
 FILE_LIMIT = 1 << 30  # bytes
+WORK_RATIO = 16  # rows and entries of a frame that a level may have a byte of the file
 # What the GPU does not need: the skeleton for stage joints, and the triangles of a mesh that no Gaussian is bound to.
 RIG_ARRAYS = (
     "parents",
@@ -66,18 +67,57 @@ def decode_pack(data: bytes, name: str) -> Pack:
     """The pack in `data`; `name` is the file in messages. Raises AvatarError as `read_pack`."""
     held = file_codec.decode(data, name)
     try:
-        check_program(held.program, min(len(level["groups"]) for level in held.document["levels"]))
+        groups = min(len(level["groups"]) for level in held.document["levels"])
+        check_program(held.program, groups, min(MOST_WORK, WORK_RATIO * len(data)))
         avatar = _avatar(held, 0)
+        _check_levels(held, avatar)
+        _check_pose(held.program, avatar)
     except AvatarError as error:
         raise AvatarError(error.message, file=name, field=error.field) from None
     preview = held.arrays.get("preview")
-    return Pack(held.document, avatar, None if preview is None else preview.tobytes())
+    is_file = preview is not None and preview.dtype == np.uint8
+    return Pack(held.document, avatar, preview.tobytes() if preview is not None and is_file else None)
+
+
+def _check_pose(program: Program, avatar: Avatar) -> None:
+    """Sections of Pose have the floats that the names of the avatar need."""
+    needed = {"weights": len(avatar.expressions), "late": len(avatar.eyelids), "joints": 0}
+    if avatar.rig is not None:
+        needed |= {"joints": 12 * avatar.rig.joint_count, "features": 9 * len(avatar.rig.corrective_joints)}
+    begins = [*program.pose.values(), program.pose_floats]
+    for name, first, end in zip(program.pose, begins, begins[1:], strict=False):
+        if end - first != needed.get(name, end - first):
+            message = f"takes {end - first} floats; the avatar's names need {needed[name]}"
+            raise AvatarError(message, field=f"$.program.pose.{name}")
+
+
+def _check_levels(held: file_codec.PackFile, avatar: Avatar) -> None:
+    """Every level has its own rows and all groups of the finest, since group transforms are shared."""
+    finest = [group["binding"] for group in held.document["levels"][0]["groups"]]
+    for index, (said, level) in enumerate(zip(held.document["levels"], held.program.levels, strict=True)):
+        where = f"$.levels[{index}]"
+        if said["count"] != level.rows:
+            raise AvatarError(
+                f"is {said['count']}; its chunks have {level.rows} rows", field=f"{where}.count"
+            )
+        check_groups(replace(avatar, groups=_groups(held.document, index)), level.rows)
+        if [group["binding"] for group in said["groups"]] != finest:
+            raise AvatarError("has other groups than the finest level", field=f"{where}.groups")
+
+
+def _groups(document: Mapping[str, Any], level: int) -> tuple[Group, ...]:
+    """The groups of a level. Their joints and factors are those of the finest, whose transforms all levels share."""
+    own, finest = (codec.decode_groups(document["levels"][index]) for index in (level, 0))
+    return tuple(replace(group, joint_mix=mix.joint_mix) for group, mix in zip(own, finest, strict=False))
 
 
 def _avatar(held: file_codec.PackFile, level: int) -> Avatar:
     """The avatar at one level; the finest one also gives the others."""
     document, program = held.document["avatar"], held.program
-    facts = codec.decode_facts(document)
+    driving = document["driving"]
+    if driving["mode"] != "matrix":  # then nobody reads one
+        driving = {**driving, "matrix": None}
+    facts = codec.decode_facts({**document, "driving": driving})
     expressions, late = facts["expressions"], facts["eyelids"]
     rig = _rig(held, document, Columns(len(expressions), 0, len(late), 0))
     features = 0 if rig is None else 9 * len(rig.corrective_joints)
@@ -85,7 +125,8 @@ def _avatar(held: file_codec.PackFile, level: int) -> Avatar:
     arrays = read_level(
         program, level, Columns(len(expressions), features, len(late), joints), facts["rules"].position
     )
-    groups = codec.decode_groups(held.document["levels"][level])
+    facts["sh_degree"] = min(facts["sh_degree"], arrays.gaussians.sh_degree)  # the program says what is drawn
+    groups = _groups(held.document, level)
     avatar = Avatar(
         **facts,
         gaussians=arrays.gaussians,
@@ -96,8 +137,23 @@ def _avatar(held: file_codec.PackFile, level: int) -> Avatar:
         embedding=arrays.embedding,
         clips=_clips(held, document["clips"]),
     )
-    check_avatar(avatar)
+    check_avatar(avatar, packed=True)
+    if (spelled := spelled_driving(held.document)) is not None:
+        check_driving(avatar, spelled)
     return with_program(avatar, program, level, partial(_avatar, held))
+
+
+def spelled_driving(document: Mapping[str, Any]) -> Driving | None:
+    """How ARKit drives the avatar of a pack, as its document spells it for players: always a matrix; None: not at all.
+
+    Raises AvatarError for a matrix that is not rows of as many numbers as there are inputs.
+    """
+    own = document["avatar"]["driving"]
+    spelled = own if own["mode"] == "matrix" else document.get("driving")
+    if own["mode"] == "none" or spelled is None:
+        return None
+    linear = {name: spelled.get(name) for name in ("inputs", "outputs", "matrix") if name in spelled}
+    return codec.decode_driving({"driving": {**own, "mode": "matrix", **linear}})
 
 
 def with_program(avatar: Avatar, program: Program, level: int, at: Callable[[int], Avatar]) -> Avatar:
@@ -127,25 +183,26 @@ def _rig(held: file_codec.PackFile, document: Mapping[str, Any], columns: Column
     arrays: dict[str, Any] = {name: _array(held.arrays, f"rig.{name}") for name in RIG_ARRAYS}
     features = 9 * arrays["corrective_joints"].size
     mesh = read_mesh(held.program, replace(columns, features=features, joints=len(document["joints"])))
-    triangles = held.arrays.get("rig.triangles")
-    if triangles is None:
-        triangles = _corners(held.program)
+    triangles = _corners(held.program) if held.program.reads_mesh else _array(held.arrays, "rig.triangles")
+    if triangles.dtype != np.uint32 or triangles.ndim != 2 or len(triangles) != 3:
+        kind = f"{triangles.dtype}{list(triangles.shape)}"
+        raise AvatarError(f"is {kind}, not uint32[3, F]", field="array rig.triangles")
     of_mesh: dict[str, Any] = {field.name: getattr(mesh, field.name) for field in fields(mesh)}
     return Rig(
         joint_names=tuple(document["joints"]),
-        triangles=np.ascontiguousarray(triangles.T, np.uint32),
+        triangles=np.ascontiguousarray(triangles.T),
         **of_mesh,
         **arrays,
     )
 
 
 def _corners(program: Program) -> Array:
-    """[3, F] triangles that kernels read, where the file does not store them once more."""
-    surface = program.buffers.get("SurfaceStatic")
-    for section in () if surface is None else surface.sections:
+    """[3, F] triangles that kernels read, which the file does not store once more."""
+    bound = next(one.buffers["SurfaceStatic"] for one in program.passes() if "SurfaceStatic" in one.buffers)
+    for section in program.buffers[bound].sections:
         if section.name == "corners" and len(section.elements) % 3 == 0:
-            return section.elements.reshape(3, -1)
-    raise AvatarError("is missing, and no kernel reads triangles", field="array rig.triangles")
+            return section.elements.astype(np.uint32).reshape(3, -1)
+    raise AvatarError("is no section of triangles", field=f"buffer {bound}, corners")
 
 
 def _array(arrays: Mapping[str, Array], name: str) -> Array:

@@ -13,6 +13,7 @@ from jsonschema.validators import extend
 
 from avatar_schema.accept import Accept, Acceptors
 from avatar_schema.documents import LATEST, schema
+from avatar_schema.pack_form import pack_schema
 
 MOST_PROBLEMS = 100  # a damaged or hostile manifest could have millions
 EXTENSIONS: tuple[str, ...] = ()  # the ones this version understands
@@ -58,7 +59,8 @@ def key_problems(value: Any, key: str) -> list[Problem]:
 @cache
 def _checks(name: str, key: str | None = None) -> tuple[Accept, Any]:
     """(whether a document is sound, what says why not) of a schema, or of what it asks for under `key`."""
-    of = schema(name) if key is None else schema(name)["properties"][key]
+    whole = pack_schema() if name == "pack" else schema(name)
+    of = whole if key is None else whole["properties"][key]
     made = Acceptors(of)
 
     def items(validator: Any, asked: Any, instance: Any, _: Any) -> Iterator[Any]:
@@ -129,6 +131,8 @@ def _message(error: Any) -> str:
     if error.validator == "enum":
         known = ", ".join(map(str, error.validator_value))
         message = f"{_short(error.instance)} is unknown to this reader (it knows {known})"
+    elif error.validator == "anyOf" and "description" in error.schema:
+        message = error.schema["description"]
     elif error.validator == "oneOf" and "description" in error.schema:
         message = f"{_short(error.instance)} is not {error.schema['description']}"
     return message if len(message) <= 200 else message[:200] + "..."

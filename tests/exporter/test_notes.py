@@ -7,21 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from avatar_export.notes import (
-    checking,
-    converting,
-    distilling,
-    fitting,
-    packing,
-    playing,
-    reading,
-    unlike,
-    wrong,
-)
 from avatar_export.notes.note import Note, Setting, doubt, fact
-from avatar_export.notes.text import TEXTS, from_stored, stored, text
+from avatar_export.notes.text import TABLES, TEXTS, from_stored, stored, text
 
-TABLES = (checking, converting, distilling, fitting, packing, playing, reading, unlike, wrong)
 SOURCE = Path(__file__).parents[2] / "exporter" / "avatar_export"
 MADE = re.compile(r'\b_?(?:fact|doubt|judged|too_far|Note)\(\s*"([a-z_]+)"')
 

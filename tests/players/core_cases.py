@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import json
+import struct
+import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from random import Random
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from tools.fuzz.pack_mutants import mutant
 
 from avatar_export.driving.live_link_csv import read_live_link_csv
 from avatar_export.packing.steps import Fineness
@@ -32,12 +36,14 @@ from avatar_shaders import VERSION
 from tests.avatars import full_avatar
 from tests.players.heights.height_cases import write_height_cases
 from tests.players.hostile.packs import write_hostile
+from tests.session.fuzz import FACTOR
 
 GOLDEN = Path(__file__).parents[1] / "data" / "packs" / "1.0"
 FOUND = sorted((Path(__file__).parents[1] / "data" / "fuzz" / "pack").glob("*/x.avatar"))
 assert FOUND, "the corpus of packs that the fuzzer found is not where it was"
 RECORDING = Path(__file__).parents[2] / "samples" / "drive" / "live_link_face_rom_300.csv"
 POSES = 12  # random ones of each pack
+MUTANTS, OF_A_FACTOR = 300, 500  # and so many times AVATAR_FUZZ
 Array = np.ndarray[Any, Any]
 
 
@@ -72,9 +78,7 @@ def write_cases(folder: Path) -> None:
         (own / "poses.safetensors").write_bytes(b"".join(safetensors.encode(poses(case.avatar))))
         for name, data in encode_driving(driving_cases(case.avatar, case.handedness)).items():
             (own / name).write_bytes(data)
-    (folder / "found").mkdir()
-    for index, path in enumerate(FOUND):
-        (folder / "found" / f"{index}.avatar").write_bytes(path.read_bytes())
+    write_mutants([case.file for case in cases], folder / "mutated.bin")
     (folder / "hostile").mkdir()
     write_hostile({case.name: case.file for case in cases}, folder / "hostile")
     write_height_cases(folder)
@@ -86,6 +90,15 @@ def write_cases(folder: Path) -> None:
     (folder / "packs.json").write_text(
         json.dumps({"packs": [case.name for case in cases], "shaders": VERSION})
     )
+
+
+def write_mutants(files: list[bytes], path: Path) -> None:
+    """Past findings and mutants, each after its length; `make fuzz` tries more, other ones on every run."""
+    rng = Random(time.time_ns() if FACTOR else 17)
+    made = [mutant(rng.choice(files), rng) for _ in range(round(OF_A_FACTOR * FACTOR) or MUTANTS)]
+    with path.open("wb") as stream:
+        for data in (*(path.read_bytes() for path in FOUND), *made):
+            stream.write(struct.pack("<I", len(data)) + data)
 
 
 def packs() -> Iterator[Case]:

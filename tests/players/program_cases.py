@@ -17,8 +17,8 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.program.check import check_program
 from avatar_runtime.program.model import Buffer, Pass, Program, Section
 from tests.runtime.program.coded import programs
-from tests.runtime.program.mutations import constants, contents, structure, with_elements
-from tests.runtime.program.test_check_named import REFUSED
+from tests.runtime.program.mutations import constants, contents, structure
+from tests.runtime.program.test_check_named import REFUSED, long_row
 
 PROGRAMS = programs()
 NOT_FINITE = {"nan": "NaN", "inf": "Infinity"}
@@ -37,25 +37,6 @@ def write_programs(path: Path) -> None:
         for made in mutations(program, rng, whole=whole):
             writer.add(made(), groups)
     path.write_text(json.dumps(writer.done()))
-
-
-def long_row() -> tuple[Program, int]:
-    """A program whose first Gaussian has one late morph too many."""
-    program, groups = PROGRAMS["full"]
-    entries = (1 << 16) + 1
-    ptr = np.full(49, entries, np.uint32)
-    ptr[0] = 0
-    for name, elements in (
-        ("late_column", np.zeros(entries, np.uint8)),
-        ("late_mean", np.zeros(3 * entries, np.uint32)),
-        ("late_ptr", ptr),
-    ):
-        program = with_elements(program, "BindStatic.0", name, partial(_instead, elements))
-    return program, groups
-
-
-def _instead(elements: Any, _: Any) -> Any:
-    return elements
 
 
 def mutations(program: Program, rng: np.random.Generator, *, whole: bool) -> Iterable[Callable[[], Program]]:

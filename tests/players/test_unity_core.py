@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
 from pathlib import Path
 
 import pytest
+from tools.fuzz.readers import difference
 
 from avatar_export import read
 from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
+from tests.players.hostile.judge_python import judged
+from tests.players.hostile.judges import unity
 from tests.players.unity import UNITY, core_sources, program_of_tests, run_tests, sources
 from tests.players.unity_cases import write_contents
 from tests.runtime.backends.gl_cases import avatars
@@ -40,6 +45,16 @@ def test_mono_finds_what_python_computes(program: Path, unity_cases: Path) -> No
 @pytest.mark.hypothesis
 def test_hostile_packs_are_refused(program: Path, unity_cases: Path) -> None:
     print(run_tests(program, HOSTILE, AVATAR_CASES=str(unity_cases)))
+
+
+def test_the_judge_says_of_golden_packs_what_python_says(tmp_path: Path) -> None:
+    packs = [path.read_bytes() for path in sorted(GOLDEN.glob("*.avatar"))]
+    given = b"".join(len(file).to_bytes(4, "little") + file for file in (*packs, b"no pack"))
+    done = subprocess.run(unity(tmp_path), input=given, stdout=subprocess.PIPE, check=True)
+    *found, last = map(json.loads, done.stdout.splitlines())
+    assert last == {"ok": False, "why": "x.avatar: is not a pack: it does not begin as a gzip file"}
+    for file, said in zip(packs, found, strict=True):
+        assert said["ok"] and difference({"python": judged(file), "unity": said}) == ""
 
 
 def test_conformance_avatars_hold_what_python_reads(program: Path, tmp_path: Path) -> None:

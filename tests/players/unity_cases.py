@@ -1,27 +1,20 @@
-"""What the Unity player's core must find beside `core_cases`: proxy meshes, mutated packs."""
+"""What the Unity player's core must find beside `core_cases`: proxy meshes."""
 
 from __future__ import annotations
 
 import json
-import struct
-import time
 from pathlib import Path
-from random import Random
 from typing import Any
 
 import numpy as np
-from tools.fuzz.mutate import mutated
 
 from avatar_runtime.avatar import Avatar, Rig, SparseRows
 from avatar_runtime.codec import safetensors
 from avatar_runtime.packs import decode_pack
-from tests.players.core_cases import FOUND, Case, facts
+from tests.players.core_cases import Case, facts
 from tests.players.unity_pose_cases import write_pose_cases
-from tests.session.fuzz import FACTOR
 
 BONES = 4  # of a vertex of the proxy
-MUTATIONS = 300
-MUTATIONS_A_FACTOR = 500  # of AVATAR_FUZZ
 Array = np.ndarray[Any, Any]
 
 
@@ -41,7 +34,6 @@ def write_unity_cases(core: Path, folder: Path) -> None:
         if avatar.rig is not None:
             data = b"".join(safetensors.encode(proxy(avatar, avatar.rig)))
             (folder / name / "proxy.safetensors").write_bytes(data)
-    write_mutated(list(files.values()), folder / "mutated.bin")
     write_pose_cases(folder, files)
 
 
@@ -82,13 +74,3 @@ def dense(rows: SparseRows, name: str, count: int, columns: int) -> Array:
     row = np.repeat(np.arange(count), rows.row_ptr[1:] - rows.row_ptr[:-1])
     np.add.at(found, (rows.column.astype(np.int64), row), values)
     return found
-
-
-def write_mutated(files: list[bytes], path: Path) -> None:
-    """Past findings and mutated packs, each after its length; `make fuzz` tries more, other ones on every run."""
-    count = round(MUTATIONS_A_FACTOR * FACTOR) or MUTATIONS
-    rng = Random(time.time_ns() if FACTOR else 17)
-    with path.open("wb") as stream:
-        found = [path.read_bytes() for path in FOUND]
-        for data in (*found, *(mutated("x.avatar", rng.choice(files), rng) for _ in range(count))):
-            stream.write(struct.pack("<I", len(data)) + data)

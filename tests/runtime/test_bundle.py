@@ -91,10 +91,8 @@ UNKNOWN = {
     "$.enhancer.file": "other.onnx",
     "$.enhancer.optional": False,
 }
-WHOLE = {
-    "$.engine.influences": {},
-    "$.reference.made_by": {"cases": []},
-}  # parts that the bundle does not have
+# parts that the bundle does not have
+WHOLE = {"$.engine.influences": {}, "$.reference.made_by": {"cases": []}}
 
 
 @pytest.mark.parametrize("path", UNKNOWN)
@@ -219,8 +217,8 @@ TEXTS: dict[str, tuple[Callable[[str], str], str]] = {
     "Infinity": (insert('"x": -Infinity'), "-Infinity is not a number"),
     "a float beyond float64": (insert('"x": 1e999'), "1e999 is not a number"),
     "an integer beyond 64 bits": (insert('"x": ' + "1" * 400), "is not a number that every reader can hold"),
-    "a key twice": (insert('"format": "avatar-export"'), "duplicate"),
-    "a key twice, deep": (insert('"x": [{"a": 1, "b": 2, "a": 1}]'), "has a duplicate among the keys a, b"),
+    "a key twice": (insert('"format": "avatar-export"'), "a name stands twice: 'format'"),
+    "a key twice, deep": (insert('"x": [{"a": 1, "b": 2, "a": 1}]'), "a name stands twice: 'a'"),
     "half a surrogate pair": (insert('"x": "\\ud800"'), "surrogates not allowed"),
     "nested too deep": (insert('"x": ' + "[" * 100_000 + "]" * 100_000), "is not JSON"),
 }

@@ -14,15 +14,12 @@ from tools.fuzz.run import Tally, run
 from tools.fuzz.targets import TARGETS
 
 INPUTS = 1_000_000
-PACKS = "pack"  # the target that gets as many inputs as all others together
 
 
 def main() -> None:
     """Print the figures; the exit code is 1 after a finding."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--inputs", type=int, default=INPUTS, help="over all targets but packs; as many packs, too"
-    )
+    parser.add_argument("--inputs", type=int, default=INPUTS, help="over all targets")
     parser.add_argument("--seconds", type=float, help="stop after that long")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--first", type=int, default=0, help="number of the first input")
@@ -30,19 +27,12 @@ def main() -> None:
     parser.add_argument("--target", choices=TARGETS, action="append", help="these alone; may be repeated")
     given = parser.parse_args()
     names = given.target or list(TARGETS)
-    others = len([name for name in names if name != PACKS])
-    counts = {name: given.inputs if name == PACKS else given.inputs // others for name in names}
+    counts = {name: given.inputs // len(names) for name in names}
     warnings.simplefilter("error")  # of NumPy: a user would see them
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="avatar-fuzz-", dir=_memory()) as folder:
-        found = run(
-            counts,
-            Path(folder),
-            seed=given.seed,
-            first=given.first,
-            workers=given.workers,
-            seconds=given.seconds,
-        )
+        limits = {name: getattr(given, name) for name in ("seed", "first", "workers", "seconds")}
+        found = run(counts, Path(folder), **limits)
     print(table(found, time.monotonic() - began))
     total = sum(tally.findings for tally in found.values())
     if total:
@@ -62,17 +52,8 @@ def table(found: dict[str, Tally], seconds: float) -> str:
     ]
     for name, t in [*found.items(), ("**all**", whole)]:
         each = 1000 * t.cpu_seconds / max(t.inputs, 1)
-        cells = (
-            t.inputs,
-            t.sound,
-            t.refused,
-            t.crashes,
-            t.hangs,
-            t.greedy,
-            t.most_memory >> 20,
-            f"{each:.1f}",
-        )
-        lines.append(f"| {name} | {' | '.join(map(str, cells))} |")
+        ended = f"{t.inputs} | {t.sound} | {t.refused} | {t.crashes} | {t.hangs} | {t.greedy}"
+        lines.append(f"| {name} | {ended} | {t.most_memory >> 20} | {each:.1f} |")
     return "\n".join([*lines, "", f"{whole.inputs} inputs in {seconds:.0f} s"])
 
 

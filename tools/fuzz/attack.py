@@ -18,6 +18,7 @@ from random import Random
 
 from avatar_runtime.io.errors import AvatarError
 from tools.fuzz.mutate import mutated
+from tools.fuzz.pack_mutants import mutant
 from tools.fuzz.targets import TARGETS, Target, attacked, sound
 
 ROOT = Path(__file__).parents[2]
@@ -90,16 +91,15 @@ def hostile(arena: Arena, rng: Random) -> tuple[str, dict[Path, bytes]]:
     name = rng.choice(list(arena.inputs))
     files = arena.inputs[name]
     chosen = rng.sample(list(files), min(len(files), rng.choice((1, 1, 1, 2))))
-    return name, {path: mutated(path.name, files[path], rng) for path in chosen}
+    return name, {
+        path: mutant(files[path], rng) if path.suffix == ".avatar" else mutated(path.name, files[path], rng)
+        for path in chosen
+    }
 
 
 def attack(arena: Arena, seed: int, number: int, corpus: Path | None = CORPUS) -> Outcome:
     """Reads the input of this number; a finding is kept in `corpus`."""
-    return attack_with(arena, Random(f"{arena.name}/{seed}/{number}"), corpus)
-
-
-def attack_with(arena: Arena, rng: Random, corpus: Path | None) -> Outcome:
-    """Reads the input that a generator draws; a finding is kept in `corpus`."""
+    rng = Random(f"{arena.name}/{seed}/{number}")
     name, changed = hostile(arena, rng)
     folder = arena.lay(name, changed, rng)
     outcome = judged(arena.target, folder)

@@ -36,14 +36,8 @@ VALUES: list[Any] = [
     [], {}, [[]], {"a": 1}, [0, 0, 0, 0], [1e29] * 3, "world_row0", "group_matrix_row0[9]",
 ]  # fmt: skip
 WORDS = [b"nan", b"inf", b"1e999", b"-1", b"0", b"", b"9" * 20, b"0x10", b"1.5", b"\xff\xfe", b"1_0", b"\0"]
-BYTES = [
-    0,
-    1,
-    0x7F,
-    0x80,
-    0xFF,
-    *b"(.0123]}Rbtqhju\x81\x85\x88\x8a\x8e\x93\x94\x95",
-]  # opcodes of pickles among them
+OPCODES = b"(.0123]}Rbtqhju\x81\x85\x88\x8a\x8e\x93\x94\x95"  # of pickles
+BYTES = [0, 1, 0x7F, 0x80, 0xFF, *OPCODES]
 LARGEST = 1 << 22  # bytes of a mutated file
 Change = Callable[[bytes, Random], bytes]
 
@@ -109,8 +103,8 @@ def changed(document: Any, rng: Random) -> Any:
     elif kind == 2 and isinstance(holder, list):
         holder.insert(key, json.loads(json.dumps(holder[key])))
     elif kind == 3:
-        other, name = rng.choice(spots)
-        holder[key] = json.loads(json.dumps(other[name]))
+        source, name = rng.choice(spots)
+        holder[key] = json.loads(json.dumps(source[name]))
     elif kind == 4:
         for _ in range(rng.choice((3, 40, 1200))):
             holder[key] = [holder[key]]
@@ -219,25 +213,6 @@ def _member(name: str, content: bytes, rng: Random) -> bytes:
     return mutated(name, content, rng)
 
 
-def pack(data: bytes, rng: Random) -> bytes:
-    """A pack: its header, its document, or its numbers."""
-    body = gzip.decompress(data)
-    size = int.from_bytes(body[:8], "little")
-    header, tensors = json.loads(body[8 : 8 + size]), body[8 + size :]
-    kind = rng.randrange(3)
-    if kind == 0:
-        out = bytearray(tensors)
-        for _ in range(rng.randrange(1, 4) if out else 0):
-            out[rng.randrange(len(out))] = rng.randrange(256)
-        tensors = bytes(out)
-    elif kind == 1:
-        header = changed(header, rng)
-    else:
-        header["__metadata__"]["pack"] = json.dumps(changed(json.loads(header["__metadata__"]["pack"]), rng))
-    text = json.dumps(header).encode()
-    return gzip.compress(len(text).to_bytes(8, "little") + text + tensors, 1)
-
-
 def compressed(data: bytes, rng: Random) -> bytes:
     """A gzip file whose contents are changed."""
     return gzip.compress(wounded(gzip.decompress(data), rng), 1)
@@ -262,6 +237,6 @@ def lines(data: bytes, rng: Random) -> bytes:
 
 CHANGES: dict[str, Change] = {
     "json": json_text, "safetensors": safetensors, "ply": ply, "npy": npy, "npz": archive, "zip": archive,
-    "pth": archive, "glb": glb, "avatar": pack, "gz": compressed, "csv": lines, "obj": lines, "yaml": lines,
+    "pth": archive, "glb": glb, "gz": compressed, "csv": lines, "obj": lines, "yaml": lines,
     "txt": lines, "cfg_args": lines,
 }  # fmt: skip

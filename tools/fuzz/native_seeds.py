@@ -5,8 +5,11 @@ from __future__ import annotations
 import gzip
 import json
 import struct
+import zlib
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -16,7 +19,9 @@ from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
 from avatar_runtime.avatar import Avatar, Clip
 from avatar_runtime.subset import subset
+from tools.fuzz.pack_mutants import mutant
 
+MUTANTS = 2000
 ROWS, FRAMES, DRIVEN = 1, 2, 2  # of a group, of a clip, of the driving matrix
 COARSE = Fineness(40.0)
 READ = (
@@ -33,8 +38,13 @@ def tiny() -> list[bytes]:
 
 
 def write_seeds(folder: Path, packs: list[bytes]) -> None:
-    """The lean body of each pack; the smallest ones also as gzip files, of each kind of block."""
+    """The lean body of each pack, and mutants; the smallest ones also as gzip files, of each kind of block."""
     bodies = sorted((lean(file) for file in packs), key=len)
+    rng = Random(9)
+    for number in range(MUTANTS):
+        body = bodies[number % min(len(packs), 4)]
+        with suppress(OSError, EOFError, zlib.error):
+            (folder / f"{number}.mutant").write_bytes(gzip.decompress(mutant(gzip.compress(body, 1), rng)))
     for number, body in enumerate(bodies):
         (folder / f"{number}.body").write_bytes(body)
     for level in (0, 1, 9):

@@ -14,6 +14,7 @@ from avatar_export.checks.pack_derived import (
 )
 from avatar_export.ops.bounds import bounds_of_levels
 from avatar_runtime.bundle import MANIFEST
+from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec.pack import manifest_of
 from avatar_runtime.handedness import mirrored
 from avatar_runtime.io.errors import AvatarError
@@ -44,12 +45,10 @@ def _problems(pack: Pack) -> Iterator[Problem]:
     levels = []
     for level in range(pack.avatar.packed.levels):
         stored = pack.avatar.packed.at(level)
-        said = pack.document["levels"][level]["count"]
-        where = f"$.levels[{level}]"
-        if said != stored.gaussians.count:
-            yield Problem(
-                f"{where}.count", f"is {said}, but the level has {stored.gaussians.count} Gaussians"
-            )
+        try:
+            check_avatar(stored)  # with what readers take although it is odd
+        except AvatarError as error:
+            yield Problem(f"$.levels[{level}]: {error.field}", error.message)
         levels.append(placed(mirrored(stored) if left else stored))
         for check in LEVEL_CHECKS if level else PACK_CHECKS:
             for problem in check(levels[-1], document):

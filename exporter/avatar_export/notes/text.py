@@ -21,17 +21,10 @@ from avatar_export.notes.note import Note
 from avatar_export.notes.words import FORMS
 
 DOUBTFUL = "doubtful: "  # begins a note of a manifest that says something may be wrong
+TABLES = (reading, fitting, wrong, unlike, converting, packing, playing, checking, distilling)
 TEXTS: Mapping[str, str | Callable[..., str]] = {
     "said": "{text}",  # by an older bundle, which holds texts alone
-    **reading.TEXTS,
-    **fitting.TEXTS,
-    **wrong.TEXTS,
-    **unlike.TEXTS,
-    **converting.TEXTS,
-    **packing.TEXTS,
-    **playing.TEXTS,
-    **checking.TEXTS,
-    **distilling.TEXTS,
+    **{kind: text for table in TABLES for kind, text in table.TEXTS.items()},
 }
 
 

@@ -28,7 +28,7 @@ from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.handedness import mirrored
 from avatar_runtime.io.ownership import of_file
 from avatar_runtime.io.text_files import refuse_existing, write_bytes, write_text
-from avatar_runtime.packs import placed
+from avatar_runtime.packs import decode_pack, placed
 from avatar_runtime.player import ABSURD
 from avatar_runtime.program.check import check_program
 
@@ -107,6 +107,7 @@ def make_pack(
     if reference:
         progress("computing the reference")
         files = ABSURD(reference_of)(made.attempt.prepared.levels[0], choices.handedness, made.file)
+    decode_pack(made.file, str(out))  # nothing is written that readers refuse
     write_bytes(out, made.file, force=force)
     if files is not None:
         write_folder(reference_folder(out), files, force=force)

@@ -28,17 +28,7 @@ from avatar_export.options import ReadOptions
 from avatar_export.provenance import provenance
 from avatar_export.rigs.rig_driving import expressions_named, rig_driving
 from avatar_export.sparse import no_deltas, no_shifts, sparse_rows
-from avatar_runtime.avatar import (
-    F32,
-    F64,
-    I64,
-    Avatar,
-    Gaussians,
-    Group,
-    RasterSettings,
-    Rig,
-    Rules,
-)
+from avatar_runtime.avatar import F32, F64, I64, Avatar, Gaussians, Group, RasterSettings, Rig, Rules
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import ply
 from avatar_runtime.io.errors import AvatarError

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "../gles/avatar_gles.h"
+#include "../src/formats/text.h"
 #include "egl.h"
 #include "options.h"
 #include "png.h"
@@ -110,7 +111,7 @@ bool open_motion(const Options& options, Player& player) {
     std::string names;
     for (uint32_t i = 0; !options.clip.empty() && avatar_clip(player.pack, i, &clip) == AVATAR_OK; i++) {
         if (options.clip == clip.name) player.clip = static_cast<int>(i);
-        names += (i > 0 ? ", " : "") + std::string(clip.name);
+        names += (i > 0 ? ", " : "") + std::string(avatar::Cut(clip.name, 80).data);  // a terminal obeys control letters
     }
     if (!options.clip.empty() && player.clip < 0) {
         return failed((options.pack + ": has no clip " + options.clip + "; it has " + (names.empty() ? "none" : names)).c_str());

@@ -102,7 +102,7 @@ private:
                 for (Json value : one.list(0, 4)) constant.vector[constant.floats++] = value.number();
             } else if (!one.is(JsonKind::text)) {
                 constant.number = one.number();
-                if (arena_.errors().any()) constant.number = std::numeric_limits<double>::infinity();  // 1e999
+                if (arena_.errors().any()) constant.number = std::numeric_limits<double>::infinity();  // true
                 arena_.errors().clear();
             } else if (one.text() == "NaN") {
                 constant.number = std::numeric_limits<double>::quiet_NaN();

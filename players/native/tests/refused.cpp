@@ -265,6 +265,20 @@ void poses(Table& t, const AvatarPack* pack, AvatarInstance* instance) {
     }
 }
 
+/// Of a pack whose name is an escape, marks of direction and an end of a line.
+void hostile_name(Table& t, const std::string& path) {
+    const Bytes file = read_file(path);
+    AvatarPack* pack = avatar_load(file.data(), file.size(), "\x1b[1m", nullptr);
+    AvatarInstance* instance = avatar_instance_open(pack, 0, nullptr);
+    t.row("hostile name", avatar_set_expression(instance, "\xe2\x80\xae", 1) == 0, avatar_instance_error(instance),
+          "\\u001b[2J\\u202e\\u000a\\u009b: '\\u202e' is not an expression");
+    AvatarPack* broken = avatar_load(file.data(), 9, "\x1b[1m\xe2\x81\xa6\xed\xa0\x80\xff", nullptr);
+    t.row("hostile file", avatar_error(broken) != nullptr, avatar_error(broken), "\\u001b[1m\\u2066: is damaged");
+    avatar_close(broken);
+    avatar_instance_close(instance);
+    avatar_close(pack);
+}
+
 void captures(Table& t) {
     AvatarFrame frame;
     t.row("avatar_arkit_name", avatar_arkit_name(61) == nullptr && avatar_arkit_name(beyond) == nullptr);
@@ -351,6 +365,7 @@ int refused(const std::string& folder, Records& out) {
     no_instance(table, bad);
     poses(table, pack, instance);
     cameras(table, instance);
+    hostile_name(table, folder + "/hostile.avatar");
     captures(table);
     passes(table, pack, other, instance);
     reports(table, pack);

@@ -1,15 +1,19 @@
 using System;
 using System.Collections.Generic;
+using System.Globalization;
+using System.Text;
 
 namespace AvatarExport.Core {
     /// <summary>An avatar or a pack that cannot be used. One line: whose file, which field, what, what to do.</summary>
     public sealed class AvatarError : Exception {
+        private const int MostLetters = 300; // of a reason, and of a field
+
         /// <summary>`reason` says what is wrong and what to do; `field` where, `owner` whose it is.</summary>
         public AvatarError(string reason, string owner = null, string field = null)
-            : base(Line(reason, owner, field)) {
-            Reason = reason;
-            Owner = owner;
-            Field = field;
+            : base(Begin(Plain(owner)) + Begin(Short(field)) + Short(reason)) {
+            Reason = Short(reason);
+            Owner = Plain(owner);
+            Field = Short(field);
         }
 
         /// <summary>The message without owner and field.</summary>
@@ -33,11 +37,29 @@ namespace AvatarExport.Core {
                 "'" + shown + "' is not " + article + " " + what + "; " + NearNames.Hint(name, known), owner, field);
         }
 
-        private static string Line(string reason, string owner, string field) {
-            string line = reason;
-            if (!string.IsNullOrEmpty(field)) line = field + ": " + line;
-            if (!string.IsNullOrEmpty(owner)) line = owner + ": " + line;
-            return string.Join(" ", line.Split((char[])null, StringSplitOptions.RemoveEmptyEntries));
+        /// <summary>
+        /// A text of a pack in one line: control letters, and letters that no one sees or that turn what follows, are
+        /// written as \u001b.
+        /// </summary>
+        public static string Plain(string text) {
+            StringBuilder made = null;
+            for (int i = 0; text != null && i < text.Length; i++) {
+                if (made == null && IsHidden(text[i])) made = new StringBuilder(text, 0, i, 2 * text.Length);
+                if (made == null) continue;
+                if (!IsHidden(text[i])) made.Append(text[i]);
+                else made.Append("\\u").Append(((int)text[i]).ToString("x4", CultureInfo.InvariantCulture));
+            }
+            return made == null ? text : made.ToString();
         }
+
+        private static bool IsHidden(char letter) {
+            return letter < ' ' || (letter >= '\u007f' && letter <= '\u009f') || letter == '\u061c' || letter == '\ufeff'
+                || (letter >= '\u200b' && letter <= '\u200f') || (letter >= '\u2028' && letter <= '\u202e')
+                || (letter >= '\u2066' && letter <= '\u2069');
+        }
+
+        private static string Short(string text) => Plain(text == null ? null : Json.Cut(text, MostLetters));
+
+        private static string Begin(string place) => string.IsNullOrEmpty(place) ? "" : place + ": ";
     }
 }

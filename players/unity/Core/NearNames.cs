@@ -8,13 +8,14 @@ namespace AvatarExport.Core {
     internal static class NearNames {
         private const int Listed = 8;
         private const int Hinted = 3;
+        private const int Compared = 1000; // of the known names
         private const double Near = 0.5; // least likeness of a near match
         public const int Longest = 80; // letters of a name that are compared and shown
 
         /// <summary>What to say after a `name` that is not among the `known` ones.</summary>
         public static string Hint(string name, IList<string> known) {
             string wanted = Shortened(name);
-            string[] near = known
+            string[] near = known.Take(Compared)
                 .Select(one => new KeyValuePair<string, double>(one, Likeness(wanted, Shortened(one))))
                 .Where(row => row.Value >= Near)
                 .OrderByDescending(row => row.Value)

@@ -45,7 +45,7 @@ namespace AvatarExport.Editor {
         }
 
         private static void Add(List<KeyValuePair<string, string>> rows, string label, string text) {
-            rows.Add(new KeyValuePair<string, string>(label, text));
+            rows.Add(new KeyValuePair<string, string>(label, AvatarError.Plain(text)));
         }
 
         private static string Number(int count) => count.ToString("N0", CultureInfo.InvariantCulture);
@@ -53,7 +53,7 @@ namespace AvatarExport.Editor {
         private static string Megabytes(int bytes) => Invariant("{0:0.00} MB", bytes / 1e6);
 
         private static string Invariant(string format, params object[] values) {
-            return string.Format(CultureInfo.InvariantCulture, format, values);
+            return AvatarError.Plain(string.Format(CultureInfo.InvariantCulture, format, values));
         }
     }
 }

@@ -209,7 +209,7 @@ namespace AvatarExport {
         private void LinkRig() {
             int joints = avatar.Skeleton == null ? 0 : avatar.Skeleton.Names.Length;
             if (rigRoot == null || bones.Length != joints || Array.Exists(bones, bone => bone == null)) {
-                string told = $"{name}: the bones below it are not those of {avatar.Name}; ";
+                string told = $"{name}: the bones below it are not those of {AvatarError.Plain(avatar.Name)}; ";
                 Debug.LogWarning(told + "delete the object " + AvatarRig.RootName, this);
                 return;
             }

@@ -4,6 +4,16 @@ export interface Where {
   readonly field?: string | undefined;
 }
 
+// Letters that control a terminal, the direction of text or nothing that is seen, and halves of pairs.
+const CONTROL = /[\0-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]/gu;
+const LONGEST_REASON = 320;
+const LONGEST_PLACE = 160;
+
+/** Text of a pack as a person may see it: letters that control something as \u202e. */
+export function printable(text: string): string {
+  return text.replace(CONTROL, (letter) => `\\u${letter.charCodeAt(0).toString(16).padStart(4, "0")}`);
+}
+
 /** An avatar, a pack or a browser that cannot be used. One line: whose file, which field, what, what to do. */
 export class AvatarError extends Error {
   readonly owner: string | undefined;
@@ -11,12 +21,14 @@ export class AvatarError extends Error {
   readonly reason: string; // the message without owner and field
 
   constructor(reason: string, where: Where = {}) {
-    const parts = [where.owner, where.field, reason].filter((part) => part !== undefined && part !== "");
-    super(parts.join(": ").replace(/\s+/g, " "));
+    const owner = cut(where.owner, LONGEST_PLACE);
+    const field = cut(where.field, LONGEST_PLACE);
+    const told = cut(reason, LONGEST_REASON) as string;
+    super([owner, field, told].filter((part) => part !== undefined && part !== "").join(": "));
     this.name = "AvatarError";
-    this.owner = where.owner;
-    this.field = where.field;
-    this.reason = reason;
+    this.owner = owner;
+    this.field = field;
+    this.reason = told;
   }
 
   /** The same error of `owner`, for what was thrown where the owner is not known. */
@@ -25,7 +37,13 @@ export class AvatarError extends Error {
   }
 }
 
+function cut(text: string | undefined, most: number): string | undefined {
+  if (text === undefined) return undefined;
+  return printable(text.length > most ? `${text.slice(0, most)}...` : text);
+}
+
 const LISTED = 8;
+const COMPARED = 1000; // names that a wrong one is compared with
 const NEAR = 0.5; // least likeness of a near match
 const LONGEST = 80; // letters of a name that are compared and shown
 
@@ -33,6 +51,7 @@ const LONGEST = 80; // letters of a name that are compared and shown
 export function noSuch(what: string, name: string, known: readonly string[], where: Where = {}): AvatarError {
   const wanted = name.slice(0, LONGEST).toLowerCase();
   const ranked = known
+    .slice(0, COMPARED)
     .map((one) => ({ one, score: likeness(wanted, one.slice(0, LONGEST).toLowerCase()) }))
     .filter((row) => row.score >= NEAR)
     .sort((a, b) => b.score - a.score)

@@ -54,6 +54,11 @@ check("mouse, keys and fingers orbit, move and zoom", async () => {
   });
 });
 
+check("letters that control something are shown as escapes", async () => {
+  await opened("odd");
+  assert.equal(await page.$eval("#clip option", (option) => option.text), "n\\u202eo\\u001bd");
+});
+
 check("a slider moves the avatar, and resets", async () => {
   await opened("joints", WIDE);
   const rest = await picture();
@@ -194,7 +199,7 @@ check("a message for a pack that is cut, newer, nothing or gone, without a pictu
 check("several avatars make a gallery, also where the wanted one is missing", async () => {
   await page.click("#messages .close");
   assert.deepEqual(await visible(".message"), []);
-  assert.deepEqual(await visible("#tiles strong"), ["joints", "surface", "cut", "newer", "nothing", "right", "left"]);
+  assert.deepEqual(await visible("#tiles strong"), ["joints", "surface", "odd", "cut", "newer", "nothing", "right", "left"]);
   await page.click("#tiles a");
   await viewer(({ ready }) => ready.catch(() => undefined));
   await until(() => window.avatarViewer.instance !== null);

@@ -31,7 +31,8 @@ export async function begin() {
     ["joints", "surface", "../../mole/right", "../../mole/left"].map((name) => readFile(join(PACKS, `${name}.avatar`))),
   );
   const newer = repacked(joints, ({ document }) => (document.asset.minVersion = "99.0"));
-  const packs = { joints, surface, cut: joints.subarray(0, joints.length / 2), newer, nothing: Buffer.from("nothing"), right, left };
+  const odd = repacked(joints, ({ document }) => (document.avatar.clips[0].name = "n\u202eo\u001bd"));
+  const packs = { joints, surface, odd, cut: joints.subarray(0, joints.length / 2), newer, nothing: Buffer.from("nothing"), right, left };
   const served = {};
   for (const name of ["index.html", "viewer.js", "viewer.css"]) served[name] = join(folder, name);
   for (const [id, bytes] of Object.entries(packs)) await writeFile((served[`${id}.avatar`] = join(folder, `${id}.avatar`)), bytes);

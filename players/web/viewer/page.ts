@@ -1,5 +1,6 @@
 // One avatar and everything that acts on it. What wrote last wins: a slider pauses a clip, a clip ends live input.
 import { Clip, Driver, parseLiveLinkCsv, type Avatar, type Instance, type Pose, type Recording, type Source } from "../src/index.js";
+import { printable } from "../src/errors.js";
 import { takePicture, Video } from "./stage/capture.js";
 import { carryPose } from "./motion/carry.js";
 import { ArkitInputs, arkitSection, expressionSection, jointSection, type ChannelSection } from "./controls/channels.js";
@@ -135,7 +136,7 @@ export class Page {
     this.fillPanel(avatar, pose);
     byId("frame-button").hidden = !this.stage.orbit.hasHead;
     setText(byId("name"), this.called);
-    document.title = `${this.called} · Avatar viewer`;
+    document.title = printable(`${this.called} · Avatar viewer`);
   }
 
   private inputsOf(avatar: Avatar, pose: Pose): ArkitInputs | null {

@@ -13,9 +13,15 @@ from avatar_runtime.io.errors import AvatarError
 
 
 def check_sparse(
-    sparse: SparseRows, name: str, rows: int, columns: int, shapes: Mapping[str, tuple[int, ...]]
+    sparse: SparseRows,
+    name: str,
+    rows: int,
+    columns: int,
+    shapes: Mapping[str, tuple[int, ...]],
+    rising: bool = True,
 ) -> None:
-    """Raise AvatarError unless `sparse` has `rows`, `columns`, sorted in-range columns and these attributes."""
+    """Raise AvatarError unless `sparse` has `rows`, `columns`, in-range columns and these attributes. `rising`: columns
+    rise inside a row."""
     ptr, col = sparse.row_ptr, sparse.column
     expect(ptr.dtype == np.uint32 and ptr.shape == (rows + 1,), f"{name}.row_ptr", f"u32[{rows + 1}]", ptr)
     expect(col.dtype == np.uint16 and col.ndim == 1, f"{name}.column", "u16[E]", col)
@@ -32,7 +38,7 @@ def check_sparse(
         starts = np.zeros(len(col), bool)
         starts[ptr[:-1][ptr[:-1] < len(col)]] = True
         falls = (col[1:] <= col[:-1]) & ~starts[1:]
-        if falls.any():
+        if rising and falls.any():
             entry = int(np.argmax(falls)) + 1
             raise AvatarError("must strictly increase inside a row", field=f"{name}.column[{entry}]")
     if set(sparse.values) != set(shapes):

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
-from avatar_runtime.avatar import Avatar, Gaussians, Rig, Rules
+from avatar_runtime.avatar import F32, F64, Avatar, Driving, Gaussians, Rig, Rules
 from avatar_runtime.checks.arrays import check_f32, check_names, check_sparse, expect
 from avatar_runtime.checks.enhancer import check_enhancer
 from avatar_runtime.checks.fields import check_types
-from avatar_runtime.checks.surface import check_clip, check_embedding
+from avatar_runtime.checks.surface import check_clip, check_embedding, check_places
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.rules import (
     BACKGROUNDS,
@@ -25,12 +28,15 @@ from avatar_runtime.rules import (
 )
 
 TINY = 1e-300  # smallest determinant of a transform in float64 that has an inverse
+LARGEST = 1e6  # number of a joint's matrix
 UNITS = (1e-6, 1e6)  # training units in a metre
 
 
-def check_avatar(avatar: Avatar) -> Avatar:
+def check_avatar(avatar: Avatar, *, packed: bool = False) -> Avatar:
     """`avatar` itself. Raises AvatarError that names the field whose shape, range or value is wrong, TypeError or
     ValueError for a field of another type than the model's.
+
+    `packed`: it is decoded from integers of a pack. What is merely odd there is taken, since players do not see it.
     """
     check_types(avatar)
     _check_gaussians(avatar.gaussians)
@@ -38,24 +44,30 @@ def check_avatar(avatar: Avatar) -> Avatar:
         raise AvatarError(
             f"is {avatar.sh_degree}; 0..{avatar.gaussians.sh_degree} is stored", field="sh_degree"
         )
-    _check_groups(avatar)
+    check_groups(avatar, avatar.gaussians.count)
     check_names("expressions", avatar.expression_names)
     check_names("eyelids", avatar.eyelids)
     n, k = avatar.gaussians.count, len(avatar.expressions)
     joints = avatar.rig.joint_count if avatar.rig else 0
     features = 9 * len(avatar.rig.corrective_joints) if avatar.rig else 0
     b, sh = avatar.blendshapes, avatar.gaussians.sh.shape[1:]
-    check_sparse(b.geometry, "geometry", n, k, {"mean": (3,), "quat_wxyz": (4,)})
-    check_sparse(b.appearance, "appearance", n, k, {"log_scale": (3,), "opacity_logit": (), "sh": sh})
-    check_sparse(b.correctives, "correctives", n, features, {"mean": (3,)})
-    check_sparse(b.late_morphs, "late_morphs", n, len(avatar.eyelids), {"mean": (3,)})
-    check_sparse(avatar.skin, "skin", n, joints, {"weight": ()})
+    sparse = partial(check_sparse, rising=not packed)
+    sparse(b.geometry, "geometry", n, k, {"mean": (3,), "quat_wxyz": (4,)})
+    sparse(b.appearance, "appearance", n, k, {"log_scale": (3,), "opacity_logit": (), "sh": sh})
+    sparse(b.correctives, "correctives", n, features, {"mean": (3,)})
+    sparse(b.late_morphs, "late_morphs", n, len(avatar.eyelids), {"mean": (3,)})
+    sparse(avatar.skin, "skin", n, joints, {"weight": ()})
     if avatar.rig:
-        _check_rig(avatar.rig, k, len(avatar.eyelids))
+        _check_rig(avatar.rig, k, len(avatar.eyelids), sparse)
     _check_rules(avatar)
+    if not packed:
+        check_driving(avatar, avatar.driving)
+        check_names("groups", tuple(g.name for g in avatar.groups))
+        check_names("clips", tuple(clip.name for clip in avatar.clips))
     if avatar.embedding:
         check_embedding(avatar, avatar.embedding)
-    check_names("clips", tuple(clip.name for clip in avatar.clips))
+        if not packed:
+            check_places(avatar.embedding)
     for clip in avatar.clips:
         check_clip(clip, k, len(avatar.eyelids), joints)
     if avatar.enhancer:
@@ -79,7 +91,8 @@ def _check_gaussians(g: Gaussians) -> None:
     check_f32("gaussians.sh", g.sh, (n, g.sh.shape[1], 3))
 
 
-def _check_groups(avatar: Avatar) -> None:
+def check_groups(avatar: Avatar, rows: int) -> None:
+    """Raise AvatarError unless the groups of `avatar` cover so many rows in order and fit its rig and embedding."""
     at = 0
     for group in avatar.groups:
         where = f"groups.{group.name}"
@@ -99,12 +112,11 @@ def _check_groups(avatar: Avatar) -> None:
         for joint in group.joint_mix:
             if avatar.rig is not None and joint not in avatar.rig.joint_names:
                 raise AvatarError(f"joint_mix names {joint!r}, which the rig lacks", field=where)
-    if at != avatar.gaussians.count:
-        raise AvatarError(f"cover {at} of {avatar.gaussians.count} Gaussians", field="groups")
-    check_names("groups", tuple(g.name for g in avatar.groups))
+    if at != rows:
+        raise AvatarError(f"cover {at} of {rows} Gaussians", field="groups")
 
 
-def _check_rig(rig: Rig, expressions: int, late: int) -> None:
+def _check_rig(rig: Rig, expressions: int, late: int, sparse: Callable[..., None]) -> None:
     v, j = len(rig.vertices), rig.joint_count
     check_f32("rig.vertices", rig.vertices, (v, 3))
     t = rig.triangles
@@ -114,10 +126,10 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
     for name, index in (("triangles", t), ("anchor_vertices", anchors)):
         if index.size and int(index.max()) >= v:
             raise AvatarError(f"holds {int(index.max())}, but the rig has {v} vertices", field=f"rig.{name}")
-    check_sparse(rig.morphs, "rig.morphs", v, expressions, {"position": (3,)})
-    check_sparse(rig.correctives, "rig.correctives", v, 9 * len(rig.corrective_joints), {"position": (3,)})
-    check_sparse(rig.late_morphs, "rig.late_morphs", v, late, {"position": (3,)})
-    check_sparse(rig.skin, "rig.skin", v, j, {"weight": ()})
+    sparse(rig.morphs, "rig.morphs", v, expressions, {"position": (3,)})
+    sparse(rig.correctives, "rig.correctives", v, 9 * len(rig.corrective_joints), {"position": (3,)})
+    sparse(rig.late_morphs, "rig.late_morphs", v, late, {"position": (3,)})
+    sparse(rig.skin, "rig.skin", v, j, {"weight": ()})
     check_names("rig.joint_names", rig.joint_names)
     expect(
         rig.parents.dtype == np.int32 and rig.parents.shape == (j,), "rig.parents", f"i32[{j}]", rig.parents
@@ -126,8 +138,9 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
         raise AvatarError("a parent must come before its children; a root is -1", field="rig.parents")
     for name, matrix in (("rest_local", rig.rest_local), ("inverse_bind_matrix", rig.inverse_bind_matrix)):
         check_f32(f"rig.{name}", matrix, (j, 4, 4))
-        volume = np.abs(np.linalg.det(matrix.astype(np.float64)))
-        sound = (matrix[:, 3] == (0, 0, 0, 1)).all(axis=1) & (volume > 1e-18)
+        volume = np.abs(volumes(matrix))
+        small = (np.abs(matrix) <= LARGEST).all(axis=(1, 2))
+        sound = small & (matrix[:, 3] == (0, 0, 0, 1)).all(axis=1) & (volume > 1e-18)
         if not sound.all():
             raise AvatarError(
                 "is not an affine matrix with an inverse", field=f"rig.{name}[{int(np.argmin(sound))}]"
@@ -140,6 +153,15 @@ def _check_rig(rig: Rig, expressions: int, late: int) -> None:
         raise AvatarError(f"must lie in 0..{j - 1}", field="rig.corrective_joints")
 
 
+def volumes(matrix: F32 | F64) -> F64:
+    """[...] determinants of the 3x3 part of matrices [..., 4, 4], by the formula of every reader."""
+    rows = matrix[..., :3, :3].astype(np.float64)
+    a, b, c, d, e, f, g, h, i = (rows[..., k // 3, k % 3] for k in range(9))
+    with np.errstate(over="ignore", invalid="ignore", under="ignore"):
+        found: F64 = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return found
+
+
 def _check_rest(rig: Rig) -> None:
     """Raise AvatarError for a joint whose rest transform, through all its parents, has no inverse in float64."""
     rest = rig.rest_local.astype(np.float64)
@@ -147,7 +169,7 @@ def _check_rest(rig: Rig) -> None:
         for joint, parent in enumerate(rig.parents):
             if parent >= 0:
                 rest[joint] = rest[parent] @ rest[joint]
-        volume = np.abs(np.linalg.det(rest))
+        volume = np.abs(volumes(rest))
     sound = np.isfinite(rest).all(axis=(1, 2)) & (volume > TINY)
     if not sound.all():
         name = rig.joint_names[int(np.argmin(sound))]
@@ -172,23 +194,28 @@ def _check_rules(avatar: Avatar) -> None:
     _check_surface_rules(avatar)
     _check_numbers(avatar)
     joints = avatar.rig.joint_names if avatar.rig else ()
-    d = avatar.driving
+    if rules.rotation_joint is not None and rules.rotation_joint not in joints:
+        raise AvatarError(f"{rules.rotation_joint!r} is not a joint of the rig", field="rules.rotation_joint")
+    if rules.rotation in JOINT_ROTATIONS and rules.rotation_joint is None:
+        raise AvatarError(f"rule {rules.rotation} needs a rotation_joint", field="rules.rotation_joint")
+
+
+def check_driving(avatar: Avatar, d: Driving) -> None:
+    """Raise AvatarError unless `d` can drive `avatar`: its outputs and joints are the avatar's."""
+    joints = avatar.rig.joint_names if avatar.rig else ()
     for name, joint in (
-        ("rules.rotation_joint", rules.rotation_joint),
         ("driving.head_joint", d.head_joint),
         ("driving.left_eye_joint", d.left_eye_joint),
         ("driving.right_eye_joint", d.right_eye_joint),
     ):
         if joint is not None and joint not in joints:
             raise AvatarError(f"{joint!r} is not a joint of the rig", field=name)
-    if rules.rotation in JOINT_ROTATIONS and rules.rotation_joint is None:
-        raise AvatarError(f"rule {rules.rotation} needs a rotation_joint", field="rules.rotation_joint")
     _one_of("driving.mode", d.mode, DRIVING_MODES)
     if (d.mode == "matrix") != (d.matrix is not None):
         raise AvatarError("a matrix goes with mode 'matrix'", field="driving.matrix")
     if d.matrix is not None:
         check_f32("driving.matrix", d.matrix, (len(d.outputs), len(d.inputs)))
-        _check_outputs(avatar)
+        _check_outputs(avatar, d.outputs)
 
 
 def _check_surface_rules(avatar: Avatar) -> None:
@@ -208,18 +235,18 @@ def _check_surface_rules(avatar: Avatar) -> None:
         raise AvatarError(f"{rules.rotation}, {rules.scale}: such rules need an embedding", field="rules")
 
 
-def _check_outputs(avatar: Avatar) -> None:
+def _check_outputs(avatar: Avatar, outputs: tuple[str, ...]) -> None:
     known = {f"expression/{name}" for name in avatar.expression_names}
     known |= {f"eyelid/{name}" for name in avatar.eyelids}
     joints = avatar.rig.joint_names if avatar.rig else ()
     known |= {f"joint/{name}/{axis}" for name in joints for axis in "xyz"}
-    for output in avatar.driving.outputs:
+    for output in outputs:
         if output not in known:
             raise AvatarError(
                 f"{output!r} is not an expression/NAME, eyelid/NAME or joint/NAME/x|y|z of this avatar",
                 field="driving.outputs",
             )
-    check_names("driving.outputs", avatar.driving.outputs)
+    check_names("driving.outputs", outputs)
 
 
 def _check_numbers(avatar: Avatar) -> None:

@@ -16,7 +16,7 @@ RIGID = 1e-3  # largest difference of R R^T from the identity
 
 
 def check_embedding(avatar: Avatar, e: Embedding) -> None:
-    """Raise AvatarError unless every Gaussian lies on a triangle with an area and the rig has the same mesh."""
+    """Raise AvatarError unless arrays and indices fit each other and the rig has the same mesh."""
     n, v, f = avatar.gaussians.count, len(e.canonical_vertices), len(e.triangles)
     check_f32("embedding.canonical_vertices", e.canonical_vertices, (v, 3))
     check_f32("embedding.barycentric", e.barycentric, (n, 3))
@@ -34,6 +34,14 @@ def check_embedding(avatar: Avatar, e: Embedding) -> None:
             raise AvatarError(
                 f"is {index[row]}, but the mesh has {limit} {of}", field=f"embedding.{name}[{row}]"
             )
+    if avatar.rig and not (
+        len(avatar.rig.vertices) == v and np.array_equal(avatar.rig.triangles, e.triangles)
+    ):
+        raise AvatarError("has other vertices or triangles than the embedding's mesh", field="rig.triangles")
+
+
+def check_places(e: Embedding) -> None:
+    """Raise AvatarError unless every Gaussian lies on a triangle with an area, by weights that add up to 1."""
     sums = e.barycentric.sum(axis=1, dtype=np.float64)
     bad = (np.abs(sums - 1) > BARYCENTRIC_SUM) | (e.barycentric < BARYCENTRIC_LEAST).any(axis=1)
     if bad.any():
@@ -42,14 +50,6 @@ def check_embedding(avatar: Avatar, e: Embedding) -> None:
             f"is {e.barycentric[row].tolist()}; weights must add up to 1 and not lie below {BARYCENTRIC_LEAST}",
             field=f"embedding.barycentric[{row}]",
         )
-    _check_areas(e)
-    if avatar.rig and not (
-        len(avatar.rig.vertices) == v and np.array_equal(avatar.rig.triangles, e.triangles)
-    ):
-        raise AvatarError("has other vertices or triangles than the embedding's mesh", field="rig.triangles")
-
-
-def _check_areas(e: Embedding) -> None:
     corner = e.canonical_vertices.astype(np.float64)[e.triangles]
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     area = np.abs(across).max(axis=1, initial=0)
@@ -78,7 +78,10 @@ def check_clip(clip: Clip, expressions: int, late: int, joints: int) -> None:
             raise AvatarError("holds a matrix that is not affine", field=f"{where}.{name}")
     turn = clip.world_from_avatar[:, :3, :3].astype(np.float64)
     with np.errstate(over="ignore", invalid="ignore"):
-        off = np.abs(turn @ np.swapaxes(turn, 1, 2) - np.eye(3)).max(axis=(1, 2))
+        off = -np.eye(3) + np.zeros((t, 1, 1))
+        for k in range(3):  # one by one, as all readers add
+            off += turn[:, :, None, k] * turn[:, None, :, k]
+        off = np.abs(off).max(axis=(1, 2))
         rigid = (off <= RIGID) & (np.linalg.det(turn) > 0)
     if not rigid.all():
         message = "is not rigid: a rotation and a translation move the avatar as a whole"

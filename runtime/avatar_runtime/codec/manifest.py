@@ -23,12 +23,7 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.topology import topology_hash
 from avatar_schema import LATEST, schema
 
-FRAME = {
-    "up": "+Y",
-    "face": "+Z",
-    "length_unit": "metre",
-    "quaternion_order": "wxyz",
-}
+FRAME = {"up": "+Y", "face": "+Z", "length_unit": "metre", "quaternion_order": "wxyz"}
 RASTER = {"profile": "trainer", "antialiased": False, "low_pass": 0.0, "near": 0.0, "depth_key": "view_z"}
 BLENDSHAPES = ("geometry", "appearance", "correctives", "late_morphs")
 ENHANCER_FILE = "enhancer.onnx"
@@ -112,8 +107,8 @@ def decode_facts(manifest: Mapping[str, Any]) -> dict[str, Any]:
         "driving": decode_driving(manifest),
         "raster": decode_raster(manifest),
         "head_pose_in": manifest["head_pose_in"],
-        "training_per_bundle": manifest["units"]["training_per_bundle"],
-        "delta_threshold": manifest["blendshapes"]["threshold"],
+        "training_per_bundle": float(manifest["units"]["training_per_bundle"]),
+        "delta_threshold": _floats(manifest["blendshapes"]["threshold"]),
         "provenance": manifest["provenance"],
         "extras": unknown_keys(manifest),
     }
@@ -122,9 +117,14 @@ def decode_facts(manifest: Mapping[str, Any]) -> dict[str, Any]:
 def decode_groups(manifest: Mapping[str, Any]) -> tuple[Group, ...]:
     """Groups of a manifest that the schema accepts, in draw order."""
     return tuple(
-        Group(g["name"], int(g["first"]), int(g["count"]), g["binding"], dict(g.get("joint_mix", {})))
+        Group(g["name"], int(g["first"]), int(g["count"]), g["binding"], _floats(g.get("joint_mix", {})))
         for g in manifest["groups"]
     )
+
+
+def _floats(named: Mapping[str, Any]) -> dict[str, float]:
+    """Numbers by name: JSON may write 1.0 as 1."""
+    return {name: float(number) for name, number in named.items()}
 
 
 def decode_rules(manifest: Mapping[str, Any]) -> Rules:
@@ -165,7 +165,9 @@ def decode_raster(manifest: Mapping[str, Any]) -> RasterSettings:
     if not isinstance(background, str):
         r, g, b = map(float, background)
         background = (r, g, b)
-    return RasterSettings(manifest["raster"]["near"], manifest["raster"]["low_pass"], background)
+    return RasterSettings(
+        float(manifest["raster"]["near"]), float(manifest["raster"]["low_pass"]), background
+    )
 
 
 def decode_enhancer(said: Mapping[str, Any], onnx: bytes) -> Enhancer:

@@ -11,24 +11,25 @@ import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.codec import safetensors
+from avatar_runtime.codec import json_text
 from avatar_runtime.codec.gzip_pieces import GzipWriter
 from avatar_runtime.codec.sections import BITS, incidence
 from avatar_runtime.codec.sections import decode as decode_section
 from avatar_runtime.codec.sections import encode as encode_section
 from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.program.model import Buffer, Level, Pass, Program, Run, Section
+from avatar_runtime.program.model import POSE_SECTIONS, Buffer, Level, Pass, Program, Run, Section
 from avatar_runtime.program.passes import SHADERS
-from avatar_schema.validate import manifest_problems, schema_problems, version_problems
+from avatar_schema.validate import schema_problems, version_problems
 
 MAGIC = b"\x1f\x8b"  # gzip
 METADATA = "pack"
 HEADER_LIMIT = 16 << 20  # bytes of JSON
+HEADER_LEAST, HEADER_RATIO = 1 << 16, 16  # bytes of JSON of any file, and further ones a byte of the file
 BODY_LIMIT = 1 << 30  # bytes, inflated
 MOST_RATIO = 400  # inflated bytes a byte of the file; gzip reaches 1032 on zeros alone
 GZIP = 16 + zlib.MAX_WBITS  # what zlib calls the gzip format
@@ -147,17 +148,12 @@ def _pass(one: Pass) -> dict[str, Any]:
 def decode(data: bytes, file: str) -> PackFile:
     """A pack. Raises AvatarError for anything out of order; the program is not yet checked."""
     header, body = inflate(data, file)
-    try:
-        document = json.loads(header["__metadata__"][METADATA])
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
-        raise AvatarError(f"has no JSON document {METADATA!r} in its metadata ({error})", file=file) from None
+    document = _json(header.document, f"document {METADATA!r}", file)
     _check(document, file)
     _check_clips(document["avatar"], limit_of(data), file)
-    tensors = {
-        name: _span(name, entry, body, file) for name, entry in header.items() if name != "__metadata__"
-    }
+    tensors = {name: body[begin:end] for name, (begin, end) in header.tensors.items()}
     try:
-        reader = _Reader(tensors)
+        reader = _Reader(tensors, min(2 * BODY_LIMIT, MOST_RATIO * len(data)))
         buffers = reader.buffers(document["program"]["buffers"])
         arrays = {name: reader.array(name, said) for name, said in document["arrays"].items()}
     except AvatarError as error:
@@ -175,9 +171,9 @@ def manifest_of(document: Mapping[str, Any]) -> dict[str, Any]:
 def _check(document: Any, file: str) -> None:
     errors = [p for p in version_problems(document) if not p.warning] if isinstance(document, dict) else []
     errors = errors or schema_problems(document, "pack")
-    errors = errors or [p for p in manifest_problems(manifest_of(document)) if not p.warning]
     if errors:
-        raise AvatarError(errors[0].message, file=file, field=errors[0].path)
+        first = next((p for p in errors if p.path != "$"), errors[0])  # at $: how its parts go together
+        raise AvatarError(first.message, file=file, field=first.path)
     if document["shaders"] > SHADERS:
         raise AvatarError(
             f"needs kernels of version {document['shaders']}; this reader has {SHADERS}: update avatar-export",
@@ -204,21 +200,29 @@ def _check_clips(avatar: Mapping[str, Any], limit: int, file: str) -> None:
             )
 
 
-def inflate(data: bytes, file: str) -> tuple[dict[str, Any], memoryview]:
+@dataclass(frozen=True)
+class Header:
+    """What stands before the tensors of a pack."""
+
+    document: str  # JSON
+    tensors: Mapping[
+        str, tuple[int, int]
+    ]  # first byte and the one behind the last, of the bytes behind the header
+
+
+def inflate(data: bytes, file: str) -> tuple[Header, memoryview]:
     """(header of the safetensors body, its tensors' bytes), never more than the header says and the limits allow."""
     if data[:2] != MAGIC:
         raise AvatarError("is not a pack: it does not begin as a gzip file", file=file)
     stream = _Inflating(data, file)
     size = int.from_bytes(stream.take(8), "little")
-    if size > HEADER_LIMIT:
-        raise AvatarError(f"claims a header of {size} bytes; up to {HEADER_LIMIT} are read", file=file)
-    header = safetensors.header(stream.take(size), file)
-    ends = [
-        entry["data_offsets"][1]
-        for name, entry in header.items()
-        if name != "__metadata__" and safetensors.is_entry(entry)
-    ]
-    total = max(ends, default=0)
+    most = min(HEADER_LIMIT, HEADER_LEAST + HEADER_RATIO * len(data))
+    if size > most:
+        raise AvatarError(
+            f"claims a header of {size} bytes in a file of {len(data)}; up to {most} are read", file=file
+        )
+    header = _header(stream.take(size), file)
+    total = max((end for _, end in header.tensors.values()), default=0)
     if total > limit_of(data):
         raise AvatarError(
             f"claims {total} bytes in a file of {len(data)}; at most {MOST_RATIO} times its size and {BODY_LIMIT} "
@@ -228,6 +232,37 @@ def inflate(data: bytes, file: str) -> tuple[dict[str, Any], memoryview]:
     body = stream.take(total)
     stream.end()
     return header, memoryview(body)
+
+
+def _header(text: bytes, file: str) -> Header:
+    found = _json(text, "header", file)
+    if not isinstance(found, dict):
+        raise AvatarError("is no JSON object", file=file, field="header")
+    metadata = found.pop("__metadata__", None)
+    document = metadata.get(METADATA) if isinstance(metadata, dict) else None
+    if not isinstance(document, str):
+        raise AvatarError(f"has no document {METADATA!r} in its metadata", file=file)
+    return Header(document, {name: _span(name, entry, file) for name, entry in found.items()})
+
+
+def _span(name: str, entry: Any, file: str) -> tuple[int, int]:
+    """First and last byte of a tensor of bytes, as the entry of the header says. Unknown keys are ignored."""
+    if isinstance(entry, dict) and entry.get("dtype") == "U8":
+        offsets, shape = entry.get("data_offsets"), entry.get("shape")
+        if _counts(offsets, 2) and _counts(shape, 1) and offsets[0] <= offsets[1] == offsets[0] + shape[0]:
+            return offsets[0], offsets[1]
+    raise AvatarError("is not the entry of a tensor of bytes", file=file, field=f"header.{name[:80]}")
+
+
+def _counts(value: Any, length: int) -> TypeGuard[list[int]]:
+    return isinstance(value, list) and len(value) == length and all(type(v) is int and v >= 0 for v in value)
+
+
+def _json(text: bytes | str, what: str, file: str) -> Any:
+    try:
+        return json_text.parse(text)
+    except ValueError as error:
+        raise AvatarError(f"its {what} is not JSON ({error})", file=file) from None
 
 
 def limit_of(data: bytes) -> int:
@@ -265,22 +300,11 @@ class _Inflating:
             raise AvatarError("goes on after its last tensor", file=self._file)
 
 
-def _span(name: str, entry: Any, body: memoryview, file: str) -> memoryview:
-    if not safetensors.is_entry(entry):
-        raise AvatarError("is not the entry of a tensor", file=file, field=name)
-    (begin, end), shape = entry["data_offsets"], entry["shape"]
-    if entry["dtype"] != "U8" or shape != [end - begin] or not begin <= end <= len(body):
-        raise AvatarError(
-            f"{entry['dtype']}{shape} at bytes {begin}..{end} does not fit the file", file=file, field=name
-        )
-    return body[begin:end]
-
-
 class _Reader:
     """Sections and arrays from the tensors that they name."""
 
-    def __init__(self, tensors: Mapping[str, memoryview]) -> None:
-        self._tensors, self._left = tensors, 2 * BODY_LIMIT
+    def __init__(self, tensors: Mapping[str, memoryview], most: int) -> None:
+        self._tensors, self._most, self._left = tensors, most, most
 
     def buffers(self, listed: list[Mapping[str, Any]]) -> dict[str, Buffer]:
         found: dict[str, Buffer] = {}
@@ -292,20 +316,24 @@ class _Reader:
                 sections = self._sections(name, said["sections"])
                 found[name] = Buffer(name, 4 * sum(s.words for s in sections), sections)
             else:
+                self._take(int(said["bytes"]), f"buffer {name}")
                 found[name] = Buffer(name, int(said["bytes"]))
         return found
 
     def _sections(self, buffer: str, listed: list[Mapping[str, Any]]) -> tuple[Section, ...]:
         found: dict[str, Section] = {}
+        around: tuple[Array, Array] | None = None
         for said in listed:
             name, codec, record = said["name"], said["codec"], int(said.get("record", 1))
             where, count, bits = f"buffer {buffer}, section {name}", int(said["count"]), int(said["bits"])
             if name in found:
                 raise AvatarError("is named twice", field=where)
-            self._take(count * bits // 8, where)
             if codec == "incidence":
-                elements = self._incidence(name, listed, found, where).astype(BITS[bits])
+                around = around or self._incidence(listed, found, where)
+                elements = around[0 if name == "vertex_triangle_ptr" else 1].astype(BITS[bits])
+                self._take(count * bits // 8, where)
             else:
+                self._take(count * (4 if codec == "pointer" else bits // 8), where)
                 data = self._tensor(said.get("tensor"), where)
                 elements = decode_section(data, codec, bits, count, record, where)
             if len(elements) != count:
@@ -314,18 +342,21 @@ class _Reader:
         return tuple(found.values())
 
     def _incidence(
-        self, name: str, listed: list[Mapping[str, Any]], found: Mapping[str, Section], where: str
-    ) -> Array:
-        counts = {said["name"]: int(said["count"]) for said in listed}
-        if "corners" not in found or "vertex_triangle_ptr" not in counts:
+        self, listed: list[Mapping[str, Any]], found: Mapping[str, Section], where: str
+    ) -> tuple[Array, Array]:
+        count = next((int(said["count"]) for said in listed if said["name"] == "vertex_triangle_ptr"), 0)
+        if "corners" not in found or count < 1:
             raise AvatarError("codec incidence needs section corners before it", field=where)
-        made = incidence(found["corners"].elements, counts["vertex_triangle_ptr"] - 1, where)
-        return made[0 if name == "vertex_triangle_ptr" else 1]
+        if 4 * count > self._left:
+            self._take(4 * count, where)
+        return incidence(found["corners"].elements, count - 1, where)
 
     def array(self, name: str, said: Mapping[str, Any]) -> Array:
         where, kind = f"array {name}", np.dtype(TYPES[said["type"]])
         shape = [int(length) for length in said["shape"]]  # JSON may write 3 as 3.0
         count = math.prod(shape)
+        if count == 0 and math.prod(length or 1 for length in shape) >> 60:
+            shape = [0] * len(shape)  # more than NumPy counts; no array that is used has such a shape
         self._take(count * kind.itemsize, where)
         flat = decode_section(
             self._tensor(said["tensor"], where), said["codec"], 8 * kind.itemsize, count, 1, where
@@ -340,7 +371,7 @@ class _Reader:
     def _take(self, size: int, where: str) -> None:
         self._left -= size
         if self._left < 0:
-            raise AvatarError(f"with it the pack takes more than {2 * BODY_LIMIT} bytes", field=where)
+            raise AvatarError(f"with it the pack takes more than {self._most} bytes", field=where)
 
 
 def read_program(said: Mapping[str, Any], buffers: Mapping[str, Buffer]) -> Program:
@@ -357,7 +388,7 @@ def read_program(said: Mapping[str, Any], buffers: Mapping[str, Buffer]) -> Prog
             )
             for level in said["levels"]
         ),
-        {name: int(at) for name, at in said["pose"].items()},
+        {name: int(said["pose"][name]) for name in POSE_SECTIONS},
         int(said["pose_floats"]),
         bool(said["reads_mesh"]),
     )

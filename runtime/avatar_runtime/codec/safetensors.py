@@ -12,6 +12,7 @@ from typing import Any, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
+from avatar_runtime.codec import json_text
 from avatar_runtime.io.errors import AvatarError
 
 Array = npt.NDArray[Any]
@@ -87,25 +88,12 @@ def decode(data: bytes | memoryview, file: str) -> dict[str, Array]:
 def header(text: bytes, file: str) -> dict[str, Any]:
     """The JSON object before the tensors, metadata included. Raises AvatarError for anything else."""
     try:
-        found = json.loads(text)
-    except (ValueError, RecursionError) as error:
+        found = json_text.parse(text)
+    except ValueError as error:
         raise AvatarError(f"header is not JSON ({error})", file=file) from None
     if not isinstance(found, dict):
         raise AvatarError("header is not a JSON object", file=file)
     return found
-
-
-def is_entry(entry: Any) -> bool:
-    """Whether an entry of the header has a type, a shape and offsets."""
-    if not isinstance(entry, dict):
-        return False
-    offsets = entry.get("data_offsets")
-    return (
-        isinstance(entry.get("dtype"), str)
-        and _sizes(entry.get("shape"), 8)
-        and _sizes(offsets, 2)
-        and len(offsets) == 2
-    )
 
 
 def _tensor(name: str, entry: Any, body: memoryview, file: str) -> tuple[Array, tuple[int, int]]:

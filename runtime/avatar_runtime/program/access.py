@@ -40,7 +40,7 @@ class Packed:
         def within(elements: Any) -> bool:
             values = np.ascontiguousarray(elements).view(np.float32)
             with np.errstate(invalid="ignore"):
-                low, high = (values.min(), values.max()) if values.size else (0.0, 0.0)
+                low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
             return bool(-most <= low and high <= most)  # min and max of NaN are NaN, which compares false
 
         return bool(self._once(f"finite {most}", section, within))

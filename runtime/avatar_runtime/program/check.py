@@ -35,18 +35,19 @@ _TABLE = "group_"  # names that begin so have a row a group
 _SOURCE = re.compile(r"([a-z0-9_]+)(?:\[([0-9]{1,9})\])?")
 
 
-def check_program(program: Program, groups: int) -> None:
+def check_program(program: Program, groups: int, most_work: int = MOST_WORK) -> None:
     """Raises AvatarError for a program that would read or write outside its buffers, or work without bound.
 
     `groups` is how many groups of Gaussians the avatar has: rows of group_matrix and group_rotation in a frame.
+    `most_work`: how many rows and entries a frame of a level may have.
     The field of the error says which pass and which constant, section or buffer.
     """
-    _Checker(program, groups).check()
+    _Checker(program, groups, most_work).check()
 
 
 class _Checker:
-    def __init__(self, program: Program, groups: int) -> None:
-        self.program, self.groups = program, groups
+    def __init__(self, program: Program, groups: int, most_work: int) -> None:
+        self.program, self.groups, self.most_work = program, groups, most_work
         self.packed: dict[str, Packed] = {}
         self.pose: dict[str, tuple[int, int]] = {}  # section -> (first float, items)
         self.roles: dict[str, str] = {}  # buffer without sections -> the one name that shaders give it
@@ -58,6 +59,7 @@ class _Checker:
         self._check_pose()
         written: set[str] = set()
         work = self._check_list("mesh", "mesh", self.program.mesh, written, None)
+        self._check_mesh()
         if not self.program.levels:
             raise AvatarError("there is none", field="levels")
         for index, level in enumerate(self.program.levels):
@@ -117,13 +119,29 @@ class _Checker:
                 raise AvatarError(f"{name} takes {end - begin} floats", field="pose")
             self.pose[name] = (begin, (end - begin) // floats)
 
+    def _check_mesh(self) -> None:
+        """Stage morph moves every vertex once, run after run, and then stage skin where there are joints."""
+        mesh, stages, sound = self.program.mesh, list[str](), True
+        vertices = at = mesh[0].count("vertices") if mesh else 0
+        for one in mesh:
+            if at == vertices:
+                stages.append(one.entry)
+                at = 0
+            sound &= one.entry == stages[-1] and one.count("first") == at
+            at += one.count("count")
+        expected = ["morph", "skin"][: 1 + (self.pose["joints"][1] > 0)] if mesh else []
+        if not sound or at != vertices or stages != expected:
+            raise AvatarError("passes do not move every vertex once a stage", field="mesh")
+
     def _check_level(self, place: str, level: Level, written: set[str], work: int) -> None:
         _check_chunks(place, level)
         known = set(written)
         work += self._check_list(f"{place}, deform", "deform", level.deform, known, level)
         work += self._check_list(f"{place}, view", "view", level.view, known, level)
-        if work > MOST_WORK:
-            raise AvatarError(f"has {work} rows and entries a frame; {MOST_WORK} are the most", field=place)
+        if work > self.most_work:
+            raise AvatarError(
+                f"has {work} rows and entries a frame; {self.most_work} are the most", field=place
+            )
         projected = Counter(one.buffers.get("Projected") for one in level.view)
         for name in level.names("Projected"):
             if projected[name] != 1:
@@ -134,6 +152,18 @@ class _Checker:
             raise AvatarError(
                 f"is {self.program.reads_mesh}; the passes of {place} differ", field="reads_mesh"
             )
+        self._check_placed(place, level)
+
+    def _check_placed(self, place: str, level: Level) -> None:
+        """Every chunk is blended once, and placed: by one pass over the mesh, or by passes that share one buffer."""
+        for name in level.names("Splats"):
+            own = [one.buffers for one in level.deform if one.buffers.get("Splats") == name]
+            blended = [bound for bound in own if "BlendStatic" in bound]
+            embedded = [bound for bound in own if "EmbedStatic" in bound]
+            skinned = {bound["BindStatic"] for bound in own if "BindStatic" in bound}
+            placed = (1, 0) if self.program.reads_mesh else (0, 1)
+            if len(blended) != 1 or (len(embedded), len(skinned)) != placed:
+                raise AvatarError(f"{name} is not blended once and placed", field=f"{place}, deform")
 
     def _check_list(
         self, place: str, which: str, passes: Sequence[Pass], written: set[str], level: Level | None

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from avatar_runtime.avatar import F32, U32, Blendshapes, Embedding, Gaussians, SparseRows
-from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.program.fields import (
     APPEARANCE,
     BASE,
@@ -59,11 +58,11 @@ class MeshArrays:
 
 
 class _Chunks:
-    """The same kind of static buffer in every chunk of a level, or of the mesh."""
+    """The static buffers of one kind that passes read: of the chunks of a level, or of the mesh."""
 
-    def __init__(self, program: Program, names: list[str], rows: list[int]) -> None:
-        self.sources = [_source(program, name) for name in names]
-        self.rows = rows
+    def __init__(self, program: Program, kind: str, passes: Sequence[Pass]) -> None:
+        self.sources = [Source(program.buffers[one.buffers[kind]], one.constants) for one in passes]
+        self.rows = [one.count("count") for one in passes]
 
     def dense(self, fields: dict[str, tuple[str, str]] | Any, section: str, channels: int) -> F32:
         return dense_values(self.sources, section, fields[section][1], self.rows, channels)
@@ -73,31 +72,20 @@ class _Chunks:
         return sparse_rows(self.sources, name, wanted, columns)
 
 
-def _source(program: Program, name: str) -> Source:
-    """A buffer that the avatar is read from. Raises AvatarError if the program has none of that name."""
-    if name not in program.buffers:
-        raise AvatarError("is missing", field=f"buffer {name}")
-    return Source(program.buffers[name], program.constants_of(name))
-
-
-def _count(passes: Iterable[Pass], entry: str, name: str) -> int:
-    """The count `name` as the first pass of an entry says it. Raises AvatarError if no pass does."""
-    for one in passes:
-        if one.entry == entry:
-            return one.count(name)
-    raise AvatarError(f"have no pass {entry}, which says {name}", field="levels")
-
-
 def read_level(program: Program, level: int, columns: Columns, position_rule: str) -> LevelArrays:
     """The Gaussians of one level. The program has passed `check_program`."""
     own = program.levels[level]
-    rows, terms = [run.count for run in own.chunks], _count(own.deform, "blend", "sh_terms")
-    n = own.rows
 
     def chunks(kind: str) -> _Chunks:
-        return _Chunks(program, list(own.names(kind)), rows)
+        """The first pass over each chunk that binds such a buffer."""
+        found = [
+            next(one for one in own.deform if kind in one.buffers and one.buffers["Splats"] == name)
+            for name in own.names("Splats")
+        ]
+        return _Chunks(program, kind, found)
 
-    blend = chunks("BlendStatic")
+    blend, n = chunks("BlendStatic"), own.rows
+    terms = own.deform[0].count("sh_terms")
     sh = blend.dense(BASE, "base_sh", 3 * terms).reshape(n, terms, 3)
     mean, quat = blend.dense(BASE, "base_mean", 3), blend.dense(BASE, "base_quat", 4)
     log_scale = blend.dense(BASE, "base_log_scale", 3)
@@ -125,8 +113,11 @@ def read_level(program: Program, level: int, columns: Columns, position_rule: st
 
 
 def _embedding(program: Program, embed: _Chunks, position_rule: str) -> Embedding:
-    mesh = _source(program, "SurfaceStatic")
-    vertices = _count(program.passes(), "bind_vertices", "vertices")
+    reads = next(one for one in program.passes() if "SurfaceStatic" in one.buffers)
+    mesh = Source(
+        program.buffers[reads.buffers["SurfaceStatic"]], program.constants_of(reads.buffers["SurfaceStatic"])
+    )
+    vertices = reads.count("vertices")
     triangles: U32 = mesh.section("corners").astype(np.uint32).reshape(3, -1).T.copy()
     ids = [np.zeros(0, np.uint32), *(source.section("triangle_ids") for source in embed.sources)]
     along = position_rule in NORMAL_POSITIONS
@@ -143,15 +134,20 @@ def _embedding(program: Program, embed: _Chunks, position_rule: str) -> Embeddin
 
 def read_mesh(program: Program, columns: Columns) -> MeshArrays:
     """The mesh of the rig, for a program of an avatar that has one."""
-    passes = [one for one in program.mesh if one.entry == "morph"]
-    rows = [one.count("count") for one in passes]
-    morph = _Chunks(program, [one.buffers["MorphStatic"] for one in passes], rows)
-    skins = [one.buffers["SkinStatic"] for one in program.mesh if one.entry == "skin"]
-    skin = _Chunks(program, skins, rows)
+
+    def chunks(entry: str, kind: str) -> _Chunks:
+        return _Chunks(program, kind, [one for one in program.mesh if one.entry == entry])
+
+    morph, skin = chunks("morph", "MorphStatic"), chunks("skin", "SkinStatic")
+    late = SparseRows.empty(sum(morph.rows), columns.late_morphs, {"position": (3,)})
+    weights = SparseRows.empty(sum(morph.rows), columns.joints, {"weight": ()})
+    if skin.rows:  # without joints nothing does
+        late = skin.sparse("late", VERTEX_LATE, {"position": (3,)}, columns.late_morphs)
+        weights = skin.sparse("skin", SKIN, {"weight": ()}, columns.joints)
     return MeshArrays(
-        dense_values(morph.sources, "template_position", "linear", rows, 3),
+        dense_values(morph.sources, "template_position", "linear", morph.rows, 3),
         morph.sparse("morph", MORPH, {"position": (3,)}, columns.expressions),
         morph.sparse("corrective", VERTEX_CORRECTIVE, {"position": (3,)}, columns.features),
-        skin.sparse("late", VERTEX_LATE, {"position": (3,)}, columns.late_morphs),
-        skin.sparse("skin", SKIN, {"weight": ()}, columns.joints),
+        late,
+        weights,
     )

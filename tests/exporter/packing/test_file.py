@@ -17,7 +17,7 @@ from avatar_runtime.bundle import load
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.packs import decode_pack
 from tests.avatars import assert_same, full_avatar
-from tests.exporter.packing.cases import AVATARS, COARSE, levels_of
+from tests.exporter.packing.cases import AVATARS, COARSE, closed, levels_of, opened
 from tests.rigs import rig_of, with_rig
 
 FILES = {name: pack([avatar], COARSE).file for name, avatar in AVATARS.items()}
@@ -26,10 +26,11 @@ FILES = {name: pack([avatar], COARSE).file for name, avatar in AVATARS.items()}
 @pytest.mark.parametrize("fine", [None, COARSE], ids=["exact", "small"])
 @pytest.mark.parametrize("name", AVATARS)
 def test_a_pack_holds_the_avatar_that_it_plays(name: str, fine: Fineness | None) -> None:
-    made = pack([AVATARS[name]], fine, {"framing": {}}, b"webp")
+    framing = {"up": [0, 1, 0], "front": [0, 0, 1]}
+    made = pack([AVATARS[name]], fine, {"framing": framing}, b"webp")
     got = decode_pack(made.file, "x")
     assert_same(replace(got.avatar, **WITHOUT), replace(made.avatar, **WITHOUT))
-    assert got.preview == b"webp" and got.document["framing"] == {}
+    assert got.preview == b"webp" and got.document["framing"] == framing
 
 
 @pytest.mark.parametrize("name", AVATARS)
@@ -49,6 +50,13 @@ def test_levels_share_the_rig_and_are_read_apart(name: str) -> None:
     coarse, want = got.packed.at(1), made.avatar.packed.at(1)
     assert coarse.gaussians.count == want.gaussians.count < AVATARS[name].gaussians.count
     assert_same(replace(coarse, **WITHOUT), replace(want, **WITHOUT))
+
+
+def test_joints_of_coarser_groups_are_those_of_the_finest() -> None:
+    header, document, tensors = opened(pack(levels_of(AVATARS["joints"]), COARSE).file)
+    document["levels"][1]["groups"][2]["joint_mix"] = {"no joint": 1.0}  # players do not read it
+    got = decode_pack(closed(header, document, tensors), "x").avatar
+    assert got.packed is not None and got.packed.at(1).groups[2].joint_mix == got.groups[2].joint_mix
 
 
 def test_clips_are_within_half_a_step() -> None:

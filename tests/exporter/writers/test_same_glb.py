@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import re
-import struct
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -19,6 +17,7 @@ from avatar_export.writers.splats_glb import splats_glb
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.io.errors import AvatarError
 from tests.avatars import COUNT, full_avatar
+from tests.exporter.glb_files import edited
 from tests.oracles.gltf_pose import File
 from tests.rigs import written
 from tests.session.fuzz import examples
@@ -27,14 +26,7 @@ NEW = written(full_avatar())
 
 
 def remade(change: Callable[[dict[str, Any]], None], data: bytes = NEW) -> bytes:
-    (size,) = struct.unpack_from("<I", data, 12)
-    document = json.loads(data[20 : 20 + size])
-    change(document)
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    rest = data[20 + size :]
-    head = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(rest), len(text), b"JSON")
-    return head + text + rest
+    return edited(data, change)
 
 
 def test_the_same_bytes_and_the_same_but_for_rounding() -> None:

@@ -12,6 +12,7 @@ import json
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -19,25 +20,33 @@ import numpy as np
 Change = Callable[[Any], object]
 TABLE = Path(__file__).parents[2] / "data" / "hostile_packs.json"
 
-# What the web player says in other words, since its host reads JSON and gzip, and what it takes: it reads no triangles.
-WEB: dict[str, dict[str, str | bool]] = {
-    "cut": {"message": ""},  # some end too early
-    "header is no UTF-8": {"message": "not valid for encoding"},
-    "header with an overlong letter": {"message": "not valid for encoding"},
-    "header with a byte order mark": {"message": "no document 'pack'"},
-    "header with a name twice": {"field": "$.asset", "message": "is missing"},
-    "header too deep": {"message": "its header is not JSON"},
-    "header of many values": {"field": "header", "message": "is a list"},
-    "a wrong checksum of the header": {"message": "header crc mismatch"},
+# What the web player says in other words, since its host inflates, and a number that its checks of `pose` find.
+WEB: dict[str, dict[str, str]] = {
     "an unknown kind of block": {"message": "invalid block type"},
     "another member": {"message": "goes on after its last tensor"},
     "the same member again": {"message": "goes on after its last tensor"},
-    "expression lost": {"message": "is Float32Array [4, 5, 3]"},
-    "type": {"message": "is Uint32Array"},
-    "triangles": {"taken": True},
     "a far pose": {"field": "pose", "message": "floats"},
-    "a corner of no vertex": {"taken": True},
 }
+# Letters that move or hide what a terminal or a page shows, and how a message has them.
+HOSTILE, SHOWN = "\x1b[2J\u202e\n\x9b", "\\u001b[2J\\u202e\\u000a\\u009b"
+
+
+ROOM = {"at": ["program", "buffers", "Splats.0", "bytes"], "to": (1 << 31) - 1}
+CHUNKS = ("Splats", "Sh", "Projected")  # buffers that a chunk writes
+
+# Text that no reader takes for a value in a document, and text that each takes, four lists and objects deep.
+NO_JSON = (
+    "1e400", "9007199254740993", "-9007199254740993", "01", "1.", ".5", "+1", "NaN", "[1,]", "[1 2]", "[1[2]]",
+    "[,1]", '{"a":1,}', '{"a" 1}', "{1:1}", '{"a":1,"\\u0061":2}', '{"__proto__":1,"__proto__":1}',
+    r'"\ud800"', r'"\ude00\ud83d"', r'"\ud83dx"', r'"\x"', r'"\u12g4"', '"\t"', "'a'", "tru", "nullx", "\v1", "\u00a01",
+    "/**/1", "", '"', "[" * 62 + "]" * 62, "1" * 400, "123456789012345678", "-1e400", "-", "1e", "truth", "[true",
+    "[] []", "[[1] [2]]", '"a', '"\x01"', r'"\ud83d\u0041"', "\ufeff1", "\f1",
+    r'"a\u0000"', r'{"\\\u0000":1}',
+)  # fmt: skip
+UNUSUAL = (
+    "9007199254740992", "-9007199254740992.0", "1e22", "-0", "1e-400", "123456789012345678901234567890e-20", '"\u007f"',
+    r'"\ud83d\ude00\u0001\/"', '{"__proto__":1,"constructor":{"0":1}, "":2}', "\r\n\t 1 ", "[" * 60 + "]" * 60,
+)  # fmt: skip
 
 
 class Parts:
@@ -49,6 +58,13 @@ class Parts:
         self.header = json.loads(data[8:end])
         self.document = json.loads(self.header["__metadata__"]["pack"])
         self.body = bytearray(data[end:])
+
+    def tensor(self, name: str, data: bytes) -> str:
+        """Adds a tensor."""
+        begin = len(self.body)
+        self.body += data
+        self.header[name] = {"dtype": "U8", "shape": [len(data)], "data_offsets": [begin, begin + len(data)]}
+        return name
 
     def file(self) -> bytes:
         """The file of these parts."""
@@ -66,24 +82,70 @@ def write_hostile(files: dict[str, bytes], folder: Path) -> None:
     told = []
     for number, (what, file, where) in enumerate(unsound(files)):
         (folder / f"{number}.avatar").write_bytes(file)
-        told.append(
-            {"what": what, "file": f"{number}.avatar", **where, "web": WEB.get(what.partition(" at ")[0], {})}
-        )
+        told.append({"what": what, "file": f"{number}.avatar", **where, "web": WEB.get(what, {})})
     (folder / "hostile.json").write_text(json.dumps(told))
-    for name, file in sound(files["joints"]).items():
+    for name, file in sound(files).items():
         (folder / f"{name}.avatar").write_bytes(file)
-    (folder / "sound.json").write_text(json.dumps([f"{name}.avatar" for name in sound(files["joints"])]))
+    (folder / "sound.json").write_text(json.dumps([f"{name}.avatar" for name in sound(files)]))
 
 
-def sound(whole: bytes) -> dict[str, bytes]:
+def sound(files: dict[str, bytes]) -> dict[str, bytes]:
     """Packs that a reader must take."""
-    shared = {"tensor": "rig.inverse_bind_matrix"}
+    whole = files["joints"]
+    other = {"tensor": "rig.inverse_bind_matrix"}
     return {
         "newer_minor": changed(whole, lambda d: d["asset"].update(version="1.9")),
-        "shared_tensor": changed(whole, lambda d: d["arrays"]["rig.rest_local"].update(shared)),
+        "shared_tensor": changed(whole, lambda d: d["arrays"]["rig.rest_local"].update(other)),
+        "wide_name": changed(
+            whole, lambda d: d["program"]["buffers"].append({"name": "\U0001f600" * 96, "bytes": 0})
+        ),
+        "shared_by_30": shared(whole, 30),
         "unknown_key": changed(whole, lambda d: d.update(later={"a": [1, {}]})),
+        "a_list_of_no_joint": without_joints(files["surface_without_rig"]),
+        "nothing_in_odd_shapes": changed(whole, odd_nothing),
+        "a_prefix_that_hides": changed(whole, lambda d: prefixed(d, "\1")),
+        "unusual_json": spelled(whole, f"[{', '.join(UNUSUAL)}]"),
         **compressions(whole),
     }
+
+
+def odd_nothing(document: Any) -> None:
+    """Adds an array without elements in a shape that NumPy has not, and a pointer that claims elements of 8 bits."""
+    sections = [section for one in document["program"]["buffers"] for section in one.get("sections", ())]
+    next(one for one in sections if one["codec"] == "pointer")["bits"] = 8
+    empty = next(one["tensor"] for one in sections if one["count"] == 0)
+    document["arrays"]["y"] = {
+        "tensor": empty,
+        "type": "u8",
+        "shape": [*[(1 << 32) - 1] * 3, 0],
+        "codec": "raw",
+    }
+
+
+def prefixed(document: Any, prefix: str) -> None:
+    """Begins the names of what a chunk writes with `prefix`."""
+    (level,) = document["program"]["levels"]
+    level["prefix"] = prefix
+    for one in document["program"]["buffers"]:
+        one["name"] = prefix * one["name"].startswith(CHUNKS) + one["name"]
+    for one in level["deform"] + level["view"]:
+        one["buffers"] |= {kind: prefix + name for kind, name in one["buffers"].items() if kind in CHUNKS}
+
+
+def without_joints(whole: bytes) -> bytes:
+    """An avatar without a rig as one whose list of joints is empty."""
+    parts = Parts(whole)
+    parts.document["avatar"]["joints"] = []
+    parts.tensor("none", b"")
+    expressions = len(parts.document["avatar"]["expressions"])
+    for name, kind, shape in (
+        ("parents", "i32", [0]), ("corrective_joints", "i32", [0]), ("anchor_vertices", "u32", [0]),
+        ("rest_local", "f32", [0, 4, 4]), ("inverse_bind_matrix", "f32", [0, 4, 4]),
+        ("joint_basis", "f32", [expressions, 0, 3]),
+    ):  # fmt: skip
+        told = {"tensor": "none", "type": kind, "shape": shape, "codec": "raw"}
+        parts.document["arrays"][f"rig.{name}"] = told
+    return parts.file()
 
 
 def compressions(whole: bytes) -> dict[str, bytes]:
@@ -117,6 +179,12 @@ def unsound(files: dict[str, bytes]) -> Iterator[tuple[str, bytes, dict[str, str
     """(what, file, field and message) of every hostile pack; `python` if Python names another field."""
     for what, (file, message) in whole_files(files["joints"]).items():
         yield what, file, {"message": message}
+    for text in NO_JSON:
+        yield (
+            f"no JSON: {text[:30]}",
+            spelled(files["joints"], text),
+            {"message": "its document 'pack' is not JSON"},
+        )
     for what, file, message in broken(files["joints"]):
         yield what, file, {"message": message}
     for row in json.loads(TABLE.read_text("utf-8")):
@@ -133,7 +201,7 @@ def broken(whole: bytes) -> Iterator[tuple[str, bytes, str]]:
     """The file cut off anywhere, going on, and with a byte of its last eight damaged."""
     for length in range(2, len(whole), 97):
         yield f"cut at {length}", whole[:length], "cut off"
-    for more in (b"\7", bytes(300), b"trailing bytes"):
+    for more in (b"\7", bytes(300), b"trailing bytes", b"last as it is" + whole[-4:]):
         yield f"{len(more)} bytes more", whole + more, ""
     for at in range(len(whole) - 8, len(whole)):
         yield f"damaged at {at}", whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :], ""
@@ -171,6 +239,15 @@ def changed(file: bytes, change: Change) -> bytes:
     return parts.file()
 
 
+def spelled(file: bytes, text: str) -> bytes:
+    """The pack with a text for an unknown value of its document."""
+    parts = Parts(file)
+    parts.document["avatar"]["extras"] = {"x": "@"}
+    document = json.dumps(parts.document).replace('"@"', text)
+    header = {**parts.header, "__metadata__": {"pack": document}}
+    return wrapped(json.dumps(header).encode(), bytes(parts.body))
+
+
 def written(file: bytes, array: str, at: int, value: float) -> bytes:
     """The pack with one other number in an array, which is stored by planes of bytes."""
     parts = Parts(file)
@@ -179,6 +256,60 @@ def written(file: bytes, array: str, at: int, value: float) -> bytes:
     data = np.array(value, {"f32": "<f4", "i32": "<i4", "u32": "<u4"}[told["type"]]).tobytes()
     for plane, byte in enumerate(data):
         parts.body[begin + plane * (end - begin) // 4 + at] = byte
+    return parts.file()
+
+
+def around(whole: bytes) -> bytes:
+    """Triangles around -1 vertices."""
+    empty = {"bits": 8, "count": 0, "codec": "raw", "tensor": "none"}
+    of = {"corners": {}, "vertex_triangle_ptr": {}, "vertex_triangle": {"codec": "incidence"}}
+    sections = [{"name": name, **empty, **more} for name, more in of.items()]
+    parts = Parts(whole)
+    parts.tensor("none", b"")
+    parts.document["program"]["buffers"].append({"name": "X", "sections": sections})
+    return parts.file()
+
+
+def with_entries(parts: Parts, a_row: int) -> None:
+    """Gives every Gaussian as many entries of codes of no width."""
+    (level,) = parts.document["program"]["levels"]
+    (blend,) = (one for one in level["deform"] if one["entry"] == "blend")
+    rows, constants, at = blend["rows"], blend["constants"], 0
+    for section in inside(parts.document["program"]["buffers"], "BlendStatic.0")["sections"]:
+        if section["name"] == "appearance_ptr":
+            counts = np.full(rows, a_row, np.uint32).view(np.uint8).reshape(rows, 4)
+            section["tensor"] = parts.tensor("counts", counts.T.tobytes())
+        elif section["name"] == "appearance_column":
+            section |= {"count": rows * a_row, "tensor": parts.tensor("columns", bytes(rows * a_row))}
+        constants[section["name"]] = at
+        at += -(-section["count"] * section["bits"] // 32)
+    constants |= {f"appearance_{name}_width": 0 for name in ("log_scale", "opacity", "sh")}
+
+
+def busy(whole: bytes) -> bytes:
+    """Much work for a small file."""
+    parts = Parts(whole)
+    with_entries(parts, 6000)
+    return parts.file()
+
+
+def scaled(whole: bytes) -> bytes:
+    """The float32 nearest to 1e30, which is larger, for a scale."""
+    parts = Parts(whole)
+    sections = inside(parts.document["program"]["buffers"], "BlendStatic.0")["sections"]
+    section = inside(sections, "base_mean_scale")
+    begin, end = parts.header[section["tensor"]]["data_offsets"]
+    section["codec"] = "raw"
+    parts.body[begin:end] = np.full((end - begin) // 4, 1e30, "<f4").tobytes()
+    return parts.file()
+
+
+def shared(whole: bytes, count: int = 64) -> bytes:
+    """Arrays that share one tensor of zeros; 64: 8 MiB of some kilobytes."""
+    parts = Parts(whole)
+    size = 1 << 17
+    told = {"tensor": parts.tensor("zeros", bytes(size)), "type": "u8", "shape": [size], "codec": "raw"}
+    parts.document["arrays"] |= {f"zeros {i}": told for i in range(count)}
     return parts.file()
 
 
@@ -207,8 +338,11 @@ def whole_files(whole: bytes) -> dict[str, tuple[bytes, str]]:
         "header with an overlong letter": (wrapped(b'{"\xc0\xaf":1}'), "it is not UTF-8"),
         "header with a byte order mark": (wrapped(b"\xef\xbb\xbf{}"), "its header is not JSON"),
         "header with a name twice": (wrapped(twice.encode(), bytes(parts.body)), "a name stands twice"),
-        "header too deep": (wrapped(b'{"a":' + b"[" * 100000), "values inside each other"),
-        "header of many values": (wrapped(b"[" + b"0," * (1 << 22) + b"0]"), "more than 2097152 values"),
+        "header too deep": (wrapped(b'{"a":' + b"[" * 60000), "values inside each other"),
+        "header of many values": (
+            wrapped(b"[" + b"0," * (1 << 21) + b"0]", Random(1).randbytes(1 << 18)),
+            "more than 2097152 values",
+        ),
         "a tensor of floats": (
             wrapped(b'{"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}}', bytes(4)),
             "header.a: is not the entry of a tensor of bytes",
@@ -228,6 +362,16 @@ def whole_files(whole: bytes) -> dict[str, tuple[bytes, str]]:
             "the checksum of its header differs",
         ),
         "a field of the header without end": (whole[:3] + b"\x08" + b"\1" * 99, "cut off"),
+        "a reserved flag of gzip": (whole[:3] + b"\x20" + whole[4:], ""),
+        "pointers of no vertex": (around(whole), "codec incidence needs"),
+        "more entries than a file has": (busy(whole), "rows and entries a frame"),
+        "a buffer for no file": (
+            changed(whole, lambda d: apply(ROOM, d)),
+            "with it the pack takes more than",
+        ),
+        "a scale beyond 1e30": (scaled(whole), "exceeds 1e+30"),
+        "an empty member before it": (gzip.compress(b"", mtime=0) + whole, ""),
+        "one tensor for many arrays": (shared(whole), "with it the pack takes more than"),
         "an unknown kind of block": (whole[:10] + b"\x07" + whole[11:], "an unknown kind of block"),
         "another member": (whole + gzip.compress(b"more"), "other bytes follow"),
         "the same member again": (whole + whole, "other bytes follow"),
@@ -239,9 +383,10 @@ def whole_files(whole: bytes) -> dict[str, tuple[bytes, str]]:
             gzip.compress((1 << 40).to_bytes(8, "little")),
             "claims a header of 1099511627776 bytes",
         ),
+        "a long header in a small file": (wrapped(b"{}" + b" " * 100_000), "claims a header of 100002 bytes"),
         "a header of 2^64 - 1 bytes": (
             gzip.compress(b"\xff" * 8),
             "claims a header of 18446744073709551615 bytes",
         ),
-        "a header without end": (gzip.compress((16 << 20).to_bytes(8, "little")), "too early"),
+        "a header without end": (gzip.compress((1 << 16).to_bytes(8, "little")), "too early"),
     }

@@ -23,7 +23,7 @@ def test_what_every_player_refuses_is_refused_in_one_line(file: bytes, said: dic
 
 
 def test_what_every_player_takes_is_taken() -> None:
-    for file in sound(FILES["joints"]).values():
+    for file in sound(FILES).values():
         decode_pack(file, "some.avatar")
 
 

@@ -13,13 +13,16 @@ from random import Random
 import numpy as np
 import pytest
 
+from tests.players.hostile.packs import HOSTILE, changed
 from tests.players.native import ask
 from tests.session.native import NATIVE
 
 
 def test_changed_programs_have_the_verdict_of_python(unity_cases: Path, tmp_path: Path) -> None:
-    (found,) = ask("programs", [unity_cases], tmp_path)
-    told = json.loads((unity_cases / "programs.json").read_text())["programs"]
+    text = (unity_cases / "programs.json").read_text()
+    (tmp_path / "programs.json").write_text(re.sub("10{400}", '"Infinity"', text))
+    (found,) = ask("programs", [tmp_path], tmp_path)
+    told = json.loads(text)["programs"]
     planted = 0
     for index, one in enumerate(told):
         field = found[f"{index}/field"].decode() or None
@@ -113,6 +116,9 @@ def test_arguments_that_cannot_be_used_are_refused(unity_cases: Path, tmp_path: 
     """Every function of the header: NULL, numbers that are not finite, what is not there, the wrong order."""
     for own, case in (("pack", "joints"), ("other", "wide")):
         (tmp_path / f"{own}.avatar").symlink_to((unity_cases / case / "pack.avatar").resolve())
+    whole = (unity_cases / "joints" / "pack.avatar").read_bytes()
+    file = changed(whole, lambda document: document["avatar"].update(name=HOSTILE))
+    (tmp_path / "hostile.avatar").write_bytes(file)
     (found,) = ask("refused", [tmp_path], tmp_path)
     assert {what: said for what, said in found.items() if said} == {}
     header = "".join(path.read_text() for path in (NATIVE / "include").iterdir())

@@ -26,6 +26,7 @@ from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from tests.exporter.packing.cases import COARSE
 from tests.measured import Measure
+from tests.players.hostile.packs import HOSTILE, SHOWN, changed
 from tests.players.native.gles import LIMIT_S, play_program, run_gl, start_gl
 from tests.players.native.x11 import screen
 from tests.players.played_cases import HEAD
@@ -137,12 +138,15 @@ def recording() -> bytes:
 def test_what_is_wrong_is_said(head: Path, tmp_path: Path) -> None:
     pack, broken, take = str(head), tmp_path / "broken.avatar", tmp_path / "take.csv"
     broken.write_bytes(head.read_bytes()[:1000])
+    hostile = tmp_path / "hostile.avatar"
+    hostile.write_bytes(changed(head.read_bytes(), lambda d: d["avatar"]["clips"][0].update(name=HOSTILE)))
     take.write_text("Timecode,JawOpen\n12.5,0\n")
     for words, said in (
         ([str(broken)], "broken.avatar: "),
         ([str(tmp_path / "none.avatar")], "none.avatar: cannot be read"),
         ([pack, "--expression", "no_such=1"], "no_such"),
         ([pack, "--clip", "no_such"], "has no clip no_such; it has "),
+        ([str(hostile), "--clip", "no_such"], f"has no clip no_such; it has {SHOWN}, "),
         ([pack, "--frames", "2", "-o", "same.png"], "would hold every frame"),
         ([pack, "--yaw", "nan", "-o", "still.png"], "not finite"),
         ([pack, "--recording", str(take)], "take.csv: Timecode: line 2: '12.5' is not a timecode"),

@@ -10,13 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import safetensors.numpy
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from avatar_runtime.codec.safetensors import DTYPES, HEADER_LIMIT, decode, encode
 from avatar_runtime.io.errors import AvatarError
-from tests.hostile import only_avatar_errors
-from tests.session.fuzz import examples
 
 Array = npt.NDArray[Any]
 TYPES = [np.dtype(code) for code in DTYPES.values()]
@@ -112,12 +108,13 @@ HOSTILE = {
     "unknown type": (file_of(entry("BF16"), BODY), "dtype 'BF16'"),
     "shape is a number": (file_of(entry(shape=1), BODY), "lists of counts"),
     "negative length": (file_of(entry(shape=[-1]), BODY), "lists of counts"),
-    "fractional length": (file_of(entry(shape=[1.0]), BODY), "lists of counts"),
+    "fractional length": (file_of(entry(shape=[1.5]), BODY), "lists of counts"),
     "a length of 2^48": (file_of(entry(shape=[1 << 48]), BODY), "lists of counts"),
     "three offsets": (file_of(entry(offsets=[0, 4, 4]), BODY), "lists of counts"),
     "offsets beyond the file": (file_of(entry(offsets=[4, 8]), BODY), "does not fit"),
     "shape smaller than its bytes": (file_of(entry(shape=[0]), BODY), "does not fit"),
     "a product beyond 64 bits": (file_of(entry(shape=[1 << 40, 1 << 40]), BODY), "does not fit"),
+    "strides beyond 64 bits": (file_of(entry(shape=[0, 1 << 47, 1 << 47], offsets=[0, 0])), "does not fit"),
     "bytes after the last": (file_of(entry(), BODY + b"\0"), "end at byte 4"),
     "a hole before the first": (file_of(entry(offsets=[4, 8]), BODY * 2), "hole or overlap at byte 0"),
     "a line break in a name": (file_of({"a\nb": 3}), "a b: is not"),
@@ -132,27 +129,3 @@ def test_hostile_headers_are_refused(name: str) -> None:
     assert message in str(caught.value)
     assert "rig.safetensors" in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-JSON = st.recursive(
-    st.none() | st.booleans() | st.integers(-10, 1 << 50) | st.floats() | st.sampled_from(["F32", "U8", "x"]),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=3), inner, max_size=3),
-    max_leaves=5,
-)
-ENTRIES = st.fixed_dictionaries(
-    {},
-    optional={
-        "dtype": st.sampled_from(sorted(DTYPES)) | JSON,
-        "shape": st.lists(st.integers(0, 1 << 47), max_size=9) | JSON,
-        "data_offsets": st.lists(st.integers(0, 9), min_size=2, max_size=2) | JSON,
-    },
-)
-
-
-@settings(max_examples=examples(300))
-@given(st.dictionaries(st.text(max_size=3), ENTRIES | JSON, max_size=3), st.binary(max_size=8))
-def test_no_header_gives_anything_but_arrays_or_an_avatar_error(header: dict[str, Any], body: bytes) -> None:
-    def read() -> None:
-        assert sum(a.nbytes for a in decode(file_of(header, body), "x").values()) == len(body)
-
-    only_avatar_errors(read)

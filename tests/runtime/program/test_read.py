@@ -13,10 +13,7 @@ from avatar_runtime.program.model import Program
 from avatar_runtime.program.read import Columns, read_level
 from tests.avatars import surface_avatar
 
-NAMED = {
-    "a buffer": ("BlendStatic.0", None, "buffer BlendStatic.0: is missing"),
-    "a section": ("SurfaceStatic", "corners", "buffer SurfaceStatic, corners: is missing"),
-}
+NAMED = {"a section": ("SurfaceStatic", "corners", "buffer SurfaceStatic, corners: is missing")}
 
 
 def without(program: Program, buffer: str, section: str | None) -> Program:

@@ -14,10 +14,8 @@ from avatar_runtime import AvatarError, Camera, PoseArrays
 from avatar_trainer.captures import image_files
 from avatar_trainer.captures.model import Frame
 
-TEST_FRAMES, TEST_SHARE = (
-    350,
-    5,
-)  # held out: the last 350 frames as in the papers, or the last fifth of a short take
+# held out: the last 350 frames as in the papers, or the last fifth of a short take
+TEST_FRAMES, TEST_SHARE = 350, 5
 TRAIN_FRAMES = 2  # the fewest training frames of a capture
 MAX_FRAMES = 100_000
 MAX_VALUE = 1e6  # of any number of a pose

@@ -40,8 +40,8 @@ int avatar_facts(const AvatarPack* pack, AvatarFacts* out) {
     made.buffers = static_cast<uint32_t>(of->program.buffers.size);
     made.anchors = static_cast<uint32_t>(of->skeleton.anchor_vertices.size);
     made.drivable = of->has_driving;
-    made.bounds_low = of->has_bounds ? of->bounds_low : nullptr;
-    made.bounds_high = of->has_bounds ? of->bounds_high : nullptr;
+    made.bounds_low = of->bounds_low;
+    made.bounds_high = of->bounds_high;
     made.background = of->has_background ? of->background : nullptr;
     made.up = of->framing.up;
     made.front = of->framing.front;

@@ -48,14 +48,15 @@ static Span<double> converted(const uint8_t* from, size_t bytes, Arena& arena) {
 }
 
 static Span<double> tensor_values(const uint8_t* from, size_t bytes, Json dtype, Arena& arena) {
-    static const char* const types[] = {"F64", "F32", "I64", "I32", "U32", "U16", "U8"};
-    const Text type = dtype.one(types);
+    const Text type = dtype.text();
     if (type == "F64") return converted<double>(from, bytes, arena);
     if (type == "F32") return converted<float>(from, bytes, arena);
     if (type == "I64") return converted<int64_t>(from, bytes, arena);
     if (type == "I32") return converted<int32_t>(from, bytes, arena);
     if (type == "U32") return converted<uint32_t>(from, bytes, arena);
-    return type == "U16" ? converted<uint16_t>(from, bytes, arena) : converted<uint8_t>(from, bytes, arena);
+    if (type == "U16") return converted<uint16_t>(from, bytes, arena);
+    if (type != "U8") dtype.fail("a type of numbers is needed");
+    return converted<uint8_t>(from, bytes, arena);
 }
 
 bool Vectors::read(const uint8_t* file, size_t bytes, Arena& arena) {

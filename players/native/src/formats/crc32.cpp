@@ -21,10 +21,10 @@ struct CrcTables {
 
 }  // namespace
 
-uint32_t crc32(const uint8_t* bytes, size_t size) {
+uint32_t crc32(const uint8_t* bytes, size_t size, uint32_t before) {
     static const CrcTables tables;
     const auto& t = tables.rows;
-    uint32_t state = ~0u;
+    uint32_t state = ~before;
     size_t at = 0;
     for (; at + 16 <= size; at += 16) {  // sixteen bytes a step, a table each
         uint32_t next = 0;

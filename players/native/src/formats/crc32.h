@@ -4,7 +4,7 @@
 
 namespace avatar {
 
-/// The checksum of gzip.
-uint32_t crc32(const uint8_t* bytes, size_t size);
+/// The checksum of gzip, of bytes behind those that have the checksum `before`.
+uint32_t crc32(const uint8_t* bytes, size_t size, uint32_t before = 0);
 
 }  // namespace avatar

@@ -8,19 +8,25 @@ namespace avatar {
 static constexpr uint32_t most_shown = 40;  // letters of a wrong value in a message
 static constexpr size_t most_path = 300;    // bytes
 
-Json Json::at(const char* name) const {
+Json Json::at(Text name) const {
+    if (!is(JsonKind::object)) fail("a JSON object is needed");
+    return find(name);
+}
+
+Json Json::find(Text name) const {
     Json member(tree_, errors_, JsonNode::none);
     member.parent_ = is_missing() ? parent_ : node_;
     member.missing_ = name;
-    if (!is(JsonKind::object)) {
-        fail("a JSON object is needed");
-        return member;
-    }
-    const Text wanted(name);
+    if (!is(JsonKind::object)) return member;
     for (uint32_t at = node().first; at != JsonNode::none; at = tree_->node(at).next) {
-        if (Text(tree_->node(at).key, tree_->node(at).key_size) == wanted) return Json(tree_, errors_, at);
+        if (Text(tree_->node(at).key, tree_->node(at).key_size) == name) return Json(tree_, errors_, at);
     }
     return member;
+}
+
+JsonList Json::items() const {
+    const bool has = is(JsonKind::list);
+    return JsonList(tree_, errors_, has ? node().first : JsonNode::none, has ? node().size : 0);
 }
 
 JsonList Json::entries() const {
@@ -52,51 +58,21 @@ Json JsonList::operator[](uint32_t i) const {
     return Json(tree_, errors_, at);
 }
 
-Text Json::text(uint32_t most, uint32_t least) const {
-    if (is(JsonKind::text)) {
-        const Text found(node().text, node().size);
-        const bool fits = found.size <= most || letters_of(found) <= most;  // a letter has a byte or more
-        if (fits && (least == 0 || letters_of(found) >= least)) return found;
-    }
-    fail(least > 0 ? "a name is needed" : "text is needed");
+Text Json::text() const {
+    if (is(JsonKind::text)) return Text(node().text, node().size);
+    fail("text is needed");
     return {};
 }
 
-Span<Text> Json::names(Arena& arena, Arena& scratch) const {
+Span<Text> Json::texts(Arena& arena) const {
     const JsonList said = list();
     Span<Text> found = arena.make<Text>(said.size);
-    Names known;
-    if (found.size < said.size || !known.make(scratch, said.size)) return {};
-    uint32_t i = 0;
-    bool twice = false;
+    size_t at = 0;
     for (Json one : said) {
-        found[i] = arena.copy(one.name());
-        twice |= !known.add(found[i], i);
-        i++;
-        if (errors_->any()) return {};
+        if (found.size < said.size || errors_->any()) return {};
+        found[at++] = arena.copy(one.text());
     }
-    if (twice) set("has a name twice");
     return found;
-}
-
-Text Json::one(const char* const* known, size_t count) const {
-    if (is(JsonKind::text)) {
-        const Text found(node().text, node().size);
-        for (size_t i = 0; i < count; i++) {
-            if (found == Text(known[i])) return found;
-        }
-    }
-    char line[360], listed[160] = "";
-    size_t size = 0;
-    for (size_t i = 0; i < count && size < sizeof(listed); i++) {
-        size += static_cast<size_t>(std::snprintf(listed + size, sizeof(listed) - size, "%s%s", i > 0 ? ", " : "", known[i]));
-    }
-    const bool is_text = is(JsonKind::text);
-    const Cut shown(is_text ? Text(node().text, node().size) : Text("this value"), most_shown);
-    const char* mark = is_text ? "'" : "";
-    std::snprintf(line, sizeof(line), "%s%s%s is unknown to this reader (it knows %s)", mark, shown.data, mark, listed);
-    set(line);
-    return {};
 }
 
 double Json::whole(double least, double most) const {
@@ -158,7 +134,7 @@ void Json::set(const char* line) const {
 }
 
 void Json::path(char* into, size_t size) const {
-    uint32_t chain[260];  // deeper texts are refused
+    uint32_t chain[66];  // deeper texts are refused
     uint32_t length = 0;
     for (uint32_t at = is_missing() ? parent_ : node_; at != JsonNode::none; at = tree_->node(at).parent) chain[length++] = at;
     size_t used = static_cast<size_t>(std::snprintf(into, size, "%s", tree_->root_name));
@@ -175,7 +151,7 @@ void Json::path(char* into, size_t size) const {
         }
         used += static_cast<size_t>(more);
     }
-    if (is_missing() && used < size) std::snprintf(into + used, size - used, ".%s", missing_);
+    if (is_missing() && used < size) std::snprintf(into + used, size - used, ".%s", Cut(missing_, 80).data);
 }
 
 }  // namespace avatar

@@ -60,27 +60,21 @@ public:
     /// Whether it is neither missing nor null.
     bool given() const { return !is_missing() && node().kind != JsonKind::null; }
 
-    /// Member `name` of an object; maybe a missing one.
-    Json at(const char* name) const;
+    /// Member `name` of an object; maybe a missing one. `find` also takes what is no object.
+    Json at(Text name) const;
+    Json find(Text name) const;
     /// The members of an object in their order: key() of each.
     JsonList entries() const;
+    /// The items of a list; none of another value.
+    JsonList items() const;
     /// A list of at least `least` and at most `most` values.
     JsonList list(uint32_t least = 0, uint32_t most = UINT32_MAX) const;
     /// Of a member of an object.
     Text key() const { return Text(node().key, node().key_size); }
 
-    /// Text of `least` to `most` letters.
-    Text text(uint32_t most = UINT32_MAX, uint32_t least = 0) const;
-    /// A name: text that is not empty.
-    Text name(uint32_t most = UINT32_MAX) const { return text(most, 1); }
-    /// A list of names without duplicates, copied.
-    Span<Text> names(Arena& arena, Arena& scratch) const;
-    /// One of `known`.
-    Text one(const char* const* known, size_t count) const;
-    template <size_t count>
-    Text one(const char* const (&known)[count]) const {
-        return one(known, count);
-    }
+    Text text() const;
+    /// A list of texts, copied.
+    Span<Text> texts(Arena& arena) const;
     /// A whole number.
     double whole(double least = 0, double most = 4294967295.0) const;
     /// A whole number of 31 bits.
@@ -110,7 +104,7 @@ private:
     Errors* errors_;
     uint32_t node_;
     uint32_t parent_ = JsonNode::none;  // of a missing member
-    const char* missing_ = "";          // its name
+    Text missing_;                      // its name
 };
 
 /// The items of a list, or the members of an object.

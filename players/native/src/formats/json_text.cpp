@@ -1,13 +1,16 @@
-// Parses JSON text as JSON.parse of a browser does.
+// Parses JSON text. What is no number of a float64, and half a pair of surrogates, is refused.
+#include <cfloat>
+#include <cmath>
 #include <cstdio>
 
 #include "json.h"
 
 namespace avatar {
 
-static constexpr uint32_t most_depth = 256;  // lists and objects inside each other
+static constexpr uint32_t most_depth = 64;  // lists and objects inside each other
 static constexpr uint32_t most_values = 1 << 21;
 static constexpr uint32_t few = 8;  // names that are compared one by one
+static constexpr Text most_whole("9007199254740992", 16);  // 2^53: beyond, not every whole number is a float64
 
 class JsonParser {
 public:
@@ -85,7 +88,7 @@ private:
     }
 
     bool nested(uint32_t index, bool is_object) {
-        if (++depth_ > most_depth) return fail("more than 256 values inside each other");
+        if (++depth_ > most_depth) return fail("more than 64 values inside each other");
         at_++;
         uint32_t first = JsonNode::none, last = JsonNode::none, count = 0;
         const char end = is_object ? '}' : ']';
@@ -210,14 +213,14 @@ private:
             default: return fail("an unknown escape");
         }
         if (!unit(code, end)) return false;
-        const bool is_high = *code >= 0xD800 && *code < 0xDC00;
-        if (!is_high || end - at_ < 6 || text_[at_] != '\\' || text_[at_ + 1] != 'u') return true;
-        const uint32_t back = at_;
+        if (*code == 0) return fail("the letter U+0000");
+        if (*code < 0xD800 || *code >= 0xE000) return true;
         uint32_t low = 0;
-        at_ += 2;
-        if (!unit(&low, end)) return false;
-        if (low >= 0xDC00 && low < 0xE000) *code = 0x10000 + ((*code - 0xD800) << 10) + (low - 0xDC00);
-        else at_ = back;
+        const bool pairs = *code < 0xDC00 && end - at_ >= 6 && text_[at_] == '\\' && text_[at_ + 1] == 'u';
+        if (pairs) at_ += 2;
+        if (pairs && !unit(&low, end)) return false;
+        if (low < 0xDC00 || low >= 0xE000) return fail("half a pair of surrogates");
+        *code = 0x10000 + ((*code - 0xD800) << 10) + (low - 0xDC00);
         return true;
     }
 
@@ -237,7 +240,7 @@ private:
         return letter >= 'A' && letter <= 'F' ? letter - 'A' + 10 : -1;
     }
 
-    /// Writes a letter as UTF-8, half of a pair as if it were one. No escape is shorter.
+    /// Writes a letter as UTF-8. No escape is shorter.
     static size_t put(char* into, uint32_t code) {
         if (code < 0x80) {
             into[0] = static_cast<char>(code);
@@ -252,21 +255,28 @@ private:
 
     bool number(JsonNode& node) {
         const uint32_t begin = at_;
+        bool is_whole = true;
         if (text_[at_] == '-') at_++;
         if (at_ < size_ && text_[at_] == '0') at_++;
         else if (!digits()) return false;
         if (at_ < size_ && text_[at_] == '.') {
+            is_whole = false;
             at_++;
             if (!digits()) return false;
         }
         if (at_ < size_ && (text_[at_] == 'e' || text_[at_] == 'E')) {
+            is_whole = false;
             at_++;
             if (at_ < size_ && (text_[at_] == '+' || text_[at_] == '-')) at_++;
             if (!digits()) return false;
         }
         node.kind = JsonKind::number;
-        node.number = parse_number(Text(text_ + begin, at_ - begin), tree_.arena_);
-        return true;
+        const Text said(text_ + begin, at_ - begin);
+        node.number = parse_number(said, tree_.arena_);
+        if (is_whole && node.number == 0) node.number = 0;  // -0
+        const Text digits(said.data + (said.data[0] == '-'), said.size - (said.data[0] == '-'));
+        const bool fits = digits.size < most_whole.size || (digits.size == most_whole.size && !text_before(most_whole, digits));
+        return (is_whole ? fits : std::fabs(node.number) <= DBL_MAX) || fail("a number is too large");
     }
 
     bool digits() {
@@ -284,6 +294,10 @@ private:
 };
 
 bool JsonTree::parse(Text text) {
+    if (!is_utf8(reinterpret_cast<const uint8_t*>(text.data), text.size)) {
+        std::snprintf(why, sizeof(why), "it is not UTF-8");
+        return false;
+    }
     JsonParser parser(*this, text);
     return parser.run() && !arena_.errors().any();
 }

@@ -8,28 +8,26 @@
 
 namespace avatar {
 
+static constexpr uint32_t no_letter = UINT32_MAX;
+
 bool text_before(Text a, Text b) {
     const uint32_t shared = a.size < b.size ? a.size : b.size;
     const int order = shared == 0 ? 0 : std::memcmp(a.data, b.data, shared);
     return order != 0 ? order < 0 : a.size < b.size;
 }
 
-static uint32_t units_of(char first) {
-    const unsigned byte = static_cast<unsigned char>(first);
-    if ((byte & 0xC0u) == 0x80u) return 0;  // behind the first byte of a letter
-    return byte >= 0xF0u ? 2 : 1;
-}
+static bool begins_letter(char byte) { return (static_cast<unsigned char>(byte) & 0xC0u) != 0x80u; }
 
 uint32_t letters_of(Text text) {
     uint32_t count = 0;
-    for (uint32_t i = 0; i < text.size; i++) count += units_of(text.data[i]);
+    for (uint32_t i = 0; i < text.size; i++) count += begins_letter(text.data[i]);
     return count;
 }
 
 Text first_letters(Text text, uint32_t most) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < text.size; i++) {
-        count += units_of(text.data[i]);
+        count += begins_letter(text.data[i]);
         if (count > most) return Text(text.data, i);
     }
     return text;
@@ -66,12 +64,44 @@ bool is_utf8(const uint8_t* bytes, size_t size) {
     return true;
 }
 
-Cut::Cut(Text text, uint32_t most) {
-    text = first_letters(text, most < 120 ? most : 120);
-    const size_t size = text.size < sizeof(data) ? text.size : sizeof(data) - 1;
-    if (size > 0) std::memcpy(data, text.data, size);
-    data[size] = 0;
+/// The letter at a place, and its bytes; of what is no UTF-8 one byte, and no letter.
+static uint32_t letter_at(const char* text, size_t size, size_t* bytes) {
+    const uint8_t* at = reinterpret_cast<const uint8_t*>(text);
+    const int more = more_bytes(*at);
+    *bytes = more < 0 ? 1 : 1 + static_cast<size_t>(more);
+    if (more < 0 || *bytes > size || !is_utf8(at, *bytes)) {
+        *bytes = 1;
+        return no_letter;
+    }
+    uint32_t letter = more == 0 ? *at : *at & (0x3Fu >> more);
+    for (int i = 1; i <= more; i++) letter = letter << 6 | (at[i] & 0x3Fu);
+    return letter;
 }
+
+/// Whether a letter moves or hides what stands around it.
+static bool is_control(uint32_t letter) {
+    return letter < 0x20 || (letter >= 0x7F && letter < 0xA0) || letter == 0x61C || (letter >= 0x200B && letter <= 0x200F) ||
+           (letter >= 0x2028 && letter <= 0x202E) || (letter >= 0x2066 && letter <= 0x2069) || letter == 0xFEFF;
+}
+
+/// Writes the first letters of a text, at most `most` and as many as fit, with a zero behind.
+static void show(Text text, uint32_t most, char* into, size_t size) {
+    uint32_t written = 0;
+    for (size_t at = 0, bytes; at < text.size; at += bytes) {
+        const uint32_t letter = letter_at(text.data + at, text.size - at, &bytes);
+        const bool escapes = is_control(letter);
+        const size_t takes = escapes ? 6 : bytes;
+        written += escapes ? 6 : bytes > 3 ? 2 : 1;
+        if (written > most || takes >= size) break;
+        if (escapes) std::snprintf(into, size, "\\u%04x", letter);
+        else std::memcpy(into, text.data + at, bytes);
+        into += takes;
+        size -= takes;
+    }
+    *into = 0;
+}
+
+Cut::Cut(Text text, uint32_t most) { show(text, most, data, sizeof(data)); }
 
 Digits::Digits(double value) {
     for (int digits = 15; digits <= 17; digits++) {
@@ -100,9 +130,7 @@ void Errors::set_memory() {
 }
 
 void Errors::set_owner(Text owner) {
-    Text shown = owner.size < sizeof(owner_) ? owner : first_letters(owner, sizeof(owner_) / 4);
-    if (shown.size > 0) std::memcpy(owner_, shown.data, shown.size);
-    owner_[shown.size] = 0;
+    show(owner, UINT32_MAX, owner_, sizeof(owner_));
     if (any_) join();
 }
 
@@ -114,16 +142,19 @@ void Errors::take_field(Text field) {
     join();
 }
 
-/// One line: every run of spaces, tabs and ends of lines becomes one space.
+/// One line: every run of spaces, tabs and ends of lines becomes one space. A letter that was cut in two is left out.
 void Errors::join() {
     char* to = line_;
     const char* parts[] = {owner_, owner_[0] != 0 ? ": " : "", field_, field_[0] != 0 ? ": " : "", reason_};
     bool space = true;
     for (const char* part : parts) {
-        for (const char* from = part; *from != 0; from++) {
+        size_t left = std::strlen(part), bytes = 0;
+        for (const char* from = part; left > 0; from += bytes, left -= bytes) {
+            const bool is_letter = letter_at(from, left, &bytes) != no_letter;
             const bool is_space = *from == ' ' || (*from >= '\t' && *from <= '\r');
-            if (is_space && space) continue;
-            *to++ = is_space ? ' ' : *from;
+            if (!is_letter || (is_space && space)) continue;
+            std::memcpy(to, is_space ? " " : from, bytes);
+            to += bytes;
             space = is_space;
         }
     }

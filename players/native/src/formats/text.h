@@ -18,7 +18,7 @@ struct Text {
 
     Text() = default;
     Text(const char* letters) : data(letters), size(letters == nullptr ? 0 : static_cast<uint32_t>(std::strlen(letters))) {}
-    Text(const char* letters, size_t bytes) : data(letters), size(static_cast<uint32_t>(bytes)) {}
+    constexpr Text(const char* letters, size_t bytes) : data(letters), size(static_cast<uint32_t>(bytes)) {}
 
     bool operator==(Text other) const { return size == other.size && (size == 0 || std::memcmp(data, other.data, size) == 0); }
     bool operator!=(Text other) const { return !(*this == other); }
@@ -28,7 +28,7 @@ struct Text {
 /// Orders texts by their bytes.
 bool text_before(Text a, Text b);
 
-/// Letters of a text as other players count them: code units of UTF-16.
+/// Letters of a text: code points.
 uint32_t letters_of(Text text);
 
 /// The first letters of a text. It ends at the border of a letter.
@@ -37,7 +37,8 @@ Text first_letters(Text text, uint32_t most);
 /// Whether bytes are UTF-8: neither too long, nor a surrogate, nor above U+10FFFF.
 bool is_utf8(const uint8_t* bytes, size_t size);
 
-/// The first letters of a text, at most 120, ready for a format of printf.
+/// The first letters of a text, at most 120, ready for a format of printf. A letter that would move or hide what stands
+/// around it, such as an escape or a mark of direction, is written as \\u001b.
 struct Cut {
     char data[3 * 120 + 1];
 

@@ -68,6 +68,15 @@ struct ListedNumbers {
     explicit ListedNumbers(const Table<uint32_t>& numbers);
 };
 
+/// Stage morph moves every vertex once, run after run, and then stage skin where there are joints.
+void check_mesh(const Program& program, bool has_joints, Errors& errors);
+/// The chunks of a level follow each other.
+void check_chunks(const char* place, const Level& level, Errors& errors);
+/// Every chunk is projected once.
+void check_projected(const char* place, const Level& level, Arena& scratch);
+/// Every chunk is blended once, and placed: by one pass over the mesh, or by passes that share one buffer.
+void check_placed(const char* place, const Level& level, bool reads_mesh, Arena& scratch);
+
 /// One pass against the access contract of its entry: what a kernel would read and write, checked before it runs. It
 /// knows no entry, no system and no rule. Every check sets the error and returns false, or 0, where it fails.
 class Access {

@@ -12,9 +12,9 @@ static constexpr double most_bytes_in_all = 4294967296.0;
 static constexpr double most_buffer = 2147483647.0;  // bytes: sizes in OpenGL's interface are signed
 static constexpr size_t most_passes = 1 << 14;     // of one list
 static constexpr double most_work = 1 << 28;       // rows and entries of one frame of a level
+static constexpr double work_ratio = 16;           // and at most so many a byte of the file
 static constexpr double most_columns = 1 << 16;    // of a section of Pose
 static constexpr double joint_floats = 12;
-static constexpr double most_rows = 65535 * 64;    // thread groups of one dispatch, threads of one group
 static constexpr size_t most_agreed = 8;           // constants of one buffer, or of one entry
 static const char* const group_table = "group_";   // names of the frame that begin so have a row a group
 
@@ -47,8 +47,8 @@ struct Use {
 
 class Checker {
 public:
-    Checker(Program& program, uint32_t groups, Arena& scratch)
-        : program_(program), groups_(groups), scratch_(scratch), errors_(scratch.errors()) {
+    Checker(Program& program, uint32_t groups, double file_bytes, Arena& scratch)
+        : program_(program), groups_(groups), most_work_(std::fmin(most_work, work_ratio * file_bytes)), scratch_(scratch), errors_(scratch.errors()) {
         held_.program = &program;
     }
 
@@ -61,8 +61,6 @@ private:
     void check_pose();
     void check_pose_section(int which, const char* name, int32_t first, int32_t end, double floats);
     void check_level(const char* place, Level& level, double work_before);
-    void check_chunks(const char* place, const Level& level);
-    void check_projected(const char* place, const Level& level);
     double check_list(const char* place, const PassKind& kind, Span<Pass> passes, Span<uint8_t> written, const Level* level);
     bool check_stage(const Access& access, const PassKind& kind, size_t index, int* reached);
     bool check_source(const Access& access, const PassKind& kind, const Constant& constant);
@@ -74,6 +72,7 @@ private:
 
     Program& program_;
     uint32_t groups_;
+    double most_work_;
     Arena& scratch_;
     Errors& errors_;
     Held held_ = {};
@@ -93,6 +92,7 @@ void Checker::check() {
     if (!failed()) check_pose();
     if (failed()) return;
     const double work = check_list("mesh", mesh_kind, program_.mesh, written_, nullptr);
+    if (!failed()) check_mesh(program_, held_.pose[3].items > 0, errors_);
     if (!failed() && program_.levels.empty()) errors_.set("levels", "there is none");
     for (size_t index = 0; index < program_.levels.size && !failed(); index++) {
         std::snprintf(level_place_, sizeof(level_place_), "level %zu", index);
@@ -162,7 +162,7 @@ void Checker::check_pose_section(int which, const char* name, int32_t first, int
 }
 
 void Checker::check_level(const char* place, Level& level, double work_before) {
-    check_chunks(place, level);
+    check_chunks(place, level, errors_);
     if (failed()) return;
     if (!written_.empty()) std::memcpy(level_written_.data, written_.data, written_.size);
     std::memset(static_cast<void*>(level_agreed_.data), 0, level_agreed_.size * sizeof(Agreed));
@@ -173,50 +173,18 @@ void Checker::check_level(const char* place, Level& level, double work_before) {
     std::snprintf(list, sizeof(list), "%s, view", place);
     work += check_list(list, view_kind, level.view, level_written_, &level);
     if (failed()) return;
-    if (work > most_work) {
-        errors_.set(place, "has %.0f rows and entries a frame; %.0f are the most", work, most_work);
+    if (work > most_work_) {
+        errors_.set(place, "has %.0f rows and entries a frame; %.0f are the most", work, most_work_);
         return;
     }
-    check_projected(place, level);
+    check_projected(place, level, scratch_);
     bool reads = false;
     for (const Pass& one : level.deform) reads |= one.buffer("Mesh") != nullptr;
     if (program_.reads_mesh != reads) {
         const char* said = program_.reads_mesh ? "true" : "false";
         errors_.set("reads_mesh", "is %s; the passes of %s differ", said, place);
     }
-}
-
-void Checker::check_chunks(const char* place, const Level& level) {
-    double first = 0;
-    for (size_t index = 0; index < level.chunks.size; index++) {
-        const Run& run = level.chunks[index];
-        char field[64];
-        std::snprintf(field, sizeof(field), "%s, chunk %zu", place, index);
-        if (run.first != first) errors_.set(field, "begins at row %d, not %.0f", run.first, first);
-        if (run.count < 1 || run.count > most_rows) {
-            errors_.set(field, "has %d rows; 1 to %.0f are taken", run.count, most_rows);
-        }
-        first += run.count;
-    }
-    if (first < 1 || first > 2147483647.0) errors_.set(place, "has %.0f rows", first);
-}
-
-void Checker::check_projected(const char* place, const Level& level) {
-    Span<uint32_t> times = scratch_.make<uint32_t>(level.chunks.size);
-    if (failed()) return;
-    for (const Pass& one : level.view) {
-        const Bound* bound = one.buffer("Projected");
-        const int64_t chunk = bound == nullptr ? -1 : chunk_index(level, "Projected", bound->buffer);
-        if (chunk >= 0) times[static_cast<size_t>(chunk)]++;
-    }
-    for (size_t chunk = 0; chunk < times.size; chunk++) {
-        if (times[chunk] == 1) continue;
-        char field[48];
-        std::snprintf(field, sizeof(field), "%s, view", place);
-        const ChunkName name(level, "Projected", static_cast<uint32_t>(chunk));
-        errors_.set(field, "%u passes write %s; one is needed", times[chunk], Cut(Text(name), 80).data);
-        return;
-    }
+    if (!failed()) check_placed(place, level, program_.reads_mesh, scratch_);
 }
 
 /// The rows and entries of all passes; buffers that they write join `written`.
@@ -387,6 +355,8 @@ void Checker::check_sizes() {
 
 }  // namespace
 
-void check_program(Program& program, uint32_t groups, Arena& scratch) { Checker(program, groups, scratch).check(); }
+void check_program(Program& program, uint32_t groups, Arena& scratch, double file_bytes) {
+    Checker(program, groups, file_bytes, scratch).check();
+}
 
 }  // namespace avatar

@@ -106,7 +106,7 @@ Elements decode_elements(const Reading& reading, TensorEntry at, Text codec, uin
 }
 
 Elements narrowed(Arena& arena, Span<uint32_t> numbers, uint32_t bits) {
-    if (bits == 32) return of_words(numbers);
+    if (bits == 32) return of_words(arena.copy(numbers.data, numbers.size));
     const size_t width = bits / 8;
     Span<uint8_t> data = arena.make<uint8_t>(numbers.size * width);
     for (size_t i = 0; i < data.size; i++) data[i] = static_cast<uint8_t>(numbers[i / width] >> (8 * (i % width)));

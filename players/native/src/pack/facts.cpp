@@ -1,4 +1,5 @@
 // What a document says of an avatar without arrays: names, rules, driving, levels, framing.
+#include <cmath>
 #include <cstdio>
 
 #include "read.h"
@@ -9,7 +10,7 @@ static constexpr double frame_margin = 1.08;  // of a frame about a box
 
 Span<Expression> read_expressions(Json avatar, Arena& arena, Arena& scratch) {
     const Json listed = avatar.at("expressions");
-    const JsonList said = listed.list(0, 65535);
+    const JsonList said = listed.list();
     Span<Expression> found = arena.make<Expression>(said.size);
     Names names;
     if (!names.make(scratch, said.size) || found.size < said.size) return {};
@@ -22,8 +23,8 @@ Span<Expression> read_expressions(Json avatar, Arena& arena, Arena& scratch) {
         made.low = range[0].number();
         made.high = range[1].number();
         const Json aliases = one.at("aliases");
-        if (aliases.given()) made.aliases = aliases.names(arena, scratch);
-        made.name = arena.copy(one.at("name").name());
+        if (aliases.given()) made.aliases = aliases.texts(arena);
+        made.name = arena.copy(one.at("name").text());
         if (arena.errors().any()) return {};
         twice |= !names.add(made.name, i++);
     }
@@ -31,15 +32,17 @@ Span<Expression> read_expressions(Json avatar, Arena& arena, Arena& scratch) {
     return found;
 }
 
-static Text optional_text(Json said, const char* name, Arena& arena) {
+/// The name of a joint; empty where there is none.
+static Text optional_name(Json said, const char* name, Arena& arena) {
     const Json member = said.at(name);
-    return member.is(JsonKind::text) ? arena.copy(member.text()) : Text();
+    if (!member.given()) return {};
+    if (member.text().size == 0) member.fail("a name is needed");
+    return arena.copy(member.text());
 }
 
 Rules read_rules(Json avatar, Arena& arena) {
     const Json rules = avatar.at("rules");
-    return {optional_text(rules, "rotation", arena), optional_text(rules, "rotation_joint", arena),
-            optional_text(rules, "anchor", arena)};
+    return {arena.copy(rules.at("rotation").text()), optional_name(rules, "rotation_joint", arena), arena.copy(rules.at("anchor").text())};
 }
 
 static Group read_group(Json said, Arena& arena) {
@@ -55,10 +58,10 @@ static Group read_group(Json said, Arena& arena) {
             made.joint_mix[at++] = Factor{arena.copy(one.key()), one.number()};
         }
     }
-    made.name = arena.copy(said.at("name").name());
+    made.name = arena.copy(said.at("name").text());
     made.first = said.at("first").integer();
     made.count = said.at("count").integer();
-    const Text binding = said.at("binding").one(bindings);
+    const Text binding = said.at("binding").text();
     for (uint8_t i = 0; i < 5; i++) {
         if (binding == bindings[i]) made.binding = static_cast<Binding>(i);
     }
@@ -67,16 +70,16 @@ static Group read_group(Json said, Arena& arena) {
 
 Span<Group> read_groups(Json level, Arena& arena) {
     Errors& errors = arena.errors();
-    const int32_t count = level.at("count").integer(1);
+    const int32_t count = level.at("count").integer();
     const Json listed = level.at("groups");
-    const JsonList said = listed.list(1);
+    const JsonList said = listed.list();
     Span<Group> groups = arena.make<Group>(said.size);
     int64_t next = 0;
     size_t at = 0;
     for (Json one : said) {
         if (errors.any()) return {};
         const Group group = read_group(one, arena);
-        if (group.first != next || group.count < 1) {
+        if (group.first != next) {
             char line[120];
             std::snprintf(line, sizeof(line), "covers %d+%d, but row %lld comes next", group.first, group.count,
                           static_cast<long long>(next));
@@ -93,20 +96,14 @@ Span<Group> read_groups(Json level, Arena& arena) {
     return groups;
 }
 
-static Text optional_name(Json said, const char* name, Arena& arena) {
-    const Json member = said.at(name);
-    return member.given() ? arena.copy(member.name()) : Text();
-}
-
-bool read_driving(Json document, Arena& arena, Arena& scratch, Driving& into) {
-    static const char* const modes[] = {"names", "matrix", "none"};
+bool read_driving(Json document, Arena& arena, Driving& into) {
     const Json avatar = document.at("avatar").at("driving");
-    const Text mode = avatar.at("mode").one(modes);
+    const Text mode = avatar.at("mode").text();
     // The manifest's own matrix is in the frame of the pack; `driving` of the document spells out mode "names".
     const Json linear = mode == "matrix" ? avatar : document.at("driving");
     if (mode == "none" || linear.is_missing() || arena.errors().any()) return false;
-    into.inputs = linear.at("inputs").names(arena, scratch);
-    into.outputs = linear.at("outputs").names(arena, scratch);
+    into.inputs = linear.at("inputs").texts(arena);
+    into.outputs = linear.at("outputs").texts(arena);
     const uint32_t rows = static_cast<uint32_t>(into.outputs.size), columns = static_cast<uint32_t>(into.inputs.size);
     const JsonList matrix = linear.at("matrix").list(rows, rows);
     if (arena.errors().any()) return false;
@@ -114,7 +111,9 @@ bool read_driving(Json document, Arena& arena, Arena& scratch, Driving& into) {
     size_t at = 0;
     for (Json row : matrix) {
         if (arena.errors().any()) return false;
-        for (Json value : row.list(columns, columns)) into.matrix[at++] = static_cast<double>(static_cast<float>(value.number()));
+        for (Json value : row.list(columns, columns)) {
+            into.matrix[at++] = static_cast<double>(static_cast<float>(value.number()));
+        }
     }
     into.head_joint = optional_name(avatar, "head_joint", arena);
     const Json pivot = avatar.at("head_pivot");
@@ -133,13 +132,13 @@ static double psnr_in_mask(Json error) {
 }
 
 Span<LevelInfo> read_levels(Json document, Arena& arena) {
-    const JsonList said = document.at("levels").list(1, 16);
+    const JsonList said = document.at("levels").list();
     Span<LevelInfo> found = arena.make<LevelInfo>(said.size);
     size_t at = 0;
     for (Json one : said) {
         if (arena.errors().any()) return {};
         const Json height = one.at("height_px");
-        found[at].count = one.at("count").integer(1);
+        found[at].count = one.at("count").integer();
         found[at].height_px = height.given() ? height.number() : -1;
         found[at].psnr_db = psnr_in_mask((at == 0 ? document : one).at("error"));
         at++;
@@ -152,15 +151,12 @@ static void read_box(Json said, double* low, double* high) {
     said.at("max").vector(high);
 }
 
-bool read_bounds(Json avatar, bool left, double* low, double* high) {
-    const Json bounds = avatar.at("bounds");
-    if (bounds.given()) read_box(bounds.at("swept"), low, high);
-    if (left) {
-        const double lowest = low[0];
-        low[0] = -high[0];
-        high[0] = -lowest;
-    }
-    return bounds.given();
+void read_bounds(Json avatar, bool left, double* low, double* high) {
+    read_box(avatar.at("bounds").at("swept"), low, high);
+    if (!left) return;
+    const double lowest = low[0];
+    low[0] = -high[0];
+    high[0] = -lowest;
 }
 
 /// A vector [3] of a pack, right-handed.
@@ -180,9 +176,8 @@ static FramedPart read_part(Json said, bool left) {
 
 /// Without a stated frame, the box at rest.
 static FramedPart around_rest(Json avatar, bool left) {
-    double low[3] = {-0.5, -0.5, -0.5}, high[3] = {0.5, 0.5, 0.5};
-    const Json bounds = avatar.at("bounds");
-    if (bounds.given()) read_box(bounds.at("rest"), low, high);
+    double low[3], high[3];
+    read_box(avatar.at("bounds").at("rest"), low, high);
     FramedPart part = {};
     part.given = true;
     for (int i = 0; i < 3; i++) {

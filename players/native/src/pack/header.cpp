@@ -25,10 +25,6 @@ static TensorEntry read_entry(Json said) {
 
 bool Header::read(Text text, Arena& scratch) {
     Errors& errors = scratch.errors();
-    if (!is_utf8(reinterpret_cast<const uint8_t*>(text.data), text.size)) {
-        errors.set("", "its header is not JSON (it is not UTF-8)");
-        return false;
-    }
     if (!parse_named(tree, text, "header", errors)) return false;
     const JsonList said = Json(tree, errors).entries();
     tensors = scratch.make<TensorEntry>(said.size);

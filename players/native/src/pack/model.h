@@ -228,7 +228,6 @@ struct Avatar {
     Driving driving;
     Span<LevelInfo> levels;  // finest first
     Framing framing;
-    bool has_bounds;
     double bounds_low[3], bounds_high[3];  // right-handed for every pack
     bool has_background;
     double background[3];

@@ -47,9 +47,9 @@ bool split_source(Text value, Text* name, int64_t* row) {
 }
 
 ChunkName::ChunkName(const Level& level, const char* kind, uint32_t chunk) {
-    const size_t size = level.prefix.size < sizeof(data) - 32 ? level.prefix.size : sizeof(data) - 32;
+    size = level.prefix.size < sizeof(data) - 32 ? level.prefix.size : sizeof(data) - 32;
     if (size > 0) std::memcpy(data, level.prefix.data, size);
-    std::snprintf(data + size, sizeof(data) - size, "%s.%u", kind, chunk);
+    size += static_cast<size_t>(std::snprintf(data + size, sizeof(data) - size, "%s.%u", kind, chunk));
 }
 
 int64_t chunk_index(const Level& level, Text kind, Text name) {

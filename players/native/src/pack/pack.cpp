@@ -6,7 +6,7 @@
 namespace avatar {
 
 static constexpr uint64_t header_limit = 16u << 20;  // bytes of JSON
-static constexpr double body_limit = 1u << 30;       // bytes, inflated
+static constexpr uint64_t header_least = 1u << 16, header_ratio = 16;  // and at most the first, and the second times the file
 static constexpr double most_ratio = 400;            // inflated bytes a byte of the file; gzip reaches 1032 on zeros alone
 static constexpr size_t length_bytes = 8;            // before the header
 
@@ -25,11 +25,7 @@ struct Body {
 
 }  // namespace
 
-/// The most bytes that may be made of a file.
-static double most_of(size_t file_bytes) {
-    const double most = most_ratio * static_cast<double>(file_bytes);
-    return most < body_limit ? most : body_limit;
-}
+double most_of(double file_bytes, double limit) { return most_ratio * file_bytes < limit ? most_ratio * file_bytes : limit; }
 
 static bool need(Body& body, size_t length, Errors& errors) {
     if (body.has(length)) return true;
@@ -41,13 +37,14 @@ static bool need(Body& body, size_t length, Errors& errors) {
 }
 
 /// The length of the header; 0 where the error is set.
-static size_t header_length(Body& body, Errors& errors) {
+static size_t header_length(Body& body, size_t file_bytes, Errors& errors) {
     if (!need(body, length_bytes, errors)) return 0;
     uint64_t length = 0;
     for (size_t i = length_bytes; i-- > 0;) length = length << 8 | body.bytes()[i];
-    if (length > header_limit) {
+    const uint64_t own = header_least + header_ratio * file_bytes, most = own < header_limit ? own : header_limit;
+    if (length > most) {
         errors.set("", "claims a header of %llu bytes; up to %llu are read", static_cast<unsigned long long>(length),
-                   static_cast<unsigned long long>(header_limit));
+                   static_cast<unsigned long long>(most));
     }
     if (errors.any() || !need(body, length_bytes + static_cast<size_t>(length), errors)) return 0;
     return static_cast<size_t>(length);
@@ -57,7 +54,7 @@ static size_t header_length(Body& body, Errors& errors) {
 static bool has_tensors(Body& body, size_t begin, const Header& header, size_t file_bytes, Errors& errors) {
     double total = 0;
     for (const TensorEntry& one : header.tensors) total = one.end > total ? one.end : total;
-    if (total > most_of(file_bytes)) {
+    if (total > most_of(static_cast<double>(file_bytes))) {
         errors.set("", "claims %.0f bytes in a file of %zu; at most %.0f times its size and %.0f are inflated", total,
                    file_bytes, most_ratio, body_limit);
         return false;
@@ -74,23 +71,22 @@ static bool has_tensors(Body& body, size_t begin, const Header& header, size_t f
 /// Every level has its own rows and all groups of the finest, since group transforms are shared.
 static void check_levels(const Program& program, Json listed, Avatar& avatar, Arena& arena, Arena& scratch) {
     Errors& errors = arena.errors();
-    const JsonList said = listed.list(1, 16);
+    const JsonList said = listed.list();
     if (!errors.any() && said.size != program.levels.size) {
         errors.set("$.program.levels", "has another number of levels than $.levels");
     }
     size_t index = 0;
     for (Json one : said) {
+        if (errors.any()) return;
+        double rows = 0;
+        for (const Run& run : program.levels[index].chunks) rows += run.count;
+        char field[48];
+        std::snprintf(field, sizeof(field), "$.levels[%zu].count", index);
+        const double count = one.at("count").number();
+        if (count != rows) errors.set(field, "is %s; its chunks have %.0f rows", Digits(count).data, rows);
         const Span<Group> groups = read_groups(one, index == 0 ? arena : scratch);
         if (errors.any()) return;
         if (index == 0) avatar.groups = groups;
-        double rows = 0;
-        for (const Run& run : program.levels[index].chunks) rows += run.count;
-        const Group& last = groups[groups.size - 1];
-        char field[48];
-        if (rows != static_cast<double>(last.first) + last.count) {
-            std::snprintf(field, sizeof(field), "$.program.levels[%zu]", index);
-            errors.set(field, "has %.0f rows, not those of $.levels[%zu]", rows, index);
-        }
         bool same = groups.size == avatar.groups.size;
         for (size_t i = 0; same && i < groups.size; i++) same = groups[i].binding == avatar.groups[i].binding;
         std::snprintf(field, sizeof(field), "$.levels[%zu].groups", index);
@@ -130,9 +126,13 @@ static void check_pose_floats(const Avatar& avatar, Errors& errors) {
     }
 }
 
+static void check_optional(Text joint, const Avatar& avatar, Text field, Errors& errors) {
+    if (joint.size > 0) check_joint(joint, avatar, field, errors);
+}
+
 static void check_rotation(const Avatar& avatar, Errors& errors) {
     const char* field = "$.avatar.rules.rotation_joint";
-    check_joint(avatar.rules.rotation_joint, avatar, field, errors);
+    check_optional(avatar.rules.rotation_joint, avatar, field, errors);
     if (avatar.rules.rotation == "head_bone" && avatar.has_skeleton && avatar.rules.rotation_joint.size == 0) {
         errors.set(field, "rule head_bone needs a rotation_joint");
     }
@@ -158,9 +158,9 @@ static void check_driving(const Avatar& avatar, Errors& errors) {
                    Cut(output, 80).data);
         return;
     }
-    check_joint(avatar.driving.head_joint, avatar, "driving.head_joint", errors);
-    check_joint(avatar.driving.left_eye_joint, avatar, "driving.left_eye_joint", errors);
-    check_joint(avatar.driving.right_eye_joint, avatar, "driving.right_eye_joint", errors);
+    check_optional(avatar.driving.head_joint, avatar, "driving.head_joint", errors);
+    check_optional(avatar.driving.left_eye_joint, avatar, "driving.left_eye_joint", errors);
+    check_optional(avatar.driving.right_eye_joint, avatar, "driving.right_eye_joint", errors);
 }
 
 /// Expressions by name and alias: a name wins over an alias.
@@ -186,11 +186,12 @@ static Text statement(Json avatar, const char* name, Arena& arena) {
 }
 
 static bool read_document(const Reading& reading, Avatar& avatar) {
-    static const char* const hands[] = {"right", "left"};
     Arena &arena = reading.arena, &scratch = reading.scratch;
     Errors& errors = reading.errors;
     const Json document(reading.header.document, errors);
-    check_version(document, scratch);
+    check_version(document, errors);
+    if (!errors.any()) check_form(document, scratch);
+    if (!errors.any()) check_shaders(document, errors);
     if (errors.any()) return false;
     Tensors tensors(reading);
     Program& program = avatar.program;
@@ -200,19 +201,19 @@ static bool read_document(const Reading& reading, Avatar& avatar) {
     if (errors.any()) return false;
     check_levels(program, document.at("levels"), avatar, arena, scratch);
     if (errors.any()) return false;
-    check_program(program, static_cast<uint32_t>(avatar.groups.size), scratch);
+    check_program(program, static_cast<uint32_t>(avatar.groups.size), scratch, reading.file_bytes);
     if (errors.any()) return false;
 
     const HeldArrays arrays = tensors.arrays(document.at("arrays"));
     const Json said = document.at("avatar");
     if (errors.any()) return false;
     avatar.expressions = read_expressions(said, arena, scratch);
-    avatar.late_morphs = said.at("late_morphs").names(arena, scratch);
+    avatar.late_morphs = said.at("late_morphs").texts(arena);
     const Json joints = said.at("joints");
     const double vertices = vertices_of(program);
     avatar.has_skeleton = joints.given();
     if (avatar.has_skeleton) {
-        const Span<Text> names = joints.names(arena, scratch);
+        const Span<Text> names = joints.texts(arena);
         if (errors.any()) return false;
         const uint32_t expressions = static_cast<uint32_t>(avatar.expressions.size);
         avatar.skeleton = read_skeleton(arrays, names, expressions, vertices, arena);
@@ -224,25 +225,23 @@ static bool read_document(const Reading& reading, Avatar& avatar) {
     avatar.rules = read_rules(said, arena);
     if (errors.any()) return false;
     check_rotation(avatar, errors);
-    avatar.has_driving = read_driving(document, arena, scratch, avatar.driving);
+    avatar.has_driving = read_driving(document, arena, avatar.driving);
     if (errors.any()) return false;
     if (avatar.has_driving) check_driving(avatar, errors);
-    avatar.name = arena.copy(said.at("name").name());
+    avatar.name = arena.copy(said.at("name").text());
     avatar.license = statement(said, "licence", arena);
     avatar.consent = statement(said, "consent", arena);
-    avatar.left_handed = said.at("frame").at("handedness").one(hands) == "left";
+    avatar.left_handed = said.at("frame").at("handedness").text() == "left";
     if (errors.any()) return false;
-    avatar.clips = read_clips(said.at("clips"), arrays, avatar, reading.most_bytes, arena);
+    avatar.clips = read_clips(said.at("clips"), arrays, avatar, most_of(reading.file_bytes), arena);
     if (errors.any()) return false;
     avatar.levels = read_levels(document, arena);
     avatar.framing = read_framing(document, avatar.left_handed);
-    avatar.has_bounds = read_bounds(said, avatar.left_handed, avatar.bounds_low, avatar.bounds_high);
+    read_bounds(said, avatar.left_handed, avatar.bounds_low, avatar.bounds_high);
     avatar.has_background = read_background(said, avatar.background);
     const HeldArray* preview = arrays.find("preview");
-    if (preview != nullptr && preview->type == "u8") {
-        avatar.preview = arena.copy(preview->elements.data, preview->elements.length);
-    }
-    avatar.triangles = read_triangles(arrays, vertices, arena);
+    if (preview != nullptr && preview->type == "u8") avatar.preview = arena.copy(preview->elements.data, preview->elements.length);
+    if (avatar.has_skeleton && !program.reads_mesh) avatar.triangles = read_triangles(arrays, vertices, arena);
     return !errors.any();
 }
 
@@ -250,14 +249,14 @@ static bool read_from(Body body, size_t file_bytes, Avatar& avatar, Arena& arena
     Errors& errors = arena.errors();
     Arena scratch(arena.allocator(), errors);
     Header header(scratch);
-    const size_t length = header_length(body, errors);
+    const size_t length = header_length(body, file_bytes, errors);
     if (errors.any()) return false;
     const Text copied = scratch.copy(Text(reinterpret_cast<const char*>(body.bytes()) + length_bytes, length));
     if (errors.any() || !header.read(copied, scratch)) return false;
     const size_t begin = length_bytes + length;
     if (!has_tensors(body, begin, header, file_bytes, errors)) return false;
     avatar.file_bytes = file_bytes;
-    return read_document({arena, scratch, errors, header, body.bytes() + begin, most_of(file_bytes)}, avatar);
+    return read_document({arena, scratch, errors, header, body.bytes() + begin, static_cast<double>(file_bytes)}, avatar);
 }
 
 bool read_pack(const uint8_t* file, size_t bytes, Avatar& avatar, Arena& arena) {

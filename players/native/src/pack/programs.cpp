@@ -1,19 +1,14 @@
 // Reads the program of a document.
-#include <cstdio>
-
 #include "read.h"
 
 namespace avatar {
-
-static constexpr uint32_t most_passes_listed = 4096, most_levels_listed = 16, most_chunks_listed = 1024;
-static constexpr uint32_t most_text = 64;  // letters of an entry, a prefix, the name of a value of the frame
 
 static Constant read_constant(Json said, Arena& arena) {
     Constant made = {};
     made.name = arena.copy(said.key());
     if (said.is(JsonKind::text)) {
         made.kind = Constant::Kind::source;
-        made.source = arena.copy(said.text(most_text));
+        made.source = arena.copy(said.text());
     } else if (said.is(JsonKind::list)) {
         made.kind = Constant::Kind::vector;
         for (Json one : said.list(0, 4)) made.vector[made.floats++] = one.number();
@@ -25,7 +20,7 @@ static Constant read_constant(Json said, Arena& arena) {
 
 static Pass read_pass(Json said, Arena& arena) {
     Pass made = {};
-    made.entry = arena.copy(said.at("entry").text(most_text));
+    made.entry = arena.copy(said.at("entry").text());
     made.rows = said.at("rows").whole();
     const JsonList buffers = said.at("buffers").entries(), constants = said.at("constants").entries();
     made.buffers = arena.make<Bound>(buffers.size);
@@ -42,7 +37,7 @@ static Pass read_pass(Json said, Arena& arena) {
 }
 
 static Span<Pass> read_passes(Json said, Arena& arena) {
-    const JsonList listed = said.list(0, most_passes_listed);
+    const JsonList listed = said.list();
     Span<Pass> made = arena.make<Pass>(listed.size);
     size_t at = 0;
     for (Json one : listed) {
@@ -54,8 +49,8 @@ static Span<Pass> read_passes(Json said, Arena& arena) {
 
 static Level read_level(Json said, Arena& arena) {
     Level made = {};
-    made.prefix = arena.copy(said.at("prefix").text(most_text));
-    const JsonList chunks = said.at("chunks").list(1, most_chunks_listed);
+    made.prefix = arena.copy(said.at("prefix").text());
+    const JsonList chunks = said.at("chunks").list();
     made.chunks = arena.make<Run>(chunks.size);
     size_t at = 0;
     for (Json one : chunks) {
@@ -70,7 +65,7 @@ static Level read_level(Json said, Arena& arena) {
 
 void read_program(Json said, Program& program, Arena& arena) {
     program.mesh = read_passes(said.at("mesh"), arena);
-    const JsonList levels = said.at("levels").list(1, most_levels_listed);
+    const JsonList levels = said.at("levels").list();
     program.levels = arena.make<Level>(levels.size);
     size_t at = 0;
     for (Json one : levels) {

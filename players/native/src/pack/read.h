@@ -1,4 +1,6 @@
 #pragma once
+#include <cmath>
+
 #include "../formats/gzip.h"
 #include "../formats/json.h"
 #include "model.h"
@@ -30,7 +32,7 @@ struct Reading {
     Errors& errors;
     const Header& header;
     const uint8_t* body;  // byte 0 of the tensors
-    double most_bytes;    // that may be made of the file
+    double file_bytes;
 
     bool failed() const { return errors.any(); }
 };
@@ -68,26 +70,19 @@ public:
 private:
     Span<Section> sections(Text buffer, JsonList listed);
     Elements decode(Json tensor, Text codec, uint32_t bits, double count, uint32_t record, Text where, Arena& into);
-    bool around_vertices(JsonList listed, Span<Section> found, Text where, Elements* ptr, Elements* triangles);
-
-    struct Decoded {
-        Text codec, tensor;
-        double count;
-        uint32_t bits, record, next;  // of the same name
-        Elements elements;
-    };
+    bool take(double count, uint32_t bits, Text where);
+    bool around_vertices(double vertices, const Section* corners, Text where, Span<uint32_t>* ptr, Span<uint32_t>* triangles,
+                         Arena& into) const;
 
     const Reading& reading_;
-    Names known_;                  // tensor -> newest of decoded_
-    Grown<Decoded> decoded_;       // equal contents are stored once, and decoded once
-    double left_;
+    double most_, left_;  // bytes that sections and arrays decode to
 };
 
 /// `count` elements of a tensor, in `into`; `where` names the section in errors.
 Elements decode_elements(const Reading& reading, TensorEntry at, Text codec, uint32_t bits, double count, uint32_t record,
                          Text where, Arena& into);
 
-/// Elements of 32 bits as numbers narrowed to `bits`, each modulo 2^bits.
+/// Numbers narrowed to `bits`, each modulo 2^bits, in own memory.
 Elements narrowed(Arena& arena, Span<uint32_t> numbers, uint32_t bits);
 
 /// The field of an error about a section or a buffer.
@@ -99,30 +94,36 @@ struct Place {
     operator Text() const { return Text(data); }
 };
 
-/// Sets the error for a document that is no pack's, or of a newer version.
-void check_version(Json document, Arena& scratch);
+/// Sets the error for a document of a newer version, or of kernels of one.
+void check_version(Json document, Errors& errors);
+void check_shaders(Json document, Errors& errors);
+/// Whether a text is MAJOR.MINOR.
+bool is_version(Text text);
+
+/// Sets the error for a document that is not as SPEC.md has it: types, ranges, lengths, names that must be there, known values.
+void check_form(Json document, Arena& scratch);
 
 /// Reads the program of a document, but for its buffers.
 void read_program(Json said, Program& program, Arena& arena);
 
 /// Checks a whole program before anything is uploaded: no pass that is accepted leaves its buffers. The error's field
 /// says which pass and which constant, section or buffer. Bound::index is set.
-void check_program(Program& program, uint32_t groups, Arena& scratch);
+void check_program(Program& program, uint32_t groups, Arena& scratch, double file_bytes = INFINITY);
 
 /// What a document says without arrays.
 Span<Expression> read_expressions(Json avatar, Arena& arena, Arena& scratch);
 Span<Group> read_groups(Json level, Arena& arena);
-bool read_driving(Json document, Arena& arena, Arena& scratch, Driving& into);
+bool read_driving(Json document, Arena& arena, Driving& into);
 Span<LevelInfo> read_levels(Json document, Arena& arena);
 /// Right-handed, also of a left-handed pack.
 Framing read_framing(Json document, bool left);
-bool read_bounds(Json avatar, bool left, double* low, double* high);
+void read_bounds(Json avatar, bool left, double* low, double* high);
 bool read_background(Json avatar, double* into);
 Rules read_rules(Json avatar, Arena& arena);
 
 /// The skeleton of joints `names` with K expressions and V mesh vertices.
 Skeleton read_skeleton(const HeldArrays& arrays, Span<Text> names, uint32_t expressions, double vertices, Arena& arena);
-/// Corners [3, F] of the mesh of V vertices; empty where there are none.
+/// Corners [3, F] of the mesh of V vertices.
 Span<uint32_t> read_triangles(const HeldArrays& arrays, double vertices, Arena& arena);
 void check_groups(Span<Group> groups, const Avatar& avatar, Errors& errors);
 /// Sets the error for a joint that the skeleton lacks; "" is no joint.
@@ -139,14 +140,19 @@ struct ShownShape {
     ShownShape(const double* lengths, uint32_t count);
 };
 
+constexpr double body_limit = 1u << 30;  // bytes, inflated
+/// The most bytes that may be made of a file of that size.
+double most_of(double file_bytes, double limit = body_limit);
+
 /// The clips of a document; all of them together take at most `limit` bytes.
 Span<ClipData> read_clips(Json listed, const HeldArrays& arrays, const Avatar& avatar, double limit, Arena& arena);
 
 /// The buffer of a kind ("Splats", "Sh", "Projected") of a chunk of a level, by name.
 struct ChunkName {
     char data[360];
+    size_t size;  // letters; 0 may be one of them
     ChunkName(const Level& level, const char* kind, uint32_t chunk);
-    operator Text() const { return Text(data); }
+    operator Text() const { return Text(data, size); }
 };
 
 /// The chunk whose buffer of that kind has that name; -1 if there is none.

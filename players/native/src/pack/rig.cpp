@@ -2,11 +2,14 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../pose/affine.h"
 #include "read.h"
 
 namespace avatar {
 
-static constexpr double least_volume = 1e-18;  // of the 3x3 part of a matrix that has an inverse
+static constexpr double largest_number = 1e6;         // of a matrix
+static constexpr double least_volume = 1e-18;        // of the 3x3 part of a matrix that has an inverse
+static constexpr double least_rest_volume = 1e-300;  // of a product of such
 static constexpr size_t fewest_anchors = 3;
 
 ShownShape::ShownShape(const double* lengths, uint32_t count) {
@@ -69,9 +72,10 @@ static void check_each_below(Span<T> values, double end, const char* name, Error
 }
 
 static void check_affine(Span<float> matrices, const char* name, Errors& errors) {
-    check_finite(matrices, Place(name, 0), errors);
     for (size_t at = 0; at < matrices.size && !errors.any(); at += 16) {
-        if (has_affine_row(&matrices[at]) && std::fabs(volume(&matrices[at])) > least_volume) continue;
+        bool is_small = true;
+        for (size_t i = at; i < at + 16; i++) is_small &= std::fabs(static_cast<double>(matrices[i])) <= largest_number;
+        if (is_small && has_affine_row(&matrices[at]) && std::fabs(volume(&matrices[at])) > least_volume) continue;
         char field[120];
         std::snprintf(field, sizeof(field), "array %s[%zu]", name, at / 16);
         errors.set(field, "is not an affine matrix with an inverse");
@@ -80,9 +84,27 @@ static void check_affine(Span<float> matrices, const char* name, Errors& errors)
 
 bool has_affine_row(const float* m) { return m[12] == 0 && m[13] == 0 && m[14] == 0 && m[15] == 1; }
 
-double volume(const float* m) {
+template <class T>
+static double volume_of(const T* m) {
     const double a = m[0], b = m[1], c = m[2], d = m[4], e = m[5], f = m[6], g = m[8], h = m[9], i = m[10];
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
+}
+
+double volume(const float* matrix) { return volume_of(matrix); }
+
+/// Every joint's rest transform through all its parents has an inverse in float64.
+static void check_rest(const Skeleton& of, Errors& errors, const AvatarAllocator& allocator) {
+    Arena own(allocator, errors);
+    Span<double> rest = own.make<double>(16 * of.names.size);
+    for (size_t joint = 0; joint < of.names.size && !errors.any(); joint++) {
+        double* to = &rest[16 * joint];
+        std::memcpy(to, &of.rest_local[16 * joint], 16 * sizeof(double));
+        if (of.parents[joint] >= 0) multiply(to, &rest[16 * static_cast<size_t>(of.parents[joint])], to);
+        bool sound = std::fabs(volume_of(to)) > least_rest_volume;
+        for (size_t k = 0; k < 12; k++) sound = sound && std::isfinite(to[k]);
+        const Cut name(of.names[joint], 80);
+        if (!sound) errors.set("array rig.rest_local", "joint %s and its parents together have no inverse", name.data);
+    }
 }
 
 Skeleton read_skeleton(const HeldArrays& arrays, Span<Text> names, uint32_t expressions, double vertices, Arena& arena) {
@@ -111,13 +133,13 @@ Skeleton read_skeleton(const HeldArrays& arrays, Span<Text> names, uint32_t expr
     made.rest_local = doubles_of(local, arena);
     made.inverse_bind = doubles_of(bind, arena);
     made.joint_basis = doubles_of(basis, arena);
+    if (!errors.any()) check_rest(made, errors, arena.allocator());
     made.corrective_joints = arena.make<uint32_t>(correctives.size);
     for (size_t i = 0; i < made.corrective_joints.size; i++) made.corrective_joints[i] = static_cast<uint32_t>(correctives[i]);
     return errors.any() ? Skeleton{} : made;
 }
 
 Span<uint32_t> read_triangles(const HeldArrays& arrays, double vertices, Arena& arena) {
-    if (arrays.find("rig.triangles") == nullptr) return {};
     const double shape[] = {3, -1};
     Span<uint32_t> corners = words_of<uint32_t>(taken(arrays, "rig.triangles", "u32", shape, 2, arena.errors()), arena);
     check_each_below(corners, vertices, "rig.triangles", arena.errors());
@@ -145,7 +167,7 @@ void check_groups(Span<Group> groups, const Avatar& avatar, Errors& errors) {
 }
 
 void check_joint(Text name, const Avatar& avatar, Text field, Errors& errors) {
-    if (name.size == 0 || avatar.joint_names.find(name) != Names::none) return;
+    if (avatar.joint_names.find(name) != Names::none) return;
     errors.set_no_such(field, "joint of this avatar", name, avatar.skeleton.names.data, avatar.skeleton.names.size);
 }
 

@@ -28,20 +28,24 @@ static bool read_part(Text text, uint32_t* at, uint32_t* into) {
     return digits >= 1 && digits <= 9 && (digits == 1 || text.data[begin] != '0');
 }
 
-static Version parsed(Json said) {
-    const Text text = said.text();
-    Version found = {0, 0};
+static bool read_version(Text text, Version* into) {
     uint32_t at = 0;
-    bool fits = read_part(text, &at, &found.major) && at < text.size && text.data[at] == '.';
-    at++;
-    fits = fits && read_part(text, &at, &found.minor) && at == text.size;
-    if (!fits) said.fail("\"MAJOR.MINOR\" is needed");
+    if (!read_part(text, &at, &into->major) || at == text.size || text.data[at++] != '.') return false;
+    return read_part(text, &at, &into->minor) && at == text.size;
+}
+
+bool is_version(Text text) {
+    Version read;
+    return read_version(text, &read);
+}
+
+static Version parsed(Json said) {
+    Version found = {0, 0};
+    if (!said.is(JsonKind::text) || !read_version(said.text(), &found)) said.fail("\"MAJOR.MINOR\" is needed");
     return found;
 }
 
-void check_version(Json document, Arena& scratch) {
-    static const char* const formats[] = {"avatar-pack"};
-    Errors& errors = scratch.errors();
+void check_version(Json document, Errors& errors) {
     const Json asset = document.at("asset");
     const Version version = parsed(asset.at("version")), least = parsed(asset.at("minVersion"));
     if (version.major != known_major || least.major > known_major ||
@@ -49,15 +53,14 @@ void check_version(Json document, Arena& scratch) {
         errors.set("$.asset.version", "is %u.%u (needs a reader of %u.%u); this player knows %u.%u: %s", version.major,
                    version.minor, least.major, least.minor, known_major, known_minor, update);
     }
-    const Json required = document.at("extensionsRequired");
-    if (required.given()) {
-        Span<Text> names = required.names(scratch, scratch);
-        if (!names.empty()) {
-            errors.set("$.extensionsRequired", "'%s' is not known to this player: %s", Cut(names[0], 80).data, update);
-        }
+    for (Json one : document.at("extensionsRequired").items()) {
+        const Text name = one.is(JsonKind::text) ? one.text() : Text("this");
+        errors.set("$.extensionsRequired", "'%s' is not known to this player: %s", Cut(name, 80).data, update);
     }
-    document.at("format").one(formats);
-    const double shaders = document.at("shaders").whole(1);
+}
+
+void check_shaders(Json document, Errors& errors) {
+    const double shaders = document.at("shaders").number();
     if (shaders > shader_version) {
         errors.set("$.shaders", "needs kernels of version %.0f; this player has %u: %s", shaders, shader_version, update);
     }

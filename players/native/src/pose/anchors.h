@@ -3,11 +3,11 @@
 
 namespace avatar {
 
-/// Sparse rows of vertices: entry e adds weights[column[e]] * value[e] to vertex row[e].
+/// Sparse rows of vertices: the entries of vertex a, each of which adds weights[column] * value, end at ends[a].
 struct MeshEntries {
-    Span<uint32_t> row;
+    Span<uint32_t> ends;
     Span<uint32_t> column;
-    Span<double> value;  // [E, channels]
+    Span<float> value;  // [E, channels]
 
     /// Adds what weights[first + column] move to vertices [A, 3].
     void add_to(Span<double> vertices, const float* weights) const;

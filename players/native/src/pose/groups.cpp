@@ -69,12 +69,14 @@ void Groups::set_anchors(const float* vertices) {
 }
 
 void Groups::update(const double* skin) {
-    double made[12];
+    double made[12], fit[12];
+    bool has_fit = false;
     for (size_t g = 0; g < avatar_->groups.size; g++) {
         const Binding binding = avatar_->groups[g].binding;
         if (binding == Binding::anchor && has_anchors()) {
-            set_rigid_fit(made, anchors.rest, anchors.posed, weights_, centre_);
-            write(g, made, true);
+            if (!has_fit) set_rigid_fit(fit, anchors.rest, anchors.posed, weights_, centre_);
+            has_fit = true;
+            write(g, fit, true);
         } else if (binding == Binding::joint_mix) {
             set_mix(g, skin, made);
             write(g, made, true);

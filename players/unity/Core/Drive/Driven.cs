@@ -30,17 +30,18 @@ namespace AvatarExport.Core {
         /// <summary>All weights that outputs give, within their ranges if asked for.</summary>
         public static DrivenWeight[] Of(LoadedAvatar avatar, bool withinRange) {
             var found = new List<DrivenWeight>();
+            PoseNames names = PoseNames.Of(avatar);
             for (int row = 0; row < avatar.Driving.Outputs.Length; row++) {
                 string output = avatar.Driving.Outputs[row];
                 int slash = output.IndexOf('/');
                 string kind = output.Substring(0, slash), name = output.Substring(slash + 1);
                 if (kind == "expression") {
-                    int column = Array.FindIndex(avatar.Expressions, one => one.Name == name);
+                    int column = names.Expressions[name];
                     var weight = new DrivenWeight { Row = row, Column = column };
                     if (withinRange) weight.Limit(avatar.Expressions[column].Low, avatar.Expressions[column].High);
                     found.Add(weight);
                 } else if (kind == "eyelid") {
-                    var weight = new DrivenWeight { Row = row, Late = true, Column = Array.IndexOf(avatar.Eyelids, name) };
+                    var weight = new DrivenWeight { Row = row, Late = true, Column = names.Eyelids[name] };
                     if (withinRange) weight.Limit(0, 1);
                     found.Add(weight);
                 }
@@ -70,6 +71,7 @@ namespace AvatarExport.Core {
         /// </summary>
         public static DrivenJoint[] Of(string owner, Skeleton skeleton, Driving driving) {
             double[] rest = RestPose.Linear(skeleton.Parents, RestPose.Rows(skeleton.RestLocal));
+            Dictionary<string, int> rows = PoseNames.Places(driving.Outputs);
             var found = new List<DrivenJoint>();
             for (int joint = 0; joint < skeleton.Names.Length; joint++) {
                 string name = skeleton.Names[joint];
@@ -78,7 +80,10 @@ namespace AvatarExport.Core {
                 if (!(Condition(one.Rest) < MostCondition)) {
                     throw new AvatarError("has a singular rest transform, so it cannot turn", owner, "joint " + name);
                 }
-                one.Rows = Array.ConvertAll(new[] { "x", "y", "z" }, axis => Array.IndexOf(driving.Outputs, $"joint/{name}/{axis}"));
+                one.Rows = Array.ConvertAll(new[] { "x", "y", "z" }, axis => {
+                    int row;
+                    return rows.TryGetValue($"joint/{name}/{axis}", out row) ? row : -1;
+                });
                 one.FromMatrix = Array.Exists(one.Rows, row => row >= 0);
                 bool measured = name == driving.HeadJoint || name == driving.LeftEyeJoint || name == driving.RightEyeJoint;
                 if (!one.FromMatrix && !measured) continue;

@@ -4,9 +4,9 @@ namespace AvatarExport.Core {
         private const uint Polynomial = 0xedb88320;
         private static readonly uint[] Table = MakeTable();
 
-        /// <summary>Of bytes begin .. end.</summary>
-        public static uint Of(byte[] bytes, int begin, int end) {
-            uint state = uint.MaxValue;
+        /// <summary>Of bytes begin .. end, which follow those of the checksum `before`.</summary>
+        public static uint Of(byte[] bytes, int begin, int end, uint before = 0) {
+            uint state = ~before;
             for (int at = begin; at < end; at++) state = (state >> 8) ^ Table[(state ^ bytes[at]) & 0xff];
             return ~state;
         }

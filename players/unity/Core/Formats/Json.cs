@@ -5,24 +5,27 @@ using System.Linq;
 using static System.FormattableString;
 
 namespace AvatarExport.Core {
-    /// <summary>A JSON value and where it stands. Every reader checks it and throws AvatarError with the place.</summary>
+    /// <summary>A JSON value and where it stands. Every reader checks its kind and throws AvatarError with the place.</summary>
     internal sealed class Json {
         public const uint U32Max = uint.MaxValue;
         private const int LettersShown = 40; // of a wrong value in a message
+        private const int LettersOfName = 80; // in a place
         private static readonly object Missing = new object();
 
         private readonly Json parent;
-        private readonly string place; // in the parent: ".name", "[3]"
+        private readonly string name; // in the parent, or the whole place; null in a list
+        private readonly int index;
 
         public Json(object value, string path) {
             Value = value;
-            place = path;
+            name = path;
         }
 
-        private Json(object value, Json parent, string place) {
+        private Json(object value, Json parent, string name, int index = 0) {
             Value = value;
             this.parent = parent;
-            this.place = place;
+            this.name = name;
+            this.index = index;
         }
 
         /// <summary>As JsonText parses it.</summary>
@@ -31,12 +34,17 @@ namespace AvatarExport.Core {
         public bool IsMissing => ReferenceEquals(Value, Missing);
 
         /// <summary>Such as $.levels[0].count.</summary>
-        public string Path => parent == null ? place : parent.Path + place;
+        public string Path {
+            get {
+                if (parent == null) return name;
+                return parent.Path + (name == null ? Invariant($"[{index}]") : "." + Cut(name, LettersOfName));
+            }
+        }
 
         /// <summary>Member `name` of an object; maybe a missing one.</summary>
         public Json At(string name) {
             object member;
-            return new Json(Object().TryGetValue(name, out member) ? member : Missing, this, "." + name);
+            return new Json(Object().TryGetValue(name, out member) ? member : Missing, this, name);
         }
 
         /// <summary>`read` of member `name`; `otherwise` if it is missing or null.</summary>
@@ -48,7 +56,7 @@ namespace AvatarExport.Core {
         /// <summary>The members of an object in their order.</summary>
         public IEnumerable<KeyValuePair<string, Json>> Entries() {
             return Object().Select(
-                member => new KeyValuePair<string, Json>(member.Key, new Json(member.Value, this, "." + member.Key)));
+                member => new KeyValuePair<string, Json>(member.Key, new Json(member.Value, this, member.Key)));
         }
 
         /// <summary>A list of at least `least` and at most `most` values.</summary>
@@ -56,41 +64,23 @@ namespace AvatarExport.Core {
             List<object> values = Value as List<object>;
             if (values == null) throw Error("a list is needed");
             if (values.Count < least || values.Count > most) {
-                throw new AvatarError(Invariant($"has {values.Count} items; {least} to {most} are taken"), null, Path);
+                string taken = most == int.MaxValue ? Invariant($"at least {least}") : Invariant($"{least} to {most}");
+                throw new AvatarError(Invariant($"has {values.Count} items; {taken} are taken"), null, Path);
             }
             Json[] found = new Json[values.Count];
-            for (int i = 0; i < found.Length; i++) {
-                found[i] = new Json(values[i], this, "[" + i.ToString(CultureInfo.InvariantCulture) + "]");
-            }
+            for (int i = 0; i < found.Length; i++) found[i] = new Json(values[i], this, null, i);
             return found;
         }
 
-        /// <summary>Text of `least` to `most` letters.</summary>
-        public string Text(int most = int.MaxValue, int least = 0) {
-            string text = Value as string;
-            if (text == null || text.Length < least || text.Length > most) {
-                throw Error(least > 0 ? "a name is needed" : "text is needed");
-            }
-            return text;
+        public string Text() {
+            if (!(Value is string)) throw Error("text is needed");
+            return (string)Value;
         }
 
-        /// <summary>A name: text that is not empty.</summary>
-        public string Name(int most = int.MaxValue) => Text(most, 1);
-
-        /// <summary>Names without duplicates.</summary>
-        public string[] Names() {
-            string[] found = List().Select(one => one.Name()).ToArray();
-            if (new HashSet<string>(found, NameComparer.Instance).Count != found.Length) {
-                throw new AvatarError("has a name twice", null, Path);
-            }
-            return found;
-        }
+        public string[] Names() => List().Select(one => one.Text()).ToArray();
 
         public string One(params string[] known) {
-            if (!known.Contains(Value as string)) {
-                string line = Shown(Value) + " is unknown to this reader (it knows " + string.Join(", ", known) + ")";
-                throw new AvatarError(line, null, Path);
-            }
+            if (!known.Contains(Value as string)) throw Unknown(known);
             return (string)Value;
         }
 
@@ -106,9 +96,8 @@ namespace AvatarExport.Core {
         public int Int(int least = 0, int most = int.MaxValue) => (int)Whole(least, most);
 
         public double Number() {
-            double number = Value is double ? (double)Value : double.NaN;
-            if (double.IsNaN(number) || double.IsInfinity(number)) throw Error("a finite number is needed");
-            return number;
+            if (!(Value is double)) throw Error("a finite number is needed");
+            return (double)Value;
         }
 
         public bool Flag() {
@@ -124,6 +113,12 @@ namespace AvatarExport.Core {
             return new AvatarError(found + "; " + needed, null, Path);
         }
 
+        /// <summary>The error for a value that is none of the `known` ones.</summary>
+        public AvatarError Unknown(IEnumerable<object> known) {
+            string listed = string.Join(", ", known.Select(one => one as string ?? Shown(one)).ToArray());
+            return new AvatarError(Shown(Value) + " is unknown to this reader (it knows " + listed + ")", null, Path);
+        }
+
         /// <summary>A wrong value as a person may read it: short.</summary>
         public static string Shown(object value) {
             if (value is string) return "'" + Cut((string)value, LettersShown) + "'";
@@ -136,8 +131,11 @@ namespace AvatarExport.Core {
         /// <summary>A number with as many digits as it has.</summary>
         public static string Shown(double value) => value.ToString("R", CultureInfo.InvariantCulture);
 
-        /// <summary>The first letters of a text.</summary>
-        public static string Cut(string text, int most) => text.Length <= most ? text : text.Substring(0, most);
+        /// <summary>The first letters of a text; no half of a surrogate pair.</summary>
+        public static string Cut(string text, int most) {
+            if (text.Length <= most) return text;
+            return text.Substring(0, char.IsHighSurrogate(text[most - 1]) ? most - 1 : most);
+        }
 
         private Dictionary<string, object> Object() {
             Dictionary<string, object> members = Value as Dictionary<string, object>;

@@ -5,12 +5,14 @@ using System.Text;
 
 namespace AvatarExport.Core {
     /// <summary>
-    /// Parses JSON text as JSON.parse of a browser does, and refuses a name that an object has twice, and what would take
-    /// much memory or stack. Values are null, bool, double, string, List of object, Dictionary of string to object.
+    /// Parses JSON text by RFC 8259. It refuses a name that an object has twice, half surrogates, numbers that float64 cannot
+    /// hold, and what would take much memory or stack. Values are null, bool, double, string, List of object, Dictionary of
+    /// string to object.
     /// </summary>
     internal sealed class JsonText {
-        private const int MostDepth = 256; // lists and objects inside each other
+        private const int MostDepth = 64; // lists and objects inside each other
         private const int MostValues = 1 << 21;
+        private const long MostWhole = 1L << 53; // beyond it, float64 skips whole numbers
 
         private readonly string text;
         private readonly StringBuilder letters = new StringBuilder();
@@ -117,7 +119,8 @@ namespace AvatarExport.Core {
                 if (letter == '"') break;
                 if (letter < ' ') throw Error("a control letter");
                 if (letter == '\\') {
-                    letters.Append(text, begin, at - begin).Append(Escaped());
+                    letters.Append(text, begin, at - begin);
+                    AppendEscaped();
                     begin = at;
                 } else {
                     at++;
@@ -126,6 +129,15 @@ namespace AvatarExport.Core {
             string last = text.Substring(begin, at - begin);
             at++;
             return letters.Length == 0 ? last : letters.Append(last).ToString();
+        }
+
+        private void AppendEscaped() {
+            char letter = Escaped();
+            letters.Append(letter);
+            if (!char.IsSurrogate(letter)) return;
+            char second = at < text.Length && text[at] == '\\' ? Escaped() : ' ';
+            if (!char.IsSurrogatePair(letter, second)) throw Error("half of a surrogate pair");
+            letters.Append(second);
         }
 
         private char Escaped() {
@@ -151,6 +163,7 @@ namespace AvatarExport.Core {
                 if (digit < 0) throw Error("four hexadecimal digits are needed");
                 code = 16 * code + digit;
             }
+            if (code == 0) throw Error("the letter U+0000");
             return (char)code;
         }
 
@@ -165,6 +178,7 @@ namespace AvatarExport.Core {
             if (text[at] == '-') at++;
             if (at < text.Length && text[at] == '0') at++;
             else Digits();
+            int end = at;
             if (at < text.Length && text[at] == '.') {
                 at++;
                 Digits();
@@ -174,7 +188,19 @@ namespace AvatarExport.Core {
                 if (at < text.Length && (text[at] == '+' || text[at] == '-')) at++;
                 Digits();
             }
-            return JsonNumber.Parse(text, begin, at);
+            if (at == end) return Whole(begin);
+            double number = JsonNumber.Parse(text, begin, at);
+            if (double.IsInfinity(number)) throw Error("a number beyond float64");
+            return number == 0 ? 0 : number; // -0.0 is 0
+        }
+
+        private double Whole(int begin) {
+            long size = 0;
+            for (int i = text[begin] == '-' ? begin + 1 : begin; i < at; i++) {
+                size = 10 * size + (text[i] - '0');
+                if (size > MostWhole) throw Error("a whole number beyond 2^53");
+            }
+            return text[begin] == '-' ? -size : size;
         }
 
         private void Digits() {

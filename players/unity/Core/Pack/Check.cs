@@ -15,6 +15,7 @@ namespace AvatarExport.Core {
         private const long MostBytesInAll = 1L << 32;
         private const int MostPasses = 1 << 14; // of one list
         private const double MostWork = 1 << 28; // rows and entries of one frame of a level
+        private const double WorkRatio = 16; // and at most so many a byte of the file
         private const int MostColumns = 1 << 16; // of a section of Pose
         private const int JointFloats = 12;
         private const string Table = "group_"; // names of the frame that begin so have a row a group
@@ -24,6 +25,7 @@ namespace AvatarExport.Core {
 
         private readonly Program program;
         private readonly int groups;
+        private readonly double mostWork;
         private readonly Held held;
         private readonly Dictionary<string, string> roles = // buffer without sections -> the one name that shaders give it
             new Dictionary<string, string>(NameComparer.Instance);
@@ -32,7 +34,8 @@ namespace AvatarExport.Core {
         private readonly Dictionary<string, double> agreed = // buffer or entry, constant -> value
             new Dictionary<string, double>(NameComparer.Instance);
 
-        private Checker(Program program, int groups) {
+        private Checker(Program program, int groups, double bytes) {
+            mostWork = Math.Min(MostWork, WorkRatio * bytes);
             this.program = program;
             this.groups = groups;
             held = new Held { Buffers = program.Buffers };
@@ -40,10 +43,10 @@ namespace AvatarExport.Core {
 
         /// <summary>
         /// Throws AvatarError for a program that would read or write outside its buffers, or work without bound. `groups`
-        /// is how many groups of Gaussians the avatar has. The field says which pass and which constant, section or buffer.
+        /// is how many groups of Gaussians the avatar has, `bytes` the size of the file. The field says which pass and which constant, section or buffer.
         /// </summary>
-        public static void Check(Program program, int groups) {
-            new Checker(program, groups).Check();
+        public static void Check(Program program, int groups, double bytes = double.PositiveInfinity) {
+            new Checker(program, groups, bytes).Check();
         }
 
         private void Check() {
@@ -51,6 +54,7 @@ namespace AvatarExport.Core {
             CheckPose();
             HashSet<string> written = new HashSet<string>(NameComparer.Instance);
             double work = CheckList("mesh", PassKind.Mesh, program.Mesh, written, null);
+            CheckMesh();
             if (program.Levels.Length == 0) throw new AvatarError("there is none", null, "levels");
             for (int index = 0; index < program.Levels.Length; index++) {
                 CheckLevel(Invariant($"level {index}"), program.Levels[index], written, work);
@@ -108,19 +112,57 @@ namespace AvatarExport.Core {
             held.Pose[name] = new PoseSection { First = first, Items = (int)(length / floats) };
         }
 
+        /// <summary>Stage morph moves every vertex once, run after run, and then stage skin where there are joints.</summary>
+        private void CheckMesh() {
+            if (program.Mesh.Length == 0) return;
+            double vertices = program.Mesh[0].Constants["vertices"].Number, at = vertices;
+            List<string> entries = new List<string>();
+            bool isSound = true;
+            foreach (Pass one in program.Mesh) {
+                if (at == vertices) {
+                    entries.Add(one.Entry);
+                    at = 0;
+                }
+                isSound &= one.Entry == entries.Last() && one.Constants["first"].Number == at;
+                at += one.Constants["count"].Number;
+            }
+            string[] expected = held.Pose["joints"].Items > 0 ? new[] { "morph", "skin" } : new[] { "morph" };
+            if (!isSound || at != vertices || !entries.SequenceEqual(expected)) {
+                throw new AvatarError("passes do not move every vertex once a stage", null, "mesh");
+            }
+        }
+
         private void CheckLevel(string place, Level level, HashSet<string> written, double workBefore) {
             Chunks.Check(place, level);
             HashSet<string> known = new HashSet<string>(written, NameComparer.Instance);
             double work = workBefore + CheckList(place + ", deform", PassKind.Deform, level.Deform, known, level);
             work += CheckList(place + ", view", PassKind.View, level.View, known, level);
-            if (work > MostWork) {
-                string line = Invariant($"has {work} rows and entries a frame; {MostWork} are the most");
+            if (work > mostWork) {
+                string line = Invariant($"has {work} rows and entries a frame; {mostWork} are the most");
                 throw new AvatarError(line, null, place);
             }
             CheckProjected(place, level);
             if (program.ReadsMesh != level.Deform.Any(one => one.Buffers.ContainsKey("Mesh"))) {
                 string said = Json.Shown((object)program.ReadsMesh);
                 throw new AvatarError("is " + said + "; the passes of " + place + " differ", null, "reads_mesh");
+            }
+            CheckPlaced(place, level);
+        }
+
+        /// <summary>Every chunk is blended once, and placed: by one pass over the mesh, or by passes that share one buffer.</summary>
+        private void CheckPlaced(string place, Level level) {
+            ILookup<string, Pass> passes = level.Deform.Where(one => one.Buffers.ContainsKey("Splats"))
+                .ToLookup(one => one.Buffers["Splats"], NameComparer.Instance);
+            for (int chunk = 0; chunk < level.Chunks.Length; chunk++) {
+                string name = Chunks.BufferName(level, "Splats", chunk);
+                int blended = passes[name].Count(one => one.Buffers.ContainsKey("BlendStatic"));
+                int embedded = passes[name].Count(one => one.Buffers.ContainsKey("EmbedStatic"));
+                int skinned = passes[name].Where(one => one.Buffers.ContainsKey("BindStatic"))
+                    .Select(one => one.Buffers["BindStatic"]).Distinct().Count();
+                bool isPlaced = program.ReadsMesh ? embedded == 1 && skinned == 0 : embedded == 0 && skinned == 1;
+                if (blended != 1 || !isPlaced) {
+                    throw new AvatarError(name + " is not blended once and placed", null, place + ", deform");
+                }
             }
         }
 

@@ -8,8 +8,6 @@ namespace AvatarExport.Core {
     /// Recorded motions: float32, or by channel low + step * code with codes as differences from frame to frame.
     /// </summary>
     internal sealed class Clips {
-        private const double LeastFps = 1e-3;
-        private const double MostFps = 1e4;
         private const double Rigid = 1e-3; // largest difference of R R^T from the identity
 
         private readonly Dictionary<string, HeldArray> arrays;
@@ -33,15 +31,11 @@ namespace AvatarExport.Core {
         }
 
         private Clip Read(Json said, int index, int expressions, int late, int joints) {
-            int frames = said.At("frames").Int(1);
-            double fps = said.At("fps").Number();
-            if (fps < LeastFps || fps > MostFps) {
-                throw said.At("fps").Error(Invariant($"{LeastFps} to {MostFps} frames a second are taken"));
-            }
+            int frames = said.At("frames").Int();
             string key = Invariant($"clips.{index}.");
             Clip clip = new Clip {
-                Name = said.At("name").Name(),
-                Fps = fps,
+                Name = said.At("name").Text(),
+                Fps = said.At("fps").Number(),
                 Frames = frames,
                 ExpressionWeights = ReadArray(said, key + "expression_weights", frames, expressions),
                 LateWeights = ReadArray(said, key + "late_weights", frames, late),

@@ -4,8 +4,6 @@ using static System.FormattableString;
 namespace AvatarExport.Core {
     /// <summary>How sections are stored.</summary>
     internal static class Codecs {
-        public static readonly string[] Known = { "raw", "planes", "delta", "pointer", "incidence" };
-
         /// <summary>
         /// `count` elements of bytes begin .. end of `bytes`. Throws AvatarError, which names the section `where`, for
         /// another length.
@@ -56,17 +54,14 @@ namespace AvatarExport.Core {
             if (rows < 0 || (size != 1 && size != 2 && size != 4) || size * rows != length) {
                 throw new AvatarError(Invariant($"stores {length} bytes for {rows} counts"), null, where);
             }
-            byte[] counts = new byte[length];
-            Gather(bytes, (int)at.Begin, counts, (int)size);
-            Elements steps = new Elements(counts, 8 * (int)size);
-            uint[] ends = new uint[count];
+            byte[] ends = new byte[4 * count];
             long end = 0;
-            for (int row = 0; row < rows; row++) {
-                end += steps[row];
-                ends[row + 1] = unchecked((uint)end);
+            for (long row = 0; row < rows; row++) {
+                for (int b = 0; b < size; b++) end += (long)bytes[at.Begin + b * rows + row] << (8 * b);
+                for (int b = 0; b < 4; b++) ends[4 * (row + 1) + b] = (byte)(end >> (8 * b));
             }
             if (end > uint.MaxValue) throw new AvatarError("counts more than 2^32 entries", null, where);
-            return OfWords(ends);
+            return new Elements(ends, 32);
         }
 
         /// <summary>Elements of 32 bits.</summary>
@@ -107,13 +102,14 @@ namespace AvatarExport.Core {
                 Ptr[vertex + 1]++;
             }
             for (int v = 0; v < vertices; v++) Ptr[v + 1] += Ptr[v];
-            uint[] next = (uint[])Ptr.Clone();
             Triangle = new uint[corners.Length];
             for (int t = 0; t < triangles; t++) {
                 for (int corner = 0; corner < 3; corner++) {
-                    Triangle[next[corners[corner * triangles + t]]++] = (uint)t;
+                    Triangle[Ptr[corners[corner * triangles + t]]++] = (uint)t;
                 }
             }
+            for (int v = vertices; v > 0; v--) Ptr[v] = Ptr[v - 1]; // each has gone on to the next
+            Ptr[0] = 0;
         }
     }
 }

@@ -9,16 +9,16 @@ namespace AvatarExport.Core {
 
         /// <summary>Expressions in column order.</summary>
         public static Expression[] Expressions(Json avatar) {
-            Expression[] found = avatar.At("expressions").List(0, 65535).Select(ReadExpression).ToArray();
+            Expression[] found = avatar.At("expressions").List().Select(ReadExpression).ToArray();
             HashSet<string> names = new HashSet<string>(found.Select(one => one.Name), NameComparer.Instance);
             if (names.Count != found.Length) throw new AvatarError("has a name twice", null, "$.avatar.expressions");
             return found;
         }
 
         private static Expression ReadExpression(Json said) {
-            double[] range = said.At("range").List(2, 2).Select(end => end.Number()).ToArray();
+            double[] range = said.At("range").List().Select(end => end.Number()).ToArray();
             string[] aliases = said.Optional("aliases", names => names.Names(), new string[0]);
-            return new Expression { Name = said.At("name").Name(), Aliases = aliases, Low = range[0], High = range[1] };
+            return new Expression { Name = said.At("name").Text(), Aliases = aliases, Low = range[0], High = range[1] };
         }
 
         /// <summary>Rules by name; numbers and other kinds of values are left out.</summary>
@@ -30,23 +30,22 @@ namespace AvatarExport.Core {
             return found;
         }
 
-        /// <summary>The groups of a level, which cover its Gaussians in order.</summary>
-        public static SplatGroup[] Groups(Json level) {
-            int count = level.At("count").Int(1);
+        /// <summary>The groups of a level of so many rows, which cover its Gaussians in order.</summary>
+        public static SplatGroup[] Groups(Json level, long rows) {
             long next = 0;
             List<SplatGroup> groups = new List<SplatGroup>();
-            foreach (Json said in level.At("groups").List(1)) {
+            foreach (Json said in level.At("groups").List()) {
                 SplatGroup group = ReadGroup(said);
-                if (group.First != next || group.Count < 1) {
+                if (group.First != next) {
                     string line = Invariant($"covers {group.First}+{group.Count}, but row {next} comes next");
                     throw new AvatarError(line, null, said.Path);
                 }
                 next += group.Count;
                 groups.Add(group);
             }
-            if (next != count) {
-                throw new AvatarError(Invariant($"cover {next} of {count} Gaussians"), null, level.At("groups").Path);
-            }
+            long count = level.At("count").Whole();
+            if (rows != count) throw new AvatarError(Invariant($"is {count}; its chunks have {rows} rows"), null, level.At("count").Path);
+            if (rows != next) throw new AvatarError(Invariant($"cover {next} of {rows} Gaussians"), null, level.At("groups").Path);
             return groups.ToArray();
         }
 
@@ -55,7 +54,7 @@ namespace AvatarExport.Core {
                 said.Optional("joint_mix", one => one.Entries(), Enumerable.Empty<KeyValuePair<string, Json>>());
             return new SplatGroup {
                 JointMix = mix.Select(one => new KeyValuePair<string, double>(one.Key, one.Value.Number())).ToArray(),
-                Name = said.At("name").Name(),
+                Name = said.At("name").Text(),
                 First = said.At("first").Int(),
                 Count = said.At("count").Int(),
                 Binding = said.At("binding").One("skin", "anchor", "joint_mix", "surface", "none"),
@@ -65,7 +64,7 @@ namespace AvatarExport.Core {
         /// <summary>How ARKit drives the avatar; null if it cannot.</summary>
         public static Driving Driving(Json document) {
             Json avatar = document.At("avatar").At("driving");
-            string mode = avatar.At("mode").One("names", "matrix", "none");
+            string mode = avatar.At("mode").Text();
             // The manifest's own matrix is in the frame of the pack; `driving` of the document spells out mode "names".
             Json linear = mode == "matrix" ? avatar : document.At("driving");
             if (mode == "none" || linear.IsMissing) return null;
@@ -75,10 +74,10 @@ namespace AvatarExport.Core {
                 Inputs = inputs,
                 Outputs = outputs,
                 Matrix = ReadMatrix(linear.At("matrix"), outputs.Length, inputs.Length),
-                HeadJoint = avatar.Optional("head_joint", said => said.Name(), null),
+                HeadJoint = avatar.Optional("head_joint", said => said.Text(), null),
                 HeadPivot = avatar.Optional("head_pivot", said => said.Vector(), new double[3]),
-                LeftEyeJoint = avatar.Optional("left_eye_joint", said => said.Name(), null),
-                RightEyeJoint = avatar.Optional("right_eye_joint", said => said.Name(), null),
+                LeftEyeJoint = avatar.Optional("left_eye_joint", said => said.Text(), null),
+                RightEyeJoint = avatar.Optional("right_eye_joint", said => said.Text(), null),
             };
         }
 
@@ -89,8 +88,8 @@ namespace AvatarExport.Core {
 
         /// <summary>Levels of detail, finest first.</summary>
         public static LevelInfo[] Levels(Json document) {
-            return document.At("levels").List(1, 16).Select((said, index) => new LevelInfo {
-                Count = said.At("count").Int(1),
+            return document.At("levels").List().Select((said, index) => new LevelInfo {
+                Count = said.At("count").Int(),
                 HeightPx = said.Optional("height_px", height => (double?)height.Number(), null),
                 PsnrDb = (index == 0 ? document : said).Optional("error", PsnrInMask, null),
             }).ToArray();

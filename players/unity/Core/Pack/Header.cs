@@ -12,7 +12,7 @@ namespace AvatarExport.Core {
     /// <summary>The header of a pack: its document, and its tensors by name.</summary>
     internal sealed class Header {
         private const string Metadata = "pack";
-        private const long MostOffset = 1L << 48;
+        private const long MostOffset = 1L << 53; // whole numbers of JSON go no further
         private const int LettersShown = 120; // of what is wrong in JSON
         private static readonly Encoding Strict = new UTF8Encoding(false, true);
 

@@ -5,9 +5,10 @@ using static System.FormattableString;
 namespace AvatarExport.Core {
     /// <summary>A pack, inflated: its header, and the bytes of its tensors.</summary>
     internal sealed class Inflated {
-        private const int HeaderLimit = 16 << 20; // bytes of JSON
+        private const int HeaderLimit = 16 << 20; // bytes of JSON; of a small file
+        private const int HeaderBase = 1 << 16, HeaderRatio = 16; // at most HeaderBase and HeaderRatio bytes a byte of it
         private const int BodyLimit = 1 << 30; // bytes, inflated
-        private const int MostRatio = 400; // inflated bytes a byte of the file; gzip reaches 1032 on zeros alone
+        public const int MostRatio = 400; // inflated bytes a byte of the file; gzip reaches 1032 on zeros alone
         private const int LengthBytes = 8; // before the header
 
         public readonly Header Header;
@@ -25,7 +26,7 @@ namespace AvatarExport.Core {
             try {
                 gzip = new Gzip(file);
                 Inflate(LengthBytes);
-                Body = LengthBytes + HeaderLength(gzip.Bytes);
+                Body = LengthBytes + HeaderLength(gzip.Bytes, file.Length);
                 Inflate(Body);
                 Header = new Header(gzip.Bytes, LengthBytes, Body - LengthBytes);
                 long total = Header.Tensors.Values.Select(entry => entry.End).DefaultIfEmpty(0).Max();
@@ -57,10 +58,11 @@ namespace AvatarExport.Core {
             throw new AvatarError("is not a pack: it does not begin as a gzip file");
         }
 
-        private static int HeaderLength(byte[] begin) {
+        private static int HeaderLength(byte[] begin, long bytes) {
             ulong length = BitConverter.ToUInt64(begin, 0);
-            if (length > HeaderLimit) {
-                throw new AvatarError(Invariant($"claims a header of {length} bytes; up to {HeaderLimit} are read"));
+            long most = Math.Min(HeaderLimit, HeaderBase + HeaderRatio * bytes);
+            if (length > (ulong)most) {
+                throw new AvatarError(Invariant($"claims a header of {length} bytes; up to {most} are read"));
             }
             return (int)length;
         }

@@ -5,18 +5,13 @@ using System.Linq;
 namespace AvatarExport.Core {
     /// <summary>Reads the program of a document.</summary>
     internal static class Programs {
-        private const int MostPasses = 4096;
-        private const int MostLevels = 16;
-        private const int MostChunks = 1024;
-        private const int MostText = 64; // letters of an entry, a prefix, the name of a value of the frame
-
-        /// <summary>The program, with its buffers. Throws AvatarError for what the schema does not allow.</summary>
+        /// <summary>The program, with its buffers, of a document that has the form of packs.</summary>
         public static Program Read(Json said, Dictionary<string, ProgramBuffer> buffers) {
             Json pose = said.At("pose");
             return new Program {
                 Buffers = buffers,
                 Mesh = Passes(said.At("mesh")),
-                Levels = said.At("levels").List(1, MostLevels).Select(ReadLevel).ToArray(),
+                Levels = said.At("levels").List().Select(ReadLevel).ToArray(),
                 Pose = new PoseSections {
                     Weights = pose.At("weights").Int(),
                     Features = pose.At("features").Int(),
@@ -30,21 +25,21 @@ namespace AvatarExport.Core {
 
         private static Level ReadLevel(Json said) {
             return new Level {
-                Prefix = said.At("prefix").Text(MostText),
-                Chunks = said.At("chunks").List(1, MostChunks).Select(ReadRun).ToArray(),
+                Prefix = said.At("prefix").Text(),
+                Chunks = said.At("chunks").List().Select(ReadRun).ToArray(),
                 Deform = Passes(said.At("deform")),
                 View = Passes(said.At("view")),
             };
         }
 
         private static Run ReadRun(Json chunk) {
-            Json[] ends = chunk.List(2, 2);
+            Json[] ends = chunk.List();
             return new Run { First = ends[0].Int(), Count = ends[1].Int() };
         }
 
         private static Pass[] Passes(Json said) {
-            return said.List(0, MostPasses).Select(one => new Pass {
-                Entry = one.At("entry").Text(MostText),
+            return said.List().Select(one => new Pass {
+                Entry = one.At("entry").Text(),
                 Rows = one.At("rows").Whole(),
                 Buffers = Record(one.At("buffers"), name => name.Text()),
                 Constants = Record(one.At("constants"), ReadConstant),
@@ -58,9 +53,9 @@ namespace AvatarExport.Core {
         }
 
         private static Constant ReadConstant(Json said) {
-            if (said.Value is string) return new Constant { Source = said.Text(MostText) };
+            if (said.Value is string) return new Constant { Source = said.Text() };
             if (!(said.Value is List<object>)) return new Constant { Number = said.Number() };
-            return new Constant { Vector = said.List(0, 4).Select(one => one.Number()).ToArray() };
+            return new Constant { Vector = said.List().Select(one => one.Number()).ToArray() };
         }
     }
 }

@@ -6,7 +6,9 @@ using static System.FormattableString;
 namespace AvatarExport.Core {
     /// <summary>The skeleton of a pack, for stage joints.</summary>
     internal static class Rig {
+        private const float Largest = 1e6f; // number of a matrix
         private const double LeastVolume = 1e-18; // of the 3x3 part of a matrix that has an inverse
+        private const double LeastAtRest = 1e-300; // the same through all parents
         private const int FewestAnchors = 3;
 
         /// <summary>The skeleton of joints `names` with K expressions and V mesh vertices. Throws AvatarError.</summary>
@@ -24,6 +26,7 @@ namespace AvatarExport.Core {
                 throw new AvatarError(line, null, "array rig.parents");
             }
             CheckAffine(restLocal, "array rig.rest_local");
+            CheckRest(Array.ConvertAll(restLocal, value => (double)value), parents, names);
             CheckAffine(inverseBind, "array rig.inverse_bind_matrix");
             CheckFinite(basis, "array rig.joint_basis");
             CheckBelow(correctives.Select(joint => (long)joint), joints, "array rig.corrective_joints");
@@ -39,10 +42,9 @@ namespace AvatarExport.Core {
             };
         }
 
-        /// <summary>Corners [3, F] of the mesh of V vertices; null where Gaussians are embedded. Throws AvatarError.</summary>
+        /// <summary>Corners [3, F] of the mesh of V vertices. Throws AvatarError.</summary>
         public static uint[] Triangles(Dictionary<string, HeldArray> arrays, long vertices) {
             const string name = "rig.triangles";
-            if (!arrays.ContainsKey(name)) return null;
             uint[] corners = Taken(arrays, name, "u32", 3, -1).Copied<uint>();
             CheckBelow(corners.Select(vertex => (long)vertex), vertices, "array " + name);
             return corners;
@@ -77,12 +79,30 @@ namespace AvatarExport.Core {
         }
 
         private static void CheckAffine(float[] matrices, string field) {
-            CheckFinite(matrices, field);
             for (int at = 0; at < matrices.Length; at += 16) {
-                if (!HasAffineRow(matrices, at) || !(Math.Abs(Volume(matrices, at)) > LeastVolume)) {
+                bool small = true;
+                for (int i = at; i < at + 16; i++) small &= Math.Abs(matrices[i]) <= Largest;
+                if (!small || !HasAffineRow(matrices, at) || !(Math.Abs(Volume(matrices, at)) > LeastVolume)) {
                     string line = "is not an affine matrix with an inverse";
                     throw new AvatarError(line, null, Invariant($"{field}[{at / 16}]"));
                 }
+            }
+        }
+
+        /// <summary>Throws AvatarError for a joint whose rest transform through all its parents has no inverse.</summary>
+        private static void CheckRest(double[] local, int[] parents, string[] names) {
+            double[] rest = (double[])local.Clone();
+            for (int joint = 0; joint < parents.Length; joint++) {
+                int from = 16 * parents[joint], at = 16 * joint;
+                for (int i = 0; parents[joint] >= 0 && i < 16; i++) {
+                    rest[at + i] = 0;
+                    for (int k = 0; k < 4; k++) rest[at + i] += rest[from + i / 4 * 4 + k] * local[at + 4 * k + i % 4];
+                }
+                bool isFinite = true;
+                for (int i = 0; i < 16; i++) isFinite &= Math.Abs(rest[at + i]) <= double.MaxValue;
+                if (isFinite && Math.Abs(Volume(rest, at)) > LeastAtRest) continue;
+                string line = "joint " + names[joint] + " and its parents together have no inverse";
+                throw new AvatarError(line, null, "array rig.rest_local");
             }
         }
 
@@ -93,14 +113,20 @@ namespace AvatarExport.Core {
 
         /// <summary>The determinant of the 3x3 part of a matrix [4, 4] at `at`.</summary>
         public static double Volume(float[] m, int at) {
-            double a = m[at], b = m[at + 1], c = m[at + 2];
-            double d = m[at + 4], e = m[at + 5], f = m[at + 6];
-            double g = m[at + 8], h = m[at + 9], i = m[at + 10];
+            return Volume(m[at], m[at + 1], m[at + 2], m[at + 4], m[at + 5], m[at + 6], m[at + 8], m[at + 9], m[at + 10]);
+        }
+
+        private static double Volume(double[] m, int at) {
+            return Volume(m[at], m[at + 1], m[at + 2], m[at + 4], m[at + 5], m[at + 6], m[at + 8], m[at + 9], m[at + 10]);
+        }
+
+        private static double Volume(
+            double a, double b, double c, double d, double e, double f, double g, double h, double i) {
             return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
         }
 
         /// <summary>Throws AvatarError for a group that asks for a joint or anchors that the skeleton lacks.</summary>
-        public static void CheckGroups(SplatGroup[] groups, Skeleton skeleton) {
+        public static void CheckGroups(SplatGroup[] groups, Skeleton skeleton, HashSet<string> joints) {
             foreach (SplatGroup group in groups) {
                 string field = "group " + group.Name;
                 if (skeleton == null && group.Binding != "none" && group.Binding != "surface") {
@@ -114,16 +140,15 @@ namespace AvatarExport.Core {
                     throw new AvatarError("joint_mix goes with binding 'joint_mix'", null, field);
                 }
                 foreach (KeyValuePair<string, double> one in group.JointMix) {
-                    CheckJoint(one.Key, skeleton, field + ", joint_mix");
+                    CheckJoint(one.Key, joints, field + ", joint_mix");
                 }
             }
         }
 
-        /// <summary>Throws AvatarError for a joint that the skeleton lacks; null is no joint.</summary>
-        public static void CheckJoint(string name, Skeleton skeleton, string field) {
-            string[] names = skeleton == null ? new string[0] : skeleton.Names;
-            if (name != null && !names.Contains(name)) {
-                throw AvatarError.NoSuch("joint of this avatar", name, names, field);
+        /// <summary>Throws AvatarError for a joint that is none of the avatar's; null is no joint.</summary>
+        public static void CheckJoint(string name, HashSet<string> joints, string field) {
+            if (name != null && !joints.Contains(name)) {
+                throw AvatarError.NoSuch("joint of this avatar", name, joints.ToList(), field);
             }
         }
     }

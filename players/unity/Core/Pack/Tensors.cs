@@ -1,3 +1,4 @@
+using System;
 using System.Collections.Generic;
 using System.Linq;
 using static System.FormattableString;
@@ -18,28 +19,27 @@ namespace AvatarExport.Core {
 
     /// <summary>Sections and arrays from the tensors of a document. Throws AvatarError for what does not fit.</summary>
     internal sealed class Tensors {
-        private const int MostBuffers = 4096;
-        private const int MostSections = 128;
-        private const int MostRecord = 1024;
-        private const int MostName = 96;
-        private const int MostVertices = 65535 * 64; // of a mesh whose incidence is made; no pass takes more
+        private const int MostName = 96; // letters in a message
+        private const int MostVertices = 1 << 24; // of a mesh whose incidence is made
         private const long MostDecoded = 1L << 31; // bytes of all sections and arrays
-        private const long MostElements = int.MaxValue - 63; // bytes of one: the longest array of some hosts
 
         private readonly Inflated inflated;
         private readonly Dictionary<string, Elements> decoded = // equal contents are stored once, and decoded once
             new Dictionary<string, Elements>(NameComparer.Instance);
-        private long left = MostDecoded;
+        private readonly long most;
+        private long left;
 
-        public Tensors(Inflated inflated) {
+        /// <summary>Of a file of so many bytes.</summary>
+        public Tensors(Inflated inflated, long file) {
             this.inflated = inflated;
+            left = most = Math.Min(MostDecoded, Inflated.MostRatio * file);
         }
 
         /// <summary>The buffers of a program, by name.</summary>
         public Dictionary<string, ProgramBuffer> Buffers(Json listed) {
             Dictionary<string, ProgramBuffer> found = new Dictionary<string, ProgramBuffer>(NameComparer.Instance);
-            foreach (Json said in listed.List(0, MostBuffers)) {
-                string name = said.At("name").Name(MostName);
+            foreach (Json said in listed.List()) {
+                string name = said.At("name").Text();
                 if (found.ContainsKey(name)) throw new AvatarError("is named twice", null, "buffer " + name);
                 found.Add(name, ReadBuffer(name, said));
             }
@@ -52,8 +52,9 @@ namespace AvatarExport.Core {
             if (bytes >= 0 != listed.IsMissing) {
                 throw new AvatarError("needs either bytes or sections", null, "buffer " + name);
             }
+            Take(Math.Max(bytes, 0), "buffer " + name);
             if (bytes >= 0) return new ProgramBuffer(name, bytes, new Section[0]);
-            Section[] sections = Sections(name, listed.List(1, MostSections));
+            Section[] sections = Sections(name, listed.List());
             return new ProgramBuffer(name, ProgramBuffer.BytesOf(sections), sections);
         }
 
@@ -61,19 +62,21 @@ namespace AvatarExport.Core {
             List<Section> found = new List<Section>();
             Incidence around = null;
             foreach (Json said in listed) {
-                string name = said.At("name").Name(MostName);
+                string name = said.At("name").Text();
                 string where = "buffer " + buffer + ", section " + name;
                 if (found.Any(one => one.Name == name)) throw new AvatarError("is named twice", null, where);
-                int bits = BitsOf(said.At("bits"));
+                int bits = said.At("bits").Int();
                 long count = said.At("count").Whole();
-                string codec = said.At("codec").One(Codecs.Known);
+                string codec = said.At("codec").Text();
                 Elements elements;
                 if (codec == "incidence") {
                     around = around ?? AroundVertices(listed, found, where);
+                    Take(count * (bits / 8), where);
                     elements = Codecs.Narrowed(name == "vertex_triangle_ptr" ? around.Ptr : around.Triangle, bits);
                     CheckCount(elements, count, where);
                 } else {
-                    int record = said.Optional("record", one => one.Int(1, MostRecord), 1);
+                    Take(count * (codec == "pointer" ? 4 : bits / 8), where);
+                    int record = said.Optional("record", one => one.Int(), 1);
                     elements = Decode(said.At("tensor"), codec, bits, count, record, where);
                 }
                 found.Add(new Section(name, elements));
@@ -96,12 +99,6 @@ namespace AvatarExport.Core {
             if (!inflated.Header.Tensors.TryGetValue(name, out entry)) {
                 throw new AvatarError("tensor '" + Json.Cut(name, MostName) + "' is missing", null, where);
             }
-            long bytes = count * (codec == "pointer" ? ProgramBuffer.Word : bits / 8);
-            left -= bytes;
-            if (left < 0 || bytes > MostElements) {
-                string line = Invariant($"with it the pack takes more than {MostDecoded} bytes");
-                throw new AvatarError(line, null, where);
-            }
             entry.Begin += inflated.Body;
             entry.End += inflated.Body;
             elements = Codecs.Decode(inflated.Bytes, entry, codec, bits, count, record, where);
@@ -110,38 +107,38 @@ namespace AvatarExport.Core {
             return elements;
         }
 
+        /// <summary>Also of a tensor that was decoded before.</summary>
+        private void Take(double bytes, string where) {
+            if (bytes > left) throw new AvatarError(Invariant($"with it the pack takes more than {most} bytes"), null, where);
+            left -= (long)bytes;
+        }
+
         /// <summary>The arrays of a document, by name.</summary>
         public Dictionary<string, HeldArray> Arrays(Json listed) {
             Dictionary<string, HeldArray> found = new Dictionary<string, HeldArray>(NameComparer.Instance);
             foreach (KeyValuePair<string, Json> one in listed.Entries()) {
-                string type = one.Value.At("type").One("f32", "u8", "u16", "u32", "i32");
-                long[] shape = one.Value.At("shape").List(0, 4).Select(length => length.Whole()).ToArray();
+                string type = one.Value.At("type").Text();
+                long[] shape = one.Value.At("shape").List().Select(length => length.Whole()).ToArray();
                 double count = shape.Aggregate(1.0, (product, length) => product * length);
-                string codec = one.Value.At("codec").One("raw", "planes");
+                string codec = one.Value.At("codec").Text();
                 int bits = type == "u8" ? 8 : type == "u16" ? 16 : 32;
                 string where = "array " + one.Key;
-                if (count > Json.U32Max) {
-                    throw new AvatarError(Invariant($"has {count} numbers; {Json.U32Max} are the most"), null, where);
-                }
+                Take(count * (bits / 8), where);
                 Elements elements = Decode(one.Value.At("tensor"), codec, bits, (long)count, 1, where);
                 found.Add(one.Key, new HeldArray { Type = type, Shape = shape, Elements = elements });
             }
             return found;
         }
 
-        private static int BitsOf(Json said) {
-            double bits = said.Value is double ? (double)said.Value : 0;
-            if (bits != 8 && bits != 16 && bits != 32) throw said.Error("8, 16 or 32 is needed");
-            return (int)bits;
-        }
-
-        private static Incidence AroundVertices(Json[] listed, List<Section> found, string where) {
+        private Incidence AroundVertices(Json[] listed, List<Section> found, string where) {
             Section corners = found.FirstOrDefault(one => one.Name == "corners");
             Json pointer = listed.FirstOrDefault(one => one.At("name").Value as string == "vertex_triangle_ptr");
-            if (corners == null || pointer == null) {
+            long count = pointer == null ? 0 : pointer.At("count").Whole();
+            if (corners == null || count < 1) {
                 throw new AvatarError("codec incidence needs section corners before it", null, where);
             }
-            return new Incidence(corners.Elements, pointer.At("count").Int(0, MostVertices + 1) - 1, where);
+            if (count > MostVertices + 1 || 4 * count > left) Take(double.PositiveInfinity, where);
+            return new Incidence(corners.Elements, (int)count - 1, where);
         }
     }
 }

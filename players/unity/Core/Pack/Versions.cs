@@ -1,4 +1,5 @@
 using System.Globalization;
+using System.Linq;
 using System.Text.RegularExpressions;
 using static System.FormattableString;
 
@@ -8,9 +9,8 @@ namespace AvatarExport.Core {
         private const string Update = "update com.avatar-export.player";
         private const int Major = 1;
         private const int Minor = 0;
-        private static readonly Regex Version = new Regex(@"^(0|[1-9][0-9]{0,8})\.(0|[1-9][0-9]{0,8})\z");
 
-        /// <summary>Throws AvatarError for a document that is no pack's, or of a newer version.</summary>
+        /// <summary>Throws AvatarError for a document of a version that is not read here.</summary>
         public static void Check(Json document) {
             Json asset = document.At("asset");
             int[] version = Parsed(asset.At("version"));
@@ -20,23 +20,24 @@ namespace AvatarExport.Core {
                 string knows = Invariant($"; this player knows {Major}.{Minor}: {Update}");
                 throw new AvatarError(needs + knows, null, "$.asset.version");
             }
-            string[] required = document.Optional("extensionsRequired", names => names.Names(), new string[0]);
-            if (required.Length > 0) {
-                string line = "'" + Json.Cut(required[0], 80) + "' is not known to this player: " + Update;
+            Json required = document.Optional("extensionsRequired", names => names.List().FirstOrDefault(), null);
+            if (required != null) {
+                string line = Json.Shown(required.Value) + " is not known to this player: " + Update;
                 throw new AvatarError(line, null, "$.extensionsRequired");
             }
-            document.At("format").One("avatar-pack");
-            long shaders = document.At("shaders").Whole(1);
-            if (shaders > Constants.Shaders) {
-                string needs = Invariant($"needs kernels of version {shaders}; this player has {Constants.Shaders}: ");
-                throw new AvatarError(needs + Update, null, "$.shaders");
-            }
+        }
+
+        /// <summary>Throws AvatarError for kernels that this player lacks.</summary>
+        public static void CheckShaders(Json said) {
+            if (said.Number() <= Constants.Shaders) return;
+            string needs = Invariant($"needs kernels of version {said.Number()}; this player has {Constants.Shaders}: ");
+            throw new AvatarError(needs + Update, null, said.Path);
         }
 
         private static int Number(string digits) => int.Parse(digits, CultureInfo.InvariantCulture);
 
         private static int[] Parsed(Json said) {
-            Match match = Version.Match(said.Text());
+            Match match = Form.Version.Match(said.Text());
             if (!match.Success) throw said.Error("\"MAJOR.MINOR\" is needed");
             return new[] { Number(match.Groups[1].Value), Number(match.Groups[2].Value) };
         }

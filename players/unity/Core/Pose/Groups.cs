@@ -20,6 +20,7 @@ namespace AvatarExport.Core {
         private readonly SplatGroup[] groups;
         private readonly int headBone = -1; // -1: none
         private readonly double[] made = new double[12];
+        private readonly double[] fitted = new double[12]; // to the anchors
         private readonly double[] inverse = new double[12];
         private readonly RigidFit fit = new RigidFit();
 
@@ -27,14 +28,15 @@ namespace AvatarExport.Core {
             groups = avatar.Groups;
             Matrix = new float[12 * groups.Length];
             Rotation = new float[12 * groups.Length];
-            string[] names = avatar.Skeleton == null ? new string[0] : avatar.Skeleton.Names;
+            Dictionary<string, int> joints = PoseNames.Of(avatar).Joints;
             mixes = new JointMix[groups.Length];
             for (int g = 0; g < groups.Length; g++) {
                 for (int k = 0; k < 12; k += 5) Matrix[12 * g + k] = Rotation[12 * g + k] = 1;
-                mixes[g] = new JointMix(groups[g], names);
+                mixes[g] = new JointMix(groups[g], joints);
             }
             if (Rule(avatar, "rotation") == "head_bone") {
-                headBone = Array.IndexOf(names, Rule(avatar, "rotation_joint"));
+                string name = Rule(avatar, "rotation_joint");
+                if (name == null || !joints.TryGetValue(name, out headBone)) headBone = -1;
             }
             uint[] listed = AnchorVertices(avatar);
             uint[] unique = Sorted(listed);
@@ -59,10 +61,11 @@ namespace AvatarExport.Core {
 
         /// <summary>Computes Matrix and Rotation of skin matrices [J, 3, 4] and the posed anchors.</summary>
         public void Update(double[] skin) {
+            if (Anchors != null) fit.Write(fitted, Anchors.Rest, Anchors.Posed, weights, centre);
             for (int g = 0; g < groups.Length; g++) {
                 string binding = groups[g].Binding;
                 if (binding == "anchor" && Anchors != null) {
-                    fit.Write(made, Anchors.Rest, Anchors.Posed, weights, centre);
+                    Array.Copy(fitted, made, 12);
                     Write(g, true);
                 } else if (binding == "joint_mix") {
                     mixes[g].Write(made, skin);

@@ -1,4 +1,4 @@
-using System;
+using System.Collections.Generic;
 
 namespace AvatarExport.Core {
     /// <summary>A mix of joints that moves a group: M = sum_j c_j A_j + (1 - sum_j c_j) I.</summary>
@@ -7,12 +7,12 @@ namespace AvatarExport.Core {
         private readonly double[] factors;
         private readonly double rest;
 
-        public JointMix(SplatGroup group, string[] names) {
+        public JointMix(SplatGroup group, Dictionary<string, int> places) {
             joints = new int[group.JointMix.Length];
             factors = new double[joints.Length];
             double sum = 0;
             for (int i = 0; i < joints.Length; i++) {
-                joints[i] = Array.IndexOf(names, group.JointMix[i].Key);
+                joints[i] = places[group.JointMix[i].Key];
                 factors[i] = group.JointMix[i].Value;
                 sum += factors[i];
             }

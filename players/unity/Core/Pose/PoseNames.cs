@@ -5,7 +5,7 @@ using System.Runtime.CompilerServices;
 namespace AvatarExport.Core {
     /// <summary>Names of an avatar and where their values lie. Poses of one avatar share them.</summary>
     internal sealed class PoseNames {
-        public readonly Dictionary<string, int> Expressions = new Dictionary<string, int>(StringComparer.Ordinal); // aliases too
+        public readonly Dictionary<string, int> Expressions = new Dictionary<string, int>(NameComparer.Instance); // aliases too
         public readonly List<string> Listed = new List<string>(); // expressions without aliases
         public readonly Dictionary<string, int> Eyelids;
         public readonly Dictionary<string, int> Joints;
@@ -24,8 +24,8 @@ namespace AvatarExport.Core {
 
         public static PoseNames Of(LoadedAvatar avatar) => Known.GetValue(avatar, one => new PoseNames(one));
 
-        private static Dictionary<string, int> Places(string[] names) {
-            var found = new Dictionary<string, int>(StringComparer.Ordinal);
+        public static Dictionary<string, int> Places(string[] names) {
+            var found = new Dictionary<string, int>(NameComparer.Instance);
             for (int i = 0; i < names.Length; i++) found[names[i]] = i;
             return found;
         }

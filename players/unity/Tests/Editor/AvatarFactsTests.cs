@@ -26,6 +26,10 @@ namespace AvatarExport.Tests {
             LoadedAvatar avatar = TestPacks.Read("head");
             string[] clips = { "held_out: 2.37 s, 30 frames a second", "training: 16.37 s, 30 frames a second" };
             Assert.AreEqual(clips, AvatarFacts.Clips(avatar));
+            avatar.Expressions[1].Name = avatar.Clips[0].Name = avatar.Name = "\u202e\n";
+            Assert.AreEqual("\\u202e\\u000a", AvatarFacts.Of(avatar)[0].Value);
+            StringAssert.Contains("\\u202e\\u000a: 2.37 s", AvatarFacts.Clips(avatar)[0]);
+            StringAssert.Contains("\\u202e\\u000a: trained", AvatarFacts.Ranges(avatar)[1]);
             List<string> ranges = AvatarFacts.Ranges(avatar);
             Assert.AreEqual(51, ranges.Count);
             Assert.AreEqual("browDownLeft: trained from 0 to 1", ranges[0]);

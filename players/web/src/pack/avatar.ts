@@ -2,82 +2,92 @@
 
 import type { Avatar, Driving, Skeleton } from "../avatar.js";
 import { AvatarError } from "../errors.js";
+import type { Interfaces } from "./access.js";
 import { checkProgram } from "./check.js";
 import { readClips, type Sizes } from "./clips.js";
+import type { Document } from "./document.js";
 import * as facts from "./facts.js";
-import { inflate, mostOf } from "./inflate.js";
-import type { Interfaces } from "./access.js";
-import type { Json } from "./json.js";
-import type { Program } from "./model.js";
-import { readProgram } from "./program.js";
-import { checkGroups, checkJoint, readSkeleton } from "./rig.js";
+import { checkForm } from "./form.js";
+import { inflate, mostDecodedOf, mostOf } from "./inflate.js";
+import { shown } from "./json.js";
+import type { Buffer, Program } from "./model.js";
+import { checkGroups, checkJoint, readSkeleton, readTriangles } from "./rig.js";
 import { type HeldArray, Tensors } from "./tensors.js";
-import { checkVersions } from "./versions.js";
+import { checkShaders, checkVersions } from "./versions.js";
 
 /** The avatar in the bytes of a pack. Throws AvatarError for anything out of order. */
 export async function readPack(file: Uint8Array, interfaces: Interfaces): Promise<Avatar> {
   const inflated = await inflate(file);
-  const { document } = inflated.header;
-  checkVersions(document);
-  const tensors = new Tensors(inflated);
-  const program = readProgram(document.at("program"), tensors.buffers(document.at("program").at("buffers")));
-  const groups = document.at("levels").list(1, 16).map(facts.readGroups);
-  checkLevels(program, groups);
-  checkProgram(program, (groups[0] as facts.Groups).length, interfaces);
-  return readAvatar(document, tensors.arrays(document.at("arrays")), program, groups[0] as facts.Groups, file.length);
+  const said = inflated.header.document;
+  checkVersions(said);
+  checkForm(said);
+  const document = said as unknown as Document;
+  checkShaders(document.shaders);
+  const tensors = new Tensors(inflated, mostDecodedOf(file.length));
+  const program = readProgram(document.program, tensors.buffers(document.program.buffers));
+  checkLevels(program, document.levels);
+  const groups = document.levels.map(facts.readGroups);
+  checkBindings(groups);
+  checkProgram(program, (groups[0] as facts.Groups).length, interfaces, file.length);
+  return readAvatar(document, tensors.arrays(document.arrays), program, groups[0] as facts.Groups, file.length);
+}
+
+function readProgram(said: Document["program"], buffers: ReadonlyMap<string, Buffer>): Program {
+  const { mesh, levels, pose, pose_floats: poseFloats, reads_mesh: readsMesh } = said;
+  const read = ({ prefix, chunks, deform, view }: (typeof levels)[number]): Program["levels"][number] => {
+    return { prefix, chunks: chunks.map(([first, count]) => ({ first, count })), deform, view };
+  };
+  return { buffers, mesh, levels: levels.map(read), pose, poseFloats, readsMesh };
 }
 
 function readAvatar(
-  document: Json,
+  document: Document,
   arrays: ReadonlyMap<string, HeldArray>,
   program: Program,
   groups: facts.Groups,
   bytes: number,
 ): Avatar {
-  const said = document.at("avatar");
+  const said = document.avatar;
+  const { name, joints, late_morphs: eyelids, provenance, frame: { handedness } } = said;
   const expressions = facts.readExpressions(said);
-  const eyelids = said.at("late_morphs").names();
-  const joints = said.optional("joints", (names) => names.names());
-  const skeleton = joints && readSkeleton(arrays, joints, expressions.length, verticesOf(program));
+  const vertices = verticesOf(program);
+  const skeleton = joints && readSkeleton(arrays, joints, expressions.length, vertices);
   const sizes = { expressions: expressions.length, late: eyelids.length, joints: joints?.length ?? 0 };
   checkPose(program, sizes, skeleton);
   checkGroups(groups, skeleton);
   const rules = facts.readRules(said);
   checkJoint(rules["rotation_joint"] ?? null, skeleton, "$.avatar.rules.rotation_joint");
-  if (rules["rotation"] === "head_bone" && skeleton !== null && (rules["rotation_joint"] ?? null) === null) {
+  if (rules["rotation"] === "head_bone" && (rules["rotation_joint"] ?? null) === null) {
     throw new AvatarError("rule head_bone needs a rotation_joint", { field: "$.avatar.rules.rotation_joint" });
   }
   const driving = facts.readDriving(document);
   checkDriving(driving, expressions.map((one) => one.name), eyelids, skeleton);
-  const triangles = arrays.get("rig.triangles");
-  const preview = arrays.get("preview");
-  const provenance = said.at("provenance");
-  const handedness = said.at("frame").at("handedness").one(["right", "left"]);
+  const preview = arrays.get("preview")?.values;
   return {
-    name: said.at("name").name(),
-    license: provenance.value === undefined ? null : provenance.optional("licence", statement),
-    consent: provenance.value === undefined ? null : provenance.optional("consent", statement),
+    name,
+    license: statement(provenance.licence),
+    consent: statement(provenance.consent),
     handedness,
     expressions,
     eyelids,
     skeleton,
     groups,
     rules,
-    clips: readClips(said.at("clips"), arrays, sizes, mostOf(bytes)),
+    clips: readClips(said, arrays, sizes, mostOf(bytes)),
     driving,
     levels: facts.readLevels(document),
     framing: facts.readFraming(document, handedness === "left"),
     bounds: facts.readBounds(said, handedness === "left"),
     background: facts.readBackground(said),
-    preview: preview?.values instanceof Uint8Array ? preview.values : null,
-    triangles: triangles?.values instanceof Uint32Array ? triangles.values : null,
+    preview: preview instanceof Uint8Array ? preview : null,
+    triangles: skeleton && !program.readsMesh ? readTriangles(arrays, vertices) : null,
     bytes,
     program,
   };
 }
 
-function statement(said: Json): string | null {
-  return typeof said.value === "string" ? said.value : null;
+function statement(said: unknown): string | null {
+  return typeof said === "string" ? said : null;
 }
 
 /** Vertices of the mesh; 0 if there is none. Its passes have been checked. */
@@ -86,19 +96,21 @@ function verticesOf(program: Program): number {
   return typeof vertices === "number" ? vertices : 0;
 }
 
-/** Every level has its own rows and all groups of the finest, since group transforms are shared. */
-function checkLevels(program: Program, groups: readonly facts.Groups[]): void {
-  if (groups.length !== program.levels.length) {
+/** Every level has the rows of its chunks. */
+function checkLevels(program: Program, levels: Document["levels"]): void {
+  if (levels.length !== program.levels.length) {
     throw new AvatarError("has another number of levels than $.levels", { field: "$.program.levels" });
   }
-  groups.forEach((own, index) => {
+  levels.forEach(({ count }, index) => {
     const rows = program.levels[index]?.chunks.reduce((sum, run) => sum + run.count, 0);
-    const last = own[own.length - 1];
-    if (last === undefined || rows !== last.first + last.count) {
-      const field = `$.program.levels[${index}]`;
-      throw new AvatarError(`has ${rows} rows, not those of $.levels[${index}]`, { field });
-    }
-    const finest = groups[0] ?? [];
+    if (rows !== count) throw new AvatarError(`is ${count}; its chunks have ${rows} rows`, { field: `$.levels[${index}].count` });
+  });
+}
+
+/** Every level has all groups of the finest, since group transforms are shared. */
+function checkBindings(groups: readonly facts.Groups[]): void {
+  const finest = groups[0] ?? [];
+  groups.forEach((own, index) => {
     const same = own.length === finest.length && own.every((group, i) => group.binding === finest[i]?.binding);
     if (!same) throw new AvatarError("has other groups than the finest level", { field: `$.levels[${index}].groups` });
   });
@@ -136,7 +148,7 @@ function checkDriving(
   for (const output of driving.outputs) {
     if (!known.has(output)) {
       const kinds = "expression/NAME, eyelid/NAME or joint/NAME/x|y|z";
-      throw new AvatarError(`'${output.slice(0, 80)}' is no ${kinds} of this avatar`, { field: "driving.outputs" });
+      throw new AvatarError(`${shown(output)} is no ${kinds} of this avatar`, { field: "driving.outputs" });
     }
   }
   checkJoint(driving.headJoint, skeleton, "driving.head_joint");

@@ -5,7 +5,7 @@
 
 import { AvatarError } from "../errors.js";
 import { Access, type Held, type Interfaces, isU32, type PoseSection } from "./access.js";
-import { checkChunks, levelNames } from "./chunks.js";
+import { checkChunks, chunkOf, levelNames } from "./chunks.js";
 import { WORD, wordsOf } from "./content.js";
 import { type Buffer, FRAME_SOURCES, type Level, type Pass, type Program } from "./model.js";
 import { Packed } from "./packed.js";
@@ -14,6 +14,7 @@ const MOST_BYTES = 2 ** 31 - 1; // of one buffer: sizes in OpenGL's interface ar
 const MOST_BYTES_IN_ALL = 2 ** 32;
 const MOST_PASSES = 2 ** 14; // of one list
 const MOST_WORK = 2 ** 28; // rows and entries of one frame of a level
+const WORK_RATIO = 16; // and at most so many a byte of the file
 const MOST_COLUMNS = 2 ** 16; // of a section of Pose
 const JOINT_FLOATS = 12;
 const POSE_SECTIONS = ["weights", "features", "late", "joints"] as const;
@@ -33,10 +34,10 @@ type List = keyof typeof STAGES;
 
 /**
  * Throws AvatarError for a program that would read or write outside its buffers, or work without bound. `groups` is
- * how many groups of Gaussians the avatar has. The field says which pass and which constant, section or buffer.
+ * how many groups of Gaussians the avatar has, `bytes` the size of the file. The field says which pass and which constant, section or buffer.
  */
-export function checkProgram(program: Program, groups: number, interfaces: Interfaces): void {
-  new Checker(program, groups, interfaces).check();
+export function checkProgram(program: Program, groups: number, interfaces: Interfaces, bytes = Infinity): void {
+  new Checker(program, groups, interfaces, Math.min(MOST_WORK, WORK_RATIO * bytes)).check();
 }
 
 class Checker {
@@ -51,6 +52,7 @@ class Checker {
     private readonly program: Program,
     private readonly groups: number,
     private readonly interfaces: Interfaces,
+    private readonly mostWork: number,
   ) {
     this.held = { buffers: program.buffers, packed: this.packed, pose: this.pose };
   }
@@ -60,6 +62,7 @@ class Checker {
     this.checkPose();
     const written = new Set<string>();
     const work = this.checkList("mesh", "mesh", this.program.mesh, written, null);
+    this.checkMesh();
     if (this.program.levels.length === 0) throw new AvatarError("there is none", { field: "levels" });
     this.program.levels.forEach((level, index) => this.checkLevel(`level ${index}`, level, written, work));
     if (new Set(this.program.levels.map((level) => level.prefix)).size < this.program.levels.length) {
@@ -101,22 +104,59 @@ class Checker {
     });
   }
 
+  /** Stage morph moves every vertex once, run after run, and then stage skin where there are joints. */
+  private checkMesh(): void {
+    const { mesh, pose, poseFloats } = this.program;
+    const vertices = (mesh[0]?.constants["vertices"] ?? 0) as number;
+    const stages: string[] = [];
+    let at = vertices;
+    let sound = true;
+    for (const one of mesh) {
+      if (at === vertices) {
+        stages.push(one.entry);
+        at = 0;
+      }
+      sound &&= one.entry === stages[stages.length - 1] && one.constants["first"] === at;
+      at += one.constants["count"] as number;
+    }
+    const needed = mesh.length === 0 ? "" : poseFloats > pose.joints ? "morph,skin" : "morph";
+    if (!sound || at !== vertices || stages.join() !== needed) {
+      throw new AvatarError("passes do not move every vertex once a stage", { field: "mesh" });
+    }
+  }
+
   private checkLevel(place: string, level: Level, written: ReadonlySet<string>, workBefore: number): void {
     checkChunks(place, level);
     const known = new Set(written);
     let work = workBefore + this.checkList(`${place}, deform`, "deform", level.deform, known, level);
     work += this.checkList(`${place}, view`, "view", level.view, known, level);
-    if (work > MOST_WORK) {
-      throw new AvatarError(`has ${work} rows and entries a frame; ${MOST_WORK} are the most`, { field: place });
+    if (work > this.mostWork) {
+      throw new AvatarError(`has ${work} rows and entries a frame; ${this.mostWork} are the most`, { field: place });
     }
+    const drawn = byBuffer(level.view, "Projected");
     for (const name of levelNames(level, "Projected")) {
-      const times = level.view.filter((one) => one.buffers["Projected"] === name).length;
+      const times = drawn.get(name)?.length ?? 0;
       if (times !== 1) {
         throw new AvatarError(`${times} passes write ${name}; one is needed`, { field: `${place}, view` });
       }
     }
     if (this.program.readsMesh !== level.deform.some((one) => "Mesh" in one.buffers)) {
       throw new AvatarError(`is ${this.program.readsMesh}; the passes of ${place} differ`, { field: "reads_mesh" });
+    }
+    this.checkPlaced(place, level);
+  }
+
+  /** Every chunk is blended once, and placed: by one pass over the mesh, or by passes that share one buffer. */
+  private checkPlaced(place: string, level: Level): void {
+    const written = byBuffer(level.deform, "Splats");
+    for (const name of levelNames(level, "Splats")) {
+      const bound = (kind: string): string[] => (written.get(name) ?? []).flatMap((one) => one.buffers[kind] ?? []);
+      const embedded = bound("EmbedStatic").length;
+      const skinned = new Set(bound("BindStatic")).size;
+      const meshes = this.program.readsMesh ? 1 : 0;
+      if (bound("BlendStatic").length !== 1 || embedded !== meshes || skinned !== 1 - meshes) {
+        throw new AvatarError(`${name} is not blended once and placed`, { field: `${place}, deform` });
+      }
     }
   }
 
@@ -224,7 +264,7 @@ class Checker {
     for (const kind of CHUNK_BUFFERS) {
       const bound = access.one.buffers[kind];
       if (bound !== undefined) {
-        const index = levelNames(level, kind).indexOf(bound);
+        const index = chunkOf(level, kind, bound);
         if (index < 0 || (chunk >= 0 && chunk !== index)) {
           throw access.error(kind, `'${bound}' is no buffer of this chunk`);
         }
@@ -249,6 +289,19 @@ class Checker {
       }
     }
   }
+}
+
+/** The passes that bind each buffer as `kind`. */
+function byBuffer(passes: readonly Pass[], kind: string): Map<string, Pass[]> {
+  const found = new Map<string, Pass[]>();
+  for (const one of passes) {
+    const name = one.buffers[kind];
+    if (name === undefined) continue;
+    const others = found.get(name);
+    if (others === undefined) found.set(name, [one]);
+    else others.push(one);
+  }
+  return found;
 }
 
 function checkPacked(buffer: Buffer): void {

@@ -10,6 +10,12 @@ export function levelNames(level: Level, kind: "Splats" | "Sh" | "Projected"): s
   return level.chunks.map((_, index) => `${level.prefix}${kind}.${index}`);
 }
 
+/** The chunk whose buffer has that name; -1 if there is none. */
+export function chunkOf(level: Level, kind: "Splats" | "Sh" | "Projected", name: string): number {
+  const chunk = Number(name.slice(level.prefix.length + kind.length + 1));
+  return level.chunks[chunk] !== undefined && name === `${level.prefix}${kind}.${chunk}` ? chunk : -1;
+}
+
 /** Throws AvatarError unless the chunks of a level follow each other and each fits one dispatch. */
 export function checkChunks(place: string, level: Level): void {
   let first = 0;

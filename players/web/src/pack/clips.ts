@@ -2,12 +2,10 @@
 
 import type { ClipData } from "../avatar.js";
 import { AvatarError } from "../errors.js";
-import type { Json } from "./json.js";
+import type { AvatarText } from "./document.js";
 import { checkFinite, hasAffineRow, volume } from "./rig.js";
 import type { HeldArray } from "./tensors.js";
 
-const LEAST_FPS = 1e-3;
-const MOST_FPS = 1e4;
 const RIGID = 1e-3; // largest difference of R R^T from the identity
 
 type Arrays = ReadonlyMap<string, HeldArray>;
@@ -20,24 +18,20 @@ export interface Sizes {
 }
 
 /** The clips of a document; all of them together take at most `limit` bytes. Throws AvatarError. */
-export function readClips(listed: Json, arrays: Arrays, sizes: Sizes, limit: number): ClipData[] {
+export function readClips({ clips }: AvatarText, arrays: Arrays, sizes: Sizes, limit: number): ClipData[] {
   let left = limit;
-  return listed.list().map((said, index) => {
-    const frames = said.at("frames").whole(1);
-    const fps = said.at("fps").number();
-    if (fps < LEAST_FPS || fps > MOST_FPS) {
-      throw said.at("fps").error(`${LEAST_FPS} to ${MOST_FPS} frames a second are taken`);
-    }
+  return clips.map(({ name, fps, frames }, index) => {
+    const path = `$.avatar.clips[${index}]`;
     const array = (name: string, shape: readonly number[]): Float32Array => {
       const channels = shape.reduce((product, length) => product * length, 1);
       left -= 4 * frames * channels;
-      if (left < 0) throw new AvatarError(`with it the clips take more than ${limit} bytes`, { field: said.path });
+      if (left < 0) throw new AvatarError(`with it the clips take more than ${limit} bytes`, { field: path });
       const values = readArray(arrays, `clips.${index}.${name}`, frames, shape, channels);
       checkFinite(values, `array clips.${index}.${name}`);
       return values;
     };
     const clip = {
-      name: said.at("name").name(),
+      name,
       fps,
       frames,
       expressionWeights: array("expression_weights", [sizes.expressions]),
@@ -45,7 +39,7 @@ export function readClips(listed: Json, arrays: Arrays, sizes: Sizes, limit: num
       jointDelta: array("joint_delta", [sizes.joints, 4, 4]),
       worldFromAvatar: array("world_from_avatar", [4, 4]),
     };
-    checkMatrices(clip, said.path);
+    checkMatrices(clip, path);
     return clip;
   });
 }

@@ -7,11 +7,12 @@
 // incidence  nothing: vertex_triangle_ptr and vertex_triangle follow from section `corners` of the same buffer.
 
 import { AvatarError } from "../errors.js";
+import type { SectionText } from "./document.js";
 import type { Elements } from "./model.js";
 
-export const CODECS = ["raw", "planes", "delta", "pointer", "incidence"] as const;
-export type Codec = (typeof CODECS)[number];
-export type Bits = 8 | 16 | 32;
+/** A codec of something that is stored. */
+export type Stored = Exclude<SectionText["codec"], "incidence">;
+export type Bits = SectionText["bits"];
 
 /** Room for `count` elements. */
 export function elementsOf(bits: Bits, count: number): Elements {
@@ -21,7 +22,7 @@ export function elementsOf(bits: Bits, count: number): Elements {
 /** `count` elements of a tensor's bytes. Throws AvatarError, which names the section `where`, for another length. */
 export function decode(
   data: Uint8Array,
-  codec: Codec,
+  codec: Stored,
   bits: Bits,
   count: number,
   record: number,

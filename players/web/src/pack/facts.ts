@@ -2,154 +2,113 @@
 
 import type { Driving, Expression, Framing, Group, LevelInfo } from "../avatar.js";
 import { AvatarError } from "../errors.js";
-import type { Json } from "./json.js";
+import type { AvatarText, Box, Difference, Document, Framed, Linear, Vector } from "./document.js";
 
 export type Groups = readonly Group[];
-const BINDINGS = ["skin", "anchor", "joint_mix", "surface", "none"] as const;
 const MARGIN = 1.08; // of a frame about a box
 
 /** Expressions in column order. */
-export function readExpressions(avatar: Json): Expression[] {
-  const found = avatar.at("expressions").list(0, 65535).map((said) => {
-    const [low, high] = said.at("range").list(2, 2).map((end) => end.number());
-    const aliases = said.optional("aliases", (names) => names.names()) ?? [];
-    return { name: said.at("name").name(), aliases, range: [low as number, high as number] as const };
-  });
-  if (new Set(found.map((one) => one.name)).size !== found.length) {
+export function readExpressions({ expressions }: AvatarText): Expression[] {
+  if (new Set(expressions.map((one) => one.name)).size !== expressions.length) {
     throw new AvatarError("has a name twice", { field: "$.avatar.expressions" });
   }
-  return found;
+  return expressions.map(({ name, aliases = [], range }) => ({ name, aliases, range }));
 }
 
 /** Rules by name; numbers and other kinds of values are left out. */
-export function readRules(avatar: Json): Record<string, string | null> {
+export function readRules({ rules }: AvatarText): Record<string, string | null> {
   const found = Object.create(null) as Record<string, string | null>;
-  for (const [name, said] of avatar.at("rules").entries()) {
-    if (typeof said.value === "string" || said.value === null) found[name] = said.value;
+  for (const [name, value] of Object.entries(rules)) {
+    if (typeof value === "string" || value === null) found[name] = value;
   }
   return found;
 }
 
 /** The groups of a level, which cover its `count` rows in order. */
-export function readGroups(level: Json): Group[] {
-  const count = level.at("count").whole(1);
+export function readGroups({ count, groups }: Document["levels"][number], level: number): Group[] {
+  const field = `$.levels[${level}].groups`;
   let next = 0;
-  const groups = level.at("groups").list(1).map((said) => {
-    const group = readGroup(said);
-    if (group.first !== next || group.count < 1) {
-      throw new AvatarError(`covers ${group.first}+${group.count}, but row ${next} comes next`, { field: said.path });
+  const found = groups.map((group, index) => {
+    if (group.first !== next) {
+      const message = `covers ${group.first}+${group.count}, but row ${next} comes next`;
+      throw new AvatarError(message, { field: `${field}[${index}]` });
     }
     next += group.count;
-    return group;
+    const jointMix = Object.assign(Object.create(null), group.joint_mix) as Record<string, number>;
+    return { name: group.name, first: group.first, count: group.count, binding: group.binding, jointMix };
   });
-  if (next !== count) throw new AvatarError(`cover ${next} of ${count} Gaussians`, { field: level.at("groups").path });
-  return groups;
-}
-
-function readGroup(said: Json): Group {
-  const jointMix = Object.create(null) as Record<string, number>;
-  for (const [joint, factor] of said.optional("joint_mix", (mix) => mix.entries()) ?? []) {
-    jointMix[joint] = factor.number();
-  }
-  return {
-    name: said.at("name").name(),
-    first: said.at("first").whole(),
-    count: said.at("count").whole(),
-    binding: said.at("binding").one(BINDINGS),
-    jointMix,
-  };
+  if (next !== count) throw new AvatarError(`cover ${next} of ${count} Gaussians`, { field });
+  return found;
 }
 
 /** How ARKit drives the avatar; null if it cannot. */
-export function readDriving(document: Json): Driving | null {
-  const avatar = document.at("avatar").at("driving");
-  const mode = avatar.at("mode").one(["names", "matrix", "none"]);
+export function readDriving({ avatar: { driving: said }, driving: spelled }: Document): Driving | null {
   // The manifest's own matrix is in the frame of the pack; `driving` of the document spells out mode "names".
-  const linear = mode === "matrix" ? avatar : document.at("driving");
-  if (mode === "none" || linear.value === undefined) return null;
-  const inputs = linear.at("inputs").names();
-  const outputs = linear.at("outputs").names();
-  const joint = (name: string): string | null => avatar.optional(name, (said) => said.name());
+  const linear = said.mode === "matrix" ? said : spelled;
+  if (said.mode === "none" || linear === undefined) return null;
+  const { inputs = [], outputs = [], matrix } = linear;
   return {
     inputs,
     outputs,
-    matrix: readMatrix(linear.at("matrix"), outputs.length, inputs.length),
-    headJoint: joint("head_joint"),
-    headPivot: avatar.optional("head_pivot", (said) => said.vector()) ?? [0, 0, 0],
-    leftEyeJoint: joint("left_eye_joint"),
-    rightEyeJoint: joint("right_eye_joint"),
+    matrix: readMatrix(matrix ?? [], outputs.length, inputs.length, said.mode === "matrix" ? "$.avatar" : "$"),
+    headJoint: said.head_joint ?? null,
+    headPivot: said.head_pivot ?? [0, 0, 0],
+    leftEyeJoint: said.left_eye_joint ?? null,
+    rightEyeJoint: said.right_eye_joint ?? null,
   };
 }
 
-function readMatrix(said: Json, rows: number, columns: number): Float64Array {
-  const matrix = new Float64Array(rows * columns);
-  said.list(rows, rows).forEach((row, r) => {
-    row.list(columns, columns).forEach((value, c) => {
-      matrix[r * columns + c] = Math.fround(value.number());
-    });
-  });
-  return matrix;
+function readMatrix(said: Linear["matrix"], rows: number, columns: number, where: string): Float64Array {
+  const fits = (items: readonly unknown[], length: number, at: string): void => {
+    if (items.length === length) return;
+    throw new AvatarError(`has ${items.length} items; ${length} are needed`, { field: `${where}.driving.matrix${at}` });
+  };
+  fits(said, rows, "");
+  said.forEach((row, r) => fits(row, columns, `[${r}]`));
+  return Float64Array.from(said.flat(), Math.fround);
 }
 
 /** Levels of detail, finest first. */
-export function readLevels(document: Json): LevelInfo[] {
-  return document.at("levels").list(1, 16).map((said, index) => ({
-    count: said.at("count").whole(1),
-    heightPx: said.optional("height_px", (height) => height.number()),
-    psnrDb: (index === 0 ? document : said).optional("error", psnrInMask),
+export function readLevels(document: Document): LevelInfo[] {
+  return document.levels.map(({ count, height_px: heightPx, error }, index) => ({
+    count,
+    heightPx: heightPx ?? null,
+    psnrDb: psnrInMask(index === 0 ? document.error : error),
   }));
 }
 
-function psnrInMask(error: Json): number | null {
-  return error.optional("psnr_mask_db", (psnr) => psnr.optional("mean", (mean) => mean.number()));
+function psnrInMask(error: Difference | undefined): number | null {
+  return error?.psnr_mask_db?.mean ?? null;
 }
 
 /** The box that culling uses, right-handed. */
-export function readBounds(avatar: Json, left: boolean): { low: Vector; high: Vector } | null {
-  const box = avatar.optional("bounds", (bounds) => readBox(bounds.at("swept")));
-  if (box === null || !left) return box;
-  const [x, y, z] = box.low, [right, top, front] = box.high;
-  return { low: [-right, y, z], high: [-x, top, front] };
-}
-
-type Vector = [number, number, number];
-
-function readBox(said: Json): { low: Vector; high: Vector } {
-  return { low: said.at("min").vector(), high: said.at("max").vector() };
+export function readBounds({ bounds: { swept } }: AvatarText, left: boolean): { low: Vector; high: Vector } {
+  const { min, max } = swept;
+  return left ? { low: [-max[0], min[1], min[2]], high: [-min[0], max[1], max[2]] } : { low: min, high: max };
 }
 
 /** Where to look, right-handed. Without a stated frame, it is the box at rest. */
-export function readFraming(document: Json, left: boolean): Framing {
+export function readFraming({ avatar, framing }: Document, left: boolean): Framing {
   const turned = ([x, y, z]: Vector): Vector => [left ? -x : x, y, z];
-  const part = (said: Json): { target: Vector; size: Vector } => ({
-    target: turned(said.at("target").vector()),
-    size: said.at("size").vector(),
-  });
-  const framing = document.optional("framing", (said) => ({
-    up: turned(said.at("up").vector()),
-    front: turned(said.at("front").vector()),
-    whole: said.optional("whole", part),
-    head: said.optional("head", part),
-  }));
-  const rest = aroundRest(document.at("avatar"));
-  const whole = framing?.whole ?? { ...rest, target: turned(rest.target) };
-  return { up: framing?.up ?? [0, 1, 0], front: framing?.front ?? [0, 0, 1], whole, head: framing?.head ?? null };
+  const part = ({ target, size }: Framed): Framed => ({ target: turned(target), size });
+  return {
+    up: turned(framing?.up ?? [0, 1, 0]),
+    front: turned(framing?.front ?? [0, 0, 1]),
+    whole: part(framing?.whole ?? around(avatar.bounds.rest)),
+    head: framing?.head ? part(framing.head) : null,
+  };
 }
 
-function aroundRest(avatar: Json): { target: Vector; size: Vector } {
-  const box = avatar.optional("bounds", (bounds) => readBox(bounds.at("rest")));
-  const low = box?.low ?? [-0.5, -0.5, -0.5];
-  const high = box?.high ?? [0.5, 0.5, 0.5];
+function around({ min, max }: Box): Framed {
   const of = (pick: (low: number, high: number) => number): Vector => [
-    pick(low[0], high[0]),
-    pick(low[1], high[1]),
-    pick(low[2], high[2]),
+    pick(min[0], max[0]),
+    pick(min[1], max[1]),
+    pick(min[2], max[2]),
   ];
-  return { target: of((a, b) => (a + b) / 2), size: of((a, b) => (b - a) * MARGIN) };
+  return { target: of((low, high) => (low + high) / 2), size: of((low, high) => (high - low) * MARGIN) };
 }
 
 /** The background of training; null if it was not one colour. */
-export function readBackground(avatar: Json): Vector | null {
-  const said = avatar.at("background");
-  return typeof said.value === "string" ? null : said.vector();
+export function readBackground({ background }: AvatarText): Vector | null {
+  return typeof background === "string" ? null : background;
 }

@@ -1,8 +1,12 @@
 import { AvatarError } from "../errors.js";
 import { type Entry, type Header, readHeader } from "./header.js";
+import { dataOf, endsEarly, inflated } from "./member.js";
 
 const HEADER_LIMIT = 16 * 2 ** 20; // bytes of JSON
+const HEADER_FREE = 65536; // bytes of it that any file may have
+const HEADER_RATIO = 16; // and more for each byte of the file
 const BODY_LIMIT = 2 ** 30; // bytes, inflated
+const DECODED_LIMIT = 2 ** 31; // bytes of all sections and arrays
 const MOST_RATIO = 400; // inflated bytes a byte of the file; gzip reaches 1032 on zeros alone
 const LENGTH = 8; // bytes before the header
 
@@ -17,15 +21,20 @@ export function mostOf(bytes: number): number {
   return Math.min(BODY_LIMIT, MOST_RATIO * bytes);
 }
 
+/** The most bytes that sections and arrays of a file of `bytes` bytes may decode to. */
+export function mostDecodedOf(bytes: number): number {
+  return Math.min(DECODED_LIMIT, MOST_RATIO * bytes);
+}
+
 /** Inflates a pack, never more than its header says and the limits allow. Throws AvatarError. */
 export async function inflate(file: Uint8Array): Promise<Inflated> {
   checkBegin(file);
+  const data = dataOf(file);
   const stream = new Inflating(file);
   try {
     const length = new DataView((await stream.take(LENGTH)).buffer).getBigUint64(0, true);
-    if (length > BigInt(HEADER_LIMIT)) {
-      throw new AvatarError(`claims a header of ${length} bytes; up to ${HEADER_LIMIT} are read`);
-    }
+    const most = Math.min(HEADER_LIMIT, HEADER_FREE + HEADER_RATIO * file.length);
+    if (length > most) throw new AvatarError(`claims a header of ${length} bytes; up to ${most} are read`);
     const header = readHeader(await stream.take(Number(length)));
     const total = endOf(header.tensors);
     if (total > mostOf(file.length)) {
@@ -36,6 +45,7 @@ export async function inflate(file: Uint8Array): Promise<Inflated> {
     }
     const body = await stream.take(total);
     await stream.end();
+    if (await endsEarly(file, data)) throw new AvatarError("is no gzip file of one member: other bytes follow");
     return { header, body };
   } finally {
     stream.close();
@@ -64,8 +74,7 @@ class Inflating {
   private made = 0;
 
   constructor(private readonly file: Uint8Array) {
-    const gzip = new DecompressionStream("gzip") as unknown as ReadableWritablePair<Uint8Array, Uint8Array>;
-    this.reader = pieces(file).pipeThrough(gzip).getReader();
+    this.reader = inflated(file, "gzip");
   }
 
   /** The next `size` bytes. */
@@ -115,20 +124,4 @@ class Inflating {
       throw new AvatarError(`is damaged or cut off (${why || "gzip"}); load it again`);
     }
   }
-}
-
-const PIECE = 1 << 18; // bytes that the decompressor is given at once
-
-function pieces(file: Uint8Array): ReadableStream<Uint8Array> {
-  let at = 0;
-  return new ReadableStream({
-    pull(controller) {
-      if (at >= file.length) {
-        controller.close();
-        return;
-      }
-      controller.enqueue(file.subarray(at, at + PIECE));
-      at += PIECE;
-    },
-  });
 }

@@ -1,116 +1,168 @@
+// Parses JSON as every player does, by the letter of RFC 8259. JSON.parse takes more: names that stand twice, any depth,
+// numbers that no float64 holds, half surrogates.
+
 import { AvatarError } from "../errors.js";
 
+/** A parsed value. */
+export type Value = null | boolean | number | string | Value[] | { [name: string]: Value };
+
 export const U32_MAX = 0xffffffff;
+const MOST_DEPTH = 64; // lists and objects inside each other
+const MOST_VALUES = 2 ** 21;
+const MOST_WHOLE = "9007199254740992"; // 2^53
+const NUMBER = /-?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?/y;
+const WORDS = new Map<string, Value>([["true", true], ["false", false], ["null", null]]);
+const SPACE = 32, QUOTE = 34, BACKSLASH = 92; // codes
 const SHOWN = 40; // letters of a wrong value in a message
 
-/** A JSON value and where it stands. Every reader checks the value and throws AvatarError that names the place. */
-export class Json {
-  constructor(
-    readonly value: unknown,
-    readonly path: string,
-  ) {}
-
-  /** Member `name` of an object; its value is undefined if it is missing. */
-  at(name: string): Json {
-    const members = this.object();
-    return new Json(Object.hasOwn(members, name) ? members[name] : undefined, `${this.path}.${name}`);
-  }
-
-  /** Member `name`, or `read` of it: null if it is missing or null. */
-  optional<T>(name: string, read: (member: Json) => T): T | null {
-    const member = this.at(name);
-    return member.value === undefined || member.value === null ? null : read(member);
-  }
-
-  /** The members of an object by name. */
-  entries(): [string, Json][] {
-    const members = this.object();
-    return Object.keys(members).map((name) => [name, new Json(members[name], `${this.path}.${name}`)]);
-  }
-
-  /** A list of at least `least` and at most `most` values. */
-  list(least = 0, most = Infinity): Json[] {
-    if (!Array.isArray(this.value)) throw this.error("a list is needed");
-    const values: readonly unknown[] = this.value;
-    if (values.length < least || values.length > most) {
-      throw new AvatarError(`has ${values.length} items; ${least} to ${most} are taken`, { field: this.path });
-    }
-    return values.map((value, index) => new Json(value, `${this.path}[${index}]`));
-  }
-
-  /** Text of at most `most` letters. */
-  text(most = Infinity, least = 0): string {
-    if (typeof this.value !== "string" || this.value.length < least || this.value.length > most) {
-      throw this.error(least > 0 ? "a name is needed" : "text is needed");
-    }
-    return this.value;
-  }
-
-  /** A name: text that is not empty. */
-  name(most = Infinity): string {
-    return this.text(most, 1);
-  }
-
-  /** Names without duplicates. */
-  names(): string[] {
-    const found = this.list().map((one) => one.name());
-    if (new Set(found).size !== found.length) throw new AvatarError("has a name twice", { field: this.path });
-    return found;
-  }
-
-  /** One of `known`. */
-  one<T extends string>(known: readonly T[]): T {
-    if (!known.includes(this.value as T)) {
-      throw new AvatarError(`${shown(this.value)} is unknown to this reader (it knows ${known.join(", ")})`, {
-        field: this.path,
-      });
-    }
-    return this.value as T;
-  }
-
-  /** A whole number. */
-  whole(least = 0, most = U32_MAX): number {
-    if (typeof this.value !== "number" || !Number.isInteger(this.value) || this.value < least || this.value > most) {
-      throw this.error(`a whole number of ${least} to ${most} is needed`);
-    }
-    return this.value;
-  }
-
-  /** A finite number. */
-  number(): number {
-    if (typeof this.value !== "number" || !Number.isFinite(this.value)) throw this.error("a finite number is needed");
-    return this.value;
-  }
-
-  /** true or false. */
-  flag(): boolean {
-    if (typeof this.value !== "boolean") throw this.error("true or false is needed");
-    return this.value;
-  }
-
-  /** Three numbers. */
-  vector(): [number, number, number] {
-    const [x, y, z] = this.list(3, 3).map((one) => one.number());
-    return [x as number, y as number, z as number];
-  }
-
-  /** The error for a value of another kind. */
-  error(needed: string): AvatarError {
-    const found = this.value === undefined ? "is missing" : `is ${shown(this.value)}`;
-    return new AvatarError(`${found}; ${needed}`, { field: this.path });
-  }
-
-  private object(): Record<string, unknown> {
-    if (typeof this.value !== "object" || this.value === null || Array.isArray(this.value)) {
-      throw this.error("a JSON object is needed");
-    }
-    return this.value as Record<string, unknown>;
+/** The value that UTF-8 or text says. Throws AvatarError, which calls it `what`. */
+export function parseJson(source: Uint8Array | string, what: string): Value {
+  try {
+    return new Parser(typeof source === "string" ? source : textOf(source)).all();
+  } catch (error) {
+    throw error instanceof AvatarError ? new AvatarError(`its ${what} is not JSON (${error.reason})`) : error;
   }
 }
 
-/** A wrong value as a person may read it: short, on one line. */
+function textOf(bytes: Uint8Array): string {
+  try {
+    return new TextDecoder("utf-8", { fatal: true, ignoreBOM: true }).decode(bytes);
+  } catch {
+    throw new AvatarError("it is not UTF-8");
+  }
+}
+
+class Parser {
+  private at = 0;
+  private depth = 0;
+  private values = 0;
+
+  constructor(private readonly source: string) {}
+
+  all(): Value {
+    const value = this.value();
+    if (this.next() !== "") throw this.error("more text follows the value");
+    return value;
+  }
+
+  private error(what: string): AvatarError {
+    return new AvatarError(`${what} at letter ${this.at}`);
+  }
+
+  /** The next letter behind spaces, "" at the end. */
+  private next(): string {
+    for (;;) {
+      const code = this.source.charCodeAt(this.at);
+      if (code !== SPACE && code !== 10 && code !== 13 && code !== 9) return this.source.charAt(this.at);
+      this.at++;
+    }
+  }
+
+  private value(): Value {
+    if (++this.values > MOST_VALUES) throw this.error(`more than ${MOST_VALUES} values`);
+    const first = this.next();
+    if (first === '"') return this.text();
+    if (first !== "{" && first !== "[") return this.number() ?? this.word();
+    if (++this.depth > MOST_DEPTH) throw this.error(`more than ${MOST_DEPTH} values inside each other`);
+    const found = first === "{" ? this.object() : this.list();
+    this.depth--;
+    return found;
+  }
+
+  private object(): Value {
+    const members: { [name: string]: Value } = {};
+    if (this.isEmpty("}")) return members;
+    let count = 0;
+    do {
+      if (this.next() !== '"') throw this.error("a name is needed");
+      const name = this.text();
+      if (this.next() !== ":") throw this.error("a colon is needed");
+      this.at++;
+      const value = this.value();
+      if (name !== "__proto__") members[name] = value;
+      else Object.defineProperty(members, name, { value, enumerable: true, configurable: true });
+      count++;
+    } while (this.goesOn("}"));
+    if (Object.keys(members).length < count) throw this.error("a name stands twice");
+    return members;
+  }
+
+  private list(): Value {
+    const items: Value[] = [];
+    if (this.isEmpty("]")) return items;
+    do items.push(this.value());
+    while (this.goesOn("]"));
+    return items;
+  }
+
+  /** Goes over the bracket; whether the other one follows, and over that. */
+  private isEmpty(end: string): boolean {
+    this.at++;
+    if (this.next() !== end) return false;
+    this.at++;
+    return true;
+  }
+
+  /** Goes over a comma, or the bracket at the end. */
+  private goesOn(end: string): boolean {
+    const letter = this.next();
+    if (letter !== "," && letter !== end) throw this.error(`a comma or ${end} is needed`);
+    this.at++;
+    return letter === ",";
+  }
+
+  private text(): string {
+    const begin = this.at;
+    let code = 0, escapes = false;
+    while ((code = this.source.charCodeAt(++this.at)) !== QUOTE) {
+      if (code === BACKSLASH) {
+        escapes = true;
+        this.at++;
+      } else if (!(code >= SPACE)) {
+        throw this.error(this.at < this.source.length ? "a control letter" : "a text without end");
+      }
+    }
+    this.at++;
+    return escapes ? this.unescaped(begin) : this.source.slice(begin + 1, this.at - 1);
+  }
+
+  private unescaped(begin: number): string {
+    try {
+      const text = JSON.parse(this.source.slice(begin, this.at)) as string; // alone, it is as strict as RFC 8259
+      if (!/[\0\ud800-\udfff]/u.test(text)) return text;
+    } catch {
+      // Said below, too.
+    }
+    throw this.error("an unknown escape, U+0000, or half of a pair");
+  }
+
+  private number(): number | undefined {
+    NUMBER.lastIndex = this.at;
+    if (!NUMBER.test(this.source)) return undefined;
+    const said = this.source.slice(this.at, NUMBER.lastIndex);
+    const number = Number(said);
+    const digits = said.replace("-", "");
+    const { length } = MOST_WHOLE;
+    const long = digits.length > length || (digits.length === length && digits > MOST_WHOLE);
+    if (!Number.isFinite(number) || (long && !/[.eE]/.test(said))) throw this.error("a number that float64 does not hold");
+    this.at = NUMBER.lastIndex;
+    return number + 0; // -0 is 0
+  }
+
+  private word(): Value {
+    for (const [word, value] of WORDS) {
+      if (this.source.startsWith(word, this.at)) {
+        this.at += word.length;
+        return value;
+      }
+    }
+    throw this.error(this.next() === "" ? "the text ends too early" : "an unknown word");
+  }
+}
+
+/** A wrong value as a person may read it: short. */
 export function shown(value: unknown): string {
   if (typeof value === "string") return `'${value.slice(0, SHOWN)}'`;
   if (typeof value === "object" && value !== null) return Array.isArray(value) ? "a list" : "an object";
-  return String(value).slice(0, SHOWN);
+  return String(value);
 }

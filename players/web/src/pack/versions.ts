@@ -1,38 +1,37 @@
 import { AvatarError } from "../errors.js";
-import type { Json } from "./json.js";
+import { membersOf, versionOf } from "./form.js";
+import { shown, type Value } from "./json.js";
 
 /** The newest kernels that this player has. */
 export const SHADERS = 1;
 const UPDATE = "update avatar-export-player";
 const MAJOR = 1;
 const MINOR = 0;
-const VERSION = /^(0|[1-9][0-9]{0,8})\.(0|[1-9][0-9]{0,8})$/;
 
-/** Throws AvatarError for a document that is no pack's, or of a newer version than this player reads. */
-export function checkVersions(document: Json): void {
-  const asset = document.at("asset");
-  const version = parsed(asset.at("version"));
-  const least = parsed(asset.at("minVersion"));
+/** Throws AvatarError for a document of a newer version than this player reads. Its form comes after that. */
+export function checkVersions(document: Value): void {
+  const members = membersOf(document);
+  if (members !== document) throw new AvatarError(`is ${shown(document)}; a JSON object is needed`, { field: "$" });
+  const asset = membersOf(members["asset"]);
+  const [version, least] = ["version", "minVersion"].map((name) => {
+    const found = versionOf(asset[name]);
+    if (found !== null) return found;
+    const said = asset[name] === undefined ? "missing" : shown(asset[name]);
+    throw new AvatarError(`is ${said}; "MAJOR.MINOR" is needed`, { field: `$.asset.${name}` });
+  }) as [[number, number], [number, number]];
   if (version[0] !== MAJOR || least[0] > MAJOR || (least[0] === MAJOR && least[1] > MINOR)) {
     const needs = `is ${version.join(".")} (needs a reader of ${least.join(".")})`;
     throw new AvatarError(`${needs}; this player knows ${MAJOR}.${MINOR}: ${UPDATE}`, { field: "$.asset.version" });
   }
-  const required = document.optional("extensionsRequired", (names) => names.names()) ?? [];
-  if (required.length > 0) {
-    const name = (required[0] as string).slice(0, 80);
-    throw new AvatarError(`'${name}' is not known to this player: ${UPDATE}`, { field: "$.extensionsRequired" });
-  }
-  document.at("format").one(["avatar-pack"]);
-  const shaders = document.at("shaders").whole(1);
-  if (shaders > SHADERS) {
-    throw new AvatarError(`needs kernels of version ${shaders}; this player has ${SHADERS}: ${UPDATE}`, {
-      field: "$.shaders",
-    });
+  const required = members["extensionsRequired"];
+  if (Array.isArray(required) && required.length > 0) {
+    const message = `${shown(required[0])} is not known to this player: ${UPDATE}`;
+    throw new AvatarError(message, { field: "$.extensionsRequired" });
   }
 }
 
-function parsed(said: Json): [major: number, minor: number] {
-  const match = VERSION.exec(said.text());
-  if (match === null) throw said.error('"MAJOR.MINOR" is needed');
-  return [Number(match[1]), Number(match[2])];
+/** Throws AvatarError for passes of newer kernels than this player has. */
+export function checkShaders(shaders: number): void {
+  if (shaders <= SHADERS) return;
+  throw new AvatarError(`needs kernels of version ${shaders}; this player has ${SHADERS}: ${UPDATE}`, { field: "$.shaders" });
 }

@@ -167,17 +167,19 @@ interface Weight {
 
 function weightsOf(avatar: Avatar, driving: Driving, withinRange: boolean): Weight[] {
   const found: Weight[] = [];
+  const expressions = new Map(avatar.expressions.map(({ name }, column) => [name, column]));
+  const eyelids = new Map(avatar.eyelids.map((name, column) => [name, column]));
   driving.outputs.forEach((output, row) => {
     const slash = output.indexOf("/");
     const kind = output.slice(0, slash);
     const name = output.slice(slash + 1);
     if (kind === "expression") {
-      const column = avatar.expressions.findIndex((one) => one.name === name);
+      const column = expressions.get(name) ?? -1;
       const [low, high] = withinRange ? (avatar.expressions[column]?.range ?? [0, 0]) : [-Infinity, Infinity];
       found.push({ row, late: false, column, low, high });
     } else if (kind === "eyelid") {
       const [low, high] = withinRange ? [0, 1] : [-Infinity, Infinity];
-      found.push({ row, late: true, column: avatar.eyelids.indexOf(name), low, high });
+      found.push({ row, late: true, column: eyelids.get(name) ?? -1, low, high });
     }
   });
   return found;
@@ -197,12 +199,13 @@ interface Turn {
 function turnsOf(owner: string, skeleton: Skeleton, driving: Driving): Turn[] {
   const rest = restOf(skeleton);
   const found: Turn[] = [];
+  const outputs = new Map(driving.outputs.map((name, row) => [name, row]));
   skeleton.names.forEach((name, joint) => {
     const own = rest.slice(12 * joint, 12 * joint + 12);
     if (!(condition(own) < MOST_CONDITION)) {
       throw new AvatarError("has a singular rest transform, so it cannot turn", { owner, field: `joint ${name}` });
     }
-    const rows = Int32Array.from(["x", "y", "z"], (axis) => driving.outputs.indexOf(`joint/${name}/${axis}`));
+    const rows = Int32Array.from(["x", "y", "z"], (axis) => outputs.get(`joint/${name}/${axis}`) ?? -1);
     const fromMatrix = rows.some((row) => row >= 0);
     if (fromMatrix || [driving.headJoint, driving.leftEyeJoint, driving.rightEyeJoint].includes(name)) {
       const inverse = new Float64Array(12);

@@ -192,7 +192,7 @@ function linked(gl: WebGL2RenderingContext, vertex: string, fragment: string, co
   }
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
-    throw new AvatarError(`shader ${fragment}: ${gl.getProgramInfoLog(program)}`, { field: "WebGL2" });
+    throw new AvatarError(`shader ${fragment}: ${String(gl.getProgramInfoLog(program)).replace(/\s+/g, " ")}`, { field: "WebGL2" });
   }
   const index = gl.getUniformBlockIndex(program, INTERFACES[constants]?.uniforms?.name ?? "");
   if (index !== gl.INVALID_INDEX) gl.uniformBlockBinding(program, index, unit);

@@ -68,14 +68,3 @@ export function largest(values) {
 }
 
 export const ROUNDING = 2 ** -24; // of float32
-
-/** A generator of whole numbers below `end`, the same every time (mulberry32). */
-export function random(seed) {
-  let state = seed;
-  return (end) => {
-    state = (state + 0x6d2b79f5) | 0;
-    let t = Math.imul(state ^ (state >>> 15), 1 | state);
-    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
-    return Math.floor((((t ^ (t >>> 14)) >>> 0) / 2 ** 32) * end);
-  };
-}

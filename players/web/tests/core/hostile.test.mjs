@@ -1,18 +1,9 @@
 // Files and downloads that nobody should trust: one AvatarError each, no other exception, no large memory.
 
 import assert from "node:assert/strict";
-import { readdirSync } from "node:fs";
 import { createServer } from "node:http";
-import { join } from "node:path";
 import { test } from "node:test";
-import { gunzipSync, gzipSync } from "node:zlib";
-import { repacked } from "../parts.mjs";
-import { bytes, core, json, random } from "./harness.mjs";
-
-const GOLDEN = ["joints", "joints_exact", "joints_wide", "surface", "surface_without_rig"];
-const FUZZ = Number(process.env.AVATAR_FUZZ ?? 0); // see tests/session/fuzz.py
-const MUTATIONS = Math.round(2000 * (FUZZ || 0.3));
-const SEED = FUZZ ? Date.now() % 2 ** 31 : 15;
+import { bytes, core, json } from "./harness.mjs";
 
 async function refusal(file, options) {
   const error = await core.load(file, { name: "a.avatar", ...options }).then(
@@ -30,11 +21,7 @@ const whole = bytes("joints", "pack.avatar");
 test("what every reader refuses is refused, and named", async () => {
   const before = process.memoryUsage().arrayBuffers;
   for (const row of json("hostile", "hostile.json")) {
-    const { what, file, field, message, taken } = { ...row, ...row.web };
-    if (taken) {
-      await core.load(bytes("hostile", file));
-      continue;
-    }
+    const { what, file, field, message } = { ...row, ...row.web };
     const error = await refusal(bytes("hostile", file));
     assert.ok(field === undefined || error.field === field, `${what}: ${error.message}`);
     assert.ok(error.message.includes(message.replace("com.avatar-export.player", "avatar-export-player")), `${what}: ${error.message}`);
@@ -46,71 +33,26 @@ test("what every reader takes is taken", async () => {
   for (const file of json("hostile", "sound.json")) await core.load(bytes("hostile", file));
 });
 
-/** Any value in a JSON document, changed at random. */
-function changed(value, pick) {
-  if (typeof value === "object" && value !== null) {
-    const keys = Object.keys(value);
-    if (keys.length > 0 && pick(40) > 0) {
-      const key = keys[pick(keys.length)];
-      if (pick(30) === 0) {
-        Array.isArray(value) ? value.splice(Number(key), 1) : delete value[key];
-      } else {
-        value[key] = changed(value[key], pick);
-      }
-      return value;
-    }
-  }
-  if (typeof value === "number" && pick(4) > 0) {
-    return [value + 1, value - 1, -value, 2 * value + 1, 2 ** 31, 2 ** 32 - 1, 1e300, 0.5][pick(8)];
-  }
-  return [null, "x", [], {}, -1, 0, 1e9, true, "__proto__", value][pick(10)];
-}
-
-/** A file with `count` of its bytes changed. */
-function noisy(file, count, pick) {
-  const other = Uint8Array.from(file);
-  for (let n = 0; n < count; n++) other[pick(other.length)] = pick(256);
-  return other;
-}
-
-const MUTATORS = [
-  (file, pick) => noisy(file, 1 + pick(4), pick),
-  (file, pick) => file.slice(0, pick(file.length)),
-  (file, pick) => new Uint8Array(gzipSync(noisy(gunzipSync(file), 1 + pick(8), pick), { level: 1 })),
-  (file, pick) => repacked(file, ({ document }) => Array.from({ length: 1 + pick(3) }, () => changed(document, pick))),
-  (file, pick) => repacked(file, ({ document }) => changed(document.program, pick)),
-  (file, pick) => repacked(file, ({ header }) => changed(header, pick)),
-];
-
-test(`${MUTATIONS} changed packs load, or are refused in one line`, async () => {
-  const pick = random(SEED);
-  const files = GOLDEN.map((name) => bytes(name, "pack.avatar"));
+test("packs that were changed by chance, or once broke a reader, load or are refused in one line", async () => {
+  const files = bytes("mutated.bin");
   const counts = { loaded: 0, refused: 0 };
   let most = 0;
-  const one = async (index) => {
-    const file = MUTATORS[index % MUTATORS.length](files[pick(files.length)], pick);
+  for (let at = 0; at < files.length; ) {
+    const end = at + 4 + new DataView(files.buffer, files.byteOffset + at).getUint32(0, true);
     try {
-      const avatar = await core.load(file);
+      const avatar = await core.load(files.slice(at + 4, end));
       new core.Poser(avatar).update(new core.Pose(avatar));
       counts.loaded += 1;
     } catch (error) {
-      assert.equal(error.name, "AvatarError", `seed ${SEED}, mutation ${index}: ${error.stack}`);
+      assert.equal(error.name, "AvatarError", `at ${at}: ${error.stack}`);
       assert.ok(!error.message.includes("\n") && error.message.length < 500, error.message);
       counts.refused += 1;
     }
     most = Math.max(most, process.memoryUsage().arrayBuffers);
-  };
-  for (let index = 0; index < MUTATIONS; index += 4) {
-    await Promise.all([one(index), one(index + 1), one(index + 2), one(index + 3)]);
+    at = end;
   }
-  assert.ok(counts.loaded > MUTATIONS / 100 && counts.refused > MUTATIONS / 2, JSON.stringify(counts));
+  assert.ok(counts.loaded > counts.refused / 10 && counts.refused > counts.loaded / 4, JSON.stringify(counts));
   assert.ok(most < 256 << 20, `${most} bytes`);
-});
-
-test("packs that once broke a reader load, or are refused in one line", async () => {
-  for (const name of readdirSync(join(process.env.AVATAR_CASES, "found"))) {
-    await core.load(bytes("found", name)).catch((error) => assert.equal(error.name, "AvatarError", error.stack));
-  }
 });
 
 /** A server of one answer; `use` gets its address. */

@@ -3,6 +3,7 @@
 // sliders as plain boxes without a role or a focus); a range input and <details> bring all of that.
 import type { Channel, ChannelGroup, ChannelSection } from "./channels.js";
 import { make, setText } from "../parts/dom.js";
+import { printable } from "../../src/errors.js";
 
 /** A slider with its label and value. */
 class Row {
@@ -22,9 +23,9 @@ class Row {
     this.digits = Math.max(0, Math.min(4, -Math.floor(Math.log10(channel.step) + 1e-9)));
     const { low, high, step, label } = channel;
     this.input = make("input", { type: "range", min: low, max: high, step });
-    this.input.setAttribute("aria-label", label.length > 1 ? label : `${group} ${label}`);
+    this.input.setAttribute("aria-label", printable(label.length > 1 ? label : `${group} ${label}`));
     this.output = make("output");
-    this.element = make("label", { class: "row" }, make("span", { title: label }, label), this.input, this.output);
+    this.element = make("label", { class: "row" }, make("span", { title: printable(label) }, label), this.input, this.output);
     this.input.addEventListener("input", () => this.set(this.input.valueAsNumber));
     this.element.addEventListener("dblclick", () => this.set(0));
     this.input.addEventListener("keydown", (event) => {

@@ -1,4 +1,5 @@
-// Small helpers for the page's elements.
+// Small helpers for the page's elements. Texts of a pack come to the page through them alone.
+import { printable } from "../../src/errors.js";
 
 /** The element of index.html with this id. */
 export function byId<T extends Element = HTMLElement>(id: string): T {
@@ -18,13 +19,14 @@ export function make<K extends keyof HTMLElementTagNameMap>(
     if (value === true) element.setAttribute(name, "");
     else if (value !== null && value !== false) element.setAttribute(name, String(value));
   }
-  element.append(...children);
+  element.append(...children.map((child) => (typeof child === "string" ? printable(child) : child)));
   return element;
 }
 
 /** Sets text only where it differs, so that nothing is laid out again for nothing. */
 export function setText(element: Element, text: string): void {
-  if (element.textContent !== text) element.textContent = text;
+  const shown = printable(text);
+  if (element.textContent !== shown) element.textContent = shown;
 }
 
 /** Shows icon `#i-NAME` on a button of index.html, with the label that a screen reader says. */
