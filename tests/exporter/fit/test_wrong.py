@@ -12,7 +12,7 @@ from tests.exporter.fit.table import said
 from tests.exporter.fit.wrong import __main__ as table
 from tests.exporter.fit.wrong.__main__ import LINES
 from tests.exporter.fit.wrong.inputs import Inputs
-from tests.exporter.fit.wrong.line import tried
+from tests.exporter.fit.wrong.line import Line, tried
 
 SOUND = ("blendshapes", "head", "trained", "body", "points", "rigged", "lam")
 CASES = [
@@ -33,7 +33,7 @@ def inputs(bases: Bases, tmp_path_factory: pytest.TempPathFactory) -> Inputs:
 
 
 @pytest.mark.parametrize(("line", "case"), CASES)
-def test_it_is_found_as_the_table_says(line, case: str, inputs: Inputs, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_it_is_found_as_the_table_says(line: Line, case: str, inputs: Inputs, tmp_path: Path) -> None:
     found = line.found(tried(line.cases[case], inputs, tmp_path / "case"))
     assert found == (stored()[line.mistake, case] == "yes")
 

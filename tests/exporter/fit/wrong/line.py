@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.exporter.fit.table import said
-from tests.exporter.fit.wrong.inputs import Make
+from tests.exporter.fit.wrong.inputs import Inputs, Make
 
 KNOWN, DOUBT = "named", "doubted"
 
@@ -27,7 +27,7 @@ class Line:
         return re.search(self.words, said) is not None
 
 
-def tried(make: Make, inputs: object, folder: Path) -> str:
+def tried(make: Make, inputs: Inputs, folder: Path) -> str:
     """What is said of a case, whose files are made in `folder`."""
     folder.mkdir(parents=True)
-    return said(make(inputs, folder))  # type: ignore[arg-type]
+    return said(make(inputs, folder))
