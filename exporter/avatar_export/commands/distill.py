@@ -100,7 +100,8 @@ def check(dumps: Dumps) -> None:
         with Steps() as step, owned(OWNER):
             found = prepared(dumps, progress=step)
     except AvatarError:
-        output.print(f"{dumps}: " + text(fact("unfit")))
+        if dumps.is_dir():  # else there are none to judge
+            output.print(f"{dumps}: " + text(fact("unfit")))
         raise
     drivers, mended = found.checked.dumps.drivers, found.checked.mended
     output.print(
