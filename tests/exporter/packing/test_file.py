@@ -14,6 +14,7 @@ from avatar_export.packing.make import make_pack
 from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
 from avatar_runtime.bundle import load
+from avatar_runtime.codec.clips import ARRAYS as CLIP_ARRAYS
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.packs import decode_pack
 from tests.avatars import assert_same, full_avatar
@@ -101,3 +102,20 @@ def test_what_no_reader_would_take_is_not_written(tmp_path: Path) -> None:
         with pytest.raises(AvatarError, match=message):
             make_pack(odd, tmp_path / "x.avatar", QUICK, reference=odd is away)
         assert list(tmp_path.iterdir()) == []
+
+
+def test_readers_take_what_is_odd_and_validate_names_it(tmp_path: Path) -> None:
+    header, document, tensors = opened(FILES["joints"])
+    document["levels"][0]["groups"][1]["name"] = document["levels"][0]["groups"][0]["name"]
+    (tmp_path / "odd.avatar").write_bytes(closed(header, document, tensors))
+    assert any("duplicate" in problem.message for problem in validate_pack(tmp_path / "odd.avatar"))
+
+
+def test_nothing_is_written_that_readers_refuse(tmp_path: Path) -> None:
+    avatar = AVATARS["joints"]
+    (clip, *_) = avatar.clips
+    still = {name: np.repeat(getattr(clip, name)[:1], 30_000, axis=0) for name in CLIP_ARRAYS}
+    avatar = replace(avatar, clips=(replace(clip, **still),))  # 12 MB of some kilobytes
+    with pytest.raises(AvatarError, match="the clips decode to"):
+        make_pack(avatar, tmp_path / "a.avatar", QUICK)
+    assert not (tmp_path / "a.avatar").exists()
