@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from avatar_export.clips.doubts import take_notes, unmoved
+from avatar_export.conversion import read_source
+from avatar_export.convert_options import SourceOptions
 from avatar_export.driving.takes import read_take, take_of
 from avatar_export.notes.text import text
 from avatar_runtime.avatar import Avatar, Driving, SparseRows
 from avatar_runtime.driving.arkit import ARKIT_NAMES
-from tests.avatars import avatar_of, rig_of
+from tests import bundles
+from tests.avatars import avatar_of, full_avatar, rig_of
 from tests.runtime.driving.recordings import CSV, UDP, recording
 
 RIG = rig_of(("head", "leftEye"), [-1, 0], np.tile(np.eye(4), (2, 1, 1)))
@@ -32,8 +37,8 @@ def moving(avatar: Avatar) -> Avatar:
     return replace(avatar, blendshapes=replace(avatar.blendshapes, geometry=geometry))
 
 
-def json_of(weight: float) -> bytes:
-    frames = [{"weights": [0, 0, weight * k / 3], "time": k / 30} for k in range(4)]
+def json_of(weights: Iterable[float]) -> bytes:
+    frames = [{"weights": [0, 0, weight], "time": k / 30} for k, weight in enumerate(weights)]
     return json.dumps({"names": FACES[::-1], "metadata": {"fps": 30}, "frames": frames}).encode()
 
 
@@ -65,9 +70,9 @@ STEADY = [f"00:00:00:{k:02}.0,61,{'0,' * 8}1" for k in range(0, 60, 2)]
          ["fact: frames of take without a face are left out: 1"]),
         (csv_of(ALL, *STEADY[:-1], "00:00:00:58.0,61,0,0,0,-25.3,0,0,0,0,0"), EYES,
          ["doubt: take: leftEyeYaw is -25.3 in frame 29: are the angles degrees? They are radians"]),
-        (json_of(80), Driving("names"),
+        (json_of((0, 80 / 3, 160 / 3, 80)), Driving("names"),
          ["doubt: take: jawOpen is 80 in frame 3: are the weights percent? Divide them by 100: 1 is the whole shape"]),
-        (json_of(0.8), Driving("names"), []),
+        (json_of((0, 0.8)), Driving("names"), []),
     ],
 )  # fmt: skip
 def test_what_a_take_lacks_or_gets_wrong_is_said(data: bytes, driving: Driving, said: list[str]) -> None:
@@ -94,3 +99,17 @@ def test_a_name_that_moves_nothing_is_found() -> None:
     assert unmoved(avatar, asked)[0] == "jawOpen", "its expression changes nothing"
     turning = replace(avatar, driving=replace(driven, left_eye_joint="leftEye"))
     assert unmoved(moving(turning), asked) == ["tongueOut", "cheekPuff"]
+
+
+@pytest.mark.parametrize("missing", [0, 8])
+def test_a_gap_in_a_given_clip_is_named_once(missing: int, tmp_path: Path) -> None:
+    """Not again where the avatar brings the clip: it was judged when it was made."""
+    times = np.delete(np.arange(90), slice(40, 40 + missing))
+    (take := tmp_path / "take.json").write_bytes(json_of((0.5 + 0.5 * np.sin(times / 7)).tolist()))
+    source = bundles.write(tmp_path / "bare", replace(full_avatar(), clips=()))
+    for name, options in (("once", {"clips": (take,)}), ("again", {})):
+        found = read_source(source, SourceOptions(**options), lambda _: None)
+        said = [text(note) for note in found.clip_notes if note.kind == "clip_gaps"]
+        gap = "clip take does not move after frame 39 as before: are frames missing?"
+        assert said == [gap] * bool(missing and options)
+        source = bundles.write(tmp_path / name, found.avatar)
