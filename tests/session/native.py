@@ -22,14 +22,9 @@ LIMIT_S = 600
 UNITS = {
     "data": ("src/formats", "src/made", "src/pack"),
     "work": ("src/c_interface", "src/conform", "src/drive", "src/play", "src/pose"),
-    "gles": ("gles",),
+    "gles": ("gles", "scene"),
 }  # folders that are compiled together
 WORKERS = 2
-
-
-def sources() -> list[Path]:
-    """The files of the library."""
-    return sorted((NATIVE / "src").glob("*/*.cpp"))
 
 
 @cache
@@ -74,7 +69,7 @@ def library(flags: Sequence[str], gles: bool = False) -> list[Path]:
 
 def _unit(kind: str, flags: Sequence[str]) -> Path:
     """The files of some folders in one object: they compile faster together."""
-    files = [path for folder in UNITS[kind] for path in sorted((NATIVE / folder).glob("*.cpp"))]
+    files = _files(kind)
     name = f"{kind}_{hashlib.sha256(repr(flags).encode()).hexdigest()[:6]}"
     made = BUILT / f"{name}_{_digest(files, flags)}.o"
     with FileLock(BUILT / f"{name}.lock"):
@@ -84,6 +79,10 @@ def _unit(kind: str, flags: Sequence[str]) -> Path:
             unit.write_text(_including(files))
             _compiled(unit, flags, made)
     return made
+
+
+def _files(kind: str) -> list[Path]:
+    return [path for folder in UNITS[kind] for path in sorted((NATIVE / folder).glob("*.cpp"))]
 
 
 def _side_by_side(jobs: Sequence[Callable[[], Path]]) -> list[Path]:
@@ -96,8 +95,8 @@ def _including(files: Sequence[Path]) -> str:
 
 
 def one_unit() -> str:
-    """The text of a file that includes all files of the library."""
-    return _including(sources())
+    """The text of a file that includes all files: no name stands for two things."""
+    return _including([path for kind in UNITS for path in _files(kind)])
 
 
 def _digest(files: Sequence[Path], flags: Sequence[str]) -> str:

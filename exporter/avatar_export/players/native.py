@@ -11,7 +11,7 @@ from avatar_shaders.entries import ENTRIES, path_of
 from avatar_shaders.texts import source
 
 LANGUAGES = ("glsl310es", "msl")  # cmake/shader_texts.cmake makes GLSL 4.30 of the first
-_KEPT = ("CMakeLists.txt", "README.md", "android", "cmake", "gles", "include", "ios", "play", "src")
+_KEPT = ("CMakeLists.txt", "README.md", "android", "cmake", "gles", "include", "ios", "play", "scene", "src")
 # What a build leaves there.
 _LOCAL = re.compile(r"(^|/)(\.[^/]*|build|head\.avatar|local\.properties)(/|$)")
 

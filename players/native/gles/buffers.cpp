@@ -31,21 +31,4 @@ uint32_t make_buffer(const Gl& gl, Errors& errors, const char* name, uint64_t by
     return 0;
 }
 
-void write_buffer(const Gl& gl, uint32_t buffer, const void* bytes, size_t size) {
-    if (size == 0) return;
-    gl.BindBuffer(gl_copy_write_buffer, buffer);
-    gl.BufferSubData(gl_copy_write_buffer, 0, static_cast<ptrdiff_t>(size), bytes);
-}
-
-bool read_buffer(const Gl& gl, Errors& errors, uint32_t buffer, void* bytes, size_t size) {
-    if (size == 0) return true;
-    gl.MemoryBarrier(gl_buffer_update_barrier);
-    gl.BindBuffer(gl_copy_write_buffer, buffer);
-    const void* from = gl.MapBufferRange(gl_copy_write_buffer, 0, static_cast<ptrdiff_t>(size), gl_map_read);
-    if (from != nullptr) std::memcpy(bytes, from, size);
-    if (from != nullptr && gl.UnmapBuffer(gl_copy_write_buffer) != 0) return true;
-    errors.set("OpenGL", "a buffer cannot be read: its context is lost");
-    return false;
-}
-
 }  // namespace avatar

@@ -8,10 +8,4 @@ namespace avatar {
 uint32_t make_buffer(const Gl& gl, Errors& errors, const char* name, uint64_t bytes, const AvatarPack* pack = nullptr,
                      int64_t content = -1);
 
-/// Writes the first bytes of a buffer.
-void write_buffer(const Gl& gl, uint32_t buffer, const void* bytes, size_t size);
-
-/// Reads them: it waits for the GPU.
-bool read_buffer(const Gl& gl, Errors& errors, uint32_t buffer, void* bytes, size_t size);
-
 }  // namespace avatar

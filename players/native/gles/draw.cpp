@@ -27,20 +27,20 @@ void main() {
 }
 )~";
 
-bool Draw::make() {
+bool Draw::make(Errors& errors) {
     const uint32_t language = gl_.language;
     const char* whole = avatar_shader(language, "composite_vertex");
-    splats_ = programs_.drawing("raster", avatar_shader(language, "raster_vertex"), avatar_shader(language, "raster_pixel"));
-    compositor_ = splats_ == 0 ? 0 : programs_.drawing("composite", whole, avatar_shader(language, "composite_pixel"));
-    depths_ = compositor_ == 0 ? 0 : programs_.drawing("depth", whole, gl_.is_es ? depth_es : depth_desktop);
+    splats_ = programs_.drawing(errors, "raster", avatar_shader(language, "raster_vertex"), avatar_shader(language, "raster_pixel"));
+    compositor_ = splats_ == 0 ? 0 : programs_.drawing(errors, "composite", whole, avatar_shader(language, "composite_pixel"));
+    depths_ = compositor_ == 0 ? 0 : programs_.drawing(errors, "depth", whole, gl_.is_es ? depth_es : depth_desktop);
     if (depths_ == 0) return false;
     gl_.GenVertexArrays(1, &vertices_);
     gl_.GenVertexArrays(1, &empty_);
     gl_.GenSamplers(1, &sampler_);
     gl_.SamplerParameteri(sampler_, gl_texture_min_filter, static_cast<int32_t>(gl_nearest));
     gl_.SamplerParameteri(sampler_, gl_texture_mag_filter, static_cast<int32_t>(gl_nearest));
-    raster_ = make_buffer(gl_, errors_, "of constants", sizeof(RasterBlock));
-    composite_ = raster_ == 0 ? 0 : make_buffer(gl_, errors_, "of constants", sizeof(CompositeBlock));
+    raster_ = make_buffer(gl_, errors, "of constants", sizeof(RasterBlock));
+    composite_ = raster_ == 0 ? 0 : make_buffer(gl_, errors, "of constants", sizeof(CompositeBlock));
     return composite_ != 0;
 }
 
@@ -49,9 +49,9 @@ void Draw::set_kind(uint32_t kind) {
     kind_ = kind;
 }
 
-bool Draw::begin(int32_t width, int32_t height, const AvatarGlesDepth* depth) {
-    if (depth != nullptr && !is_depth(*depth, width, height)) return false;
-    if (!resize(width, height)) return false;
+bool Draw::begin(Errors& errors, int32_t width, int32_t height, const AvatarGlesDepth* depth) {
+    if (depth != nullptr && !is_depth(errors, *depth, width, height)) return false;
+    if (!resize(errors, width, height)) return false;
     gl_.BindFramebuffer(gl_framebuffer, framebuffer_);
     gl_.Viewport(0, 0, width, height);
     const uint32_t off[] = {gl_cull_face, gl_scissor_test, gl_stencil_test, gl_dither, gl_blend, gl_depth_test};
@@ -85,13 +85,13 @@ void Draw::quads(uint32_t buffer, uint32_t count) {
     gl_.DepthMask(1);
 }
 
-bool Draw::composite(uint32_t framebuffer, const float* background, bool linear) {
-    if (!has_image()) return false;
+bool Draw::composite(Errors& errors, uint32_t framebuffer, const float* background, bool linear) {
+    if (!has_image(errors)) return false;
     if (background != nullptr && !all_finite(background, 3)) {
-        errors_.set("background", "has a number that is not finite");
+        errors.set("background", "has a number that is not finite");
         return false;
     }
-    if (!bind_framebuffer(framebuffer)) return false;
+    if (!bind_framebuffer(errors, framebuffer)) return false;
     CompositeBlock block = {{0, 0, 0, 0}, linear ? 1.0f : 0.0f, 1, {static_cast<float>(width_), static_cast<float>(height_)}};
     for (int i = 0; background != nullptr && i < 4; i++) block.background[i] = i < 3 ? background[i] : 1;
     bind_block(composite_, &block, sizeof block);
@@ -112,17 +112,17 @@ bool Draw::composite(uint32_t framebuffer, const float* background, bool linear)
 }
 
 /// Binds the caller's framebuffer, if it can be drawn to. Sets the error.
-bool Draw::bind_framebuffer(uint32_t framebuffer) {
+bool Draw::bind_framebuffer(Errors& errors, uint32_t framebuffer) {
     gl_.clear_errors();
     gl_.BindFramebuffer(gl_framebuffer, framebuffer);
     const bool good = gl_.GetError() == 0 && gl_.CheckFramebufferStatus(gl_framebuffer) == gl_framebuffer_complete;
-    if (!good) errors_.set("framebuffer", "%u cannot be drawn to: it is none, or not complete", framebuffer);
+    if (!good) errors.set("framebuffer", "%u cannot be drawn to: it is none, or not complete", framebuffer);
     return good;
 }
 
-bool Draw::read(float* rgba) {
-    if (rgba == nullptr) errors_.set("", "no memory is given to read into");
-    if (rgba == nullptr || !has_image()) return false;
+bool Draw::read(Errors& errors, float* rgba) {
+    if (rgba == nullptr) errors.set("", "no memory is given to read into");
+    if (rgba == nullptr || !has_image(errors)) return false;
     gl_.BindFramebuffer(gl_framebuffer, framebuffer_);
     gl_.PixelStorei(gl_pack_alignment, 4);
     const bool bytes = kind_ == AVATAR_GLES_RGBA8;
@@ -134,7 +134,7 @@ bool Draw::read(float* rgba) {
 }
 
 /// Whether a texture of depth has the size of the image. Sets the error.
-bool Draw::is_depth(const AvatarGlesDepth& depth, int32_t width, int32_t height) {
+bool Draw::is_depth(Errors& errors, const AvatarGlesDepth& depth, int32_t width, int32_t height) {
     int32_t bits = 0, wide = 0, high = 0;
     gl_.clear_errors();
     bind_texture(depth.texture);  // fails for a name that is none, and for one of another target
@@ -144,9 +144,9 @@ bool Draw::is_depth(const AvatarGlesDepth& depth, int32_t width, int32_t height)
         gl_.GetTexLevelParameteriv(gl_texture_2d, 0, gl_texture_height, &high);
     }
     bind_texture(0);
-    if (bits == 0) errors_.set("depth", "texture %u is no GL_TEXTURE_2D of a depth format", depth.texture);
-    else if (wide != width || high != height) errors_.set("depth", "has %dx%d pixels; the image has %dx%d", wide, high, width, height);
-    return !errors_.any();
+    if (bits == 0) errors.set("depth", "texture %u is no GL_TEXTURE_2D of a depth format", depth.texture);
+    else if (wide != width || high != height) errors.set("depth", "has %dx%d pixels; the image has %dx%d", wide, high, width, height);
+    return !errors.any();
 }
 
 /// Draws the caller's depth into that of the image. The test of splats against it stays enabled.
@@ -176,15 +176,15 @@ void Draw::bind_block(uint32_t buffer, const void* block, size_t bytes) {
     gl_.BindBufferBase(gl_uniform_buffer, block_binding, buffer);
 }
 
-bool Draw::has_image() {
-    if (framebuffer_ == 0) errors_.set("", "no image was drawn yet: avatar_gles_draw comes first");
+bool Draw::has_image(Errors& errors) {
+    if (framebuffer_ == 0) errors.set("", "no image was drawn yet: avatar_gles_draw comes first");
     return framebuffer_ != 0;
 }
 
-bool Draw::resize(int32_t width, int32_t height) {
+bool Draw::resize(Errors& errors, int32_t width, int32_t height) {
     if (framebuffer_ != 0 && width == width_ && height == height_) return true;
     if (width < 1 || height < 1 || width > gl_.most_width || height > gl_.most_height) {
-        errors_.set("the camera", "an image of %dx%d pixels; this GPU draws 1x1 to %dx%d", width, height, gl_.most_width,
+        errors.set("the camera", "an image of %dx%d pixels; this GPU draws 1x1 to %dx%d", width, height, gl_.most_width,
                     gl_.most_height);
         return false;
     }
@@ -194,7 +194,7 @@ bool Draw::resize(int32_t width, int32_t height) {
     if (make_image()) return true;
     release_image();
     static const char* const names[] = {"RGBA32F", "RGBA16F", "RGBA8"};
-    errors_.set("OpenGL", "this context cannot draw %dx%d pixels into %s", width, height, names[kind_]);
+    errors.set("OpenGL", "this context cannot draw %dx%d pixels into %s", width, height, names[kind_]);
     return false;
 }
 

@@ -99,7 +99,7 @@ def rebuilt(folder: Path) -> dict[tuple[str, str], str]:
 def test_the_archive_has_what_a_build_needs_and_no_more(archive: Path) -> None:
     names = {path.relative_to(archive).as_posix() for path in archive.rglob("*") if path.is_file()}
     folders = {name.split("/")[0] for name in names if "/" in name}
-    assert folders == {"android", "cmake", "gles", "include", "ios", "play", "shaders", "src"}
+    assert folders == {"android", "cmake", "gles", "include", "ios", "play", "scene", "shaders", "src"}
     assert {name for name in names if "/" not in name} == {
         "CMakeLists.txt",
         "LICENSE",

@@ -21,21 +21,21 @@ public:
     bool ran() const { return ran_; }
 
     uint32_t count() const { return count_; }
-    uint32_t quads() const { return buffers_[quads_index]; }
+    Handle quads() const { return buffers_[quads_index]; }
 
 private:
     enum { buffer_count = 4, quads_index = 3 };
 
-    static uint32_t find(void* user, const AvatarBinding& binding);
+    static Handle find(void* user, const AvatarBinding& binding);
     bool take_chunks(Resident* first);
 
     Context context_;
     Arena arena_;
     AvatarSort* sort_ = nullptr;
-    RecordedPasses recorded_;
+    RecordedList recorded_;
     Span<AvatarSceneChunk> chunks_;
-    Span<uint32_t> projected_;  // by chunk
-    uint32_t buffers_[buffer_count] = {};
+    Span<Handle> projected_;  // by chunk
+    Handle buffers_[buffer_count] = {};
     uint32_t count_ = 0;
     bool ran_ = false;
 };

@@ -1,5 +1,5 @@
 #pragma once
-#include "draw.h"
+#include "../include/avatar_conform.h"
 #include "resident.h"
 
 namespace avatar {
@@ -7,7 +7,7 @@ namespace avatar {
 /// Holds the buffers of a pack and of a scene by their names and runs single dispatches: what avatar_conform calls.
 class StageRunner {
 public:
-    StageRunner(Context context, Draw& draw) : context_(context), draw_(draw), arena_(context.allocator, context.errors) {}
+    explicit StageRunner(Context context) : context_(context), arena_(context.allocator, context.errors) {}
     ~StageRunner() { release(); }
     StageRunner(const StageRunner&) = delete;
     StageRunner& operator=(const StageRunner&) = delete;
@@ -22,21 +22,20 @@ private:
 
     struct Known {
         const char* name;
-        uint32_t buffer;
+        Handle buffer;
     };
 
     bool load(const AvatarPack* pack, const AvatarSort* scene);
     bool add(const char* name, uint64_t bytes, const AvatarPack* pack, int64_t content);
-    uint32_t buffer(const char* name);
-    static uint32_t find(void* user, const AvatarBinding& binding);
-    RecordedPasses* recorded(const AvatarPasses* passes);
+    Handle buffer(const char* name);
+    static Handle find(void* user, const AvatarBinding& binding);
+    const RecordedList* recorded(const AvatarPasses* passes);
 
     Context context_;
-    Draw& draw_;
     Arena arena_;
     Span<Known> buffers_;
     size_t count_ = 0;
-    RecordedPasses lists_[most_lists];
+    RecordedList lists_[most_lists];
     uint32_t list_count_ = 0;
 };
 

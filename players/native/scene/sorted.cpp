@@ -3,14 +3,12 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "buffers.h"
-
 namespace avatar {
 
 Sorted::~Sorted() {
-    recorded_.release(context_.gl);
-    for (uint32_t& buffer : buffers_) {
-        if (buffer != 0) context_.gl.DeleteBuffers(1, &buffer);
+    free_recorded(context_.device, recorded_);
+    for (Handle buffer : buffers_) {
+        if (buffer != 0) context_.device.free_buffer(buffer);
     }
     avatar_sort_close(sort_);
 }
@@ -27,10 +25,10 @@ bool Sorted::make(Resident* first) {
         AvatarSceneBuffer declared;
         if (avatar_sort_buffer(sort_, i, &declared) != AVATAR_OK) return false;
         const uint64_t bytes = static_cast<uint64_t>(declared.stride) * declared.count;
-        buffers_[i] = make_buffer(context_.gl, context_.errors, declared.name, bytes);
+        buffers_[i] = context_.device.make_buffer(context_.errors, declared.name, bytes, nullptr, -1);
         if (buffers_[i] == 0) return false;
     }
-    return recorded_.make(context_.gl, context_.programs, avatar_sort_passes(sort_), {&Sorted::find, this}, arena_);
+    return record(context_.device, avatar_sort_passes(sort_), {&Sorted::find, this}, arena_, recorded_);
 }
 
 /// Dispatches name a chunk by its number, which is how `find` knows it.
@@ -38,7 +36,7 @@ bool Sorted::take_chunks(Resident* first) {
     uint32_t count = 0;
     for (Resident* one = first; one != nullptr; one = one->next) count += one->shown ? one->chunks() : 0;
     chunks_ = arena_.make<AvatarSceneChunk>(count);
-    projected_ = arena_.make<uint32_t>(count);
+    projected_ = arena_.make<Handle>(count);
     if (context_.errors.any()) return false;
     uint32_t at = 0;
     for (Resident* one = first; one != nullptr; one = one->next) {
@@ -53,14 +51,14 @@ bool Sorted::take_chunks(Resident* first) {
     return !context_.errors.any();
 }
 
-uint32_t Sorted::find(void* user, const AvatarBinding& binding) {
+Handle Sorted::find(void* user, const AvatarBinding& binding) {
     const Sorted* self = static_cast<const Sorted*>(user);
     if (binding.index >= 0) return self->buffers_[binding.index];
     return self->projected_[static_cast<size_t>(std::strtoul(binding.buffer, nullptr, 10))];
 }
 
 void Sorted::run(const Clock& clock) {
-    recorded_.run(context_.gl, clock);
+    run_all(context_.device, recorded_, clock);
     ran_ = true;
 }
 

@@ -1,9 +1,6 @@
 #include "scene.h"
 
-#include "../src/formats/sized.h"
-#include "../src/play/camera.h"
-
-using namespace avatar;
+namespace avatar {
 
 /// An object of the scene's memory; null with an error.
 template <class T, class... Given>
@@ -20,49 +17,29 @@ static void free_object(HandleBase& of, T* object) {
     of.allocator.release(of.allocator.user, object, sizeof(T));
 }
 
-AvatarGles::AvatarGles(const AvatarAllocator& given, AvatarGlesLoad function)
-    : HandleBase(given), programs(gl, errors), draw(gl, programs, errors), runner(context(), draw), load_(function) {
-    unusable = !load();
-    while (!unusable && !gl.can_blend[draw.kind()]) draw.set_kind(draw.kind() + 1);
-}
-
-AvatarGles::~AvatarGles() {
+Scene::~Scene() {
     release();
     while (first_ != nullptr) remove(first_->instance);
 }
 
-/// Frees all objects in the context.
-void AvatarGles::release() {
+void Scene::release() {
     forget_order();
     for (Resident* one = first_; one != nullptr; one = one->next) one->release();
-    for (SharedBuffers* one = packs_; one != nullptr; one = one->next) one->release(gl);
-    runner.release();
-    programs.release();
-    draw.release();
+    for (SharedBuffers* one = packs_; one != nullptr; one = one->next) one->release(device_);
 }
 
-bool AvatarGles::load() {
-    if (!gl.load(load_, errors) || !draw.make()) return false;
-    const uint8_t* name = gl.GetString(gl_renderer);
-    std::strncpy(renderer, name != nullptr ? reinterpret_cast<const char*>(name) : "", sizeof renderer - 1);
-    return true;
-}
-
-bool AvatarGles::begin() {
-    if (unusable) return false;
+void Scene::begin() {
     errors.clear();
     errors.set_owner("");
-    if (is_lost_) errors.set("", "its context was lost: call avatar_gles_restore");
-    return !is_lost_;
 }
 
-Resident** AvatarGles::place_of(const AvatarInstance* instance) {
+Resident** Scene::place_of(const AvatarInstance* instance) {
     Resident** place = &first_;
     while (*place != nullptr && (*place)->instance != instance) place = &(*place)->next;
     return place;
 }
 
-bool AvatarGles::add(const AvatarPack* pack, AvatarInstance* instance) {
+bool Scene::add(const AvatarPack* pack, AvatarInstance* instance) {
     Resident** place = place_of(instance);
     const char* line = avatar_error(pack);
     if (line == nullptr) line = instance == nullptr || *place != nullptr ? nullptr : avatar_instance_error(instance);
@@ -82,7 +59,7 @@ bool AvatarGles::add(const AvatarPack* pack, AvatarInstance* instance) {
     return *place != nullptr;
 }
 
-SharedBuffers* AvatarGles::shared_of(const AvatarPack* pack) {
+SharedBuffers* Scene::shared_of(const AvatarPack* pack) {
     for (SharedBuffers* one = packs_; one != nullptr; one = one->next) {
         if (one->pack == pack) return one;
     }
@@ -94,7 +71,7 @@ SharedBuffers* AvatarGles::shared_of(const AvatarPack* pack) {
 }
 
 /// A resident of the list's end; null with an error.
-Resident* AvatarGles::uploaded(SharedBuffers* shared, AvatarInstance* instance) {
+Resident* Scene::uploaded(SharedBuffers* shared, AvatarInstance* instance) {
     AvatarFacts facts;
     avatar_facts(shared->pack, &facts);
     errors.set_owner(facts.name);
@@ -106,7 +83,7 @@ Resident* AvatarGles::uploaded(SharedBuffers* shared, AvatarInstance* instance) 
     return nullptr;
 }
 
-bool AvatarGles::remove(const AvatarInstance* instance) {
+bool Scene::remove(const AvatarInstance* instance) {
     Resident** place = place_of(instance);
     Resident* found = *place;
     if (found == nullptr) {
@@ -121,7 +98,7 @@ bool AvatarGles::remove(const AvatarInstance* instance) {
     return true;
 }
 
-bool AvatarGles::show(const AvatarInstance* instance, bool shown) {
+bool Scene::show(const AvatarInstance* instance, bool shown) {
     Resident* found = *place_of(instance);
     if (found == nullptr) {
         errors.set("", "this instance was not added");
@@ -132,28 +109,28 @@ bool AvatarGles::show(const AvatarInstance* instance, bool shown) {
     return true;
 }
 
-void AvatarGles::drop(Resident* resident) {
+void Scene::drop(Resident* resident) {
     resident->shared->users--;
     free_object(*this, resident);
 }
 
 /// Frees the buffers of a pack without instances.
-void AvatarGles::drop_unused(SharedBuffers* shared) {
+void Scene::drop_unused(SharedBuffers* shared) {
     if (shared->users > 0) return;
     SharedBuffers** place = &packs_;
     while (*place != shared) place = &(*place)->next;
     *place = shared->next;
-    shared->release(gl);
+    shared->release(device_);
     free_object(*this, shared);
 }
 
-void AvatarGles::forget_order() {
+void Scene::forget_order() {
     free_object(*this, sorted_);
     sorted_ = nullptr;
 }
 
 /// Puts a new resident in the place of one: of another level, or in another context. On an error the old one stays.
-bool AvatarGles::upload_again(Resident** place) {
+bool Scene::upload_again(Resident** place) {
     Resident* old = *place;
     Resident* made = uploaded(old->shared, old->instance);
     if (made == nullptr) return false;
@@ -165,7 +142,7 @@ bool AvatarGles::upload_again(Resident** place) {
     return true;
 }
 
-bool AvatarGles::follow_levels() {
+bool Scene::follow_levels() {
     for (Resident** place = &first_; *place != nullptr; place = &(*place)->next) {
         const bool same = avatar_instance_level((*place)->instance) == (*place)->level;
         if (!same && !upload_again(place)) return false;
@@ -173,7 +150,7 @@ bool AvatarGles::follow_levels() {
     return true;
 }
 
-bool AvatarGles::pose() {
+bool Scene::pose() {
     if (!follow_levels()) return false;
     for (Resident* one = first_; one != nullptr; one = one->next) {
         if (one->shown && !one->pose(clock)) return false;
@@ -182,7 +159,7 @@ bool AvatarGles::pose() {
 }
 
 /// Makes the order of what is shown, where there is none.
-bool AvatarGles::sort() {
+bool Scene::sort() {
     if (sorted_ != nullptr) return true;
     sorted_ = make_object<Sorted>(*this, context());
     if (sorted_ != nullptr && sorted_->make(first_)) return true;
@@ -190,40 +167,21 @@ bool AvatarGles::sort() {
     return false;
 }
 
-bool AvatarGles::view(const AvatarCamera* camera, const AvatarGlesDepth* depth) {
-    AvatarCamera seen;
-    AvatarGlesDepth behind;
-    if (const char* line = take_camera(camera, seen)) errors.set("", "%s", line);
-    else if (!take(depth, behind) && depth != nullptr) errors.set("depth", not_sized);
-    if (errors.any()) return false;
+bool Scene::order(const AvatarCamera& camera) {
     if (!follow_levels() || !sort()) return false;
     bool changed = !sorted_->ran();
     for (Resident* one = first_; one != nullptr; one = one->next) {
-        if (one->shown && !one->view(seen, clock, changed)) return false;
+        if (one->shown && !one->view(camera, clock, changed)) return false;
     }
     if (changed) sorted_->run(clock);
-    if (!draw.begin(seen.width, seen.height, depth != nullptr ? &behind : nullptr)) return false;
-    draw.quads(sorted_->quads(), sorted_->count());
-    clock.end(gl, "raster");
     return true;
 }
 
-void AvatarGles::forget() {
-    gl.forget();
-    release();
-    is_lost_ = true;
+bool Scene::restore() {
+    for (Resident** place = &first_; *place != nullptr; place = &(*place)->next) {
+        if (!upload_again(place)) return false;
+    }
+    return true;
 }
 
-bool AvatarGles::restore() {
-    errors.clear();
-    errors.set_owner("");
-    if (!is_lost_) {
-        errors.set("", "its context was not lost: avatar_gles_forget comes first");
-        return false;
-    }
-    bool good = load();
-    for (Resident** place = &first_; good && *place != nullptr; place = &(*place)->next) good = upload_again(place);
-    if (!good) release();
-    is_lost_ = !good;
-    return good;
-}
+}  // namespace avatar

@@ -5,8 +5,7 @@ namespace avatar {
 
 /// Everything that residents need of their scene.
 struct Context {
-    const Gl& gl;
-    Programs& programs;
+    Device& device;
     Errors& errors;
     const AvatarAllocator& allocator;
 };
@@ -16,8 +15,8 @@ struct SharedBuffers {
     SharedBuffers(Context given, const AvatarPack* of);
 
     /// The buffer of an index; 0 with an error.
-    uint32_t get(const Context& context, uint32_t index, const AvatarBuffer& declared);
-    void release(const Gl& gl);
+    Handle get(const Context& context, uint32_t index, const AvatarBuffer& declared);
+    void release(Device& device);
 
     const AvatarPack* pack;
     uint32_t users = 0;
@@ -25,10 +24,10 @@ struct SharedBuffers {
 
 private:
     Arena arena_;
-    Span<uint32_t> buffers_;  // of the pack, by index; 0: not uploaded
+    Span<Handle> buffers_;  // of the pack, by index; 0: not uploaded
 };
 
-/// What an instance holds on the GPU at one level: its own buffers and its passes.
+/// What an instance holds on a device at one level: its own buffers and its passes.
 class Resident {
 public:
     Resident(Context context, SharedBuffers* shared, AvatarInstance* instance);
@@ -47,7 +46,7 @@ public:
 
     /// Chunks of the level, and the buffer of projected splats of one.
     uint32_t chunks() const;
-    bool chunk(uint32_t index, uint32_t& buffer, uint32_t& count);
+    bool chunk(uint32_t index, Handle& projected, uint32_t& count);
 
     void release();
 
@@ -60,8 +59,8 @@ public:
 private:
     enum { lists = 3 };  // AVATAR_MESH, AVATAR_DEFORM, AVATAR_VIEW
 
-    static uint32_t find(void* user, const AvatarBinding& binding);
-    uint32_t buffer(uint32_t index);
+    static Handle find(void* user, const AvatarBinding& binding);
+    Handle buffer(uint32_t index);
     bool upload_pose();
     void set(uint32_t list, bool& changed);
     bool take_error(const char* line);
@@ -69,10 +68,10 @@ private:
     Context context_;
     Arena arena_;
     AvatarPasses* passes_[lists] = {};
-    RecordedPasses recorded_[lists];
-    Span<uint32_t> own_;  // writable buffers, by index; 0: not made
+    RecordedList recorded_[lists];
+    Span<Handle> own_;  // writable buffers, by index; 0: not made
     Span<float> last_pose_;
-    uint32_t pose_buffer_ = 0;
+    Handle pose_buffer_ = 0;
     bool reads_mesh_ = false;
     bool ran_ = false;       // all passes of deform have run once
     bool deformed_ = false;  // since they were last projected

@@ -1,7 +1,5 @@
 #include "stage_runner.h"
 
-#include "buffers.h"
-
 namespace avatar {
 
 AvatarStageRunner StageRunner::functions() {
@@ -12,29 +10,27 @@ AvatarStageRunner StageRunner::functions() {
     };
     made.write = [](void* user, const char* name, const void* bytes, size_t size) {
         StageRunner* self = static_cast<StageRunner*>(user);
-        const uint32_t into = self->buffer(name);
-        if (into != 0) write_buffer(self->context_.gl, into, bytes, size);
+        const Handle into = self->buffer(name);
+        if (into != 0) self->context_.device.write_buffer(into, bytes, size);
         return into != 0 ? 1 : 0;
     };
     made.read = [](void* user, const char* name, void* bytes, size_t size) {
         StageRunner* self = static_cast<StageRunner*>(user);
-        const uint32_t from = self->buffer(name);
-        return from != 0 && read_buffer(self->context_.gl, self->context_.errors, from, bytes, size) ? 1 : 0;
+        const Handle from = self->buffer(name);
+        return from != 0 && self->context_.device.read_buffer(self->context_.errors, from, bytes, size) ? 1 : 0;
     };
     made.run = [](void* user, const AvatarPasses* passes, uint32_t dispatch) {
         StageRunner* self = static_cast<StageRunner*>(user);
-        const RecordedPasses* list = self->recorded(passes);
+        const RecordedList* list = self->recorded(passes);
         if (list == nullptr) return 0;
-        list->upload(self->context_.gl);
-        list->run(self->context_.gl, dispatch, dispatch + 1, Clock());
+        self->context_.device.upload(*list);
+        self->context_.device.run(*list, dispatch, dispatch + 1, Clock());
         return 1;
     };
     made.draw = [](void* user, uint32_t quads, int32_t width, int32_t height, float* rgba) {
         StageRunner* self = static_cast<StageRunner*>(user);
-        const uint32_t from = self->buffer("Quads");
-        if (from == 0 || !self->draw_.begin(width, height, nullptr)) return 0;
-        self->draw_.quads(from, quads);
-        return self->draw_.read(rgba) ? 1 : 0;
+        const Handle from = self->buffer("Quads");
+        return from != 0 && self->context_.device.draw(self->context_.errors, from, quads, width, height, rgba) ? 1 : 0;
     };
     return made;
 }
@@ -58,13 +54,13 @@ bool StageRunner::load(const AvatarPack* pack, const AvatarSort* scene) {
 }
 
 bool StageRunner::add(const char* name, uint64_t bytes, const AvatarPack* pack, int64_t content) {
-    const uint32_t made = make_buffer(context_.gl, context_.errors, name, bytes, pack, content);
+    const Handle made = context_.device.make_buffer(context_.errors, name, bytes, pack, content);
     if (made != 0) buffers_[count_++] = {name, made};
     return made != 0;
 }
 
 /// Buffers of chunks are named "0/NAME" in a scene, and "NAME" in the pack.
-uint32_t StageRunner::buffer(const char* name) {
+Handle StageRunner::buffer(const char* name) {
     const char* slash = std::strchr(name, '/');
     const char* own = slash == nullptr ? name : slash + 1;
     for (size_t i = 0; i < count_; i++) {
@@ -74,26 +70,28 @@ uint32_t StageRunner::buffer(const char* name) {
     return 0;
 }
 
-uint32_t StageRunner::find(void* user, const AvatarBinding& binding) {
+Handle StageRunner::find(void* user, const AvatarBinding& binding) {
     return static_cast<StageRunner*>(user)->buffer(binding.buffer);
 }
 
 /// The list ready to run: recorded when it is first met. Null with an error.
-RecordedPasses* StageRunner::recorded(const AvatarPasses* passes) {
+const RecordedList* StageRunner::recorded(const AvatarPasses* passes) {
     for (uint32_t i = 0; i < list_count_; i++) {
-        if (lists_[i].passes() == passes) return &lists_[i];
+        if (lists_[i].passes == passes) return &lists_[i];
     }
     if (list_count_ == most_lists) {
         context_.errors.set("", "more than %u lists of passes", most_lists);
         return nullptr;
     }
-    RecordedPasses& one = lists_[list_count_++];
-    return one.make(context_.gl, context_.programs, passes, {&StageRunner::find, this}, arena_) ? &one : nullptr;
+    RecordedList& one = lists_[list_count_];
+    if (record(context_.device, passes, {&StageRunner::find, this}, arena_, one)) return &lists_[list_count_++];
+    free_recorded(context_.device, one);
+    return nullptr;
 }
 
 void StageRunner::release() {
-    for (uint32_t i = 0; i < list_count_; i++) lists_[i].release(context_.gl);
-    for (size_t i = 0; i < count_; i++) context_.gl.DeleteBuffers(1, &buffers_[i].buffer);
+    for (uint32_t i = 0; i < list_count_; i++) free_recorded(context_.device, lists_[i]);
+    for (size_t i = 0; i < count_; i++) context_.device.free_buffer(buffers_[i].buffer);
     list_count_ = 0;
     count_ = 0;
 }

@@ -1,37 +1,35 @@
 #include "resident.h"
 
-#include "buffers.h"
-
 namespace avatar {
 
 SharedBuffers::SharedBuffers(Context given, const AvatarPack* of) : pack(of), arena_(given.allocator, given.errors) {
     AvatarFacts facts;
     avatar_facts(of, &facts);
-    buffers_ = arena_.make<uint32_t>(facts.buffers);
+    buffers_ = arena_.make<Handle>(facts.buffers);
 }
 
-uint32_t SharedBuffers::get(const Context& context, uint32_t index, const AvatarBuffer& declared) {
+Handle SharedBuffers::get(const Context& context, uint32_t index, const AvatarBuffer& declared) {
     if (index >= buffers_.size) return 0;  // its memory was not given, and the error is set
-    uint32_t& buffer = buffers_[index];
-    if (buffer == 0) buffer = make_buffer(context.gl, context.errors, declared.name, declared.bytes, pack, index);
+    Handle& buffer = buffers_[index];
+    if (buffer == 0) buffer = context.device.make_buffer(context.errors, declared.name, declared.bytes, pack, index);
     return buffer;
 }
 
-static void release_all(const Gl& gl, Span<uint32_t> buffers) {
-    for (uint32_t& buffer : buffers) {
-        if (buffer != 0) gl.DeleteBuffers(1, &buffer);
+static void release_all(Device& device, Span<Handle> buffers) {
+    for (Handle& buffer : buffers) {
+        if (buffer != 0) device.free_buffer(buffer);
         buffer = 0;
     }
 }
 
-void SharedBuffers::release(const Gl& gl) { release_all(gl, buffers_); }
+void SharedBuffers::release(Device& device) { release_all(device, buffers_); }
 
 Resident::Resident(Context context, SharedBuffers* of, AvatarInstance* played)
     : instance(played), shared(of), level(avatar_instance_level(played)), context_(context),
       arena_(context.allocator, context.errors) {
     AvatarFacts facts;
     avatar_facts(of->pack, &facts);
-    own_ = arena_.make<uint32_t>(facts.buffers);
+    own_ = arena_.make<Handle>(facts.buffers);
 }
 
 Resident::~Resident() {
@@ -43,9 +41,9 @@ bool Resident::make() {
     for (uint32_t list = 0; list < lists; list++) {
         passes_[list] = avatar_passes_open(shared->pack, level, list, &context_.allocator);
         if (const char* line = avatar_passes_error(passes_[list])) return take_error(line);
-        if (!recorded_[list].make(context_.gl, context_.programs, passes_[list], {&Resident::find, this}, arena_)) return false;
+        if (!record(context_.device, passes_[list], {&Resident::find, this}, arena_, recorded_[list])) return false;
     }
-    reads_mesh_ = recorded_[AVATAR_DEFORM].binds("Mesh");
+    reads_mesh_ = binds(recorded_[AVATAR_DEFORM], "Mesh");
     const int32_t index = avatar_buffer_index(shared->pack, "Pose");
     pose_buffer_ = index < 0 || own_.empty() ? 0 : own_[static_cast<size_t>(index)];
     uint32_t floats = 0;
@@ -56,15 +54,15 @@ bool Resident::make() {
 
 bool Resident::pose(const Clock& clock) {
     if (avatar_update_pose(instance) != AVATAR_OK) return take_error(avatar_instance_error(instance));
-    clock.end(context_.gl, "joints");
+    clock.end(context_.device, "joints");
     bool changed = upload_pose() || !ran_;
     const bool lasting = ran_ && avatar_passes_keep_lasting(passes_[AVATAR_DEFORM]) != 0;
     bool mesh = changed;
     set(AVATAR_MESH, mesh);
     set(AVATAR_DEFORM, changed);
-    if (lasting) recorded_[AVATAR_DEFORM].upload(context_.gl);
-    if (mesh && reads_mesh_) recorded_[AVATAR_MESH].run(context_.gl, clock);
-    if (changed || mesh) recorded_[AVATAR_DEFORM].run(context_.gl, clock);
+    if (lasting) context_.device.upload(recorded_[AVATAR_DEFORM]);
+    if (mesh && reads_mesh_) run_all(context_.device, recorded_[AVATAR_MESH], clock);
+    if (changed || mesh) run_all(context_.device, recorded_[AVATAR_DEFORM], clock);
     deformed_ = deformed_ || changed || mesh;
     ran_ = true;
     return true;
@@ -75,7 +73,7 @@ bool Resident::view(const AvatarCamera& camera, const Clock& clock, bool& projec
     if (avatar_update_camera(instance, &camera) != AVATAR_OK) return take_error(avatar_instance_error(instance));
     bool changed = deformed_;
     set(AVATAR_VIEW, changed);
-    if (changed) recorded_[AVATAR_VIEW].run(context_.gl, clock);
+    if (changed) run_all(context_.device, recorded_[AVATAR_VIEW], clock);
     projected = projected || changed;
     deformed_ = false;
     return true;
@@ -84,7 +82,7 @@ bool Resident::view(const AvatarCamera& camera, const Clock& clock, bool& projec
 /// Uploads the constants of a list if the frame changed them.
 void Resident::set(uint32_t list, bool& changed) {
     if (avatar_passes_set(passes_[list], instance) == 0) return;
-    recorded_[list].upload(context_.gl);
+    context_.device.upload(recorded_[list]);
     changed = true;
 }
 
@@ -95,7 +93,7 @@ bool Resident::upload_pose() {
     const size_t bytes = count * sizeof(float);
     if (count == 0 || count != last_pose_.size || std::memcmp(floats, last_pose_.data, bytes) == 0) return false;
     std::memcpy(last_pose_.data, floats, bytes);
-    if (pose_buffer_ != 0) write_buffer(context_.gl, pose_buffer_, floats, bytes);
+    if (pose_buffer_ != 0) context_.device.write_buffer(pose_buffer_, floats, bytes);
     return true;
 }
 
@@ -104,7 +102,7 @@ uint32_t Resident::chunks() const {
     return avatar_level(shared->pack, level, &row) == AVATAR_OK ? row.chunks : 0;
 }
 
-bool Resident::chunk(uint32_t index, uint32_t& projected, uint32_t& count) {
+bool Resident::chunk(uint32_t index, Handle& projected, uint32_t& count) {
     AvatarChunk row;
     if (avatar_chunk(shared->pack, level, index, &row) != AVATAR_OK) return false;
     count = row.count;
@@ -112,16 +110,16 @@ bool Resident::chunk(uint32_t index, uint32_t& projected, uint32_t& count) {
     return projected != 0;
 }
 
-uint32_t Resident::find(void* user, const AvatarBinding& binding) {
+Handle Resident::find(void* user, const AvatarBinding& binding) {
     Resident* self = static_cast<Resident*>(user);
     return self->buffer(static_cast<uint32_t>(binding.index));
 }
 
-uint32_t Resident::buffer(uint32_t index) {
+Handle Resident::buffer(uint32_t index) {
     AvatarBuffer declared;
     if (avatar_buffer(shared->pack, index, &declared) != AVATAR_OK || index >= own_.size) return 0;
     if (declared.has_content != 0) return shared->get(context_, index, declared);
-    if (own_[index] == 0) own_[index] = make_buffer(context_.gl, context_.errors, declared.name, declared.bytes);
+    if (own_[index] == 0) own_[index] = context_.device.make_buffer(context_.errors, declared.name, declared.bytes, nullptr, -1);
     return own_[index];
 }
 
@@ -132,8 +130,8 @@ bool Resident::take_error(const char* line) {
 }
 
 void Resident::release() {
-    for (RecordedPasses& one : recorded_) one.release(context_.gl);
-    release_all(context_.gl, own_);
+    for (RecordedList& one : recorded_) free_recorded(context_.device, one);
+    release_all(context_.device, own_);
 }
 
 }  // namespace avatar
