@@ -18,7 +18,7 @@ CORE := tests/test_floors.py tests/test_released.py tests/schema tests/conforman
 # Compiled modules are kept, since the tests start about 200 processes.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo view unity check test test-more players fuzz bench docs dist size clean
+.PHONY: demo view unity check test test-more players godot fuzz bench docs dist size clean
 
 demo: .venv/installed
 	$(BIN)/python -m samples.demo $(OUT)/demo
@@ -43,14 +43,24 @@ test: .venv/tested $(NODE_CLIENTS) $(WEB_BUILT)
 	$(BIN)/mypy
 	$(PYTEST)
 
-# The site, every documented command, and the numbers as other processors and Python versions compute them.
+# The site, every documented command, the numbers as other processors and Python versions compute them, and Godot where
+# it can be had; where it cannot, the last line says so.
 test-more: .venv/tested $(NODE_CLIENTS) $(WEB_PLAYER) docs
-	$(PYTEST) -m more
+	$(PYTEST) -m "more and not godot"
 	$(BIN)/python -m tools.machines
+	if $(BIN)/python -m tools.godot.fetch; then $(GODOT_TESTS); fi
 
 # What the players draw of every sample and every avatar, on every backend that runs here.
 players: .venv/tested $(WEB_PLAYER)
 	$(PYTEST) -m players
+
+# The add-on in the engine. It is fetched into .cache/godot (0.2 GB of packages, 0.6 GB unpacked; AVATAR_GODOT_DIR names
+# another folder, GODOT another engine). `make clean` leaves it there.
+GODOT_TESTS = $(BIN)/python -m tools.godot.build linux.$(shell uname -m | sed s/aarch64/arm64/) && \
+	$(PYTEST) -m godot tests/players/godot
+godot: .venv/tested
+	$(BIN)/python -m tools.godot.fetch
+	$(GODOT_TESTS)
 
 # A million hostile files, always the same ones; 300,000 hostile packs, of which all readers must say the same; ten million
 # of the native player's loader, guided by what they reach; commands that are killed or lack disk, streams or memory; and

@@ -14,6 +14,7 @@ from tests.session import fuzz
 pytest_plugins = [
     "tests.commands",
     "tests.measured",
+    "tests.packaging.built_godot",
     "tests.packaging.built_web",
     "tests.samples_made",
     "tests.session.assembled",

@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from avatar_export.drop.steps import ADD_ON
 from avatar_export.players.archive import tarball
 from avatar_export.players.assemble import assemble
 from avatar_schema.version import __version__
@@ -33,6 +34,7 @@ def zipped(files: Files, top: str) -> bytes:
 ARCHIVES: Mapping[str, tuple[str, str, Callable[[Files], bytes]]] = {
     "unity": ("com.avatar-export.player", ".tgz", tarball),
     "unreal": ("GaussianAvatar", ".zip", lambda files: zipped(files, "GaussianAvatar")),
+    "godot": ("godot-gaussian-avatar", ".zip", lambda files: zipped(files, ADD_ON)),
     "native": ("avatar-player", ".tar.gz", lambda files: tarball(files, f"avatar-player-{__version__}")),
     "web": ("avatar-export-player", ".tgz", tarball),
 }

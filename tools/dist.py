@@ -1,4 +1,5 @@
-"""Makes what a release holds: `python -m tools.dist [OUT]` writes both distributions and an archive of each player.
+"""Makes what a release holds: `python -m tools.dist [OUT]` builds the add-on for Godot for all
+platforms, and writes both distributions and an archive of each player.
 
 A checkout installs as one distribution with all five packages. For publishing, the table [tool.distributions] in
 pyproject.toml splits it: each distribution gets a source tree with a plain pyproject.toml, from which its sdist and its
@@ -26,7 +27,10 @@ from packaging.metadata import Metadata
 from packaging.requirements import Requirement
 
 from avatar_runtime.io.errors import AvatarError
+from avatar_shaders.tools import ShaderError
 from tools import archives
+from tools.godot.build import TARGETS, BuildError
+from tools.godot.build import build as build_add_on
 
 ROOT = Path(__file__).parents[1]
 LICENSES = ("LICENSE", "NOTICE.md")
@@ -229,10 +233,12 @@ def main() -> None:
         for old in out.glob(name):
             old.unlink()
     try:
+        for target in TARGETS:
+            build_add_on(target)
         _say(archives.write(out))  # first: it knows whether the npm package, which the wheel holds, is built
         for given in distributions().values():
             _say(make(given, out))
-    except (DistError, AvatarError) as error:
+    except (DistError, AvatarError, BuildError, ShaderError) as error:
         sys.exit(f"dist: {error}")
 
 

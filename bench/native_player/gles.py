@@ -86,6 +86,7 @@ class PythonFrames:
         with backend.context:
             texture = backend.context.texture((camera.width, camera.height), 4)
             self._canvas = backend.context.framebuffer([texture])
+        self.driver = " ".join(backend.context.info[name] for name in ("GL_RENDERER", "GL_VERSION"))
         self.cpu_ms(3)  # compiles
 
     def cpu_ms(self, frames: int) -> float:

@@ -45,6 +45,9 @@ HLSL_ONLY: dict[str, Entry] = {  # of which LANGUAGES have no text
     "raster_vertex_fetch": Entry("raster.hlsl", "vertex", "raster"),
     # For the web player, which has it as GLSL ES 3.00.
     "raster_vertex_batch": Entry("raster.hlsl", "vertex", "raster"),
+    # For engines whose depth of the scene cannot be attached where the splats are drawn.
+    "depth_pixel": Entry("composite.hlsl", "fragment", "raster"),
+    "depth_samples_pixel": Entry("composite.hlsl", "fragment", "raster"),
 }
 SUFFIXES = {  # by folder
     "glsl": {"compute": "comp", "vertex": "vert", "fragment": "frag"},

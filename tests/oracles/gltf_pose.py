@@ -82,16 +82,7 @@ class File:
 
     def posed(self, state: State, sets: int = 1) -> Array:
         """[v, 3] in world space, with JOINTS_0 to JOINTS_(sets - 1)."""
-        mesh = self.json["meshes"][0]
-        position = self.attribute("POSITION").copy()
-        weights = state.weights
-        if isinstance(weights, Mapping):
-            assert set(weights) <= set(self.target_names)
-            weights = [weights.get(name, 0.0) for name in self.target_names]
-        targets = mesh["primitives"][0].get("targets", [])
-        assert len(weights) == len(targets) == len(mesh.get("weights", []))
-        for weight, target in zip(weights, targets, strict=True):
-            position += weight * self.accessor(target["POSITION"])
+        position = self.shaped(state)
         skin = self.json["skins"][0]
         inverse_bind = self.accessor(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
         world = self.world_matrices(state)
@@ -104,6 +95,20 @@ class File:
                 moved = np.einsum("vij,vj->vi", joint[joints[:, k]], point)
                 result += weight[:, k, None] * moved[:, :3]
         return result
+
+    def shaped(self, state: State) -> Array:
+        """[v, 3] before the skin: at rest and with morph targets."""
+        mesh = self.json["meshes"][0]
+        position = self.attribute("POSITION").copy()
+        weights = state.weights
+        if isinstance(weights, Mapping):
+            assert set(weights) <= set(self.target_names)
+            weights = [weights.get(name, 0.0) for name in self.target_names]
+        targets = mesh["primitives"][0].get("targets", [])
+        assert len(weights) == len(targets) == len(mesh.get("weights", []))
+        for weight, target in zip(weights, targets, strict=True):
+            position += weight * self.accessor(target["POSITION"])
+        return position
 
     def world_matrices(self, state: State) -> list[Array]:
         """Of every node, [4, 4]."""

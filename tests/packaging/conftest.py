@@ -10,7 +10,9 @@ from tools import dist
 
 
 @pytest.fixture(scope="session")
-def built(built_web: None, tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Path]]:
+def built(
+    built_godot: None, built_web: None, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, list[Path]]:
     """[sdist, wheel] of each distribution, by its name; what `dist.check` demands holds."""
     out = tmp_path_factory.mktemp("dist")
     return {name: dist.make(given, out) for name, given in dist.distributions().items()}

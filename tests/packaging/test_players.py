@@ -14,10 +14,11 @@ from pathlib import Path
 
 import pytest
 
-from avatar_export.players import web
+from avatar_export.players import godot, web
 from avatar_export.players.assemble import PLAYERS, assemble
 from avatar_runtime.io.errors import AvatarError
 from avatar_schema.version import __version__
+from tests.folders import lay
 from tests.packaging.environments import empty
 from tests.players.web import WEB
 from tools import archives, dist
@@ -30,6 +31,7 @@ print(json.dumps({p: {n: hashlib.sha256(d).hexdigest() for n, d in assemble(p).i
 TOPS = {
     "unity": "package",
     "unreal": "GaussianAvatar",
+    "godot": "addons/gaussian_avatar",
     "web": "package",
     "native": f"avatar-player-{__version__}",
 }
@@ -52,7 +54,7 @@ def test_installed_wheels_put_every_player_together(wheels: dict[str, Path], tmp
 
 
 @pytest.fixture(scope="module")
-def written(built_web: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def written(built_godot: None, built_web: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("archives")
     archives.write(out)
     return out
@@ -93,6 +95,28 @@ def test_it_carries_its_licence_and_the_notices_of_what_its_wasm_contains(packag
     notice, of_all = package["NOTICE.md"].decode(), (WEB.parents[1] / "NOTICE.md").read_text("utf-8")
     for owner in ("Copyright (c) Zig contributors", "Rich Felker"):
         assert owner in notice and owner in of_all
+
+
+SOURCE, LIBRARY = "extension/core.cpp", "bin/libgaussian_avatar.linux.x86_64.so"
+
+
+@pytest.mark.parametrize(
+    ("held", "said"),
+    [
+        ((LIBRARY, SOURCE), f"was built before its sources changed: {godot.BUILD}"),
+        ((SOURCE,), f"is not built: {godot.BUILD}"),
+        ((), f"is not built: {godot.BUILD} in a checkout, and install that"),
+    ],
+)
+def test_an_add_on_for_godot_without_its_libraries_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, held: tuple[str, ...], said: str
+) -> None:
+    root = lay(tmp_path / "godot", dict.fromkeys(("plugin.cfg", *held), "version"))
+    for second, name in enumerate(held):
+        os.utime(root / name, (second, second))
+    monkeypatch.setattr(godot, "folder", lambda _: root)
+    with pytest.raises(AvatarError, match=f"^bin: the add-on for Godot {said}$"):
+        godot.godot_files()
 
 
 def test_an_unbuilt_and_an_outdated_package_are_refused(

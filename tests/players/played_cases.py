@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from avatar_export.version import GENERATOR
 from avatar_export.writers.reference_cases import reference_cases
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.camera import Camera
-from avatar_runtime.conformance import RUNTIME, driving_cases, encode, encode_driving, make_reference
+from avatar_runtime.conformance import RUNTIME, Case, driving_cases, encode, encode_driving, make_reference
 from avatar_runtime.packs import decode_pack
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
@@ -64,7 +64,11 @@ def vectors(avatar: Avatar, names: Container[str] | None = CASES) -> dict[str, b
 
     There are no images, which take time.
     """
-    wanted = [case for case in reference_cases(avatar) if names is None or case.name in names]
+    return vectors_of(avatar, [c for c in reference_cases(avatar) if names is None or c.name in names])
+
+
+def vectors_of(avatar: Avatar, wanted: Sequence[Case]) -> dict[str, bytes]:
+    """The same of cases."""
     cases = [replace(case, images=False) for case in wanted]
     reference = make_reference(avatar, cases, generator=GENERATOR, maker=RUNTIME)
     part = subset(avatar, reference.rows, reference.vertices).avatar

@@ -14,8 +14,9 @@ from avatar_schema import constants, rules
 from avatar_shaders import ENTRIES, HLSL_ONLY, LANGUAGES, reflection, source
 from avatar_shaders.__main__ import differing, made_files
 from avatar_shaders.generate import HLSL
+from avatar_shaders.godot import GODOT_ENTRIES, spirv_main
 from avatar_shaders.headers import literal
-from avatar_shaders.tools import spirv, versions
+from avatar_shaders.tools import cross, spirv, versions
 from tests.shaders import gl_process
 
 
@@ -99,6 +100,15 @@ ALL = ENTRIES | HLSL_ONLY
 @pytest.mark.parametrize("entry", ALL)
 def test_glslang_takes_it_and_the_module_is_valid(entry: str) -> None:
     assert spirv(HLSL, entry)  # spirv() runs spirv-val and raises what either says
+
+
+@pytest.mark.parametrize("entry", GODOT_ENTRIES)
+def test_godots_module_is_the_same_but_for_the_name(entry: str) -> None:
+    modules = spirv_main(HLSL, entry), spirv(HLSL, entry)
+    ours, plain = (cross(module, "glsl430") for module in modules)
+    assert ours.replace("_main(", f"_{entry}(") == plain
+    told = [json.loads(cross(module, "reflect"))["entryPoints"] for module in modules]
+    assert [[row["name"] for row in rows] for rows in told] == [["main"], [entry]]
 
 
 @pytest.mark.parametrize("language", [language for language in LANGUAGES if language.startswith("glsl")])

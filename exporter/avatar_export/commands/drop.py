@@ -28,9 +28,7 @@ def drop(
     ],
     into: Annotated[
         Path,
-        typer.Option(
-            help="Folder of the project: Unity, Unreal, Godot (the rig alone), npm, or a folder with web pages."
-        ),
+        typer.Option(help="Folder of the project: Unity, Unreal, Godot, npm, or a folder with web pages."),
     ],
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="List what would change, and change nothing.")
@@ -41,7 +39,7 @@ def drop(
     levels: Annotated[
         tuple[float, ...] | None,
         Option(
-            "Levels of detail, as of `pack`; 1 leaves the coarser ones out. Default: 1,0.5,0.25 for Unity and Unreal.",
+            "Levels of detail, as of `pack`; 1 leaves the coarser ones out. Default for engines: 1,0.5,0.25.",
             text=level_parts,
         ),
     ] = None,

@@ -1,4 +1,4 @@
-"""What is put into a project: the player's files, and the avatar as a pack, a rig or a page."""
+"""What is put into a project: the player's files, and the avatar as a pack or a page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from avatar_export.conversion import Source as Read
 from avatar_export.conversion import read_source
 from avatar_export.convert_options import SourceOptions
-from avatar_export.drop.hosts import PACK, RIG, Project
+from avatar_export.drop.hosts import Project
 from avatar_export.drop.placing import Delivery
 from avatar_export.notes.note import Note
 from avatar_export.packing.choices import Choices
@@ -17,12 +17,9 @@ from avatar_export.packing.make import pack_of
 from avatar_export.players.archive import tarball
 from avatar_export.players.assemble import assemble
 from avatar_export.serving.session import identity
-from avatar_export.writers.rig_glb import rig_glb
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.whole_files import read_bytes
 from avatar_runtime.packs import FILE_LIMIT, decode_pack, is_pack
-
-SUFFIXES = {PACK: "avatar", RIG: "glb"}
 
 
 @dataclass(frozen=True)
@@ -60,16 +57,6 @@ class Source:
         made = pack_of(read.avatar, choices, progress)
         return made.file, [*read.clip_notes, *made.notes]
 
-    def rig(self, progress: Callable[[str], None]) -> tuple[bytes, list[Note]]:
-        """The file rig.glb, and notes on it. Raises AvatarError for an unsound source and an avatar without a rig."""
-        read = self.read(progress)
-        pieces = rig_glb(read.avatar)
-        if pieces is None:
-            raise AvatarError(
-                "has no rig, and there is no player that shows its Gaussians there", file=self.path
-            )
-        return b"".join(pieces), [*read.clip_notes]
-
 
 def player_files(project: Project) -> dict[str, bytes]:
     """The files of the project's player, if it has a player. Raises AvatarError if they were not installed."""
@@ -84,7 +71,7 @@ def player_files(project: Project) -> dict[str, bytes]:
 def asset_path(project: Project, source: Source) -> str:
     """Where the avatar's file goes, below the project."""
     folder = project.host.assets(project.folder)
-    return "/".join(filter(None, (folder, f"{source.id}.{SUFFIXES[project.host.asset]}")))
+    return "/".join(filter(None, (folder, f"{source.id}.avatar")))
 
 
 def delivery(project: Project, player: dict[str, bytes], path: str, asset: bytes | None) -> Delivery:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from avatar_export.drop.contents import Source, asset_path, delivery, player_files
-from avatar_export.drop.hosts import PAGE, RIG, Project, project_at
+from avatar_export.drop.hosts import PAGE, Project, project_at
 from avatar_export.drop.placing import KEEP, NEW, SAME, UPDATE, mend, place, planned
 from avatar_export.drop.steps import Place
 from avatar_export.notes.note import Note, fact
@@ -25,7 +25,7 @@ class Dropped:
     project: Project
     support: str
     player: str  # its folder or file, below the project; "" for none
-    asset: str  # pack, rig or page, below the project
+    asset: str  # pack or page, below the project
     words: Mapping[str, str]  # path below the project: what happened to it, as `placing` calls it
     kept: Sequence[str]  # what the user changed, and was not replaced
     notes: Sequence[Note]
@@ -80,10 +80,7 @@ def _files(
     plan = planned(top, first, force)  # what is refused is refused before an avatar is packed
     notes: list[Note] = []
     if not dry_run:
-        if project.host.asset == RIG:
-            data, notes = source.rig(progress)
-        else:
-            data, notes = source.pack(project.host.choices, progress)
+        data, notes = source.pack(project.host.choices, progress)
         progress("writing")
         whole = delivery(project, player, asset, data)
         plan = planned(top, whole, force)

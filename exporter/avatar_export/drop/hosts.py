@@ -18,7 +18,7 @@ from avatar_runtime.io.staging import followed
 LEVELS = (1.0, 0.5, 0.25)  # parts of the Gaussians, for engines that run on phones and headsets too
 MOST_BELOW = 200  # folders in which a project is looked for
 MOST_NAMED = 3
-PACK, RIG, PAGE = "pack", "rig", "page"  # what an avatar becomes
+PACK, PAGE = "pack", "page"  # what an avatar becomes
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,9 @@ HOSTS = (
         versions.godot_support,
         steps.godot,
         lambda _: "avatars",
-        asset=RIG,
+        choices=Choices(levels=LEVELS),
+        player="godot",
+        folder=lambda _: steps.ADD_ON,
         moved=".",
     ),
     Host(

@@ -6,6 +6,7 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 TARBALL = "avatar-export-player.tgz"
+ADD_ON = "addons/gaussian_avatar"  # of Godot
 ADD = {  # file of a package manager: its command that takes a tarball
     "pnpm-lock.yaml": "pnpm add",
     "yarn.lock": "yarn add",
@@ -22,7 +23,7 @@ class Place(NamedTuple):
 
     project: Path
     mark: Path  # the file by which the project was recognised
-    asset: str  # pack, rig or page, below the project
+    asset: str  # pack or page, below the project
 
 
 def unity(place: Place) -> Steps:
@@ -53,10 +54,11 @@ def unreal(place: Place) -> Steps:
 
 
 def godot(place: Place) -> Steps:
-    """The import of a scene is automatic."""
+    """No file of the user is edited, so an add-on is switched on by hand; the import of a pack is automatic then."""
     return (
-        "Open the project in Godot, which imports the file by itself.",
+        "Open the project in Godot. Project > Project Settings > Plugins: switch on Gaussian Avatar Player.",
         f"Drag {place.asset} from the FileSystem dock into the 3D view.",
+        "Select it. In the Inspector, pull a slider under Expressions.",
     )
 
 

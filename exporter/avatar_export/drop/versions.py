@@ -15,7 +15,6 @@ Files = Mapping[str, bytes]  # of a player, put together
 LARGEST = 4 << 20  # bytes of a project's file
 NEWEST_UNITY = "6000"  # Unity 6 calls itself 6000.x; the oldest stands in the package
 UNREAL = ("5.4", "5.8")  # oldest, newest
-GODOT = "4.4"  # whose importer docs/engines/godot.md was read from
 NUMBER = re.compile(r"\d{1,6}")
 
 
@@ -46,7 +45,7 @@ def unreal_version(mark: Path) -> str:
 
 
 def godot_version(mark: Path) -> str:
-    """From `config/features=PackedStringArray("4.4", "Forward Plus")`; "" where that says none."""
+    """From `config/features=PackedStringArray("4.6", "Forward Plus")`; "" where that says none."""
     found = re.search(r'^config/features=[^\n]*?"(\d+\.\d+)', _text(mark), re.MULTILINE)
     return "" if found is None else found[1]
 
@@ -73,15 +72,17 @@ def unreal_support(mark: Path, _player: Files) -> Support:
     return _between(unreal_version(mark), *UNREAL, " to ".join(UNREAL))
 
 
-def godot_support(mark: Path, _player: Files) -> Support:
-    """There is no player; the version concerns the import of the rig."""
-    own = _numbers(godot_version(mark))
-    older = (
-        f"; the import of the rig was looked at for {GODOT} and newer"
-        if own and own < _numbers(GODOT)
-        else ""
-    )
-    return Support(None, f"there is no player for Godot yet, so the rig is put there{older}")
+def godot_support(mark: Path, player: Files) -> Support:
+    """By the oldest version in the extension's own description, and by the renderer of the project."""
+    said = player["gaussian_avatar.gdextension"].decode()
+    least = ".".join(map(str, _numbers(said[said.index("compatibility_minimum") :])[:2]))
+    support = _between(godot_version(mark), least, least, f"{least} and newer")
+    if support.known is not False and re.search(
+        r'^renderer/rendering_method="gl_comp', _text(mark), re.MULTILINE
+    ):
+        needs = "it needs compute shaders: choose Forward+ or Mobile in place of Compatibility"
+        return Support(None, f"{support.text}; {needs}")
+    return support
 
 
 def npm_support(mark: Path, player: Files) -> Support:

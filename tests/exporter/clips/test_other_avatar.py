@@ -139,7 +139,7 @@ def test_the_commands_take_it(other: Path, tmp_path: Path, run: Run) -> None:
     (site := tmp_path / "mine").mkdir()
     (site / "index.html").touch()
     (game := tmp_path / "game").mkdir()
-    (game / "project.godot").touch()
+    (game / "package.json").write_text("{}")
     drops = (("drop", own, "--into", project) for project in (site, game))
     for words in (("convert", own, "-o", tmp_path / "whole", *PLAIN), *drops):
         code, _, error = run(*words, *blink)

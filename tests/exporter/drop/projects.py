@@ -25,7 +25,7 @@ UNREAL = {
 }
 GODOT = {
     "project.godot": "; Engine configuration file.\n\nconfig_version=5\n\n[application]\n\n"
-    'config/name="Game"\nconfig/features=PackedStringArray("4.4", "Forward Plus")\nconfig/icon="res://icon.svg"\n',
+    'config/name="Game"\nconfig/features=PackedStringArray("4.6", "Forward Plus")\nconfig/icon="res://icon.svg"\n',
     "icon.svg": '<svg xmlns="http://www.w3.org/2000/svg"/>\n',
     "icon.svg.import": '[remap]\n\nimporter="texture"\n',
 }

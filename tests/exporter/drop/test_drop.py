@@ -10,6 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from tools.godot import build
 
 from avatar_export.drop import contents as drop_contents
 from avatar_export.drop.placing import DROPPED
@@ -19,6 +20,7 @@ from avatar_export.players import assemble as assembling
 from avatar_export.players.assemble import assemble
 from avatar_export.serving.site_folder import MARK
 from avatar_runtime.avatar import Avatar
+from avatar_schema.version import __version__
 from tests import bundles
 from tests.commands import Refused, Run
 from tests.exporter.drop.projects import GODOT, NPM, UNITY, UNREAL, WEB
@@ -27,9 +29,8 @@ from tests.folders import contents, lay
 from tests.session.rights import as_anybody
 
 Files = Mapping[str, str]
-ROOT = Path(__file__).parents[3]
+
 PLAYER = "Packages/com.avatar-export.player"
-HEAD = ROOT / "samples/trained/head_blendshapes"
 
 
 @pytest.fixture
@@ -102,16 +103,22 @@ def test_unreal_gets_a_plugin_and_a_file_to_import(run: Run, pack: Path, tmp_pat
     assert held["Avatars/head.avatar"] == packed()
 
 
-def test_godot_gets_the_rig(run: Run, tmp_path: Path) -> None:
-    project = lay(tmp_path / "game", GODOT)
-    code, text, _ = run("drop", HEAD, "--into", project, "--name", "Anna")
+def test_godot_gets_the_add_on_and_the_pack(built_godot: None, run: Run, pack: Path, tmp_path: Path) -> None:
+    project, start = lay(tmp_path / "game", GODOT), "addons/gaussian_avatar/"
+    code, text, _ = run("drop", pack, "--into", project)
     held = added(project, GODOT)
-    assert code == 0 and "rig" in text
-    assert set(held) == {"avatars/anna.glb", DROPPED.mark} and held["avatars/anna.glb"].startswith(b"glTF")
-    lay(project, {"avatars/anna.glb.import": b"settings"})
-    code, text, _ = run("drop", HEAD, "--into", project, "--name", "Anna")
-    assert code == 0 and "avatars/anna.glb: unchanged" in text
-    assert added(project, GODOT)["avatars/anna.glb.import"] == b"settings"
+    add_on = {path.removeprefix(start): data for path, data in held.items() if path.startswith(start)}
+    assert code == 0 and "Godot 4.6" in text and "switch on Gaussian Avatar Player" in text
+    assert add_on == assemble("godot") and f'version="{__version__}"' in add_on["plugin.cfg"].decode()
+    assert 'name="Gaussian Avatar Player"' in add_on["plugin.cfg"].decode(), "as the steps call it"
+    assert {path for path in add_on if path.startswith("bin/")} >= {f"bin/{build.file_name(build.HERE)}"}
+    assert held["avatars/head.avatar"] == packed()
+    godots = {"avatars/head.avatar.import": b"settings", f"{start}plugin.gd.uid": b"uid://b"}
+    lay(project, godots)
+    code, text, _ = run("drop", pack, "--into", project)
+    assert (
+        code == 0 and "avatars/head.avatar: unchanged" in text and added(project, GODOT) == {**held, **godots}
+    )
 
 
 def test_npm_gets_a_tarball_and_the_line_to_run(run: Run, small: None, pack: Path, tmp_path: Path) -> None:

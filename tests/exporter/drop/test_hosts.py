@@ -16,11 +16,14 @@ from tests.exporter.drop.projects import GODOT, NPM, UNITY, UNREAL, WEB
 from tests.folders import lay
 
 PACKAGE = {"name": "com.x.player", "unity": "2022.3", "peerDependencies": {"three": "~0.187.0"}}
-PLAYER = {"package.json": json.dumps(PACKAGE).encode()}
+PLAYER = {
+    "package.json": json.dumps(PACKAGE).encode(),
+    "gaussian_avatar.gdextension": b'[configuration]\ncompatibility_minimum = "4.6.3"\n',
+}
 PROJECTS: dict[str, tuple[Mapping[str, str], str]] = {
     "Unity": (UNITY, "Unity 2022.3.20f1"),
     "Unreal": (UNREAL, "Unreal 5.4"),
-    "Godot": (GODOT, "Godot 4.4"),
+    "Godot": (GODOT, "Godot 4.6"),
     "npm": (NPM, "npm package shop 1.2.3"),
     "web": (WEB, "web folder with index.html"),
     "web without a first page": ({"about.html": "<p>"}, "web folder with about.html"),
@@ -43,6 +46,11 @@ def unreal(version: str) -> str:
     return json.dumps({"EngineAssociation": version})
 
 
+def godot(version: str, renderer: str = "forward_plus") -> str:
+    features = f'config/features=PackedStringArray("{version}")'
+    return f'{features}\n[rendering]\nrenderer/rendering_method="{renderer}"'
+
+
 def npm(three: object, kind: str = "dependencies") -> str:
     return json.dumps({kind: three})
 
@@ -60,8 +68,11 @@ VERSIONS: list[tuple[Mapping[str, str], str, bool | None, str]] = [
     (UNREAL, unreal("5.9"), None, "newer"),
     (UNREAL, unreal("6.0"), None, "newer"),
     (UNREAL, unreal("{7E2C1F65-4A5E-8A0B-2D5C-7F9A54321ABC}"), None, "5.4 to 5.8"),  # built from sources
-    (GODOT, 'config/features=PackedStringArray("4.2")', None, "4.4"),
-    (GODOT, "config_version=4", None, "rig"),
+    (GODOT, godot("4.5"), False, "4.6"),
+    (GODOT, godot("4.6"), True, ""),
+    (GODOT, godot("4.6", "gl_compatibility"), None, "Forward+"),
+    (GODOT, godot("4.7", "mobile"), None, "newer"),
+    (GODOT, "config_version=4", None, "4.6 and newer"),
     (NPM, npm({"three": "~0.160.1"}), None, "three ~0.160.1"),
     (NPM, npm({"three": "0.190.0"}, "devDependencies"), None, "three 0.190.0"),
     (NPM, npm({"three": "^0.187.1", "vite": "1"}), True, ""),
