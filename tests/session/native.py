@@ -11,6 +11,8 @@ from pathlib import Path
 
 from filelock import FileLock
 
+from avatar_shaders.tools import program
+
 NATIVE = Path(__file__).parents[2] / "players" / "native"
 BUILT = Path(__file__).parents[2] / "out" / "native"  # programs by the hash of what they are made of
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wshadow", "-Werror")
@@ -43,21 +45,30 @@ def includes() -> list[str]:
 
 
 def build(
-    name: str, files: Sequence[Path], flags: Sequence[str], link: Sequence[str] = (), *, gles: bool = False
+    name: str,
+    files: Sequence[Path],
+    flags: Sequence[str],
+    link: Sequence[str] = (),
+    *,
+    gles: bool = False,
+    target: str = "",
 ) -> Path:
     """A program of the library and of C and C++ files, which is kept until one of them or the flags change.
 
-    With `gles` it has the passes on OpenGL, too.
+    With `gles` it has the passes on OpenGL, too. With `target`, Zig's name of another machine, it is for that.
     """
+    if target:
+        flags, name = ("-target", target, *flags), f"{target}_{_short(flags)}_{name}"
     held = library(flags, gles)
     made = BUILT / f"{name}_{_digest(files, (*flags, *link, *(one.name for one in held)))}"
+    made = made.with_suffix(".exe" if "windows" in target else "")
     with FileLock(BUILT / f"{name}.lock"):
         if not made.exists():
             _forget(f"{name}_*")
             objects = [made.with_name(f"{name}_{path.stem}.o") for path in files]
             pairs = zip(files, objects, strict=True)
             _side_by_side([partial(_compiled, path, flags, out) for path, out in pairs])
-            _run(["clang++", *flags, *link, *map(str, [*objects, *held]), "-o", str(made)])
+            _run([*_compiler(flags, "clang++"), *flags, *link, *map(str, [*objects, *held]), "-o", str(made)])
     return made
 
 
@@ -70,7 +81,7 @@ def library(flags: Sequence[str], gles: bool = False) -> list[Path]:
 def _unit(kind: str, flags: Sequence[str]) -> Path:
     """The files of some folders in one object: they compile faster together."""
     files = _files(kind)
-    name = f"{kind}_{hashlib.sha256(repr(flags).encode()).hexdigest()[:6]}"
+    name = f"{kind}_{_short(flags)}"
     made = BUILT / f"{name}_{_digest(files, flags)}.o"
     with FileLock(BUILT / f"{name}.lock"):
         if not made.exists():
@@ -106,6 +117,14 @@ def _digest(files: Sequence[Path], flags: Sequence[str]) -> str:
     return found.hexdigest()[:16]
 
 
+def _short(flags: Sequence[str]) -> str:
+    return hashlib.sha256(repr(flags).encode()).hexdigest()[:6]
+
+
+def _compiler(flags: Sequence[str], here: str) -> list[str]:
+    return [program("zig"), "c++" if "++" in here else "cc"] if "-target" in flags else [here]
+
+
 def _forget(pattern: str) -> None:
     for old in BUILT.glob(pattern):
         old.unlink()
@@ -113,9 +132,9 @@ def _forget(pattern: str) -> None:
 
 def _compiled(path: Path, flags: Sequence[str], out: Path) -> Path:
     if path.suffix == ".c":
-        language = ["clang", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
+        language = [*_compiler(flags, "clang"), "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
     else:
-        language = ["clang++", *LANGUAGE, *WARNINGS]
+        language = [*_compiler(flags, "clang++"), *LANGUAGE, *WARNINGS]
     _run([*language, *flags, *includes(), "-c", str(path), "-o", str(out)])
     return out
 

@@ -35,16 +35,6 @@ KINDS = {"vert": "vertex", "frag": "fragment"}
 Array = npt.NDArray[Any]
 
 
-@pytest.fixture(scope="module")
-def unity_package(unity_package: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The package in a project: includes that leave a folder begin there, and may pass through links."""
-    name = json.loads((unity_package / "package.json").read_text("utf-8"))["name"]
-    place = tmp_path_factory.mktemp("project") / "Packages" / name
-    place.parent.mkdir()
-    place.symlink_to(unity_package)
-    return place
-
-
 def unity_options(package: Path) -> tuple[str, ...]:
     """Where includes are looked for: from the project, and from Shaders, for passes are compiled in another folder."""
     return f"-I{package.parents[1]}", f"-I{package / 'Shaders'}"
@@ -64,10 +54,14 @@ def unreal_shader(plugin: Path, entry: str) -> bytes:
     return compile_file(plugin / f"Shaders/{Path(row.hlsl).stem}.usf", entry, row.kind, UNREAL_OPTIONS)
 
 
+def unity_pass_text(name: str) -> str:
+    found: list[str] = re.findall(r"HLSLPROGRAM\n(.*?)ENDHLSL", MATERIAL.read_text("utf-8"), re.DOTALL)
+    return found[PASSES[name]]
+
+
 def unity_text(folder: Path, name: str) -> Path:
-    text = re.findall(r"HLSLPROGRAM\n(.*?)ENDHLSL", MATERIAL.read_text("utf-8"), re.DOTALL)[PASSES[name]]
     path = folder / f"{name}.hlsl"
-    path.write_text(text.replace('"../../', '"'), "utf-8")
+    path.write_text(unity_pass_text(name).replace('"../../', '"'), "utf-8")
     return path
 
 

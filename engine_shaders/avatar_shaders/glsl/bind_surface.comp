@@ -254,38 +254,42 @@ vec3 rotate(Rows3 m, vec3 v)
 
 vec3 surface_position(uint row, Foot foot, float size)
 {
-    uint param = 0u;
-    Foot param_1 = foot;
-    vec3 position = mesh_blend(param, param_1).xyz;
+    vec3 moved;
     if (constants.position_rule == 1u)
     {
-        vec3 param_2 = Mesh_1._data[foot.vertex.x].xyz;
-        vec3 param_3 = Mesh_1._data[foot.vertex.y].xyz;
-        vec3 param_4 = Mesh_1._data[foot.vertex.z].xyz;
-        TriangleShape shape = triangle_by_edge(param_2, param_3, param_4);
-        uint param_5 = constants.local_offset;
-        uint param_6 = row;
-        uint param_7 = constants.count;
-        uint param_8 = constants.local_offset_width;
-        uint param_9 = constants.local_offset_scale;
-        vec3 offset = embed_linear3(param_5, param_6, param_7, param_8, param_9);
-        Rows3 param_10 = shape.frame;
-        vec3 param_11 = offset;
-        return position + (rotate(param_10, param_11) * size);
+        vec3 param = Mesh_1._data[foot.vertex.x].xyz;
+        vec3 param_1 = Mesh_1._data[foot.vertex.y].xyz;
+        vec3 param_2 = Mesh_1._data[foot.vertex.z].xyz;
+        TriangleShape shape = triangle_by_edge(param, param_1, param_2);
+        uint param_3 = constants.local_offset;
+        uint param_4 = row;
+        uint param_5 = constants.count;
+        uint param_6 = constants.local_offset_width;
+        uint param_7 = constants.local_offset_scale;
+        vec3 offset = embed_linear3(param_3, param_4, param_5, param_6, param_7);
+        Rows3 param_8 = shape.frame;
+        vec3 param_9 = offset;
+        moved = rotate(param_8, param_9) * size;
     }
-    uint param_12 = 1u;
-    Foot param_13 = foot;
-    vec3 normal = mesh_blend(param_12, param_13).xyz;
-    if (constants.position_rule == 0u)
+    else
     {
-        vec3 param_14 = normal;
-        normal = bind_unit(param_14);
+        uint param_10 = 1u;
+        Foot param_11 = foot;
+        vec3 normal = mesh_blend(param_10, param_11).xyz;
+        if (constants.position_rule == 0u)
+        {
+            vec3 param_12 = normal;
+            normal = bind_unit(param_12);
+        }
+        uint param_13 = constants.displacement;
+        uint param_14 = row;
+        uint param_15 = constants.displacement_width;
+        uint param_16 = constants.displacement_scale;
+        moved = normal * embed_linear(param_13, param_14, param_15, param_16);
     }
-    uint param_15 = constants.displacement;
-    uint param_16 = row;
-    uint param_17 = constants.displacement_width;
-    uint param_18 = constants.displacement_scale;
-    return position + (normal * embed_linear(param_15, param_16, param_17, param_18));
+    uint param_17 = 0u;
+    Foot param_18 = foot;
+    return mesh_blend(param_17, param_18).xyz + moved;
 }
 
 vec4 bind_unit4(vec4 v)
@@ -467,8 +471,8 @@ void _bind_surface(uvec3 id)
     BoundSplat param_25 = b;
     Rows4 param_26 = world;
     vec4 param_27 = constants.world_quat_wxyz;
-    BoundSplat _1417 = bind_place(param_25, param_26, param_27);
-    b = _1417;
+    BoundSplat _1415 = bind_place(param_25, param_26, param_27);
+    b = _1415;
     vec3 log_scale = vec3(Splats_1._data[(2u * constants.count) + row].w, Splats_1._data[(3u * constants.count) + row].w, Splats_1._data[(4u * constants.count) + row].w);
     vec3 param_28 = log_scale;
     float param_29 = size;

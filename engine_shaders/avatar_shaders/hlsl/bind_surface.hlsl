@@ -78,20 +78,24 @@ float4 surface_turn(uint triangle_id, Foot foot)
 
 float3 surface_position(uint row, Foot foot, float size)
 {
-    float3 position = mesh_blend(0, foot).xyz;
+    float3 moved;
     if (position_rule == AVATAR_POSITION_TRIANGLE_FRAME)
     {
         TriangleShape shape = triangle_by_edge(
             Mesh[foot.vertex.x].xyz, Mesh[foot.vertex.y].xyz, Mesh[foot.vertex.z].xyz);
         float3 offset = embed_linear3(local_offset, row, count, local_offset_width, local_offset_scale);
-        return position + size * rotate(shape.frame, offset);
+        moved = size * rotate(shape.frame, offset);
     }
-    float3 normal = mesh_blend(1, foot).xyz;
-    if (position_rule == AVATAR_POSITION_NORMAL)
+    else
     {
-        normal = bind_unit(normal);
+        float3 normal = mesh_blend(1, foot).xyz;
+        if (position_rule == AVATAR_POSITION_NORMAL)
+        {
+            normal = bind_unit(normal);
+        }
+        moved = embed_linear(displacement, row, displacement_width, displacement_scale) * normal;
     }
-    return position + embed_linear(displacement, row, displacement_width, displacement_scale) * normal;
+    return mesh_blend(0, foot).xyz + moved;
 }
 
 float3 surface_scale(float3 log_scale, float size, float canonical)

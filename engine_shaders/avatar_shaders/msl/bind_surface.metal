@@ -266,38 +266,42 @@ float3 rotate(thread const Rows3& m, thread const float3& v)
 static inline __attribute__((always_inline))
 float3 surface_position(thread const uint& row, thread const Foot& foot, thread const float& size, const device EmbedStatic& EmbedStatic_1, constant BindSurfaceConstants& constants, const device Mesh& Mesh_1)
 {
-    uint param = 0u;
-    Foot param_1 = foot;
-    float3 position = mesh_blend(param, param_1, constants, Mesh_1).xyz;
+    float3 moved;
     if (constants.position_rule == 1u)
     {
-        float3 param_2 = Mesh_1._data[foot.vertex0.x].xyz;
-        float3 param_3 = Mesh_1._data[foot.vertex0.y].xyz;
-        float3 param_4 = Mesh_1._data[foot.vertex0.z].xyz;
-        TriangleShape shape = triangle_by_edge(param_2, param_3, param_4);
-        uint param_5 = constants.local_offset;
-        uint param_6 = row;
-        uint param_7 = constants.count;
-        uint param_8 = constants.local_offset_width;
-        uint param_9 = constants.local_offset_scale;
-        float3 offset = embed_linear3(param_5, param_6, param_7, param_8, param_9, EmbedStatic_1);
-        Rows3 param_10 = shape.frame;
-        float3 param_11 = offset;
-        return position + (rotate(param_10, param_11) * size);
+        float3 param = Mesh_1._data[foot.vertex0.x].xyz;
+        float3 param_1 = Mesh_1._data[foot.vertex0.y].xyz;
+        float3 param_2 = Mesh_1._data[foot.vertex0.z].xyz;
+        TriangleShape shape = triangle_by_edge(param, param_1, param_2);
+        uint param_3 = constants.local_offset;
+        uint param_4 = row;
+        uint param_5 = constants.count;
+        uint param_6 = constants.local_offset_width;
+        uint param_7 = constants.local_offset_scale;
+        float3 offset = embed_linear3(param_3, param_4, param_5, param_6, param_7, EmbedStatic_1);
+        Rows3 param_8 = shape.frame;
+        float3 param_9 = offset;
+        moved = rotate(param_8, param_9) * size;
     }
-    uint param_12 = 1u;
-    Foot param_13 = foot;
-    float3 normal = mesh_blend(param_12, param_13, constants, Mesh_1).xyz;
-    if (constants.position_rule == 0u)
+    else
     {
-        float3 param_14 = normal;
-        normal = bind_unit(param_14);
+        uint param_10 = 1u;
+        Foot param_11 = foot;
+        float3 normal = mesh_blend(param_10, param_11, constants, Mesh_1).xyz;
+        if (constants.position_rule == 0u)
+        {
+            float3 param_12 = normal;
+            normal = bind_unit(param_12);
+        }
+        uint param_13 = constants.displacement;
+        uint param_14 = row;
+        uint param_15 = constants.displacement_width;
+        uint param_16 = constants.displacement_scale;
+        moved = normal * embed_linear(param_13, param_14, param_15, param_16, EmbedStatic_1);
     }
-    uint param_15 = constants.displacement;
-    uint param_16 = row;
-    uint param_17 = constants.displacement_width;
-    uint param_18 = constants.displacement_scale;
-    return position + (normal * embed_linear(param_15, param_16, param_17, param_18, EmbedStatic_1));
+    uint param_17 = 0u;
+    Foot param_18 = foot;
+    return mesh_blend(param_17, param_18, constants, Mesh_1).xyz + moved;
 }
 
 static inline __attribute__((always_inline))
@@ -493,8 +497,8 @@ void _bind_surface(thread const uint3& id, const device EmbedStatic& EmbedStatic
     BoundSplat param_25 = b;
     Rows4 param_26 = world;
     float4 param_27 = constants.world_quat_wxyz;
-    BoundSplat _1417 = bind_place(param_25, param_26, param_27);
-    b = _1417;
+    BoundSplat _1415 = bind_place(param_25, param_26, param_27);
+    b = _1415;
     float3 log_scale = float3(((device float*)&Splats_1._data[(2u * constants.count) + row])[3u], ((device float*)&Splats_1._data[(3u * constants.count) + row])[3u], ((device float*)&Splats_1._data[(4u * constants.count) + row])[3u]);
     float3 param_28 = log_scale;
     float param_29 = size;

@@ -239,22 +239,25 @@ fn rotate_0( m_3 : Rows3_0,  v_1 : vec3<f32>) -> vec3<f32>
 
 fn surface_position_0( row_0 : u32,  foot_2 : Foot_0,  size_2 : f32) -> vec3<f32>
 {
-    var position_0 : vec3<f32> = mesh_blend_0(u32(0), foot_2).xyz;
+    var moved_0 : vec3<f32>;
     if((BindSurfaceConstants_0.position_rule_0) == u32(1))
     {
-        return position_0 + vec3<f32>(size_2) * rotate_0(triangle_by_edge_0(Mesh_0[foot_2.vertex_0.x].xyz, Mesh_0[foot_2.vertex_0.y].xyz, Mesh_0[foot_2.vertex_0.z].xyz).frame_0, embed_linear3_0(BindSurfaceConstants_0.local_offset_0, row_0, BindSurfaceConstants_0.count_0, BindSurfaceConstants_0.local_offset_width_0, BindSurfaceConstants_0.local_offset_scale_0));
-    }
-    var normal_0 : vec3<f32> = mesh_blend_0(u32(1), foot_2).xyz;
-    var normal_1 : vec3<f32>;
-    if((BindSurfaceConstants_0.position_rule_0) == u32(0))
-    {
-        normal_1 = bind_unit_0(normal_0);
+        moved_0 = vec3<f32>(size_2) * rotate_0(triangle_by_edge_0(Mesh_0[foot_2.vertex_0.x].xyz, Mesh_0[foot_2.vertex_0.y].xyz, Mesh_0[foot_2.vertex_0.z].xyz).frame_0, embed_linear3_0(BindSurfaceConstants_0.local_offset_0, row_0, BindSurfaceConstants_0.count_0, BindSurfaceConstants_0.local_offset_width_0, BindSurfaceConstants_0.local_offset_scale_0));
     }
     else
     {
-        normal_1 = normal_0;
+        var normal_0 : vec3<f32> = mesh_blend_0(u32(1), foot_2).xyz;
+        if((BindSurfaceConstants_0.position_rule_0) == u32(0))
+        {
+            moved_0 = bind_unit_0(normal_0);
+        }
+        else
+        {
+            moved_0 = normal_0;
+        }
+        moved_0 = vec3<f32>(embed_linear_0(BindSurfaceConstants_0.displacement_0, row_0, BindSurfaceConstants_0.displacement_width_0, BindSurfaceConstants_0.displacement_scale_0)) * moved_0;
     }
-    return position_0 + vec3<f32>(embed_linear_0(BindSurfaceConstants_0.displacement_0, row_0, BindSurfaceConstants_0.displacement_width_0, BindSurfaceConstants_0.displacement_scale_0)) * normal_1;
+    return mesh_blend_0(u32(0), foot_2).xyz + moved_0;
 }
 
 fn bind_unit4_0( v_2 : vec4<f32>) -> vec4<f32>

@@ -9,7 +9,10 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tests.session.native import LIMIT_S, NATIVE, SANITIZED, build
+from tools.windows import wine
+
+from tests.players.native.machines import HERE, Machine
+from tests.session.native import LIMIT_S, NATIVE, build
 from tests.session.needed import need
 
 
@@ -19,14 +22,17 @@ def need_compilers() -> None:
     need({name: shutil.which(tool) for name, tool in tools.items()})
 
 
-def probe() -> Path:
+def probe(machine: Machine = HERE) -> Path:
     """The program of all probes, with sanitizers."""
     need_compilers()
-    own = [NATIVE / "tests" / f"{name}.cpp" for name in ("probe", "checks", "refused")]
-    return build("probe", [*own, NATIVE / "fuzz" / "use_everything.cpp"], SANITIZED)
+    own = [NATIVE / "tests" / f"{name}.cpp" for name in ("probe", "checks", "refused", *machine.sources)]
+    own.append(NATIVE / "fuzz" / "use_everything.cpp")
+    return build("probe", own, machine.flags, target=machine.target)
 
 
-def ask(command: str, folders: Sequence[Path], out: Path) -> list[Mapping[str, bytes]]:
+def ask(
+    command: str, folders: Sequence[Path], out: Path, machine: Machine = HERE
+) -> list[Mapping[str, bytes]]:
     """What a probe says of each folder. Fails the test where the program ends with an error, such as a sanitizer's."""
     files = [out / f"{command}_{at}.bin" for at in range(len(folders))]
     words = [
@@ -34,16 +40,19 @@ def ask(command: str, folders: Sequence[Path], out: Path) -> list[Mapping[str, b
         for folder, file in zip(folders, files, strict=True)
         for word in (command, str(folder), str(file))
     ]
-    run(probe(), words)
+    run(probe(machine), words, machine)
     return [records(file.read_bytes()) for file in files]
 
 
-def run(program: Path, words: Sequence[str]) -> str:
+def run(program: Path, words: Sequence[str], machine: Machine = HERE) -> str:
     """What a program prints. It must end with 0."""
+    if machine.on_windows:
+        said = wine.run([program, *words])
+        assert said.code == 0, f"{said.code}: {said.out[-2000:]}{said.error[-4000:]}"
+        return said.out
     own = {**os.environ, "UBSAN_OPTIONS": "print_stacktrace=1", "ASAN_OPTIONS": "detect_leaks=1"}
-    done = subprocess.run(
-        [str(program), *words], env=own, capture_output=True, text=True, timeout=LIMIT_S, check=False
-    )
+    command = [*machine.emulator, str(program), *words]
+    done = subprocess.run(command, env=own, capture_output=True, text=True, timeout=LIMIT_S, check=False)
     assert done.returncode == 0, f"{done.returncode}: {done.stdout[-2000:]}{done.stderr[-4000:]}"
     return done.stdout
 

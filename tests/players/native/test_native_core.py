@@ -25,6 +25,7 @@ from avatar_runtime.pose import PoseArrays, resolve
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from tests.players import core_cases
 from tests.players.native import ask
+from tests.players.native.machines import Machine
 from tests.players.unity_cases import write_contents
 from tests.runtime.backends.gl_cases import avatars
 
@@ -59,13 +60,15 @@ def names(unity_cases: Path) -> list[str]:
     return found
 
 
-def test_packs_hold_what_python_reads(names: list[str], unity_cases: Path, tmp_path: Path) -> None:
+def test_packs_hold_what_python_reads(
+    machine: Machine, names: list[str], unity_cases: Path, tmp_path: Path
+) -> None:
     """Packs of the cases, of the conformance avatars, and of a trained sample, quantised."""
     made = {name: pack([avatar], None).file for name, avatar in avatars().items()}
     made["sample"] = pack([read(TRAINED / "body_splatting")], Fineness(4.0)).file
     write_contents(made, tmp_path)
     folders = [unity_cases / name for name in names] + [tmp_path / name for name in made]
-    for folder, found in zip(folders, ask("contents", folders, tmp_path), strict=True):
+    for folder, found in zip(folders, ask("contents", folders, tmp_path, machine), strict=True):
         check_contents(found, json.loads((folder / "facts.json").read_text()))
 
 
@@ -104,7 +107,9 @@ def _sha(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def test_poses_give_what_python_computes(names: list[str], unity_cases: Path, tmp_path: Path) -> None:
+def test_poses_give_what_python_computes(
+    machine: Machine, names: list[str], unity_cases: Path, tmp_path: Path
+) -> None:
     wanted, folders = [], []
     for name in names:
         want = safetensors.decode((unity_cases / name / "poses.safetensors").read_bytes(), name)
@@ -114,7 +119,7 @@ def test_poses_give_what_python_computes(names: list[str], unity_cases: Path, tm
         folders.append(_folder(tmp_path / name, unity_cases / name / "pack.avatar"))
         (folders[-1] / "poses.f64").write_bytes(np.concatenate(given, axis=1).tobytes())
         wanted.append(want)
-    for want, found in zip(wanted, ask("poses", folders, tmp_path), strict=True):
+    for want, found in zip(wanted, ask("poses", folders, tmp_path, machine), strict=True):
         for key in ("pose_floats", "group_matrix", "group_rotation"):
             made = np.frombuffer(found[key], np.float32).reshape(want[key].shape)
             rows = want[key].reshape(len(made), -1)
@@ -128,9 +133,11 @@ def _folder(path: Path, pack: Path) -> Path:
     return path
 
 
-def test_driving_and_joints_repeat_the_reference(names: list[str], unity_cases: Path, tmp_path: Path) -> None:
+def test_driving_and_joints_repeat_the_reference(
+    machine: Machine, names: list[str], unity_cases: Path, tmp_path: Path
+) -> None:
     drivable = [name for name in names if name != "surface_without_rig"]
-    said = ask("conform", [unity_cases / name for name in drivable], tmp_path)
+    said = ask("conform", [unity_cases / name for name in drivable], tmp_path, machine)
     for name, found in zip(drivable, said, strict=True):
         assert found["error"] == b"", name
         failed = {key: struct.unpack("<2d", row) for key, row in found.items() if key.count("/") >= 2}
@@ -138,14 +145,14 @@ def test_driving_and_joints_repeat_the_reference(names: list[str], unity_cases: 
         assert {key.split("/")[-2] for key in failed} == {"driving", "joints"}
 
 
-def test_clips_are_sampled_as_python_does(unity_cases: Path, tmp_path: Path) -> None:
+def test_clips_are_sampled_as_python_does(machine: Machine, unity_cases: Path, tmp_path: Path) -> None:
     avatar = decode_pack((unity_cases / "joints" / "pack.avatar").read_bytes(), "joints").avatar
     clip = avatar.clips[0]
     folder = _folder(tmp_path / "joints", unity_cases / "joints" / "pack.avatar")
     frames = np.arange(clip.frames)
     times = np.concatenate([frames / clip.fps, [(1 + part) / clip.fps for part in PARTS], [-1, 1e9, np.nan]])
     (folder / "times.f64").write_bytes(times.tobytes())
-    (found,) = ask("clips", [folder], tmp_path)
+    (found,) = ask("clips", [folder], tmp_path, machine)
     made = np.frombuffer(found["sampled"]).reshape(len(times), -1)
     for frame in frames:
         want = _flat(resolve(frame_pose(avatar, clip, int(frame)), avatar))
@@ -164,7 +171,7 @@ def _flat(arrays: PoseArrays) -> Array:
     return np.concatenate([np.asarray(part, np.float64).ravel() for part in parts])
 
 
-def test_cameras_have_the_matrices_of_python(unity_cases: Path, tmp_path: Path) -> None:
+def test_cameras_have_the_matrices_of_python(machine: Machine, unity_cases: Path, tmp_path: Path) -> None:
     told = json.loads((unity_cases / "cameras.json").read_text())
     order = ("orbit", "fromOpencv")
     for how, file in zip(order, ("orbit", "opencv"), strict=True):
@@ -174,7 +181,7 @@ def test_cameras_have_the_matrices_of_python(unity_cases: Path, tmp_path: Path) 
     engines = [_engine_camera(rng) for _ in range(20)]
     rows = [[*view.ravel(), *projection.ravel(), *size] for view, projection, size in engines]
     (tmp_path / "opengl.f64").write_bytes(np.array(rows, np.float64).tobytes())
-    (found,) = ask("cameras", [tmp_path], tmp_path)
+    (found,) = ask("cameras", [tmp_path], tmp_path, machine)
     made = np.frombuffer(found["cameras"], CAMERA)
     seen = [Camera.from_opengl(view, projection, *size) for view, projection, size in engines]
     wanted = [row for how in order for row in told if row["how"] == how]
@@ -196,14 +203,16 @@ def _engine_camera(rng: np.random.Generator) -> tuple[Array, Array, tuple[int, i
     return view, projection, (int(rng.integers(1, 3000)), int(rng.integers(1, 3000)))
 
 
-def test_recordings_and_packets_are_read_as_python_reads_them(unity_cases: Path, tmp_path: Path) -> None:
+def test_recordings_and_packets_are_read_as_python_reads_them(
+    machine: Machine, unity_cases: Path, tmp_path: Path
+) -> None:
     csv = (unity_cases / "recording.csv").read_bytes()
     take = read_live_link_csv(csv, "take")
     times = np.concatenate([take.time, (take.time[1:] + take.time[:-1]) / 2, [-1, 1e9, np.nan]])
     for name in ("recording.csv", "packets.bin"):
         (tmp_path / name).symlink_to((unity_cases / name).resolve())
     (tmp_path / "take_times.f64").write_bytes(times.tobytes())
-    (found,) = ask("recordings", [tmp_path], tmp_path)
+    (found,) = ask("recordings", [tmp_path], tmp_path, machine)
     assert found["error"] == b""
     np.testing.assert_array_equal(np.frombuffer(found["times"]), take.time)
     np.testing.assert_array_equal(np.frombuffer(found["channels"]).reshape(-1, 61), take.channels)
@@ -236,9 +245,9 @@ def _check_packets(data: bytes, found: Records) -> None:
     assert count > 1000 and taken > 50
 
 
-def test_spellings_of_channels_are_understood(tmp_path: Path) -> None:
+def test_spellings_of_channels_are_understood(machine: Machine, tmp_path: Path) -> None:
     spelled = SPELLED.split(",")
     (tmp_path / "names.txt").write_text("".join(f"{name}\n" for name in spelled))
-    (found,) = ask("spellings", [tmp_path], tmp_path)
+    (found,) = ask("spellings", [tmp_path], tmp_path, machine)
     for name in spelled:
         assert found[name].decode() == (canonical(name) or rotation_channel(name) or ""), name

@@ -15,13 +15,16 @@ import pytest
 
 from tests.players.hostile.packs import HOSTILE, changed
 from tests.players.native import ask
+from tests.players.native.machines import Machine
 from tests.session.native import NATIVE
 
 
-def test_changed_programs_have_the_verdict_of_python(unity_cases: Path, tmp_path: Path) -> None:
+def test_changed_programs_have_the_verdict_of_python(
+    machine: Machine, unity_cases: Path, tmp_path: Path
+) -> None:
     text = (unity_cases / "programs.json").read_text()
     (tmp_path / "programs.json").write_text(re.sub("10{400}", '"Infinity"', text))
-    (found,) = ask("programs", [tmp_path], tmp_path)
+    (found,) = ask("programs", [tmp_path], tmp_path, machine)
     told = json.loads(text)["programs"]
     planted = 0
     for index, one in enumerate(told):
@@ -34,13 +37,13 @@ def test_changed_programs_have_the_verdict_of_python(unity_cases: Path, tmp_path
     assert len(told) > 800 and planted > 40 and sum(one["field"] is None for one in told) > 50
 
 
-def test_hostile_packs_are_refused_by_name(unity_cases: Path, tmp_path: Path) -> None:
+def test_hostile_packs_are_refused_by_name(machine: Machine, unity_cases: Path, tmp_path: Path) -> None:
     hostile = unity_cases / "hostile"
     told, sound = (json.loads((hostile / f"{name}.json").read_text()) for name in ("hostile", "sound"))
     _write_stream(
         [(hostile / name).read_bytes() for name in [*(one["file"] for one in told), *sound]], tmp_path
     )
-    (found,) = ask("refusals", [tmp_path], tmp_path)
+    (found,) = ask("refusals", [tmp_path], tmp_path, machine)
     lines = [line.decode("utf-8", "replace") for line in found.values()]
     for one, line in zip(told, lines, strict=False):
         message = one["message"].replace("com.avatar-export.player", "the player")
@@ -50,9 +53,11 @@ def test_hostile_packs_are_refused_by_name(unity_cases: Path, tmp_path: Path) ->
 
 
 @pytest.mark.hypothesis
-def test_mutated_packs_are_refused_or_can_be_played(unity_cases: Path, tmp_path: Path) -> None:
+def test_mutated_packs_are_refused_or_can_be_played(
+    machine: Machine, unity_cases: Path, tmp_path: Path
+) -> None:
     (tmp_path / "files.bin").symlink_to((unity_cases / "mutated.bin").resolve())
-    (found,) = ask("refusals", [tmp_path], tmp_path)
+    (found,) = ask("refusals", [tmp_path], tmp_path, machine)
     lines = [line.decode("utf-8", "replace") for line in found.values()]
     assert all("\n" not in line and len(line) < 500 for line in lines)
     loaded = lines.count("")
@@ -60,7 +65,7 @@ def test_mutated_packs_are_refused_or_can_be_played(unity_cases: Path, tmp_path:
     assert loaded > len(lines) // 100 and len(lines) - loaded > len(lines) // 4
 
 
-def test_gzip_is_inflated_as_zlib_inflates_it(tmp_path: Path) -> None:
+def test_gzip_is_inflated_as_zlib_inflates_it(machine: Machine, tmp_path: Path) -> None:
     """Every kind of block, codes of 1 to 15 bits, near and far matches; then the same files, damaged."""
     files = [file for data in _texts() for file in _compressed(data)]
     rng = Random(5)
@@ -70,7 +75,7 @@ def test_gzip_is_inflated_as_zlib_inflates_it(tmp_path: Path) -> None:
             files.append(file[:at] + bytes([file[at] ^ 1 << rng.randrange(8)]) + file[at + 1 :])
         files.append(file[: rng.randrange(10, len(file))])
     _write_stream(files, tmp_path)
-    (found,) = ask("inflated", [tmp_path], tmp_path)
+    (found,) = ask("inflated", [tmp_path], tmp_path, machine)
     sound = 0
     for number, file in enumerate(files):
         want = _by_zlib(file)
@@ -112,14 +117,16 @@ def _write_stream(files: list[bytes], folder: Path) -> None:
     (folder / "files.bin").write_bytes(b"".join(struct.pack("<I", len(file)) + file for file in files))
 
 
-def test_arguments_that_cannot_be_used_are_refused(unity_cases: Path, tmp_path: Path) -> None:
+def test_arguments_that_cannot_be_used_are_refused(
+    machine: Machine, unity_cases: Path, tmp_path: Path
+) -> None:
     """Every function of the header: NULL, numbers that are not finite, what is not there, the wrong order."""
     for own, case in (("pack", "joints"), ("other", "wide")):
         (tmp_path / f"{own}.avatar").symlink_to((unity_cases / case / "pack.avatar").resolve())
     whole = (unity_cases / "joints" / "pack.avatar").read_bytes()
     file = changed(whole, lambda document: document["avatar"].update(name=HOSTILE))
     (tmp_path / "hostile.avatar").write_bytes(file)
-    (found,) = ask("refused", [tmp_path], tmp_path)
+    (found,) = ask("refused", [tmp_path], tmp_path, machine)
     assert {what: said for what, said in found.items() if said} == {}
     header = "".join(path.read_text() for path in (NATIVE / "include").iterdir())
     declared = re.findall(r"AVATAR_API [^;]*?(avatar_\w+)\(", header)
@@ -128,8 +135,10 @@ def test_arguments_that_cannot_be_used_are_refused(unity_cases: Path, tmp_path: 
 
 
 @pytest.mark.parametrize("name", ["joints", "wide"])
-def test_memory_neither_grows_nor_is_taken_in_a_frame(name: str, unity_cases: Path, tmp_path: Path) -> None:
-    (found,) = ask("memory", [unity_cases / name], tmp_path)
+def test_memory_neither_grows_nor_is_taken_in_a_frame(
+    machine: Machine, name: str, unity_cases: Path, tmp_path: Path
+) -> None:
+    (found,) = ask("memory", [unity_cases / name], tmp_path, machine)
     sound, blocks, size, during, calls = struct.unpack("<5Q", found["counted"])
     assert (sound, blocks, size, during) == (1, 0, 0, 0)
     assert calls > 51

@@ -1,0 +1,1 @@
+"""Programs for Windows: made here, and run here with Wine."""
