@@ -50,8 +50,9 @@ test-more: .venv/tested $(NODE_CLIENTS) $(WEB_PLAYER) docs
 	$(BIN)/python -m tools.machines
 	if $(BIN)/python -m tools.godot.fetch; then $(GODOT_TESTS); fi
 
-# What the players draw of every sample and every avatar, on every backend that runs here.
+# What the players draw of every sample and every avatar, on every backend and in every browser that runs here.
 players: .venv/tested $(WEB_PLAYER)
+	sh .ci/packages browsers
 	$(PYTEST) -m players
 
 # The add-on in the engine. It is fetched into .cache/godot (0.2 GB of packages, 0.6 GB unpacked; AVATAR_GODOT_DIR names

@@ -1,4 +1,4 @@
-"""The built viewer page in headless Chromium: as it is served, as one file, and with packets that arrive."""
+"""The built viewer page in browsers: as it is served, as one file, and with packets that arrive."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.commands import Run
 from tests.exporter.commands.test_view import view
 from tests.exporter.live.senders import live_link_packets
 from tests.measured import Measure
-from tests.players.web import LIMIT_S, WEB, need_chromium, node, run_node_test
+from tests.players.web import CHROMIUM, LIMIT_S, OTHERS, WEB, environment_of, in_browsers, node, run_node_test
 
 PAGE = Path(__file__).parents[2] / "exporter" / "avatar_export" / "viewer_page"
 PACKETS = 20
@@ -40,11 +40,11 @@ def head(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def visit(address: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+def visit(browser: str, address: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
     """A browser at an address; its lines say what it sees."""
-    need_chromium()
+    environment = environment_of(browser)
     command = [node(), str(WEB / "tests" / "visit.mjs"), address, *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
         try:
             yield process
             assert process.wait(LIMIT_S) == 0
@@ -55,6 +55,7 @@ def visit(address: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
 def line(process: subprocess.Popen[str]) -> dict[str, object]:
     assert process.stdout is not None
     said: dict[str, object] = json.loads(process.stdout.readline())
+    assert "error" not in said, said
     return said
 
 
@@ -74,21 +75,26 @@ def test_types_are_sound() -> None:
         assert done.returncode == 0, done.stdout
 
 
-MORE = {"memory.test.mjs": {"LONG": "1"}, "adapters.test.mjs": {"ADAPTERS": "all"}}
+MORE = {"memory.test.mjs": {"LONG": "1"}, "adapters.test.mjs": {"ADAPTERS": "all"}, "viewer.test.mjs": {}}
 BROWSER_TESTS = [
-    *((path.name, {}) for path in sorted((WEB / "tests").glob("*.test.mjs"))),
-    *(pytest.param(name, more, marks=pytest.mark.players) for name, more in MORE.items()),
+    *((CHROMIUM, path.name, {}) for path in sorted((WEB / "tests").glob("*.test.mjs"))),
+    *(
+        pytest.param(browser, name, more, marks=pytest.mark.players)
+        for browser in (CHROMIUM, *OTHERS)
+        for name, more in MORE.items()
+        if more or browser != CHROMIUM
+    ),
 ]
 
 
-@pytest.mark.parametrize(("name", "more"), BROWSER_TESTS)
-def test_a_browser_finds_it_sound(name: str, more: dict[str, str]) -> None:
+@pytest.mark.parametrize(("browser", "name", "more"), BROWSER_TESTS)
+def test_a_browser_finds_it_sound(browser: str, name: str, more: dict[str, str]) -> None:
     """The page as a person uses it, engines, memory; with MORE WebGPU, which is slow in software, and all options."""
-    need_chromium()
-    run_node_test(name, **more)
+    run_node_test(name, environment_of(browser), **more)
 
 
-def test_packets_of_the_recording_move_the_avatar(head: Path, measured: Measure) -> None:
+@in_browsers
+def test_packets_of_the_recording_move_the_avatar(browser: str, head: Path, measured: Measure) -> None:
     """Live Link Face packets by UDP -> `view --live` -> the page's picture."""
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
@@ -96,7 +102,7 @@ def test_packets_of_the_recording_move_the_avatar(head: Path, measured: Measure)
     ):
         assert one.process.stderr is not None
         port = int(one.process.stderr.readline().rpartition(" ")[2])
-        with visit(one.address + BACKEND, "live") as page:
+        with visit(browser, one.address + BACKEND, "live") as page:
             first = line(page)
             assert float(str(first["covered"])) > COVERED, first
             for packet in live_link_packets()[:PACKETS]:
@@ -105,10 +111,12 @@ def test_packets_of_the_recording_move_the_avatar(head: Path, measured: Measure)
         code, _, err = one.end()
     median = re.search(r"packet to picture (\d+) ms \(median\)", err)
     assert code == 0 and median, err
-    measured("web webgl2, live, packet to picture, median ms", float(median[1]))
+    if browser == CHROMIUM:
+        measured("web webgl2, live, packet to picture, median ms", float(median[1]))
 
 
-def test_a_published_folder_opens_under_its_title(head: Path, run: Run, tmp_path: Path) -> None:
+@in_browsers
+def test_a_published_folder_opens_under_its_title(browser: str, head: Path, run: Run, tmp_path: Path) -> None:
     """Twice: published anew, the page shows the new title."""
     site = tmp_path / "site"
     handler = partial(SimpleHTTPRequestHandler, directory=str(site))
@@ -116,7 +124,7 @@ def test_a_published_folder_opens_under_its_title(head: Path, run: Run, tmp_path
         Thread(target=server.serve_forever, daemon=True).start()
         for title in ("Ada", "Ada's <head>"):
             assert run("publish", head, "-o", site, "--title", title, "--force")[0] == 0
-            with visit(f"http://127.0.0.1:{server.server_port}/index.html{BACKEND}") as page:
+            with visit(browser, f"http://127.0.0.1:{server.server_port}/index.html{BACKEND}") as page:
                 first = line(page)
             assert float(str(first["covered"])) > COVERED and first["ready"] == f"{title} · Avatar viewer", (
                 first
@@ -124,9 +132,10 @@ def test_a_published_folder_opens_under_its_title(head: Path, run: Run, tmp_path
         server.shutdown()
 
 
-def test_one_file_opens_by_double_click(head: Path, run: Run, tmp_path: Path) -> None:
+@in_browsers
+def test_one_file_opens_by_double_click(browser: str, head: Path, run: Run, tmp_path: Path) -> None:
     single = tmp_path / "head.html"
     assert run("publish", head, "-o", single, "--single")[0] == 0
-    with visit(single.as_uri() + BACKEND) as page:
+    with visit(browser, single.as_uri() + BACKEND) as page:
         first = line(page)
     assert float(str(first["covered"])) > COVERED, first

@@ -1,4 +1,4 @@
-"""Asks the web player in headless Chromium: packs go in, images and verdicts come out."""
+"""Asks the web player in a browser: packs go in, images and verdicts come out."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.camera import Camera
@@ -19,16 +20,26 @@ from avatar_runtime.pose import Pose, resolve
 from tests.session.needed import need
 
 WEB = Path(__file__).parents[2] / "players" / "web"
-PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
-BACKENDS = ("webgpu", "webgl2")
+CHROMIUM = "chromium"
+PROGRAMS = {
+    CHROMIUM: ("chromium", "chromium-browser", "google-chrome"),
+    "firefox": ("firefox-esr", "firefox"),
+    "webkit": ("WebKitWebDriver",),
+}
+BACKENDS = {CHROMIUM: ("webgpu", "webgl2"), "firefox": ("webgl2",), "webkit": ("webgl2",)}
+OTHERS = tuple(name for name in PROGRAMS if name != CHROMIUM)
 LIMIT_S = 600
+# `make test` plays in Chromium, `make players` in all.
+in_browsers = pytest.mark.parametrize(
+    "browser", [CHROMIUM, *(pytest.param(name, marks=pytest.mark.players) for name in OTHERS)]
+)
 
 
 @dataclass
 class Job:
     """What the page plays. `files` are served, by their address."""
 
-    backends: Sequence[str] = BACKENDS
+    backends: Sequence[str]
     files: dict[str, str] = field(default_factory=dict)
     shots: list[dict[str, Any]] = field(default_factory=list)
     references: list[str] = field(default_factory=list)
@@ -49,18 +60,23 @@ def node() -> str:
     return str(found)
 
 
-def need_chromium() -> None:
-    """A browser for the tests in Node. See `need`."""
-    found = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, PROGRAMS)), None)
-    need({"Chromium": found})
+def environment_of(browser: str) -> dict[str, str]:
+    """What makes the tests in Node take a browser, which is there. See `need`."""
+    found = next(filter(None, map(shutil.which, PROGRAMS[browser])), None)
+    if browser == CHROMIUM:
+        found = os.environ.get("CHROMIUM") or found
+    else:
+        need({"Xvfb": shutil.which("Xvfb")})
+    need({browser: found})
+    return {**os.environ, "AVATAR_BROWSER": browser}
 
 
-def run_node_test(file: str, **environment: str) -> str:
+def run_node_test(file: str, environment: Mapping[str, str] = os.environ, **more: str) -> str:
     """What `node --test FILE` of players/web/tests prints. Fails the test with what failed there."""
     done = subprocess.run(
         [node(), "--test", "--test-reporter", "tap", f"tests/{file}"],
         cwd=WEB,
-        env={**os.environ, **environment},
+        env={**environment, **more},
         capture_output=True,
         text=True,
         timeout=LIMIT_S,
@@ -72,15 +88,17 @@ def run_node_test(file: str, **environment: str) -> str:
     return done.stdout
 
 
-def ask(job: Job, folder: Path) -> Answer:
+def ask(job: Job, folder: Path, browser: str) -> Answer:
     """Runs a job; `folder` takes its files. Fails the test with what the page or the browser says."""
-    need_chromium()
+    environment = environment_of(browser)
     told = folder / "job.json"
     told.write_text(json.dumps(vars(job)))
     out = folder / "out"
     out.mkdir()
     command = [node(), str(WEB / "tests" / "run.mjs"), str(told), str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    done = subprocess.run(
+        command, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False
+    )
     answer = json.loads((out / "report.json").read_text()) if (out / "report.json").exists() else {}
     assert done.returncode == 0, f"{answer.get('errors')} {done.stderr[-2000:]}"
     images = {}

@@ -105,5 +105,5 @@ async function makeRenderer(canvas: Canvas | null, backend?: string): Promise<Re
     if (backend === "webgpu") throw new AvatarError("this browser has no WebGPU here", { field: "WebGPU" });
   }
   const { startWebGl2 } = await import("./webgl2/start.js");
-  return startWebGl2(canvas ?? new OffscreenCanvas(1, 1));
+  return startWebGl2(canvas);
 }

@@ -1,10 +1,8 @@
-// Headless Chromium for tests: a server of given files, a page, what the page writes.
+// A browser for tests, Chromium or the one that AVATAR_BROWSER names: a server of given files, a page, what the page writes.
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
-import { existsSync } from "node:fs";
 import { dirname, extname, join } from "node:path";
 import { fileURLToPath } from "node:url";
-import puppeteer from "puppeteer-core";
 import { bundle } from "../bundle.mjs";
 
 export const HERE = dirname(fileURLToPath(import.meta.url));
@@ -14,11 +12,12 @@ export const PACKS = join(HERE, "../../../tests/data/packs/1.0");
 export const PAGE = Buffer.from("<!doctype html><title>test</title><link rel=icon href=data:,><script type=module src=page.js></script>");
 
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".json": "application/json" };
-// SwiftShader draws on the CPU. With Vulkan there is WebGPU too, but a canvas of the page that presents loses its device.
-const PLAIN = ["--no-sandbox", "--enable-unsafe-swiftshader"];
-const WEBGPU = ["--enable-unsafe-webgpu", "--enable-features=Vulkan", "--use-vulkan=swiftshader", "--use-angle=vulkan"];
-const MOST_TRIALS = 5;
-const PROGRAMS = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+/** The browser of this run. */
+export const BROWSER = process.env.AVATAR_BROWSER ?? "chromium";
+/** What Chromium can and others cannot, here: WebGPU on a software GPU, and its own protocol: fingers, heaps, phones, screens. */
+export const CHROMIUM = BROWSER === "chromium";
+/** For `test`: what only Chromium is asked. */
+export const notHere = CHROMIUM ? false : `not asked of ${BROWSER}`;
 
 /** What harness/NAME.js becomes for a page; `alias`: other names of modules. */
 export async function scriptOf(name, alias = {}) {
@@ -26,7 +25,7 @@ export async function scriptOf(name, alias = {}) {
   return outputFiles[0].text;
 }
 
-/** Serves {path: file name or Buffer}; POSTs to /out/NAME go to `written`. */
+/** Serves {path: file name or Buffer}; POSTs to /out/NAME go to `written`. `serve.first` runs before a page's own scripts. */
 export async function serve(files) {
   const written = new Map();
   const server = createServer(async (request, response) => {
@@ -40,32 +39,18 @@ export async function serve(files) {
     const found = files[path];
     if (found === undefined) return response.writeHead(404).end();
     const type = TYPES[extname(path)] ?? "application/octet-stream";
-    const body = typeof found === "string" ? await readFile(found) : found;
+    const file = typeof found === "string" ? await readFile(found) : found;
+    const body = serve.first && type === TYPES[".html"] ? Buffer.concat([Buffer.from(`<!doctype html><script>${serve.first}</script>`), file]) : file;
     response.writeHead(200, { "Content-Type": type, "Content-Length": body.length }).end(body);
   });
   await new Promise((done) => server.listen(0, "127.0.0.1", done));
   return { address: `http://127.0.0.1:${server.address().port}`, written, close: () => server.close() };
 }
 
-/** A browser; `close` it. `webgpu`: with WebGPU, for pages that show nothing on a canvas. */
+/** A browser; `close` it. `webgpu`: with WebGPU, for pages that show nothing on a canvas; `args`: flags of Chromium. */
 export async function launch({ webgpu = true, args = [] } = {}) {
-  const flags = [...PLAIN, ...(webgpu ? WEBGPU : []), ...args];
-  for (let trial = 1; ; trial++) {
-    const browser = await puppeteer.launch({ executablePath: PROGRAMS.find((path) => path && existsSync(path)), args: flags, protocolTimeout: 600_000 });
-    if (!webgpu || trial === MOST_TRIALS || (await hasAdapter(browser))) return browser;
-    await browser.close();
-  }
-}
-
-/** Now and then the process for graphics starts without the software GPU: then the browser has to start again. */
-async function hasAdapter(browser) {
-  const server = await serve({ "/index.html": Buffer.from("<!doctype html><link rel=icon href=data:,>") });
-  const page = await browser.newPage();
-  await page.goto(`${server.address}/index.html`);
-  const found = await page.evaluate(async () => (await navigator.gpu?.requestAdapter()) != null);
-  await page.close();
-  server.close();
-  return found;
+  const { launch } = await import(`./browsers/${BROWSER}.mjs`);
+  return launch({ webgpu, args, serve, protocolTimeout: 600_000 });
 }
 
 /** A page at an address; errors of its scripts are thrown when `check` is called. */

@@ -3,14 +3,14 @@ import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { PACKS } from "./browser.mjs";
+import { BROWSER, PACKS, notHere } from "./browser.mjs";
 import {
   BACKEND, RECORDING, begin, changes, columnOf, drag, drop, end, enter, errors, imageOf, label, message, middle,
   newPage, open, opened, page, picture, server, settled, slider, texts, undriven, until, valueOf, viewer, visible,
 } from "./viewer_page.mjs";
 
 const WIDE = { width: 900, height: 300 };
-const check = (name, run) => test(name, { timeout: 240_000 }, run);
+const check = (name, run, skip = false) => test(name, { timeout: 240_000, skip }, run);
 const press = async (...keys) => {
   for (const key of keys) await page.keyboard.press(key);
 };
@@ -32,13 +32,17 @@ check("shows the avatar, draws only after changes", async () => {
   assert.deepEqual(errors, []);
 });
 
-check("mouse, keys and fingers orbit, move and zoom", async () => {
+check("mouse and keys orbit, move and zoom", async () => {
   const [x, y] = await middle();
   await changes(() => drag([x, y], [x + 40, y + 10]));
   await changes(() => drag([x, y], [x + 15, y], { button: "right" }));
   await changes(() => page.mouse.wheel({ deltaY: -200 }));
   await press("r"); // front view again
   await changes(() => press("ArrowLeft"));
+});
+
+check("fingers orbit, move and zoom", async () => {
+  const [x, y] = await middle();
   await changes(async () => {
     await page.touchscreen.touchStart(x, y);
     await page.touchscreen.touchMove(x + 30, y);
@@ -52,7 +56,7 @@ check("mouse, keys and fingers orbit, move and zoom", async () => {
     await touch("touchMove", x - 30, x + 30);
     await touch("touchEnd");
   });
-});
+}, notHere);
 
 check("letters that control something are shown as escapes", async () => {
   await opened("odd");
@@ -146,10 +150,10 @@ check("the picture follows the window, and a second avatar takes the place", asy
   const before = await picture();
   await page.setViewport({ width: 300, height: 240 });
   assert.notEqual((await picture()).floats, before.floats);
-  const instance = await page.evaluateHandle(() => window.avatarViewer.instance);
+  await page.evaluate(() => void (window.before = window.avatarViewer.instance));
   await changes(async () => {
     await drop(["second.avatar", undriven(await readFile(join(PACKS, "surface.avatar")))]);
-    await until((old) => window.avatarViewer.instance !== old, instance);
+    await until(() => window.avatarViewer.instance !== window.before);
   });
   assert.equal(await viewer(({ player }) => player.instances.length), 1);
 });
@@ -203,7 +207,7 @@ check("several avatars make a gallery, also where the wanted one is missing", as
   await page.click("#tiles a");
   await viewer(({ ready }) => ready.catch(() => undefined));
   await until(() => window.avatarViewer.instance !== null);
-  assert.match(page.url(), /avatar=joints/);
+  assert.match(await page.url(), /avatar=joints/);
 });
 
 check("saves a picture and a video", async () => {
@@ -217,20 +221,22 @@ check("saves a picture and a video", async () => {
   });
   await press("p");
   await message("Saved Full");
-  await press("v");
-  await new Promise((done) => setTimeout(done, 700));
-  await press("v");
-  await until(() => window.saved.length === 2);
-  const { larger, colours, size, names } = await viewer(async ({ player: { canvas } }) => {
+  const { larger, colours } = await viewer(async ({ player: { canvas } }) => {
     const image = await createImageBitmap(window.saved[0]);
     const copy = new OffscreenCanvas(image.width, image.height).getContext("2d");
     copy.drawImage(image, 0, 0);
     const pixels = new Uint32Array(copy.getImageData(0, 0, image.width, image.height).data.buffer);
     const larger = [image.width - canvas.width, image.height - canvas.height];
-    return { larger, colours: new Set(pixels).size, size: window.saved[1].size, names: window.names.join(" ") };
+    return { larger, colours: new Set(pixels).size };
   });
   assert.deepEqual(larger, [0, 0]);
   assert.ok(colours > 10, "the picture is empty");
+  await press("v");
+  await new Promise((done) => setTimeout(done, 700));
+  await press("v");
+  if (BROWSER === "webkit") return message("this browser recorded nothing"); // it says that it can
+  await until(() => window.saved.length === 2);
+  const { size, names } = await page.evaluate(() => ({ size: window.saved[1].size, names: window.names.join(" ") }));
   assert.ok(size > 1000, `a video of ${size} bytes`);
   assert.match(names, /^\S+\.png \S+\.(webm|mp4)$/);
 });
@@ -241,6 +247,7 @@ check("every control has a name, and the help lists the keys", async () => {
     all.filter((one) => !(one.getAttribute("aria-label") || one.labels?.[0]?.innerText || one.innerText)).map((one) => one.outerHTML));
   assert.deepEqual(nameless, []);
   await press("?");
+  await until(() => document.querySelector("#help").open);
   assert.match((await visible("#help"))[0], /Play or pause/);
   await press("Escape");
   assert.deepEqual(await visible("#help"), []);
@@ -254,7 +261,7 @@ check("on a phone the controls are a sheet at the bottom", async () => {
   assert.ok(panel.y >= view.y + view.height && panel.width === 390 && view.height > 100);
   assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= 390), "the page is wider than the phone");
   assert.deepEqual(errors, []);
-});
+}, notHere);
 
 check("a published avatar with clips moves as soon as it is there, unless motion is to be reduced", async () => {
   for (const [motion, expected] of [["no-preference", "Pause"], ["reduce", "Play"]]) {
@@ -264,7 +271,7 @@ check("a published avatar with clips moves as soon as it is there, unless motion
     await viewer(({ ready }) => ready);
     assert.equal(await label("#play-button"), expected);
   }
-});
+}, notHere);
 
 check("says what is missing without WebGPU and WebGL2", async () => {
   await newPage();
@@ -301,4 +308,4 @@ check("a level serves physical pixels: a screen of twice the pixels shows the fi
   }
   const height = seen[0][1];
   assert.deepEqual(seen, [[1, height], [0, 2 * height]]);
-});
+}, notHere);

@@ -28,7 +28,7 @@ from tests.players.unity_play.desk import play, player_program
 from tests.players.unreal.core import EXPRESSION, JOINT, SCRIPT, Core, stage
 from tests.players.unreal.sources import library
 from tests.players.unreal.test_unreal_core import component, pinhole, quaternion, seen
-from tests.players.web import BACKENDS, Job, ask, shot
+from tests.players.web import BACKENDS, CHROMIUM, Job, ask, shot
 
 BYTE = 1 / 255
 BLACK = (0.0, 0.0, 0.0)
@@ -85,10 +85,10 @@ def test_python(wanted: F32, measured: Measure) -> None:
 
 
 def test_web(wanted: F32, tmp_path: Path, measured: Measure) -> None:
-    job = Job(files={f"/{name}": str(path) for name, path in PACKS.items()})
+    job = Job(BACKENDS[CHROMIUM], files={f"/{name}": str(path) for name, path in PACKS.items()})
     job.shots = [shot(name, [(f"/{name}", *stored(name))], mole_camera()) for name in PACKS]
-    answer = ask(job, tmp_path)
-    for backend in BACKENDS:
+    answer = ask(job, tmp_path, CHROMIUM)
+    for backend in BACKENDS[CHROMIUM]:
         check(f"web {backend}", {name: answer.images[backend, name] for name in PACKS}, wanted, measured)
 
 

@@ -144,6 +144,7 @@ export class GlDraw {
     const { gl } = this;
     const pixels = new Float32Array(4 * this.width * this.height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    gl.finish(); // WebKitGTK reads what is not drawn yet
     gl.readPixels(0, 0, this.width, this.height, gl.RGBA, gl.FLOAT, pixels);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return pixels;

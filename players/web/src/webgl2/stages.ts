@@ -8,7 +8,7 @@ import type { Level } from "../pack/model.js";
 import { GlDraw } from "./draw.js";
 import { kernelBytes } from "./kernel_bytes.js";
 import { KernelScene, kernelProgram, type KernelAvatar } from "./kernel_scene.js";
-import { requestContext } from "./context.js";
+import { hiddenCanvas, requestContext } from "./context.js";
 import { floatsOfQuads } from "./quads.js";
 
 const NO_HOST = { changed: () => undefined, remove: () => undefined };
@@ -61,7 +61,7 @@ export class WebGl2Stages implements StageRunner {
     const words = this.scene.heap.u32;
     order.forEach((id, i) => (words[this.scene.pairsWord + 2 * i + 1] = id));
     const drawn = this.scene.gather(order.length);
-    this.draw ??= new GlDraw(requestContext(new OffscreenCanvas(1, 1)));
+    this.draw ??= new GlDraw(requestContext(hiddenCanvas()));
     const quads = new Float32Array(floatsOfQuads(drawn));
     quads.set(this.scene.quadFloats.subarray(0, FLOATS * drawn));
     this.draw.upload(quads, drawn);

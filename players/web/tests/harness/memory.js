@@ -89,4 +89,17 @@ async function image(ofPose, ofCamera) {
   return (await player.readPixels()).join(" ");
 }
 
-Object.assign(window, { start, frames, loads, dispose, image });
+/** Two poses in turn, each read while the next frame is under way: how many of `n` images are not the first of their pose. */
+async function misread(n) {
+  const first = [];
+  let others = 0;
+  for (let i = 0; i < n; i++) {
+    await draw(700 * (i % 2), 1, 128);
+    player.frame(camera, null);
+    const now = (await player.readPixels()).join(" ");
+    if (now !== (first[i % 2] ??= now)) others++;
+  }
+  return first[0] === first[1] ? n : others;
+}
+
+Object.assign(window, { start, frames, loads, dispose, image, misread });

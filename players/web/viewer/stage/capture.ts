@@ -50,6 +50,7 @@ export class Video {
     recorder.addEventListener("error", () => failed(new AvatarError("the browser stopped recording")));
     recorder.addEventListener("stop", () => {
       this.finish(stream);
+      if (parts.every(({ size }) => size === 0)) return failed(new AvatarError("this browser recorded nothing"));
       const name = fileName(this.stage.avatar?.name ?? "avatar", type.startsWith("video/mp4") ? "mp4" : "webm");
       save(new Blob(parts, { type }), name);
       done(name);

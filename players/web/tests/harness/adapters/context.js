@@ -2,7 +2,7 @@
 
 import { GlScene } from "../../../src/engine/gl_scene.ts";
 import { load } from "../../../src/load.ts";
-import { FOV_Y, SIZE, nothing, webGl } from "./stage.js";
+import { FOV_Y, SIZE, makeCanvas, nothing, webGl } from "./stage.js";
 
 const SWITCHES = ["SCISSOR_TEST", "CULL_FACE", "SAMPLE_ALPHA_TO_COVERAGE", "POLYGON_OFFSET_FILL", "STENCIL_TEST", "BLEND"];
 
@@ -102,7 +102,7 @@ function look(view, { distance, reversed = false, clipControl }) {
 
 /** Draws one avatar. Returns the names of states that changed, the errors, and the images, first row at the bottom. */
 async function drawCase(file, one) {
-  const gl = new OffscreenCanvas(SIZE, SIZE).getContext("webgl2");
+  const gl = makeCanvas().getContext("webgl2", { antialias: false });
   const avatar = await load(file);
   target(gl, one);
   disturb(gl);
@@ -117,6 +117,7 @@ async function drawCase(file, one) {
   const after = stateOf(gl);
   const changed = [...before.keys()].filter((name) => before.get(name) !== after.get(name));
   if (clip && gl.getParameter(clip.CLIP_DEPTH_MODE_EXT) !== clip.ZERO_TO_ONE_EXT) changed.push("clip depth");
+  gl.finish();
   const images = Array.from({ length: one.colours ?? 1 }, (_, i) => {
     const pixels = new Uint8Array(4 * SIZE * SIZE);
     gl.readBuffer(gl.COLOR_ATTACHMENT0 + i);

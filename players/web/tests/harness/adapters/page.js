@@ -17,6 +17,7 @@ async function picture() {
     announced ||= stage.newer;
   } while (stage.newer);
   stage.draw();
+  stage.drawn?.();
   return stage.read();
 }
 

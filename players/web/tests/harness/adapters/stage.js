@@ -41,6 +41,7 @@ export function makeCanvas() {
 /** What stages with WebGL have in common; `read` gives what was drawn onto the canvas. */
 export function webGl(gl) {
   return {
+    drawn: () => gl.finish(), // WebKitGTK reads what is not drawn yet
     read() {
       const pixels = new Uint8Array(4 * SIZE * SIZE);
       const bound = gl.getParameter(gl.READ_FRAMEBUFFER_BINDING);
