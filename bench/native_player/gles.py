@@ -1,10 +1,12 @@
-"""Frames of the native player on OpenGL beside backend `gl` of Python, and what targets that round cost.
+"""Frames of the native player beside backend `gl` of Python, and what targets that round cost.
 
-    python -m bench.native_player.gles PACK [--size 512x512]... [--copies N] [--rounds 5] [--gl]
+    python -m bench.native_player.gles PACK [--size 512x512]... [--copies N] [--rounds 5] [--api es|gl|d3d11]...
 
 For each size: milliseconds of CPU time a frame of both, one after the other in each round, their medians; frames per
-second of the native player. Every frame has a new pose. Then the largest error of RGBA16F and RGBA8 against RGBA32F.
-The device's name comes first; on a machine without a GPU that is llvmpipe.
+second of the native player; wall milliseconds of a frame's parts, each of which waits for the GPU. Every frame has a
+new pose. Then the largest error of RGBA16F and RGBA8 against RGBA32F. The device's name comes first; on a machine
+without a GPU that is llvmpipe. d3d11 is Wine's Direct3D on this machine's OpenGL, under a made-up name of a GPU: it is
+no driver, and its times say nothing about Windows.
 """
 
 from __future__ import annotations
@@ -38,18 +40,20 @@ class Bench:
 
     pack: Path
     avatar: Avatar
-    kind: str  # of OpenGL: es or gl
+    kind: str  # es, gl or d3d11
     copies: int
 
-    def native(self, camera: Camera) -> tuple[float, float, str]:
-        """Milliseconds a frame of the CPU and of the wall, and the renderer's name."""
+    def native(self, camera: Camera) -> tuple[float, float, str, str]:
+        """Milliseconds a frame of the CPU and of the wall, the renderer's name, and the parts."""
         with tempfile.TemporaryDirectory() as folder:
             job = self._job(Path(folder), camera)
             poses = [job.pose(self.avatar, busy_pose(self.avatar, seed)) for seed in range(POSES)]
             job.say("bench", FRAMES, *poses)
             job.say("end")
-            words = next(line for line in job.run(_program()) if line[0] == "bench")
-            return float(words[1]), float(words[2]), " ".join(words[3:])
+            said = job.run(_program(self.kind))
+            words = next(line for line in said if line[0] == "bench")
+            parts = ", ".join(f"{line[1]} {float(line[2]):.1f}" for line in said if line[0] == "part")
+            return float(words[1]), float(words[2]), " ".join(words[3:]), parts
 
     def errors(self, camera: Camera) -> dict[str, float]:
         """The largest error of each target against RGBA32F."""
@@ -59,7 +63,7 @@ class Bench:
                 job.say("target", number)
                 job.draw(target)
             job.say("end")
-            job.run(_program())
+            job.run(_program(self.kind))
             exact = job.image(TARGETS[0])
             if exact[..., 3].max() < 0.5:
                 raise RuntimeError("nothing is seen in the image: no error can be measured")
@@ -110,12 +114,15 @@ def main() -> None:
     )
     parser.add_argument("--copies", type=int, default=1, help="avatars in the scene")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--gl", action="store_true", help="OpenGL 4.3 in place of OpenGL ES 3.1")
+    parser.add_argument(
+        "--api", action="append", choices=["es", "gl", "d3d11"], help="as often as you like. Default: es"
+    )
     args = parser.parse_args()
     avatar = decode_pack(args.pack.read_bytes(), args.pack.name).avatar
-    bench = Bench(args.pack.resolve(), avatar, "gl" if args.gl else "es", args.copies)
     for size in args.size or ["512x512"]:
-        print(*_lines(bench, size, args.rounds), sep="\n")
+        for kind in args.api or ["es"]:
+            bench = Bench(args.pack.resolve(), avatar, kind, args.copies)
+            print(*_lines(bench, size, args.rounds), sep="\n")
 
 
 def _lines(bench: Bench, size: str, rounds: int) -> list[str]:
@@ -132,12 +139,13 @@ def _lines(bench: Bench, size: str, rounds: int) -> list[str]:
         f"{found[0][0][2]}, {bench.kind}: {what}",
         f"  CPU time a frame: native {cpu:.1f} ms; Python, one avatar, {own:.1f} ms",
         f"  native: {1000 / wall:.1f} frames per second",
+        f"  parts, ms: {found[0][0][3]}",
         f"  largest error against RGBA32F: {errors}",
     ]
 
 
-def _program() -> Path:
-    return desk_program("gles_bench", ("-O2",))
+def _program(kind: str) -> Path:
+    return desk_program(kind, "desk_bench", ("-O2",))
 
 
 if __name__ == "__main__":

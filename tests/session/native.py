@@ -25,6 +25,7 @@ UNITS = {
     "data": ("src/formats", "src/made", "src/pack"),
     "work": ("src/c_interface", "src/conform", "src/drive", "src/play", "src/pose"),
     "gles": ("gles", "scene"),
+    "d3d11": ("d3d11", "scene"),
 }  # folders that are compiled together
 WORKERS = 2
 
@@ -55,7 +56,8 @@ def build(
 ) -> Path:
     """A program of the library and of C and C++ files, which is kept until one of them or the flags change.
 
-    With `gles` it has the passes on OpenGL, too. With `target`, Zig's name of another machine, it is for that.
+    With `gles` it has the passes on OpenGL, too. With `target`, Zig's name of another machine, it is for that; on
+    Windows the passes are those on Direct3D 11.
     """
     if target:
         flags, name = ("-target", target, *flags), f"{target}_{_short(flags)}_{name}"
@@ -74,7 +76,8 @@ def build(
 
 def library(flags: Sequence[str], gles: bool = False) -> list[Path]:
     """The library in a few objects, which are kept until a source or the flags change. A warning is an error."""
-    kinds = [kind for kind in UNITS if gles or kind != "gles"]
+    player = "d3d11" if any("windows" in flag for flag in flags) else "gles"
+    kinds = ["data", "work", *([player] if gles else [])]
     return _side_by_side([partial(_unit, kind, flags) for kind in kinds])
 
 
@@ -107,12 +110,13 @@ def _including(files: Sequence[Path]) -> str:
 
 def one_unit() -> str:
     """The text of a file that includes all files: no name stands for two things."""
-    return _including([path for kind in UNITS for path in _files(kind)])
+    return _including([path for kind in UNITS if kind != "d3d11" for path in _files(kind)])
 
 
 def _digest(files: Sequence[Path], flags: Sequence[str]) -> str:
     found = hashlib.sha256(repr(tuple(flags)).encode())
-    for path in [*files, *sorted(NATIVE.rglob("*.h")), shader_texts()]:
+    texts = sorted(shader_texts().parent.glob("avatar_*_texts.inc"))
+    for path in [*files, *sorted(NATIVE.rglob("*.h")), *texts]:
         found.update(path.name.encode() + path.read_bytes())
     return found.hexdigest()[:16]
 

@@ -1,7 +1,7 @@
 """Runs programs for Windows with Wine, in a prefix of this checkout that nothing else uses.
 
 The prefix lies in .cache/wine, or in the folder that AVATAR_WINE_DIR names. It is made once, in some 20 seconds; its
-libraries are links to those of Wine, so that it takes 60 MB instead of 700. WINE names another Wine.
+libraries are links to those of Wine, so that it takes 80 MB instead of 700. WINE names another Wine.
 """
 
 from __future__ import annotations

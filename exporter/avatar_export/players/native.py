@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 import re
+from importlib.resources import files
 from pathlib import Path
 
+import avatar_shaders
 from avatar_export.players.sources import folder, license_text
 from avatar_schema.version import __version__
 from avatar_shaders.entries import ENTRIES, path_of
 from avatar_shaders.texts import source
 
 LANGUAGES = ("glsl310es", "msl")  # cmake/shader_texts.cmake makes GLSL 4.30 of the first
-_KEPT = ("CMakeLists.txt", "README.md", "android", "cmake", "gles", "include", "ios", "play", "scene", "src")
+HLSL = "hlsl"  # a folder of texts that include each other
+_KEPT = (
+    "CMakeLists.txt",
+    "README.md",
+    "android",
+    "cmake",
+    "d3d11",
+    "gles",
+    "include",
+    "ios",
+    "play",
+    "scene",
+    "src",
+)
 # What a build leaves there.
 _LOCAL = re.compile(r"(^|/)(\.[^/]*|build|head\.avatar|local\.properties)(/|$)")
 
@@ -21,6 +36,8 @@ def native_files() -> dict[str, bytes]:
     texts = {
         f"shaders/{path_of(entry, lang)}": source(entry, lang) for entry in ENTRIES for lang in LANGUAGES
     }
+    held = files(avatar_shaders) / HLSL
+    texts |= {f"shaders/{HLSL}/{file.name}": file.read_text("utf-8") for file in held.iterdir()}
     made = {"VERSION": f"{__version__}\n"} | texts
     return (
         native_sources(*_KEPT)

@@ -3,7 +3,6 @@
 
 #include "../scene/scene.h"
 #include "../scene/stage_runner.h"
-#include "../src/formats/finite.h"
 #include "../src/formats/sized.h"
 #include "../src/play/camera.h"
 #include "device.h"
@@ -129,18 +128,7 @@ int avatar_gles_draw(AvatarGles* gles, const AvatarCamera* camera, const AvatarG
 }
 
 const char* avatar_gles_camera_depth(AvatarCamera* camera, const double* view, const double* projection) {
-    if (camera == nullptr || view == nullptr || projection == nullptr) return "the camera's depth: an argument is NULL";
-    if (size_of(camera) < sizeof(AvatarCamera)) return "the camera's depth: struct_size must be sizeof(AvatarCamera)";
-    const double size = projection[14] < 0 ? -projection[14] : projection[14];
-    double row[4];
-    for (int column = 0; column < 4; column++) {
-        double sum = 0;
-        for (int k = 0; k < 4; k++) sum += 0.5 * (projection[8 + k] + projection[12 + k]) * view[4 * k + column];
-        row[column] = sum / size;
-    }
-    if (!all_finite(row, 4)) return "the camera's depth: view and projection must be finite, with a perspective";
-    for (int column = 0; column < 4; column++) camera->clip_from_world[8 + column] = static_cast<float>(row[column]);
-    return nullptr;
+    return set_camera_depth(camera, view, projection, true);
 }
 
 int avatar_gles_composite(AvatarGles* gles, uint32_t framebuffer, const float* background, int linear) {

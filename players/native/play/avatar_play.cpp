@@ -5,19 +5,18 @@
 //   2. avatar_gles_open, avatar_gles_add        its buffers and programs in our GL context       (avatar_gles.h)
 //   3. each frame: write the pose; avatar_gles_pose; avatar_gles_draw; avatar_gles_composite
 //   4. close everything, in the other order
+// Steps 2 and 3 are in gl_screen.cpp, and in d3d11_screen.cpp the same with avatar_d3d11_open and so on (avatar_d3d11.h).
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <string>
 #include <vector>
 
-#include "../gles/avatar_gles.h"
 #include "../src/formats/text.h"
-#include "egl.h"
+#include "files.h"
 #include "options.h"
 #include "png.h"
-#include "window.h"
+#include "screen.h"
 
 namespace {
 
@@ -32,7 +31,7 @@ bool failed(const char* line) {
 }
 
 bool read_file(const std::string& path, std::string& into) {
-    FILE* file = std::fopen(path.c_str(), "rb");
+    std::FILE* file = open_file(path, "rb");
     if (file == nullptr) return failed((path + ": cannot be read").c_str());
     char part[65536];
     for (size_t size; (size = std::fread(part, 1, sizeof part, file)) > 0;) into.append(part, size);
@@ -45,11 +44,11 @@ struct Player {
     AvatarPack* pack = nullptr;
     AvatarInstance* instance = nullptr;
     AvatarRecording* recording = nullptr;
-    AvatarGles* gles = nullptr;
+    std::unique_ptr<PlayScreen> screen;
     int clip = -1;
 
     ~Player() {
-        avatar_gles_close(gles);  // its context must still be current
+        screen.reset();
         avatar_recording_close(recording);
         avatar_instance_close(instance);
         avatar_close(pack);
@@ -69,7 +68,7 @@ struct Timings {
 
     void begin_frame() { last = Clock::now(); }
 
-    /// What avatar_gles_set_clock calls, when the GPU has finished a stage.
+    /// What the clock of a scene calls, when the GPU has finished a stage.
     static void ended(void* user, const char* stage) {
         Timings* self = static_cast<Timings*>(user);
         const Clock::time_point now = Clock::now();
@@ -127,11 +126,10 @@ bool open_motion(const Options& options, Player& player) {
 
 /// Step 2: the avatar goes into our context.
 bool open_scene(const Options& options, Player& player) {
-    player.gles = avatar_gles_open(eglGetProcAddress, nullptr);
-    bool good = avatar_gles_error(player.gles) == nullptr;
-    if (good && options.target >= 0) good = avatar_gles_set_target(player.gles, static_cast<uint32_t>(options.target)) != 0;
-    if (good) good = avatar_gles_add(player.gles, player.pack, player.instance) != 0;
-    return good || failed(avatar_gles_error(player.gles));
+    player.screen = options.api == "d3d11" ? make_d3d11_screen() : make_gl_screen();
+    if (player.screen == nullptr) return failed(("--api " + options.api + ": this avatar_play was built without it").c_str());
+    if (const char* line = player.screen->open(options)) return failed(line);
+    return player.screen->add(player.pack, player.instance) || failed(player.screen->error());
 }
 
 /// Writes the pose of a time.
@@ -173,44 +171,33 @@ bool aim(const Options& options, const AvatarPack* pack, AvatarCamera& camera) {
     return line == nullptr || failed(line);
 }
 
-/// Step 3: one frame onto framebuffer 0.
-bool draw_frame(const Player& player, const AvatarCamera& camera) {
-    const bool good = avatar_gles_pose(player.gles) && avatar_gles_draw(player.gles, &camera, nullptr) &&
-                      avatar_gles_composite(player.gles, 0, background, 0);
-    return good || failed(avatar_gles_error(player.gles));
-}
-
-/// Reads framebuffer 0 and writes it. GL has the last row first.
-bool save_frame(const std::string& path, int width, int height) {
-    using ReadPixels = void (*)(int, int, int, int, unsigned, unsigned, void*);
-    const auto read_pixels = reinterpret_cast<ReadPixels>(eglGetProcAddress("glReadPixels"));
-    const size_t row = 4 * static_cast<size_t>(width), rows = static_cast<size_t>(height);
-    std::vector<uint8_t> read(row * rows), turned(row * rows);
-    read_pixels(0, 0, width, height, 0x1908 /* GL_RGBA */, 0x1401 /* GL_UNSIGNED_BYTE */, read.data());
-    for (size_t y = 0; y < rows; y++) std::memcpy(&turned[row * y], &read[row * (rows - 1 - y)], row);
-    const bool good = write_png(path.c_str(), turned.data(), static_cast<uint32_t>(width), static_cast<uint32_t>(height));
+bool save_frame(PlayScreen& screen, const std::string& path, int width, int height) {
+    std::vector<uint8_t> rgba;
+    if (!screen.read(rgba)) return failed("the frame cannot be read");
+    const bool good = write_png(path, rgba.data(), static_cast<uint32_t>(width), static_cast<uint32_t>(height));
     return good || failed((path + ": cannot be written").c_str());
 }
 
 /// Plays all frames; in a window until it is closed.
-bool play(const Options& options, const Player& player, const EglContext& egl, PlayWindow* window) {
+bool play(const Options& options, const Player& player) {
     AvatarCamera camera;
     if (!aim(options, player.pack, camera)) return false;
+    PlayScreen& screen = *player.screen;
     Timings timings;
-    if (options.timings) avatar_gles_set_clock(player.gles, &Timings::ended, &timings);
+    if (options.timings) screen.set_clock(&Timings::ended, &timings);
     AvatarClip clip = {};
     if (player.clip >= 0) avatar_clip(player.pack, static_cast<uint32_t>(player.clip), &clip);
     int frame = 0, timed = 0;
-    for (; window != nullptr ? window_is_open(window) : frame < options.frames; frame++) {
+    for (bool open = true; options.window ? open : frame < options.frames; frame++) {
         double seconds = frame / options.fps;
-        if (window != nullptr && clip.seconds > 0) seconds = std::fmod(seconds, clip.seconds);
+        if (options.window && clip.seconds > 0) seconds = std::fmod(seconds, clip.seconds);
         if (!set_pose(options, player, seconds)) return false;
         timings.begin_frame();
-        if (!draw_frame(player, camera)) return false;
+        if (!screen.draw(camera, background)) return failed(screen.error());
         timed++;
         if (frame == 0 && options.frames > 1) timings.stages.clear(), timed = 0;  // drivers compile in the first frame
-        if (window != nullptr) eglSwapBuffers(egl.display, egl.surface);
-        if (!options.out.empty() && !save_frame(frame_name(options.out, frame), options.width, options.height)) return false;
+        if (options.window) open = screen.show();
+        if (!options.out.empty() && !save_frame(screen, frame_name(options.out, frame), options.width, options.height)) return false;
     }
     if (options.timings && timed > 0) timings.print(timed);
     return true;
@@ -220,20 +207,11 @@ bool play(const Options& options, const Player& player, const EglContext& egl, P
 
 int main(int count, char** words) {
     Options options;
-    if (!parse(count, words, options)) return 2;
-    EglContext egl;
-    PlayWindow* window = nullptr;
-    const char* line = options.window ? open_window(window, egl, options.es, options.width, options.height)
-                                      : open_egl(egl, options.es, options.width, options.height);
-    bool good = line == nullptr || failed(line);
-    if (good) {
-        Player player;
-        good = open_avatar(options, player) && open_motion(options, player) && open_scene(options, player);
-        static const char* const targets[] = {"RGBA32F", "RGBA16F", "RGBA8"};
-        if (good) std::printf("%s, splats blended in %s\n", avatar_gles_renderer(player.gles), targets[avatar_gles_target(player.gles)]);
-        good = good && play(options, player, egl, window);
-    }  // step 4: everything is closed while the context is current
-    close_egl(egl);
-    close_window(window);
-    return good ? 0 : 2;
+    if (!parse(words_of(count, words), options)) return 2;
+    Player player;
+    bool good = open_avatar(options, player) && open_motion(options, player) && open_scene(options, player);
+    static const char* const targets[] = {"RGBA32F", "RGBA16F", "RGBA8"};
+    if (good) std::printf("%s, splats blended in %s\n", player.screen->renderer(), targets[player.screen->target()]);
+    good = good && play(options, player);
+    return good ? 0 : 2;  // step 4 is ~Player
 }

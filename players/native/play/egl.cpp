@@ -1,3 +1,4 @@
+#if !defined(_WIN32)
 #include "egl.h"
 
 #include <EGL/eglext.h>
@@ -80,3 +81,5 @@ void close_egl(EglContext& egl) {
     eglTerminate(egl.display);
     egl = EglContext();
 }
+
+#endif

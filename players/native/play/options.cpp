@@ -13,7 +13,7 @@ static const char usage[] =
     "  --level N                       of detail, 0 the finest\n"
     "  --frames N --fps N              how many, how far apart: 1, 30\n"
     "  -o FRAME_%03d.png               writes them\n"
-    "  --es | --gl                     OpenGL ES 3.1, or OpenGL 4.3\n"
+    "  --api es|gl|d3d11               OpenGL ES 3.1, OpenGL 4.3 or Direct3D 11; --es and --gl are short for it\n"
     "  --target rgba32f|rgba16f|rgba8  the image into which splats are blended: the most exact one\n"
     "  --timings                       prints milliseconds of each stage\n"
     "  --window                        shows it, where the program was built with X11\n";
@@ -49,6 +49,11 @@ static bool take_target(const char* text, Options& into) {
     return into.target >= 0;
 }
 
+static bool take_api(const std::string& text, Options& into) {
+    into.api = text;
+    return text == "es" || text == "gl" || text == "d3d11";
+}
+
 static bool take_size(const char* text, Options& into) {
     int used = 0;
     return std::sscanf(text, "%5dx%5d%n", &into.width, &into.height, &used) == 2 && text[used] == 0 && into.width > 0 &&
@@ -62,6 +67,7 @@ static bool take(const std::string& option, const char* value, Options& into) {
     if (option == "--clip") into.clip = value;
     else if (option == "--recording") into.recording = value;
     else if (option == "-o") into.out = value;
+    else if (option == "--api") good = take_api(value, into);
     else if (option == "--expression") good = take_expression(value, into);
     else if (option == "--size") good = take_size(value, into);
     else if (option == "--target") good = take_target(value, into);
@@ -73,20 +79,20 @@ static bool take(const std::string& option, const char* value, Options& into) {
     return good;
 }
 
-bool parse(int count, char** words, Options& into) {
-    static const char* const with_value[] = {"--clip", "--recording", "-o", "--expression", "--size", "--target", "--yaw",
+bool parse(const std::vector<std::string>& words, Options& into) {
+    static const char* const with_value[] = {"--clip", "--recording", "-o", "--api", "--expression", "--size", "--target", "--yaw",
                                              "--pitch", "--fps", "--level", "--frames"};
-    for (int i = 1; i < count; i++) {
-        const std::string word = words[i];
+    for (size_t i = 1; i < words.size(); i++) {
+        const std::string& word = words[i];
         bool takes = false;
         for (const char* option : with_value) takes = takes || word == option;
-        if (takes && i + 1 == count) return complain(words[i], "needs a value");
-        if (takes && !take(word, words[i + 1], into)) return complain(words[i], "takes no such value");
+        if (takes && i + 1 == words.size()) return complain(word.c_str(), "needs a value");
+        if (takes && !take(word, words[i + 1].c_str(), into)) return complain(word.c_str(), "takes no such value");
         if (takes) i++;
-        else if (word == "--es" || word == "--gl") into.es = word == "--es";
+        else if (word == "--es" || word == "--gl") into.api = word.substr(2);
         else if (word == "--timings") into.timings = true;
         else if (word == "--window") into.window = true;
-        else if (word[0] == '-' || !into.pack.empty()) return complain(words[i], "is not understood");
+        else if (word[0] == '-' || !into.pack.empty()) return complain(word.c_str(), "is not understood");
         else into.pack = word;
     }
     if (into.pack.empty()) return complain("avatar_play", "name a pack");

@@ -3,6 +3,12 @@
 #include <utility>
 #include <vector>
 
+#ifdef _WIN32
+constexpr const char* default_api = "d3d11";
+#else
+constexpr const char* default_api = "es";
+#endif
+
 /// What avatar_play is asked for.
 struct Options {
     std::string pack;
@@ -15,14 +21,14 @@ struct Options {
     int frames = 1;
     double fps = 30;
     std::string out;  // "%03d" in it is the number of the frame; empty: nothing is written
-    bool es = true;
+    std::string api = default_api;  // es, gl or d3d11
     int target = -1;  // AVATAR_GLES_RGBA32F ..; below 0: the most exact one
     bool timings = false;
     bool window = false;
 };
 
 /// Reads the command line. Returns false after a message.
-bool parse(int count, char** words, Options& into);
+bool parse(const std::vector<std::string>& words, Options& into);
 
 /// The name of a frame's file.
 std::string frame_name(const std::string& pattern, int frame);

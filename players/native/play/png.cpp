@@ -4,6 +4,8 @@
 #include <cstring>
 #include <vector>
 
+#include "files.h"
+
 namespace {
 
 /// Bytes of a file, with the sums that its parts end with.
@@ -65,7 +67,7 @@ Bytes stored(const std::vector<uint8_t>& raw) {
 
 }  // namespace
 
-bool write_png(const char* path, const uint8_t* rgba, uint32_t width, uint32_t height) {
+bool write_png(const std::string& path, const uint8_t* rgba, uint32_t width, uint32_t height) {
     std::vector<uint8_t> rows;  // each begins with the number of its filter: 0, none
     for (size_t y = 0; y < height; y++) {
         rows.push_back(0);
@@ -79,7 +81,7 @@ bool write_png(const char* path, const uint8_t* rgba, uint32_t width, uint32_t h
     put_chunk(file, "IHDR", head);
     put_chunk(file, "IDAT", stored(rows));
     put_chunk(file, "IEND", Bytes());
-    FILE* out = std::fopen(path, "wb");
+    std::FILE* out = open_file(path, "wb");
     if (out == nullptr) return false;
     const bool good = std::fwrite(file.data.data(), 1, file.data.size(), out) == file.data.size();
     return std::fclose(out) == 0 && good;

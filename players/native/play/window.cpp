@@ -1,3 +1,4 @@
+#if !defined(_WIN32)
 #include "window.h"
 
 #if defined(AVATAR_PLAY_X11)
@@ -61,5 +62,7 @@ const char* open_window(PlayWindow*&, EglContext&, bool, int, int) {
 bool window_is_open(PlayWindow*) { return false; }
 
 void close_window(PlayWindow*) {}
+
+#endif
 
 #endif

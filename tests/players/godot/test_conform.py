@@ -9,39 +9,17 @@ import pytest
 from tools.godot.build import HERE, build
 
 from avatar_export.packing.reference import MINI
-from avatar_export.packing.steps import Fineness
-from avatar_export.packing.write import driving_facts, pack
-from avatar_runtime.packs import decode_pack
 from tests.conformance.avatars import AVATARS
-from tests.conformance.cases import cases_of
 from tests.conformance.faults import FAULTS, Fault, FaultyShaders
 from tests.measured import Measure
 from tests.players.godot.desk import Job
-from tests.players.played_cases import HEAD, played_cases, vectors_of
-from tests.session.shared_folder import made_once
+from tests.players.played_cases import HEAD, played_cases
 
 pytestmark = pytest.mark.godot
 FILES = (  # of a reference: a pack, what it is asked, numbers
     (MINI, "cases.json", "vectors.safetensors"),
     (HEAD, "driving.json", "driving.safetensors"),
 )
-
-
-@pytest.fixture(scope="module")
-def kit(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The kit's avatars and cases, as packs: a folder for each."""
-
-    def make(folder: Path) -> Path:
-        for name, made in AVATARS.items():
-            source = made()
-            file = pack([source], Fineness(), driving_facts(source)).file
-            avatar = decode_pack(file, name).avatar
-            (folder / name).mkdir()
-            for part, data in {HEAD: file, **vectors_of(avatar, cases_of(name, avatar))}.items():
-                (folder / name / part).write_bytes(data)
-        return folder
-
-    return made_once(tmp_path_factory, "godot_kit", make)
 
 
 def conform(job: Job, folders: dict[str, Path], binary: Path | None = None) -> list[dict[str, Any]]:

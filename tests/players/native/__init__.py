@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -27,7 +28,7 @@ def probe(machine: Machine = HERE) -> Path:
     need_compilers()
     own = [NATIVE / "tests" / f"{name}.cpp" for name in ("probe", "checks", "refused", *machine.sources)]
     own.append(NATIVE / "fuzz" / "use_everything.cpp")
-    return build("probe", own, machine.flags, target=machine.target)
+    return build("_".join((*machine.sources, "probe")), own, machine.flags, target=machine.target)
 
 
 def ask(
@@ -55,6 +56,14 @@ def run(program: Path, words: Sequence[str], machine: Machine = HERE) -> str:
     done = subprocess.run(command, env=own, capture_output=True, text=True, timeout=LIMIT_S, check=False)
     assert done.returncode == 0, f"{done.returncode}: {done.stdout[-2000:]}{done.stderr[-4000:]}"
     return done.stdout
+
+
+def page_program(folder: Path) -> Path:
+    """The program in C that the page shows, as a file."""
+    programs = re.findall(r"```c\n(.*?)```", (NATIVE / "README.md").read_text(), re.DOTALL)
+    (text,) = (program for program in programs if "int main" in program)
+    (folder / "page.c").write_text(text)
+    return folder / "page.c"
 
 
 def records(data: bytes) -> dict[str, bytes]:

@@ -1,4 +1,4 @@
-"""Compiles what plays on OpenGL in the native player, and asks it for images."""
+"""Compiles what plays on OpenGL and Direct3D 11 in the native player, and asks it for images."""
 
 from __future__ import annotations
 
@@ -16,13 +16,16 @@ import numpy as np
 from avatar_runtime.avatar import F32, F64, Avatar
 from avatar_runtime.camera import Camera
 from avatar_runtime.pose import Pose, resolve
+from tests.players.native.windows import built, run_windows, windows_program
+from tests.players.native.x11 import XLIB_HEADER
 from tests.session.native import BUILT, NATIVE, SANITIZED, build
 from tests.session.needed import need
 
-EGL_HEADER, XLIB_HEADER = Path("/usr/include/EGL/egl.h"), Path("/usr/include/X11/Xlib.h")
+EGL_HEADER = Path("/usr/include/EGL/egl.h")
 LIMIT_S = 240
 STILL = np.eye(4)
 KEEP_DRIVERS = "keep_drivers.cpp"
+DESK = ("desk.cpp", "refused_scene.cpp")
 # A driver keeps what it likes until the process ends.
 DRIVERS = (
     "leak:libLLVM\nleak:libEGL\nleak:libGL\nleak:swrast_dri\nleak:_dri.so\nleak:libgallium\nleak:libdrm\n"
@@ -45,16 +48,19 @@ def _unit(name: str, files: Sequence[Path], head: str) -> Path:
     return made
 
 
-def desk_program(name: str = "gles_desk", flags: Sequence[str] = SANITIZED) -> Path:
-    """The program that plays jobs, with sanitizers or other flags."""
+def desk_program(kind: str = "es", name: str = "desk", flags: Sequence[str] = SANITIZED) -> Path:
+    """The program that plays jobs of a kind, with sanitizers or other flags; for d3d11 a program for Windows."""
+    if kind == "d3d11":
+        return windows_program(name, [NATIVE / "tests" / name for name in (*DESK, "desk_d3d11.cpp")])
     need_gl()
-    files = [NATIVE / "tests" / name for name in ("gles_desk.cpp", "gles_refused.cpp", KEEP_DRIVERS)]
-    files.append(NATIVE / "play" / "egl.cpp")
-    return build(name, files, flags, ["-lEGL"], gles=True)
+    files = [NATIVE / "tests" / name for name in (*DESK, "desk_gl.cpp", KEEP_DRIVERS)]
+    return build(name, [*files, NATIVE / "play" / "egl.cpp"], flags, ["-lEGL"], gles=True)
 
 
-def play_program() -> Path:
-    """avatar_play, with sanitizers; with a window where X11 is."""
+def play_program(kind: str = "es") -> Path:
+    """avatar_play, with sanitizers; with a window where X11 is; for d3d11 a program for Windows."""
+    if kind == "d3d11":
+        return built() / "avatar_play.exe"
     need_gl()
     files = [NATIVE / "tests" / KEEP_DRIVERS, *sorted((NATIVE / "play").glob("*.cpp"))]
     head, link = ("#define AVATAR_PLAY_X11\n", ["-lX11"]) if XLIB_HEADER.exists() else ("", [])
@@ -62,7 +68,9 @@ def play_program() -> Path:
 
 
 def run_gl(program: Path, words: Sequence[str]) -> subprocess.CompletedProcess[str]:
-    """Runs a program that opens a context of OpenGL. Leaks of the driver are not reported."""
+    """Runs a program that opens a context of OpenGL, or one for Windows. Leaks of the driver are not reported."""
+    if program.suffix == ".exe":
+        return run_windows(program, words)
     command = [str(program), *words]
     own = {**_environment(program), "DISPLAY": ""}
     return subprocess.run(command, env=own, capture_output=True, text=True, timeout=LIMIT_S, check=False)
@@ -88,7 +96,7 @@ def _environment(program: Path) -> dict[str, str]:
 
 @dataclass
 class Job:
-    """Commands of tests/gles_desk.cpp, and the files that they name."""
+    """Commands of tests/desk.cpp, and the files that they name."""
 
     folder: Path
     lines: list[str] = field(default_factory=list)

@@ -1,7 +1,7 @@
 """The machines that run the native core in the tests: this one, Windows by Wine, and ARM of 64 bits by QEMU.
 
-Fixture `machine` runs a test on each of them. ARM multiplies and adds in one step where the compiler is let: each build
-of MACHINES["arm ..."] has another answer to that, and one flushes small numbers to zero, as some engines do.
+Fixture `machine` runs a test on each of them. ARM multiplies and adds in one step where the compiler may contract them.
+One build lets it, one does not, and one flushes small numbers to zero, as some engines do.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import shutil
 from dataclasses import dataclass
 
 import pytest
+from _pytest.mark.structures import ParameterSet
 from tools.windows import wine
 
 from tests.session.native import SANITIZED
@@ -24,6 +25,7 @@ WINDOWS, ARM = "x86_64-windows-gnu", "aarch64-linux-musl"
 class Machine:
     """What compiles for a machine, and what runs its programs."""
 
+    name: str
     flags: tuple[str, ...]
     target: str = ""  # as Zig names it; this machine, if empty
     emulator: tuple[str, ...] = ()
@@ -43,27 +45,23 @@ class Machine:
                 need({f"Wine ({error})": None})
 
 
-def _arm(*flags: str, sources: tuple[str, ...] = ()) -> Machine:
-    return Machine((*TRAPS, *flags), ARM, ("qemu-aarch64",), sources)
+def _arm(name: str, *flags: str, sources: tuple[str, ...] = ()) -> Machine:
+    return Machine(f"arm, {name}", (*TRAPS, *flags), ARM, ("qemu-aarch64",), sources)
 
 
-HERE = Machine(SANITIZED)
-MACHINES = {
-    "here": HERE,
-    "windows": Machine(TRAPS, WINDOWS),
-    "arm": _arm("-ffp-contract=off"),  # as CMakeLists.txt asks for
-    "arm, contract on": _arm("-ffp-contract=on"),  # clang's default
-    "arm, contract fast": _arm("-ffp-contract=fast"),  # g++'s default
-    "arm, flush to zero": _arm("-ffp-contract=off", sources=("flush",)),
-}
-MARKS = {"windows": (pytest.mark.players,), "arm": (pytest.mark.more,)}
+HERE = Machine("here", SANITIZED)
+ELSEWHERE = (
+    Machine("windows", TRAPS, WINDOWS),
+    _arm("contract off", "-ffp-contract=off"),  # as CMakeLists.txt asks for
+    _arm("contract on", "-ffp-contract=on"),  # the default of clang
+    _arm("flush to zero", "-ffp-contract=off", sources=("flush",)),
+)
+MARKS = {"windows": pytest.mark.players, "arm": pytest.mark.more}
 
 
-def elsewhere() -> list[str]:
-    """The names of the others."""
-    return [name for name in MACHINES if name != "here"]
-
-
-def parameters(names: list[str]) -> list[object]:
+def parameters(*machines: Machine) -> list[ParameterSet]:
     """Parameters of a fixture or a test: Windows in `make players`, ARM in `make test-more`."""
-    return [pytest.param(name, marks=MARKS.get(name.partition(",")[0], ())) for name in names]
+    return [
+        pytest.param(one, id=one.name, marks=MARKS[one.name.partition(",")[0]] if one.target else ())
+        for one in machines
+    ]

@@ -11,6 +11,7 @@ import pytest
 
 from avatar_schema.version import __version__
 from avatar_shaders.entries import ENTRIES
+from avatar_shaders.generate import HLSL
 from avatar_shaders.texts import source
 from tests.players.native import need_compilers
 from tests.session.assembled import assembled
@@ -99,7 +100,18 @@ def rebuilt(folder: Path) -> dict[tuple[str, str], str]:
 def test_the_archive_has_what_a_build_needs_and_no_more(archive: Path) -> None:
     names = {path.relative_to(archive).as_posix() for path in archive.rglob("*") if path.is_file()}
     folders = {name.split("/")[0] for name in names if "/" in name}
-    assert folders == {"android", "cmake", "gles", "include", "ios", "play", "scene", "shaders", "src"}
+    assert folders == {
+        "android",
+        "cmake",
+        "d3d11",
+        "gles",
+        "include",
+        "ios",
+        "play",
+        "scene",
+        "shaders",
+        "src",
+    }
     assert {name for name in names if "/" not in name} == {
         "CMakeLists.txt",
         "LICENSE",
@@ -108,7 +120,9 @@ def test_the_archive_has_what_a_build_needs_and_no_more(archive: Path) -> None:
     }
     assert (archive / "VERSION").read_text() == f"{__version__}\n"
     assert (archive / "LICENSE").read_bytes() == (NATIVE.parents[1] / "LICENSE").read_bytes()
-    assert len([name for name in names if name.startswith("shaders/")]) == 2 * len(ENTRIES)
+    texts = {name for name in names if name.startswith("shaders/")}
+    hlsl = {f"shaders/hlsl/{path.name}" for path in HLSL.iterdir()}
+    assert hlsl < texts and len(texts - hlsl) == 2 * len(ENTRIES)
     assert not [name for name in names if "head.avatar" in name or "/." in f"/{name}"]
 
 
@@ -163,7 +177,8 @@ def test_a_text_that_compilers_refuse_is_refused(archive: Path, tmp_path: Path) 
 def test_pieces_of_texts_are_short_enough_for_every_compiler(archive: Path, tmp_path: Path) -> None:
     """MSVC takes 16,380 bytes of a literal and 65,535 of joined ones."""
     cmake("-D", f"TO={tmp_path}", "-P", archive / "cmake/shader_texts.cmake")
-    rows = (tmp_path / "avatar_shader_texts.inc").read_text().split("\n},\n")
+    made = [(tmp_path / f"avatar_{kind}_texts.inc").read_text() for kind in ("shader", "hlsl")]
+    rows = "".join(made).split("\n},\n")
     sizes = [[len(piece.encode()) for piece in re.findall(r'R"~\((.*?)\)~"', row, re.DOTALL)] for row in rows]
     assert max(map(max, sizes[:-1])) <= 16380 and max(map(sum, sizes)) <= 65535
     assert max(map(len, sizes)) > 1  # so joining is tested, too

@@ -11,7 +11,7 @@ import pytest
 from tools.fuzz.native import PACKS, executions, fuzz, try_once
 from tools.fuzz.native_seeds import tiny
 
-from tests.players.native import need_compilers, run
+from tests.players.native import need_compilers, page_program, run
 from tests.session.fuzz import FACTOR
 from tests.session.native import LANGUAGE, LIMIT_S, NATIVE, SANITIZED, WARNINGS, build, includes, one_unit
 
@@ -44,11 +44,8 @@ def test_gcc_takes_the_library_without_a_warning(tmp_path: Path) -> None:
 
 def test_the_program_of_the_page_runs(tmp_path: Path) -> None:
     need_compilers()
-    programs = re.findall(r"```c\n(.*?)```", (NATIVE / "README.md").read_text(), re.DOTALL)
-    (text,) = (program for program in programs if "int main" in program)
-    assert len(text.splitlines()) <= 50
-    unit = tmp_path / "page.c"
-    unit.write_text(text)
+    unit = page_program(tmp_path)
+    assert len(unit.read_text().splitlines()) <= 50
     program = build("page", [unit], SANITIZED)
     printed = run(program, [str(next(path for path in PACKS if path.stem == "joints"))])
     assert "4 expressions, 5 joints, 2 clips" in printed

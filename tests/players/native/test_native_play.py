@@ -32,7 +32,7 @@ from tests.players.native.x11 import screen
 from tests.players.played_cases import HEAD
 from tests.runtime.backends import gl_cases
 
-KINDS = ("es", "gl")
+KINDS = ("es", "gl", pytest.param("d3d11", marks=pytest.mark.players))
 BYTE = 1 / 255
 WHOLE = {"target": [0.02, 0.01, -0.01], "size": [0.3, 0.4, 0.2]}
 FRAMING = {"up": [0.0, 1.0, 0.0], "front": [0.0, 0.0, 1.0], "whole": WHOLE}
@@ -83,9 +83,9 @@ def test_a_clip_is_what_python_draws(
     head: Path, avatar: Avatar, tmp_path: Path, kind: str, measured: Measure
 ) -> None:
     clip, name = avatar.clips[0], avatar.expression_names[0]
-    words = [*SIDE_WAYS, f"--{kind}", "--clip", clip.name, "--fps", str(clip.fps), "--frames", "2"]
+    words = [*SIDE_WAYS, "--api", kind, "--clip", clip.name, "--fps", str(clip.fps), "--frames", "2"]
     words += ["--expression", f"{name}=0.5", "-o", str(tmp_path / "frame_%03d.png"), "--timings"]
-    done = run_gl(play_program(), [str(head), *words])
+    done = run_gl(play_program(kind), [str(head), *words])
     assert done.returncode == 0, done.stderr
     stages = {line.split()[0] for line in done.stdout.splitlines()}
     assert {"joints", "blend", "bind", "project", "sort", "raster", "composite"} <= stages

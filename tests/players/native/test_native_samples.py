@@ -1,4 +1,4 @@
-"""The native player plays every trained sample on OpenGL as backend `gl` does, and repeats its references."""
+"""The native player plays every trained sample as backend `gl` does, and repeats its references."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_a_sample_is_played_as_gl_plays_it(sample: str, kind: str, tmp_path: Pat
         job.say("clear")
     job.say("conform", tmp_path, "cases")
     job.say("end")
-    said = job.run(desk_program())
+    said = job.run(desk_program(kind))
     assert ["passed", "1"] in said and ["left", "0"] in said
     player, worst = Player(avatar, "gl", target="rgba32f"), 0.0
     for p, pose in enumerate(chosen):
@@ -56,5 +56,5 @@ def test_a_sample_is_played_as_gl_plays_it(sample: str, kind: str, tmp_path: Pat
             want = np.dstack([image.colour, 1 - image.transmittance])
             assert want[..., 3].max() > 0.5
             worst = max(worst, float(np.abs(job.image(f"{p}_{c}") - want).max()))
-    measured("native gles, image of a sample", worst, BYTE)
+    measured(f"native {kind}, image of a sample", worst, BYTE)
     assert worst <= BYTE

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tests.players.native.gles import XLIB_HEADER
 from tests.session.needed import need
 
+XLIB_HEADER = Path("/usr/include/X11/Xlib.h")
 CLIENT_MESSAGE = 33
 EVENT_BYTES = 192  # of an XEvent on machines of 64 bits
 NCOLORS = 19  # place of a field in the header of an XWD file

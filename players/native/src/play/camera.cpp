@@ -81,6 +81,21 @@ static void write_camera(AvatarCamera* out, double* view, double* projection, in
     }
 }
 
+const char* set_camera_depth(AvatarCamera* camera, const double* view, const double* projection, bool both_signs) {
+    if (camera == nullptr || view == nullptr || projection == nullptr) return "the camera's depth: an argument is NULL";
+    if (size_of(camera) < sizeof(AvatarCamera)) return "the camera's depth: struct_size must be sizeof(AvatarCamera)";
+    const double size = std::fabs(projection[14]), z = both_signs ? 0.5 : 1, w = both_signs ? 0.5 : 0;
+    double row[4];
+    for (int column = 0; column < 4; column++) {
+        double sum = 0;
+        for (int k = 0; k < 4; k++) sum += (z * projection[8 + k] + w * projection[12 + k]) * view[4 * k + column];
+        row[column] = sum / size;
+    }
+    if (!all_finite(row, 4)) return "the camera's depth: view and projection must be finite, with a perspective";
+    for (int column = 0; column < 4; column++) camera->clip_from_world[8 + column] = static_cast<float>(row[column]);
+    return nullptr;
+}
+
 }  // namespace avatar
 
 using namespace avatar;

@@ -1,14 +1,11 @@
-// Plays what tests ask for in files of commands: one context, one scene, one command a line. A test judges the images,
+// Plays what tests ask for in files of commands: one screen, one scene, one command a line. A test judges the images,
 // the rows and the counts that it writes.
-#include <EGL/egl.h>
-
 #include <algorithm>
 #include <chrono>
 #include <climits>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -16,10 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "../gles/avatar_gles.h"
-#include "../play/egl.h"
-#include "gles_refused.h"
-#include "tools.h"
+#include "desk.h"
 
 namespace {
 
@@ -54,46 +48,22 @@ struct Shown {
 struct Desk {
     Counter counted;
     AvatarAllocator allocator = counted.allocator();
-    EglContext egl;
-    bool is_es = true;
-    AvatarGles* gles = nullptr;
+    std::string kind;
+    AvatarScene* scene = nullptr;
     std::map<std::string, AvatarPack*> packs;
     std::vector<Shown> shown;
     AvatarCamera camera = {};
 };
 
-/// Functions of GL that the tests themselves need.
-template <class... Parameters>
-void call(const char* name, Parameters... parameters) {
-    reinterpret_cast<void (*)(Parameters...)>(eglGetProcAddress(name))(parameters...);
-}
-
-// What a device of less may say: extensions that `hide` names are not there.
-std::vector<std::string> hidden;
-using Texts = const uint8_t* (*)(uint32_t, uint32_t);
-
-const uint8_t* shown_extension(uint32_t name, uint32_t index) {
-    const uint8_t* found = reinterpret_cast<Texts>(eglGetProcAddress("glGetStringi"))(name, index);
-    for (const std::string& one : hidden) {
-        if (found != nullptr && one == reinterpret_cast<const char*>(found)) return reinterpret_cast<const uint8_t*>("");
-    }
-    return found;
-}
-
-AvatarGlesFunction load(const char* name) {
-    if (std::strcmp(name, "glGetStringi") == 0) return reinterpret_cast<AvatarGlesFunction>(&shown_extension);
-    return eglGetProcAddress(name);
-}
-
-/// begin es|gl [WIDTH HEIGHT]: a context and a scene.
+/// begin es|gl|d3d11 [WIDTH HEIGHT]: a screen and a scene.
 void begin(Desk& desk, Words& words) {
-    desk.is_es = next(words) == "es";
+    desk.kind = next(words);
     int width = 256, height = 256;
     words >> width >> height;
-    const char* line = open_egl(desk.egl, desk.is_es, words ? width : 256, words ? height : 256);
+    const char* line = open_screen(desk.kind, words ? width : 256, words ? height : 256);
     must(line == nullptr, line);
-    desk.gles = avatar_gles_open(&load, &desk.allocator);
-    must(avatar_gles_error(desk.gles) == nullptr, avatar_gles_error(desk.gles));
+    desk.scene = open_scene(desk.allocator);
+    must(VERB(error)(desk.scene) == nullptr, VERB(error)(desk.scene));
 }
 
 void take(const Bytes& file, size_t& at, void* into, size_t size) {
@@ -129,66 +99,47 @@ void add(Desk& desk, Words& words) {
     must(avatar_instance_error(one.instance) == nullptr, avatar_instance_error(one.instance));
     set_pose(one, read_file(next(words)));
     desk.shown.push_back(one);
-    must(avatar_gles_add(desk.gles, pack, one.instance), avatar_gles_error(desk.gles));
+    must(VERB(add)(desk.scene, pack, one.instance), VERB(error)(desk.scene));
 }
 
 void clear(Desk& desk) {
     for (const Shown& one : desk.shown) {
-        must(avatar_gles_remove(desk.gles, one.instance), avatar_gles_error(desk.gles));
+        must(VERB(remove)(desk.scene, one.instance), VERB(error)(desk.scene));
         avatar_instance_close(one.instance);
     }
     desk.shown.clear();
 }
 
-void draw(Desk& desk, const AvatarGlesDepth* depth) {
-    must(avatar_gles_pose(desk.gles), avatar_gles_error(desk.gles));
-    must(avatar_gles_draw(desk.gles, &desk.camera, depth), avatar_gles_error(desk.gles));
+void draw(Desk& desk) {
+    must(VERB(pose)(desk.scene), VERB(error)(desk.scene));
+    must(VERB(draw)(desk.scene, &desk.camera, nullptr), VERB(error)(desk.scene));
 }
 
 void save(Desk& desk, const std::string& path) {
     std::vector<float> image(4 * static_cast<size_t>(desk.camera.width) * static_cast<size_t>(desk.camera.height));
-    must(avatar_gles_read(desk.gles, image.data()), avatar_gles_error(desk.gles));
+    must(VERB(read)(desk.scene, image.data()), VERB(error)(desk.scene));
     write_file(path, image.data(), 4 * image.size());
 }
 
-uint32_t texture_of(uint32_t format, int width, int height) {
-    uint32_t made = 0;
-    call("glGenTextures", 1, &made);
-    call("glBindTexture", 0x0DE1u, made);
-    call("glTexStorage2D", 0x0DE1u, 1, format, width, height);
-    return made;
-}
-
-/// depth FILE REVERSED OUT: the image behind a depth texture of float32, first row at the bottom.
-void draw_behind(Desk& desk, Words& words) {
+/// depth FILE REVERSED OUT: the image behind depths of float32, first row on top.
+void behind(Desk& desk, Words& words) {
     const Bytes file = read_file(next(words));
-    AvatarGlesDepth depth = {sizeof(AvatarGlesDepth), 0, next<int>(words)};
-    depth.texture = texture_of(0x8CACu, desk.camera.width, desk.camera.height);  // DEPTH_COMPONENT32F
-    call("glTexSubImage2D", 0x0DE1u, 0, 0, 0, desk.camera.width, desk.camera.height, 0x1902u, 0x1406u,
-         static_cast<const void*>(file.data()));
-    draw(desk, &depth);
+    const int reversed = next<int>(words);
+    must(VERB(pose)(desk.scene), VERB(error)(desk.scene));
+    must(draw_behind(desk.scene, desk.camera, reinterpret_cast<const float*>(file.data()), reversed), VERB(error)(desk.scene));
     save(desk, next(words));
-    call("glDeleteTextures", 1, static_cast<const uint32_t*>(&depth.texture));
 }
 
-/// composite LINEAR BACKGROUND OUT: a framebuffer of bytes of the caller's, which was grey. BACKGROUND "-": none.
+/// composite LINEAR BACKGROUND SAMPLES OUT: a target of bytes of the caller's, which was grey. BACKGROUND "-": none.
 void composite(Desk& desk, Words& words) {
-    const int width = desk.camera.width, height = desk.camera.height, linear = next<int>(words);
+    const int linear = next<int>(words);
     const std::string background = next(words);
-    const uint32_t texture = texture_of(0x8058u, width, height);  // RGBA8
-    uint32_t framebuffer = 0;
-    call("glGenFramebuffers", 1, &framebuffer);
-    call("glBindFramebuffer", 0x8D40u, framebuffer);
-    call("glFramebufferTexture2D", 0x8D40u, 0x8CE0u, 0x0DE1u, texture, 0);
-    const float grey[] = {0.5f, 0.5f, 0.5f, 1}, blue[] = {0.25f, 0.5f, 1};
-    call("glClearBufferfv", 0x1800u, 0, static_cast<const float*>(grey));
-    draw(desk, nullptr);
-    must(avatar_gles_composite(desk.gles, framebuffer, background == "-" ? nullptr : blue, linear), avatar_gles_error(desk.gles));
-    Bytes read(4 * static_cast<size_t>(width) * static_cast<size_t>(height));
-    call("glReadPixels", 0, 0, width, height, 0x1908u, 0x1401u, static_cast<void*>(read.data()));
+    const int samples = next<int>(words);
+    const float blue[] = {0.25f, 0.5f, 1};
+    Bytes read;
+    draw(desk);
+    must(composite_scene(desk.scene, desk.camera, background == "-" ? nullptr : blue, linear, samples, read), VERB(error)(desk.scene));
     write_file(next(words), read.data(), read.size());
-    call("glDeleteFramebuffers", 1, static_cast<const uint32_t*>(&framebuffer));
-    call("glDeleteTextures", 1, &texture);
 }
 
 /// conform FOLDER NAME: prints a row of each output of a reference.
@@ -198,11 +149,11 @@ void conform(Desk& desk, Words& words) {
     const Bytes vectors = read_file(folder + "/" + (cases_name == "cases" ? "vectors" : cases_name) + ".safetensors");
     AvatarPack* pack = avatar_load(mini.data(), mini.size(), "mini.avatar", &desk.allocator);
     AvatarStageRunner runner;
-    must(avatar_gles_stage_runner(desk.gles, &runner), avatar_gles_error(desk.gles));
+    must(VERB(stage_runner)(desk.scene, &runner), VERB(error)(desk.scene));
     AvatarReport* report = avatar_conform(pack, reinterpret_cast<const char*>(cases.data()), cases.size(), vectors.data(), vectors.size(), &runner,
                                           &desk.allocator);
     if (const char* line = avatar_report_error(report)) {
-        const char* own = avatar_gles_error(desk.gles);
+        const char* own = VERB(error)(desk.scene);
         stop(std::string(line) + "; " + (own != nullptr ? own : ""));
     }
     AvatarReportRow row;
@@ -214,53 +165,94 @@ void conform(Desk& desk, Words& words) {
     avatar_close(pack);
 }
 
-long resident_pages() {
-    long total = 0, resident = 0;
-    std::ifstream("/proc/self/statm") >> total >> resident;
-    return resident;
-}
-
 /// frames COUNT: as many frames, each of another pose. Prints our allocations, and by how many pages of memory the quarter
 /// that grew least grew, the first left out: what is lost each frame is lost in every quarter, a driver's own growth is
 /// not.
 void frames(Desk& desk, Words& words) {
     const int count = next<int>(words);
-    draw(desk, nullptr);
+    draw(desk);
     const size_t before = desk.counted.calls;
     long pages = 0, least = LONG_MAX;
     for (int i = 0; i <= count; i++) {
         if (i > 0 && i % (count / 4) == 0) {
-            call("glFinish");
+            finish_screen();
             const long now = resident_pages();
             if (i > count / 4) least = std::min(least, now - pages);
             pages = now;
         }
         if (i == count) break;
         for (const Shown& one : desk.shown) avatar_place(one.instance)[3] = 0.001 * (i % 7);
-        draw(desk, nullptr);
-        must(avatar_gles_composite(desk.gles, 0, nullptr, 0), avatar_gles_error(desk.gles));
+        draw(desk);
+        must(show_scene(desk.scene), VERB(error)(desk.scene));
     }
     std::printf("allocations %zu\npages %ld\n", desk.counted.calls - before, least);
 }
 
-/// bench COUNT POSE...: milliseconds a frame, of the CPU and of the wall, each frame with the next of the poses.
+/// loads COUNT PACK: loads a pack, draws an instance of it and frees both, so many times; then as `frames`.
+void loads(Desk& desk, Words& words) {
+    const int count = next<int>(words);
+    const Bytes file = read_file(next(words));
+    long pages = 0, least = LONG_MAX;
+    for (int i = 0; i <= count; i++) {
+        if (i > 0 && i % (count / 4) == 0) {
+            const long now = resident_pages();
+            if (i > count / 4) least = std::min(least, now - pages);
+            pages = now;
+        }
+        AvatarPack* pack = avatar_load(file.data(), file.size(), "a.avatar", &desk.allocator);
+        AvatarInstance* instance = avatar_instance_open(pack, 0, &desk.allocator);
+        must(VERB(add)(desk.scene, pack, instance), VERB(error)(desk.scene));
+        draw(desk);
+        must(VERB(remove)(desk.scene, instance), VERB(error)(desk.scene));
+        avatar_instance_close(instance);
+        avatar_close(pack);
+    }
+    std::printf("loads %ld\n", least);
+}
+
+struct Parts {
+    std::vector<std::pair<std::string, double>> ms;
+    std::chrono::steady_clock::time_point last;
+
+    static void ended(void* user, const char* stage) {
+        Parts* self = static_cast<Parts*>(user);
+        const auto now = std::chrono::steady_clock::now();
+        const double passed = std::chrono::duration<double, std::milli>(now - self->last).count();
+        self->last = now;
+        for (auto& [name, sum] : self->ms) {
+            if (name == stage) {
+                sum += passed;
+                return;
+            }
+        }
+        self->ms.emplace_back(stage, passed);
+    }
+};
+
+/// bench COUNT POSE...: milliseconds a frame, of the CPU and of the wall, each frame with the next of the poses; then as many
+/// frames again in their parts.
 void bench(Desk& desk, Words& words) {
     const int count = next<int>(words);
     std::vector<Bytes> poses;
     for (std::string path; words >> path;) poses.push_back(read_file(path));
-    std::clock_t cpu = 0;
-    std::chrono::steady_clock::time_point wall;
-    for (int i = -3; i < count; i++) {  // the first ones compile
-        if (i == 0) call("glFinish");
-        if (i == 0) cpu = std::clock(), wall = std::chrono::steady_clock::now();
+    const auto play = [&](int i) {
         for (const Shown& one : desk.shown) set_pose(one, poses[static_cast<size_t>(i + 3) % poses.size()]);
-        draw(desk, nullptr);
-        must(avatar_gles_composite(desk.gles, 0, nullptr, 0), avatar_gles_error(desk.gles));
-    }
-    call("glFinish");
+        draw(desk);
+        must(show_scene(desk.scene), VERB(error)(desk.scene));
+    };
+    for (int i = -3; i < 0; i++) play(i);  // the first ones compile
+    finish_screen();
+    const double cpu = cpu_seconds();
+    const auto wall = std::chrono::steady_clock::now();
+    for (int i = 0; i < count; i++) play(i);
+    finish_screen();
     const std::chrono::duration<double, std::milli> passed = std::chrono::steady_clock::now() - wall;
-    std::printf("bench %.3f %.3f %s\n", 1000.0 * static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC / count,
-                passed.count() / count, avatar_gles_renderer(desk.gles));
+    std::printf("bench %.3f %.3f %s\n", 1000 * (cpu_seconds() - cpu) / count, passed.count() / count, VERB(renderer)(desk.scene));
+    Parts parts;
+    VERB(set_clock)(desk.scene, &Parts::ended, &parts);
+    for (int i = 0; i < count; i++) parts.last = std::chrono::steady_clock::now(), play(i);
+    VERB(set_clock)(desk.scene, nullptr, nullptr);
+    for (const auto& [name, sum] : parts.ms) std::printf("part %s %.3f\n", name.c_str(), sum / count);
 }
 
 /// depth_of MATRICES OUT: the camera of an engine's view and projection, with its depth.
@@ -270,71 +262,73 @@ void depth_of(Desk&, Words& words) {
     AvatarCamera camera;
     const char* line = avatar_camera_opengl(&camera, matrices, matrices + 16, 64, 48);
     must(line == nullptr, line);
-    line = avatar_gles_camera_depth(&camera, matrices, matrices + 16);
+    line = VERB(camera_depth)(&camera, matrices, matrices + 16);
     must(line == nullptr, line);
     write_file(next(words), &camera, sizeof camera);
 }
 
-/// lose: another context, and the scene goes on in it.
-void lose(Desk& desk) {
-    close_egl(desk.egl);
-    avatar_gles_forget(desk.gles);
-    const int refused = avatar_gles_pose(desk.gles);
-    std::printf("lost %d %s\n", refused, avatar_gles_error(desk.gles));
-    const char* line = open_egl(desk.egl, desk.is_es, 256, 256);
-    must(line == nullptr, line);
-    must(avatar_gles_restore(desk.gles), avatar_gles_error(desk.gles));
+/// lose [COUNT]: another context or device, and the scene goes on in it; so many times.
+void lose(Desk& desk, Words& words) {
+    int count = 1;
+    words >> count;
+    for (int i = 0; i < (words ? count : 1); i++) {
+        VERB(forget)(desk.scene);
+        close_screen();
+        const int refused = VERB(pose)(desk.scene);
+        if (i == 0) std::printf("lost %d %s\n", refused, VERB(error)(desk.scene));
+        const char* line = open_screen(desk.kind, 256, 256);
+        must(line == nullptr, line);
+        must(restore_scene(desk.scene), VERB(error)(desk.scene));
+    }
 }
 
 /// end: closes everything and prints the bytes that are left.
 void end(Desk& desk) {
-    avatar_gles_close(desk.gles);
+    VERB(close)(desk.scene);
     for (const Shown& one : desk.shown) avatar_instance_close(one.instance);
     for (const auto& [name, pack] : desk.packs) avatar_close(pack);
-    close_egl(desk.egl);
+    close_screen();
     std::printf("left %zu\n", desk.counted.bytes);
-    desk.gles = nullptr;
+    desk.scene = nullptr;
     desk.shown.clear();
     desk.packs.clear();
-    hidden.clear();
+    alter_screen("");
 }
 
 const Shown& shown(Desk& desk, Words& words) { return desk.shown.at(next<size_t>(words)); }
 
 void set_target(Desk& desk, Words& words) {
     const uint32_t target = next<uint32_t>(words);
-    std::printf("target %u %d\n", target, avatar_gles_set_target(desk.gles, target));
+    std::printf("target %u %d\n", target, VERB(set_target)(desk.scene, target));
 }
 
 void add_again(Desk& desk, Words&) {
     const Shown& one = desk.shown.at(0);
-    const int good = avatar_gles_add(desk.gles, one.pack, one.instance);
-    std::printf("twice %d %s\n", good, avatar_gles_error(desk.gles));
+    const int good = VERB(add)(desk.scene, one.pack, one.instance);
+    std::printf("twice %d %s\n", good, VERB(error)(desk.scene));
 }
 
 /// refused PACK: what cannot be used is refused. The pack is another one than that of the scene.
 void refused(Desk& desk, Words& words) {
     const Bytes file = read_file(next(words));
     AvatarPack* other = avatar_load(file.data(), file.size(), "other.avatar", nullptr);
-    const uint32_t textures[] = {texture_of(0x8058u, desk.camera.width, desk.camera.height), texture_of(0x8CACu, 3, 2)};  // RGBA8, depth
     const Shown& one = desk.shown.at(0);
-    refused_arguments(desk.gles, desk.camera, one.pack, one.instance, other, textures[0], textures[1]);
-    call("glDeleteTextures", 2, static_cast<const uint32_t*>(textures));
+    refused_arguments(desk.scene, desk.camera, one.pack, one.instance, other);
     avatar_close(other);
 }
 
 /// What a job may say, by its first word.
 const std::map<std::string, void (*)(Desk&, Words&)> commands = {
     {"begin", &begin},
-    {"hide", [](Desk&, Words& words) { hidden.push_back(next(words)); }},
+    {"alter", [](Desk&, Words& words) { alter_screen(next(words)); }},
     {"target", &set_target},
-    {"which", [](Desk& desk, Words&) { std::printf("which %u\n", avatar_gles_target(desk.gles)); }},
+    {"which", [](Desk& desk, Words&) { std::printf("which %u\n", VERB(target)(desk.scene)); }},
     {"add", &add},
     {"twice", &add_again},
     {"pose", [](Desk& desk, Words& words) { const Shown& one = shown(desk, words); set_pose(one, read_file(next(words))); }},
     {"show", [](Desk& desk, Words& words) {
          const Shown& one = shown(desk, words);
-         must(avatar_gles_show(desk.gles, one.instance, next<int>(words)), avatar_gles_error(desk.gles));
+         must(VERB(show)(desk.scene, one.instance, next<int>(words)), VERB(error)(desk.scene));
      }},
     {"level", [](Desk& desk, Words& words) {
          const Shown& one = shown(desk, words);
@@ -342,20 +336,21 @@ const std::map<std::string, void (*)(Desk&, Words&)> commands = {
      }},
     {"clear", [](Desk& desk, Words&) { clear(desk); }},
     {"camera", [](Desk& desk, Words& words) { std::memcpy(&desk.camera, read_file(next(words)).data(), sizeof desk.camera); }},
-    {"draw", [](Desk& desk, Words& words) { draw(desk, nullptr), save(desk, next(words)); }},
+    {"draw", [](Desk& desk, Words& words) { draw(desk), save(desk, next(words)); }},
     {"seen", [](Desk& desk, Words& words) {  // as it was posed for the last image
-         must(avatar_gles_draw(desk.gles, &desk.camera, nullptr), avatar_gles_error(desk.gles));
+         must(VERB(draw)(desk.scene, &desk.camera, nullptr), VERB(error)(desk.scene));
          save(desk, next(words));
      }},
-    {"depth", &draw_behind},
+    {"depth", &behind},
     {"depth_of", &depth_of},
     {"composite", &composite},
     {"conform", &conform},
     {"frames", &frames},
-    {"early", [](Desk& desk, Words&) { refused_early(desk.gles); }},
+    {"early", [](Desk& desk, Words&) { refused_early(desk.scene); }},
     {"refused", &refused},
+    {"loads", &loads},
     {"bench", &bench},
-    {"lose", [](Desk& desk, Words&) { lose(desk); }},
+    {"lose", &lose},
     {"end", [](Desk& desk, Words&) { end(desk); }},
 };
 
