@@ -108,6 +108,7 @@ clean:
 	$(BIN)/python -m pip install --quiet --group dev
 	$(BIN)/python -m pip install --quiet --no-deps slangtorch==1.3.22
 	$(BIN)/python -m tools.compile_kernels
+	$(BIN)/python -m tools.zig
 	-$(BIN)/python -m tools.windows.prepare
 	touch $@
 
