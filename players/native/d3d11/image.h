@@ -1,4 +1,5 @@
 #pragma once
+#include "../scene/draw_blocks.h"
 #include "avatar_d3d11.h"
 #include "compiler.h"
 
@@ -30,15 +31,6 @@ public:
     void release();
 
 private:
-    struct RasterBlock {  // as raster_vertex_fetch has it
-        float image_size[2];
-        float flip_y, unused;
-    };
-    struct CompositeBlock {  // as composite_pixel has it
-        float background[4];
-        float linear_target, flip_rows;
-        float image_size[2];
-    };
     enum { depth_off, depth_normal, depth_reversed, depth_states };
 
     bool make_shaders(Errors& errors, Compiler& compiler);

@@ -173,7 +173,7 @@ void Draw::bind_texture(uint32_t texture) {
 void Draw::bind_block(uint32_t buffer, const void* block, size_t bytes) {
     gl_.BindBuffer(gl_uniform_buffer, buffer);
     gl_.BufferSubData(gl_uniform_buffer, 0, static_cast<ptrdiff_t>(bytes), block);
-    gl_.BindBufferBase(gl_uniform_buffer, block_binding, buffer);
+    gl_.BindBufferBase(gl_uniform_buffer, constants_binding, buffer);
 }
 
 bool Draw::has_image(Errors& errors) {

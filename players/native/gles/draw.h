@@ -1,4 +1,5 @@
 #pragma once
+#include "../scene/draw_blocks.h"
 #include "programs.h"
 
 namespace avatar {
@@ -31,16 +32,6 @@ public:
     void release();
 
 private:
-    struct RasterBlock {  // as raster_vertex has it
-        float image_size[2];
-        float flip_y, unused;
-    };
-    struct CompositeBlock {  // as composite_pixel has it
-        float background[4];
-        float linear_target, flip_rows;
-        float image_size[2];
-    };
-    static constexpr uint32_t block_binding = 8;
 
     bool resize(Errors& errors, int32_t width, int32_t height);
     bool make_image();

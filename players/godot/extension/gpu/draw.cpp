@@ -1,17 +1,13 @@
 #include "draw.h"
 
+#include "../../../native/scene/draw_blocks.h"
+
 namespace godot {
 
-struct RasterBlock {  // as raster_vertex_fetch has it
-    float image_size[2];
-    float flip_y, unused;
-};
-struct CompositeBlock {  // as composite_pixel has it
-    float background[4];
-    float linear_target, flip_rows;
-    float image_size[2];
-};
-static constexpr uint32_t constants_binding = 8;
+using avatar::CompositeBlock;
+using avatar::constants_binding;
+using avatar::RasterBlock;
+
 static constexpr float first_row_on_top = -1;  // Vulkan's clip space points down
 
 /// The element that was used longest ago.

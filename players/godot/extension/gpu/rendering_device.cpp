@@ -1,11 +1,10 @@
 #include "rendering_device.h"
 
+#include "../../../native/scene/draw_blocks.h"
 #include "draw.h"
 #include "shaders.h"
 
 namespace godot {
-
-static constexpr uint32_t constants_binding = 8;
 
 RdDevice::RdDevice(GDExtensionObjectPtr of, bool is_local, const AvatarAllocator& allocator)
     : rd(Value::object(of)), object(of), is_local_(is_local), allocator_(allocator) {}
@@ -156,7 +155,7 @@ bool RdDevice::make_list(Errors& errors, RecordedList& list) {
         }
         if (step.dispatch.block_bytes > 0) {
             step.block = uniform_buffer(step.dispatch.block_bytes).id;
-            bound[count++] = {RenderingDevice_UNIFORM_TYPE_UNIFORM_BUFFER, constants_binding, Rid{step.block}};
+            bound[count++] = {RenderingDevice_UNIFORM_TYPE_UNIFORM_BUFFER, avatar::constants_binding, Rid{step.block}};
         }
         step.bindings = uniform_set(found->shader, bound, count).id;
         if (step.bindings == 0) errors.set(step.dispatch.entry, "the driver does not bind its buffers");
