@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avatar_trainer.head import FEATURES, BodyModel, Head, build_body_model, driving, save_body
 from samples.subjects.body import PATH as BODY_RIG
 from samples.subjects.body import load_body
-from samples.subjects.body_files import save_body, save_flame_pickle, save_tracked_frame
-from samples.subjects.body_model import FEATURES, BodyModel, build_body_model, driving
-from samples.subjects.head import Head, load_head, simplify
+from samples.subjects.body_files import save_flame_pickle, save_tracked_frame
+from samples.subjects.head import load_head, simplify
 from samples.subjects.take import load_take, save_flame_params
 from samples.systems.gaussian_blendshapes import build_model
 from samples.systems.gaussian_blendshapes_files import save_cfg_args, save_dump, save_raw

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from samples.subjects.body_files import save_body, save_tracked_frame
-from samples.subjects.body_model import build_body_model
+from samples.subjects.body_files import save_tracked_frame
 from samples.subjects.head import load_head, simplify
 from samples.systems.gaussian_blendshapes import build_model
 from samples.systems.gaussian_blendshapes_files import save_cfg_args, save_dump
@@ -30,6 +29,7 @@ from avatar_runtime.bundle import load
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
+from avatar_trainer.head import build_body_model, save_body
 from tests.asm_faces import small_face
 from tests.avatars import full_avatar
 from tests.exporter.bodies import body_files

@@ -22,8 +22,8 @@ ORDER = {
         "summary", "distill", "live", "owned", "serving", "players", "drop", "batch", "commands", "cli", "__main__",
     ),
     "avatar_trainer": (
-        "settings", "tensors", "normals", "captures", "enhancer", "parameters", "stages", "kernels", "raster", "losses",
-        "asm", "systems", "bundles", "evaluation", "loop", "commands", "cli", "__main__",
+        "head", "settings", "tensors", "normals", "captures", "enhancer", "parameters", "stages", "kernels", "raster",
+        "losses", "asm", "systems", "bundles", "evaluation", "loop", "commands", "cli", "__main__",
     ),
 }
 # fmt: on

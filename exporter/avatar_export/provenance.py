@@ -14,6 +14,7 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
 
 BODY_RESTRICTION = "the rig derives from the body model given; its licence goes with this bundle"
+BODY_LICENCE = "the rig derives from a body model whose file states its licence: "
 
 
 def provenance(
@@ -23,11 +24,12 @@ def provenance(
     *,
     commit: str | None = None,
     form: str | None = None,
-    body_model: bool = False,
+    body_licence: str | None = None,
 ) -> dict[str, Any]:
     """What a reader of `system` records of an avatar: the `commit` of the code that it follows, the files, the notes.
 
-    Raises AvatarError for a file that cannot be read.
+    body_licence: as the body model's file states it; "" if it states none, None without a body model. Raises
+    AvatarError for a file that cannot be read.
     """
     return {
         "system": system,
@@ -35,8 +37,13 @@ def provenance(
         **({} if form is None else {"form": form}),
         "source_files": source_files(files),
         "notes": list(notes),
-        **({"body_model_restriction": BODY_RESTRICTION} if body_model else {}),
+        **({} if body_licence is None else {"body_model_restriction": body_restriction(body_licence)}),
     }
+
+
+def body_restriction(licence: str) -> str:
+    """What a bundle says of its body model, whose file states `licence`; "" if it states none."""
+    return BODY_LICENCE + licence if licence else BODY_RESTRICTION
 
 
 def source_files(files: Mapping[str, Path]) -> list[dict[str, Any]]:

@@ -20,6 +20,7 @@ from avatar_runtime.avatar import F64
 from avatar_trainer.asm.align import KEYPOINTS, Scan
 from avatar_trainer.asm.register.fit import register_takes
 from avatar_trainer.asm.register.settings import RegisterSettings
+from avatar_trainer.head import head_arrays
 from avatar_trainer.loop.machine import reproducible
 from samples.asm.data import DATA, AsmHead, load_asm_head
 
@@ -73,16 +74,16 @@ class SampleHead:
 def sample_head() -> SampleHead:
     """The head with its expressions."""
     with np.load(DATA / "head.npz", allow_pickle=False) as file:
-        data = {key: file[key] for key in file.files}
+        vertices, colours = file["vertices"], file["colors"]
+    data = head_arrays()
     names = data["expression_names"].tolist()
     offsets = []
     for name in EXPRESSIONS:
         part = slice(*data["expression_ptr"][names.index(name) :][:2])
-        offset = np.zeros(data["vertices"].shape)
+        offset = np.zeros(vertices.shape)
         offset[data["expression_index"][part]] = data["expression_offset"][part].astype(np.float64) / 100
         offsets.append(offset)
-    colour = data["colors"].astype(np.float32) / 255
-    return SampleHead(data["vertices"].astype(np.float64) / 100, colour, offsets)
+    return SampleHead(vertices.astype(np.float64) / 100, colours.astype(np.float32) / 255, offsets)
 
 
 def known(name: str, vertices: F64, ict: AsmHead) -> Scan:

@@ -17,10 +17,10 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.pose import joint_rotation
 from avatar_trainer.captures.mesh_raster import Surface, draw
 from avatar_trainer.captures.own import Shot, write
+from avatar_trainer.head import Mesh, smoothstep, unit
 from samples.capture.shots import Noise, camera_towards, rays_per_pixel, shot, splits
 from samples.subjects.body import ATTRIBUTES, Body, load_body, values
 from samples.subjects.glb import Builder
-from samples.subjects.head import Mesh, smoothstep, unit
 
 Array = npt.NDArray[Any]
 

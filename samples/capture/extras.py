@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_trainer.captures.mesh_raster import Surface
-from samples.subjects.head import Head, Mesh, smoothstep, unit
+from avatar_trainer.head import Head, Mesh, smoothstep, unit
 
 F64 = npt.NDArray[np.float64]
 I64 = npt.NDArray[np.int64]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,33 +10,19 @@ from numba import prange
 from PIL import Image
 
 from avatar_runtime.backends.cpu.jit import inlined, kernel
+from avatar_trainer.head import Head, Mesh, smooth_over_mesh
 from samples.subjects.colour import iris_colour
-from samples.subjects.head import Head, Mesh, smooth_over_mesh, smoothstep
 from samples.subjects.surface import Samples
 
 Array = npt.NDArray[Any]
 
 EYES = ("left_eye", "right_eye")
-# ICT's eyeBlink leaves a slit open, at the inner corner the longest: its gain at the inner and the outer corner, and
-# where these lie, metres from the eye's centre towards the temple.
-BLINK_GAIN, CORNERS = (1.27, 1.04), (-0.009, 0.009)
 PAINTED = 2  # texels of the eyes' painting along a texel of the scan's texture
 # What keeps light from an eyeball: skin within REACH of a point, in RAYS directions about its normal.
 RAYS, REACH, LIFTED, NEARBY = 28, 0.02, 0.0006, 0.022  # metres
 # Share of free directions that counts as full light; factor where none is free; rounds of smoothing, as the eyeballs'
 # vertices are 2 mm apart.
 OPEN_SKY, DARKEST, ROUNDS = 0.75, 0.5, 3
-
-
-def closing_lids(head: Head) -> Head:
-    """`head` whose eyelids, moved by eyeBlink, meet along their whole length at the same weight."""
-    expressions = head.expressions.copy()
-    for side, name in enumerate(("eyeBlinkLeft", "eyeBlinkRight")):
-        temporal = (head.vertices[:, 0] - head.eye_centres[side, 0]) * (1, -1)[side]
-        inner, outer = BLINK_GAIN
-        gain = inner + (outer - inner) * smoothstep(temporal, *CORNERS)
-        expressions[head.expression_names.index(name)] *= gain[:, None]
-    return replace(head, expressions=expressions)
 
 
 def painted_eyes(head: Head, image: Array, uv: Array) -> Array:

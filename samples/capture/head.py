@@ -16,14 +16,25 @@ from PIL import Image
 from avatar_runtime.camera import Camera
 from avatar_trainer.captures.mesh_raster import MeshImage, Surface, draw
 from avatar_trainer.captures.own import Shot, write
+from avatar_trainer.head import (
+    GAUSSIAN_SHAPES,
+    JOINTS,
+    BodyModel,
+    Head,
+    Mesh,
+    build_body_model,
+    closing_lids,
+    driving,
+    save_body,
+    smoothstep,
+    tracking_body,
+    unit,
+)
 from samples.capture.extras import EXTRAS, Extra, worn_with
-from samples.capture.eyes import closing_lids, lid_shade, painted_eyes
+from samples.capture.eyes import lid_shade, painted_eyes
 from samples.capture.shots import Noise, camera_towards, rays_per_pixel, shot, splits
-from samples.capture.tracking_mesh import tracking_body
-from samples.subjects.body_files import save_body
-from samples.subjects.body_model import GAUSSIAN_SHAPES, JOINTS, BodyModel, build_body_model, driving
 from samples.subjects.colour import surface_opacity
-from samples.subjects.head import DATA, Head, Mesh, load_head, smoothstep, unit
+from samples.subjects.head import DATA, load_head
 from samples.subjects.surface import Samples
 from samples.subjects.take import Take, performed, posed_vertices, recording
 

@@ -17,13 +17,10 @@ import numpy.typing as npt
 from avatar_export.driving.takes import read_take
 from avatar_runtime.driving.arkit import CHANNELS
 from avatar_runtime.io.errors import AvatarError
+from avatar_trainer.head import Head, build_body_model, save_body, tracking_body
 from samples.capture.extras import EXTRAS
 from samples.capture.head import Model, blinking_head, shots, write_frames
 from samples.capture.shots import Noise, camera_towards
-from samples.capture.tracking_mesh import tracking_body
-from samples.subjects.body_files import save_body
-from samples.subjects.body_model import build_body_model
-from samples.subjects.head import Head
 from samples.subjects.take import RECORDING, Take, performed, posed_vertices
 
 Array = npt.NDArray[Any]

@@ -25,10 +25,10 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.asm.kernels.zbuffer import depth_buffers, in_front
 from avatar_trainer.captures.mesh_raster import MeshImage, Surface, draw
+from avatar_trainer.head import Head, build_body_model
 from samples.capture.head import AUTHOR, CONSENT, DARK, LICENSE, LIGHT, LIT, WRAP, Model
 from samples.capture.shots import camera_towards, rays_per_pixel
-from samples.subjects.body_model import build_body_model
-from samples.subjects.head import Head, load_head
+from samples.subjects.head import load_head
 
 Array = npt.NDArray[Any]
 

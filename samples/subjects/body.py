@@ -14,7 +14,8 @@ import pygltflib
 from PIL import Image
 
 from avatar_runtime.rotation import matrix_from_quat
-from samples.subjects.head import DATA, Mesh, unit
+from avatar_trainer.head import Mesh, unit
+from samples.subjects.head import DATA
 
 Array = npt.NDArray[Any]
 

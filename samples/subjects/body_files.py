@@ -1,4 +1,4 @@
-"""Body models as files: plain arrays, FLAME's pickle, and the files of a face tracker."""
+"""Body models as files: FLAME's pickle, and the files of a face tracker."""
 
 from __future__ import annotations
 
@@ -8,47 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from samples.subjects.body_model import PARENTS, BodyModel
+from avatar_trainer.head import PARENTS, SHAPE_COEFFICIENTS, BodyModel, padded
 from samples.subjects.containers import Chunks, pickled_array, save_pickle, save_torch
 
 Array = npt.NDArray[Any]
 
-SHAPE_COEFFICIENTS, EXPRESSION_COEFFICIENTS = 300, 100
+EXPRESSION_COEFFICIENTS = 100
 REST_6D = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)  # the first two rows of the identity
-
-
-def save_body(body: BodyModel, shape: Array, folder: Path) -> None:
-    """body_model.npz, eyelid shapes, anchor faces; shape.npy [300] if the identity shape is not zero."""
-    folder.mkdir(parents=True, exist_ok=True)
-    np.savez(
-        folder / "body_model.npz",
-        v_template=body.v_template,
-        faces=body.faces,
-        face_part=body.face_part,
-        part_names=np.array(body.part_names),
-        shapedirs_identity=body.shapedirs_identity,
-        shapedirs_expression=body.shapedirs_expression,
-        expression_names=np.array(body.expression_names),
-        posedirs=body.posedirs,
-        J_regressor=body.J_regressor,
-        lbs_weights=body.lbs_weights,
-        parents=np.array(PARENTS, np.int32),
-        l_eyelid=body.l_eyelid.astype(np.float32),
-        r_eyelid=body.r_eyelid.astype(np.float32),
-        back_of_head_faces=body.back_of_head_faces,
-    )
-    np.save(folder / "l_eyelid.npy", body.l_eyelid)
-    np.save(folder / "r_eyelid.npy", body.r_eyelid)
-    (folder / "back_of_head.txt").write_text("".join(f"{i}\n" for i in body.back_of_head_faces))
-    if np.any(shape):
-        np.save(folder / "shape.npy", padded(shape, SHAPE_COEFFICIENTS))
-
-
-def padded(values: Array, count: int) -> Array:
-    """The values along the last axis as float32, followed by zeros up to `count`."""
-    out = np.zeros((*values.shape[:-1], count), np.float32)
-    out[..., : values.shape[-1]] = values
-    return out
 
 
 def save_flame_pickle(body: BodyModel, path: Path) -> None:

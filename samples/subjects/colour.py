@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from samples.subjects.head import Head, neck_height, smooth_over_mesh, smoothstep, unit
+from avatar_trainer.head import Head, neck_height, smooth_over_mesh, smoothstep, unit
 from samples.subjects.surface import Samples
 
 Array = npt.NDArray[Any]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pygltflib as gltf
 
 from avatar_runtime.rotation import matrix_from_quat, matrix_from_rotvec, quat_from_matrix, quat_multiply
-from samples.subjects.head import Head
+from avatar_trainer.head import Head
 
 Array = npt.NDArray[Any]
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import inverse_transpose, quat_from_matrix
-from samples.subjects.head import Head, Mesh, unit
+from avatar_trainer.head import Head, Mesh, unit
 
 Array = npt.NDArray[Any]
 

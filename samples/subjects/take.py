@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import matrix_from_rotvec
-from samples.subjects.body_files import padded
-from samples.subjects.body_model import GAUSSIAN_SHAPES, JOINTS, NECK, PARENTS, ROOT, BodyModel, driving
+from avatar_trainer.head import GAUSSIAN_SHAPES, JOINTS, NECK, PARENTS, ROOT, BodyModel, driving, padded
 
 Array = npt.NDArray[Any]
 

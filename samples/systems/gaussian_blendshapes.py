@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import matrix_from_rotvec, quat_from_matrix, quat_multiply
-from samples.subjects.body_model import GAUSSIAN_SHAPES, JAW, JAW_SHAPES, BodyModel
+from avatar_trainer.head import GAUSSIAN_SHAPES, JAW, JAW_SHAPES, BodyModel, Head, unit
 from samples.subjects.colour import logit, surface_colour, surface_opacity
-from samples.subjects.head import Head, unit
 from samples.subjects.surface import Samples, deformation, sample_mesh
 
 Array = npt.NDArray[Any]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from samples.subjects.body_model import GAUSSIAN_SHAPES
+from avatar_trainer.head import GAUSSIAN_SHAPES
 from samples.subjects.containers import Chunks, Parameter, save_npy, save_npy_dict, save_torch
 from samples.systems.gaussian_blendshapes import (
     CHUNK,

@@ -12,9 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import matrix_from_rotvec, quat_from_matrix
+from avatar_trainer.head import Head, neck_height, part_of, smoothstep, unit
 from samples.subjects.colour import logit, surface_colour, surface_opacity
 from samples.subjects.glb import Clip, Node, save_animation_glb, save_skin_glb
-from samples.subjects.head import Head, neck_height, part_of, smoothstep, turned_eyes, unit
+from samples.subjects.head import turned_eyes
 from samples.subjects.surface import vertex_samples
 from samples.systems.ply import ply_bytes, splat_columns
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import quat_from_matrix
+from avatar_trainer.head import Mesh
 from samples.subjects.body import Body, node_matrices
-from samples.subjects.head import Mesh
 from samples.subjects.surface import Samples, sample_mesh
 from samples.systems.ply import ply_bytes, splat_columns
 from samples.systems.splatting_body import shading

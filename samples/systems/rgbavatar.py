@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import quat_from_matrix, quat_multiply
+from avatar_trainer.head import Head, unit
 from samples.subjects.colour import logit, surface_colour, surface_opacity
-from samples.subjects.head import Head, unit
 from samples.subjects.surface import Samples, sample_mesh
 from samples.systems.gaussian_blendshapes import THICKNESS, WIDTH, face_regions
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import quat_from_matrix
-from samples.subjects.head import Mesh, unit
+from avatar_trainer.head import Mesh, unit
 
 Array = npt.NDArray[Any]
 

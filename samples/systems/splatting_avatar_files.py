@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from samples.subjects.head import Mesh
+from avatar_trainer.head import Mesh
 from samples.systems.ply import ply_bytes, splat_columns
 from samples.systems.splatting_avatar import Embedded
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from avatar_trainer.head import Mesh, smoothstep, unit
 from samples.subjects.body import Body
 from samples.subjects.colour import logit
-from samples.subjects.head import Mesh, smoothstep, unit
 from samples.subjects.surface import Samples, near_pairs, sample_mesh, spacing_on
 from samples.systems.splatting_avatar import Embedded, Layer, embed, rounded
 

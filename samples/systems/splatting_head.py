@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.rotation import matrix_from_quat
-from samples.subjects.body_model import BodyModel
+from avatar_trainer.head import BodyModel, Head, Mesh, smoothstep, unit
 from samples.subjects.colour import logit, surface_colour, surface_opacity
-from samples.subjects.head import Head, Mesh, smoothstep, unit
 from samples.subjects.surface import Samples, deformation, sample_mesh, spacing_on
 from samples.subjects.take import Take, exercises, posed_vertices
 from samples.systems.gaussian_blendshapes import (

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from samples.capture.head import blinking_head
 from samples.make import make_gaussian_blendshapes, make_lam
-from samples.subjects.body_model import BodyModel, build_body_model
-from samples.subjects.head import Head
+
+from avatar_trainer.head import BodyModel, Head, build_body_model
 
 
 @pytest.fixture(scope="session")

@@ -17,9 +17,6 @@ from samples.capture import shots as capture_shots
 from samples.capture.body import write_body
 from samples.capture.head import write_head
 from samples.capture.shots import Noise
-from samples.capture.tracking_mesh import load_tracking_head
-from samples.subjects.body_model import BodyModel
-from samples.subjects.head import Head
 from samples.subjects.take import posed_vertices
 
 from avatar_runtime.avatar import Rig
@@ -28,6 +25,7 @@ from avatar_runtime.posed import posed_mesh
 from avatar_runtime.stages.joints import joints
 from avatar_trainer.captures.load import check_pixels, load
 from avatar_trainer.captures.model import Capture
+from avatar_trainer.head import BodyModel, Head, load_tracking_head
 from tests.measured import Measure
 
 Array = npt.NDArray[Any]

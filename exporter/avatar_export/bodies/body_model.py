@@ -60,6 +60,7 @@ class BodyModel:
     skin_weights: F32  # [V, J]
     parents: I32  # [J], -1 for a root, parents first
     joint_names: tuple[str, ...]  # [J]
+    licence: str = ""  # that the file states
 
     @property
     def vertex_count(self) -> int:
@@ -72,7 +73,8 @@ def read_body_model(path: Path) -> BodyModel:
 
     Keys: v_template, f | faces, shapedirs (300 identity directions, then expressions; 10 and 10 in SMPL-X's smaller
     file) or shapedirs_identity and shapedirs_expression, posedirs ([V, 3, P] or [P, 3 V]), J_regressor (dense or
-    sparse), weights | lbs_weights, kintree_table | parents. Raises AvatarError for a missing or unsound array.
+    sparse), weights | lbs_weights, kintree_table | parents; and licence, a list of one text, if
+    the file states its terms. Raises AvatarError for a missing or unsound array.
     """
     fields = _Fields(path)
     template = fields.floats("v_template")
@@ -98,6 +100,7 @@ def read_body_model(path: Path) -> BodyModel:
         skin_weights=weights,
         parents=_parents(fields, joints),
         joint_names=JOINT_NAMES.get(joints) or tuple(f"joint_{i}" for i in range(joints)),
+        licence="; ".join(fields.names("licence")) if "licence" in fields else "",
     )
 
 

@@ -72,6 +72,8 @@ def _fitted(points: F64, body: BodyModel, start: F64) -> F64:
         off = np.einsum("ij,ij->i", points - places, normal)
         weight = 1 / np.maximum(found.distance, 1e-2 * max(float(np.median(found.distance)), 1e-9))
         square = (effect * weight[:, None]).T @ effect
+        if not square.any():
+            return shape  # no direction moves the mesh here
         ridge = RIDGE * np.trace(square) / count * np.eye(count)
         shape[:count] += np.linalg.solve(square + ridge, (effect * weight[:, None]).T @ off)
     return shape

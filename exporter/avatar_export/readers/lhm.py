@@ -91,7 +91,9 @@ def read(path: Path, options: ReadOptions) -> Avatar:
         files |= {} if points_file is None else {f"{POINTS}/{points_file.name}": points_file}
         files |= given_files(options, "shape")
         notes = [fact("unchecked"), *notes]
-        return replace(avatar, provenance=provenance(SYSTEM, files, notes, commit=COMMIT, body_model=True))
+        return replace(
+            avatar, provenance=provenance(SYSTEM, files, notes, commit=COMMIT, body_licence=body.licence)
+        )
 
 
 def _found(folder: Path | None, patterns: tuple[str, ...]) -> Path | None:

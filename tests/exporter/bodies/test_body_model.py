@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from avatar_export.bodies.body_model import JOINT_NAMES, BodyModel, read_body_model
+from avatar_export.provenance import BODY_LICENCE, BODY_RESTRICTION, body_restriction
 from tests.exporter.refusals import refused
 from tests.hostile import Canary, Torch, modules, py2_array, py2_dict
 
@@ -47,6 +48,14 @@ def expect(body: BodyModel, want: Mapping[str, Any]) -> None:
     np.testing.assert_array_equal(body.skin_weights, want["weights"].astype("f4"))
     assert body.parents.tolist() == [-1, *want["kintree_table"][0][1:]]
     assert body.triangles.dtype == np.uint32 and body.parents.dtype == np.int32
+
+
+def test_a_licence_that_the_file_states(tmp_path: Path) -> None:
+    np.savez(tmp_path / "free.npz", **flame(), licence=np.array(["MIT"]))
+    licence = read_body_model(tmp_path / "free.npz").licence
+    assert body_restriction(licence) == BODY_LICENCE + "MIT"
+    np.savez(tmp_path / "silent.npz", **flame())
+    assert body_restriction(read_body_model(tmp_path / "silent.npz").licence) == BODY_RESTRICTION
 
 
 class State:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import shutil
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
@@ -17,6 +18,7 @@ from samples.capture.shots import Noise
 
 from avatar_export.checks.bundle import validate
 from avatar_export.checks.reference import read_reference
+from avatar_export.provenance import BODY_LICENCE
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.bundle import load, opener, read_manifest
 from avatar_runtime.conformance import conform, images
@@ -26,6 +28,8 @@ from avatar_trainer.bundles.export import export, image
 from avatar_trainer.captures.load import load as load_capture
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.evaluation.compare import compare, playable
+from avatar_trainer.head import HEAD_LICENCE, head_for
+from avatar_trainer.head import write_body as head_files
 from avatar_trainer.loop.run import UPSTREAM
 from avatar_trainer.loop.train import train
 from avatar_trainer.settings import TrainSettings
@@ -42,6 +46,7 @@ CASES = {
     "splatting": ("head", "splatting_avatar", {}, 1),
     "splatting by paper": ("head", "splatting_avatar", PAPER, 0),
     "body": ("body", "splatting_avatar", {}, 0),
+    "head of identity modes": ("modes", "gaussian_blendshapes", {}, 0),
     "points on and off the mesh": ("head", "psavatar", {}, 1),
 }
 SIZE = 48  # pixels a side
@@ -54,7 +59,9 @@ def captures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Capture]:
     folder = tmp_path_factory.mktemp("captures")
     write_head(folder / "head", SIZE, 10, Noise(0.0, 0.0, 0), (), np.radians(40.0))
     write_body(folder / "body", SIZE, 10, Noise(0.0, 0.0, 0))
-    return {name: load_capture(folder / name) for name in ("head", "body")}
+    shutil.copytree(folder / "head", folder / "modes")
+    head_files(head_for(np.random.default_rng(0).normal(size=20)), folder / "modes" / "body")
+    return {name: load_capture(folder / name) for name in ("head", "body", "modes")}
 
 
 def trained(capture: Capture, name: str, rules: dict[str, str], sh_degree: int, out: Path) -> System:
@@ -132,6 +139,13 @@ def _is_drawn_as_defined(bundle: Path, avatar: Avatar, system: System) -> None:
         for want in (vectors.images[name] for name in vectors.images if name == "trainer"):
             drawn = image(system, avatar, vectors.case, "torch")
             assert images.compare(drawn, want)[0] <= COLOUR_STEPS["rgba32f"], vectors.case.name
+
+
+def test_a_head_of_identity_modes_is_under_no_body_models_terms(exported: Exported) -> None:
+    _, bundle = exported("head of identity modes")
+    said = load(bundle).provenance
+    assert said["body_model_restriction"] == BODY_LICENCE + HEAD_LICENCE
+    assert [str(p) for p in validate(bundle)] == []
 
 
 def test_an_avatar_that_was_changed_on_its_way_is_noticed(exported: Exported) -> None:

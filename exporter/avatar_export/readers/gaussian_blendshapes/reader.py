@@ -19,7 +19,7 @@ from avatar_export.bodies.inputs import Inputs, find_inputs, found_file, passed_
 from avatar_export.formats.point_cloud import first_file
 from avatar_export.notes.note import Note, Setting, fact
 from avatar_export.options import ReadOptions
-from avatar_export.provenance import BODY_RESTRICTION, source_files
+from avatar_export.provenance import body_restriction, source_files
 from avatar_export.readers.gaussian_blendshapes import rig
 from avatar_export.readers.gaussian_blendshapes.layout import (
     EYELIDS,
@@ -234,5 +234,5 @@ def _provenance(
         "face_rows_dropped": [int(row) for row in dropped],
         "source_files": source_files(files),
         "notes": notes,
-        "body_model_restriction": None if body is None else BODY_RESTRICTION,
+        "body_model_restriction": None if body is None else body_restriction(body.licence),
     }

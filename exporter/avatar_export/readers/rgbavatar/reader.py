@@ -112,7 +112,9 @@ def _read(cloud: PointCloud, options: ReadOptions, body_file: Path) -> Avatar:
     if options.shape is None and options.poses is None:
         notes.append(fact("mean_identity", options=("--shape", "--poses")))
     own = _files(cloud, options, body_file)
-    return replace(avatar, provenance=provenance(SYSTEM, own, notes, commit=COMMIT, body_model=True))
+    return replace(
+        avatar, provenance=provenance(SYSTEM, own, notes, commit=COMMIT, body_licence=body.licence)
+    )
 
 
 def _files(cloud: PointCloud, options: ReadOptions, body_file: Path) -> Mapping[str, Path]:

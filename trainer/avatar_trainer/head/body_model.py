@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from avatar_runtime.rotation import matrix_from_rotvec
-from samples.subjects.head import EYE_TURN, Head, neck_height, smooth_over_mesh, smoothstep
-
-Array = npt.NDArray[Any]
+from avatar_runtime import rotation as runtime_rotation
+from avatar_trainer.head.mesh import Array, smoothstep
+from avatar_trainer.head.model import EYE_TURN, Head, neck_height, smooth_over_mesh
 
 JOINTS = ("root", "neck", "jaw", "leftEye", "rightEye")
 PARENTS = (-1, 0, 1, 1, 1)
@@ -96,7 +94,7 @@ def fit_jaw(head: Head) -> tuple[Array, dict[str, Array]]:
 def skin_weights(head: Head, joint: Array, jaw_open: Array) -> Array:
     """Weights [V, 5]; the jaw's: how far jawOpen moves a vertex along the arc the jaw joint would take it."""
     arm = head.vertices - joint
-    arc = arm @ matrix_from_rotvec(jaw_open).T - arm
+    arc = arm @ runtime_rotation.matrix_from_rotvec(jaw_open).T - arm
     along = np.sum(arc * head.expression("jawOpen"), axis=1) / np.maximum(np.sum(arc * arc, axis=1), 1e-5)
     jaw = smooth_over_mesh(head, np.clip(along, 0, 1), 8)
     weights = np.zeros((len(arm), 5))
@@ -118,7 +116,7 @@ def skin_weights(head: Head, joint: Array, jaw_open: Array) -> Array:
 
 def residual_shape(head: Head, name: str, joint: Array, turn: Array, jaw_weight: Array) -> Array:
     """The remainder of a jaw shape [V, 3] after the joint's rotation; added before skinning, so it is rotated back."""
-    rotation = matrix_from_rotvec(turn)
+    rotation = runtime_rotation.matrix_from_rotvec(turn)
     skin = np.eye(3) + jaw_weight[:, None, None] * (rotation - np.eye(3))
     shift = jaw_weight[:, None] * (joint - rotation @ joint)
     goal = head.vertices + head.expression(name) - shift

@@ -1,17 +1,18 @@
-"""A coarser head for tracking, like FLAME: its 6,000 vertices are vertices of the full head."""
+"""A coarser head for tracking, like FLAME: its 6,000 vertices are vertices of the full head.
+
+data/tracking_mesh.npz says which, and their triangles: edges collapsed into one of their ends by quadric errors
+(Garland and Heckbert 1997), summed over the scanned face of the samples at rest and in six expressions.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from samples.subjects.body_model import BodyModel, back_of_head, regressor
-from samples.subjects.head import DATA, Head, part_of
-
-Array = npt.NDArray[Any]
+from avatar_trainer.head.body_model import BodyModel, back_of_head, regressor
+from avatar_trainer.head.mesh import Array
+from avatar_trainer.head.model import DATA, Head, part_of
 
 PATH = DATA / "tracking_mesh.npz"
 
