@@ -16,6 +16,7 @@ MOST = (1 << 31) - 1  # of a whole number without another bound
 MOST_ITERATIONS = 10**9 - 1  # the largest number that the name of a checkpoint holds
 MOST_GAUSSIANS = 1_000_000
 ABOVE_ZERO = 1e-12
+REFINE = ("auto", "on", "off")
 Ranges = Mapping[str, tuple[float, float]]  # field -> its least and its largest value
 
 
@@ -43,6 +44,7 @@ class TrainSettings:
     seed: int = 0
     rasteriser: str = "cpu"
     size: int = 0  # pixels of the longer side; 0: as captured
+    refine: str = "auto"  # poses and expressions: on, off; auto: on where the capture's are estimated
     threads: int = 0  # of torch and Numba; 0: one a core
     checkpoint_every: int = 500
     log_every: int = 50
@@ -53,6 +55,8 @@ class TrainSettings:
     FREE = ("threads", "checkpoint_every", "log_every", "evaluate_every", "preview_every", "cache_megabytes")
 
     def __post_init__(self) -> None:
+        if self.refine not in REFINE:
+            raise ValueError(f"refine is {self.refine[:80]!r}; one of {', '.join(REFINE)}")
         numbers = (f.name for f in dataclasses.fields(self) if isinstance(getattr(self, f.name), int))
         anything = dict.fromkeys(numbers, (0, MOST))
         every = dict.fromkeys(("checkpoint_every", "log_every"), (1, MOST))

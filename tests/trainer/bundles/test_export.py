@@ -72,7 +72,7 @@ def trained(capture: Capture, name: str, rules: dict[str, str], sh_degree: int, 
         plain, iterations=12, gaussians=300, sh_degree=sh_degree, rules={**plain.rules, **rules}
     )
     system = module.create(capture, settings, 1)
-    run = TrainSettings(iterations=12, seed=1, evaluate_every=0, checkpoint_every=12)
+    run = TrainSettings(iterations=12, seed=1, evaluate_every=0, checkpoint_every=12, refine="on")
     train(system, capture, run, out, system_settings=settings)
     return system
 

@@ -83,6 +83,7 @@ def own(folder: Path, count: int = FRAMES) -> Path:
         head_pose_in="camera",
         expressions=("exp_002", "exp_000"),
         eyelids=("right", "left"),
+        poses="estimated",
         body={
             "kind": "body_model",
             "model": "body/body_model.npz",

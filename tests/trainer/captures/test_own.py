@@ -29,6 +29,7 @@ def test_what_was_written_comes_back(tmp_path: Path) -> None:
         "eyelids": body,
         "anchor_faces": body / "back_of_head.txt",
     }
+    assert capture.poses == "estimated"
     assert [frame.name for frame in capture.frames] == [f"{t:03d}" for t in range(folders.FRAMES)]
     for t, frame in enumerate(capture.frames):
         shot, view = folders.shot(t), frame.camera.camera_from_world
@@ -75,6 +76,7 @@ BAD = [
     (top("version", "2.0"), "capture.json: version: is 2.0; 1.0 is known: update"),
     (top("width", 99999), "width: 99999 is greater than the maximum"),
     (top("width", WIDTH + 1), rf"000\.png: is {WIDTH}x{HEIGHT} pixels, the capture says {WIDTH + 1}x{HEIGHT}"),
+    (top("poses", "guessed"), "poses: 'guessed' is unknown"),
     (top("head_pose_in", "neck"), "head_pose_in: 'neck' is unknown"),
     (top("expressions", ["exp_002", "smile"]), "expressions: 'smile' is not an expression of the body"),
     (top("expressions", ["exp_002"]), r"frames\[0\].expression: has 2 values, the capture names 1"),

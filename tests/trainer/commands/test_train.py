@@ -65,7 +65,7 @@ def test_a_run_finds_its_capture_or_says_so(folder: Path, tmp_path: Path, avatar
     (out / "run.json").write_text(json.dumps(facts))
     code, _, err = avatar_train("evaluate", out)
     assert code == 2 and "say where with --capture" in err
-    system, settings, iteration = resume.load_run(out, moved)
+    system, settings, iteration, _ = resume.load_run(out, moved)
     assert iteration == 6 and settings.iterations == 6 and system.table.count("cloud") == 40
 
 

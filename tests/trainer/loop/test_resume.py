@@ -70,7 +70,7 @@ ABSENT = object()
 
 
 def test_a_run_is_loaded_as_it_was_left(toy_capture: Capture, out: Path) -> None:
-    system, settings, iteration = load_run(out)
+    system, settings, iteration, _ = load_run(out)
     assert (settings, iteration) == (SETTINGS, 4)
     whole = checkpoint.newest(out / run.CHECKPOINTS, pytest.fail)
     assert whole is not None

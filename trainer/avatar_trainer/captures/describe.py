@@ -31,6 +31,8 @@ def describe(capture: Capture) -> list[str]:
         *_weights("expressions", capture.expression_names, train, test),
         *_weights("eyelids", capture.eyelids, train, test),
     ]
+    if capture.poses == "estimated":
+        lines.append("poses        estimated: training refines them")
     lines += [f"{key:<12} {text}" for key, text in capture.rights.items()]
     return [*lines, *(f"note         {note}" for note in capture.notes)]
 

@@ -79,6 +79,11 @@ def depth_of(vertices: F64, triangles: I64, camera: Camera) -> F64:
 
     Vertices [V, 3] in world space. Raises ValueError for a camera with skew.
     """
+    return seen_of(vertices, triangles, camera)[0]
+
+
+def seen_of(vertices: F64, triangles: I64, camera: Camera) -> tuple[F64, I32]:
+    """(depth, triangle) [H, W] as `depth_of`; the triangle is -1 where there is none."""
     view = camera.camera_from_world.astype(np.float64)
     placed = vertices @ view[:3, :3].T + view[:3, 3]
     size = camera.width, camera.height
@@ -86,7 +91,7 @@ def depth_of(vertices: F64, triangles: I64, camera: Camera) -> F64:
     depth = np.full((camera.height, camera.width), np.inf)
     face, front = np.full(depth.shape, -1, np.int32), np.zeros_like(depth)
     _nearest(planes, box, np.arange(len(triangles)), *ray_grid(camera, 1), NEAR, front, depth, face)
-    return depth
+    return depth, face
 
 
 def _check(surface: Surface) -> None:

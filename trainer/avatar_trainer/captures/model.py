@@ -44,6 +44,7 @@ class Capture:
     layout: str  # which layout was found, in words
     rights: Mapping[str, str] = field(default_factory=dict)  # the RIGHTS that the capture states
     notes: tuple[str, ...] = ()  # assumptions that were made
+    poses: str = "exact"  # "estimated": training may refine them
     columns: tuple[int, ...] = ()  # the expressions that the files give, in their order; none: all
 
     @property

@@ -90,6 +90,7 @@ def read(folder: Path, given: ReadOptions) -> Capture:
         export_inputs=body.export_inputs,
         layout=f"{FILE} {document['version']}",
         rights={key: document[key] for key in RIGHTS if document.get(key)},
+        poses=document.get("poses", "exact"),
         columns=tuple(columns),
         notes=(f"keys that this version does not know are not read: {strangers}",) if strangers else (),
     )
@@ -109,6 +110,7 @@ def write(
     license: str = "",
     author: str = "",
     consent: str = "",
+    poses: str = "exact",
 ) -> Path:
     """Write a capture: images/NAME.png and masks/NAME.png of each (NAME, shot) as it comes, then capture.json.
 
@@ -140,6 +142,7 @@ def write(
         "fps": fps,
         **{key: text for key, text in zip(RIGHTS, (source, license, author, consent), strict=True) if text},
         "head_pose_in": head_pose_in,
+        **({} if poses == "exact" else {"poses": poses}),
         "expressions": list(expressions),
         "eyelids": list(eyelids),
         "body": dict(body),

@@ -27,7 +27,7 @@ def compare(
     """Hold a bundle's images, by every backend, against the model it was made of; exit code 1 if they differ."""
     with console.Steps() as step:
         step("loading")
-        system, _, _ = load_run(out, capture)
+        system = load_run(out, capture).system
         table.expect_bundle(bundle)
         avatar = load(bundle)
         step("drawing")

@@ -21,6 +21,7 @@ from avatar_trainer.evaluation.bundle import evaluate_bundle
 from avatar_trainer.evaluation.lpips import SMALLEST, Lpips
 from avatar_trainer.loop import run
 from avatar_trainer.loop.machine import disk_advice, memory_advice
+from avatar_trainer.loop.measure import measure
 from avatar_trainer.loop.resume import load_run
 from avatar_trainer.systems.drawing import Drawing
 
@@ -72,14 +73,12 @@ def _of_run(
         table.expect_bundle(out)  # a trained avatar that must be converted first
     if backend is not None:
         raise typer.BadParameter("is for bundles; a run is drawn by its rasteriser", param_hint="--backend")
-    system, settings, iteration = load_run(out, capture)
+    system, settings, iteration, refinement = load_run(out, capture)
     _expect_large(system.capture, weights)
     step("measuring")
     by = Drawing(settings.rasteriser, settings.threads or None)
-    result = evaluation.evaluate(system, system.capture, by, weights)
     with disk_advice(out):
-        run.write(out, {"iteration": iteration, **result}, run.EVALUATION)
-    return result
+        return measure(out, iteration, system, refinement, by, weights)
 
 
 def _of_bundle(

@@ -31,7 +31,7 @@ def export(
     expect_bundle_place(bundle, None, force=force)
     with console.Steps() as step, memory_advice():
         step("loading")
-        system, _, iteration = load_run(out, capture)
+        system, _, iteration, _ = load_run(out, capture)
         step(f"writing {bundle}")
         with disk_advice(out):  # a run that was interrupted has no OUT/upstream, or an older one
             upstream = save_upstream(system, out, iteration)

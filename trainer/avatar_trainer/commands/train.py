@@ -17,12 +17,13 @@ from avatar_trainer.captures.load import check_pixels, load
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.captures.targets import resized
 from avatar_trainer.commands.places import expect_bundle_place, expect_run_folder
-from avatar_trainer.evaluation.evaluate import evaluate, table
+from avatar_trainer.evaluation.evaluate import table
 from avatar_trainer.loop import checkpoint, run
 from avatar_trainer.loop.machine import disk_advice, memory_advice
+from avatar_trainer.loop.measure import measure
 from avatar_trainer.loop.train import Trained, train
 from avatar_trainer.raster.renderer import RASTERISERS, expect_rasteriser
-from avatar_trainer.settings import Rule, TrainSettings, chosen_rules, settable, with_values
+from avatar_trainer.settings import REFINE, Rule, TrainSettings, chosen_rules, settable, with_values
 from avatar_trainer.systems.drawing import Drawing
 from avatar_trainer.systems.protocol import System
 from avatar_trainer.systems.table import SystemModule, system_module
@@ -38,6 +39,7 @@ OPTIONS = (
     "seed",
     "size",
     "rasteriser",
+    "refine",
     "threads",
     "checkpoint_every",
 )
@@ -63,6 +65,12 @@ def train_command(name: str) -> Callable[..., None]:
         sh_degree: Annotated[int | None, typer.Option(help="Highest SH degree.", min=0, max=3)] = None,
         size: Annotated[int, typer.Option(help="Pixels of the longer side; 0: as captured.", min=0)] = 0,
         seed: Annotated[int, typer.Option(help="Seed of all random numbers.", min=0)] = 0,
+        refine: Annotated[
+            str,
+            typer.Option(
+                help="Refine tracked poses and expressions: auto (where `poses` are estimated), on, off."
+            ),
+        ] = "auto",
         threads: Annotated[int, typer.Option(help="Threads; 0: one per core.", min=0)] = 0,
         rasteriser: Annotated[str, typer.Option(help=", ".join(RASTERISERS))] = "cpu",
         rule: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, see command `rules`.")] = None,
@@ -86,11 +94,12 @@ def train_command(name: str) -> Callable[..., None]:
         ] = False,
     ) -> None:
         arguments.one_of("--rasteriser", rasteriser, RASTERISERS)
+        arguments.one_of("--refine", refine, REFINE)
         expect_rasteriser(rasteriser)
         module = system_module(name)
         of_system = {"iterations": iterations, "gaussians": gaussians, "sh_degree": sh_degree}
         of_run = {
-            "seed": seed, "rasteriser": rasteriser, "size": size, "threads": threads,
+            "seed": seed, "rasteriser": rasteriser, "size": size, "refine": refine, "threads": threads,
             "checkpoint_every": checkpoint_every, "preview_every": OFTEN if preview else None,
         }  # fmt: skip
         own, settings = _settings(
@@ -112,7 +121,7 @@ def train_command(name: str) -> Callable[..., None]:
             console.output.print(
                 f"{out}: {trained.iterations} iterations, {trained.gaussians} Gaussians, {trained.seconds:.0f} s"
             )
-            _evaluate(system, scene, out, trained.iterations, Drawing(rasteriser, threads or None))
+            _evaluate(system, out, trained, Drawing(rasteriser, threads or None))
             if there:
                 console.output.print(f"{export}: exists already and is kept; --force replaces it")
             elif export is not None:
@@ -176,12 +185,10 @@ def _read(folder: Path, out: Path, settings: TrainSettings, resume: bool, accept
     return resized(scene, settings.size)
 
 
-def _evaluate(system: System, scene: Capture, out: Path, iteration: int, by: Drawing) -> None:
-    with console.Steps() as step:
+def _evaluate(system: System, out: Path, trained: Trained, by: Drawing) -> None:
+    with console.Steps() as step, disk_advice(out):
         step("measuring")
-        result = evaluate(system, scene, by)
-    with disk_advice(out):
-        run.write(out, {"iteration": iteration, **result}, run.EVALUATION)
+        result = measure(out, trained.iterations, system, trained.refinement, by)
     console.output.print(table(result))
 
 

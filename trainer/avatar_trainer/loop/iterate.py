@@ -15,7 +15,9 @@ from avatar_runtime import AvatarError
 from avatar_runtime.backends.cpu import thread_count
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import Target
+from avatar_trainer.loop.refine import Refinement
 from avatar_trainer.loop.resume import load_system
+from avatar_trainer.loop.run import refines
 from avatar_trainer.losses import psnr_db
 from avatar_trainer.raster.renderer import render
 from avatar_trainer.settings import TrainSettings
@@ -45,16 +47,20 @@ class Trainer:
         if not self.frames:
             raise AvatarError("has no frame of split `train`", file=capture.folder)
         self.generator = torch.Generator().manual_seed(settings.seed)
+        self.refinement = Refinement(capture, settings.iterations) if refines(settings, capture) else None
         self.drawing = Drawing(settings.rasteriser, thread_count(settings.threads or None))
 
     def frame(self, iteration: int) -> Frame:
         """The frame of an iteration (from 1): each frame once per epoch, in a different order in each epoch."""
         epoch, place = divmod(iteration - 1, len(self.frames))
-        return self.frames[order(self.settings.seed, epoch, len(self.frames))[place]]
+        frame = self.frames[order(self.settings.seed, epoch, len(self.frames))[place]]
+        return frame if self.refinement is None else self.refinement.frame(frame)
 
     def step(self, iteration: int, target: Target) -> Step:
         """One iteration. Raises AvatarError for a loss that is not finite; the parameters are then unchanged."""
-        system, table = self.system, self.system.table
+        system, table, refinement = self.system, self.system.table, self.refinement
+        if refinement is not None:
+            refinement.begin(iteration)
         system.before_step(iteration)
         background = system.background(self.generator)
         wanted = target.over(background)
@@ -78,6 +84,8 @@ class Trainer:
         system.observe(rendered, self._in_device_units(offset.grad, wanted))
         table.step()
         system.after_step(iteration, self.generator)
+        if refinement is not None:
+            refinement.step(iteration, self.frame(iteration), rendered, wanted, target.mask)
         return Step(values, psnr_db(rendered.colour.detach(), wanted), len(splats.mean))
 
     @torch.no_grad()
@@ -94,15 +102,18 @@ class Trainer:
 
     def state(self) -> dict[str, Any]:
         """Everything that `load_state` needs to continue with the same bits."""
-        return {
+        state = {
             "system": self.system.state(),
             "generator": self.generator.get_state(),
             "torch": torch.get_rng_state(),
         }
+        return state if self.refinement is None else {**state, "refinement": self.refinement.state()}
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Continue from `state`. Raises AvatarError for one that does not fit the system."""
         load_system(self.system, state)
+        if self.refinement is not None:
+            self.refinement.load_state(state.get("refinement"))
         try:
             self.generator.set_state(state["generator"])
             torch.set_rng_state(state["torch"])

@@ -4,20 +4,30 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from avatar_runtime import AvatarError
 from avatar_trainer.captures.load import load
 from avatar_trainer.captures.targets import resized
 from avatar_trainer.loop import checkpoint, run
 from avatar_trainer.loop.progress import note
+from avatar_trainer.loop.refine import Refinement
 from avatar_trainer.settings import TrainSettings
 from avatar_trainer.systems.protocol import System
 from avatar_trainer.systems.table import system_module
 
 
-def load_run(out: Path, capture: Path | None = None) -> tuple[System, TrainSettings, int]:
-    """(system, settings, iteration) of the newest whole checkpoint of `out`.
+class Loaded(NamedTuple):
+    """A run as it was left; the system's capture has the refined poses."""
+
+    system: System
+    settings: TrainSettings
+    iteration: int
+    refinement: Refinement | None  # None: poses stayed as they were tracked
+
+
+def load_run(out: Path, capture: Path | None = None) -> Loaded:
+    """The newest whole checkpoint of `out`.
 
     capture: its present folder, if it was moved. Raises AvatarError for a folder without a run, and if run.json,
     checkpoint and capture do not belong together, since that would play another model.
@@ -48,7 +58,12 @@ def load_run(out: Path, capture: Path | None = None) -> tuple[System, TrainSetti
         )
     system = system_module(content["system"]).create(scene, system_settings, settings.seed)
     load_system(system, found.state)
-    return system, settings, found.iteration
+    refinement = None
+    if run.refines(settings, scene):
+        refinement = Refinement(scene, settings.iterations)
+        refinement.load_state(found.state.get("refinement"))
+        system.capture = refinement.present()
+    return Loaded(system, settings, found.iteration, refinement)
 
 
 def load_system(system: System, state: dict[str, Any]) -> None:

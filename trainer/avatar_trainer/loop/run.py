@@ -28,6 +28,7 @@ UPSTREAM = "upstream"  # the released code's layout
 LOGS = "logs"
 PREVIEW = "preview"
 EVALUATION = "evaluation.json"
+POSES = "poses.json"  # refined
 LARGEST = 1 << 20  # bytes of run.json
 
 
@@ -35,7 +36,7 @@ def facts(system: str, capture: Capture, settings: TrainSettings, system_setting
     """Everything that the result of a run depends on, as JSON data."""
     return {
         "system": system,
-        "settings": dataclasses.asdict(settings),
+        "settings": _stated(settings, capture),
         "system_settings": json.loads(json.dumps(dataclasses.asdict(system_settings))),
         "capture": {"folder": str(capture.folder.resolve()), "fingerprint": fingerprint(capture)},
         "versions": {
@@ -47,11 +48,24 @@ def facts(system: str, capture: Capture, settings: TrainSettings, system_setting
     }
 
 
+def refines(settings: TrainSettings, capture: Capture) -> bool:
+    """Whether poses and expressions are refined in a run."""
+    return settings.refine == "on" or (settings.refine == "auto" and capture.poses == "estimated")
+
+
+def _stated(settings: TrainSettings, capture: Capture) -> dict[str, Any]:
+    """The settings; `refine` as it was decided, and only if it is not what older runs did."""
+    stated = {**dataclasses.asdict(settings), "refine": "on" if refines(settings, capture) else "off"}
+    if stated["refine"] == "off" and capture.poses == "exact":
+        del stated["refine"]
+    return stated
+
+
 def fingerprint(capture: Capture) -> str:
     """SHA-256 over all tracked values, the rig, and names and sizes of the images; not over their pixels."""
     digest = hashlib.sha256()
     for field in dataclasses.fields(capture):
-        if field.name not in ("folder", "export_inputs", "columns"):
+        if field.name not in ("folder", "export_inputs", "columns", "poses"):
             _hash(getattr(capture, field.name), digest)
     return digest.hexdigest()
 

@@ -18,6 +18,7 @@ from avatar_trainer.loop.iterate import NotFinite, Trainer
 from avatar_trainer.loop.logs import Logs
 from avatar_trainer.loop.machine import disk_advice, memory_advice, reproducible
 from avatar_trainer.loop.progress import TrainProgress, note
+from avatar_trainer.loop.refine import Refinement
 from avatar_trainer.loop.resume import save_upstream
 from avatar_trainer.loop.watch import Watch
 from avatar_trainer.raster.renderer import expect_rasteriser
@@ -36,6 +37,7 @@ class Trained:
     seconds: float  # of this process only, not of an interrupted one
     checkpoint: Path
     upstream: Path | None = None  # folder of the released code's layout; None: not written
+    refinement: Refinement | None = None  # None: poses stayed as they were tracked
 
 
 def train(
@@ -53,7 +55,7 @@ def train(
     Resumes from the newest whole checkpoint of `out` unless `resume` is False; a run that starts again removes what an
     earlier one wrote there. The result depends on the settings (without `TrainSettings.FREE`), the capture and the
     machine, not on how often the run was interrupted. At the end `out/upstream` holds the released code's layout,
-    unless `upstream` is False or the layout cannot hold what was trained.
+    unless `upstream` is False or the layout cannot hold what was trained; `system.capture` has the refined poses.
 
     Raises AvatarError: `out` holds another run; no frame to train on; the loss or a parameter is no longer finite;
     memory ran out; something cannot be written; the rasteriser lacks what it needs. ValueError for an unknown one.
@@ -67,6 +69,8 @@ def train(
         if not done:
             _say_start(trainer, system_settings)
         trained = _loop(trainer, out, facts, done)
+        if trainer.refinement is not None:
+            system.capture = trainer.refinement.present()
         if upstream:
             trained = replace(trained, upstream=_save(system, out, settings.iterations))
     return trained
@@ -113,7 +117,8 @@ def _clear(out: Path) -> None:
         shutil.rmtree(out / run.UPSTREAM, ignore_errors=True)
         for path in [*(out / run.PREVIEW).glob("iteration_*.png"), *(out / run.LOGS).glob(EVENTS)]:
             path.unlink(missing_ok=True)
-        (out / run.EVALUATION).unlink(missing_ok=True)
+        for name in (run.EVALUATION, run.POSES):
+            (out / name).unlink(missing_ok=True)
     checkpoint.remove(out / run.CHECKPOINTS)
 
 
@@ -141,7 +146,13 @@ def _loop(trainer: Trainer, out: Path, facts: dict[str, Any], done: int) -> Trai
             if saving:
                 kept = checkpoint.write(folder, iteration, {"run": facts, **trainer.state()})
     assert kept is not None
-    return Trained(settings.iterations, trainer.gaussians(), time.perf_counter() - began, kept)
+    return Trained(
+        settings.iterations,
+        trainer.gaussians(),
+        time.perf_counter() - began,
+        kept,
+        refinement=trainer.refinement,
+    )
 
 
 def _save(system: System, out: Path, iteration: int) -> Path | None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from dataclasses import replace
 from pathlib import Path
 
 from avatar_trainer.captures.model import Capture
-from avatar_trainer.captures.targets import Targets
+from avatar_trainer.captures.targets import Targets, evenly
 from avatar_trainer.evaluation import preview
-from avatar_trainer.evaluation.evaluate import quick_psnr_db
+from avatar_trainer.evaluation.evaluate import QUICK, quick_psnr_db
 from avatar_trainer.loop import run
 from avatar_trainer.loop.iterate import Step, Trainer
 from avatar_trainer.loop.logs import Logs
@@ -40,12 +41,20 @@ class Watch:
         if iteration % settings.log_every == 0:
             self._log(iteration, step, mean)
         if settings.evaluate_every and iteration % settings.evaluate_every == 0:
-            self.logs.scalars("psnr_db", quick_psnr_db(*self._shown()), iteration)
+            self.logs.scalars("psnr_db", self._held_out(), iteration)
         last = iteration == settings.iterations
         if settings.preview_every and (last or iteration % settings.preview_every == 0):
             path = self.out / run.PREVIEW / f"iteration_{iteration:06d}.png"
             preview.write(path, *self._shown())
         return mean
+
+    def _held_out(self) -> dict[str, float]:
+        """The PSNR of a few frames, refined as those that are trained on."""
+        system, capture, targets, by = self._shown()
+        if (refinement := self.trainer.refinement) is not None:
+            frames = refinement.held_out(system, evenly(capture.test, QUICK), targets, by)
+            capture = replace(capture, frames=tuple(frames))
+        return quick_psnr_db(system, capture, targets, by)
 
     def _shown(self) -> tuple[System, Capture, Targets, Drawing]:
         return self.trainer.system, self.trainer.capture, self.targets, self.trainer.drawing
