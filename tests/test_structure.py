@@ -19,11 +19,12 @@ ORDER = {
         "notes", "options", "provenance", "sparse", "version", "formats", "driving", "bodies", "asm", "ops", "images",
         "measure", "levels", "clips", "fit", "rigs", "readers", "writers", "packing", "checks", "playing",
         "convert_options", "conversion",
-        "summary", "distill", "live", "owned", "serving", "players", "drop", "batch", "commands", "cli", "__main__",
+        "summary", "distill", "live", "owned", "serving", "players", "drop", "batch", "making", "commands", "cli",
+        "__main__",
     ),
     "avatar_trainer": (
         "head", "settings", "tensors", "normals", "captures", "enhancer", "parameters", "stages", "kernels", "raster",
-        "losses", "asm", "systems", "bundles", "evaluation", "loop", "commands", "cli", "__main__",
+        "losses", "asm", "systems", "bundles", "evaluation", "loop", "film", "commands", "cli", "__main__",
     ),
 }
 # fmt: on

@@ -10,12 +10,12 @@ from avatar_export.commands import program
 from avatar_export.commands.batch import batch
 from avatar_export.commands.conform import conform
 from avatar_export.commands.convert import convert
-from avatar_export.commands.distill import check, distill
+from avatar_export.commands.distill import check, distill, poses
 from avatar_export.commands.drop import drop
 from avatar_export.commands.inspect import inspect, systems
+from avatar_export.commands.make import make
 from avatar_export.commands.pack import pack
 from avatar_export.commands.pose import pose
-from avatar_export.commands.poses import poses
 from avatar_export.commands.publish import publish
 from avatar_export.commands.render import render
 from avatar_export.commands.validate import validate
@@ -24,6 +24,7 @@ from avatar_export.readers.table import READERS
 
 COMMANDS: tuple[Callable[..., None], ...] = (
     convert,
+    make,
     batch,
     pack,
     view,

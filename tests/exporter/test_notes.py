@@ -10,13 +10,15 @@ import pytest
 from avatar_export.notes.note import Note, Setting, doubt, fact
 from avatar_export.notes.text import TABLES, TEXTS, from_stored, stored, text
 
-SOURCE = Path(__file__).parents[2] / "exporter" / "avatar_export"
+ROOT = Path(__file__).parents[2]
+SOURCES = (ROOT / "exporter" / "avatar_export", ROOT / "trainer" / "avatar_trainer")
 MADE = re.compile(r'\b_?(?:fact|doubt|judged|too_far|Note)\(\s*"([a-z_]+)"')
 
 
 def test_every_kind_has_one_text_and_every_text_is_used() -> None:
     kinds = [kind for table in TABLES for kind in table.TEXTS]
-    made = {kind for path in SOURCE.rglob("*.py") for kind in MADE.findall(path.read_text("utf-8"))}
+    files = [path for source in SOURCES for path in source.rglob("*.py")]
+    made = {kind for path in files for kind in MADE.findall(path.read_text("utf-8"))}
     assert len(kinds) == len(set(kinds)) and made == set(TEXTS)
 
 

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.more
 BUNDLE = DATA / "0.1.0" / "every_field.avatar.zip"
 EXTRAS = {  # libraries that come with an extra
     "avatar-export-runtime": {"llvmlite", "moderngl", "numba", "onnx", "onnxruntime"},
-    "avatar-export": {"dask", "distributed", "fsspec", "onnx", "torch", "ufbx"},
+    "avatar-export": {"cv2", "dask", "distributed", "fsspec", "mediapipe", "onnx", "torch", "ufbx"},
 }
 IMPORT_ALL = """
 import importlib, json, pkgutil, sys

@@ -8,6 +8,7 @@ from avatar_export import cli
 from avatar_export.commands import program
 from avatar_trainer.commands.asm import app as asm
 from avatar_trainer.commands.batch import batch
+from avatar_trainer.commands.capture import capture
 from avatar_trainer.commands.check import check
 from avatar_trainer.commands.compare import compare
 from avatar_trainer.commands.evaluate import evaluate
@@ -28,7 +29,7 @@ app = typer.Typer(
 for _name in SYSTEMS:
     app.command(_name)(train_command(_name))
 app.add_typer(asm, name="asm")
-for _command in (batch, check, evaluate, export, compare, stability, rules, settings):
+for _command in (batch, capture, check, evaluate, export, compare, stability, rules, settings):
     app.command()(_command)
 app.callback(help=app.info.help)(program.root)
 

@@ -1,4 +1,4 @@
-"""`avatar-export distill` and `check`: posed dumps of any code in, a bundle out."""
+"""`avatar-export distill`, `check` and `poses`: posed dumps of any code in, a bundle out; and what to dump."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from avatar_export.bodies.subject_files import read_shape
 from avatar_export.commands import arguments
 from avatar_export.commands.console import Steps, output, tell
 from avatar_export.commands.declared import command
-from avatar_export.distill import make
+from avatar_export.distill import drivers, make
 from avatar_export.distill.dumps.folder import OWNER
+from avatar_export.distill.poses import DEGREES, driven, poses_to_dump
 from avatar_export.distill.prepare import prepared
 from avatar_export.distill.report import report_html
 from avatar_export.notes.note import fact
 from avatar_export.notes.text import text
-from avatar_export.options import Author, BodyModel, Consent, License
+from avatar_export.options import Author, BodyModel, Consent, License, Option, Shape
 from avatar_export.provenance import with_rights
 from avatar_export.rigs.rig_file import read_rig_file
 from avatar_export.writers.bundle import may_replace, write_bundle
@@ -103,10 +104,10 @@ def check(dumps: Dumps) -> None:
         if dumps.is_dir():  # else there are none to judge
             output.print(f"{dumps}: " + text(fact("unfit")))
         raise
-    drivers, mended = found.checked.dumps.drivers, found.checked.mended
+    seen, mended = found.checked.dumps.drivers, found.checked.mended
     output.print(
-        f"{dumps}: {drivers.frames} frames of {found.task.layout.rows} Gaussians in "
-        f"{len(np.unique(drivers.take))} takes, {len(drivers.joint_names)} joints, {len(drivers.driver_names)} drivers"
+        f"{dumps}: {seen.frames} frames of {found.task.layout.rows} Gaussians in "
+        f"{len(np.unique(seen.take))} takes, {len(seen.joint_names)} joints, {len(seen.driver_names)} drivers"
     )
     for note in mended:
         output.print(f"would be mended: {text(note)}")
@@ -114,6 +115,49 @@ def check(dumps: Dumps) -> None:
         output.print(f"warning: {text(note)}")
     verdict = fact("fit_doubtful") if found.doubts else fact("fit_mended") if mended else fact("fit")
     output.print(f"{dumps}: {text(verdict)}")
+
+
+@command
+def poses(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            help="The body model that drives the avatar (FLAME, SMPL, SMPL-X: .npz or .pkl), or its rig "
+            "(.glb, .fbx, ASM face .npz).",
+            metavar="BODY|RIG",
+        ),
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", help="FILE.npz to write.")],
+    shape: Shape = None,
+    frames: Annotated[
+        int | None,
+        typer.Option(
+            help="Number of random frames. Default: as many as the others, at least 60.", min=0, max=10_000
+        ),
+    ] = None,
+    degrees: Annotated[
+        float,
+        Option(
+            "How far a joint turns about each of its axes. Jaw and eyes have ranges of their own; roots stay.",
+            least=0,
+            most=90,
+        ),
+    ] = DEGREES,
+    seed: Annotated[int, typer.Option(help="Seed of the random frames.", min=0, max=2**31)] = 0,
+    force: arguments.Force = False,
+) -> None:
+    """Write the poses and expressions that a code should dump, so that an avatar can be learnt from them.
+
+    The frames show each driver alone, each joint alone at the ends of its range, and random mixtures.
+    """
+    refuse_existing(out, force)
+    made = poses_to_dump(driven(source, shape, degrees), frames, seed)
+    drivers.write(made, out, force=force)
+    takes = ", ".join(str(count) for count in np.bincount(made.take))
+    output.print(
+        f"{out}: {made.frames} frames of {len(made.driver_names)} drivers and {len(made.joint_names)} joints, "
+        f"in takes of {takes}"
+    )
 
 
 def _rig(body_model: Path | None, shape: Path | None, rig: Path | None) -> tuple[Rig | None, tuple[str, ...]]:

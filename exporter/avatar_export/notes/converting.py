@@ -34,6 +34,7 @@ TEXTS: Mapping[str, str | Callable[..., str]] = {
     "groups": "Gaussians by group: {groups:listed}",
     "files": "files read: {files:listed}",
     "no_licence": "{avatar}: no licence is stated; {option} states one",
+    "not_stated": 'the page says "not stated" of consent or licence; run the same command again with {options:listed}',
     "changed_since": "{path} was changed after it was {verb} and stays as it is; {cure}",
     "large_page": "mail and chats may refuse so large a file; `pack --max-bytes` makes it smaller",
 }

@@ -10,6 +10,7 @@ from avatar_export.notes import (
     checking,
     converting,
     distilling,
+    filming,
     fitting,
     packing,
     playing,
@@ -21,7 +22,7 @@ from avatar_export.notes.note import Note
 from avatar_export.notes.words import FORMS
 
 DOUBTFUL = "doubtful: "  # begins a note of a manifest that says something may be wrong
-TABLES = (reading, fitting, wrong, unlike, converting, packing, playing, checking, distilling)
+TABLES = (reading, fitting, wrong, unlike, converting, packing, playing, checking, distilling, filming)
 TEXTS: Mapping[str, str | Callable[..., str]] = {
     "said": "{text}",  # by an older bundle, which holds texts alone
     **{kind: text for table in TABLES for kind, text in table.TEXTS.items()},

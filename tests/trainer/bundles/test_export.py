@@ -24,7 +24,7 @@ from avatar_runtime.bundle import load, opener, read_manifest
 from avatar_runtime.conformance import conform, images
 from avatar_runtime.conformance.run import COLOUR_STEPS
 from avatar_runtime.io.errors import AvatarError
-from avatar_trainer.bundles.export import export, image
+from avatar_trainer.bundles.export import clips, export, image
 from avatar_trainer.captures.load import load as load_capture
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.evaluation.compare import compare, playable
@@ -119,6 +119,15 @@ def test_the_bundle_gives_the_trainers_image(case: str, exported: Exported, meas
     _meets_its_reference(bundle, avatar)
     if case in DRAWN_BY_DEFINITION:
         _is_drawn_as_defined(bundle, avatar, system)
+
+
+def test_a_take_with_held_out_frames_in_between_is_one_clip(exported: Exported) -> None:
+    system, bundle = exported(next(iter(CASES)))
+    frames = tuple(
+        replace(one, split=("train", "test")[k % 2]) for k, one in enumerate(system.capture.frames)
+    )
+    [clip] = clips(replace(system.capture, frames=frames), load(bundle))
+    assert (clip.name, clip.frames) == ("film", len(frames)) and len(frames) > 3
 
 
 def _meets_its_reference(bundle: Path, avatar: Avatar) -> None:

@@ -60,6 +60,9 @@ def test_overlays_show_mesh_and_mask(head_take: Path, tmp_path: Path) -> None:
     assert edge.any() and mask[edge].all()
     blue = (drawn[..., 2] - drawn[..., 0]) - (image[..., 2] - image[..., 0])
     assert np.median(blue[mask & ~edge]) > 40, "the mesh lies over the person"
+    together = np.asarray(Image.open(tmp_path / "out" / "sheet.png")).astype(int)
+    assert together.shape == (2 * 64, 4 * 64, 3), "six overlays in rows of four"
+    np.testing.assert_array_equal(together[:64, :64], drawn)
     with pytest.raises(AvatarError, match="exists; name a new"):
         overlays.expect_place(tmp_path / "out")
 

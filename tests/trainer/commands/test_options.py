@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from avatar_export.making import options as of_make
 from avatar_trainer.systems.table import SYSTEMS
 
 Train = Callable[..., tuple[int, str, str]]
@@ -112,3 +113,7 @@ def test_rules_and_settings_are_listed(avatar_train: Train) -> None:
     assert code == 0 and json.loads(said)["density.max_gaussians"] == 80
     assert "density.max_gaussians" in avatar_train("settings", "toy")[1]
     assert avatar_train("settings", "toi")[0] == 2
+
+
+def test_make_knows_the_systems_of_the_trainer() -> None:
+    assert {*of_make.SYSTEMS} == SYSTEMS.keys() - {"toy"}

@@ -56,9 +56,10 @@ def test_the_model_is_a_head_in_metres() -> None:
     assert (ball < 0.017).all()
 
 
-def test_lids_close() -> None:
+@pytest.mark.parametrize("person", [None, 0, 1, 2])
+def test_lids_close(person: int | None) -> None:
     """Seen from the front, skin covers every point of both eyeballs at eyeBlink 1, and few of them at 0."""
-    head = load_head_model()
+    head = load_head_model() if person is None else head_for(np.random.default_rng(person).normal(size=60))
     balls = head.in_part("left_eye", "right_eye") & (head.vertices[:, 2] > head.eye_centres[0, 2] + 0.009)
     blink = head.expression("eyeBlinkLeft") + head.expression("eyeBlinkRight")
     skin = head.triangles[head.triangles_in("face", "eye_sockets")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from avatar_trainer.systems.protocol import System
 
 DRIVING = "driving.json"  # in a capture's folder: from the ARKit names to the body model's
 SPLITS = {"test": "held_out", "train": "training"}  # of a capture -> the clip's name in the bundle
+WHOLE = "film"  # the one clip of a capture whose held-out frames stand among the others: a part would jump
 
 
 def export(
@@ -73,10 +75,12 @@ def options_for(capture: Capture, system: str) -> ReadOptions:
 
 
 def clips(capture: Capture, avatar: Avatar) -> tuple[Clip, ...]:
-    """The tracked poses of each split in order of time; arrays in the order of the avatar's names."""
-    found = []
-    for split, name in SPLITS.items():
-        all_poses = [frame.pose for frame in capture.frames if frame.split == split]
+    """The tracked poses of each split, or of the whole, in order of time; arrays in the order of the avatar's names."""
+    found, frames = [], capture.frames
+    changes = sum(one.split != other.split for one, other in pairwise(frames))
+    takes = {name: [one for one in frames if one.split == split] for split, name in SPLITS.items()}
+    for name, shown in ({WHOLE: frames} if changes > len(SPLITS) else takes).items():
+        all_poses = [frame.pose for frame in shown]
         # Several cameras see one pose, frame after frame: the clip has it once.
         poses = [pose for t, pose in enumerate(all_poses) if t == 0 or pose is not all_poses[t - 1]]
         if poses:

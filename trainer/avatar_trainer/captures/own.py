@@ -33,7 +33,9 @@ Object = Mapping[str, Any]
 class Shot:
     """A frame to be written."""
 
-    image: npt.NDArray[np.uint8]  # [H, W, 3] display sRGB, straight colour
+    image: (
+        npt.NDArray[np.uint8] | None
+    )  # [H, W, 3] display sRGB, straight colour; None: the file is there already
     mask: npt.NDArray[np.uint8]  # [H, W], 255 where the person is
     intrinsics: npt.NDArray[Any]  # [3, 3] pixels, pixel centres at half integers
     rotation: npt.NDArray[Any]  # [3, 3] camera from world
@@ -124,12 +126,11 @@ def write(
     listed = []
     for frame, shot in frames:
         size = size or shot.mask.shape
-        if shot.mask.shape != size or shot.image.shape != (*size, 3):
-            raise ValueError(
-                f"shot {frame} is {shot.image.shape} and {shot.mask.shape}, the first was {size}"
-            )
+        if shot.mask.shape != size or (shot.image is not None and shot.image.shape != (*size, 3)):
+            raise ValueError(f"shot {frame} is {shot.mask.shape}, or its image is not; the first was {size}")
         paths = {"image": f"images/{frame}.png", "mask": f"masks/{frame}.png"}
-        Image.fromarray(shot.image).save(folder / paths["image"])
+        if shot.image is not None:
+            Image.fromarray(shot.image).save(folder / paths["image"])
         Image.fromarray(shot.mask).save(folder / paths["mask"])
         listed.append({**paths, **_described(shot)})
     if size is None:

@@ -17,7 +17,7 @@ from avatar_trainer.asm.kernels.closest import nearest, triangle_tree
 from avatar_trainer.captures.model import Capture
 from avatar_trainer.kernels.neighbours import nearest_others
 
-TRAINING, HELD_OUT = "training", "held_out"  # the clips that `export` writes
+TRAINING, WHOLE, HELD_OUT = "training", "film", "held_out"  # the clips that `export` writes
 NEIGHBOURS = 8
 SHORTEST = 1e-3  # metres, added to neutral distances: splats that touch may part by a millimetre
 SLACK = 1.25  # times the largest stretch over the training clip
@@ -50,7 +50,9 @@ def stability(avatar: Avatar, poses: Sequence[Pose], capture: Capture | None = N
     capture: that of its training, whose mesh has nothing that training added; default: the avatar's own mesh. Raises
     AvatarError for an avatar without a training clip, and for a capture of another mesh or skeleton.
     """
-    if TRAINING not in (clip.name for clip in avatar.clips):
+    names = [clip.name for clip in avatar.clips]
+    training = WHOLE if WHOLE in names and TRAINING not in names else TRAINING
+    if training not in names:
         raise AvatarError(
             f"has no clip {TRAINING!r}, by which its splats' stretch is judged: `avatar-train export` adds it. Of an "
             f"avatar that was not trained here, convert it with --clip {TRAINING}.csv, a recording of its training",
@@ -59,7 +61,7 @@ def stability(avatar: Avatar, poses: Sequence[Pose], capture: Capture | None = N
     player = Player(avatar)
     stretch = Stretch(avatar, player)
     limit = np.zeros(avatar.gaussians.count)
-    for pose in sequences.own_clip(avatar, TRAINING).poses:
+    for pose in sequences.own_clip(avatar, training).poses:
         np.maximum(limit, stretch.of(player.animate(pose).mean), out=limit)
     torn, weight, places = np.zeros(len(limit)), np.zeros(len(limit)), []
     for pose in poses:

@@ -22,6 +22,7 @@ from avatar_trainer.head.body_model import (
     BodyModel,
     build_body_model,
     driving,
+    rotvec,
 )
 from avatar_trainer.head.mesh import Mesh, smoothstep, unit
 from avatar_trainer.head.model import (
@@ -29,13 +30,13 @@ from avatar_trainer.head.model import (
     Head,
     closing_lids,
     head_arrays,
-    head_for,
     head_of,
     load_head_model,
     neck_height,
     part_of,
     smooth_over_mesh,
 )
+from avatar_trainer.head.person import head_for
 from avatar_trainer.head.tracking_mesh import load_tracking_head, tracking_body
 
 # fmt: off
@@ -43,6 +44,6 @@ __all__ = [
     "EYE_TURN", "FEATURES", "GAUSSIAN_SHAPES", "HEAD_LICENCE", "HEAD_SOURCE", "JAW", "JAW_SHAPES", "JOINTS", "NECK",
     "PARENTS", "ROOT", "SHAPE_COEFFICIENTS", "BodyModel", "Head", "Mesh", "build_body_model", "closing_lids",
     "driving", "head_arrays", "head_for", "head_of", "load_head_model", "load_tracking_head", "neck_height", "padded",
-    "part_of", "save_body", "smooth_over_mesh", "smoothstep", "tracking_body", "unit", "write_body",
+    "part_of", "rotvec", "save_body", "smooth_over_mesh", "smoothstep", "tracking_body", "unit", "write_body",
 ]
 # fmt: on

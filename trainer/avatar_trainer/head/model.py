@@ -139,15 +139,6 @@ def load_head_model() -> Head:
     return closing_lids(head_of(neutral, np.full(neutral.shape, GREY, np.uint8)))
 
 
-def head_for(identity: Array) -> Head:
-    """The head with these coefficients [60 or fewer] of the identity modes, which it keeps none of."""
-    head = load_head_model()
-    if np.ndim(identity) != 1 or len(identity) > len(head.identity):
-        raise ValueError(f"identity is {np.shape(identity)}; the head model has {len(head.identity)} modes")
-    offset = np.tensordot(np.asarray(identity, np.float64), head.identity[: len(identity)], 1)
-    return replace(head, vertices=head.vertices + offset, identity=head.identity[:0])
-
-
 def closing_lids(head: Head) -> Head:
     """`head` whose eyelids, moved by eyeBlink, meet along their whole length at the same weight."""
     expressions = head.expressions.copy()

@@ -62,10 +62,11 @@ def _stated(settings: TrainSettings, capture: Capture) -> dict[str, Any]:
 
 
 def fingerprint(capture: Capture) -> str:
-    """SHA-256 over all tracked values, the rig, and names and sizes of the images; not over their pixels."""
+    """SHA-256 over all tracked values, the rig, and names and sizes of the images; not over their pixels, and not
+    over words of rights."""
     digest = hashlib.sha256()
     for field in dataclasses.fields(capture):
-        if field.name not in ("folder", "export_inputs", "columns", "poses"):
+        if field.name not in ("folder", "export_inputs", "columns", "rights", "poses"):
             _hash(getattr(capture, field.name), digest)
     return digest.hexdigest()
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from PIL import Image
 
 from avatar_export import images
 from avatar_runtime import AvatarError, Camera, posed_mesh
@@ -17,6 +19,7 @@ from avatar_trainer.captures.model import Capture, Frame
 
 COUNT = 12  # overlays, evenly spaced
 LARGEST = 1024  # pixels of the longer side
+SHEET, COLUMNS, CELL = "sheet.png", 4, 320  # all of them beside each other, pixels of the longer side of each
 MESH, EDGE = np.array([0.25, 0.55, 1.0], np.float32), np.array([0.1, 1.0, 0.2], np.float32)
 VEIL = 0.55  # of the mesh over the image
 DARKEST = 0.25  # of the mesh where it is seen edge-on
@@ -29,15 +32,32 @@ def expect_place(folder: Path) -> None:
 
 
 def write(capture: Capture, folder: Path) -> int:
-    """NAME.png in `folder` for at most COUNT frames; their number. Raises AvatarError if it cannot be written."""
+    """NAME.png in `folder` for at most COUNT frames, and SHEET with all of them; their number.
+
+    Raises AvatarError if they cannot be written.
+    """
     frames = targets.evenly(targets.resized(capture, LARGEST).frames, COUNT)
+    drawn = {f"{frame.name}.png": overlay(capture, frame) for frame in frames}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for frame in frames:
-            (folder / f"{frame.name}.png").write_bytes(images.png(overlay(capture, frame)))
+        for name, pixels in {SHEET: sheet(list(drawn.values())), **drawn}.items():
+            (folder / name).write_bytes(images.png(pixels))
     except OSError as error:
         raise AvatarError(f"cannot be written ({error.strerror or error})", file=folder) from None
     return len(frames)
+
+
+def sheet(pictures: Sequence[npt.NDArray[np.uint8]]) -> npt.NDArray[np.uint8]:
+    """Pictures of one size in rows of COLUMNS, made smaller, over black."""
+    height, width = pictures[0].shape[:2]
+    scale = min(1.0, CELL / max(height, width))
+    cell = max(round(width * scale), 1), max(round(height * scale), 1)
+    rows = -(-len(pictures) // COLUMNS)
+    whole = Image.new("RGB", (cell[0] * min(len(pictures), COLUMNS), cell[1] * rows))
+    for index, picture in enumerate(pictures):
+        small = Image.fromarray(picture).resize(cell, Image.Resampling.BOX)
+        whole.paste(small, (index % COLUMNS * cell[0], index // COLUMNS * cell[1]))
+    return np.asarray(whole)
 
 
 def overlay(capture: Capture, frame: Frame) -> npt.NDArray[np.uint8]:

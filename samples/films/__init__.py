@@ -1,0 +1,1 @@
+"""Rendered films of heads that no tracker saw, with the truth of every frame."""
