@@ -98,10 +98,10 @@ class _Page:
                     async with asyncio.timeout(limit):
                         await self.wake.wait()
                 self.wake.clear()
-                if len(self.waiting) > MOST_WAITING:
-                    await connection.close(CLOSED)
-                    return
                 while self.waiting:
+                    if len(self.waiting) > MOST_WAITING:  # also after a message that took long to go out
+                        await connection.close(CLOSED)
+                        return
                     await connection.send(self.waiting.pop(0))
                 late = loop.time() - sent > UNANSWERED
                 if self.newest is None or (len(self.flying) >= IN_FLIGHT and not late):
