@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -179,7 +180,8 @@ def test_a_track_is_read_as_it_was_written(tmp_path: Path) -> None:
         replace(track, **{name: value}).save(tmp_path / "track.npz")
         with pytest.raises(AvatarError, match=r"track\.npz: \w+: is damaged; make the capture again"):
             Track.load(tmp_path / "track.npz")
-    replace(track, scale=np.ones(2), score_names=()).save(tmp_path / "track.npz")  # type: ignore[arg-type]
+    shapeless: dict[str, Any] = {"scale": np.ones(2), "score_names": ()}
+    replace(track, **shapeless).save(tmp_path / "track.npz")
     with pytest.raises(AvatarError, match="is no track of a film"):
         Track.load(tmp_path / "track.npz")
     for bad in (b"", b"PK\3\4", (tmp_path / "track.npz").read_bytes()[:-50]):

@@ -8,6 +8,7 @@ import random
 import struct
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -40,8 +41,8 @@ def number(picture: Picture) -> int:
     return round(float(picture[-4:, -4:].mean()) / 10)
 
 
-def read(facts: Facts, **options: object) -> list[tuple[int, float, int]]:
-    return [(k, round(time, 4), number(picture)) for k, time, picture in frames(facts, **options)]  # type: ignore[arg-type]
+def read(facts: Facts, **options: Any) -> list[tuple[int, float, int]]:
+    return [(k, round(time, 4), number(picture)) for k, time, picture in frames(facts, **options)]
 
 
 def test_facts_and_frames(film: Path) -> None:
@@ -228,9 +229,9 @@ def test_only_files_are_opened(film: Path, tmp_path: Path, monkeypatch: pytest.M
         ({"crop": (0, 0, 64, 32), "rotation": 90}, "--crop: .* 32x64"),
     ],
 )
-def test_wrong_options(film: Path, options: dict[str, float], message: str) -> None:
+def test_wrong_options(film: Path, options: dict[str, Any], message: str) -> None:
     with pytest.raises(AvatarError, match=message):
-        frames(probe(film), **options)  # type: ignore[arg-type]
+        frames(probe(film), **options)
 
 
 def test_hostile_indexes_are_read_or_refused(film: Path) -> None:
