@@ -72,27 +72,10 @@ def performance(name: str) -> str:
 
 
 def misfits(_: Path) -> str:
-    """What `convert` says of inputs that do not belong together, in short."""
+    """How many inputs that do not belong together are found."""
     with MISFITS.open(newline="", encoding="utf-8") as file:
         found = list(csv.DictReader(file))
-    lines = [[escaped(row["misfit"]), *map(escaped, verdict(row["now"]))] for row in found]
-    counts = f"Of {len(found)} misfits {sum(bool(row['now']) for row in found)} are found."
-    return f"{counts}\n\n{table(['input', 'what happens', 'what is named'], lines)}"
-
-
-def verdict(said: str) -> tuple[str, str]:
-    """refused or warning, and what is named: the mistake that explains the distance, else the first line."""
-    short = re.sub(r"; --accept-misfit [^/]*| gaussian_blendshapes:| splatting_avatar:", "", said)
-    kind, _, text = short.partition(": ")
-    explained = re.search(r"it would be .*?mm ((?:if|with) .*?)(?= / |$)", text)
-    first = re.split(r" / |: correlation|; face lies|; there is|: there is|, although", text)[0]
-    return kind, brief(f"it would fit {explained[1]}" if explained else first)
-
-
-def brief(text: str) -> str:
-    """What is wrong, without what follows from it and what to do."""
-    todo = r"; |: (?=pass |look |are |write |take |it needs )|, which are "
-    return re.split(rf"{todo}| \(-?[\d.]+, -?[\d.]+, .*\.\.\.\)", text)[0]
+    return f"Of {len(found)} misfits {sum(bool(row['now']) for row in found)} are found."
 
 
 def wrong_files(_: Path) -> str:
@@ -113,24 +96,16 @@ def wrong_files(_: Path) -> str:
 
 
 def wrong_captures(_: Path) -> str:
-    """What `avatar-train check` says of captures with a mistake, in short, and of right ones."""
+    """How many captures with a mistake `avatar-train check` names, and how many right ones it leaves alone."""
     with CAPTURES.open(newline="", encoding="utf-8") as file:
         found = list(csv.DictReader(file))
     wrong, right = ([row for row in found if row["wrong"] == kind] for kind in ("yes", "no"))
     named = sum(row["found"] == row["subjects"] for row in wrong)
-    quiet = [row["capture"] for row in right if not row["now"]]
-    lines = [
-        [
-            escaped(row["capture"]),
-            f"{row['found']} of {row['subjects']}",
-            escaped(re.split(r" (?:As stated|So read), |(?<=[a-z)])\. ", row["now"])[0]),
-        ]
-        for row in wrong
-    ]
-    alarms = [f"- {row['capture']}: {escaped(row['now'])}" for row in right if row["now"]]
-    counts = f"Of {len(wrong)} mistakes {named} are named on every subject."
-    silent = f"Of {len(right)} right captures {len(quiet)} give no alarm: {'; '.join(quiet)}."
-    return "\n\n".join([counts, table(["mistake", "named on", "what is said"], lines), silent, *alarms])
+    quiet = sum(not row["now"] for row in right)
+    return (
+        f"Of {len(wrong)} mistakes {named} are named on every subject. "
+        f"Of {len(right)} right captures {quiet} give no alarm."
+    )
 
 
 def escaped(text: str) -> str:
