@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,8 +12,9 @@ import pytest
 from avatar_runtime.avatar import F32
 from tests.measured import Measure
 from tests.players.played_cases import HEAD, folder_name, image_of, played_cases
-from tests.players.web import BACKENDS, CHROMIUM, Answer, Job, ask, in_browsers, shot
+from tests.players.web import BACKENDS, CHROMIUM, SHELL, Answer, Job, ask, in_browsers, run_node_test, shot
 from tests.runtime.backends import gl_cases
+from tests.session.needed import need
 
 IMAGE_LIMIT = 1 / 255
 
@@ -38,6 +40,11 @@ def test_all_stages_and_images_of_all_avatars(
     for backend in job.backends:
         assert not wrong_stages(answer, backend, measured, browser)
         assert not wrong_images(answer, backend, expected, measured, browser)
+
+
+def test_a_page_shows_what_webgpu_draws() -> None:
+    need({SHELL: shutil.which(SHELL)})
+    run_node_test("shown.test.mjs")
 
 
 def named(browser: str, backend: str) -> str:

@@ -21,6 +21,7 @@ from tests.session.needed import need
 
 WEB = Path(__file__).parents[2] / "players" / "web"
 CHROMIUM = "chromium"
+SHELL = "chromium-headless-shell"  # which shows on a page what WebGPU draws
 PROGRAMS = {
     CHROMIUM: ("chromium", "chromium-browser", "google-chrome"),
     "firefox": ("firefox-esr", "firefox"),

@@ -47,7 +47,10 @@ export async function serve(files) {
   return { address: `http://127.0.0.1:${server.address().port}`, written, close: () => server.close() };
 }
 
-/** A browser; `close` it. `webgpu`: with WebGPU, for pages that show nothing on a canvas; `args`: flags of Chromium. */
+/**
+ * A browser; `close` it. `webgpu`: with WebGPU, for pages that show nothing on a canvas; "shown": for pages that do, in
+ * Chromium's headless shell; `args`: flags of Chromium.
+ */
 export async function launch({ webgpu = true, args = [] } = {}) {
   const { launch } = await import(`./browsers/${BROWSER}.mjs`);
   return launch({ webgpu, args, serve, protocolTimeout: 600_000 });
