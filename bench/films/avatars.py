@@ -1,8 +1,8 @@
 """What an avatar learnt of a film: frames held out, and the true head seen from the side, where no camera was.
 
 An avatar is a folder that `avatar-export make` wrote: capture/, run/ and bundle/. The side is drawn from the truth, in
-the light of the film. Size and distance of a filmed head cannot be known: the avatar's mesh is laid on the true one by
-the similarity that fits best in each frame.
+the light of the film. A film tells neither its lens nor size and distance of the head: both cameras, the true one and
+the tracked one, go round the face by the same angle, so that at 0 degrees the avatar stands where the film shows it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
-from samples.films.truth import Truth, side_camera
+from samples.films.truth import Truth, middle, side_camera
 
 from avatar_runtime import Camera
 from avatar_runtime import load as load_bundle
@@ -27,11 +27,12 @@ from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import evenly
 from avatar_trainer.evaluation.bundle import evaluate_bundle
 from avatar_trainer.head import load_tracking_head
-from bench.films.tracks import face_region, mean, mean_head, similarity
+from bench.films.tracks import face_region, mean, mean_head, tracked
 
 Array = npt.NDArray[Any]
 
 YAWS, FRAMES = (-30.0, 30.0), 8  # degrees; how many frames are seen from each side, of those that look
+TRACK = "track.npz"  # of a capture
 AHEAD = 8.0  # degrees at most past the film's camera
 # Figure: what it is, and the least that the mean over all films must be.
 FIGURES: dict[str, tuple[str, float]] = {
@@ -63,10 +64,12 @@ def aside(truth: Truth, capture: Capture, scratch: Path) -> Capture:
     """Poses of the capture from the sides: every frame is held out, its image is drawn from the truth."""
     scratch.mkdir(parents=True, exist_ok=True)
     sized = replace(truth, focal=truth.focal * capture.width / truth.size, size=capture.width)
+    track = tracked(capture.folder / TRACK)
+    lens = float(track.data["focal"]) / track.zoom / truth.focal
     ahead = np.abs([turn_of(truth, _film_frame(truth, capture, frame)) for frame in capture.frames])
     chosen = np.flatnonzero(ahead <= max(AHEAD, np.sort(ahead)[: len(YAWS)].max()))
     frames = [
-        _turned(sized, capture, frame, yaw, scratch)
+        _turned(sized, capture, frame, yaw, lens, scratch)
         for frame in evenly([capture.frames[k] for k in chosen], FRAMES)
         for yaw in YAWS
     ]
@@ -83,7 +86,7 @@ def _film_frame(truth: Truth, capture: Capture, frame: Frame) -> int:
     return int(np.abs(truth.times - int(frame.name) / capture.fps).argmin())
 
 
-def _turned(truth: Truth, capture: Capture, frame: Frame, yaw: float, scratch: Path) -> Frame:
+def _turned(truth: Truth, capture: Capture, frame: Frame, yaw: float, lens: float, scratch: Path) -> Frame:
     """A frame from `yaw` degrees aside."""
     k = _film_frame(truth, capture, frame)
     rotation, shift = side_camera(truth, k, yaw)
@@ -93,28 +96,33 @@ def _turned(truth: Truth, capture: Capture, frame: Frame, yaw: float, scratch: P
     for part, values in (("image", straight), ("mask", truth.scene.head_share(k, (rotation, shift)))):
         picture = np.round(np.clip(values, 0, 1) * 255).astype(np.uint8)
         Image.fromarray(picture).save(scratch / f"{name}_{part}.png")
-    size, turn, origin = _laid_on(truth, capture, frame, k)
-    camera = Camera.from_opencv(
-        rotation @ turn,
-        (rotation @ origin + shift) / size,
-        truth.scene.intrinsics,
-        capture.width,
-        capture.height,
-    )
+    camera = camera_round(truth, capture, frame, yaw, lens)
     image, mask = (scratch / f"{name}_{part}.png" for part in ("image", "mask"))
     return replace(frame, name=name, image=image, mask=mask, camera=camera, split="test", over=None)
 
 
-def _laid_on(truth: Truth, capture: Capture, frame: Frame, k: int) -> tuple[float, Array, Array]:
-    """(s, R, t): a point x of the capture's world is at s R x + t before the film's camera."""
-    mesh = posed_mesh(capture.rig, frame.pose, joints(capture.rig, frame.pose))
+def camera_round(truth: Truth, capture: Capture, frame: Frame, yaw: float, lens: float) -> Camera:
+    """The tracked camera of a frame, gone round the face by `yaw` degrees, with the image of the truth's film.
+
+    `lens`: the tracked focal length over the true one. The axis goes through the same pixel as that of `side_camera`,
+    and as deep in the tracked face as in the true one.
+    """
+    k = _film_frame(truth, capture, frame)
     rows = load_tracking_head(mean_head())[1]
+    face = face_region(mean_head())[rows]
+    mesh = posed_mesh(capture.rig, frame.pose, joints(capture.rig, frame.pose))
     if len(mesh) != len(rows):
         raise ValueError(
             f"{capture.folder}: a mesh of {len(mesh)} vertices; that of the head model has {len(rows)}"
         )
-    face = face_region(mean_head())[rows]
-    return similarity(mesh[face], truth.vertices(k)[rows][face])
+    view = frame.camera.camera_from_world.astype(np.float64)
+    depth = (mesh[face] @ view[2, :3] + view[2, 3]).mean() / truth.vertices(k)[rows][face][:, 2].mean()
+    rotation = side_camera(truth, k, yaw)[0]
+    axis = middle(truth, k) * depth * (1 / lens, 1 / lens, 1)
+    intrinsics = truth.scene.intrinsics.copy()
+    intrinsics[[0, 1], [0, 1]] *= lens
+    turned, origin = rotation @ view[:3, :3], rotation @ (view[:3, 3] - axis) + axis
+    return Camera.from_opencv(turned, origin, intrinsics, capture.width, capture.height)
 
 
 def table(rows: Mapping[str, Mapping[str, float]]) -> Iterator[str]:

@@ -77,11 +77,16 @@ def load(folder: Path) -> Truth:
     )
 
 
+def middle(truth: Truth, frame: int) -> Array:
+    """A point [3] between the ears, before the camera: a camera goes to the side about it."""
+    place: Array = truth.R[frame] @ (0.0, -0.015, 0.06) + truth.t[frame]
+    return place
+
+
 def side_camera(truth: Truth, frame: int, yaw: float) -> tuple[Array, Array]:
     """(R, t) from the film's camera to one `yaw` degrees to the side, as far from the head and turned to it."""
-    middle = truth.R[frame] @ (0.0, -0.015, 0.06) + truth.t[frame]
-    turn = matrix_from_rotvec(np.array([0.0, np.radians(yaw), 0.0]))
-    return turn, middle - turn @ middle
+    turn, axis = matrix_from_rotvec(np.array([0.0, np.radians(yaw), 0.0])), middle(truth, frame)
+    return turn, axis - turn @ axis
 
 
 def side_view(truth: Truth, frame: int, yaw: float) -> tuple[Array, Array]:

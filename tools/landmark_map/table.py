@@ -109,7 +109,6 @@ def tables(seen: fit.Upright, faces: Faces, head: Head, test: Judged) -> dict[st
     """The file's arrays: what all pictures tell, and what the held-out ones tell of its errors."""
     corners, bary = fit.surface_points(seen, faces, head)
     correction = fit.correction(seen.inputs, fit.errors(seen, corners, bary))
-    trust = correlations(test.weights, test.faces.weights, test.faces.identity)
     return {
         "triangle_corners": corners.astype(np.uint16),
         "barycentric": bary.astype(np.float32),
@@ -120,7 +119,6 @@ def tables(seen: fit.Upright, faces: Faces, head: Head, test: Judged) -> dict[st
         "film_share": fit.film_share(seen, faces, fit.errors(seen, corners, bary)).astype(np.float16),
         "weight_matrix": fit.ridge(seen.inputs, faces.weights.astype(np.float64)).astype(np.float16),
         "weight_variance": fit.weight_variance(test.weights, test.faces.weights).astype(np.float32),
-        "weight_trust": np.nan_to_num(trust).astype(np.float16),
         "names": np.array(head.expression_names),
         "score_names": np.array(score_names()),
     }

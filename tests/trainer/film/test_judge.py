@@ -105,6 +105,17 @@ def test_a_bad_film_is_told_once(kind: str, spoilt: Callable[[Track], Track], wo
     assert all(word in text(note) for word in words), text(note)
 
 
+@pytest.mark.parametrize(
+    ("fps", "frames", "told"), [(30, 2, True), (30, 3, False), (10, 0, True), (10, 1, False)]
+)
+def test_a_blink_of_a_tenth_of_a_second_is_seen(fps: int, frames: int, told: bool) -> None:
+    track = without("eyeBlinkLeft", "eyeBlinkRight")(good())
+    scores = track.scores.copy()
+    scores[60 : 60 + frames, [SCORES.index(name) for name in judge.LIDS]] = 0.8
+    film = replace(track, scores=scores, times=np.arange(FRAMES) / fps)
+    assert [note.kind for note in judged(film)] == ["film_lids"] * told
+
+
 def test_fast_movement_is_no_cut() -> None:
     track = good()
     step = np.cumsum(np.where(np.abs(np.arange(FRAMES) - 150) < 4, 30, 0))

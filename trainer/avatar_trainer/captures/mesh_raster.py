@@ -55,7 +55,7 @@ def draw(surface: Surface, camera: Camera, samples: int = 3, near: float = NEAR)
     width, height = camera.width * samples, camera.height * samples
     view = camera.camera_from_world.astype(np.float64)
     vertices = surface.vertices @ view[:3, :3].T + view[:3, 3]
-    planes, box = _planes(vertices[surface.triangles], intrinsics(camera), samples, (width, height), near)
+    planes, box = _prepared(vertices, surface.triangles, intrinsics(camera), samples, (width, height), near)
     rays = ray_grid(camera, samples)
     opaque = (surface.opacity[surface.triangles] >= 1).all(axis=1)
     depth, face = np.full((height, width), np.inf), np.full((height, width), -1, np.int32)
@@ -87,7 +87,7 @@ def seen_of(vertices: F64, triangles: I64, camera: Camera) -> tuple[F64, I32]:
     view = camera.camera_from_world.astype(np.float64)
     placed = vertices @ view[:3, :3].T + view[:3, 3]
     size = camera.width, camera.height
-    planes, box = _planes(placed[triangles], intrinsics(camera), 1, size, NEAR)
+    planes, box = _prepared(placed, triangles, intrinsics(camera), 1, size, NEAR)
     depth = np.full((camera.height, camera.width), np.inf)
     face, front = np.full(depth.shape, -1, np.int32), np.zeros_like(depth)
     _nearest(planes, box, np.arange(len(triangles)), *ray_grid(camera, 1), NEAR, front, depth, face)
@@ -133,34 +133,54 @@ def ray_grid(camera: Camera, samples: int) -> tuple[F64, F64]:
     return (x - k[0, 2]) / k[0, 0], (y - k[1, 2]) / k[1, 1]
 
 
-def _planes(corner: F64, k: F64, samples: int, size: tuple[int, int], near: float) -> tuple[F64, I32]:
-    """(planes [F, 4, 3], boxes [F, 4] of samples x0 y0 x1 y1, ends excluded).
-
-    Planes 0..2 go through the camera and the edge opposite a corner; on the ray r, planes[:3] @ r are in the
-    ratio of the barycentric weights. Plane 3 [0] is the volume that, over their sum, is the depth.
-    """
-    a, b, c = corner[:, 0], corner[:, 1], corner[:, 2]
-    planes = np.zeros((len(corner), 4, 3))
-    for i, (p, q) in enumerate(((b, c), (c, a), (a, b))):
-        planes[:, i] = _cross(p, q)
-    planes[:, 3, 0] = np.sum(a * planes[:, 0], axis=1)
-    z = corner[:, :, 2]
-    safe = np.where(z > near, z, np.inf)
-    low, high = np.empty((len(corner), 2)), np.empty((len(corner), 2))
-    for axis in range(2):
-        place = (k[axis, axis] * corner[:, :, axis] / safe + k[axis, 2]) * samples
-        low[:, axis], high[:, axis] = place.min(axis=1), place.max(axis=1)
-    limit = np.array(size)
-    low, high = np.clip(np.floor(low) - 1, 0, limit), np.clip(np.ceil(high) + 1, 0, limit)
-    low[z.min(axis=1) <= near], high[z.min(axis=1) <= near] = 0, limit
-    high[z.max(axis=1) <= near] = 0
-    return planes, np.concatenate([low, high], axis=1).astype(np.int32)
+def _prepared(
+    placed: F64, triangles: I64, lens: F64, samples: int, size: tuple[int, int], near: float
+) -> tuple[F64, I32]:
+    """(planes [F, 4, 3], boxes [F, 4]) of `_planes`."""
+    planes, box = np.zeros((len(triangles), 4, 3)), np.empty((len(triangles), 4), np.int32)
+    _planes(placed, triangles.astype(np.int64), lens, samples, size, near, planes, box)
+    return planes, box
 
 
-def _cross(p: F64, q: F64) -> F64:
-    """p x q; exactly -(q x p), which keeps shared edges closed."""
-    x, y, z = (p[:, i] * q[:, j] - p[:, j] * q[:, i] for i, j in ((1, 2), (2, 0), (0, 1)))
-    return np.stack([x, y, z], axis=1)
+@kernel()
+def _planes(
+    placed: F64,  # [V, 3] in camera space
+    triangles: I64,  # [F, 3]
+    lens: F64,  # [3, 3] K
+    samples: int,
+    size: tuple[int, int],  # samples across and down
+    near: float,
+    planes: F64,  # [F, 4, 3] zeros, changed
+    box: I32,  # [F, 4] changed: samples x0 y0 x1 y1, ends excluded
+) -> None:
+    """Planes 0..2 go through the camera and the edge opposite a corner; on the ray r, planes[:3] @ r are in the
+    ratio of the barycentric weights. Plane 3 [0] is the volume that, over their sum, is the depth."""
+    for f in range(len(triangles)):
+        nearest, farthest = np.inf, -np.inf
+        for i in range(3):
+            p, q = placed[triangles[f, (i + 1) % 3]], placed[triangles[f, (i + 2) % 3]]
+            for k in range(3):  # p x q; exactly -(q x p), which keeps shared edges closed
+                j, o = (k + 1) % 3, (k + 2) % 3
+                planes[f, i, k] = p[j] * q[o] - p[o] * q[j]
+            depth = placed[triangles[f, i], 2]
+            nearest, farthest = min(nearest, depth), max(farthest, depth)
+        a = placed[triangles[f, 0]]
+        planes[f, 3, 0] = a[0] * planes[f, 0, 0] + a[1] * planes[f, 0, 1] + a[2] * planes[f, 0, 2]
+        for axis in range(2):
+            low, high = np.inf, -np.inf
+            for i in range(3):
+                corner = placed[triangles[f, i]]
+                safe = corner[2] if corner[2] > near else np.inf
+                place = (lens[axis, axis] * corner[axis] / safe + lens[axis, 2]) * samples
+                low, high = min(low, place), max(high, place)
+            most = float(size[axis])
+            low, high = np.floor(low) - 1, np.ceil(high) + 1
+            if nearest <= near:  # it reaches behind the camera
+                low, high = 0.0, most
+            if farthest <= near:
+                high = 0.0
+            box[f, axis] = int(min(max(low, 0.0), most))
+            box[f, 2 + axis] = int(min(max(high, 0.0), most))
 
 
 @kernel(parallel=True)

@@ -25,6 +25,7 @@ from avatar_trainer.film.follow import KEYFRAMES, follow
 from avatar_trainer.film.look import look, square
 from avatar_trainer.film.networks import Networks
 from avatar_trainer.film.pictures import Picture, Pictures, cut
+from avatar_trainer.film.plate import FRAMES, Plate
 from avatar_trainer.film.shots import Person, shots
 from avatar_trainer.film.torso import Chest, still_chest
 from avatar_trainer.film.track import FILE as TRACK_FILE
@@ -104,7 +105,7 @@ class _Run:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
         facts = {"tracker": VERSION, "film": digest, **asdict(settings)}
         self._expect_same(json.loads(json.dumps(facts)))
-        self.pictures = Pictures(out, self.work)
+        self.pictures = Pictures(self.work)
         self.pictures.begin()
         write_text(self.work / "film.json", json.dumps(facts, indent=1) + "\n", force=True)
 
@@ -129,9 +130,8 @@ class _Run:
     def forget(self) -> None:
         """Remove what was begun for a film that is refused, so that other options may be tried."""
         shutil.rmtree(self.work)
-        for folder in (self.out / "images", self.out):
-            with suppress(OSError):  # it holds something
-                folder.rmdir()
+        with suppress(OSError):  # it holds something
+            self.out.rmdir()
 
     def frames(self, **options: Any) -> Iterator[tuple[int, float, Picture]]:
         s = self.settings
@@ -257,10 +257,14 @@ class _Run:
         still = still_chest(track.fit, person.head, self.pictures.masks(some), some)
         chest = Chest.of(person.head, person.body, still)
 
-        def masks() -> Iterator[tuple[int, Picture]]:
+        few = rows[np.linspace(0, len(rows) - 1, min(len(rows), FRAMES)).astype(int)]
+        plate = Plate.of(self.pictures.colour(few), self.pictures.masks(few))
+
+        def pictures() -> Iterator[tuple[int, Picture, Picture]]:
             for count, row in enumerate(rows):
-                self.said(f"writing masks: {count + 1} of {len(rows)}")
-                yield int(row), self.pictures.masks(rows[count : count + 1])[0]
+                self.said(f"writing images and masks: {count + 1} of {len(rows)}")
+                one = rows[count : count + 1]
+                yield int(row), *plate.mended(self.pictures.colour(one)[0], self.pictures.masks(one)[0])
 
         return own.write(
             self.out,
@@ -275,7 +279,7 @@ class _Run:
                 "anchor_faces": "body/back_of_head.txt",
             },
             frames=shots(
-                person, chest, track.fit, masks(), face_pixels(track.landmarks[rows].astype(np.float64))
+                person, chest, track.fit, pictures(), face_pixels(track.landmarks[rows].astype(np.float64))
             ),
             source=HEAD_SOURCE,
             license=f"{texts.license or NOT_STATED}; {HEAD_LICENCE}",

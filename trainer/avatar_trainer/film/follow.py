@@ -75,7 +75,7 @@ def followed_again(capture: Path, work: Path, stage: str) -> Track:
         track.landmarks.astype(np.float64),
         track.width,
         (track.focal, track.principal),
-        Pictures(capture, work),
+        Pictures(work),
         0,
         lambda _: None,
         stage,

@@ -36,7 +36,7 @@ STILL = (
     0.01  # sizes of the face that some landmark moves in the liveliest tenth; usual: 0.07, a picture 0.0024
 )
 SIDEWAYS = 45.0  # degrees
-SHOWN = 3  # frames in which an expression must be seen
+SHOWN = 0.1  # seconds for which an expression must be seen: a blink keeps the lids closed for no longer
 
 # Weights of MediaPipe: where an expression is shown they reach 0.5 to 0.99, where it is not 0 to 0.25.
 Expression = tuple[
@@ -199,11 +199,12 @@ def _expressions(film: Looked) -> Iterator[note.Note]:
 
 
 def _reached(film: Looked, names: tuple[str, ...], least: float) -> bool:
-    """Whether all of these weights were that high at once, in SHOWN frames."""
+    """Whether all of these weights were that high at once, for SHOWN seconds."""
     if not set(names) <= set(film.score_names):
         return False
     together = film.scores[:, [film.score_names.index(name) for name in names]].min(axis=1)
-    return int((together[film.seen] > least).sum()) >= SHOWN
+    frames = round(SHOWN / float(np.median(np.diff(film.times))))
+    return int((together[film.seen] > least).sum()) >= max(frames, 1)
 
 
 def _cuts(film: Looked) -> Iterator[note.Note]:

@@ -1,4 +1,4 @@
-"""The images and masks that a film's frames become, as files of a capture."""
+"""The images and masks that a film's frames become, as files in the folder of work."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ Picture = npt.NDArray[np.uint8]
 
 
 class Pictures:
-    """Of the capture in a folder: its images, and masks of the whole person in the folder of work."""
+    """In the folder of work: images as they were filmed, and masks of the whole person."""
 
-    def __init__(self, capture: Path, work: Path) -> None:
-        self._images, self._masks = capture / "images", work / "masks"
+    def __init__(self, work: Path) -> None:
+        self._images, self._masks = work / "images", work / "masks"
 
     def begin(self) -> None:
         """Make the folders."""
@@ -43,6 +43,10 @@ class Pictures:
         """Images without colour."""
         return [_read(self._paths(int(row))[0]) for row in rows]
 
+    def colour(self, rows: I64) -> list[Picture]:
+        """Images [H, W, 3] in RGB."""
+        return [_read(self._paths(int(row))[0], cv2.IMREAD_COLOR_RGB) for row in rows]
+
     def masks(self, rows: I64) -> list[Picture]:
         """Masks of the whole person."""
         return [_read(self._paths(int(row))[1]) for row in rows]
@@ -61,8 +65,8 @@ def cut(picture: npt.NDArray[Any], left: float, top: float, side: float, size: i
     return np.asarray(cv2.resize(fine, (size, size), interpolation=cv2.INTER_AREA))
 
 
-def _read(path: Path) -> Picture:
-    pixels = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+def _read(path: Path, how: int = cv2.IMREAD_GRAYSCALE) -> Picture:
+    pixels = cv2.imread(str(path), how)
     if pixels is None:
         raise AvatarError("is damaged; remove it, and run the same command again", file=path)
     return np.asarray(pixels, np.uint8)

@@ -28,7 +28,7 @@ from avatar_trainer.head import (
 
 HELD_OUT = 5  # every so many frames one is held out
 
-Grey = npt.NDArray[np.uint8]
+Picture = npt.NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ class Person:
 
 
 def shots(
-    person: Person, chest: Chest, fit: Fit, masks: Iterator[tuple[int, Grey]], face: float
+    person: Person, chest: Chest, fit: Fit, pictures: Iterator[tuple[int, Picture, Picture]], face: float
 ) -> Iterator[tuple[str, Shot]]:
-    """A shot for each mask (its row in `fit`, the whole person); `face`: its height in pixels. Images are there."""
+    """A shot for each picture: its row in `fit`, image, mask of the whole person; `face`: its height in pixels."""
     k = np.array([[fit.focal, 0, fit.principal[0]], [0, fit.focal, fit.principal[1]], [0, 0, 1]])
-    for count, (row, mask) in enumerate(masks):
+    for count, (row, image, mask) in enumerate(pictures):
         one = fit.of(slice(row, row + 1))
         rotation, translation, turned = chest.root_pose(one)
         expression, joints = person.pose(one.weights[0])
@@ -75,7 +75,7 @@ def shots(
         yield (
             f"{row:05d}",
             Shot(
-                None,
+                image,
                 np.rint(kept).astype(np.uint8),
                 k,
                 rotation,

@@ -37,7 +37,6 @@ class LandmarkMap:
     names: tuple[str, ...]  # [51] ours
     weight_matrix: F64  # [51, C] by `features`
     weight_variance: F64  # [51, 2] of the true weight about the predicted one: at 0, and more by weight
-    weight_trust: F64  # [51] correlation of the two within a person
 
     @property
     def sigma(self) -> F64:
@@ -118,11 +117,19 @@ def load(path: Path = PATH) -> LandmarkMap:
     """The table that ships."""
     with np.load(path, allow_pickle=False) as file:
         data = {name: file[name] for name in file.files}
-    plain = ("barycentric", "template", "correction", "variance_by_yaw", "film_share", "weight_matrix")
+    plain = (
+        "barycentric",
+        "template",
+        "correction",
+        "variance_by_yaw",
+        "film_share",
+        "weight_matrix",
+        "weight_variance",
+    )
     return LandmarkMap(
         triangle_corners=data["triangle_corners"].astype(np.int64),
         covariance=data["covariance"].astype(np.float64)[:, [[0, 1], [1, 2]]],
         score_names=tuple(data["score_names"].tolist()),
         names=tuple(data["names"].tolist()),
-        **{name: data[name].astype(np.float64) for name in (*plain, "weight_variance", "weight_trust")},
+        **{name: data[name].astype(np.float64) for name in plain},
     )
